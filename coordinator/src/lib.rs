@@ -1,0 +1,1 @@
+//! The mission seen from outside: declarations, liveness and recording.

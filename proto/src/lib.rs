@@ -1,0 +1,1 @@
+//! Contracts: messages, keys, codec and scenario files.

@@ -1,0 +1,165 @@
+//! The belief: prior and evidence make the probability that a cell holds an object.
+
+use crate::cell::Cell;
+use crate::evidence::{Digest, Evidence, Reading};
+use crate::terrain::Terrain;
+
+/// Independent Bernoulli prior and all evidence so far.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Belief {
+    /// `ln(p / (1 - p))` before any reading, shape `[cells]`; `-inf` where nothing is searched.
+    prior_log_odds_nats: Vec<f64>,
+    evidence: Evidence,
+}
+
+/// A prior that cannot be.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum PriorError {
+    /// Not a probability, or one that no reading could change.
+    #[error("prior {probability} of cell {cell}: allowed is from 0 to below 1")]
+    Probability {
+        /// Index of the cell.
+        cell: usize,
+        /// As given.
+        probability: f64,
+    },
+    /// A list of another length than the map.
+    #[error("a prior of {given} cells for a map of {expected}")]
+    CellCount {
+        /// Cells given.
+        given: usize,
+        /// Cells of the map.
+        expected: usize,
+    },
+}
+
+impl Belief {
+    /// The prior probability of an object, shape `[cells]`. Cells that the terrain does not search get 0 whatever the
+    /// list says, and no reading changes them.
+    ///
+    /// # Errors
+    /// If the list does not fit the map or holds a number outside `0.0..1.0`.
+    pub fn new(terrain: &Terrain, probability: &[f64]) -> Result<Self, PriorError> {
+        let expected = terrain.grid().cell_count();
+        if probability.len() != expected {
+            return Err(PriorError::CellCount { given: probability.len(), expected });
+        }
+        let mut prior_log_odds_nats = Vec::with_capacity(expected);
+        for (cell, &probability) in terrain.grid().cells().zip(probability) {
+            if !(0.0..1.0).contains(&probability) {
+                return Err(PriorError::Probability { cell: cell.index(), probability });
+            }
+            let probability = if terrain.is_searched(cell) { probability } else { 0.0 };
+            prior_log_odds_nats.push((probability / (1.0 - probability)).ln());
+        }
+        Ok(Self { prior_log_odds_nats, evidence: Evidence::none(expected) })
+    }
+
+    /// The same prior probability in every searched cell.
+    ///
+    /// # Errors
+    /// If it is outside `0.0..1.0`.
+    pub fn uniform(terrain: &Terrain, probability: f64) -> Result<Self, PriorError> {
+        Self::new(terrain, &vec![probability; terrain.grid().cell_count()])
+    }
+
+    /// Takes a reading in.
+    pub fn add(&mut self, reading: &Reading) {
+        self.evidence.add(reading);
+    }
+
+    /// All evidence so far.
+    #[must_use]
+    pub const fn evidence(&self) -> &Evidence {
+        &self.evidence
+    }
+
+    /// Digest of all evidence so far.
+    #[must_use]
+    pub fn digest(&self) -> Digest {
+        self.evidence.digest()
+    }
+
+    /// `ln(p / (1 - p))` of a cell; `-inf` where nothing is searched.
+    #[must_use]
+    pub fn log_odds_nats(&self, cell: Cell) -> f64 {
+        self.prior_log_odds_nats[cell.index()] + self.evidence.of(cell).log_likelihood_ratio_nats()
+    }
+
+    /// Probability that a cell holds an object.
+    #[must_use]
+    pub fn probability(&self, cell: Cell) -> f64 {
+        1.0 / (1.0 + (-self.log_odds_nats(cell)).exp())
+    }
+
+    /// Whether a cell's probability is at least `tau`.
+    #[must_use]
+    pub fn is_found(&self, cell: Cell, tau: f64) -> bool {
+        self.probability(cell) >= tau
+    }
+
+    /// Expected number of objects in cells whose probability is below `tau`.
+    #[must_use]
+    pub fn expected_undeclared(&self, terrain: &Terrain, tau: f64) -> f64 {
+        terrain
+            .searched_cells()
+            .map(|cell| self.probability(cell))
+            .filter(|&probability| probability < tau)
+            .sum()
+    }
+
+    /// Entropy of the whole map, nats.
+    #[must_use]
+    pub fn entropy_nats(&self, terrain: &Terrain) -> f64 {
+        terrain.searched_cells().map(|cell| entropy_nats(self.log_odds_nats(cell))).sum()
+    }
+}
+
+/// Entropy of a Bernoulli variable of these log-odds, nats, `0..=ln 2`.
+///
+/// Computed from `|log_odds|`, so that a certain cell gives 0 rather than `0 * -inf`.
+#[must_use]
+pub fn entropy_nats(log_odds_nats: f64) -> f64 {
+    let magnitude = log_odds_nats.abs();
+    if magnitude > 700.0 {
+        return 0.0;
+    }
+    let odds = (-magnitude).exp();
+    odds.ln_1p() + magnitude * odds / (1.0 + odds)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn entropy_is_symmetric_and_vanishes_when_certain() {
+        assert!((entropy_nats(0.0) - std::f64::consts::LN_2).abs() < 1e-15);
+        assert!((entropy_nats(2.0) - entropy_nats(-2.0)).abs() < 1e-15);
+        let p: f64 = 0.05;
+        let direct = -p * p.ln() - (1.0 - p) * (1.0 - p).ln();
+        assert!((entropy_nats((p / (1.0 - p)).ln()) - direct).abs() < 1e-12);
+        assert!(entropy_nats(f64::NEG_INFINITY).abs() < f64::MIN_POSITIVE);
+    }
+
+    #[test]
+    fn nothing_convinces_where_nothing_is_searched() {
+        let terrain = Terrain::from_ascii(",.", 1.0).unwrap();
+        let mut belief = Belief::uniform(&terrain, 0.2).unwrap();
+        let cells: Vec<Cell> = terrain.grid().cells().collect();
+        for &cell in &cells {
+            belief.add(&Reading { cell, value: 1.0, variance: 0.001 });
+        }
+        assert!(belief.probability(cells[0]).abs() < f64::MIN_POSITIVE);
+        assert!(belief.is_found(cells[1], 0.95));
+        assert!(belief.expected_undeclared(&terrain, 0.95).abs() < f64::MIN_POSITIVE);
+    }
+
+    #[test]
+    fn certainty_is_no_prior() {
+        let terrain = Terrain::from_ascii("..", 1.0).unwrap();
+        assert!(Belief::uniform(&terrain, 1.0).is_err());
+        assert!(Belief::uniform(&terrain, f64::NAN).is_err());
+        assert!(Belief::new(&terrain, &[0.1]).is_err());
+    }
+}

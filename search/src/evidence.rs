@@ -1,0 +1,194 @@
+//! Evidence: one pair of integers a cell that serves every policy.
+//!
+//! `precision = sum 1/v` and `weighted_sum = sum y/v` over all readings of a cell, in units of 1/65,536, each reading
+//! quantised once from its `f32` values. Sums of integers commute exactly, so robots that hold the same observations
+//! hold the same evidence to the bit, whatever the order, delay or route of the messages.
+
+use std::fmt;
+
+use xxhash_rust::xxh3::Xxh3;
+
+use crate::cell::Cell;
+
+/// Units of evidence in 1.
+pub const UNITS: f64 = 65_536.0;
+/// The least variance of a reading.
+pub const MIN_VARIANCE: f32 = 1e-6;
+/// The greatest variance of a reading.
+pub const MAX_VARIANCE: f32 = 1e4;
+/// The greatest absolute value of a reading: an object reads 1, an empty cell 0.
+pub const MAX_VALUE: f32 = 1e3;
+
+/// What one look says of one cell: `value = theta + N(0, variance)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading {
+    /// The cell seen.
+    pub cell: Cell,
+    /// `-MAX_VALUE..=MAX_VALUE`.
+    pub value: f32,
+    /// `MIN_VARIANCE..=MAX_VARIANCE`.
+    pub variance: f32,
+}
+
+impl Reading {
+    /// Whether value and variance are finite and in range. One reading then adds less than 2^46 units, so that no
+    /// sum saturates within the first 100,000 of even the most extreme readings of a cell.
+    #[must_use]
+    pub fn is_valid(&self) -> bool {
+        self.value.abs() <= MAX_VALUE && (MIN_VARIANCE..=MAX_VARIANCE).contains(&self.variance)
+    }
+
+    /// The reading as evidence of its cell.
+    #[must_use]
+    #[expect(clippy::cast_possible_truncation, reason = "in range by is_valid")]
+    pub fn evidence(&self) -> CellEvidence {
+        CellEvidence {
+            precision: precision_units(self.variance),
+            weighted_sum: (f64::from(self.value) * UNITS / f64::from(self.variance)).round() as i64,
+        }
+    }
+}
+
+/// `1 / variance` in units.
+#[must_use]
+#[expect(clippy::cast_possible_truncation, reason = "at most 2^36 over the range of variances")]
+pub fn precision_units(variance: f32) -> i64 {
+    (UNITS / f64::from(variance)).round() as i64
+}
+
+/// The evidence of one cell, in units of 1/65,536.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CellEvidence {
+    /// `sum 1/v`, at least 0.
+    pub precision: i64,
+    /// `sum y/v`.
+    pub weighted_sum: i64,
+}
+
+impl CellEvidence {
+    /// Both sums together.
+    #[must_use]
+    pub const fn plus(self, other: Self) -> Self {
+        Self {
+            precision: self.precision.saturating_add(other.precision),
+            weighted_sum: self.weighted_sum.saturating_add(other.weighted_sum),
+        }
+    }
+
+    /// `ln p(y | object) / p(y | empty) = weighted_sum - precision / 2`, nats: exact for Gaussian readings.
+    #[must_use]
+    pub fn log_likelihood_ratio_nats(self) -> f64 {
+        (self.weighted_sum as f64 - self.precision as f64 / 2.0) / UNITS
+    }
+}
+
+/// The evidence of every cell, shape `[cells]`, by index.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Evidence {
+    cells: Vec<CellEvidence>,
+}
+
+/// A hash of all evidence: equal evidence has equal digests, on every machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Digest(pub u128);
+
+impl fmt::Display for Digest {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{:032x}", self.0)
+    }
+}
+
+impl Evidence {
+    /// No reading yet of any of so many cells.
+    #[must_use]
+    pub fn none(cell_count: usize) -> Self {
+        Self { cells: vec![CellEvidence::default(); cell_count] }
+    }
+
+    /// Adds a reading.
+    pub fn add(&mut self, reading: &Reading) {
+        let cell = &mut self.cells[reading.cell.index()];
+        *cell = cell.plus(reading.evidence());
+    }
+
+    /// The evidence of one cell.
+    #[must_use]
+    pub fn of(&self, cell: Cell) -> CellEvidence {
+        self.cells[cell.index()]
+    }
+
+    /// The evidence of every cell, shape `[cells]`.
+    #[must_use]
+    pub fn cells(&self) -> &[CellEvidence] {
+        &self.cells
+    }
+
+    /// XXH3-128 of all pairs, little-endian, by index.
+    #[must_use]
+    pub fn digest(&self) -> Digest {
+        let mut hash = Xxh3::new();
+        for cell in &self.cells {
+            hash.update(&cell.precision.to_le_bytes());
+            hash.update(&cell.weighted_sum.to_le_bytes());
+        }
+        Digest(hash.digest128())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::cell::Grid;
+
+    fn reading(value: f32, variance: f32) -> Reading {
+        let cell = Grid::new(1, 1).unwrap().cells().next().unwrap();
+        Reading { cell, value, variance }
+    }
+
+    #[test]
+    fn opposite_evidence_cancels() {
+        let sum = reading(1.0, 0.005).evidence().plus(reading(0.0, 0.005).evidence());
+        assert!(sum.log_likelihood_ratio_nats().abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_reading_weighs_as_bayes_says() {
+        let (value, variance) = (0.9_f32, 0.045_f32);
+        let density = |theta: f64| -(f64::from(value) - theta).powi(2) / 2.0 / f64::from(variance);
+        let expected = density(1.0) - density(0.0);
+        let given = reading(value, variance).evidence().log_likelihood_ratio_nats();
+        assert!((given - expected).abs() < 1e-4, "{given} {expected}");
+    }
+
+    #[test]
+    fn out_of_range_is_invalid() {
+        for (value, variance) in
+            [(f32::NAN, 1.0), (1.0, f32::NAN), (1.0, 0.0), (1.0, -1.0), (1e9, 1.0), (1.0, f32::INFINITY)]
+        {
+            assert!(!reading(value, variance).is_valid());
+        }
+        assert!(reading(1.0, 0.005).is_valid());
+    }
+
+    proptest! {
+        #[test]
+        fn any_order_gives_the_same_evidence(
+            mut readings in prop::collection::vec((-2.0_f32..3.0, 0.001_f32..4.0), 1..40), swaps in any::<u64>(),
+        ) {
+            let digest = |readings: &[(f32, f32)]| {
+                let mut evidence = Evidence::none(1);
+                for &(value, variance) in readings {
+                    evidence.add(&reading(value, variance));
+                }
+                evidence.digest()
+            };
+            let before = digest(&readings);
+            let middle = usize::try_from(swaps).unwrap_or(0) % readings.len();
+            readings.rotate_left(middle);
+            readings.reverse();
+            prop_assert_eq!(digest(&readings), before);
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! Observations, and the log that counts each exactly once.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::cell::Cell;
+use crate::evidence::Reading;
+
+/// A robot of the team.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct RobotId(pub u16);
+
+impl std::fmt::Display for RobotId {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(formatter, "{}", self.0)
+    }
+}
+
+/// All readings of one look. `(robot, sequence)` names it for ever.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Observation {
+    /// Who looked.
+    pub robot: RobotId,
+    /// Counts that robot's observations from 0 without a gap.
+    pub sequence: u64,
+    /// When, nanoseconds of mission time. Told to viewers; no decision uses it.
+    pub time_ns: u64,
+    /// Where the robot stood.
+    pub from: Cell,
+    /// What it saw.
+    pub readings: Vec<Reading>,
+}
+
+/// What became of an observation that was offered to a log.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Entry {
+    /// It is new: its readings count, now.
+    New,
+    /// It is known: its readings have counted already.
+    Known,
+    /// Another one of the same name is known. The first stays.
+    Conflicting,
+}
+
+/// How many observations of a robot are known without a gap: the sequence number of the first one that is missing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Version {
+    /// Whose observations.
+    pub robot: RobotId,
+    /// The first sequence number that is missing.
+    pub next: u64,
+}
+
+/// All observations known to a robot, its own and others'.
+#[derive(Clone, Debug, Default)]
+pub struct ObservationLog {
+    robots: BTreeMap<RobotId, RobotLog>,
+}
+
+#[derive(Clone, Debug, Default)]
+struct RobotLog {
+    next: u64,
+    observations: BTreeMap<u64, Arc<Observation>>,
+}
+
+impl ObservationLog {
+    /// Offers an observation; it is kept if it is new.
+    pub fn insert(&mut self, observation: Arc<Observation>) -> Entry {
+        let log = self.robots.entry(observation.robot).or_default();
+        if let Some(known) = log.observations.get(&observation.sequence) {
+            return if *known == observation { Entry::Known } else { Entry::Conflicting };
+        }
+        log.observations.insert(observation.sequence, observation);
+        while log.observations.contains_key(&log.next) {
+            log.next += 1;
+        }
+        Entry::New
+    }
+
+    /// The first sequence number of a robot that is missing.
+    #[must_use]
+    pub fn next(&self, robot: RobotId) -> u64 {
+        self.robots.get(&robot).map_or(0, |log| log.next)
+    }
+
+    /// Whether later observations of a robot are known than one that is missing.
+    #[must_use]
+    pub fn has_gap(&self, robot: RobotId) -> bool {
+        self.robots
+            .get(&robot)
+            .is_some_and(|log| log.observations.last_key_value().is_some_and(|(&last, _)| last >= log.next))
+    }
+
+    /// What is known without a gap, by robot.
+    pub fn versions(&self) -> impl Iterator<Item = Version> + '_ {
+        self.robots.iter().map(|(&robot, log)| Version { robot, next: log.next })
+    }
+
+    /// Known observations of a robot from a sequence number on, in order.
+    pub fn since(&self, robot: RobotId, first: u64) -> impl Iterator<Item = &Arc<Observation>> + '_ {
+        self.robots
+            .get(&robot)
+            .into_iter()
+            .flat_map(move |log| log.observations.range(first..).map(|(_, observation)| observation))
+    }
+
+    /// Number of observations known.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.robots.values().map(|log| log.observations.len()).sum()
+    }
+
+    /// Whether none is known.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cell::Grid;
+
+    fn observation(sequence: u64, time_ns: u64) -> Arc<Observation> {
+        let from = Grid::new(1, 1).unwrap().cells().next().unwrap();
+        Arc::new(Observation { robot: RobotId(7), sequence, time_ns, from, readings: Vec::new() })
+    }
+
+    #[test]
+    fn an_observation_counts_once_and_the_first_of_a_name_stays() {
+        let mut log = ObservationLog::default();
+        assert_eq!(log.insert(observation(0, 5)), Entry::New);
+        assert_eq!(log.insert(observation(0, 5)), Entry::Known);
+        assert_eq!(log.insert(observation(0, 6)), Entry::Conflicting);
+        assert_eq!(log.len(), 1);
+    }
+
+    #[test]
+    fn a_gap_shows_until_it_is_filled() {
+        let mut log = ObservationLog::default();
+        log.insert(observation(0, 0));
+        log.insert(observation(2, 0));
+        assert_eq!((log.next(RobotId(7)), log.has_gap(RobotId(7))), (1, true));
+        log.insert(observation(1, 0));
+        assert_eq!((log.next(RobotId(7)), log.has_gap(RobotId(7))), (3, false));
+        let since: Vec<u64> = log.since(RobotId(7), 1).map(|known| known.sequence).collect();
+        assert_eq!(since, [1, 2]);
+        assert_eq!(log.next(RobotId(1)), 0);
+    }
+}

@@ -1,0 +1,147 @@
+//! Policies: a situation in, a decision out.
+//!
+//! To add one, write its file and add its line to [`PolicyName`] and [`build`].
+
+mod coverage;
+mod greedy;
+mod outlook;
+mod path;
+mod path_additive;
+mod random;
+mod thompson;
+
+use std::fmt;
+use std::str::FromStr;
+
+use crate::cell::Cell;
+use crate::route::Routes;
+use crate::seed::Stream;
+use crate::situation::Situation;
+
+/// Chooses where to go next.
+///
+/// A policy is a function of its arguments; what it keeps is scratch space and, of `coverage` alone, how far along
+/// its fixed order it is.
+pub trait Policy {
+    /// Decides in this situation. `random` is the robot's own stream of decisions.
+    fn decide(&mut self, situation: &Situation<'_>, random: &mut Stream) -> Decision;
+}
+
+/// What a policy decided, and from what. Logged, tested, drawn and imitated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Decision {
+    /// The waypoint; the robot's own cell if there is nowhere to go.
+    pub chosen: Cell,
+    /// Cells entered on the way there, the waypoint last; empty if there is nowhere to go.
+    pub path: Vec<Cell>,
+    /// What the policy maximised, shape `[cells]`, in units of its own; `-inf` for cells that are no candidates.
+    pub scores: Vec<f64>,
+}
+
+impl Decision {
+    /// The candidate of the highest score; of equal ones the smallest cell index.
+    fn best(routes: &Routes, scores: Vec<f64>) -> Self {
+        let chosen = routes
+            .candidates()
+            .iter()
+            .copied()
+            .max_by(|&a, &b| scores[a.index()].total_cmp(&scores[b.index()]).then(b.cmp(&a)))
+            .unwrap_or(routes.root());
+        Self { chosen, path: routes.path(chosen), scores }
+    }
+}
+
+/// The policies, by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum PolicyName {
+    /// Uniform over the cells in reach.
+    Random,
+    /// Back and forth over all that is in reach.
+    Coverage,
+    /// The most informative single look (paper, Eq. 1 and 2).
+    Greedy,
+    /// The sum of the looks along the path, each taken alone (Eq. 3 as printed).
+    PathAdditive,
+    /// What all looks along the path yield together (Eq. 3 as explained in its text).
+    Path,
+    /// Thompson sampling of NATS.
+    Nats,
+    /// Thompson sampling of GUTS.
+    Guts,
+}
+
+impl PolicyName {
+    /// All of them.
+    pub const ALL: [Self; 7] =
+        [Self::Random, Self::Coverage, Self::Greedy, Self::PathAdditive, Self::Path, Self::Nats, Self::Guts];
+
+    /// As written in scenarios and on the command line.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Random => "random",
+            Self::Coverage => "coverage",
+            Self::Greedy => "greedy",
+            Self::PathAdditive => "path-additive",
+            Self::Path => "path",
+            Self::Nats => "nats",
+            Self::Guts => "guts",
+        }
+    }
+}
+
+impl fmt::Display for PolicyName {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(self.as_str())
+    }
+}
+
+/// A name that no policy has.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("unknown policy {0:?}; allowed are random, coverage, greedy, path-additive, path, nats, guts")]
+pub struct UnknownPolicy(pub String);
+
+impl FromStr for PolicyName {
+    type Err = UnknownPolicy;
+
+    fn from_str(name: &str) -> Result<Self, Self::Err> {
+        Self::ALL
+            .into_iter()
+            .find(|policy| policy.as_str() == name)
+            .ok_or_else(|| UnknownPolicy(name.to_owned()))
+    }
+}
+
+/// What a scenario may set of a policy.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameters {
+    /// `w_l` of the path-length weight `1 / (1 + w_l L)` (Eq. 4), at least 0. Of `path` and `path-additive`.
+    pub length_weight: f64,
+    /// Distance between the lanes of `coverage`, cells, at least 1.
+    pub lane_cells: u32,
+}
+
+impl Default for Parameters {
+    fn default() -> Self {
+        Self { length_weight: 0.2, lane_cells: 1 }
+    }
+}
+
+/// The policy of a name.
+#[must_use]
+pub fn build(name: PolicyName, parameters: Parameters) -> Box<dyn Policy + Send> {
+    match name {
+        PolicyName::Random => Box::new(random::Random),
+        PolicyName::Coverage => Box::new(coverage::Coverage::new(parameters.lane_cells)),
+        PolicyName::Greedy => Box::new(greedy::Greedy),
+        PolicyName::PathAdditive => Box::new(path_additive::PathAdditive::new(parameters.length_weight)),
+        PolicyName::Path => Box::new(path::Path::new(parameters.length_weight)),
+        PolicyName::Nats => Box::new(thompson::Thompson::NATS),
+        PolicyName::Guts => Box::new(thompson::Thompson::GUTS),
+    }
+}
+
+/// `w(L) = 1 / (1 + w_l L)` (paper, Eq. 4), with `L` the length of the path in cells moved.
+fn path_length_weight(length_weight: f64, length_cells: f32) -> f64 {
+    1.0 / (1.0 + length_weight * f64::from(length_cells))
+}

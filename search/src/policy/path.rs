@@ -1,0 +1,136 @@
+//! What all looks along the path yield together.
+//!
+//! Paper, Eq. 3 read with its text ("after assimilating all en-route observations"), weighted by Eq. 4. Looks of one
+//! cell are independent given what it holds, so the joint information of a path is exactly
+//! `U(x) = sum_c I(L_c, k_c(path))` with `k_c` the summed precision. One depth-first walk over the tree of shortest
+//! paths adds precision on the way down and restores it on the way up: every candidate is weighed exactly, none is
+//! walked anew. Departure: the look from the robot's own cell is not part of the path, for it has been taken.
+
+use super::outlook::{CellOutlook, Frame, Outlook, saturated};
+use super::{Decision, Policy, path_length_weight};
+use crate::cell::Cell;
+use crate::information::{InformationTable, SATURATION};
+use crate::route::Routes;
+use crate::seed::Stream;
+use crate::situation::Situation;
+
+pub(super) struct Path {
+    length_weight: f64,
+}
+
+impl Path {
+    pub(super) const fn new(length_weight: f64) -> Self {
+        Self { length_weight }
+    }
+}
+
+impl Policy for Path {
+    fn decide(&mut self, situation: &Situation<'_>, _: &mut Stream) -> Decision {
+        let routes = Routes::from(situation.terrain, situation.moves, situation.robot);
+        let cell_count = situation.terrain.grid().cell_count();
+        let mut scores = vec![f64::NEG_INFINITY; cell_count];
+        let mut walk = Walk::new(situation);
+        for visit in depth_first(&routes, cell_count) {
+            let utility = walk.enter(visit);
+            let weight = path_length_weight(self.length_weight, routes.length(visit.cell));
+            scores[visit.cell.index()] = weight * f64::from(utility);
+        }
+        Decision::best(&routes, scores)
+    }
+}
+
+/// A cell of the tree in the order of a depth-first walk.
+#[derive(Clone, Copy)]
+struct Visit {
+    cell: Cell,
+    /// Moves from the root, from 1.
+    depth: usize,
+}
+
+/// All candidates, each followed by its whole subtree.
+fn depth_first(routes: &Routes, cell_count: usize) -> Vec<Visit> {
+    let mut size = vec![1_usize; cell_count];
+    for &cell in routes.candidates().iter().rev() {
+        size[routes.parent(cell).index()] += size[cell.index()];
+    }
+    // Where the next child of a cell goes: after the subtrees of the children before it.
+    let mut next = vec![0_usize; cell_count];
+    let mut depth = vec![0_usize; cell_count];
+    let mut visits = vec![Visit { cell: routes.root(), depth: 0 }; routes.candidates().len()];
+    for &cell in routes.candidates() {
+        let parent = routes.parent(cell);
+        let place = next[parent.index()];
+        next[parent.index()] += size[cell.index()];
+        next[cell.index()] = place + 1;
+        depth[cell.index()] = depth[parent.index()] + 1;
+        visits[place] = Visit { cell, depth: depth[cell.index()] };
+    }
+    visits
+}
+
+/// The state of the walk: precision of every cell, and what to restore on the way up.
+struct Walk {
+    outlook: Vec<CellOutlook>,
+    frame: Frame,
+    looks: Vec<(isize, i32)>,
+    changed: Vec<(u32, CellOutlook)>,
+    /// Of each cell on the path: changes made before it, and information of the path up to it.
+    path: Vec<(usize, f32)>,
+}
+
+impl Walk {
+    fn new(situation: &Situation<'_>) -> Self {
+        let outlook = Outlook::new(situation);
+        let frame = outlook.frame();
+        let looks = situation
+            .sensor
+            .footprint()
+            .iter()
+            .map(|look| (frame.stride_of(look.offset), saturated(look.precision)))
+            .collect();
+        Self { outlook: outlook.into_cells(), frame, looks, changed: Vec::new(), path: vec![] }
+    }
+
+    /// Information of the path to the next cell of a depth-first walk, nats.
+    fn enter(&mut self, visit: Visit) -> f32 {
+        while self.path.len() >= visit.depth {
+            self.leave();
+        }
+        let before = self.path.last().map_or(0.0, |&(_, information)| information);
+        self.path.push((self.changed.len(), 0.0));
+        let information = before + self.look(self.frame.index(visit.cell));
+        if let Some(last) = self.path.last_mut() {
+            last.1 = information;
+        }
+        information
+    }
+
+    fn look(&mut self, from: usize) -> f32 {
+        let table = InformationTable::shared();
+        let mut gain = 0.0;
+        for &(offset, precision) in &self.looks {
+            let index = from.wrapping_add_signed(offset);
+            let cell = &mut self.outlook[index];
+            if cell.precision >= SATURATION {
+                continue;
+            }
+            #[expect(clippy::cast_possible_truncation, reason = "a framed map has fewer than 2^32 cells")]
+            self.changed.push((index as u32, *cell));
+            cell.precision = (cell.precision + precision).min(SATURATION);
+            let information = table.information(cell.row, cell.precision);
+            gain += information - cell.information;
+            cell.information = information;
+        }
+        gain
+    }
+
+    fn leave(&mut self) {
+        if let Some((changes, _)) = self.path.pop() {
+            while self.changed.len() > changes {
+                if let Some((index, before)) = self.changed.pop() {
+                    self.outlook[index as usize] = before;
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,282 @@
+//! Thompson sampling of NATS and GUTS: the baselines.
+//!
+//! NATS: Ghods, Durkin and Schneider, "Decentralized multi-agent active search for sparse signals", ICRA 2021. GUTS:
+//! Bakshi et al., ICRA 2023. Both as their authors released them, on this crate's sensor, map and moves:
+//!
+//! - the belief is Gaussian, `theta_i ~ N(0, gamma_i)`, `gamma_i ~ InvGamma(a, b)`, fitted by EM from `gamma = 1e8`:
+//!   `V = 1 / (precision + 1/gamma)`, `mu = V weighted_sum`, `gamma <- (2b + mu^2 + V) / (1 + 2a)`;
+//! - a robot draws one sample `s` of it, pretends that each candidate would show it `s`, and goes where the estimate
+//!   after that look, `mu+`, would come closest to `s`. Only the final waypoint counts, and no plan is shared.
+//!
+//! Since a reading concerns one cell, every matrix is diagonal and a decision takes one footprint a candidate.
+//! Departures: our sensor sees all around (theirs has headings), so a candidate is a cell; candidates are the cells
+//! in reach but the robot's own; cells outside the search area are left out of belief and loss, which is GUTS's prior
+//! of 0 there (of its prior of 0.05 inside, its released estimate makes no use).
+
+use rand::RngExt;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::{Decision, Policy};
+use crate::cell::Cell;
+use crate::evidence::UNITS;
+use crate::route::Routes;
+use crate::seed::Stream;
+use crate::situation::Situation;
+
+/// Where NATS and GUTS differ.
+pub(super) struct Thompson {
+    em_iterations: u32,
+    is_sample_binary: bool,
+    norm: Norm,
+}
+
+/// How far an estimate is from the sample.
+#[derive(Clone, Copy)]
+enum Norm {
+    /// `|d|_1`, and a reward of `-loss / mean(loss) - 0.1 distance / mean(distance)`.
+    Absolute,
+    /// `|d|_2`, and a reward of minus the loss scaled to `0..=1`; distance has no weight.
+    Euclidean,
+}
+
+/// Shape and scale of the inverse Gamma prior of each variance.
+const A: f64 = 0.1;
+const B: f64 = 1.0;
+/// Where EM starts.
+const FIRST_GAMMA: f64 = 1e8;
+/// Prior variance and scale of the Laplace sample of a first move, before any reading.
+const BLIND_GAMMA: f64 = 1e3;
+const BLIND_SCALE: f64 = 0.1;
+/// What an estimate loses if it points to other cells than the sample.
+const SUPPORT_LOSS: f64 = 0.01;
+const DISTANCE_WEIGHT: f64 = 0.1;
+
+impl Thompson {
+    pub(super) const NATS: Self = Self { em_iterations: 30, is_sample_binary: true, norm: Norm::Absolute };
+    pub(super) const GUTS: Self = Self { em_iterations: 1, is_sample_binary: false, norm: Norm::Euclidean };
+}
+
+impl Policy for Thompson {
+    fn decide(&mut self, situation: &Situation<'_>, random: &mut Stream) -> Decision {
+        let routes = Routes::from(situation.terrain, situation.moves, situation.robot);
+        let posterior = self.posterior(situation, random);
+        let mut losses = CandidateLoss::new(situation, &posterior, self.norm);
+        let loss: Vec<f64> = routes.candidates().iter().map(|&cell| losses.of(cell)).collect();
+        let mut scores = vec![f64::NEG_INFINITY; situation.terrain.grid().cell_count()];
+        for (&cell, reward) in routes.candidates().iter().zip(self.rewards(situation, &routes, &loss)) {
+            scores[cell.index()] = reward;
+        }
+        Decision::best(&routes, scores)
+    }
+}
+
+/// Belief and sample of one cell.
+#[derive(Clone, Copy)]
+struct Sampled {
+    precision: f64,
+    weighted_sum: f64,
+    /// `1 / gamma`.
+    prior_precision: f64,
+    /// Estimate without a further look.
+    mean: f64,
+    sample: f64,
+    /// Whether the sample points to this cell.
+    is_support: bool,
+}
+
+impl Thompson {
+    /// Belief and one sample, of searched cells only, shape `[cells]`.
+    fn posterior(&self, situation: &Situation<'_>, random: &mut Stream) -> Vec<Option<Sampled>> {
+        let evidence = situation.belief.evidence();
+        let is_blind = evidence.cells().iter().all(|cell| cell.precision == 0);
+        let unseen = self.fit(0.0, 0.0);
+        let mut cells: Vec<Option<Sampled>> = vec![None; situation.terrain.grid().cell_count()];
+        for cell in situation.terrain.searched_cells() {
+            let sums = evidence.of(cell);
+            let (precision, weighted_sum) = (sums.precision as f64 / UNITS, sums.weighted_sum as f64 / UNITS);
+            let (fit, draw) = if is_blind {
+                (Fit { gamma: BLIND_GAMMA, ..unseen }, laplace(random) * BLIND_SCALE)
+            } else {
+                let fit = if sums.precision == 0 { unseen } else { self.fit(precision, weighted_sum) };
+                let normal: f64 = StandardNormal.sample(random);
+                (fit, fit.mean + fit.variance.sqrt() * normal)
+            };
+            let prior_precision = 1.0 / fit.gamma;
+            cells[cell.index()] = Some(Sampled {
+                precision,
+                weighted_sum,
+                prior_precision,
+                mean: weighted_sum / (precision + prior_precision),
+                sample: draw.max(0.0),
+                is_support: false,
+            });
+        }
+        self.finish_sample(&mut cells, is_blind);
+        cells
+    }
+
+    fn finish_sample(&self, cells: &mut [Option<Sampled>], is_blind: bool) {
+        let highest = |cells: &[Option<Sampled>]| {
+            cells.iter().flatten().map(|cell| cell.sample).fold(f64::NEG_INFINITY, f64::max)
+        };
+        if self.is_sample_binary && !is_blind {
+            let half = highest(cells) / 2.0;
+            for cell in cells.iter_mut().flatten() {
+                cell.sample = f64::from(u8::from(cell.sample > half));
+            }
+        }
+        let half = highest(cells) / 2.0;
+        for cell in cells.iter_mut().flatten() {
+            cell.is_support = cell.sample.round() > half;
+        }
+    }
+
+    fn fit(&self, precision: f64, weighted_sum: f64) -> Fit {
+        let mut fit = Fit { gamma: FIRST_GAMMA, mean: 0.0, variance: 0.0 };
+        for _ in 0..self.em_iterations {
+            fit.variance = 1.0 / (precision + 1.0 / fit.gamma);
+            fit.mean = fit.variance * weighted_sum;
+            fit.gamma = (2.0 * B + fit.mean * fit.mean + fit.variance) / (1.0 + 2.0 * A);
+        }
+        fit
+    }
+
+    /// The reward of each candidate, in order of [`Routes::candidates`].
+    fn rewards(&self, situation: &Situation<'_>, routes: &Routes, loss: &[f64]) -> Vec<f64> {
+        match self.norm {
+            Norm::Absolute => {
+                let grid = situation.terrain.grid();
+                let distance: Vec<f64> = routes
+                    .candidates()
+                    .iter()
+                    .map(|&cell| {
+                        let offset = grid.offset(routes.root(), cell);
+                        f64::from(offset.north).hypot(f64::from(offset.east))
+                    })
+                    .collect();
+                let (loss_mean, distance_mean) = (mean(loss), mean(&distance));
+                loss.iter()
+                    .zip(&distance)
+                    .map(|(loss, distance)| {
+                        -ratio(*loss, loss_mean) - DISTANCE_WEIGHT * ratio(*distance, distance_mean)
+                    })
+                    .collect()
+            }
+            Norm::Euclidean => {
+                let least = loss.iter().copied().fold(f64::INFINITY, f64::min);
+                let most = loss.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+                loss.iter().map(|loss| -ratio(loss - least, most - least)).collect()
+            }
+        }
+    }
+}
+
+/// Posterior of one cell, and the prior variance that EM gave it.
+#[derive(Clone, Copy)]
+struct Fit {
+    gamma: f64,
+    mean: f64,
+    variance: f64,
+}
+
+fn laplace(random: &mut Stream) -> f64 {
+    let uniform: f64 = random.random::<f64>() - 0.5;
+    -uniform.signum() * (1.0 - 2.0 * uniform.abs()).ln()
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// `part / whole`, and 0 where there is nothing to compare.
+fn ratio(part: f64, whole: f64) -> f64 {
+    if whole > 0.0 { part / whole } else { 0.0 }
+}
+
+/// The loss of each candidate, by what one footprint changes.
+struct CandidateLoss<'a> {
+    situation: &'a Situation<'a>,
+    cells: &'a [Option<Sampled>],
+    norm: Norm,
+    /// Total distance to the sample, before any look: absolute or squared.
+    total: f64,
+    /// Searched cells by falling estimate.
+    by_mean: Vec<Cell>,
+    /// Cells of the sample's support by rising rounded estimate, the others by falling: those that first contradict.
+    support: Vec<Cell>,
+    others: Vec<Cell>,
+    /// Estimates after the look and the cells they are of; kept to save allocations.
+    seen: Vec<(Sampled, f64)>,
+}
+
+impl<'a> CandidateLoss<'a> {
+    fn new(situation: &'a Situation<'a>, cells: &'a [Option<Sampled>], norm: Norm) -> Self {
+        let estimate = |cell: Cell| cells[cell.index()].map_or(0.0, |cell| cell.mean);
+        let is_support = |cell: Cell| cells[cell.index()].is_some_and(|cell| cell.is_support);
+        let mut by_mean: Vec<Cell> = situation.terrain.searched_cells().collect();
+        by_mean.sort_by(|&a, &b| estimate(b).total_cmp(&estimate(a)));
+        let (mut support, others): (Vec<Cell>, Vec<Cell>) =
+            by_mean.iter().partition(|&&cell| is_support(cell));
+        support.reverse();
+        let total = cells.iter().flatten().map(|cell| norm.part(cell.mean - cell.sample)).sum();
+        Self { situation, cells, norm, total, by_mean, support, others, seen: Vec::new() }
+    }
+
+    /// `|mu+ - s|`, and [`SUPPORT_LOSS`] if `mu+` points to other cells than `s`: those whose rounded value is above
+    /// half of the highest value.
+    fn of(&mut self, candidate: Cell) -> f64 {
+        self.look(candidate);
+        let mut total = self.total;
+        let mut highest =
+            self.first_unseen(candidate, &self.by_mean).map_or(f64::NEG_INFINITY, |cell| cell.mean);
+        for (cell, estimate) in &self.seen {
+            total += self.norm.part(estimate - cell.sample) - self.norm.part(cell.mean - cell.sample);
+            highest = highest.max(*estimate);
+        }
+        let half = highest / 2.0;
+        let is_same = self.seen.iter().all(|(cell, estimate)| (estimate.round() > half) == cell.is_support)
+            && self.first_unseen(candidate, &self.support).is_none_or(|cell| cell.mean.round() > half)
+            && self.first_unseen(candidate, &self.others).is_none_or(|cell| cell.mean.round() <= half);
+        self.norm.whole(total) + if is_same { 0.0 } else { SUPPORT_LOSS }
+    }
+
+    /// Estimates of the cells that a look from the candidate covers, if it shows the sample.
+    fn look(&mut self, candidate: Cell) {
+        self.seen.clear();
+        let grid = self.situation.terrain.grid();
+        for look in self.situation.sensor.footprint() {
+            let cell = grid.step(candidate, look.offset).and_then(|cell| self.cells[cell.index()]);
+            if let Some(cell) = cell {
+                let precision = 1.0 / f64::from(look.variance);
+                let estimate = (cell.weighted_sum + cell.sample * precision)
+                    / (cell.precision + precision + cell.prior_precision);
+                self.seen.push((cell, estimate));
+            }
+        }
+    }
+
+    /// The first of these cells that a look from the candidate does not cover.
+    fn first_unseen(&self, candidate: Cell, cells: &[Cell]) -> Option<Sampled> {
+        let grid = self.situation.terrain.grid();
+        let radius = self.situation.sensor.radius();
+        let unseen = cells.iter().find(|&&cell| grid.manhattan(candidate, cell) > radius)?;
+        self.cells[unseen.index()]
+    }
+}
+
+impl Norm {
+    fn part(self, difference: f64) -> f64 {
+        match self {
+            Self::Absolute => difference.abs(),
+            Self::Euclidean => difference * difference,
+        }
+    }
+
+    fn whole(self, parts: f64) -> f64 {
+        match self {
+            Self::Absolute => parts,
+            // Removing and adding parts can leave a rounding error below 0.
+            Self::Euclidean => parts.max(0.0).sqrt(),
+        }
+    }
+}

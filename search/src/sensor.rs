@@ -1,0 +1,196 @@
+//! The sensor: which cells a look covers, how noisy it is there, and how its readings are drawn.
+//!
+//! One type draws readings in the simulator and explains them in the belief.
+
+use rand_distr::{Distribution, StandardNormal};
+
+use crate::cell::Offset;
+use crate::evidence::{MAX_VARIANCE, MIN_VARIANCE, precision_units};
+use crate::seed::Stream;
+
+/// How a reading scatters around the truth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Noise {
+    /// `y = theta + N(0, v)`: the model that the belief assumes.
+    Gaussian,
+    /// `y = min(|N(0, v)|, 1)` of an empty cell, `max(1 - |N(0, v)|, 0)` of an object: as the released code of
+    /// NATS (Ghods, Durkin and Schneider, ICRA 2021) draws them. The belief still assumes the Gaussian.
+    Clipped,
+}
+
+/// An omnidirectional sensor that sees all cells within a Manhattan radius.
+///
+/// The variance of a reading at distance `d` (cells) is `v(d) = sigma2 d^2`, and `v(0) = sigma2 / 5`: the rings of
+/// GUTS (Bakshi et al., ICRA 2023), continued beyond its third.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sensor {
+    radius: u32,
+    sigma2: f64,
+    noise: Noise,
+    footprint: Vec<Look>,
+}
+
+/// One cell of the sensor's footprint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Look {
+    /// From the robot's cell to the cell seen.
+    pub offset: Offset,
+    /// Variance of a reading there.
+    pub variance: f32,
+    /// What a reading there adds to the precision of its cell, units of 1/65,536.
+    pub precision: i64,
+}
+
+/// A sensor that cannot be.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum SensorError {
+    /// No radius, or too wide.
+    #[error("sensor radius {0} cells: allowed are 1 to {max}", max = Sensor::MAX_RADIUS)]
+    Radius(u32),
+    /// A variance outside what evidence can hold.
+    #[error(
+        "sensor variance sigma2 = {sigma2}: variances over the radius go from {nearest} to {farthest}, allowed are {MIN_VARIANCE} to {MAX_VARIANCE}"
+    )]
+    Variance {
+        /// As given.
+        sigma2: f64,
+        /// At distance 0.
+        nearest: f64,
+        /// At the radius.
+        farthest: f64,
+    },
+}
+
+impl Sensor {
+    /// The widest sensor, cells.
+    pub const MAX_RADIUS: u32 = 100;
+    /// `sigma2` of NATS and GUTS.
+    pub const DEFAULT_SIGMA2: f64 = 0.005;
+    /// Radius of the paper's robot as we assume it, cells: the paper gives none.
+    pub const DEFAULT_RADIUS: u32 = 5;
+
+    /// A sensor of a radius (cells) and of the variance `sigma2` at distance 1.
+    ///
+    /// # Errors
+    /// If the radius is 0 or above [`Sensor::MAX_RADIUS`], or a variance leaves the range of [`crate::evidence`].
+    pub fn new(radius: u32, sigma2: f64, noise: Noise) -> Result<Self, SensorError> {
+        if !(1..=Self::MAX_RADIUS).contains(&radius) {
+            return Err(SensorError::Radius(radius));
+        }
+        let (nearest, farthest) = (sigma2 / 5.0, sigma2 * f64::from(radius * radius).max(1.0));
+        // Written so that NaN fails as well.
+        if !(nearest >= f64::from(MIN_VARIANCE) && farthest <= f64::from(MAX_VARIANCE)) {
+            return Err(SensorError::Variance { sigma2, nearest, farthest });
+        }
+        Ok(Self { radius, sigma2, noise, footprint: footprint(radius, sigma2) })
+    }
+
+    /// Manhattan radius, cells.
+    #[must_use]
+    pub const fn radius(&self) -> u32 {
+        self.radius
+    }
+
+    /// Variance of a reading at a distance in cells.
+    #[must_use]
+    pub fn variance(&self, distance: u32) -> f32 {
+        variance(self.sigma2, distance)
+    }
+
+    /// All cells of a look, south to north, then west to east.
+    #[must_use]
+    pub fn footprint(&self) -> &[Look] {
+        &self.footprint
+    }
+
+    /// Draws the reading of a cell at this place in the footprint.
+    #[must_use]
+    #[expect(clippy::cast_possible_truncation, reason = "readings travel as f32")]
+    pub fn draw(&self, is_object: bool, look: &Look, random: &mut Stream) -> f32 {
+        let normal: f64 = StandardNormal.sample(random);
+        let error = normal * f64::from(look.variance).sqrt();
+        let value = match (self.noise, is_object) {
+            (Noise::Gaussian, _) => f64::from(u8::from(is_object)) + error,
+            (Noise::Clipped, false) => error.abs().min(1.0),
+            (Noise::Clipped, true) => (1.0 - error.abs()).max(0.0),
+        };
+        value as f32
+    }
+}
+
+impl Default for Sensor {
+    fn default() -> Self {
+        let (radius, sigma2) = (Self::DEFAULT_RADIUS, Self::DEFAULT_SIGMA2);
+        Self { radius, sigma2, noise: Noise::Gaussian, footprint: footprint(radius, sigma2) }
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "variances travel as f32")]
+fn variance(sigma2: f64, distance: u32) -> f32 {
+    match distance {
+        0 => (sigma2 / 5.0) as f32,
+        _ => (sigma2 * f64::from(distance * distance)) as f32,
+    }
+}
+
+fn footprint(radius: u32, sigma2: f64) -> Vec<Look> {
+    let radius = radius.cast_signed();
+    let mut looks = Vec::new();
+    for north in -radius..=radius {
+        let span = radius - north.abs();
+        for east in -span..=span {
+            let offset = Offset { north, east };
+            let variance = variance(sigma2, offset.manhattan());
+            looks.push(Look { offset, variance, precision: precision_units(variance) });
+        }
+    }
+    looks
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::seed::{Purpose, stream};
+
+    #[test]
+    fn the_footprint_is_a_diamond_with_the_published_variances() {
+        let sensor = Sensor::default();
+        assert_eq!(sensor.footprint().len(), 61);
+        assert!((sensor.variance(0) - 0.001).abs() < 1e-9);
+        assert!((sensor.variance(3) - 0.045).abs() < 1e-9);
+        assert!(sensor.footprint().iter().all(|look| look.offset.manhattan() <= 5));
+    }
+
+    #[test]
+    fn readings_scatter_as_the_model_says() {
+        let sensor = Sensor::default();
+        let look = sensor.footprint()[0];
+        let mut random = stream(3, Purpose::Noise, 0);
+        let count = 20_000;
+        let draws: Vec<f64> = (0..count).map(|_| f64::from(sensor.draw(true, &look, &mut random))).collect();
+        let mean = draws.iter().sum::<f64>() / f64::from(count);
+        let variance = draws.iter().map(|y| (y - mean).powi(2)).sum::<f64>() / f64::from(count);
+        assert!((mean - 1.0).abs() < 0.01, "{mean}");
+        assert!((variance - 0.125).abs() < 0.005, "{variance}");
+    }
+
+    #[test]
+    fn clipped_readings_stay_between_empty_and_object() {
+        let sensor = Sensor::new(20, 0.005, Noise::Clipped).unwrap();
+        let look = sensor.footprint()[0];
+        let mut random = stream(3, Purpose::Noise, 0);
+        for is_object in [false, true] {
+            for _ in 0..1000 {
+                let value = sensor.draw(is_object, &look, &mut random);
+                assert!((0.0..=1.0).contains(&value));
+            }
+        }
+    }
+
+    #[test]
+    fn impossible_sensors_are_refused() {
+        assert_eq!(Sensor::new(0, 0.005, Noise::Gaussian), Err(SensorError::Radius(0)));
+        assert!(Sensor::new(5, f64::NAN, Noise::Gaussian).is_err());
+        assert!(Sensor::new(5, 1e-9, Noise::Gaussian).is_err());
+    }
+}

@@ -1,0 +1,233 @@
+//! What can be crossed and what is searched.
+
+use crate::cell::{Cell, Grid, GridSizeError, Offset, Position};
+
+/// The ground of one cell. The two properties are independent: a lake can hold an object that no ground robot
+/// reaches, and the road to the search area holds none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Ground {
+    /// A robot can be here.
+    pub traversable: bool,
+    /// An object can be here: inside the search polygon. Elsewhere the prior is 0.
+    pub searched: bool,
+}
+
+impl Ground {
+    /// Crossed and searched.
+    pub const OPEN: Self = Self { traversable: true, searched: true };
+    /// Neither crossed nor searched.
+    pub const BLOCKED: Self = Self { traversable: false, searched: false };
+    /// Searched from outside only.
+    pub const OUT_OF_REACH: Self = Self { traversable: false, searched: true };
+    /// Crossed, not searched.
+    pub const PASSAGE: Self = Self { traversable: true, searched: false };
+}
+
+/// A map: its grid, the edge of a cell, and the ground of each cell.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Terrain {
+    grid: Grid,
+    cell_meters: f64,
+    ground: Vec<Ground>,
+}
+
+/// Why a terrain cannot be.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum TerrainError {
+    /// No cell, or too many.
+    #[error(transparent)]
+    Size(#[from] GridSizeError),
+    /// Not a length.
+    #[error("cell edge {0} m: allowed is a finite length above 0")]
+    CellEdge(f64),
+    /// A cell list of another length than the grid.
+    #[error("ground of {given} cells for a grid of {expected}")]
+    CellCount {
+        /// Cells given.
+        given: usize,
+        /// Cells of the grid.
+        expected: usize,
+    },
+    /// A character that means no ground.
+    #[error(
+        "line {line}, column {column}: {found:?} is no ground; allowed are '.' open, '#' blocked, '~' out of reach, ',' passage"
+    )]
+    Character {
+        /// From 1.
+        line: usize,
+        /// From 1.
+        column: usize,
+        /// What stands there.
+        found: char,
+    },
+    /// Lines of unequal length.
+    #[error("line {line} has {given} cells, the first line has {expected}")]
+    Ragged {
+        /// From 1.
+        line: usize,
+        /// Cells in that line.
+        given: usize,
+        /// Cells in the first line.
+        expected: usize,
+    },
+}
+
+impl Terrain {
+    /// A terrain from the ground of each cell, shape `[cells]`, by index.
+    ///
+    /// # Errors
+    /// If the list does not fit the grid, or the edge is not a positive length.
+    pub fn new(grid: Grid, cell_meters: f64, ground: Vec<Ground>) -> Result<Self, TerrainError> {
+        if !(cell_meters.is_finite() && cell_meters > 0.0) {
+            return Err(TerrainError::CellEdge(cell_meters));
+        }
+        if ground.len() != grid.cell_count() {
+            return Err(TerrainError::CellCount { given: ground.len(), expected: grid.cell_count() });
+        }
+        Ok(Self { grid, cell_meters, ground })
+    }
+
+    /// Reads a drawing, its first line the northern edge: `.` open, `#` blocked, `~` out of reach (searched, not
+    /// traversable), `,` passage (traversable, not searched). Blank lines and spaces at a line's end are ignored.
+    ///
+    /// # Errors
+    /// If a line is longer than another, or a character is none of these: with its line and column.
+    pub fn from_ascii(drawing: &str, cell_meters: f64) -> Result<Self, TerrainError> {
+        let lines: Vec<(usize, &str)> = drawing
+            .lines()
+            .enumerate()
+            .map(|(index, line)| (index + 1, line.trim_end()))
+            .filter(|(_, line)| !line.is_empty())
+            .collect();
+        let expected = lines.first().map_or(0, |(_, line)| line.chars().count());
+        let size = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
+        let grid = Grid::new(size(lines.len()), size(expected))?;
+        let mut ground = Vec::with_capacity(grid.cell_count());
+        for &(line, text) in lines.iter().rev() {
+            let given = text.chars().count();
+            if given != expected {
+                return Err(TerrainError::Ragged { line, given, expected });
+            }
+            for (index, found) in text.chars().enumerate() {
+                ground.push(match found {
+                    '.' => Ground::OPEN,
+                    '#' => Ground::BLOCKED,
+                    '~' => Ground::OUT_OF_REACH,
+                    ',' => Ground::PASSAGE,
+                    _ => return Err(TerrainError::Character { line, column: index + 1, found }),
+                });
+            }
+        }
+        Self::new(grid, cell_meters, ground)
+    }
+
+    /// The grid of cells.
+    #[must_use]
+    pub const fn grid(&self) -> Grid {
+        self.grid
+    }
+
+    /// Edge of a cell, metres.
+    #[must_use]
+    pub const fn cell_meters(&self) -> f64 {
+        self.cell_meters
+    }
+
+    /// The ground of one cell.
+    #[must_use]
+    pub fn ground(&self, cell: Cell) -> Ground {
+        self.ground[cell.index()]
+    }
+
+    /// Whether a robot can be in this cell.
+    #[must_use]
+    pub fn is_traversable(&self, cell: Cell) -> bool {
+        self.ground[cell.index()].traversable
+    }
+
+    /// Whether an object can be in this cell.
+    #[must_use]
+    pub fn is_searched(&self, cell: Cell) -> bool {
+        self.ground[cell.index()].searched
+    }
+
+    /// Traversable cells, by index.
+    pub fn traversable_cells(&self) -> impl Iterator<Item = Cell> + '_ {
+        self.grid.cells().filter(|&cell| self.is_traversable(cell))
+    }
+
+    /// Searched cells, by index.
+    pub fn searched_cells(&self) -> impl Iterator<Item = Cell> + '_ {
+        self.grid.cells().filter(|&cell| self.is_searched(cell))
+    }
+
+    /// Cells of the largest connected traversable area, by index; of two equal ones the one with the smallest cell.
+    /// Connection is by the 4 neighbours.
+    #[must_use]
+    pub fn largest_area(&self) -> Vec<Cell> {
+        let mut seen = vec![false; self.grid.cell_count()];
+        let mut largest = Vec::new();
+        for start in self.traversable_cells() {
+            if std::mem::replace(&mut seen[start.index()], true) {
+                continue;
+            }
+            let mut area = vec![start];
+            let mut next = 0;
+            while next < area.len() {
+                for (north, east) in [(-1, 0), (0, -1), (0, 1), (1, 0)] {
+                    if let Some(cell) = self.grid.step(area[next], Offset { north, east })
+                        && self.is_traversable(cell)
+                        && !std::mem::replace(&mut seen[cell.index()], true)
+                    {
+                        area.push(cell);
+                    }
+                }
+                next += 1;
+            }
+            if area.len() > largest.len() {
+                largest = area;
+            }
+        }
+        largest.sort_unstable();
+        largest
+    }
+
+    /// Center of a cell, metres east and north of the map's south-western corner.
+    #[must_use]
+    pub fn center_meters(&self, cell: Cell) -> (f64, f64) {
+        let Position { row, column } = self.grid.position(cell);
+        ((f64::from(column) + 0.5) * self.cell_meters, (f64::from(row) + 0.5) * self.cell_meters)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_line_of_a_drawing_is_the_northern_edge() {
+        let terrain = Terrain::from_ascii("#.\n,~\n", 30.0).unwrap();
+        let ground: Vec<Ground> = terrain.grid().cells().map(|cell| terrain.ground(cell)).collect();
+        assert_eq!(ground, [Ground::PASSAGE, Ground::OUT_OF_REACH, Ground::BLOCKED, Ground::OPEN]);
+        let south_east = terrain.grid().cell_numbered(1).unwrap();
+        assert_eq!(terrain.center_meters(south_east), (45.0, 15.0));
+    }
+
+    #[test]
+    fn a_bad_drawing_names_its_line() {
+        let check = |drawing: &str, message: &str| {
+            let error = Terrain::from_ascii(drawing, 1.0).unwrap_err().to_string();
+            assert!(error.contains(message), "{error}");
+        };
+        check("..\n.x\n", "line 2, column 2: 'x' is no ground");
+        check("..\n...\n", "line 2 has 3 cells, the first line has 2");
+        check("\n\n", "0 rows");
+    }
+
+    #[test]
+    fn the_largest_area_is_connected() {
+        let terrain = Terrain::from_ascii("..#.\n..#.\n###.\n", 1.0).unwrap();
+        let area: Vec<usize> = terrain.largest_area().iter().map(|cell| cell.index()).collect();
+        assert_eq!(area, [4, 5, 8, 9]);
+    }
+}

@@ -1,0 +1,189 @@
+//! Every policy against a slow reference of its own, on random situations.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use dragnet_search::belief::Belief;
+use dragnet_search::cell::{Cell, Grid};
+use dragnet_search::evidence::Reading;
+use dragnet_search::intent::Promised;
+use dragnet_search::policy::{Decision, Parameters, PolicyName, build};
+use dragnet_search::route::{Moves, Routes};
+use dragnet_search::seed::{Purpose, Stream, stream};
+use dragnet_search::sensor::{Noise, Sensor};
+use dragnet_search::situation::{Place, Situation};
+use dragnet_search::terrain::{Ground, Terrain};
+use rand::RngExt;
+
+mod information;
+mod thompson;
+
+/// A random map, belief and team.
+struct Case {
+    terrain: Terrain,
+    sensor: Sensor,
+    belief: Belief,
+    promised: Promised,
+    moves: Moves,
+    robot: Cell,
+}
+
+impl Case {
+    fn new(seed: u64) -> Self {
+        let mut random = stream(seed, Purpose::Truth, 0);
+        let grid = Grid::new(random.random_range(3..8), random.random_range(3..8)).unwrap();
+        let mut ground: Vec<Ground> = (0..grid.cell_count()).map(|_| any_ground(&mut random)).collect();
+        ground[0] = Ground::OPEN;
+        let terrain = Terrain::new(grid, 30.0, ground).unwrap();
+        let sensor = Sensor::new(random.random_range(1..4), 0.005, Noise::Gaussian).unwrap();
+        let belief = Belief::uniform(&terrain, random.random_range(0.01..0.5)).unwrap();
+        let area: Vec<Cell> = terrain.largest_area();
+        let robot = area[random.random_range(0..area.len())];
+        let promised = Promised::nothing(&terrain);
+        let moves = if seed.is_multiple_of(2) { Moves::Four } else { Moves::Eight };
+        let mut case = Self { terrain, sensor, belief, promised, moves, robot };
+        case.look_around(&mut random);
+        case
+    }
+
+    /// Readings of some cells, near and far, and a plan of a teammate.
+    fn look_around(&mut self, random: &mut Stream) {
+        let grid = self.terrain.grid();
+        let any_cell =
+            |random: &mut Stream| grid.cells().nth(random.random_range(0..grid.cell_count())).unwrap();
+        for _ in 0..random.random_range(1..grid.cell_count()) {
+            let (cell, value) = (any_cell(random), random.random_range(-0.3..1.3));
+            self.belief.add(&Reading { cell, value, variance: random.random_range(0.01..0.4) });
+        }
+        let plan: Vec<Cell> = (0..random.random_range(0..4)).map(|_| any_cell(random)).collect();
+        self.promised.add_path(&self.terrain, &self.sensor, &plan);
+    }
+
+    fn situation(&self) -> Situation<'_> {
+        Situation {
+            terrain: &self.terrain,
+            moves: self.moves,
+            sensor: &self.sensor,
+            belief: &self.belief,
+            promised: &self.promised,
+            robot: self.robot,
+            place: Place::ALONE,
+        }
+    }
+
+    fn decide(&self, name: PolicyName, seed: u64) -> Decision {
+        let mut random = stream(seed, Purpose::Decision, 1);
+        build(name, Parameters::default()).decide(&self.situation(), &mut random)
+    }
+
+    fn routes(&self) -> Routes {
+        Routes::from(&self.terrain, self.moves, self.robot)
+    }
+}
+
+fn any_ground(random: &mut Stream) -> Ground {
+    match random.random_range(0..10) {
+        0..7 => Ground::OPEN,
+        7 => Ground::OUT_OF_REACH,
+        8 => Ground::PASSAGE,
+        _ => Ground::BLOCKED,
+    }
+}
+
+/// The scores agree on every candidate, and the decision is the best of them with its shortest path.
+fn check(case: &Case, decision: &Decision, expected: impl Fn(Cell) -> f64, tolerance: f64) {
+    let routes = case.routes();
+    let is_candidate = |cell| routes.length(cell).is_finite() && cell != case.robot;
+    let mut best = f64::NEG_INFINITY;
+    for cell in case.terrain.grid().cells() {
+        let score = decision.scores[cell.index()];
+        if is_candidate(cell) {
+            let expected = expected(cell);
+            let allowed = tolerance * expected.abs().max(1.0);
+            assert!((score - expected).abs() <= allowed, "{cell:?}: {score} instead of {expected}");
+            best = best.max(score);
+        } else {
+            assert!(score == f64::NEG_INFINITY, "{cell:?} is no candidate and scores {score}");
+        }
+    }
+    if best.is_finite() {
+        assert!(decision.scores[decision.chosen.index()] >= best);
+        assert_eq!(decision.path, routes.path(decision.chosen));
+    } else {
+        assert_eq!(decision.chosen, case.robot);
+    }
+}
+
+#[test]
+fn random_goes_everywhere_in_reach_and_nowhere_else() {
+    let case = Case::new(4);
+    let mut chosen: Vec<Cell> = (0..500).map(|seed| case.decide(PolicyName::Random, seed).chosen).collect();
+    chosen.sort_unstable();
+    chosen.dedup();
+    let mut candidates = case.routes().candidates().to_vec();
+    candidates.sort_unstable();
+    assert!(candidates.len() > 5);
+    assert_eq!(chosen, candidates);
+}
+
+#[test]
+fn coverage_visits_every_cell_in_reach_once_around() {
+    for seed in 0..20 {
+        let mut case = Case::new(seed);
+        let mut policy = build(PolicyName::Coverage, Parameters::default());
+        let mut random = stream(seed, Purpose::Decision, 1);
+        let mut left: Vec<Cell> = case.routes().reached().to_vec();
+        left.retain(|&cell| cell != case.robot);
+        for _ in 0..case.routes().reached().len() {
+            let decision = policy.decide(&case.situation(), &mut random);
+            case.robot = decision.chosen;
+            left.retain(|&cell| cell != case.robot);
+        }
+        assert!(left.is_empty(), "{left:?} not visited");
+    }
+}
+
+#[test]
+fn a_coverage_team_shares_the_cells() {
+    let terrain = Terrain::from_ascii("....\n....\n....\n", 1.0).unwrap();
+    let (sensor, belief) = (Sensor::default(), Belief::uniform(&terrain, 0.1).unwrap());
+    let promised = Promised::nothing(&terrain);
+    let mut visited = Vec::new();
+    for member in 0..3 {
+        let mut policy = build(PolicyName::Coverage, Parameters::default());
+        let mut robot = terrain.grid().cells().next().unwrap();
+        for _ in 0..4 {
+            let situation = Situation {
+                terrain: &terrain,
+                moves: Moves::Four,
+                sensor: &sensor,
+                belief: &belief,
+                promised: &promised,
+                robot,
+                place: Place { member, team: 3 },
+            };
+            robot = policy.decide(&situation, &mut stream(0, Purpose::Decision, 0)).chosen;
+            visited.push(robot);
+        }
+    }
+    visited.sort_unstable();
+    visited.dedup();
+    assert!(visited.len() >= 11, "{visited:?}");
+}
+
+#[test]
+fn with_nowhere_to_go_every_policy_stays() {
+    let terrain = Terrain::from_ascii("#.#", 1.0).unwrap();
+    let robot = terrain.traversable_cells().next().unwrap();
+    let case = Case {
+        sensor: Sensor::default(),
+        belief: Belief::uniform(&terrain, 0.2).unwrap(),
+        promised: Promised::nothing(&terrain),
+        moves: Moves::Four,
+        terrain,
+        robot,
+    };
+    for name in PolicyName::ALL {
+        let decision = case.decide(name, 0);
+        assert_eq!((decision.chosen, decision.path.len()), (robot, 0), "{name}");
+    }
+}

@@ -1,0 +1,1 @@
+//! The world: truth, motion, sensing, network faults and episodes.
