@@ -1,1 +1,7 @@
-//! One robot of a search team: a state machine, and its Zenoh link.
+//! One robot of a search team.
+//!
+//! [`agent`] is the robot's mind: a state machine that is told what happened and returns what to do, and knows no
+//! clock, socket or thread. [`team`] is what it knows of its teammates. `link` puts it on Zenoh.
+
+pub mod agent;
+pub mod team;

@@ -1,1 +1,20 @@
-//! Contracts: messages, keys, codec and scenario files.
+//! The contracts: what travels between processes, under which keys, in which bytes; and the files that describe a
+//! search.
+//!
+//! - [`message`], [`step`], [`wire`], [`cdr`], [`convert`], [`schema`]: what is said, as ROS 2 messages in CDR;
+//! - [`key`], [`time`], [`inbox`]: under which key, when, and exactly once;
+//! - [`scenario`], [`map_file`]: what is searched, by whom, under which conditions.
+//!
+//! Only this crate knows wire bytes and key expressions.
+
+pub mod cdr;
+pub mod convert;
+pub mod inbox;
+pub mod key;
+pub mod map_file;
+pub mod message;
+pub mod scenario;
+pub mod schema;
+pub mod step;
+pub mod time;
+pub mod wire;

@@ -68,6 +68,22 @@ impl Score {
         }
     }
 
+    /// One cell, object or empty, is now called found, or no longer.
+    pub fn change(&mut self, is_found: bool, is_object: bool) {
+        match (is_found, is_object) {
+            (true, true) => {
+                self.true_positives += 1;
+                self.false_negatives -= 1;
+            }
+            (false, true) => {
+                self.true_positives -= 1;
+                self.false_negatives += 1;
+            }
+            (true, false) => self.false_positives += 1,
+            (false, false) => self.false_positives -= 1,
+        }
+    }
+
     /// Share of the objects that are found; 1 if there is none.
     #[must_use]
     pub fn recall(self) -> f64 {
@@ -149,6 +165,17 @@ mod tests {
         let f1 = 2.0 * 0.6 * 0.75 / (0.6 + 0.75);
         assert!((score.f1() - f1).abs() < 1e-12);
         assert!((Score::default().f1() - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_change_counts_as_a_recount_does() {
+        let mut score = Score { true_positives: 1, false_positives: 1, false_negatives: 2 };
+        score.change(true, true);
+        score.change(false, false);
+        assert_eq!(score, Score { true_positives: 2, false_positives: 0, false_negatives: 1 });
+        score.change(false, true);
+        score.change(true, false);
+        assert_eq!(score, Score { true_positives: 1, false_positives: 1, false_negatives: 2 });
     }
 
     #[test]

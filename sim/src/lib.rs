@@ -1,1 +1,11 @@
-//! The world: truth, motion, sensing, network faults and episodes.
+//! The world that stands in for the real one.
+//!
+//! A simulation ([`simulation`]) is a queue of events over a world, a network with faults, and a crew ([`crew`]) that is
+//! told what happens and says what it does. [`episode`] runs one in this process; `served` runs the same over Zenoh.
+
+pub mod crew;
+pub mod episode;
+pub mod network;
+mod queue;
+pub mod simulation;
+mod world;

@@ -1,0 +1,369 @@
+//! The robot's mind: what happened goes in, what to do comes out.
+
+use std::sync::Arc;
+
+use dragnet_proto::inbox::Inbox;
+use dragnet_proto::message::{Activity, Audience, Heartbeat, Intent, Message, Participant};
+use dragnet_proto::scenario::{Mission, Robot, Scenario};
+use dragnet_proto::time::MissionTime;
+use dragnet_search::belief::Belief;
+use dragnet_search::cell::Cell;
+use dragnet_search::evidence::Reading;
+use dragnet_search::observation::{Observation, RobotId};
+use dragnet_search::policy::{self, Policy};
+use dragnet_search::route::Moves;
+use dragnet_search::seed::{Purpose, Stream, stream};
+use dragnet_search::sensor::Sensor;
+use dragnet_search::situation::{Place, Situation};
+use dragnet_search::terrain::Terrain;
+
+use crate::team::Team;
+
+/// All that a robot is told before it starts.
+#[derive(Clone, Debug)]
+pub struct Orders {
+    /// Which robot this is, and how it decides.
+    pub robot: Robot,
+    /// Its place in the team.
+    pub place: Place,
+    /// The map.
+    pub terrain: Arc<Terrain>,
+    /// How it moves.
+    pub moves: Moves,
+    /// What it sees with.
+    pub sensor: Arc<Sensor>,
+    /// What is believed before any reading.
+    pub prior: Arc<Belief>,
+    /// When an object counts as found, when to stop, and how to keep in touch.
+    pub mission: Mission,
+    /// Seed of its random choices.
+    pub seed: u64,
+}
+
+impl Orders {
+    /// The orders of every robot of a scenario, by number.
+    #[must_use]
+    pub fn of_team(scenario: &Scenario, seed: u64) -> Vec<Self> {
+        let (terrain, sensor) = (Arc::new(scenario.terrain().clone()), Arc::new(scenario.sensor().clone()));
+        let prior = Arc::new(scenario.prior().clone());
+        let team = u16::try_from(scenario.robots().len()).unwrap_or(u16::MAX);
+        (0..team)
+            .zip(scenario.robots())
+            .map(|(member, &robot)| Self {
+                robot,
+                place: Place { member, team },
+                terrain: Arc::clone(&terrain),
+                moves: scenario.moves(),
+                sensor: Arc::clone(&sensor),
+                prior: Arc::clone(&prior),
+                mission: scenario.mission().clone(),
+                seed,
+            })
+            .collect()
+    }
+
+    fn id(&self) -> RobotId {
+        self.robot.id
+    }
+
+    /// Robots decide for the first time one after the other, so that each knows the plans of those before it.
+    fn first_decision(&self) -> MissionTime {
+        MissionTime::START + self.mission.stagger * u32::from(self.place.member)
+    }
+}
+
+/// What happened to a robot.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event {
+    /// It stands in a cell, for the first time or after a move, and took these readings.
+    Sensed {
+        /// Where it stands.
+        cell: Cell,
+        /// What it saw.
+        readings: Vec<Reading>,
+    },
+    /// A message came.
+    Received {
+        /// Who sent it.
+        from: Participant,
+        /// What it says.
+        message: Message,
+    },
+    /// The time that [`Agent::wake_at`] named has come.
+    Woke,
+    /// A teammate has left the network.
+    Lost(RobotId),
+}
+
+/// What a robot does.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Action {
+    /// Tell the others.
+    Publish(Audience, Message),
+    /// Enter these cells in order, instead of any before; none of them is the robot's own. Without a cell: stay.
+    Follow(Vec<Cell>),
+}
+
+/// One robot.
+pub struct Agent {
+    orders: Orders,
+    policy: Box<dyn Policy + Send>,
+    random: Stream,
+    belief: Belief,
+    inbox: Inbox,
+    team: Team,
+    activity: Activity,
+    /// Where it stands; unknown before the first event.
+    cell: Option<Cell>,
+    path_meters: f64,
+    /// Cells that it has yet to enter.
+    plan: Vec<Cell>,
+    /// Cells entered since the last decision.
+    entered: u32,
+    /// When the plan was made.
+    decided: MissionTime,
+    /// Whether a teammate's plan has come late: made before this robot's, and unknown to it then.
+    is_overtaken: bool,
+    /// Waypoints chosen.
+    decisions: u64,
+    /// Plans made, those to rest included: the number of the next one.
+    plans: u64,
+    /// Observations made.
+    observations: u64,
+    next_heartbeat: MissionTime,
+}
+
+impl Agent {
+    /// A robot with its orders, before it knows where it is.
+    #[must_use]
+    pub fn new(orders: Orders) -> Self {
+        let participant = Participant::Robot(orders.id());
+        Self {
+            policy: policy::build(orders.robot.policy.name, orders.robot.policy.parameters),
+            random: stream(orders.seed, Purpose::Decision, orders.id().0),
+            belief: Belief::clone(&orders.prior),
+            inbox: Inbox::new(participant, orders.mission.heartbeat / 2),
+            team: Team::default(),
+            activity: Activity::Searching,
+            cell: None,
+            path_meters: 0.0,
+            plan: Vec::new(),
+            entered: 0,
+            decided: MissionTime::START,
+            is_overtaken: false,
+            decisions: 0,
+            plans: 0,
+            observations: 0,
+            next_heartbeat: MissionTime::START + orders.mission.heartbeat,
+            orders,
+        }
+    }
+
+    /// The only way anything changes; `now` comes from the caller.
+    pub fn handle(&mut self, now: MissionTime, event: Event) -> Vec<Action> {
+        let mut actions = Vec::new();
+        match event {
+            Event::Sensed { cell, readings } => self.sense(now, cell, readings, &mut actions),
+            Event::Received { from, message } => self.receive(now, from, &message, &mut actions),
+            Event::Woke => self.wake(now, &mut actions),
+            Event::Lost(robot) => self.team.lost(robot),
+        }
+        actions
+    }
+
+    /// When to be woken, if nothing else happens before.
+    #[must_use]
+    pub fn wake_at(&self) -> MissionTime {
+        if self.plans == 0 && self.cell.is_some() {
+            self.next_heartbeat.min(self.orders.first_decision())
+        } else {
+            self.next_heartbeat
+        }
+    }
+
+    /// What the robot believes.
+    #[must_use]
+    pub const fn belief(&self) -> &Belief {
+        &self.belief
+    }
+
+    /// What the robot does.
+    #[must_use]
+    pub const fn activity(&self) -> Activity {
+        self.activity
+    }
+
+    /// Waypoints chosen so far.
+    #[must_use]
+    pub const fn decisions(&self) -> u64 {
+        self.decisions
+    }
+
+    /// All observations known.
+    #[must_use]
+    pub const fn inbox(&self) -> &Inbox {
+        &self.inbox
+    }
+
+    fn sense(&mut self, now: MissionTime, cell: Cell, readings: Vec<Reading>, actions: &mut Vec<Action>) {
+        self.move_to(cell);
+        for reading in &readings {
+            self.belief.add(reading);
+        }
+        let observation = Arc::new(Observation {
+            robot: self.orders.id(),
+            sequence: self.observations,
+            time_ns: now.0,
+            from: cell,
+            readings,
+        });
+        self.observations += 1;
+        self.inbox.record(Arc::clone(&observation));
+        actions.push(Action::Publish(Audience::All, Message::Observation(observation)));
+        let is_due = self.orders.robot.policy.replan_after.is_some_and(|cells| self.entered >= cells.get());
+        let is_void = self.plan.is_empty() || self.is_overtaken;
+        if self.activity == Activity::Searching && (is_void || is_due || self.is_spent(now)) {
+            self.decide(now, actions);
+        }
+    }
+
+    /// The robot may be off its plan: then the plan is void.
+    fn move_to(&mut self, cell: Cell) {
+        if let Some(before) = self.cell
+            && before != cell
+        {
+            let offset = self.orders.terrain.grid().offset(before, cell);
+            let cells = f64::from(offset.north).hypot(f64::from(offset.east));
+            self.path_meters += cells * self.orders.terrain.cell_meters();
+            self.entered += 1;
+        }
+        self.cell = Some(cell);
+        match self.plan.iter().position(|&planned| planned == cell) {
+            Some(place) => {
+                self.plan.drain(..=place);
+            }
+            None => self.plan.clear(),
+        }
+    }
+
+    fn receive(&mut self, now: MissionTime, from: Participant, message: &Message, actions: &mut Vec<Action>) {
+        match message {
+            Message::Observation(observation) => self.team.walked(now, observation.robot, observation.from),
+            Message::Intent(intent) => self.learn_plan(now, intent),
+            Message::Heartbeat(heartbeat) => self.learn_plan(now, &heartbeat.intent),
+            Message::LogRequest(_) | Message::LogReply(_) | Message::MissionStatus(_) => {
+                if let Participant::Robot(robot) = from {
+                    self.team.heard(now, robot);
+                }
+            }
+        }
+        let received = self.inbox.receive(now, from, message);
+        for reading in received.new.iter().flat_map(|observation| &observation.readings) {
+            self.belief.add(reading);
+        }
+        for (whom, reply) in received.replies {
+            actions.push(Action::Publish(Audience::One(whom), reply));
+        }
+    }
+
+    /// Of two robots that did not know each other's plans the one that decided later, or has the higher number, gives
+    /// way: it decides anew in its next cell.
+    fn learn_plan(&mut self, now: MissionTime, intent: &Intent) {
+        let is_news = self.team.plans(now, intent);
+        let made = (MissionTime(intent.time_ns), intent.robot);
+        let is_earlier = made < (self.decided, self.orders.id());
+        if is_news && is_earlier && !intent.path.is_empty() {
+            self.is_overtaken = true;
+        }
+    }
+
+    fn wake(&mut self, now: MissionTime, actions: &mut Vec<Action>) {
+        self.team.forget_silent(now, self.orders.mission.lost_after);
+        let is_first = self.plans == 0;
+        let is_running_out = self.activity == Activity::Searching && self.is_spent(now);
+        // What teammates saw may have withdrawn what was found.
+        let is_cleared = self.activity == Activity::Cleared;
+        if is_first || is_running_out || is_cleared {
+            self.decide(now, actions);
+        }
+        if now >= self.next_heartbeat {
+            self.next_heartbeat = now + self.orders.mission.heartbeat;
+            self.beat(now, actions);
+        }
+    }
+
+    fn is_spent(&self, now: MissionTime) -> bool {
+        self.orders.mission.budget.is_spent(self.path_meters, now.since(MissionTime::START))
+    }
+
+    /// Whether so few objects are expected beyond those found that nothing is left that is worth a search.
+    fn is_cleared(&self) -> bool {
+        self.orders.mission.expected_undeclared.is_some_and(|threshold| {
+            self.belief.expected_undeclared(&self.orders.terrain, self.orders.mission.tau) <= threshold
+        })
+    }
+
+    /// Chooses a waypoint, or rests.
+    fn decide(&mut self, now: MissionTime, actions: &mut Vec<Action>) {
+        let Some(cell) = self.cell.filter(|_| now >= self.orders.first_decision()) else { return };
+        let resting = if self.is_spent(now) {
+            Some(Activity::Spent)
+        } else if self.is_cleared() {
+            Some(Activity::Cleared)
+        } else {
+            None
+        };
+        let path = if resting.is_none() { self.choose(cell) } else { Vec::new() };
+        let activity = resting.unwrap_or(if path.is_empty() { Activity::Stuck } else { Activity::Searching });
+        if activity != Activity::Searching && activity == self.activity {
+            return;
+        }
+        self.activity = activity;
+        self.decided = now;
+        self.is_overtaken = false;
+        self.entered = 0;
+        self.plan.clone_from(&path);
+        self.plans += 1;
+        actions.push(Action::Follow(path));
+        actions.push(Action::Publish(Audience::All, Message::Intent(self.intent())));
+    }
+
+    fn choose(&mut self, robot: Cell) -> Vec<Cell> {
+        let promised = self.team.promised(&self.orders.terrain, &self.orders.sensor);
+        let situation = Situation {
+            terrain: &self.orders.terrain,
+            moves: self.orders.moves,
+            sensor: &self.orders.sensor,
+            belief: &self.belief,
+            promised: &promised,
+            robot,
+            place: self.orders.place,
+        };
+        self.decisions += 1;
+        self.policy.decide(&situation, &mut self.random).path
+    }
+
+    fn intent(&self) -> Intent {
+        Intent {
+            robot: self.orders.id(),
+            decision: self.plans,
+            time_ns: self.decided.0,
+            path: self.plan.clone(),
+        }
+    }
+
+    fn beat(&self, now: MissionTime, actions: &mut Vec<Action>) {
+        let Some(cell) = self.cell else { return };
+        let heartbeat = Heartbeat {
+            robot: self.orders.id(),
+            time_ns: now.0,
+            activity: self.activity,
+            cell,
+            path_meters: self.path_meters,
+            intent: self.intent(),
+            versions: self.inbox.log().versions().collect(),
+            digest: self.belief.digest(),
+        };
+        actions.push(Action::Publish(Audience::All, Message::Heartbeat(heartbeat)));
+    }
+}

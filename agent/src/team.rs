@@ -1,0 +1,160 @@
+//! What a robot knows of its teammates: who is alive, and where each is going.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use dragnet_proto::message::Intent;
+use dragnet_proto::time::MissionTime;
+use dragnet_search::cell::Cell;
+use dragnet_search::intent::Promised;
+use dragnet_search::observation::RobotId;
+use dragnet_search::sensor::Sensor;
+use dragnet_search::terrain::Terrain;
+
+/// The teammates that were ever heard.
+#[derive(Clone, Debug, Default)]
+pub struct Team {
+    mates: BTreeMap<RobotId, Teammate>,
+}
+
+#[derive(Clone, Debug)]
+struct Teammate {
+    last_heard: MissionTime,
+    /// Number of the decision that the plan is from; none was heard yet without one.
+    decision: Option<u64>,
+    /// Cells that it has yet to enter.
+    plan: Vec<Cell>,
+}
+
+impl Team {
+    /// A teammate has been heard.
+    pub fn heard(&mut self, now: MissionTime, robot: RobotId) {
+        self.mate(now, robot);
+    }
+
+    /// A teammate's plan: it replaces an older one, and a repeated one tells how far along the robot is. Returns
+    /// whether it is news.
+    pub fn plans(&mut self, now: MissionTime, intent: &Intent) -> bool {
+        let mate = self.mate(now, intent.robot);
+        let is_newer = mate.decision.is_none_or(|known| intent.decision > known);
+        let is_further = mate.decision == Some(intent.decision) && intent.path.len() < mate.plan.len();
+        if is_newer || is_further {
+            mate.decision = Some(intent.decision);
+            mate.plan.clone_from(&intent.path);
+        }
+        is_newer
+    }
+
+    /// A teammate has looked from a cell: that part of its plan is walked.
+    pub fn walked(&mut self, now: MissionTime, robot: RobotId, cell: Cell) {
+        let mate = self.mate(now, robot);
+        if let Some(place) = mate.plan.iter().position(|&planned| planned == cell) {
+            mate.plan.drain(..=place);
+        }
+    }
+
+    /// A teammate is lost: its plan lapses.
+    pub fn lost(&mut self, robot: RobotId) {
+        self.mates.remove(&robot);
+    }
+
+    /// Drops whoever was not heard for so long.
+    pub fn forget_silent(&mut self, now: MissionTime, patience: Duration) {
+        self.mates.retain(|_, mate| now <= mate.last_heard + patience);
+    }
+
+    /// Teammates that are alive.
+    pub fn alive(&self) -> impl Iterator<Item = RobotId> + '_ {
+        self.mates.keys().copied()
+    }
+
+    /// What all plans together promise.
+    #[must_use]
+    pub fn promised(&self, terrain: &Terrain, sensor: &Sensor) -> Promised {
+        let mut promised = Promised::nothing(terrain);
+        for mate in self.mates.values() {
+            promised.add_path(terrain, sensor, &mate.plan);
+        }
+        promised
+    }
+
+    fn mate(&mut self, now: MissionTime, robot: RobotId) -> &mut Teammate {
+        let mate =
+            self.mates.entry(robot).or_insert(Teammate { last_heard: now, decision: None, plan: Vec::new() });
+        mate.last_heard = mate.last_heard.max(now);
+        mate
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MATE: RobotId = RobotId(2);
+
+    struct Field {
+        terrain: Terrain,
+        sensor: Sensor,
+        team: Team,
+    }
+
+    impl Field {
+        fn new() -> Self {
+            let terrain = Terrain::from_ascii("......", 1.0).unwrap();
+            let sensor = Sensor::new(1, 0.005, dragnet_search::sensor::Noise::Gaussian).unwrap();
+            Self { terrain, sensor, team: Team::default() }
+        }
+
+        fn cells(&self, numbers: impl IntoIterator<Item = u32>) -> Vec<Cell> {
+            numbers.into_iter().map(|number| self.terrain.grid().cell_numbered(number).unwrap()).collect()
+        }
+
+        fn plans(&mut self, decision: u64, path: impl IntoIterator<Item = u32>) {
+            let path = self.cells(path);
+            self.team.plans(MissionTime::START, &Intent { robot: MATE, decision, time_ns: 0, path });
+        }
+
+        fn check(&self, expected: impl IntoIterator<Item = u32>) {
+            let mut promised = Promised::nothing(&self.terrain);
+            promised.add_path(&self.terrain, &self.sensor, &self.cells(expected));
+            assert_eq!(self.team.promised(&self.terrain, &self.sensor), promised);
+        }
+    }
+
+    #[test]
+    fn a_plan_shrinks_as_it_is_walked_and_lapses_when_replaced_or_lost() {
+        let mut field = Field::new();
+        field.plans(0, 0..5);
+        field.check(0..5);
+        let third = field.cells([2])[0];
+        field.team.walked(MissionTime::START, MATE, third);
+        field.check(3..5);
+        field.plans(1, [1]);
+        field.check([1]);
+        field.team.lost(MATE);
+        field.check([]);
+    }
+
+    #[test]
+    fn a_plan_that_comes_late_or_twice_brings_nothing_back() {
+        let mut field = Field::new();
+        field.plans(3, 0..5);
+        field.plans(2, 0..2);
+        field.check(0..5);
+        field.plans(3, 4..5);
+        field.plans(3, 0..5);
+        field.check(4..5);
+    }
+
+    #[test]
+    fn who_is_silent_for_too_long_is_lost() {
+        let mut field = Field::new();
+        field.plans(0, 0..5);
+        let patience = Duration::from_secs(30);
+        field.team.forget_silent(MissionTime::START + patience, patience);
+        field.check(0..5);
+        field.team.forget_silent(MissionTime(30_000_000_001), patience);
+        field.check([]);
+        assert_eq!(field.team.alive().count(), 0);
+    }
+}

@@ -1,0 +1,162 @@
+//! From domain messages to bytes and back, checked on the way back: a message that comes out is well formed.
+//!
+//! Encoding cannot fail. Decoding needs the mission's [`Grid`]: cells travel as numbers, and only those on the map
+//! become cells. [`viewer`] makes the messages that only viewers read.
+
+mod check;
+mod error;
+mod messages;
+mod steps;
+pub mod viewer;
+
+use std::sync::Arc;
+
+use dragnet_search::cell::Grid;
+use serde::de::DeserializeOwned;
+
+pub use error::{ConvertError, Field};
+
+use self::check::{Check, Place};
+use crate::cdr;
+use crate::message::{Message, MessageKind, Participant};
+use crate::schema::RosMessage;
+use crate::step::{Sensed, Step, StepReply};
+use crate::wire::dragnet as wire;
+
+/// The bytes of a message.
+#[must_use]
+pub fn encode(message: &Message) -> Vec<u8> {
+    match message {
+        Message::Observation(observation) => cdr::encode(&wire::Observation::from(&**observation)),
+        Message::Intent(intent) => cdr::encode(&wire::Intent::from(intent)),
+        Message::Heartbeat(heartbeat) => cdr::encode(&wire::Heartbeat::from(heartbeat)),
+        Message::LogRequest(request) => cdr::encode(&wire::LogRequest::from(request)),
+        Message::LogReply(reply) => cdr::encode(&wire::LogReply::from(reply)),
+        Message::MissionStatus(status) => cdr::encode(&wire::MissionStatus::from(status)),
+    }
+}
+
+/// The bytes of a step.
+#[must_use]
+pub fn encode_step(step: &Step) -> Vec<u8> {
+    cdr::encode(&wire::Step::from(step))
+}
+
+/// The bytes of the reply to a step.
+#[must_use]
+pub fn encode_step_reply(reply: &StepReply) -> Vec<u8> {
+    cdr::encode(&wire::StepReply::from(reply))
+}
+
+/// The bytes of what a simulated sensor has seen.
+#[must_use]
+pub fn encode_sensed(sensed: &Sensed) -> Vec<u8> {
+    cdr::encode(&wire::Sensed::from(sensed))
+}
+
+/// Refuses a message that does not come from where its key says. Log replies repeat anybody's observations.
+///
+/// # Errors
+/// If the message names another participant as its author.
+pub fn check_sender(message: &Message, sender: Participant) -> Result<(), ConvertError> {
+    let author = match message {
+        Message::Observation(observation) => Participant::Robot(observation.robot),
+        Message::Intent(intent) => Participant::Robot(intent.robot),
+        Message::Heartbeat(heartbeat) => Participant::Robot(heartbeat.robot),
+        Message::LogRequest(request) => request.from,
+        Message::LogReply(_) => sender,
+        Message::MissionStatus(_) => Participant::Coordinator,
+    };
+    if author == sender {
+        Ok(())
+    } else {
+        Err(ConvertError::Sender { message: message.kind(), author, sender })
+    }
+}
+
+/// Decodes messages of a mission on one map.
+#[derive(Clone, Copy, Debug)]
+pub struct Codec {
+    grid: Grid,
+}
+
+impl Codec {
+    /// For messages about this grid.
+    #[must_use]
+    pub const fn new(grid: Grid) -> Self {
+        Self { grid }
+    }
+
+    /// The message of a kind that these bytes are.
+    ///
+    /// # Errors
+    /// If they are none: naming message and field, what was found and what is allowed.
+    pub fn decode(&self, kind: MessageKind, bytes: &[u8]) -> Result<Message, ConvertError> {
+        match kind {
+            MessageKind::Observation => {
+                let (wire, check) = self.read::<wire::Observation>(bytes)?;
+                Ok(Message::Observation(Arc::new(check.observation(&wire)?)))
+            }
+            MessageKind::Intent => {
+                let (wire, check) = self.read::<wire::Intent>(bytes)?;
+                Ok(Message::Intent(check.intent(&wire)?))
+            }
+            MessageKind::Heartbeat => {
+                let (wire, check) = self.read::<wire::Heartbeat>(bytes)?;
+                Ok(Message::Heartbeat(check.heartbeat(&wire)?))
+            }
+            MessageKind::LogRequest => {
+                let (wire, check) = self.read::<wire::LogRequest>(bytes)?;
+                Ok(Message::LogRequest(check.log_request(&wire)?))
+            }
+            MessageKind::LogReply => {
+                let (wire, check) = self.read::<wire::LogReply>(bytes)?;
+                Ok(Message::LogReply(check.log_reply(&wire)?))
+            }
+            MessageKind::MissionStatus => {
+                let (wire, check) = self.read::<wire::MissionStatus>(bytes)?;
+                Ok(Message::MissionStatus(check.mission_status(&wire)?))
+            }
+        }
+    }
+
+    /// The step that these bytes are.
+    ///
+    /// # Errors
+    /// As [`Codec::decode`].
+    pub fn decode_step(&self, bytes: &[u8]) -> Result<Step, ConvertError> {
+        let (wire, check) = self.read::<wire::Step>(bytes)?;
+        check.step(&wire)
+    }
+
+    /// The reply to a step that these bytes are.
+    ///
+    /// # Errors
+    /// As [`Codec::decode`].
+    pub fn decode_step_reply(&self, bytes: &[u8]) -> Result<StepReply, ConvertError> {
+        let (wire, check) = self.read::<wire::StepReply>(bytes)?;
+        check.step_reply(wire)
+    }
+
+    /// What a simulated sensor has seen, from these bytes.
+    ///
+    /// # Errors
+    /// As [`Codec::decode`].
+    pub fn decode_sensed(&self, bytes: &[u8]) -> Result<Sensed, ConvertError> {
+        let (wire, check) = self.read::<wire::Sensed>(bytes)?;
+        check.sensed(&wire)
+    }
+
+    /// The version is looked at first: a message of another version may have other fields.
+    fn read<T: RosMessage + DeserializeOwned>(self, bytes: &[u8]) -> Result<(T, Check), ConvertError> {
+        let refused = |source| ConvertError::Bytes { message: T::NAME, source };
+        let check = Check { grid: self.grid, message: T::NAME, place: Place::Message };
+        if let Some(&version) = cdr::body(bytes).map_err(refused)?.first() {
+            check.version(version)?;
+        }
+        Ok((cdr::decode(bytes).map_err(refused)?, check))
+    }
+}
+
+#[cfg(test)]
+mod tests;

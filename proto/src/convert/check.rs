@@ -1,0 +1,225 @@
+//! Checks of single fields. Each says where it stood when something is wrong.
+
+use std::fmt;
+
+use dragnet_search::cell::{Cell, Grid};
+use dragnet_search::evidence::{Digest, Reading};
+use dragnet_search::observation::RobotId;
+use dragnet_search::sensor::Sensor;
+
+use super::error::{ConvertError, Field};
+use crate::message::{Activity, Participant};
+use crate::wire::dragnet::VERSION;
+
+/// The most readings of one look: cells within [`Sensor::MAX_RADIUS`].
+pub(super) const MAX_READINGS: usize = {
+    let radius = Sensor::MAX_RADIUS as usize;
+    2 * radius * (radius + 1) + 1
+};
+/// The most robots of a team: as many as there are numbers.
+pub(super) const MAX_ROBOTS: usize = 1 << 16;
+
+/// Which part of a message is being checked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Place {
+    /// The message itself.
+    Message,
+    /// A heartbeat's intent.
+    Intent,
+    /// One observation of a log reply.
+    Observation(usize),
+    /// One detection of a mission status.
+    Declared(usize),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Message => Ok(()),
+            Self::Intent => write!(formatter, "intent."),
+            Self::Observation(index) => write!(formatter, "observations[{index}]."),
+            Self::Declared(index) => write!(formatter, "declared[{index}]."),
+        }
+    }
+}
+
+/// Turns fields of one part of a message into what they mean on one map.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Check {
+    pub(super) grid: Grid,
+    pub(super) message: &'static str,
+    pub(super) place: Place,
+}
+
+impl Check {
+    pub(super) const fn within(self, place: Place) -> Self {
+        Self { place, ..self }
+    }
+
+    pub(super) const fn at(self, name: &'static str) -> Field {
+        Field { message: self.message, place: self.place, name, index: None }
+    }
+
+    pub(super) const fn at_entry(self, name: &'static str, index: usize) -> Field {
+        Field { message: self.message, place: self.place, name, index: Some(index) }
+    }
+
+    pub(super) fn version(self, found: u8) -> Result<(), ConvertError> {
+        if found == VERSION { Ok(()) } else { Err(ConvertError::Version { at: self.at("version"), found }) }
+    }
+
+    pub(super) fn cell(self, at: Field, found: u32) -> Result<Cell, ConvertError> {
+        let last = self.grid.cell_count() - 1;
+        self.grid.cell_numbered(found).ok_or(ConvertError::Cell { at, found, last })
+    }
+
+    pub(super) fn path(self, name: &'static str, cells: &[u32]) -> Result<Vec<Cell>, ConvertError> {
+        self.at_most(self.grid.cell_count(), name, cells.len())?;
+        cells.iter().enumerate().map(|(index, &cell)| self.cell(self.at_entry(name, index), cell)).collect()
+    }
+
+    pub(super) fn readings(
+        self,
+        cells: &[u32],
+        values: &[f32],
+        variances: &[f32],
+    ) -> Result<Vec<Reading>, ConvertError> {
+        self.at_most(MAX_READINGS, "cells", cells.len())?;
+        self.same_length("values", values.len(), "cells", cells.len())?;
+        self.same_length("variances", variances.len(), "cells", cells.len())?;
+        let entries = cells.iter().zip(values).zip(variances).enumerate();
+        entries
+            .map(|(index, ((&cell, &value), &variance))| {
+                let cell = self.cell(self.at_entry("cells", index), cell)?;
+                let reading = Reading { cell, value, variance };
+                if reading.is_valid() {
+                    Ok(reading)
+                } else {
+                    let at = self.at_entry("values", index);
+                    Err(ConvertError::Reading { at, value, variance })
+                }
+            })
+            .collect()
+    }
+
+    pub(super) fn at_most(self, most: usize, name: &'static str, found: usize) -> Result<(), ConvertError> {
+        if found <= most { Ok(()) } else { Err(ConvertError::TooMany { at: self.at(name), found, most }) }
+    }
+
+    pub(super) fn same_length(
+        self,
+        name: &'static str,
+        found: usize,
+        partner: &'static str,
+        expected: usize,
+    ) -> Result<(), ConvertError> {
+        if found == expected {
+            Ok(())
+        } else {
+            Err(ConvertError::Lengths { at: self.at(name), found, partner, expected })
+        }
+    }
+
+    pub(super) fn robot(self, found: RobotId, expected: RobotId) -> Result<(), ConvertError> {
+        if found == expected {
+            Ok(())
+        } else {
+            Err(ConvertError::Robot { at: self.at("robot"), found, expected })
+        }
+    }
+
+    pub(super) fn not_negative(self, name: &'static str, found: f64) -> Result<f64, ConvertError> {
+        if found.is_finite() && found >= 0.0 {
+            Ok(found)
+        } else {
+            let allowed = "finite numbers from 0";
+            Err(ConvertError::Number { at: self.at(name), found, allowed })
+        }
+    }
+
+    pub(super) fn probability(self, name: &'static str, found: f64) -> Result<f64, ConvertError> {
+        if (0.0..=1.0).contains(&found) {
+            Ok(found)
+        } else {
+            Err(ConvertError::Number { at: self.at(name), found, allowed: "0 to 1" })
+        }
+    }
+
+    pub(super) fn activity(self, found: u8) -> Result<Activity, ConvertError> {
+        match found {
+            0 => Ok(Activity::Searching),
+            1 => Ok(Activity::Cleared),
+            2 => Ok(Activity::Spent),
+            3 => Ok(Activity::Stuck),
+            _ => {
+                let allowed = "0 searching, 1 cleared, 2 spent, 3 stuck";
+                Err(ConvertError::Alternative { at: self.at("activity"), found, allowed })
+            }
+        }
+    }
+
+    pub(super) fn participant(
+        self,
+        name: &'static str,
+        found: u8,
+        robot: u16,
+    ) -> Result<Participant, ConvertError> {
+        match found {
+            0 => Ok(Participant::Robot(RobotId(robot))),
+            1 => Ok(Participant::Coordinator),
+            _ => {
+                let allowed = "0 robot, 1 coordinator";
+                Err(ConvertError::Alternative { at: self.at(name), found, allowed })
+            }
+        }
+    }
+}
+
+pub(super) const fn activity_number(activity: Activity) -> u8 {
+    match activity {
+        Activity::Searching => 0,
+        Activity::Cleared => 1,
+        Activity::Spent => 2,
+        Activity::Stuck => 3,
+    }
+}
+
+/// Kind and robot number; the coordinator's number is 0.
+pub(super) const fn participant_numbers(participant: Participant) -> (u8, u16) {
+    match participant {
+        Participant::Robot(robot) => (0, robot.0),
+        Participant::Coordinator => (1, 0),
+    }
+}
+
+/// Upper half first.
+pub(super) fn digest_halves(digest: Digest) -> [u64; 2] {
+    let bytes = digest.0.to_be_bytes();
+    let (upper, lower) = bytes.split_at(8);
+    [upper, lower].map(|half| half.iter().fold(0, |number, &byte| number << 8 | u64::from(byte)))
+}
+
+pub(super) fn digest([upper, lower]: [u64; 2]) -> Digest {
+    Digest(u128::from(upper) << 64 | u128::from(lower))
+}
+
+pub(super) fn numbers(cells: &[Cell]) -> Vec<u32> {
+    cells.iter().map(|cell| cell.number()).collect()
+}
+
+/// Readings as they travel: three arrays of equal length.
+pub(super) struct Columns {
+    pub(super) cells: Vec<u32>,
+    pub(super) values: Vec<f32>,
+    pub(super) variances: Vec<f32>,
+}
+
+impl From<&[Reading]> for Columns {
+    fn from(readings: &[Reading]) -> Self {
+        Self {
+            cells: readings.iter().map(|reading| reading.cell.number()).collect(),
+            values: readings.iter().map(|reading| reading.value).collect(),
+            variances: readings.iter().map(|reading| reading.variance).collect(),
+        }
+    }
+}

@@ -1,0 +1,145 @@
+//! Why bytes are not the message they should be.
+
+use std::fmt;
+
+use dragnet_search::evidence::{MAX_VALUE, MAX_VARIANCE, MIN_VARIANCE};
+use dragnet_search::observation::RobotId;
+
+use super::check::Place;
+use crate::cdr::DecodeError;
+use crate::message::{MessageKind, Participant};
+use crate::wire::dragnet::VERSION;
+
+/// A message that is refused: which field, what was found and what is allowed.
+#[derive(Debug, thiserror::Error)]
+pub enum ConvertError {
+    /// Not the bytes of such a message at all.
+    #[error("{message}: {source}")]
+    Bytes {
+        /// Its ROS name.
+        message: &'static str,
+        /// What is wrong with them.
+        source: DecodeError,
+    },
+    /// Somebody speaks another version of our messages.
+    #[error("{at}: {found}; this program speaks version {VERSION}")]
+    Version {
+        /// Where it stood.
+        at: Field,
+        /// The version.
+        found: u8,
+    },
+    /// A cell that the mission's map does not have.
+    #[error("{at}: cell {found} is not on the map; allowed are 0 to {last}")]
+    Cell {
+        /// Where it stood.
+        at: Field,
+        /// The number.
+        found: u32,
+        /// The map's last cell.
+        last: usize,
+    },
+    /// A reading that no sensor makes.
+    #[error(
+        "{at}: value {value}, variance {variance}; allowed are values from -{MAX_VALUE} to {MAX_VALUE} and variances from {MIN_VARIANCE} to {MAX_VARIANCE}"
+    )]
+    Reading {
+        /// Where it stood.
+        at: Field,
+        /// Its value.
+        value: f32,
+        /// Its variance.
+        variance: f32,
+    },
+    /// Arrays that belong together and are of unequal length.
+    #[error("{at}: {found} entries; allowed are {expected}, as many as `{partner}` has")]
+    Lengths {
+        /// Where it stood.
+        at: Field,
+        /// Its length.
+        found: usize,
+        /// The array that it belongs to.
+        partner: &'static str,
+        /// The length of that.
+        expected: usize,
+    },
+    /// An array that is longer than it can be.
+    #[error("{at}: {found} entries; allowed are at most {most}")]
+    TooMany {
+        /// Where it stood.
+        at: Field,
+        /// Its length.
+        found: usize,
+        /// The greatest length.
+        most: usize,
+    },
+    /// A byte that names none of the alternatives.
+    #[error("{at}: {found}; allowed are {allowed}")]
+    Alternative {
+        /// Where it stood.
+        at: Field,
+        /// The byte.
+        found: u8,
+        /// The alternatives.
+        allowed: &'static str,
+    },
+    /// A number out of its range.
+    #[error("{at}: {found}; allowed are {allowed}")]
+    Number {
+        /// Where it stood.
+        at: Field,
+        /// The number.
+        found: f64,
+        /// Its range.
+        allowed: &'static str,
+    },
+    /// A part of another robot than the whole.
+    #[error("{at}: of robot {found}; allowed is robot {expected} only")]
+    Robot {
+        /// Where it stood.
+        at: Field,
+        /// The robot there.
+        found: RobotId,
+        /// The robot of the message.
+        expected: RobotId,
+    },
+    /// Observations out of order, or one twice.
+    #[error("{at}: {found} after {before}; allowed are ascending numbers")]
+    Order {
+        /// Where it stood.
+        at: Field,
+        /// The sequence number there.
+        found: u64,
+        /// The one before.
+        before: u64,
+    },
+    /// A message under another participant's key.
+    #[error("{message:?} of {author} under a key of {sender}")]
+    Sender {
+        /// What kind of message.
+        message: MessageKind,
+        /// Whom the message names.
+        author: Participant,
+        /// Whom the key names.
+        sender: Participant,
+    },
+}
+
+/// A field of a message, printed like `dragnet_msgs/msg/LogReply: observations[3].cells[0]`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Field {
+    pub(super) message: &'static str,
+    pub(super) place: Place,
+    pub(super) name: &'static str,
+    pub(super) index: Option<usize>,
+}
+
+impl fmt::Display for Field {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{}: {}{}", self.message, self.place, self.name)?;
+        match self.index {
+            Some(index) => write!(formatter, "[{index}]"),
+            None => Ok(()),
+        }
+    }
+}

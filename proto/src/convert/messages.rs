@@ -1,0 +1,202 @@
+//! Messages between participants, to the wire and back.
+
+use std::sync::Arc;
+
+use dragnet_search::observation::{Observation, RobotId, Version};
+
+use super::check::{
+    Check, Columns, MAX_ROBOTS, Place, activity_number, digest, digest_halves, numbers, participant_numbers,
+};
+use super::error::ConvertError;
+use crate::message::{Detection, Heartbeat, Intent, LogReply, LogRequest, MissionStatus};
+use crate::wire::dragnet as wire;
+
+impl From<&Observation> for wire::Observation {
+    fn from(observation: &Observation) -> Self {
+        let Columns { cells, values, variances } = observation.readings.as_slice().into();
+        Self {
+            version: wire::VERSION,
+            robot: observation.robot.0,
+            sequence: observation.sequence,
+            time_ns: observation.time_ns,
+            cell: observation.from.number(),
+            cells,
+            values,
+            variances,
+        }
+    }
+}
+
+impl From<&Intent> for wire::Intent {
+    fn from(intent: &Intent) -> Self {
+        Self {
+            version: wire::VERSION,
+            robot: intent.robot.0,
+            decision: intent.decision,
+            time_ns: intent.time_ns,
+            path: numbers(&intent.path),
+        }
+    }
+}
+
+impl From<&Heartbeat> for wire::Heartbeat {
+    fn from(heartbeat: &Heartbeat) -> Self {
+        Self {
+            version: wire::VERSION,
+            robot: heartbeat.robot.0,
+            time_ns: heartbeat.time_ns,
+            activity: activity_number(heartbeat.activity),
+            cell: heartbeat.cell.number(),
+            path_meters: heartbeat.path_meters,
+            intent: (&heartbeat.intent).into(),
+            known_robots: heartbeat.versions.iter().map(|version| version.robot.0).collect(),
+            known_next: heartbeat.versions.iter().map(|version| version.next).collect(),
+            digest: digest_halves(heartbeat.digest),
+        }
+    }
+}
+
+impl From<&LogRequest> for wire::LogRequest {
+    fn from(request: &LogRequest) -> Self {
+        let (from_kind, from_robot) = participant_numbers(request.from);
+        let (of_robot, first) = (request.of.0, request.first);
+        Self { version: wire::VERSION, from_kind, from_robot, of_robot, first }
+    }
+}
+
+impl From<&LogReply> for wire::LogReply {
+    fn from(reply: &LogReply) -> Self {
+        let observations = reply.observations.iter().map(|observation| (&**observation).into());
+        Self { version: wire::VERSION, observations: observations.collect() }
+    }
+}
+
+impl From<&Detection> for wire::Detection {
+    fn from(detection: &Detection) -> Self {
+        Self {
+            version: wire::VERSION,
+            cell: detection.cell.number(),
+            probability: detection.probability,
+            time_ns: detection.time_ns,
+        }
+    }
+}
+
+impl From<&MissionStatus> for wire::MissionStatus {
+    fn from(status: &MissionStatus) -> Self {
+        Self {
+            version: wire::VERSION,
+            time_ns: status.time_ns,
+            declared: status.declared.iter().map(Into::into).collect(),
+            expected_undeclared: status.expected_undeclared,
+            alive: status.alive.iter().map(|robot| robot.0).collect(),
+            observations: status.observations,
+            digest: digest_halves(status.digest),
+        }
+    }
+}
+
+impl Check {
+    pub(super) fn observation(self, wire: &wire::Observation) -> Result<Observation, ConvertError> {
+        self.version(wire.version)?;
+        Ok(Observation {
+            robot: RobotId(wire.robot),
+            sequence: wire.sequence,
+            time_ns: wire.time_ns,
+            from: self.cell(self.at("cell"), wire.cell)?,
+            readings: self.readings(&wire.cells, &wire.values, &wire.variances)?,
+        })
+    }
+
+    pub(super) fn intent(self, wire: &wire::Intent) -> Result<Intent, ConvertError> {
+        self.version(wire.version)?;
+        Ok(Intent {
+            robot: RobotId(wire.robot),
+            decision: wire.decision,
+            time_ns: wire.time_ns,
+            path: self.path("path", &wire.path)?,
+        })
+    }
+
+    pub(super) fn heartbeat(self, wire: &wire::Heartbeat) -> Result<Heartbeat, ConvertError> {
+        self.version(wire.version)?;
+        let robot = RobotId(wire.robot);
+        let inner = self.within(Place::Intent);
+        inner.robot(RobotId(wire.intent.robot), robot)?;
+        Ok(Heartbeat {
+            robot,
+            time_ns: wire.time_ns,
+            activity: self.activity(wire.activity)?,
+            cell: self.cell(self.at("cell"), wire.cell)?,
+            path_meters: self.not_negative("path_meters", wire.path_meters)?,
+            intent: inner.intent(&wire.intent)?,
+            versions: self.versions(&wire.known_robots, &wire.known_next)?,
+            digest: digest(wire.digest),
+        })
+    }
+
+    fn versions(self, robots: &[u16], next: &[u64]) -> Result<Vec<Version>, ConvertError> {
+        self.at_most(MAX_ROBOTS, "known_robots", robots.len())?;
+        self.same_length("known_next", next.len(), "known_robots", robots.len())?;
+        let pairs = robots.iter().zip(next);
+        Ok(pairs.map(|(&robot, &next)| Version { robot: RobotId(robot), next }).collect())
+    }
+
+    pub(super) fn log_request(self, wire: &wire::LogRequest) -> Result<LogRequest, ConvertError> {
+        self.version(wire.version)?;
+        Ok(LogRequest {
+            from: self.participant("from_kind", wire.from_kind, wire.from_robot)?,
+            of: RobotId(wire.of_robot),
+            first: wire.first,
+        })
+    }
+
+    pub(super) fn log_reply(self, wire: &wire::LogReply) -> Result<LogReply, ConvertError> {
+        self.version(wire.version)?;
+        self.at_most(LogReply::MAX_OBSERVATIONS, "observations", wire.observations.len())?;
+        for (index, pair) in wire.observations.windows(2).enumerate() {
+            let [before, after] = pair else { continue };
+            let check = self.within(Place::Observation(index + 1));
+            check.robot(RobotId(after.robot), RobotId(before.robot))?;
+            if after.sequence <= before.sequence {
+                return Err(ConvertError::Order {
+                    at: check.at("sequence"),
+                    found: after.sequence,
+                    before: before.sequence,
+                });
+            }
+        }
+        let observations = wire.observations.iter().enumerate().map(|(index, observation)| {
+            self.within(Place::Observation(index)).observation(observation).map(Arc::new)
+        });
+        Ok(LogReply { observations: observations.collect::<Result<_, _>>()? })
+    }
+
+    fn detection(self, wire: &wire::Detection) -> Result<Detection, ConvertError> {
+        self.version(wire.version)?;
+        Ok(Detection {
+            cell: self.cell(self.at("cell"), wire.cell)?,
+            probability: self.probability("probability", wire.probability)?,
+            time_ns: wire.time_ns,
+        })
+    }
+
+    pub(super) fn mission_status(self, wire: &wire::MissionStatus) -> Result<MissionStatus, ConvertError> {
+        self.version(wire.version)?;
+        self.at_most(self.grid.cell_count(), "declared", wire.declared.len())?;
+        self.at_most(MAX_ROBOTS, "alive", wire.alive.len())?;
+        let declared = wire
+            .declared
+            .iter()
+            .enumerate()
+            .map(|(index, detection)| self.within(Place::Declared(index)).detection(detection));
+        Ok(MissionStatus {
+            time_ns: wire.time_ns,
+            declared: declared.collect::<Result<_, _>>()?,
+            expected_undeclared: self.not_negative("expected_undeclared", wire.expected_undeclared)?,
+            alive: wire.alive.iter().copied().map(RobotId).collect(),
+            observations: wire.observations,
+            digest: digest(wire.digest),
+        })
+    }
+}

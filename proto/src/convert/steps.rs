@@ -1,0 +1,180 @@
+//! Messages between simulator and participants, to the wire and back.
+
+use dragnet_search::observation::RobotId;
+
+use super::check::{Check, Columns, activity_number, digest, digest_halves, numbers, participant_numbers};
+use super::error::ConvertError;
+use crate::message::{Audience, MessageKind, Participant};
+use crate::step::{Parcel, Sensed, Step, StepEvent, StepReply};
+use crate::wire::dragnet as wire;
+
+const START: u8 = 0;
+const SENSED: u8 = 1;
+const DELIVER: u8 = 2;
+const WAKE: u8 = 3;
+const LOST: u8 = 4;
+const FINISH: u8 = 5;
+
+impl From<&Step> for wire::Step {
+    fn from(step: &Step) -> Self {
+        let empty = Self { version: wire::VERSION, time_ns: step.time_ns, ..Self::default() };
+        match &step.event {
+            StepEvent::Start => Self { kind: START, ..empty },
+            StepEvent::Sensed { from, readings } => {
+                let Columns { cells, values, variances } = readings.as_slice().into();
+                Self { kind: SENSED, cell: from.number(), cells, values, variances, ..empty }
+            }
+            StepEvent::Deliver { sender, parcel } => {
+                let (sender_kind, sender_robot) = participant_numbers(*sender);
+                Self { kind: DELIVER, sender_kind, sender_robot, parcel: *parcel, ..empty }
+            }
+            StepEvent::Wake => Self { kind: WAKE, ..empty },
+            StepEvent::Lost(robot) => Self { kind: LOST, sender_robot: robot.0, ..empty },
+            StepEvent::Finish => Self { kind: FINISH, ..empty },
+        }
+    }
+}
+
+impl From<&StepReply> for wire::StepReply {
+    fn from(reply: &StepReply) -> Self {
+        let published = &reply.published;
+        let to = published.iter().map(|parcel| audience_numbers(parcel.to));
+        let (to_kinds, to_robots) = to.unzip();
+        Self {
+            version: wire::VERSION,
+            parcels: published.iter().map(|parcel| parcel.number).collect(),
+            kinds: published.iter().map(|parcel| kind_number(parcel.kind)).collect(),
+            to_kinds,
+            to_robots,
+            has_route: reply.route.is_some(),
+            route: numbers(reply.route.as_deref().unwrap_or_default()),
+            wake_at_ns: reply.wake_at_ns.unwrap_or(0),
+            activity: activity_number(reply.activity),
+            decisions: reply.decisions,
+            decision_seconds: reply.decision_seconds,
+            digest: digest_halves(reply.digest),
+            error: reply.error.clone(),
+        }
+    }
+}
+
+impl From<&Sensed> for wire::Sensed {
+    fn from(sensed: &Sensed) -> Self {
+        let Columns { cells, values, variances } = sensed.readings.as_slice().into();
+        Self {
+            version: wire::VERSION,
+            robot: sensed.robot.0,
+            time_ns: sensed.time_ns,
+            cell: sensed.from.number(),
+            cells,
+            values,
+            variances,
+        }
+    }
+}
+
+impl Check {
+    pub(super) fn step(self, wire: &wire::Step) -> Result<Step, ConvertError> {
+        self.version(wire.version)?;
+        let event = match wire.kind {
+            START => StepEvent::Start,
+            SENSED => StepEvent::Sensed {
+                from: self.cell(self.at("cell"), wire.cell)?,
+                readings: self.readings(&wire.cells, &wire.values, &wire.variances)?,
+            },
+            DELIVER => StepEvent::Deliver {
+                sender: self.participant("sender_kind", wire.sender_kind, wire.sender_robot)?,
+                parcel: wire.parcel,
+            },
+            WAKE => StepEvent::Wake,
+            LOST => StepEvent::Lost(RobotId(wire.sender_robot)),
+            FINISH => StepEvent::Finish,
+            found => {
+                let allowed = "0 start, 1 sensed, 2 deliver, 3 wake, 4 lost, 5 finish";
+                return Err(ConvertError::Alternative { at: self.at("kind"), found, allowed });
+            }
+        };
+        Ok(Step { time_ns: wire.time_ns, event })
+    }
+
+    pub(super) fn step_reply(self, wire: wire::StepReply) -> Result<StepReply, ConvertError> {
+        self.version(wire.version)?;
+        let route = self.path("route", &wire.route)?;
+        Ok(StepReply {
+            published: self.parcels(&wire)?,
+            route: wire.has_route.then_some(route),
+            wake_at_ns: (wire.wake_at_ns > 0).then_some(wire.wake_at_ns),
+            activity: self.activity(wire.activity)?,
+            decisions: wire.decisions,
+            decision_seconds: self.not_negative("decision_seconds", wire.decision_seconds)?,
+            digest: digest(wire.digest),
+            error: wire.error,
+        })
+    }
+
+    fn parcels(self, wire: &wire::StepReply) -> Result<Vec<Parcel>, ConvertError> {
+        let expected = wire.parcels.len();
+        self.same_length("kinds", wire.kinds.len(), "parcels", expected)?;
+        self.same_length("to_kinds", wire.to_kinds.len(), "parcels", expected)?;
+        self.same_length("to_robots", wire.to_robots.len(), "parcels", expected)?;
+        let parcel = |index: usize| {
+            Ok(Parcel {
+                number: wire.parcels[index],
+                kind: self.kind(index, wire.kinds[index])?,
+                to: self.audience(index, wire.to_kinds[index], wire.to_robots[index])?,
+            })
+        };
+        (0..expected).map(parcel).collect()
+    }
+
+    fn kind(self, index: usize, found: u8) -> Result<MessageKind, ConvertError> {
+        let kind = MessageKind::ALL.into_iter().find(|&kind| kind_number(kind) == found);
+        kind.ok_or(ConvertError::Alternative {
+            at: self.at_entry("kinds", index),
+            found,
+            allowed: "0 observation, 1 intent, 2 heartbeat, 3 log request, 4 log reply, 5 mission status",
+        })
+    }
+
+    fn audience(self, index: usize, found: u8, robot: u16) -> Result<Audience, ConvertError> {
+        match found {
+            0 => Ok(Audience::All),
+            1 => Ok(Audience::One(Participant::Robot(RobotId(robot)))),
+            2 => Ok(Audience::One(Participant::Coordinator)),
+            _ => Err(ConvertError::Alternative {
+                at: self.at_entry("to_kinds", index),
+                found,
+                allowed: "0 all, 1 robot, 2 coordinator",
+            }),
+        }
+    }
+
+    pub(super) fn sensed(self, wire: &wire::Sensed) -> Result<Sensed, ConvertError> {
+        self.version(wire.version)?;
+        Ok(Sensed {
+            robot: RobotId(wire.robot),
+            time_ns: wire.time_ns,
+            from: self.cell(self.at("cell"), wire.cell)?,
+            readings: self.readings(&wire.cells, &wire.values, &wire.variances)?,
+        })
+    }
+}
+
+const fn kind_number(kind: MessageKind) -> u8 {
+    match kind {
+        MessageKind::Observation => 0,
+        MessageKind::Intent => 1,
+        MessageKind::Heartbeat => 2,
+        MessageKind::LogRequest => 3,
+        MessageKind::LogReply => 4,
+        MessageKind::MissionStatus => 5,
+    }
+}
+
+const fn audience_numbers(to: Audience) -> (u8, u16) {
+    match to {
+        Audience::All => (0, 0),
+        Audience::One(Participant::Robot(robot)) => (1, robot.0),
+        Audience::One(Participant::Coordinator) => (2, 0),
+    }
+}

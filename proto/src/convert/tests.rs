@@ -1,0 +1,166 @@
+use dragnet_search::cell::Cell;
+use dragnet_search::evidence::{Digest, Reading};
+use dragnet_search::observation::{Observation, RobotId, Version};
+
+use super::*;
+use crate::message::{Activity, Heartbeat, Intent, LogReply};
+
+fn grid() -> Grid {
+    Grid::new(2, 3).unwrap()
+}
+
+fn cell(number: u32) -> Cell {
+    grid().cell_numbered(number).unwrap()
+}
+
+fn observation(robot: u16, sequence: u64) -> Observation {
+    let readings = vec![Reading { cell: cell(4), value: 0.5, variance: 0.25 }];
+    Observation { robot: RobotId(robot), sequence, time_ns: 9, from: cell(5), readings }
+}
+
+fn intent(robot: u16) -> Intent {
+    Intent { robot: RobotId(robot), decision: 1, time_ns: 2, path: vec![cell(0), cell(3)] }
+}
+
+fn heartbeat() -> Heartbeat {
+    Heartbeat {
+        robot: RobotId(7),
+        time_ns: 3,
+        activity: Activity::Stuck,
+        cell: cell(1),
+        path_meters: 60.0,
+        intent: intent(7),
+        versions: vec![Version { robot: RobotId(7), next: 4 }],
+        digest: Digest(0x0123_4567_89ab_cdef_0011_2233_4455_6677),
+    }
+}
+
+/// What the codec says about wire structs that it refuses.
+fn refusal<T: RosMessage>(kind: MessageKind, message: &T) -> String {
+    Codec::new(grid()).decode(kind, &cdr::encode(message)).unwrap_err().to_string()
+}
+
+#[test]
+fn an_observation_has_the_bytes_that_its_definition_gives_it() {
+    let mut expected = vec![0, 1, 0, 0, 1, 0]; // header; version and its padding
+    expected.extend([2, 1, 0, 0, 0, 0]); // robot 258 and padding to 8
+    expected.extend([3, 0, 0, 0, 0, 0, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0]); // sequence, time
+    expected.extend([5, 0, 0, 0]); // cell
+    expected.extend([1, 0, 0, 0, 4, 0, 0, 0]); // cells
+    expected.extend([1, 0, 0, 0, 0, 0, 0, 0x3f]); // values
+    expected.extend([1, 0, 0, 0, 0, 0, 0x80, 0x3e]); // variances
+    let message = Message::Observation(Arc::new(observation(258, 3)));
+    assert_eq!(encode(&message), expected);
+    assert_eq!(Codec::new(grid()).decode(MessageKind::Observation, &expected).unwrap(), message);
+}
+
+#[test]
+fn a_digest_travels_upper_half_first() {
+    let wire = wire::Heartbeat::from(&heartbeat());
+    assert_eq!(wire.digest, [0x0123_4567_89ab_cdef, 0x0011_2233_4455_6677]);
+}
+
+#[test]
+fn an_observation_out_of_range_is_refused_by_field() {
+    let check = |change: fn(&mut wire::Observation), expected: &str| {
+        let mut wire = wire::Observation::from(&observation(7, 0));
+        change(&mut wire);
+        assert_eq!(
+            refusal(MessageKind::Observation, &wire),
+            format!("dragnet_msgs/msg/Observation: {expected}")
+        );
+    };
+    check(|wire| wire.version = 2, "version: 2; this program speaks version 1");
+    check(|wire| wire.cell = 6, "cell: cell 6 is not on the map; allowed are 0 to 5");
+    check(|wire| wire.cells[0] = 99, "cells[0]: cell 99 is not on the map; allowed are 0 to 5");
+    check(
+        |wire| wire.values[0] = f32::NAN,
+        "values[0]: value NaN, variance 0.25; allowed are values from -1000 to 1000 and variances from 0.000001 to 10000",
+    );
+    check(|wire| wire.variances.push(1.0), "variances: 2 entries; allowed are 1, as many as `cells` has");
+    check(
+        |wire| {
+            wire.cells = vec![0; 20_202];
+            wire.values = vec![0.0; 20_202];
+            wire.variances = vec![1.0; 20_202];
+        },
+        "cells: 20202 entries; allowed are at most 20201",
+    );
+}
+
+#[test]
+fn another_version_is_named_even_if_its_fields_are_others() {
+    let error = Codec::new(grid()).decode(MessageKind::LogRequest, &[0, 1, 0, 0, 9, 8, 7]);
+    let expected = "dragnet_msgs/msg/LogRequest: version: 9; this program speaks version 1";
+    assert_eq!(error.unwrap_err().to_string(), expected);
+}
+
+#[test]
+fn a_heartbeat_out_of_range_is_refused_by_field() {
+    let check = |change: fn(&mut wire::Heartbeat), expected: &str| {
+        let mut wire = wire::Heartbeat::from(&heartbeat());
+        change(&mut wire);
+        assert_eq!(refusal(MessageKind::Heartbeat, &wire), format!("dragnet_msgs/msg/Heartbeat: {expected}"));
+    };
+    check(|wire| wire.activity = 4, "activity: 4; allowed are 0 searching, 1 cleared, 2 spent, 3 stuck");
+    check(|wire| wire.path_meters = f64::INFINITY, "path_meters: inf; allowed are finite numbers from 0");
+    check(|wire| wire.intent.robot = 8, "intent.robot: of robot 8; allowed is robot 7 only");
+    check(|wire| wire.intent.version = 0, "intent.version: 0; this program speaks version 1");
+    check(|wire| wire.intent.path = vec![0; 7], "intent.path: 7 entries; allowed are at most 6");
+    check(|wire| wire.intent.path[1] = 6, "intent.path[1]: cell 6 is not on the map; allowed are 0 to 5");
+    check(
+        |wire| wire.known_next.clear(),
+        "known_next: 0 entries; allowed are 1, as many as `known_robots` has",
+    );
+}
+
+#[test]
+fn a_log_reply_is_of_one_robot_in_order_and_short() {
+    let check = |observations: &[(u16, u64)], expected: &str| {
+        let observations =
+            observations.iter().map(|&(robot, sequence)| Arc::new(observation(robot, sequence)));
+        let reply = LogReply { observations: observations.collect() };
+        assert_eq!(
+            refusal(MessageKind::LogReply, &wire::LogReply::from(&reply)),
+            format!("dragnet_msgs/msg/LogReply: {expected}")
+        );
+    };
+    check(&[(1, 0), (2, 1)], "observations[1].robot: of robot 2; allowed is robot 1 only");
+    check(&[(1, 5), (1, 5)], "observations[1].sequence: 5 after 5; allowed are ascending numbers");
+    check(&[(1, 0); 65], "observations: 65 entries; allowed are at most 64");
+}
+
+#[test]
+fn a_full_log_reply_of_the_widest_sensor_is_decoded() {
+    let reading = Reading { cell: cell(0), value: 0.5, variance: 1.0 };
+    let full =
+        |sequence| Observation { readings: vec![reading; check::MAX_READINGS], ..observation(1, sequence) };
+    let observations = (0..64).map(|sequence| Arc::new(full(sequence))).collect();
+    let bytes = encode(&Message::LogReply(LogReply { observations }));
+    assert!(Codec::new(grid()).decode(MessageKind::LogReply, &bytes).is_ok(), "{}", bytes.len());
+}
+
+#[test]
+fn a_message_comes_from_where_its_key_says() {
+    let (seven, eight) = (Participant::Robot(RobotId(7)), Participant::Robot(RobotId(8)));
+    let message = Message::Intent(intent(7));
+    assert!(check_sender(&message, seven).is_ok());
+    assert_eq!(
+        check_sender(&message, eight).unwrap_err().to_string(),
+        "Intent of robot 7 under a key of robot 8"
+    );
+    assert!(check_sender(&Message::Heartbeat(heartbeat()), Participant::Coordinator).is_err());
+    assert!(check_sender(&Message::LogReply(LogReply { observations: vec![] }), eight).is_ok());
+}
+
+#[test]
+fn a_step_of_an_unknown_kind_is_refused() {
+    let codec = Codec::new(grid());
+    let step = wire::Step { version: 1, kind: 6, ..wire::Step::default() };
+    let error = codec.decode_step(&cdr::encode(&step)).unwrap_err().to_string();
+    assert!(error.contains("kind: 6; allowed are 0 start, 1 sensed"), "{error}");
+
+    let reply = wire::StepReply { version: 1, parcels: vec![5], ..wire::StepReply::default() };
+    let error = codec.decode_step_reply(&cdr::encode(&reply)).unwrap_err().to_string();
+    assert!(error.contains("kinds: 0 entries; allowed are 1"), "{error}");
+}

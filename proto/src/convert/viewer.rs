@@ -1,0 +1,218 @@
+//! What viewers draw: maps, beliefs, poses and routes as standard messages.
+//!
+//! Frame `map`: metres, x east and y north of the map's south-western corner, as
+//! [`Terrain::center_meters`] gives them. Frame `robot_<number>`: a robot, unturned.
+
+use dragnet_search::belief::Belief;
+use dragnet_search::cell::Cell;
+use dragnet_search::observation::RobotId;
+use dragnet_search::terrain::Terrain;
+
+use crate::time::MissionTime;
+use crate::wire::standard::{
+    Grid, Header, MapMetaData, OccupancyGrid, PackedElementField, Path, Point, Pose, PoseStamped, Quaternion,
+    TFMessage, Time, Transform, TransformStamped, Vector2, Vector3,
+};
+
+/// The frame that everything is drawn in.
+pub const MAP_FRAME: &str = "map";
+
+const NANOSECONDS: i128 = 1_000_000_000;
+/// Bytes of one `f32`.
+const CELL_BYTES: u32 = 4;
+
+/// Draws one mission on its map.
+#[derive(Clone, Copy, Debug)]
+pub struct Viewer<'a> {
+    terrain: &'a Terrain,
+    start_unix_ns: i64,
+}
+
+impl<'a> Viewer<'a> {
+    /// For a mission that started at a Unix time, nanoseconds.
+    #[must_use]
+    pub const fn new(terrain: &'a Terrain, start_unix_ns: i64) -> Self {
+        Self { terrain, start_unix_ns }
+    }
+
+    /// Mission time as Unix time. Clamped to the years 1901 to 2038, which are all that the message can say.
+    #[must_use]
+    pub fn stamp(&self, time: MissionTime) -> Time {
+        let unix_ns = i128::from(self.start_unix_ns) + i128::from(time.0);
+        let seconds = unix_ns.div_euclid(NANOSECONDS);
+        let past = if seconds < 0 { i32::MIN } else { i32::MAX };
+        Time {
+            sec: i32::try_from(seconds).unwrap_or(past),
+            nanosec: u32::try_from(unix_ns.rem_euclid(NANOSECONDS)).unwrap_or(0),
+        }
+    }
+
+    fn header(&self, time: MissionTime) -> Header {
+        Header { stamp: self.stamp(time), frame_id: MAP_FRAME.into() }
+    }
+
+    /// The ground: 100 where no robot can be, 0 where one can and objects are searched, -1 where nothing is searched.
+    #[must_use]
+    pub fn terrain(&self, time: MissionTime) -> OccupancyGrid {
+        self.occupancy(time, |cell| {
+            match (self.terrain.is_traversable(cell), self.terrain.is_searched(cell)) {
+                (false, _) => 100,
+                (true, true) => 0,
+                (true, false) => -1,
+            }
+        })
+    }
+
+    /// The belief in whole percent, 0 to 100; -1 where nothing is searched.
+    #[must_use]
+    pub fn belief(&self, belief: &Belief, time: MissionTime) -> OccupancyGrid {
+        self.occupancy(time, |cell| {
+            if self.terrain.is_searched(cell) { percent(belief.probability(cell)) } else { -1 }
+        })
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "the message has single precision")]
+    fn occupancy(&self, time: MissionTime, value: impl Fn(Cell) -> i8) -> OccupancyGrid {
+        let grid = self.terrain.grid();
+        OccupancyGrid {
+            header: self.header(time),
+            info: MapMetaData {
+                map_load_time: self.stamp(MissionTime::START),
+                resolution: self.terrain.cell_meters() as f32,
+                width: grid.columns(),
+                height: grid.rows(),
+                origin: Pose::default(),
+            },
+            data: grid.cells().map(value).collect(),
+        }
+    }
+
+    /// The belief as it is: one `f32` a cell, field `probability`; 0 where nothing is searched.
+    #[must_use]
+    #[expect(clippy::cast_possible_truncation, reason = "viewers draw single precision")]
+    pub fn probability(&self, belief: &Belief, time: MissionTime) -> Grid {
+        let (grid, edge) = (self.terrain.grid(), self.terrain.cell_meters());
+        let probability = |cell| (belief.probability(cell) as f32).to_le_bytes();
+        Grid {
+            timestamp: self.stamp(time),
+            frame_id: MAP_FRAME.into(),
+            pose: Pose::default(),
+            column_count: grid.columns(),
+            cell_size: Vector2 { x: edge, y: edge },
+            row_stride: grid.columns() * CELL_BYTES,
+            cell_stride: CELL_BYTES,
+            fields: vec![PackedElementField {
+                name: "probability".into(),
+                offset: 0,
+                r#type: PackedElementField::FLOAT32,
+            }],
+            data: grid.cells().flat_map(probability).collect(),
+        }
+    }
+
+    /// The center of a cell.
+    #[must_use]
+    pub fn pose(&self, cell: Cell, time: MissionTime) -> PoseStamped {
+        let (x, y) = self.terrain.center_meters(cell);
+        let position = Point { x, y, z: 0.0 };
+        let orientation = Quaternion::default();
+        PoseStamped { header: self.header(time), pose: Pose { position, orientation } }
+    }
+
+    /// The centers of cells, in order.
+    #[must_use]
+    pub fn path(&self, cells: &[Cell], time: MissionTime) -> Path {
+        let poses = cells.iter().map(|&cell| self.pose(cell, time)).collect();
+        Path { header: self.header(time), poses }
+    }
+
+    /// Where a robot's own frame is on the map.
+    #[must_use]
+    pub fn map_from_robot(&self, robot: RobotId, cell: Cell, time: MissionTime) -> TFMessage {
+        let (x, y) = self.terrain.center_meters(cell);
+        let translation = Vector3 { x, y, z: 0.0 };
+        TFMessage {
+            transforms: vec![TransformStamped {
+                header: self.header(time),
+                child_frame_id: robot_frame(robot),
+                transform: Transform { translation, rotation: Quaternion::default() },
+            }],
+        }
+    }
+}
+
+/// Name of a robot's own frame.
+#[must_use]
+pub fn robot_frame(robot: RobotId) -> String {
+    format!("robot_{robot}")
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "0 to 100")]
+fn percent(probability: f64) -> i8 {
+    (probability * 100.0).round() as i8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dragnet_search::evidence::Reading;
+
+    // From the south: open, passage; out of reach, blocked.
+    fn terrain() -> Terrain {
+        Terrain::from_ascii("~#\n.,", 30.0).unwrap()
+    }
+
+    #[test]
+    fn a_map_shows_blocked_free_and_unsearched_ground_from_the_south() {
+        let terrain = terrain();
+        let map = Viewer::new(&terrain, 1_500_000_000).terrain(MissionTime(600_000_000));
+        assert_eq!(map.data, [0, -1, 100, 100]);
+        assert_eq!((map.info.width, map.info.height), (2, 2));
+        assert!((map.info.resolution - 30.0).abs() < f32::EPSILON);
+        assert_eq!(map.header.stamp, Time { sec: 2, nanosec: 100_000_000 });
+        assert_eq!(map.info.map_load_time, Time { sec: 1, nanosec: 500_000_000 });
+    }
+
+    #[test]
+    fn a_belief_shows_percent_where_it_is_searched() {
+        let terrain = terrain();
+        let mut belief = Belief::uniform(&terrain, 0.2).unwrap();
+        let out_of_reach = terrain.grid().cell_numbered(2).unwrap();
+        belief.add(&Reading { cell: out_of_reach, value: 1.0, variance: 0.001 });
+        let viewer = Viewer::new(&terrain, 0);
+        assert_eq!(viewer.belief(&belief, MissionTime::START).data, [20, -1, 100, -1]);
+
+        let grid = viewer.probability(&belief, MissionTime::START);
+        assert_eq!((grid.column_count, grid.row_stride, grid.cell_stride), (2, 8, 4));
+        let (floats, rest) = grid.data.as_chunks::<4>();
+        let floats: Vec<f32> = floats.iter().map(|&bytes| f32::from_le_bytes(bytes)).collect();
+        assert!(rest.is_empty());
+        for (shown, expected) in floats.into_iter().zip([0.2, 0.0, 1.0, 0.0]) {
+            assert!((shown - expected).abs() < 1e-6, "{shown} {expected}");
+        }
+    }
+
+    #[test]
+    fn a_cell_is_drawn_at_its_center() {
+        let terrain = terrain();
+        let viewer = Viewer::new(&terrain, 0);
+        let cells: Vec<Cell> = terrain.grid().cells().collect();
+        let path = viewer.path(&cells[1..3], MissionTime::START);
+        let places: Vec<(f64, f64)> =
+            path.poses.iter().map(|pose| (pose.pose.position.x, pose.pose.position.y)).collect();
+        assert_eq!(places, [(45.0, 15.0), (15.0, 45.0)]);
+        let frames = viewer.map_from_robot(RobotId(3), cells[1], MissionTime::START);
+        let frame = &frames.transforms[0];
+        assert_eq!((frame.header.frame_id.as_str(), frame.child_frame_id.as_str()), ("map", "robot_3"));
+        assert_eq!(frame.transform.translation, Vector3 { x: 45.0, y: 15.0, z: 0.0 });
+    }
+
+    #[test]
+    fn a_time_before_1970_has_positive_nanoseconds() {
+        let terrain = terrain();
+        let stamp = |start, time| Viewer::new(&terrain, start).stamp(MissionTime(time));
+        assert_eq!(stamp(-1, 0), Time { sec: -1, nanosec: 999_999_999 });
+        assert_eq!(stamp(i64::MAX, u64::MAX).sec, i32::MAX);
+        assert_eq!(stamp(i64::MIN, 0).sec, i32::MIN);
+    }
+}

@@ -1,0 +1,253 @@
+//! Keys: under which name each message travels.
+//!
+//! ```text
+//! dragnet/<mission>/robots/<robot>/{observation,intent,heartbeat,pose,route,alive}
+//! dragnet/<mission>/robots/<from>/{log_request,log_reply}/<to>
+//! dragnet/<mission>/coordinator/{status,alive}
+//! dragnet/<mission>/coordinator/{log_request,log_reply}/<to>
+//! dragnet/<mission>/sim/step/<participant>
+//! dragnet/<mission>/sim/sensed/<robot>
+//! dragnet/<mission>/sim/alive
+//! ```
+//!
+//! `<robot>` is a number, `<from>` too; `<to>` and `<participant>` are a number or `coordinator`.
+//! [`Key`]'s `Display` builds each key, its `FromStr` parses each; they are inverse.
+
+mod mission;
+mod selection;
+
+use std::fmt;
+use std::str::FromStr;
+
+pub use mission::{Mission, MissionError};
+pub use selection::Selection;
+
+use dragnet_search::observation::RobotId;
+
+use crate::message::{Audience, MessageKind, Participant};
+
+const ROOT: &str = "dragnet";
+const COORDINATOR: &str = "coordinator";
+
+/// Where one kind of message of one sender travels in a mission.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Key {
+    /// The mission.
+    pub mission: Mission,
+    /// What travels there.
+    pub topic: Topic,
+}
+
+/// What travels under a key.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Topic {
+    /// A robot's observations, [`MessageKind::Observation`].
+    Observation(RobotId),
+    /// A robot's plans, [`MessageKind::Intent`].
+    Intent(RobotId),
+    /// A robot's signs of life, [`MessageKind::Heartbeat`].
+    Heartbeat(RobotId),
+    /// Where a robot is, `geometry_msgs/msg/PoseStamped`.
+    Pose(RobotId),
+    /// Where a robot goes, `nav_msgs/msg/Path`.
+    Route(RobotId),
+    /// Liveliness token of a participant.
+    Alive(Participant),
+    /// Requests of one participant to another, [`MessageKind::LogRequest`].
+    LogRequest {
+        /// Who asks.
+        from: Participant,
+        /// Who is asked.
+        to: Participant,
+    },
+    /// Replies of one participant to another, [`MessageKind::LogReply`].
+    LogReply {
+        /// Who replies.
+        from: Participant,
+        /// Who has asked.
+        to: Participant,
+    },
+    /// The coordinator's view, [`MessageKind::MissionStatus`].
+    Status,
+    /// Queries of the simulator to a participant, [`crate::step::Step`].
+    SimStep(Participant),
+    /// What a robot's simulated sensor has seen, [`crate::step::Sensed`].
+    SimSensed(RobotId),
+    /// Liveliness token of the simulator.
+    SimAlive,
+}
+
+impl Topic {
+    /// Where a participant publishes a message; `None` if it does not publish such a message, or not to so many.
+    #[must_use]
+    pub fn of(kind: MessageKind, from: Participant, to: Audience) -> Option<Self> {
+        match (kind, from, to) {
+            (MessageKind::Observation, Participant::Robot(robot), Audience::All) => {
+                Some(Self::Observation(robot))
+            }
+            (MessageKind::Intent, Participant::Robot(robot), Audience::All) => Some(Self::Intent(robot)),
+            (MessageKind::Heartbeat, Participant::Robot(robot), Audience::All) => {
+                Some(Self::Heartbeat(robot))
+            }
+            (MessageKind::LogRequest, from, Audience::One(to)) => Some(Self::LogRequest { from, to }),
+            (MessageKind::LogReply, from, Audience::One(to)) => Some(Self::LogReply { from, to }),
+            (MessageKind::MissionStatus, Participant::Coordinator, Audience::All) => Some(Self::Status),
+            _ => None,
+        }
+    }
+
+    /// The kind and the sender of the messages here, if participants speak to each other here.
+    #[must_use]
+    pub const fn speech(self) -> Option<(MessageKind, Participant)> {
+        match self {
+            Self::Observation(robot) => Some((MessageKind::Observation, Participant::Robot(robot))),
+            Self::Intent(robot) => Some((MessageKind::Intent, Participant::Robot(robot))),
+            Self::Heartbeat(robot) => Some((MessageKind::Heartbeat, Participant::Robot(robot))),
+            Self::LogRequest { from, .. } => Some((MessageKind::LogRequest, from)),
+            Self::LogReply { from, .. } => Some((MessageKind::LogReply, from)),
+            Self::Status => Some((MessageKind::MissionStatus, Participant::Coordinator)),
+            Self::Pose(_)
+            | Self::Route(_)
+            | Self::Alive(_)
+            | Self::SimStep(_)
+            | Self::SimSensed(_)
+            | Self::SimAlive => None,
+        }
+    }
+}
+
+impl fmt::Display for Key {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{ROOT}/{}/", self.mission)?;
+        match self.topic {
+            Topic::Observation(robot) => write!(formatter, "robots/{robot}/observation"),
+            Topic::Intent(robot) => write!(formatter, "robots/{robot}/intent"),
+            Topic::Heartbeat(robot) => write!(formatter, "robots/{robot}/heartbeat"),
+            Topic::Pose(robot) => write!(formatter, "robots/{robot}/pose"),
+            Topic::Route(robot) => write!(formatter, "robots/{robot}/route"),
+            Topic::Alive(participant) => write!(formatter, "{}/alive", Home(participant)),
+            Topic::LogRequest { from, to } => {
+                write!(formatter, "{}/log_request/{}", Home(from), Address(to))
+            }
+            Topic::LogReply { from, to } => {
+                write!(formatter, "{}/log_reply/{}", Home(from), Address(to))
+            }
+            Topic::Status => write!(formatter, "{COORDINATOR}/status"),
+            Topic::SimStep(participant) => write!(formatter, "sim/step/{}", Address(participant)),
+            Topic::SimSensed(robot) => write!(formatter, "sim/sensed/{robot}"),
+            Topic::SimAlive => write!(formatter, "sim/alive"),
+        }
+    }
+}
+
+/// A participant's part of the key space.
+struct Home(Participant);
+
+impl fmt::Display for Home {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Participant::Robot(robot) => write!(formatter, "robots/{robot}"),
+            Participant::Coordinator => formatter.write_str(COORDINATOR),
+        }
+    }
+}
+
+/// A participant in the last chunk of a key.
+struct Address(Participant);
+
+impl fmt::Display for Address {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Participant::Robot(robot) => write!(formatter, "{robot}"),
+            Participant::Coordinator => formatter.write_str(COORDINATOR),
+        }
+    }
+}
+
+/// A key that is none of ours.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum KeyError {
+    /// Its mission cannot be.
+    #[error("key {key:?}: {source}")]
+    Mission {
+        /// The whole key.
+        key: String,
+        /// What is wrong.
+        source: MissionError,
+    },
+    /// Its robot cannot be.
+    #[error("key {key:?}: robot {found:?}; allowed are 0 to 65535 without leading zeros")]
+    Robot {
+        /// The whole key.
+        key: String,
+        /// What stands where a robot should.
+        found: String,
+    },
+    /// Nothing travels there.
+    #[error(
+        "key {0:?}: allowed are keys like dragnet/<mission>/robots/<robot>/observation, as the module `key` lists them"
+    )]
+    Unknown(String),
+}
+
+impl FromStr for Key {
+    type Err = KeyError;
+
+    fn from_str(key: &str) -> Result<Self, KeyError> {
+        let unknown = || KeyError::Unknown(key.to_owned());
+        let chunks: Vec<&str> = key.split('/').collect();
+        let [ROOT, mission, chunks @ ..] = chunks.as_slice() else {
+            return Err(unknown());
+        };
+        let mission = mission.parse().map_err(|source| KeyError::Mission { key: key.to_owned(), source })?;
+        let topic = topic(chunks)
+            .map_err(|NotARobot(found)| KeyError::Robot { key: key.to_owned(), found })?
+            .ok_or_else(unknown)?;
+        Ok(Self { mission, topic })
+    }
+}
+
+/// Where a key has a robot's number: something else.
+struct NotARobot(String);
+
+/// What travels under a key, from its chunks after the mission; `None` if nothing does.
+fn topic(chunks: &[&str]) -> Result<Option<Topic>, NotARobot> {
+    let from_coordinator = Participant::Coordinator;
+    Ok(Some(match *chunks {
+        ["robots", robot, "observation"] => Topic::Observation(number(robot)?),
+        ["robots", robot, "intent"] => Topic::Intent(number(robot)?),
+        ["robots", robot, "heartbeat"] => Topic::Heartbeat(number(robot)?),
+        ["robots", robot, "pose"] => Topic::Pose(number(robot)?),
+        ["robots", robot, "route"] => Topic::Route(number(robot)?),
+        ["robots", robot, "alive"] => Topic::Alive(Participant::Robot(number(robot)?)),
+        ["robots", from, "log_request", to] => {
+            Topic::LogRequest { from: Participant::Robot(number(from)?), to: address(to)? }
+        }
+        ["robots", from, "log_reply", to] => {
+            Topic::LogReply { from: Participant::Robot(number(from)?), to: address(to)? }
+        }
+        [COORDINATOR, "status"] => Topic::Status,
+        [COORDINATOR, "alive"] => Topic::Alive(Participant::Coordinator),
+        [COORDINATOR, "log_request", to] => Topic::LogRequest { from: from_coordinator, to: address(to)? },
+        [COORDINATOR, "log_reply", to] => Topic::LogReply { from: from_coordinator, to: address(to)? },
+        ["sim", "step", participant] => Topic::SimStep(address(participant)?),
+        ["sim", "sensed", robot] => Topic::SimSensed(number(robot)?),
+        ["sim", "alive"] => Topic::SimAlive,
+        _ => return Ok(None),
+    }))
+}
+
+fn address(chunk: &str) -> Result<Participant, NotARobot> {
+    if chunk == COORDINATOR { Ok(Participant::Coordinator) } else { number(chunk).map(Participant::Robot) }
+}
+
+/// One number has one spelling, so that a key has only one.
+fn number(chunk: &str) -> Result<RobotId, NotARobot> {
+    match chunk.parse::<u16>() {
+        Ok(number) if number.to_string() == chunk => Ok(RobotId(number)),
+        _ => Err(NotARobot(chunk.to_owned())),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,169 @@
+use proptest::prelude::*;
+
+use super::*;
+
+fn mission() -> Mission {
+    "ice-cream_1".parse().unwrap()
+}
+
+fn participants() -> impl Strategy<Value = Participant> {
+    prop_oneof![
+        any::<u16>().prop_map(|robot| Participant::Robot(RobotId(robot))),
+        Just(Participant::Coordinator),
+    ]
+}
+
+fn topics() -> impl Strategy<Value = Topic> {
+    let robot = || any::<u16>().prop_map(RobotId);
+    let pair = || (participants(), participants());
+    prop_oneof![
+        robot().prop_map(Topic::Observation),
+        robot().prop_map(Topic::Intent),
+        robot().prop_map(Topic::Heartbeat),
+        robot().prop_map(Topic::Pose),
+        robot().prop_map(Topic::Route),
+        participants().prop_map(Topic::Alive),
+        pair().prop_map(|(from, to)| Topic::LogRequest { from, to }),
+        pair().prop_map(|(from, to)| Topic::LogReply { from, to }),
+        Just(Topic::Status),
+        participants().prop_map(Topic::SimStep),
+        robot().prop_map(Topic::SimSensed),
+        Just(Topic::SimAlive),
+    ]
+}
+
+proptest! {
+    #[test]
+    fn a_key_is_read_as_it_was_written(mission in "[a-z0-9_-]{1,64}", topic in topics()) {
+        let key = mission.parse::<Mission>().unwrap().key(topic);
+        prop_assert_eq!(key.to_string().parse::<Key>().unwrap(), key);
+    }
+
+    #[test]
+    fn a_text_that_is_a_key_is_the_only_one_of_it(
+        text in "(dragnet|drag)/[a-z]{1,2}/(robots|coordinator|sim)(/(0?[0-9]{1,5}|observation|alive|log_reply|step|coordinator)){0,3}",
+    ) {
+        if let Ok(key) = text.parse::<Key>() {
+            prop_assert_eq!(key.to_string(), text);
+        }
+    }
+
+    #[test]
+    fn any_text_is_read_without_panic(text in ".*") {
+        let _ = text.parse::<Key>();
+    }
+
+    #[test]
+    fn a_message_travels_where_its_kind_and_sender_are_read(topic in topics()) {
+        if let Some((kind, from)) = topic.speech() {
+            let to = match topic {
+                Topic::LogRequest { to, .. } | Topic::LogReply { to, .. } => Audience::One(to),
+                _ => Audience::All,
+            };
+            prop_assert_eq!(Topic::of(kind, from, to), Some(topic));
+        }
+    }
+}
+
+#[test]
+fn keys_are_spelled_as_documented() {
+    let check = |topic, expected: &str| {
+        assert_eq!(mission().key(topic).to_string(), format!("dragnet/ice-cream_1/{expected}"));
+    };
+    let (robot, three) = (RobotId(12), Participant::Robot(RobotId(3)));
+    check(Topic::Observation(robot), "robots/12/observation");
+    check(Topic::Alive(three), "robots/3/alive");
+    check(Topic::Alive(Participant::Coordinator), "coordinator/alive");
+    check(
+        Topic::LogRequest { from: three, to: Participant::Coordinator },
+        "robots/3/log_request/coordinator",
+    );
+    check(Topic::LogReply { from: Participant::Coordinator, to: three }, "coordinator/log_reply/3");
+    check(Topic::Status, "coordinator/status");
+    check(Topic::SimStep(Participant::Coordinator), "sim/step/coordinator");
+    check(Topic::SimStep(three), "sim/step/3");
+    check(Topic::SimSensed(robot), "sim/sensed/12");
+}
+
+#[test]
+fn a_wrong_key_is_refused_with_what_is_allowed() {
+    let check = |key: &str, expected: &str| {
+        let error = key.parse::<Key>().unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    };
+    check("dragnet/m/robots/03/observation", "robot \"03\"; allowed are 0 to 65535");
+    check("dragnet/m/robots/65536/intent", "robot \"65536\"");
+    check("dragnet/m/robots/+3/intent", "robot \"+3\"");
+    check("dragnet/m/sim/step/nobody", "robot \"nobody\"");
+    check("dragnet/A b/sim/alive", "mission \"A b\": allowed are 1 to 64 characters");
+    check("dragnet//sim/alive", "mission \"\"");
+    check("other/m/sim/alive", "allowed are keys like");
+    check("dragnet/m/robots/3/observation/", "allowed are keys like");
+    check("dragnet/m/robots/3", "allowed are keys like");
+    check("dragnet/m", "allowed are keys like");
+    check("", "allowed are keys like");
+}
+
+#[test]
+fn nobody_publishes_what_is_not_theirs() {
+    let robot = Participant::Robot(RobotId(0));
+    let of = |kind, from, to| Topic::of(kind, from, to);
+    assert_eq!(of(MessageKind::Observation, Participant::Coordinator, Audience::All), None);
+    assert_eq!(of(MessageKind::MissionStatus, robot, Audience::All), None);
+    assert_eq!(of(MessageKind::LogReply, robot, Audience::All), None);
+    assert_eq!(of(MessageKind::Intent, robot, Audience::One(robot)), None);
+}
+
+/// `*` is one chunk, `**` any number, as Zenoh says.
+fn matches(expression: &[&str], key: &[&str]) -> bool {
+    match (expression, key) {
+        ([], []) => true,
+        (["**", rest @ ..], _) => (0..=key.len()).any(|skipped| matches(rest, &key[skipped..])),
+        (["*", rest @ ..], [_, key @ ..]) => matches(rest, key),
+        ([chunk, rest @ ..], [first, key @ ..]) => chunk == first && matches(rest, key),
+        _ => false,
+    }
+}
+
+#[test]
+fn a_selection_matches_its_keys_and_no_others() {
+    let (three, four) = (Participant::Robot(RobotId(3)), Participant::Robot(RobotId(4)));
+    let coordinator = Participant::Coordinator;
+    let topics = [
+        Topic::Observation(RobotId(3)),
+        Topic::Intent(RobotId(4)),
+        Topic::Heartbeat(RobotId(3)),
+        Topic::Pose(RobotId(3)),
+        Topic::Route(RobotId(3)),
+        Topic::Alive(three),
+        Topic::Alive(coordinator),
+        Topic::SimAlive,
+        Topic::LogRequest { from: coordinator, to: three },
+        Topic::LogRequest { from: four, to: three },
+        Topic::LogRequest { from: three, to: coordinator },
+        Topic::LogReply { from: four, to: three },
+        Topic::SimSensed(RobotId(3)),
+        Topic::SimStep(three),
+        Topic::Status,
+    ];
+    let check = |selection, expected: &[Topic]| {
+        let expression = mission().expression(selection);
+        let selected = topics.iter().copied().filter(|&topic| {
+            let key = mission().key(topic).to_string();
+            let chunks: Vec<&str> = key.split('/').collect();
+            matches(&expression.split('/').collect::<Vec<_>>(), &chunks)
+        });
+        assert_eq!(selected.collect::<Vec<_>>(), expected, "{expression}");
+    };
+    check(Selection::Everything, &topics);
+    check(Selection::Observations, &topics[0..1]);
+    check(Selection::Intents, &topics[1..2]);
+    check(Selection::Heartbeats, &topics[2..3]);
+    check(Selection::Poses, &topics[3..4]);
+    check(Selection::Routes, &topics[4..5]);
+    check(Selection::Alive, &topics[5..8]);
+    check(Selection::LogRequestsTo(three), &topics[8..10]);
+    check(Selection::LogRequestsTo(coordinator), &topics[10..11]);
+    check(Selection::LogRepliesTo(three), &topics[11..12]);
+    check(Selection::SimSensed, &topics[12..13]);
+}

@@ -1,0 +1,111 @@
+//! Map files: what others draw, survey or record, as the [`Terrain`] that is searched.
+//!
+//! | extension | format | read by |
+//! |---|---|---|
+//! | `.txt` | drawing, see [`Terrain::from_ascii`] | this file |
+//! | `.yaml` | ROS 2 map with its image | `ros` |
+//! | `.map` | `MovingAI` benchmark | `movingai` |
+//! | `.geojson`, `.json` | search area as polygons, RFC 7946 | `outline` |
+//!
+//! Whatever a file holds, reading it gives a map or a [`MapFileError`] that says what is allowed instead.
+
+mod error;
+mod georeference;
+mod movingai;
+mod outline;
+mod picture;
+mod probabilities;
+mod raster;
+mod ros;
+mod scanline;
+
+use std::fs;
+use std::path::Path;
+
+use dragnet_search::terrain::Terrain;
+
+pub use error::MapFileError;
+pub use georeference::{GeoPoint, Georeference};
+pub use probabilities::load_probabilities;
+
+/// A map file that was read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MapFile {
+    /// The map. Row 0, column 0 is its south-western cell.
+    pub terrain: Terrain,
+    /// Where on earth it lies, if the file says so.
+    pub georeference: Option<Georeference>,
+    /// Where it lies in the frame of its file.
+    pub origin: MapOrigin,
+}
+
+/// Pose of the map's south-western corner in the frame of its file: of a ROS map in the frame `map`. Zero for
+/// all others.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MapOrigin {
+    /// Metres along the frame's x axis.
+    pub x_meters: f64,
+    /// Metres along the frame's y axis.
+    pub y_meters: f64,
+    /// From the frame's x axis to the map's eastern one, counterclockwise, radians.
+    pub yaw_radians: f64,
+}
+
+impl MapFile {
+    /// The largest file that is read.
+    pub const MAX_BYTES: u64 = 1 << 28;
+
+    /// A map that no file places anywhere.
+    #[must_use]
+    pub fn unplaced(terrain: Terrain) -> Self {
+        Self { terrain, georeference: None, origin: MapOrigin::default() }
+    }
+
+    /// Reads a map file into cells of an edge in metres, by its extension.
+    ///
+    /// # Errors
+    /// If the file, or an image that it names, cannot be read or does not hold what its format says; if the
+    /// edge is not a positive length or is shorter than the map's pixels; if there would be no cell, or too
+    /// many.
+    pub fn load(file: &Path, cell_meters: f64) -> Result<Self, MapFileError> {
+        if !(cell_meters.is_finite() && cell_meters > 0.0) {
+            return Err(MapFileError::value(
+                file,
+                "cell edge",
+                cell_meters,
+                "a finite length in metres above 0",
+            ));
+        }
+        let extension = file.extension().map(|extension| extension.to_string_lossy().to_lowercase());
+        match extension.as_deref() {
+            Some("txt") => Terrain::from_ascii(&read_text(file)?, cell_meters)
+                .map(Self::unplaced)
+                .map_err(|source| MapFileError::Terrain { file: file.to_owned(), source }),
+            Some("yaml" | "yml") => ros::load(file, cell_meters),
+            Some("map") => movingai::read(file, &read_text(file)?, cell_meters).map(Self::unplaced),
+            Some("geojson" | "json") => outline::read(file, &read_text(file)?, cell_meters),
+            _ => Err(MapFileError::Extension {
+                file: file.to_owned(),
+                allowed: ".txt drawing, .yaml ROS map, .map MovingAI, .geojson polygon",
+            }),
+        }
+    }
+}
+
+fn read_text(file: &Path) -> Result<String, MapFileError> {
+    String::from_utf8(read_bytes(file)?)
+        .map_err(|source| MapFileError::syntax(file, format!("no UTF-8 text: {source}")))
+}
+
+fn read_bytes(file: &Path) -> Result<Vec<u8>, MapFileError> {
+    let read = |source| MapFileError::Read { file: file.to_owned(), source };
+    let bytes = fs::metadata(file).map_err(read)?.len();
+    if bytes > MapFile::MAX_BYTES {
+        let allowed = format!("at most {} bytes", MapFile::MAX_BYTES);
+        return Err(MapFileError::value(file, "size", format!("{bytes} bytes"), allowed));
+    }
+    fs::read(file).map_err(read)
+}
+
+#[cfg(test)]
+mod tests;

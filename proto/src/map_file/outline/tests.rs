@@ -1,0 +1,172 @@
+use std::time::Instant;
+
+use proptest::prelude::*;
+
+use super::*;
+
+/// Lengths of 1 degree at the equator, metres.
+const EAST_METERS: f64 = 111_319.490_793;
+const NORTH_METERS: f64 = 110_574.275_821;
+
+fn read(text: &str, cell_meters: f64) -> Result<MapFile, String> {
+    super::read(Path::new("a.geojson"), text, cell_meters).map_err(|error| error.to_string())
+}
+
+/// A polygon at the equator from rings in metres.
+fn polygon_of(rings: &[&[(f64, f64)]]) -> String {
+    let degrees =
+        |&(east, north): &(f64, f64)| format!("[{:.12},{:.12}]", east / EAST_METERS, north / NORTH_METERS);
+    let ring = |ring: &&[(f64, f64)]| {
+        format!("[{}]", ring.iter().chain(&ring[..1]).map(degrees).collect::<Vec<_>>().join(","))
+    };
+    let rings: Vec<String> = rings.iter().map(ring).collect();
+    format!(r#"{{"type":"Polygon","coordinates":[{}]}}"#, rings.join(","))
+}
+
+fn check(rings: &[&[(f64, f64)]], cell_meters: f64, expected: &str) {
+    let map = read(&polygon_of(rings), cell_meters).unwrap();
+    assert_eq!(map.terrain, Terrain::from_ascii(expected, cell_meters).unwrap());
+}
+
+#[test]
+fn half_of_the_area_opens_a_cell() {
+    let square = [(0.0, 0.0), (40.0, 0.0), (40.0, 30.0), (0.0, 30.0)];
+    check(&[&square], 10.0, "....\n....\n....");
+    check(&[&square], 20.0, "..\n..");
+    check(&[&square], 29.0, "##\n.#");
+    let triangle = [(0.0, 0.0), (39.0, 0.0), (0.0, 39.0)];
+    check(&[&triangle], 10.0, "####\n.###\n..##\n...#");
+}
+
+#[test]
+fn holes_are_blocked() {
+    let square = [(0.0, 0.0), (40.0, 0.0), (40.0, 40.0), (0.0, 40.0)];
+    let hole = [(10.0, 10.0), (10.0, 30.0), (20.0, 30.0), (20.0, 10.0)];
+    check(&[&square, &hole], 10.0, "....\n.#..\n.#..\n....");
+}
+
+#[test]
+fn features_and_collections_are_one_area() {
+    let at = |west: f64| polygon_of(&[&[(west, 0.0), (west + 10.0, 0.0), (west + 10.0, 10.0), (west, 10.0)]]);
+    let feature = |west: f64| format!(r#"{{"type":"Feature","properties":null,"geometry":{}}}"#, at(west));
+    let collection =
+        format!(r#"{{"type":"FeatureCollection","features":[{},{}]}}"#, feature(0.0), feature(30.0));
+    let expected = Terrain::from_ascii(".##.", 10.0).unwrap();
+    assert_eq!(read(&collection, 10.0).unwrap().terrain, expected);
+    assert_eq!(read(&feature(5.0), 10.0).unwrap().terrain, Terrain::from_ascii(".", 10.0).unwrap());
+}
+
+#[test]
+fn neighbors_may_share_a_border() {
+    let at = |west: i32| format!("[[[{0},0],[{1},0],[{1},1],[{0},1],[{0},0]]]", west, west + 1);
+    let text = format!(r#"{{"type":"MultiPolygon","coordinates":[{},{}]}}"#, at(0), at(1));
+    // Of 2 x 1 degrees, 4.45 x 2.21 cells; the border runs through the third column.
+    let expected = Terrain::from_ascii("#####\n....#\n....#", 50_000.0).unwrap();
+    assert_eq!(read(&text, 50_000.0).unwrap().terrain, expected);
+}
+
+#[test]
+fn the_frame_starts_at_the_south_western_corner() {
+    let map = read(&polygon_of(&[&[(100.0, 200.0), (140.0, 200.0), (140.0, 230.0), (100.0, 230.0)]]), 10.0)
+        .unwrap();
+    let frame = map.georeference.unwrap();
+    let (east, north) = frame.meters(GeoPoint { longitude_degrees: 0.0, latitude_degrees: 0.0 });
+    assert!((east + 100.0).abs() < 0.01 && (north + 200.0).abs() < 0.01, "{east} {north}");
+}
+
+#[test]
+fn a_bad_polygon_names_what_and_where() {
+    let check = |text: &str, message: &str| {
+        let error = read(text, 10.0).unwrap_err();
+        assert!(error.starts_with("a.geojson: ") && error.contains(message), "{error}");
+    };
+    let polygon = |coordinates: &str| format!(r#"{{"type":"Polygon","coordinates":{coordinates}}}"#);
+    check("", "EOF");
+    check(r#"{"type":"Polygone","coordinates":[]}"#, "Polygone");
+    check(
+        r#"{"type":"Point","coordinates":[0,0]}"#,
+        "geometry 1 is Point; allowed is Polygon or MultiPolygon",
+    );
+    check(r#"{"type":"FeatureCollection","features":[]}"#, "number of corners is 0; allowed is 1 to 20000");
+    check(&polygon("[]"), "number of corners is 0");
+    check(&polygon("[[]]"), "polygon 1, ring 1 is 0 positions; allowed is at least 4");
+    check(
+        &polygon("[[[0,0],[1,0],[1,1],[0,1]]]"),
+        "ring 1 is 4 positions; allowed is at least 4, the last one equal to the first",
+    );
+    check(
+        &polygon("[[[0,0],[190,0],[1,1],[0,0]]]"),
+        "polygon 1, ring 1, position 2 is [190.0, 0.0]; allowed is [longitude, latitude] in degrees",
+    );
+    check(&polygon("[[[0,0],[1,95],[1,1],[0,0]]]"), "position 2 is [1.0, 95.0]");
+    check(&polygon("[[[0,0],[1],[1,1],[0,0]]]"), "position 2 is [1.0]");
+    check(&polygon("[[[0,0],[1e999,0],[1,1],[0,0]]]"), "number out of range");
+    check(&polygon("[[[0,0],[NaN,0],[1,1],[0,0]]]"), "expected");
+    check(
+        &polygon("[[[0,0],[1,1],[1,0],[0,1],[0,0]]]"),
+        "polygon 1 is not valid: exterior ring has a self-intersection; allowed is rings that",
+    );
+    check(&polygon("[[[0,0],[1,0],[1,0],[0,0]]]"), "at least 3 distinct points");
+    check(&polygon("[[[0,0],[1,0],[1,1],[0,1],[0,0]],[[2,2],[3,2],[3,3],[2,2]]]"), "not contained within");
+    let twice = "[[[0,0],[1,0],[1,1],[0,0]]]";
+    let multi = format!(r#"{{"type":"MultiPolygon","coordinates":[{twice},{twice}]}}"#);
+    check(&multi, "polygon 2 is on polygon 1 in part; allowed is polygons that share no ground");
+    check(&polygon("[[[0,0],[90,0],[90,80],[0,80],[0,0]]]"), "allowed are 1 to 16777216 cells");
+}
+
+/// An outline with a hole, both of thousands of corners, on a million cells: the shares must add up to the
+/// area.
+#[test]
+fn a_long_outline_on_many_cells_has_its_area() {
+    let ring = |radius: f64| -> Vec<(f64, f64)> {
+        (0..3000)
+            .map(|step| {
+                let angle = std::f64::consts::TAU * f64::from(step) / 3000.0;
+                let wave = radius * (1.0 + 0.05 * (37.0 * angle).sin());
+                (5000.0 + wave * angle.cos(), 5000.0 + wave * angle.sin())
+            })
+            .collect()
+    };
+    let (outer, inner) = (ring(4760.0), ring(2000.0));
+    let started = Instant::now();
+    let terrain = read(&polygon_of(&[&outer, &inner]), 10.0).unwrap().terrain;
+    println!("{:?} for {} cells", started.elapsed(), terrain.grid().cell_count());
+    let square_meters = |ring: &[(f64, f64)]| {
+        let next = ring.iter().cycle().skip(1);
+        ring.iter().zip(next).map(|(a, b)| a.0 * b.1 - b.0 * a.1).sum::<f64>() / 2.0
+    };
+    let expected = (square_meters(&outer) - square_meters(&inner)) / 100.0;
+    let open = f64::from(u32::try_from(terrain.traversable_cells().count()).unwrap());
+    assert!((open / expected - 1.0).abs() < 1e-3, "{open} open cells, expected {expected}");
+}
+
+fn coordinate() -> impl Strategy<Value = String> {
+    prop_oneof![
+        4 => (0..6_i32).prop_map(|value| value.to_string()),
+        1 => any::<f64>().prop_map(|value| value.to_string()),
+    ]
+}
+
+proptest! {
+    #[test]
+    fn whatever_the_text_it_is_read_or_refused(text in "\\PC{0,60}") {
+        let _ = read(&text, 10.0);
+    }
+
+    #[test]
+    fn whatever_the_rings_they_are_read_or_refused(
+        rings in proptest::collection::vec(
+            proptest::collection::vec((coordinate(), coordinate()), 0..7),
+            0..4,
+        ),
+        cell_meters in prop_oneof![Just(1e-9), Just(20_000.0), Just(1e30)],
+    ) {
+        let ring = |ring: &Vec<(String, String)>| {
+            let closed = ring.iter().chain(ring.first()).map(|(x, y)| format!("[{x},{y}]"));
+            format!("[{}]", closed.collect::<Vec<_>>().join(","))
+        };
+        let rings = rings.iter().map(ring).collect::<Vec<_>>().join(",");
+        let _ = read(&format!(r#"{{"type":"Polygon","coordinates":[{rings}]}}"#), cell_meters);
+        let _ = read(&format!(r#"{{"type":"MultiPolygon","coordinates":[[{rings}],[{rings}]]}}"#), cell_meters);
+    }
+}

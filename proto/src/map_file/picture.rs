@@ -1,0 +1,125 @@
+//! Pictures as brightness a pixel: PGM, PPM, PBM and PNG, 8 or 16 bits deep.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use image::{DynamicImage, ImageBuffer, ImageDecoder, ImageReader, Pixel, Primitive};
+
+use super::{MapFileError, read_bytes};
+
+/// The most pixels that are read.
+const MAX_PIXELS: u64 = 1 << 26;
+
+/// A picture, decoded.
+pub(super) struct Picture {
+    pub(super) columns: u32,
+    pub(super) rows: u32,
+    /// Whether the file has an alpha channel.
+    pub(super) has_alpha: bool,
+    /// Row by row from the southern edge, west to east: the last row of the file first.
+    pub(super) shades: Vec<Shade>,
+}
+
+/// One pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Shade {
+    /// Mean of red, green and blue, 0 black to 1 white.
+    pub(super) brightness: f32,
+    /// 0 transparent to 1 opaque.
+    pub(super) alpha: f32,
+}
+
+pub(super) fn load(file: &Path) -> Result<Picture, MapFileError> {
+    decode(file, &read_bytes(file)?)
+}
+
+pub(super) fn decode(file: &Path, bytes: &[u8]) -> Result<Picture, MapFileError> {
+    let no_image =
+        |error: &dyn std::fmt::Display| MapFileError::syntax(file, format!("no PGM or PNG image: {error}"));
+    let reader =
+        ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|error| no_image(&error))?;
+    let decoder = reader.into_decoder().map_err(|error| no_image(&error))?;
+    let (columns, rows) = decoder.dimensions();
+    check_size(file, columns, rows)?;
+    let image = DynamicImage::from_decoder(decoder).map_err(|error| no_image(&error))?;
+    let has_alpha = image.color().has_alpha();
+    Ok(Picture { columns, rows, has_alpha, shades: shades_of(image) })
+}
+
+fn check_size(file: &Path, columns: u32, rows: u32) -> Result<(), MapFileError> {
+    let pixels = u64::from(columns) * u64::from(rows);
+    if (1..=MAX_PIXELS).contains(&pixels) {
+        return Ok(());
+    }
+    let found = format!("{columns} x {rows} pixels");
+    Err(MapFileError::value(file, "image size", found, format!("1 to {MAX_PIXELS} pixels")))
+}
+
+fn shades_of(image: DynamicImage) -> Vec<Shade> {
+    match image {
+        DynamicImage::ImageLuma8(pixels) => shades(&pixels),
+        DynamicImage::ImageLumaA8(pixels) => shades(&pixels),
+        DynamicImage::ImageRgb8(pixels) => shades(&pixels),
+        DynamicImage::ImageRgba8(pixels) => shades(&pixels),
+        DynamicImage::ImageLuma16(pixels) => shades(&pixels),
+        DynamicImage::ImageLumaA16(pixels) => shades(&pixels),
+        DynamicImage::ImageRgb16(pixels) => shades(&pixels),
+        other => shades(&other.into_rgba16()),
+    }
+}
+
+fn shades<P: Pixel>(image: &ImageBuffer<P, Vec<P::Subpixel>>) -> Vec<Shade>
+where
+    P::Subpixel: Into<f32>,
+{
+    let white: f32 = P::Subpixel::DEFAULT_MAX_VALUE.into();
+    let shade = |pixel: &P| {
+        let [red, green, blue, alpha] = pixel.to_rgba().0.map(Into::into);
+        Shade { brightness: (red + green + blue) / (3.0 * white), alpha: alpha / white }
+    };
+    image.rows().rev().flat_map(|row| row.map(shade)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn decode(bytes: &[u8]) -> Result<Picture, String> {
+        super::decode(Path::new("a.pgm"), bytes).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn the_last_row_of_the_file_is_the_southern_one() {
+        let picture = decode(b"P2 2 2 4  0 1  2 4").unwrap();
+        let brightness: Vec<f32> = picture.shades.iter().map(|shade| shade.brightness).collect();
+        for (shade, expected) in brightness.iter().zip([0.5, 1.0, 0.0, 0.25]) {
+            assert!((shade - expected).abs() < 0.003, "{brightness:?}");
+        }
+        assert!(!picture.has_alpha);
+    }
+
+    #[test]
+    fn what_is_no_picture_is_refused() {
+        let check = |bytes: &[u8], message: &str| {
+            let error = decode(bytes).map(|_| ()).unwrap_err();
+            assert!(error.contains(message), "{error}");
+        };
+        check(b"", "a.pgm: no PGM or PNG image");
+        check(b"P5 3 3 255 ab", "a.pgm: no PGM or PNG image");
+        check(b"P5 300000 300000 255 ab", "image size is 300000 x 300000 pixels; allowed is 1 to");
+        check(b"P5 0 3 255 ", "image size is 0 x 3 pixels");
+    }
+
+    proptest! {
+        #[test]
+        fn whatever_the_bytes_they_are_read_or_refused(
+            header in "P[1-7][ \n][0-9]{1,10}[ \n][0-9]{1,3}[ \n][0-9]{1,6}\n|\\x{89}PNG\r\n\x1a\n",
+            rest in proptest::collection::vec(any::<u8>(), 0..80),
+        ) {
+            let _ = decode(&[header.as_bytes(), &rest].concat());
+            let _ = decode(&rest);
+        }
+    }
+}

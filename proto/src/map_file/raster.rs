@@ -1,0 +1,137 @@
+//! From a map's own pixels to the cells of the search.
+
+use std::ops::Range;
+use std::path::Path;
+
+use dragnet_search::cell::{Grid, Position};
+use dragnet_search::terrain::{Ground, Terrain};
+
+use super::MapFileError;
+
+/// Pixels that are free or not, shape `[rows * columns]`, row 0 south, column 0 west.
+pub(super) struct Raster {
+    pub(super) columns: u32,
+    pub(super) rows: u32,
+    /// Edge of a pixel.
+    pub(super) pixel_meters: f64,
+    pub(super) is_free: Vec<bool>,
+}
+
+impl Raster {
+    /// The terrain of cells of an edge: open where at least half of a cell's pixels are free, else blocked.
+    ///
+    /// Cells start at the south-western corner. A pixel belongs to the cell that holds its center; where
+    /// cells reach over the northern or eastern edge, the pixels missing there count as not free.
+    pub(super) fn terrain(&self, file: &Path, cell_meters: f64) -> Result<Terrain, MapFileError> {
+        let pixels_per_cell = self.pixels_per_cell(file, cell_meters)?;
+        let cells = |pixels: u32| whole_cells(f64::from(pixels) / pixels_per_cell);
+        let invalid = |source| MapFileError::Terrain { file: file.to_owned(), source };
+        let grid = Grid::new(cells(self.rows), cells(self.columns)).map_err(|error| invalid(error.into()))?;
+        let ground = grid
+            .cells()
+            .map(|cell| {
+                let Position { row, column } = grid.position(cell);
+                let rows = pixels_of(row, pixels_per_cell);
+                let columns = pixels_of(column, pixels_per_cell);
+                let all = (rows.end - rows.start).saturating_mul(columns.end - columns.start);
+                if 2 * self.count_free(rows, columns) >= all { Ground::OPEN } else { Ground::BLOCKED }
+            })
+            .collect();
+        Terrain::new(grid, cell_meters, ground).map_err(invalid)
+    }
+
+    /// At least 1; a whole number where the edges say so but for rounding.
+    fn pixels_per_cell(&self, file: &Path, cell_meters: f64) -> Result<f64, MapFileError> {
+        let ratio = cell_meters / self.pixel_meters;
+        let whole = ratio.round();
+        let ratio = if (ratio - whole).abs() < 1e-6 { whole } else { ratio };
+        if ratio >= 1.0 {
+            Ok(ratio)
+        } else {
+            let found = format!("{cell_meters} m");
+            let allowed = format!("at least the map's pixel of {} m", self.pixel_meters);
+            Err(MapFileError::value(file, "cell edge", found, allowed))
+        }
+    }
+
+    fn count_free(&self, rows: Range<u64>, columns: Range<u64>) -> u64 {
+        let count = |row: u64| {
+            let start = row * u64::from(self.columns);
+            let end = start + columns.end.min(u64::from(self.columns));
+            let pixels = to_index(start + columns.start)..to_index(end);
+            self.is_free[pixels].iter().map(|&is_free| u64::from(is_free)).sum::<u64>()
+        };
+        (rows.start..rows.end.min(u64::from(self.rows))).map(count).sum()
+    }
+}
+
+/// The number of cells that a length takes up; a sliver that is only rounding takes none.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "saturates; Grid::new checks the number"
+)]
+pub(super) fn whole_cells(length_cells: f64) -> u32 {
+    (length_cells - 1e-6).ceil().max(1.0) as u32
+}
+
+/// Pixels, from the map's southern or western edge, whose centers lie in a row or column of cells.
+fn pixels_of(line: u32, pixels_per_cell: f64) -> Range<u64> {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "at least 0 and far below 2^53"
+    )]
+    let centers_before = |line: f64| (line * pixels_per_cell - 0.5).ceil().max(0.0) as u64;
+    centers_before(f64::from(line))..centers_before(f64::from(line) + 1.0)
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "an index of a list in memory")]
+const fn to_index(pixel: u64) -> usize {
+    pixel as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Draws `#` for blocked and `.` for free, the northern edge first; pixels of 1 m.
+    fn check(pixels: &str, cell_meters: f64, expected: &str) {
+        let lines: Vec<&str> = pixels.split('/').collect();
+        let raster = Raster {
+            columns: u32::try_from(lines[0].len()).unwrap(),
+            rows: u32::try_from(lines.len()).unwrap(),
+            pixel_meters: 1.0,
+            is_free: lines.iter().rev().flat_map(|line| line.chars().map(|c| c == '.')).collect(),
+        };
+        let terrain = raster.terrain(Path::new("test"), cell_meters).unwrap();
+        let expected = Terrain::from_ascii(&expected.replace('/', "\n"), cell_meters).unwrap();
+        assert_eq!(terrain, expected, "{pixels} in cells of {cell_meters} m");
+    }
+
+    #[test]
+    fn half_of_the_pixels_open_a_cell() {
+        check(".#/#.", 2.0, ".");
+        check("##/#.", 2.0, "#");
+        check("..##/..#./####/.#.#", 2.0, ".#/##");
+    }
+
+    #[test]
+    fn a_cell_of_one_pixel_is_that_pixel() {
+        check(".#./##.", 1.0, ".#./##.");
+        check(".#./##.", 1.000_000_01, ".#./##.");
+    }
+
+    #[test]
+    fn cells_start_in_the_south_west_and_what_is_missing_is_not_free() {
+        check("###/#../#..", 2.0, "##/..");
+        check(".../.../...", 2.0, ".#/..");
+    }
+
+    #[test]
+    fn pixels_go_to_the_cell_of_their_center() {
+        // Cells of 1.5 pixels hold one and two of them in turn: the center at 1.5 lies on an edge and goes east.
+        check("..#", 1.5, "..");
+        check(".##", 1.5, ".#");
+    }
+}

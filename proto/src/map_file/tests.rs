@@ -1,0 +1,47 @@
+use proptest::prelude::*;
+
+use super::*;
+
+fn load(name: &str, text: &str, cell_meters: f64) -> Result<MapFile, String> {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join(name);
+    fs::write(&file, text).unwrap();
+    MapFile::load(&file, cell_meters).map_err(|error| error.to_string())
+}
+
+#[test]
+fn a_drawing_is_read_as_it_looks() {
+    let map = load("a.txt", "..#\n~,.\n", 30.0).unwrap();
+    assert_eq!(map, MapFile::unplaced(Terrain::from_ascii("..#\n~,.", 30.0).unwrap()));
+}
+
+#[test]
+fn what_is_no_map_is_refused_with_its_name() {
+    let check = |name: &str, text: &str, cell_meters: f64, message: &str| {
+        let error = load(name, text, cell_meters).unwrap_err();
+        assert!(error.contains(name) && error.contains(message), "{error}");
+    };
+    check("a.txt", "..\n.x\n", 1.0, "line 2, column 2: 'x' is no ground; allowed are");
+    check("a.txt", "..\n...\n", 1.0, "line 2 has 3 cells, the first line has 2");
+    check("a.txt", "", 1.0, "0 rows and 0 columns: allowed are 1 to");
+    check("a.txt", "..", f64::NAN, "cell edge is NaN; allowed is a finite length in metres above 0");
+    check("a.bmp", "..", 1.0, "unknown extension; allowed are .txt drawing, .yaml ROS map");
+}
+
+#[test]
+fn a_missing_file_and_bytes_that_are_no_text_are_refused() {
+    let error = MapFile::load(Path::new("no/such.map"), 1.0).unwrap_err().to_string();
+    assert!(error.contains("no/such.map: No such file"), "{error}");
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("a.map");
+    fs::write(&file, [0xff, 0xfe]).unwrap();
+    let error = MapFile::load(&file, 1.0).unwrap_err().to_string();
+    assert!(error.contains("a.map: no UTF-8 text"), "{error}");
+}
+
+proptest! {
+    #[test]
+    fn whatever_the_drawing_it_is_read_or_refused(text in "[.#~,\n]{0,40}|\\PC{0,40}") {
+        let _ = Terrain::from_ascii(&text, 1.0);
+    }
+}

@@ -1,0 +1,197 @@
+//! What robots, coordinator and simulator say to each other, in the types of [`dragnet_search`].
+//!
+//! [`crate::convert`] turns these into the ROS 2 messages of [`crate::wire`] and checks them on the way back: cells on
+//! the map, readings in range, lengths bounded. A message in hand is well formed.
+
+use std::fmt;
+use std::sync::Arc;
+
+use dragnet_search::cell::Cell;
+use dragnet_search::evidence::Digest;
+use dragnet_search::observation::{Observation, RobotId, Version};
+
+/// Somebody with a part in the mission.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Participant {
+    /// A robot of the team.
+    Robot(RobotId),
+    /// Whoever sees the mission from outside, declares and records.
+    Coordinator,
+}
+
+impl fmt::Display for Participant {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Robot(robot) => write!(formatter, "robot {robot}"),
+            Self::Coordinator => write!(formatter, "the coordinator"),
+        }
+    }
+}
+
+/// To whom a message goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Audience {
+    /// Everybody.
+    All,
+    /// One participant.
+    One(Participant),
+}
+
+/// A message of one participant to the others.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Message {
+    /// To all: what a robot saw.
+    Observation(Arc<Observation>),
+    /// To all: where a robot is going.
+    Intent(Intent),
+    /// To all, periodically: who is there, and what it knows.
+    Heartbeat(Heartbeat),
+    /// To one: please repeat what I miss.
+    LogRequest(LogRequest),
+    /// To one: what was missed.
+    LogReply(LogReply),
+    /// From the coordinator to all: how the mission stands.
+    MissionStatus(MissionStatus),
+}
+
+impl Message {
+    /// What kind of message this is.
+    #[must_use]
+    pub const fn kind(&self) -> MessageKind {
+        match self {
+            Self::Observation(_) => MessageKind::Observation,
+            Self::Intent(_) => MessageKind::Intent,
+            Self::Heartbeat(_) => MessageKind::Heartbeat,
+            Self::LogRequest(_) => MessageKind::LogRequest,
+            Self::LogReply(_) => MessageKind::LogReply,
+            Self::MissionStatus(_) => MessageKind::MissionStatus,
+        }
+    }
+}
+
+/// The kinds of [`Message`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum MessageKind {
+    /// [`Message::Observation`].
+    Observation,
+    /// [`Message::Intent`].
+    Intent,
+    /// [`Message::Heartbeat`].
+    Heartbeat,
+    /// [`Message::LogRequest`].
+    LogRequest,
+    /// [`Message::LogReply`].
+    LogReply,
+    /// [`Message::MissionStatus`].
+    MissionStatus,
+}
+
+impl MessageKind {
+    /// Every kind.
+    pub const ALL: [Self; 6] = [
+        Self::Observation,
+        Self::Intent,
+        Self::Heartbeat,
+        Self::LogRequest,
+        Self::LogReply,
+        Self::MissionStatus,
+    ];
+}
+
+/// A robot's plan. Each replaces the one before.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Intent {
+    /// Whose plan.
+    pub robot: RobotId,
+    /// Counts the robot's decisions from 0; a higher one replaces a lower one.
+    pub decision: u64,
+    /// When it was decided, nanoseconds of mission time.
+    pub time_ns: u64,
+    /// Cells still to be entered, in order; empty when the robot rests.
+    pub path: Vec<Cell>,
+}
+
+/// A robot's sign of life.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Heartbeat {
+    /// Whose.
+    pub robot: RobotId,
+    /// When it was sent, nanoseconds of mission time.
+    pub time_ns: u64,
+    /// What the robot does.
+    pub activity: Activity,
+    /// The cell that it is in.
+    pub cell: Cell,
+    /// Way covered since the mission's start, metres.
+    pub path_meters: f64,
+    /// The plan that it follows.
+    pub intent: Intent,
+    /// Observations that it has, of every robot that it has heard of.
+    pub versions: Vec<Version>,
+    /// Digest of its evidence.
+    pub digest: Digest,
+}
+
+/// What a robot does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Activity {
+    /// It follows a plan.
+    Searching,
+    /// Nothing is left that is worth a search.
+    Cleared,
+    /// Its budget of way or time is spent.
+    Spent,
+    /// There is nowhere to go.
+    Stuck,
+}
+
+/// A request to repeat a robot's observations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LogRequest {
+    /// Who asks.
+    pub from: Participant,
+    /// Whose observations are missing; often, not always, those of the one who is asked.
+    pub of: RobotId,
+    /// The first sequence number that is missing.
+    pub first: u64,
+}
+
+/// Observations of one robot, repeated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LogReply {
+    /// In order of their sequence numbers, at most [`LogReply::MAX_OBSERVATIONS`].
+    pub observations: Vec<Arc<Observation>>,
+}
+
+impl LogReply {
+    /// The most observations in one reply.
+    pub const MAX_OBSERVATIONS: usize = 64;
+}
+
+/// How the mission stands, as the coordinator sees it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MissionStatus {
+    /// When, nanoseconds of mission time.
+    pub time_ns: u64,
+    /// Objects that are declared now.
+    pub declared: Vec<Detection>,
+    /// Expected number of objects that are not.
+    pub expected_undeclared: f64,
+    /// Robots that are alive, by number.
+    pub alive: Vec<RobotId>,
+    /// Observations merged so far.
+    pub observations: u64,
+    /// Digest of the merged evidence.
+    pub digest: Digest,
+}
+
+/// A declared object.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Detection {
+    /// Where.
+    pub cell: Cell,
+    /// Its probability now.
+    pub probability: f64,
+    /// When it was declared, nanoseconds of mission time.
+    pub time_ns: u64,
+}

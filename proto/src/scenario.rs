@@ -1,0 +1,310 @@
+//! Scenario files: what is searched, by whom, with what, for how long, and over which network.
+//!
+//! [`mod@file`] mirrors the TOML as it is written; a [`Scenario`] is what it means, checked: in hand, it is a
+//! search that can be run. `scenarios/README.md` explains every key to those who write one.
+
+mod check;
+mod error;
+pub mod file;
+mod locate;
+mod mission;
+mod network;
+mod objects;
+mod robots;
+mod schema;
+mod warning;
+mod world;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+use dragnet_search::belief::Belief;
+use dragnet_search::policy::PolicyName;
+use dragnet_search::route::Moves;
+use dragnet_search::sensor::Sensor;
+use dragnet_search::terrain::Terrain;
+
+use crate::map_file::{Georeference, MapFile, MapOrigin};
+
+pub use check::Invalid;
+pub use error::ScenarioError;
+pub use mission::{Budget, Mission};
+pub use network::{Network, Partition};
+pub use objects::Objects;
+pub use robots::{Policy, Robot, Start};
+pub use schema::schema_json;
+pub use warning::Warning;
+
+use error::Fault;
+use file::{PolicyField, RecordingTable, ScenarioFile};
+
+/// A search that can be run: with a seed, it is an episode.
+#[derive(Clone, Debug)]
+pub struct Scenario {
+    source: Source,
+    /// What the parts below were made of; overrides change it and make them again.
+    file: ScenarioFile,
+    map: Arc<MapFile>,
+    moves: Moves,
+    sensor: Sensor,
+    prior: Arc<Belief>,
+    objects: Objects,
+    robots: Vec<Robot>,
+    mission: Mission,
+    network: Network,
+    recording: Recording,
+    zenoh_config: Option<PathBuf>,
+}
+
+/// Where a scenario came from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Source {
+    /// The file; files that it names are relative to its folder.
+    pub path: PathBuf,
+    /// Its text, as read.
+    pub text: String,
+}
+
+/// What is recorded.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Recording {
+    /// The file, relative to the working directory; without it the caller names one.
+    pub file: Option<PathBuf>,
+    /// Time between two recorded beliefs.
+    pub belief_period: Duration,
+}
+
+impl Scenario {
+    /// Reads a scenario file and the files that it names.
+    ///
+    /// # Errors
+    /// If one cannot be read, is not what its format says, or a value is out of range or contradicts another.
+    pub fn load(path: &Path) -> Result<Self, ScenarioError> {
+        let text = fs::read_to_string(path)
+            .map_err(|source| ScenarioError::Read { file: path.to_owned(), source })?;
+        Self::from_text(path, text)
+    }
+
+    /// A scenario from its text, as if read from a path: messages name it, and files are relative to its
+    /// folder.
+    ///
+    /// # Errors
+    /// As [`Scenario::load`].
+    pub fn from_text(path: &Path, text: String) -> Result<Self, ScenarioError> {
+        let source = Source { path: path.to_owned(), text };
+        let file: ScenarioFile = toml::Deserializer::parse(&source.text)
+            .map_err(|error| source.toml_error(&error, None))
+            .and_then(|toml| {
+                serde_path_to_error::deserialize(toml)
+                    .map_err(|error| source.toml_error(error.inner(), Some(error.path())))
+            })?;
+        let map = world::map(&file.map, source.folder()).map_err(|fault| source.error(fault))?;
+        Self::new(source.clone(), file, Arc::new(map)).map_err(|fault| source.error(fault))
+    }
+
+    fn new(source: Source, file: ScenarioFile, map: Arc<MapFile>) -> Result<Self, Fault> {
+        check_name(&file.name)?;
+        let terrain = &map.terrain;
+        let objects = Objects::new(&file.objects, terrain)?;
+        let robots = robots::robots(&file.robots, terrain)?;
+        Ok(Self {
+            moves: world::moves(file.map.moves)?,
+            sensor: world::sensor(&file.sensor, terrain.grid())?,
+            prior: Arc::new(objects::prior(&file.prior, source.folder(), &objects, terrain)?),
+            objects,
+            mission: Mission::new(&file.mission)?,
+            network: Network::new(&file.network, u16::try_from(robots.len()).unwrap_or(u16::MAX))?,
+            robots,
+            recording: recording(&file.recording)?,
+            zenoh_config: zenoh_config(file.zenoh.config.as_deref(), source.folder())?,
+            source,
+            file,
+            map,
+        })
+    }
+
+    /// Every robot with this policy instead, as it is without parameters.
+    ///
+    /// # Errors
+    /// Never with a scenario whose files are still as they were read.
+    pub fn with_policy(&self, policy: PolicyName) -> Result<Self, ScenarioError> {
+        self.changed(|file| {
+            file.robots.policy = PolicyField::Name(policy.as_str().to_owned());
+            for robot in &mut file.robots.robot {
+                robot.policy = None;
+            }
+        })
+    }
+
+    /// So many robots instead.
+    ///
+    /// # Errors
+    /// If there are none, too many, or too few for a robot that the scenario names.
+    pub fn with_robots(&self, count: u32) -> Result<Self, ScenarioError> {
+        self.changed(|file| file.robots.count = count.into())
+    }
+
+    /// Objects of this density instead; the prior follows unless the scenario sets it.
+    ///
+    /// # Errors
+    /// If it is not above 0 and below 1.
+    pub fn with_density(&self, density: f64) -> Result<Self, ScenarioError> {
+        self.changed(|file| {
+            file.objects = file::ObjectsTable { density: Some(density), ..Default::default() };
+        })
+    }
+
+    /// A budget of this way (cells) instead of all budgets of the scenario.
+    ///
+    /// # Errors
+    /// If it is 0.
+    pub fn with_budget_cells(&self, cells: u32) -> Result<Self, ScenarioError> {
+        self.changed(|file| {
+            file.mission.budget_meters = Some(f64::from(cells) * file.map.cell_meters);
+            file.mission.budget_seconds = None;
+        })
+    }
+
+    fn changed(&self, change: impl FnOnce(&mut ScenarioFile)) -> Result<Self, ScenarioError> {
+        let mut file = self.file.clone();
+        change(&mut file);
+        Self::new(self.source.clone(), file, Arc::clone(&self.map))
+            .map_err(|fault| self.source.override_error(fault))
+    }
+
+    /// Name of the mission: 1 to 64 letters, digits, `_` and `-`.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.file.name
+    }
+
+    /// Where it came from.
+    #[must_use]
+    pub const fn source(&self) -> &Source {
+        &self.source
+    }
+
+    /// The scenario as a file would say it, overrides included.
+    #[must_use]
+    pub const fn file(&self) -> &ScenarioFile {
+        &self.file
+    }
+
+    /// The map: at least one cell is traversable, and at least one is searched.
+    #[must_use]
+    pub fn terrain(&self) -> &Terrain {
+        &self.map.terrain
+    }
+
+    /// The map with where it lies, to be shared.
+    #[must_use]
+    pub const fn map(&self) -> &Arc<MapFile> {
+        &self.map
+    }
+
+    /// Where on earth the map lies, if its file says so.
+    #[must_use]
+    pub fn georeference(&self) -> Option<&Georeference> {
+        self.map.georeference.as_ref()
+    }
+
+    /// Where the map lies in the frame of its file.
+    #[must_use]
+    pub fn origin(&self) -> MapOrigin {
+        self.map.origin
+    }
+
+    /// To which neighbours robots move.
+    #[must_use]
+    pub const fn moves(&self) -> Moves {
+        self.moves
+    }
+
+    /// What a robot sees with.
+    #[must_use]
+    pub const fn sensor(&self) -> &Sensor {
+        &self.sensor
+    }
+
+    /// What is believed before the first look.
+    #[must_use]
+    pub fn prior(&self) -> &Belief {
+        &self.prior
+    }
+
+    /// What is there to be found.
+    #[must_use]
+    pub const fn objects(&self) -> &Objects {
+        &self.objects
+    }
+
+    /// The team, by number from 1; at least one robot.
+    #[must_use]
+    pub fn robots(&self) -> &[Robot] {
+        &self.robots
+    }
+
+    /// For how long, and when an object counts as found.
+    #[must_use]
+    pub const fn mission(&self) -> &Mission {
+        &self.mission
+    }
+
+    /// What goes wrong between the robots, in simulation.
+    #[must_use]
+    pub const fn network(&self) -> &Network {
+        &self.network
+    }
+
+    /// What is recorded.
+    #[must_use]
+    pub const fn recording(&self) -> &Recording {
+        &self.recording
+    }
+
+    /// A Zenoh configuration file that exists, if the scenario names one.
+    #[must_use]
+    pub fn zenoh_config(&self) -> Option<&Path> {
+        self.zenoh_config.as_deref()
+    }
+}
+
+impl Source {
+    fn folder(&self) -> &Path {
+        self.path.parent().unwrap_or(Path::new(""))
+    }
+}
+
+fn check_name(name: &str) -> Result<(), Invalid> {
+    let is_plain = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'_' || byte == b'-';
+    if (1..=64).contains(&name.len()) && name.bytes().all(is_plain) {
+        Ok(())
+    } else {
+        let allowed = "1 to 64 letters, digits, '_' and '-'";
+        Err(Invalid::new("name", format!("{name:?}"), allowed))
+    }
+}
+
+fn recording(table: &RecordingTable) -> Result<Recording, Invalid> {
+    let key = "recording.belief_period_seconds";
+    Ok(Recording {
+        file: table.file.as_ref().map(PathBuf::from),
+        belief_period: check::positive_seconds(key, table.belief_period_seconds)?,
+    })
+}
+
+fn zenoh_config(config: Option<&str>, folder: &Path) -> Result<Option<PathBuf>, Invalid> {
+    let Some(config) = config else { return Ok(None) };
+    let path = folder.join(config);
+    if path.is_file() {
+        Ok(Some(path))
+    } else {
+        let allowed = "a JSON5 file, relative to the scenario";
+        Err(Invalid::new("zenoh.config", format!("{}, no such file", path.display()), allowed))
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,117 @@
+//! What is there to be found, and what is believed before the first look.
+
+use std::path::Path;
+
+use dragnet_search::belief::Belief;
+use dragnet_search::cell::Cell;
+use dragnet_search::terrain::Terrain;
+
+use super::check::{self, Invalid};
+use super::error::Fault;
+use super::file::{ObjectsTable, PriorTable};
+use crate::map_file::load_probabilities;
+
+/// What is there to be found.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Objects {
+    /// So many, in searched cells drawn at random; no more than there are.
+    Count(u32),
+    /// Each searched cell holds one with this probability, above 0 and below 1, independently.
+    Density(f64),
+    /// In exactly these searched cells, by index, each once.
+    Cells(Vec<Cell>),
+}
+
+impl Objects {
+    pub(super) fn new(table: &ObjectsTable, terrain: &Terrain) -> Result<Self, Invalid> {
+        match (table.count, table.density, &table.cells) {
+            (Some(count), None, None) => {
+                let searched = searched_count(terrain);
+                Ok(Self::Count(check::integer("objects.count", count, 0, searched)?))
+            }
+            (None, Some(density), None) => {
+                Ok(Self::Density(check::between("objects.density", density, 0.0, 1.0)?))
+            }
+            (None, None, Some(cells)) => object_cells(cells, terrain).map(Self::Cells),
+            _ => {
+                let given = [table.count.is_some(), table.density.is_some(), table.cells.is_some()];
+                let found = format!("{} of them", given.into_iter().filter(|&given| given).count());
+                let allowed = "exactly one of count, density and cells";
+                Err(Invalid::new("objects", found, allowed))
+            }
+        }
+    }
+
+    /// Expected share of the searched cells that hold an object. Of a known number it is kept half an object
+    /// away from none and from all, so that it is a probability that evidence can change.
+    #[must_use]
+    pub fn expected_density(&self, terrain: &Terrain) -> f64 {
+        let searched = f64::from(searched_count(terrain));
+        let share = |count: f64| count.clamp(0.5, searched - 0.5) / searched;
+        match self {
+            Self::Count(count) => share(f64::from(*count)),
+            Self::Density(density) => *density,
+            Self::Cells(cells) => share(f64::from(u32::try_from(cells.len()).unwrap_or(u32::MAX))),
+        }
+    }
+}
+
+fn object_cells(fields: &[[i64; 2]], terrain: &Terrain) -> Result<Vec<Cell>, Invalid> {
+    let mut cells = Vec::new();
+    for (index, &field) in fields.iter().enumerate() {
+        let key = format!("objects.cells[{index}]");
+        let cell = check::cell(&key, field, terrain.grid())?;
+        if !terrain.is_searched(cell) {
+            return Err(Invalid::new(key, format!("{field:?}, not searched"), "a searched cell"));
+        }
+        cells.push((cell, index));
+    }
+    cells.sort_unstable();
+    if let Some(pair) = cells.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+        let (_, index) = pair[1];
+        let found = format!("{:?}, again", fields[index]);
+        return Err(Invalid::new(format!("objects.cells[{index}]"), found, "each cell once"));
+    }
+    Ok(cells.into_iter().map(|(cell, _)| cell).collect())
+}
+
+/// The belief before the first look.
+pub(super) fn prior(
+    table: &PriorTable,
+    folder: &Path,
+    objects: &Objects,
+    terrain: &Terrain,
+) -> Result<Belief, Fault> {
+    let uniform = |key, probability| {
+        let allowed = "above 0 and below 1";
+        Belief::uniform(terrain, probability).map_err(|_| Invalid::new(key, probability, allowed))
+    };
+    match (table.probability, &table.file) {
+        (None, None) => Ok(uniform("prior", objects.expected_density(terrain))?),
+        (Some(probability), None) => {
+            let key = "prior.probability";
+            Ok(uniform(key, check::between(key, probability, 0.0, 1.0)?)?)
+        }
+        (None, Some(file)) => prior_file(&folder.join(file), terrain),
+        (Some(_), Some(_)) => {
+            let allowed = "probability, file or neither";
+            Err(Invalid::new("prior", "probability and file", allowed).into())
+        }
+    }
+}
+
+fn prior_file(file: &Path, terrain: &Terrain) -> Result<Belief, Fault> {
+    let key = "prior.file";
+    let probabilities =
+        load_probabilities(file, terrain.grid()).map_err(|source| Fault::MapFile { key, source })?;
+    if terrain.searched_cells().all(|cell| probabilities[cell.index()] <= 0.0) {
+        let allowed = "a probability above 0 in at least one searched cell";
+        return Err(Invalid::new(key, "0 in every searched cell", allowed).into());
+    }
+    let allowed = "probabilities from 0 to below 1";
+    Ok(Belief::new(terrain, &probabilities).map_err(|error| Invalid::new(key, error, allowed))?)
+}
+
+fn searched_count(terrain: &Terrain) -> u32 {
+    u32::try_from(terrain.searched_cells().count()).unwrap_or(u32::MAX)
+}

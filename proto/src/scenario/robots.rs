@@ -1,0 +1,147 @@
+//! Who searches: how each robot decides and where it starts.
+
+use std::num::NonZeroU32;
+
+use dragnet_search::cell::Cell;
+use dragnet_search::observation::RobotId;
+use dragnet_search::policy::{Parameters, PolicyName};
+use dragnet_search::terrain::Terrain;
+
+use super::check::{self, Invalid};
+use super::file::{PolicyField, PolicyTable, RobotsTable, StartField};
+
+/// The largest team.
+pub(super) const MAX_ROBOTS: u32 = 1000;
+
+/// One robot of the team.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Robot {
+    /// Its number, from 1.
+    pub id: RobotId,
+    /// How it decides.
+    pub policy: Policy,
+    /// Where it starts.
+    pub start: Start,
+}
+
+/// A policy and its parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Policy {
+    /// Which policy.
+    pub name: PolicyName,
+    /// What it may be told.
+    pub parameters: Parameters,
+    /// It decides anew after so many cells; without, at the waypoint.
+    pub replan_after: Option<NonZeroU32>,
+}
+
+/// A policy as it is without parameters.
+impl From<PolicyName> for Policy {
+    fn from(name: PolicyName) -> Self {
+        Self { name, parameters: Parameters::default(), replan_after: None }
+    }
+}
+
+/// Where a robot starts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Start {
+    /// In the one cell that is drawn, in the largest connected area, for all robots that start so.
+    Together,
+    /// In a cell of its own, drawn in the largest connected area.
+    Scattered,
+    /// In this traversable cell.
+    Cell(Cell),
+}
+
+/// The team, by number.
+pub(super) fn robots(table: &RobotsTable, terrain: &Terrain) -> Result<Vec<Robot>, Invalid> {
+    let count = check::integer("robots.count", table.count, 1, MAX_ROBOTS)?;
+    let rest = (policy("robots.policy", &table.policy)?, start("robots.start", &table.start, terrain)?);
+    let numbers = 1..=u16::try_from(count).unwrap_or(u16::MAX);
+    let mut robots: Vec<Robot> =
+        numbers.map(|number| Robot { id: RobotId(number), policy: rest.0, start: rest.1 }).collect();
+    let mut is_named = vec![false; robots.len()];
+    for (index, differing) in table.robot.iter().enumerate() {
+        let key = format!("robots.robot[{index}]");
+        let place = check::integer(format!("{key}.number"), differing.number, 1, count)? as usize - 1;
+        if std::mem::replace(&mut is_named[place], true) {
+            let found = format!("{}, again", differing.number);
+            return Err(Invalid::new(format!("{key}.number"), found, "each robot once"));
+        }
+        if let Some(field) = &differing.policy {
+            robots[place].policy = policy(&format!("{key}.policy"), field)?;
+        }
+        if let Some(field) = &differing.start {
+            robots[place].start = start(&format!("{key}.start"), field, terrain)?;
+        }
+    }
+    Ok(robots)
+}
+
+fn policy(key: &str, field: &PolicyField) -> Result<Policy, Invalid> {
+    match field {
+        PolicyField::Name(name) => policy_name(key, name).map(Policy::from),
+        PolicyField::Table(table) => policy_table(key, table),
+    }
+}
+
+fn policy_name(key: &str, name: &str) -> Result<PolicyName, Invalid> {
+    name.parse().map_err(|_| {
+        let allowed = PolicyName::ALL.map(PolicyName::as_str).join(", ");
+        Invalid::new(key, format!("{name:?}"), allowed)
+    })
+}
+
+fn policy_table(key: &str, table: &PolicyTable) -> Result<Policy, Invalid> {
+    let name = policy_name(&format!("{key}.name"), &table.name)?;
+    let mut policy = Policy::from(name);
+    if let Some(weight) = table.length_weight {
+        let key = format!("{key}.length_weight");
+        let of = [PolicyName::Path, PolicyName::PathAdditive];
+        check_is_of(&key, weight, name, &of)?;
+        policy.parameters.length_weight = check::at_least_zero(key, weight, 1000.0)?;
+    }
+    if let Some(cells) = table.lane_cells {
+        let key = format!("{key}.lane_cells");
+        check_is_of(&key, cells, name, &[PolicyName::Coverage])?;
+        policy.parameters.lane_cells = check::integer(key, cells, 1, 1000)?;
+    }
+    if let Some(cells) = table.replan_after {
+        let cells = check::integer(format!("{key}.replan_after"), cells, 1, 1_000_000)?;
+        policy.replan_after = NonZeroU32::new(cells);
+    }
+    Ok(policy)
+}
+
+fn check_is_of(
+    key: &str,
+    value: impl std::fmt::Display,
+    name: PolicyName,
+    of: &[PolicyName],
+) -> Result<(), Invalid> {
+    if of.contains(&name) {
+        return Ok(());
+    }
+    let allowed = of.iter().map(|name| name.as_str()).collect::<Vec<_>>().join(" and ");
+    Err(Invalid::new(key, format!("{value} for {name}"), format!("a value for {allowed} only")))
+}
+
+fn start(key: &str, field: &StartField, terrain: &Terrain) -> Result<Start, Invalid> {
+    match field {
+        StartField::Word(word) if word == "random" => Ok(Start::Together),
+        StartField::Word(word) if word == "scattered" => Ok(Start::Scattered),
+        StartField::Word(word) => {
+            let allowed = "\"random\", \"scattered\" or a cell as [row, column]";
+            Err(Invalid::new(key, format!("{word:?}"), allowed))
+        }
+        &StartField::Cell(position) => {
+            let cell = check::cell(key, position, terrain.grid())?;
+            if terrain.is_traversable(cell) {
+                Ok(Start::Cell(cell))
+            } else {
+                let found = format!("{position:?}, not traversable");
+                Err(Invalid::new(key, found, "a traversable cell"))
+            }
+        }
+    }
+}

@@ -1,0 +1,390 @@
+use std::time::Duration;
+
+use dragnet_search::cell::Position;
+use dragnet_search::observation::RobotId;
+use proptest::prelude::*;
+
+use super::*;
+
+/// A scenario on `maps/a.txt`, which is the drawing.
+const SMALL: &str = "name = 'small'
+[map]
+file = 'a.txt'
+[sensor]
+radius = 1
+[objects]
+count = 1
+[mission]
+budget_meters = 300
+";
+const DRAWING: &str = "...#\n.,.~\n";
+
+fn load_with(text: &str, drawing: &str) -> Result<Scenario, String> {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("a.txt"), drawing).unwrap();
+    fs::write(folder.path().join("low.csv"), "0,0,0,0.5\n0,0.5,0,0\n").unwrap();
+    fs::write(folder.path().join("zenoh.json5"), "{}").unwrap();
+    let file = folder.path().join("a.toml");
+    fs::write(&file, text).unwrap();
+    Scenario::load(&file).map_err(|error| error.to_string())
+}
+
+fn load(text: &str) -> Result<Scenario, String> {
+    load_with(text, DRAWING)
+}
+
+fn small(change: impl Fn(&str) -> String) -> Scenario {
+    load(&change(SMALL)).unwrap()
+}
+
+fn close(a: f64, b: f64) -> bool {
+    (a - b).abs() < 1e-12
+}
+
+#[test]
+fn what_is_left_out_has_its_default() {
+    let scenario = load(&SMALL.replace("[sensor]\nradius = 1\n", "").replace("...#\n", "")).unwrap_err();
+    assert!(scenario.contains("sensor.radius is 5; allowed is a whole number from 1 to 4"), "{scenario}");
+    let scenario = small(str::to_owned);
+    assert_eq!(scenario.moves(), Moves::Four);
+    assert!(close(scenario.terrain().cell_meters(), 30.0));
+    let mission = scenario.mission();
+    assert!(close(mission.tau, 0.95) && close(mission.speed_meters_per_second, 2.0));
+    assert_eq!(mission.expected_undeclared, Some(0.05));
+    assert_eq!((mission.budget.meters(), mission.budget.time()), (Some(300.0), None));
+    assert_eq!((mission.heartbeat.as_secs(), mission.lost_after.as_secs()), (10, 30));
+    assert_eq!(mission.stagger, Duration::from_millis(100));
+    assert_eq!(scenario.network(), &Network::default());
+    let expected = Robot { id: RobotId(1), policy: PolicyName::Path.into(), start: Start::Together };
+    assert_eq!(scenario.robots(), [expected]);
+    assert_eq!(scenario.recording(), &Recording { file: None, belief_period: Duration::from_secs(10) });
+}
+
+#[test]
+fn robots_differ_where_the_scenario_says_so() {
+    let scenario = small(|text| {
+        format!(
+            "{text}[robots]\ncount = 3\nstart = [0, 0]\n\
+             [[robots.robot]]\nnumber = 3\npolicy = {{ name = 'coverage', lane_cells = 2, replan_after = 4 }}\nstart = 'scattered'\n\
+             [[robots.robot]]\nnumber = 2\npolicy = 'greedy'\n"
+        )
+    });
+    let cell = scenario.terrain().grid().cell(Position { row: 0, column: 0 }).unwrap();
+    let robots = scenario.robots();
+    assert_eq!((robots[0].policy, robots[0].start), (PolicyName::Path.into(), Start::Cell(cell)));
+    assert_eq!((robots[1].policy, robots[1].start), (PolicyName::Greedy.into(), Start::Cell(cell)));
+    assert_eq!((robots[2].id, robots[2].start), (RobotId(3), Start::Scattered));
+    assert_eq!(robots[2].policy.parameters.lane_cells, 2);
+    assert_eq!(robots[2].policy.replan_after.unwrap().get(), 4);
+}
+
+#[test]
+fn the_prior_is_the_expected_density_unless_it_is_given() {
+    // Six of the eight cells are searched, the first in the south-west.
+    let of = |change: &dyn Fn(&str) -> String| {
+        let scenario = small(change);
+        let first = scenario.terrain().searched_cells().next().unwrap();
+        scenario.prior().probability(first)
+    };
+    assert!(close(of(&str::to_owned), 1.0 / 6.0));
+    assert!(close(of(&|text| text.replace("count = 1", "count = 0")), 0.5 / 6.0));
+    assert!(close(of(&|text| text.replace("count = 1", "count = 6")), 5.5 / 6.0));
+    assert!(close(of(&|text| text.replace("count = 1", "density = 0.3")), 0.3));
+    assert!(close(of(&|text| text.replace("count = 1", "cells = [[1, 0], [0, 0]]")), 2.0 / 6.0));
+    assert!(close(of(&|text| format!("{text}[prior]\nprobability = 0.01\n")), 0.01));
+    let error = load(&format!("{SMALL}[prior]\nfile = 'low.csv'\n")).unwrap_err();
+    assert!(error.contains("prior.file is 0 in every searched cell"), "{error}");
+}
+
+/// Replaces a part of [`SMALL`], or adds to its end.
+fn check(from: &str, to: &str, message: &str) {
+    let text = if from.is_empty() { format!("{SMALL}{to}\n") } else { SMALL.replace(from, to) };
+    let error = load(&text).unwrap_err();
+    assert!(error.contains("a.toml, line ") && error.contains(message), "{error}\n{text}");
+}
+
+#[test]
+fn a_map_or_a_sensor_out_of_range_names_line_value_and_range() {
+    check("'small'", "'a b'", "line 1: name is \"a b\"; allowed is 1 to 64 letters, digits, '_' and '-'");
+    check(
+        "file = 'a.txt'",
+        "shape = 'cone'",
+        "line 3: map.shape is \"cone\"; allowed is ice_cream_cone, open_",
+    );
+    check(
+        "file = 'a.txt'",
+        "shape = 'open_asterisk'",
+        "line 2: map.rows is missing; allowed is a number of cells",
+    );
+    check("file = 'a.txt'", "", "line 2: map is without shape or file; allowed is exactly one");
+    check("file = 'a.txt'", "file = 'a.txt'\nshape = 'x'", "map is shape and file; allowed is exactly one");
+    check(
+        "file = 'a.txt'",
+        "file = 'a.txt'\nrows = 3",
+        "line 4: map.rows is 3; allowed is no such key beside map.file",
+    );
+    check(
+        "file = 'a.txt'",
+        "shape = 'all_traversable'\nrows = 9999\ncolumns = 9999",
+        "line 2: map is 9999 x 9999 cells; allowed is 1 to 16777216 cells",
+    );
+    check("file = 'a.txt'", "file = 'b.txt'", "line 3: ");
+    check("file = 'a.txt'", "file = 'b.txt'", "b.txt: No such file");
+    check("file = 'a.txt'", "file = 'a.txt'\nmoves = 6", "line 4: map.moves is 6; allowed is 4 or 8");
+    check("file = 'a.txt'", "file = 'a.txt'\ncell_meters = 0", "map.cell_meters is 0; allowed is above 0");
+    check("file = 'a.txt'", "file = 'a.txt'\ncell_meters = nan", "map.cell_meters is NaN");
+    check(
+        "radius = 1",
+        "radius = 0",
+        "line 5: sensor.radius is 0; allowed is a whole number from 1 to 4 (the map's larger side is 4)",
+    );
+    check("radius = 1", "radius = 5", "sensor.radius is 5");
+    check("radius = 1", "sigma2 = -1", "sensor.radius is 5");
+    check(
+        "radius = 1",
+        "radius = 1\nsigma2 = inf",
+        "line 6: sensor.sigma2 is inf; allowed is from 0.000005 to 10000.000",
+    );
+    check(
+        "radius = 1",
+        "radius = 1\nnoise = 'pink'",
+        "sensor.noise is \"pink\"; allowed is \"gaussian\" or \"clipped\"",
+    );
+}
+
+#[test]
+fn objects_or_a_mission_out_of_range_name_line_value_and_range() {
+    check(
+        "count = 1",
+        "",
+        "line 6: objects is 0 of them; allowed is exactly one of count, density and cells",
+    );
+    check("count = 1", "count = 1\ndensity = 0.1", "objects is 2 of them");
+    check("count = 1", "count = 7", "line 7: objects.count is 7; allowed is a whole number from 0 to 6");
+    check("count = 1", "count = -1", "objects.count is -1");
+    check("count = 1", "density = 1", "objects.density is 1; allowed is above 0 and below 1");
+    check("count = 1", "density = nan", "objects.density is NaN");
+    check(
+        "count = 1",
+        "cells = [[0, 0], [2, 0]]",
+        "objects.cells[1] is [2, 0]; allowed is [row, column] from [0, 0] to [1, 3]",
+    );
+    check(
+        "count = 1",
+        "cells = [[1, 3]]",
+        "objects.cells[0] is [1, 3], not searched; allowed is a searched cell",
+    );
+    check(
+        "count = 1",
+        "cells = [\n[0, 0],\n[0, 0]]",
+        "line 9: objects.cells[1] is [0, 0], again; allowed is each cell once",
+    );
+    check(
+        "budget_meters = 300",
+        "",
+        "line 8: mission is without a budget; allowed is mission.budget_meters, mission.budget_seconds or",
+    );
+    check(
+        "budget_meters = 300",
+        "budget_meters = inf",
+        "line 9: mission.budget_meters is inf; allowed is above 0, up to",
+    );
+    check("", "budget_seconds = -3", "line 10: mission.budget_seconds is -3; allowed is from");
+    check("", "tau = 0.5", "mission.tau is 0.5; allowed is above 0.5 and below 1");
+    check("", "tau = nan", "mission.tau is NaN");
+    check("", "speed_meters_per_second = 0", "mission.speed_meters_per_second is 0; allowed is above 0");
+    check("", "expected_undeclared = -0.1", "mission.expected_undeclared is -0.1; allowed is from 0 to");
+    check(
+        "",
+        "heartbeat_seconds = 30",
+        "mission.lost_after_seconds is 30; allowed is above mission.heartbeat_seconds, 30",
+    );
+    check("", "stagger_seconds = nan", "mission.stagger_seconds is NaN; allowed is from 0 to");
+    check("", "[prior]\nprobability = 1", "prior.probability is 1; allowed is above 0 and below 1");
+    check("", "[prior]\nprobability = 0.1\nfile = 'low.csv'", "prior is probability and file; allowed is");
+    check("", "[prior]\nfile = 'a.txt'", "line 11: ");
+    check(
+        "",
+        "[recording]\nbelief_period_seconds = 0",
+        "recording.belief_period_seconds is 0; allowed is from",
+    );
+    check("", "[zenoh]\nconfig = 'no.json5'", "no.json5, no such file; allowed is a JSON5 file, relative");
+}
+
+#[test]
+fn a_robot_or_a_network_out_of_range_names_line_value_and_range() {
+    let check = |added: &str, message: &str| {
+        let error = load(&format!("{SMALL}{added}\n")).unwrap_err();
+        assert!(error.contains("a.toml, line ") && error.contains(message), "{error}\n{added}");
+    };
+    check("[robots]\ncount = 0", "line 11: robots.count is 0; allowed is a whole number from 1 to 1000");
+    check("[robots]\ncount = 1001", "robots.count is 1001");
+    check(
+        "[robots]\npolicy = 'astar'",
+        "robots.policy is \"astar\"; allowed is random, coverage, greedy, path-additive,",
+    );
+    check("[robots.policy]\nname = 'astar'", "line 11: robots.policy.name is \"astar\"");
+    check("[robots]\npolicy = {name = 'path', length_weight = nan}", "robots.policy.length_weight is NaN");
+    check(
+        "[robots]\npolicy = {name = 'path', lane_cells = 2}",
+        "robots.policy.lane_cells is 2 for path; allowed is a value for coverage only",
+    );
+    check(
+        "[robots]\npolicy = {name = 'path', replan_after = 0}",
+        "robots.policy.replan_after is 0; allowed is",
+    );
+    check(
+        "[robots]\nstart = 'north'",
+        "robots.start is \"north\"; allowed is \"random\", \"scattered\" or a cell",
+    );
+    check(
+        "[robots]\nstart = [1, 3]",
+        "robots.start is [1, 3], not traversable; allowed is a traversable cell",
+    );
+    check(
+        "[robots]\nstart = [0, 4]",
+        "robots.start is [0, 4]; allowed is [row, column] from [0, 0] to [1, 3]",
+    );
+    let robot = "[[robots.robot]]\nnumber = ";
+    check(
+        &format!("{robot}2"),
+        "line 11: robots.robot[0].number is 2; allowed is a whole number from 1 to 1",
+    );
+    check(
+        &format!("{robot}1\n{robot}1"),
+        "line 13: robots.robot[1].number is 1, again; allowed is each robot once",
+    );
+    check("[network]\nloss = 1", "line 11: network.loss is 1; allowed is at least 0 and below 1");
+    check("[network]\nduplication = -0.1", "network.duplication is -0.1");
+    check("[network]\ndelay_seconds = inf", "network.delay_seconds is inf; allowed is from 0 to");
+    check("[network]\njitter_seconds = -1", "network.jitter_seconds is -1");
+    check(
+        "[network]\nreorder = 0.1",
+        "network.reorder_seconds is 0; allowed is above 0 where network.reorder",
+    );
+    let partition = "[[network.partitions]]\nto_seconds = 2\n";
+    let check_partition = |added: &str, message: &str| check(&format!("{partition}{added}"), message);
+    check_partition(
+        "from_seconds = 2\ngroups = [[1]]",
+        "network.partitions[0].to_seconds is 2; allowed is above from_seconds, 2",
+    );
+    check_partition(
+        "from_seconds = 1\ngroups = []",
+        "network.partitions[0].groups is empty; allowed is at least one",
+    );
+    check_partition(
+        "from_seconds = 1\ngroups = [[2]]",
+        "line 13: network.partitions[0].groups[0][0] is 2; allowed is a robot from 1 to 1, or",
+    );
+    check_partition("from_seconds = 1\ngroups = [['base']]", "groups[0][0] is \"base\"");
+    check_partition(
+        "from_seconds = 1\ngroups = [[1], [1]]",
+        "groups[1][0] is 1; allowed is each participant once",
+    );
+}
+
+#[test]
+fn what_is_no_scenario_names_line_key_and_what_is_allowed() {
+    let check = |from: &str, to: &str, messages: [&str; 2]| {
+        let text = if from.is_empty() { format!("{SMALL}{to}\n") } else { SMALL.replace(from, to) };
+        let error = load(&text).unwrap_err();
+        assert!(messages.iter().all(|message| error.contains(message)), "{error}\n{text}");
+    };
+    check("name = 'small'", "name = ", ["a.toml, line 1: ", "string"]);
+    check("name = 'small'\n", "", ["a.toml", "missing field `name`"]);
+    check("radius = 1", "radus = 1", ["line 5: sensor", "unknown field `radus`, expected one of `radius`"]);
+    check("radius = 1", "radius = 1.5", ["line 5: sensor.radius: ", "floating point `1.5`, expected i64"]);
+    check("", "[robot]\ncount = 3", ["line 10: ", "unknown field `robot`, expected one of `name`"]);
+    check("", "[robots]\npolicy = 3", ["line 11: robots.policy: ", "a policy is its name, or a table of"]);
+    check(
+        "",
+        "[robots]\npolicy = { name = 'path', weight = 1 }",
+        ["line 11: robots.policy", "`length_weight`"],
+    );
+    check("", "[robots]\nstart = [1]", ["line 11: robots.start: ", "a cell as [row, column]"]);
+    check(
+        "",
+        "[[network.partitions]]\nfrom_seconds = 1",
+        ["line 10: network.partitions[0]", "missing field"],
+    );
+}
+
+#[test]
+fn a_map_without_ground_is_refused() {
+    let check = |drawing: &str, message: &str| {
+        let error = load_with(SMALL, drawing).unwrap_err();
+        assert!(error.contains("line 2: map is without a") && error.contains(message), "{error}");
+    };
+    check("~#\n", "allowed is at least one traversable cell");
+    check(",#\n", "allowed is at least one searched cell");
+}
+
+#[test]
+fn overrides_change_one_thing_and_are_checked() {
+    let scenario = small(|text| {
+        format!(
+            "{text}[robots]\ncount = 2\npolicy = {{ name = 'path', replan_after = 3 }}\n[[robots.robot]]\nnumber = 2\npolicy = 'nats'\n"
+        )
+    });
+    let greedy = scenario.with_policy(PolicyName::Greedy).unwrap();
+    assert!(greedy.robots().iter().all(|robot| robot.policy == PolicyName::Greedy.into()));
+    assert_eq!(scenario.with_robots(4).unwrap().robots().len(), 4);
+    let dense = scenario.with_density(0.25).unwrap();
+    assert_eq!(dense.objects(), &Objects::Density(0.25));
+    assert!(close(dense.prior().probability(dense.terrain().searched_cells().next().unwrap()), 0.25));
+    assert_eq!(scenario.with_budget_cells(7).unwrap().mission().budget.meters(), Some(210.0));
+    let check = |changed: Result<Scenario, ScenarioError>, message: &str| {
+        let error = changed.unwrap_err().to_string();
+        assert!(
+            error.contains("a.toml, changed on the command line: ") && error.contains(message),
+            "{error}"
+        );
+    };
+    check(scenario.with_robots(0), "robots.count is 0; allowed is a whole number from 1 to 1000");
+    check(scenario.with_robots(1), "robots.robot[0].number is 2; allowed is a whole number from 1 to 1");
+    check(scenario.with_density(f64::NAN), "objects.density is NaN; allowed is above 0 and below 1");
+    check(scenario.with_budget_cells(0), "mission.budget_meters is 0; allowed is above 0");
+}
+
+#[test]
+fn cells_out_of_sight_and_areas_apart_are_warned_of() {
+    let check = |drawing: &str, robots: &str, expected: &[&str]| {
+        let scenario = load_with(&format!("{SMALL}[robots]\n{robots}"), drawing).unwrap();
+        let warnings: Vec<String> = scenario.warnings().iter().map(ToString::to_string).collect();
+        assert_eq!(warnings, expected, "{drawing}");
+    };
+    check("....~", "", &[]);
+    check("...#~.", "", &["2 of 5 searched cells are out of every robot's sight, the first one [0, 4]"]);
+    check(
+        "...#~.",
+        "start = [0, 5]",
+        &["3 of 5 searched cells are out of every robot's sight, the first one [0, 0]"],
+    );
+    let apart = "count = 2\n[[robots.robot]]\nnumber = 2\nstart = [0, 5]";
+    check("...#~.", apart, &["robots 1 and 2 start in areas that no path connects"]);
+}
+
+#[test]
+fn the_effective_file_reads_back_as_itself() {
+    let scenario = small(|text| format!("{text}[zenoh]\nconfig = 'zenoh.json5'\n[robots]\nstart = [0, 0]\n"));
+    let text = toml::to_string(scenario.file()).unwrap();
+    assert_eq!(load(&text).unwrap().file(), scenario.file());
+    assert!(scenario.zenoh_config().is_some_and(|path| path.ends_with("zenoh.json5")));
+}
+
+proptest! {
+    #[test]
+    fn whatever_the_text_it_is_read_or_refused(
+        text in "\\PC{0,60}",
+        table in "(robots|map|network|prior|objects|sensor)",
+        key in "(count|policy|start|robot|rows|partitions|cells|density|radius|probability)",
+        value in "([-0-9.e]{1,20}|nan|inf|\\[\\[[-0-9, ]{0,6}\\]\\]|\\{name='path'\\}|'[a-z]{0,4}')",
+    ) {
+        let path = Path::new("a.toml");
+        let _ = Scenario::from_text(path, text.clone());
+        let shape = "shape = 'all_traversable'\nrows = 6\ncolumns = 6";
+        let base = SMALL.replace("file = 'a.txt'", shape);
+        let _ = Scenario::from_text(path, format!("{table}.{key} = {value}\n{base}"));
+        let _ = Scenario::from_text(path, format!("{base}{table}.{key} = {value}\n"));
+    }
+}

@@ -1,0 +1,103 @@
+//! Where the search takes place, and what a robot sees of it.
+
+use std::path::Path;
+
+use dragnet_search::cell::Grid;
+use dragnet_search::evidence::{MAX_VARIANCE, MIN_VARIANCE};
+use dragnet_search::route::Moves;
+use dragnet_search::sensor::{Noise, Sensor};
+use dragnet_search::shape::Shape;
+use dragnet_search::terrain::Terrain;
+
+use super::check::{self, Invalid};
+use super::error::Fault;
+use super::file::{MapTable, SensorTable};
+use crate::map_file::MapFile;
+
+/// One row of as many cells as a grid can have.
+const MAX_SIDE: u32 = 1 << 24;
+
+pub(super) fn map(table: &MapTable, folder: &Path) -> Result<MapFile, Fault> {
+    let cell_meters = check::positive("map.cell_meters", table.cell_meters, 1e6)?;
+    let map = match (&table.shape, &table.file) {
+        (Some(shape), None) => MapFile::unplaced(shape_terrain(shape, table, cell_meters)?),
+        (None, Some(file)) => map_file(table, &folder.join(file), cell_meters)?,
+        (Some(_), Some(_)) => {
+            return Err(Invalid::new("map", "shape and file", "exactly one of shape and file").into());
+        }
+        (None, None) => {
+            return Err(Invalid::new("map", "without shape or file", "exactly one of them").into());
+        }
+    };
+    check_something_is_open(&map.terrain)?;
+    Ok(map)
+}
+
+fn shape_terrain(name: &str, table: &MapTable, cell_meters: f64) -> Result<Terrain, Invalid> {
+    let shape = Shape::ALL.into_iter().find(|shape| shape.as_str() == name).ok_or_else(|| {
+        let allowed = Shape::ALL.map(Shape::as_str).join(", ");
+        Invalid::new("map.shape", format!("{name:?}"), allowed)
+    })?;
+    let size = |key: &str, value: Option<i64>| match value {
+        Some(value) => check::integer(key, value, 1, MAX_SIDE),
+        None => Err(Invalid::new(key, "missing", "a number of cells where map.shape is given")),
+    };
+    let (rows, columns) = (size("map.rows", table.rows)?, size("map.columns", table.columns)?);
+    let grid = Grid::new(rows, columns).map_err(|_| {
+        let allowed = format!("1 to {} cells", Grid::MAX_CELLS);
+        Invalid::new("map", format!("{rows} x {columns} cells"), allowed)
+    })?;
+    shape
+        .terrain(grid, cell_meters)
+        .map_err(|error| Invalid::new("map.cell_meters", error, "a length above 0"))
+}
+
+fn map_file(table: &MapTable, file: &Path, cell_meters: f64) -> Result<MapFile, Fault> {
+    for (key, value) in [("map.rows", table.rows), ("map.columns", table.columns)] {
+        if let Some(value) = value {
+            return Err(Invalid::new(key, value, "no such key beside map.file").into());
+        }
+    }
+    MapFile::load(file, cell_meters).map_err(|source| Fault::MapFile { key: "map.file", source })
+}
+
+fn check_something_is_open(terrain: &Terrain) -> Result<(), Invalid> {
+    let what = match (terrain.traversable_cells().next(), terrain.searched_cells().next()) {
+        (None, _) => "traversable",
+        (_, None) => "searched",
+        _ => return Ok(()),
+    };
+    let allowed = format!("at least one {what} cell (smaller cells keep narrow ground open)");
+    Err(Invalid::new("map", format!("without a {what} cell"), allowed))
+}
+
+pub(super) fn moves(number: i64) -> Result<Moves, Invalid> {
+    match number {
+        4 => Ok(Moves::Four),
+        8 => Ok(Moves::Eight),
+        _ => Err(Invalid::new("map.moves", number, "4 or 8")),
+    }
+}
+
+pub(super) fn sensor(table: &SensorTable, grid: Grid) -> Result<Sensor, Invalid> {
+    let noise = match table.noise.as_str() {
+        "gaussian" => Noise::Gaussian,
+        "clipped" => Noise::Clipped,
+        other => {
+            let allowed = "\"gaussian\" or \"clipped\"";
+            return Err(Invalid::new("sensor.noise", format!("{other:?}"), allowed));
+        }
+    };
+    let larger_side = grid.rows().max(grid.columns());
+    let widest = Sensor::MAX_RADIUS.min(larger_side);
+    let radius = check::integer("sensor.radius", table.radius, 1, widest).map_err(|invalid| {
+        let allowed = format!("{} (the map's larger side is {larger_side})", invalid.allowed);
+        Invalid { allowed, ..invalid }
+    })?;
+    Sensor::new(radius, table.sigma2, noise).map_err(|_| {
+        let least = 5.0 * f64::from(MIN_VARIANCE);
+        let most = f64::from(MAX_VARIANCE) / f64::from(radius * radius);
+        let allowed = format!("from {least:.6} to {most:.3} at this radius");
+        Invalid::new("sensor.sigma2", table.sigma2, allowed)
+    })
+}

@@ -1,0 +1,137 @@
+//! ROS names and definitions of all messages, for recordings and bridges.
+//!
+//! A schema is the definition of a message followed by those of all messages in it, as MCAP's encoding `ros2msg` wants
+//! them: a reader needs no other file.
+
+mod standard;
+
+use serde::Serialize;
+
+use crate::wire::{dragnet as ours, standard as others};
+
+/// What stands between the definitions of a schema.
+const SEPARATOR_WIDTH: usize = 80;
+
+/// Our own definitions, by package and name.
+const OURS: [(&str, &str); 10] = [
+    ("dragnet_msgs/Observation", include_str!("../msg/Observation.msg")),
+    ("dragnet_msgs/Intent", include_str!("../msg/Intent.msg")),
+    ("dragnet_msgs/Heartbeat", include_str!("../msg/Heartbeat.msg")),
+    ("dragnet_msgs/LogRequest", include_str!("../msg/LogRequest.msg")),
+    ("dragnet_msgs/LogReply", include_str!("../msg/LogReply.msg")),
+    ("dragnet_msgs/Detection", include_str!("../msg/Detection.msg")),
+    ("dragnet_msgs/MissionStatus", include_str!("../msg/MissionStatus.msg")),
+    ("dragnet_msgs/Step", include_str!("../msg/Step.msg")),
+    ("dragnet_msgs/StepReply", include_str!("../msg/StepReply.msg")),
+    ("dragnet_msgs/Sensed", include_str!("../msg/Sensed.msg")),
+];
+
+/// A wire struct that is a ROS 2 message.
+pub trait RosMessage: Serialize {
+    /// Package, `msg` and name, such as `nav_msgs/msg/OccupancyGrid`.
+    const NAME: &'static str;
+
+    /// Its definition and those of all messages in it, encoding `ros2msg`.
+    #[must_use]
+    fn schema() -> String {
+        schema(Self::NAME)
+    }
+}
+
+macro_rules! ros_messages {
+    ($($message:ty => $name:literal,)*) => {
+        $(impl RosMessage for $message {
+            const NAME: &'static str = $name;
+        })*
+
+        /// Names of all messages.
+        pub const NAMES: &[&str] = &[$($name),*];
+    };
+}
+
+ros_messages! {
+    others::Time => "builtin_interfaces/msg/Time",
+    others::Header => "std_msgs/msg/Header",
+    others::Point => "geometry_msgs/msg/Point",
+    others::Quaternion => "geometry_msgs/msg/Quaternion",
+    others::Pose => "geometry_msgs/msg/Pose",
+    others::PoseStamped => "geometry_msgs/msg/PoseStamped",
+    others::Vector3 => "geometry_msgs/msg/Vector3",
+    others::Transform => "geometry_msgs/msg/Transform",
+    others::TransformStamped => "geometry_msgs/msg/TransformStamped",
+    others::TFMessage => "tf2_msgs/msg/TFMessage",
+    others::MapMetaData => "nav_msgs/msg/MapMetaData",
+    others::OccupancyGrid => "nav_msgs/msg/OccupancyGrid",
+    others::Path => "nav_msgs/msg/Path",
+    others::Vector2 => "foxglove_msgs/msg/Vector2",
+    others::PackedElementField => "foxglove_msgs/msg/PackedElementField",
+    others::Grid => "foxglove_msgs/msg/Grid",
+    ours::Observation => "dragnet_msgs/msg/Observation",
+    ours::Intent => "dragnet_msgs/msg/Intent",
+    ours::Heartbeat => "dragnet_msgs/msg/Heartbeat",
+    ours::LogRequest => "dragnet_msgs/msg/LogRequest",
+    ours::LogReply => "dragnet_msgs/msg/LogReply",
+    ours::Detection => "dragnet_msgs/msg/Detection",
+    ours::MissionStatus => "dragnet_msgs/msg/MissionStatus",
+    ours::Step => "dragnet_msgs/msg/Step",
+    ours::StepReply => "dragnet_msgs/msg/StepReply",
+    ours::Sensed => "dragnet_msgs/msg/Sensed",
+}
+
+/// Definitions in the order in which they are first needed.
+fn schema(name: &str) -> String {
+    let name = name.replace("/msg/", "/");
+    let mut needed: Vec<&str> = parts(definition(&name)).collect();
+    let mut sections = vec![definition(&name).to_owned()];
+    let mut next = 0;
+    while next < needed.len() {
+        let part = needed[next];
+        sections.push(format!("MSG: {part}\n{}", definition(part)));
+        for part in parts(definition(part)) {
+            if !needed.contains(&part) {
+                needed.push(part);
+            }
+        }
+        next += 1;
+    }
+    sections.join(&format!("\n{}\n", "=".repeat(SEPARATOR_WIDTH)))
+}
+
+/// The text of one message without those in it.
+fn definition(name: &str) -> &'static str {
+    let mut known = OURS.iter().chain(&standard::DEFINITIONS);
+    let found = known.find(|(known, _)| *known == name);
+    debug_assert!(found.is_some(), "no definition of {name}");
+    found.map_or("", |(_, text)| text)
+}
+
+/// Messages that a definition uses: types with a package.
+fn parts(definition: &str) -> impl Iterator<Item = &str> {
+    let lines = definition.lines().map(|line| line.split('#').next().unwrap_or_default());
+    let types = lines.filter_map(|line| line.split_whitespace().next());
+    types.filter(|name| name.contains('/')).filter_map(|name| name.split('[').next())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_schema_holds_every_message_in_it_once() {
+        for name in NAMES {
+            let schema = schema(name);
+            for part in parts(&schema) {
+                assert_eq!(schema.matches(&format!("\nMSG: {part}\n")).count(), 1, "{name}: {part}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_schema_reads_as_mcap_wants_it() {
+        let expected = format!(
+            "builtin_interfaces/Time stamp\nstring frame_id\n\n{}\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n",
+            "=".repeat(80)
+        );
+        assert_eq!(others::Header::schema(), expected);
+    }
+}

@@ -1,0 +1,91 @@
+//! What the simulator and a participant say to each other, one simulated event at a time.
+//!
+//! Messages between participants travel on their own keys; the simulator says when each arrives. It knows them by their
+//! numbers, so a parcel is one published message.
+
+use dragnet_search::cell::Cell;
+use dragnet_search::evidence::{Digest, Reading};
+use dragnet_search::observation::RobotId;
+
+use crate::message::{Activity, Audience, MessageKind, Participant};
+
+/// The simulator tells one participant what happens to it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Step {
+    /// When, nanoseconds of mission time.
+    pub time_ns: u64,
+    /// What.
+    pub event: StepEvent,
+}
+
+/// What happens to a participant.
+#[derive(Clone, Debug, PartialEq)]
+pub enum StepEvent {
+    /// The mission starts.
+    Start,
+    /// The robot has seen something.
+    Sensed {
+        /// Where it is.
+        from: Cell,
+        /// What it saw.
+        readings: Vec<Reading>,
+    },
+    /// A message arrives.
+    Deliver {
+        /// Who published it.
+        sender: Participant,
+        /// Its number among the sender's messages.
+        parcel: u64,
+    },
+    /// The time that was asked for has come.
+    Wake,
+    /// A robot is lost.
+    Lost(RobotId),
+    /// The mission ends.
+    Finish,
+}
+
+/// What a participant does in answer to a [`Step`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct StepReply {
+    /// Messages published in this step, in order.
+    pub published: Vec<Parcel>,
+    /// A new route, if there is one: cells to enter from now on; empty means rest.
+    pub route: Option<Vec<Cell>>,
+    /// When to be woken, nanoseconds of mission time, above 0; `None` means never.
+    pub wake_at_ns: Option<u64>,
+    /// What the robot does; [`Activity::Searching`] for the coordinator.
+    pub activity: Activity,
+    /// Decisions so far.
+    pub decisions: u64,
+    /// Computing time of this step's decision, seconds; 0 if there was none.
+    pub decision_seconds: f64,
+    /// Digest of the participant's evidence.
+    pub digest: Digest,
+    /// Why the participant cannot go on; empty if it can.
+    pub error: String,
+}
+
+/// One published message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Parcel {
+    /// Its number among the messages of the participant.
+    pub number: u64,
+    /// What it is.
+    pub kind: MessageKind,
+    /// To whom it goes.
+    pub to: Audience,
+}
+
+/// What a simulated sensor has seen, told to its robot. Not yet an observation: the robot numbers those.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sensed {
+    /// Whose sensor.
+    pub robot: RobotId,
+    /// When, nanoseconds of mission time.
+    pub time_ns: u64,
+    /// Where the robot is.
+    pub from: Cell,
+    /// What it saw.
+    pub readings: Vec<Reading>,
+}

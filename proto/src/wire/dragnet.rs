@@ -1,0 +1,131 @@
+//! Our own messages, package `dragnet_msgs`. Units and ranges stand in `proto/msg/*.msg`.
+//!
+//! Cells are row-major numbers. Each message begins with its version, so that another version is refused by name
+//! rather than misread.
+#![expect(missing_docs, reason = "fields are described once, in the .msg file that each struct names")]
+
+use serde::{Deserialize, Serialize};
+
+/// The version of all messages that this program speaks.
+pub const VERSION: u8 = 1;
+
+/// `dragnet_msgs/msg/Observation`, see `msg/Observation.msg`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Observation {
+    pub version: u8,
+    pub robot: u16,
+    pub sequence: u64,
+    pub time_ns: u64,
+    pub cell: u32,
+    pub cells: Vec<u32>,
+    pub values: Vec<f32>,
+    pub variances: Vec<f32>,
+}
+
+/// `dragnet_msgs/msg/Intent`, see `msg/Intent.msg`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Intent {
+    pub version: u8,
+    pub robot: u16,
+    pub decision: u64,
+    pub time_ns: u64,
+    pub path: Vec<u32>,
+}
+
+/// `dragnet_msgs/msg/Heartbeat`, see `msg/Heartbeat.msg`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Heartbeat {
+    pub version: u8,
+    pub robot: u16,
+    pub time_ns: u64,
+    pub activity: u8,
+    pub cell: u32,
+    pub path_meters: f64,
+    pub intent: Intent,
+    pub known_robots: Vec<u16>,
+    pub known_next: Vec<u64>,
+    pub digest: [u64; 2],
+}
+
+/// `dragnet_msgs/msg/LogRequest`, see `msg/LogRequest.msg`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LogRequest {
+    pub version: u8,
+    pub from_kind: u8,
+    pub from_robot: u16,
+    pub of_robot: u16,
+    pub first: u64,
+}
+
+/// `dragnet_msgs/msg/LogReply`, see `msg/LogReply.msg`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LogReply {
+    pub version: u8,
+    pub observations: Vec<Observation>,
+}
+
+/// `dragnet_msgs/msg/Detection`, see `msg/Detection.msg`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Detection {
+    pub version: u8,
+    pub cell: u32,
+    pub probability: f64,
+    pub time_ns: u64,
+}
+
+/// `dragnet_msgs/msg/MissionStatus`, see `msg/MissionStatus.msg`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MissionStatus {
+    pub version: u8,
+    pub time_ns: u64,
+    pub declared: Vec<Detection>,
+    pub expected_undeclared: f64,
+    pub alive: Vec<u16>,
+    pub observations: u64,
+    pub digest: [u64; 2],
+}
+
+/// `dragnet_msgs/msg/Step`, see `msg/Step.msg`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Step {
+    pub version: u8,
+    pub kind: u8,
+    pub time_ns: u64,
+    pub cell: u32,
+    pub cells: Vec<u32>,
+    pub values: Vec<f32>,
+    pub variances: Vec<f32>,
+    pub sender_kind: u8,
+    pub sender_robot: u16,
+    pub parcel: u64,
+}
+
+/// `dragnet_msgs/msg/StepReply`, see `msg/StepReply.msg`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct StepReply {
+    pub version: u8,
+    pub parcels: Vec<u64>,
+    pub kinds: Vec<u8>,
+    pub to_kinds: Vec<u8>,
+    pub to_robots: Vec<u16>,
+    pub has_route: bool,
+    pub route: Vec<u32>,
+    pub wake_at_ns: u64,
+    pub activity: u8,
+    pub decisions: u64,
+    pub decision_seconds: f64,
+    pub digest: [u64; 2],
+    pub error: String,
+}
+
+/// `dragnet_msgs/msg/Sensed`, see `msg/Sensed.msg`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Sensed {
+    pub version: u8,
+    pub robot: u16,
+    pub time_ns: u64,
+    pub cell: u32,
+    pub cells: Vec<u32>,
+    pub values: Vec<f32>,
+    pub variances: Vec<f32>,
+}

@@ -1,0 +1,251 @@
+//! Any message survives the way over the wire, and nothing that arrives can do harm.
+#![expect(clippy::unwrap_used, reason = "a test fails by panic")]
+
+use std::sync::Arc;
+
+use dragnet_proto::convert::{self, Codec};
+use dragnet_proto::message::{
+    Activity, Audience, Detection, Heartbeat, Intent, LogReply, LogRequest, Message, MessageKind,
+    MissionStatus, Participant,
+};
+use dragnet_proto::step::{Parcel, Sensed, Step, StepEvent, StepReply};
+use dragnet_search::cell::{Cell, Grid};
+use dragnet_search::evidence::{Digest, Reading};
+use dragnet_search::observation::{Observation, RobotId, Version};
+use proptest::collection::vec;
+use proptest::prelude::*;
+
+const ROWS: u32 = 7;
+const COLUMNS: u32 = 9;
+
+fn grid() -> Grid {
+    Grid::new(ROWS, COLUMNS).unwrap()
+}
+
+fn cells() -> impl Strategy<Value = Cell> {
+    (0..ROWS * COLUMNS).prop_map(|number| grid().cell_numbered(number).unwrap())
+}
+
+fn robots() -> impl Strategy<Value = RobotId> {
+    any::<u16>().prop_map(RobotId)
+}
+
+fn digests() -> impl Strategy<Value = Digest> {
+    any::<u128>().prop_map(Digest)
+}
+
+fn participants() -> impl Strategy<Value = Participant> {
+    prop_oneof![robots().prop_map(Participant::Robot), Just(Participant::Coordinator)]
+}
+
+fn audiences() -> impl Strategy<Value = Audience> {
+    prop_oneof![Just(Audience::All), participants().prop_map(Audience::One)]
+}
+
+fn activities() -> impl Strategy<Value = Activity> {
+    prop_oneof![
+        Just(Activity::Searching),
+        Just(Activity::Cleared),
+        Just(Activity::Spent),
+        Just(Activity::Stuck),
+    ]
+}
+
+fn readings() -> impl Strategy<Value = Vec<Reading>> {
+    let reading = (cells(), -1e3_f32..=1e3, 1e-6_f32..=1e4);
+    vec(reading.prop_map(|(cell, value, variance)| Reading { cell, value, variance }), 0..20)
+}
+
+fn observations() -> impl Strategy<Value = Observation> {
+    (robots(), any::<u64>(), any::<u64>(), cells(), readings()).prop_map(
+        |(robot, sequence, time_ns, from, readings)| Observation { robot, sequence, time_ns, from, readings },
+    )
+}
+
+fn intents() -> impl Strategy<Value = Intent> {
+    (robots(), any::<u64>(), any::<u64>(), vec(cells(), 0..30))
+        .prop_map(|(robot, decision, time_ns, path)| Intent { robot, decision, time_ns, path })
+}
+
+fn heartbeats() -> impl Strategy<Value = Heartbeat> {
+    let versions = vec((robots(), any::<u64>()).prop_map(|(robot, next)| Version { robot, next }), 0..5);
+    let place = (any::<u64>(), activities(), cells(), 0.0..1e9);
+    (intents(), place, versions, digests()).prop_map(
+        |(intent, (time_ns, activity, cell, path_meters), versions, digest)| Heartbeat {
+            robot: intent.robot,
+            time_ns,
+            activity,
+            cell,
+            path_meters,
+            intent,
+            versions,
+            digest,
+        },
+    )
+}
+
+fn log_replies() -> impl Strategy<Value = LogReply> {
+    (robots(), any::<u32>(), vec(observations(), 0..4)).prop_map(|(robot, first, observations)| {
+        let numbered = (u64::from(first)..)
+            .zip(observations)
+            .map(|(sequence, observation)| Arc::new(Observation { robot, sequence, ..observation }));
+        LogReply { observations: numbered.collect() }
+    })
+}
+
+fn mission_statuses() -> impl Strategy<Value = MissionStatus> {
+    let detection = (cells(), 0.0..=1.0, any::<u64>());
+    let declared = vec(
+        detection.prop_map(|(cell, probability, time_ns)| Detection { cell, probability, time_ns }),
+        0..9,
+    );
+    (any::<u64>(), declared, 0.0..1e6, vec(robots(), 0..9), any::<u64>(), digests()).prop_map(
+        |(time_ns, declared, expected_undeclared, alive, observations, digest)| MissionStatus {
+            time_ns,
+            declared,
+            expected_undeclared,
+            alive,
+            observations,
+            digest,
+        },
+    )
+}
+
+fn messages() -> impl Strategy<Value = Message> {
+    prop_oneof![
+        observations().prop_map(|observation| Message::Observation(Arc::new(observation))),
+        intents().prop_map(Message::Intent),
+        heartbeats().prop_map(Message::Heartbeat),
+        (participants(), robots(), any::<u64>())
+            .prop_map(|(from, of, first)| Message::LogRequest(LogRequest { from, of, first })),
+        log_replies().prop_map(Message::LogReply),
+        mission_statuses().prop_map(Message::MissionStatus),
+    ]
+}
+
+fn steps() -> impl Strategy<Value = Step> {
+    let event = prop_oneof![
+        Just(StepEvent::Start),
+        (cells(), readings()).prop_map(|(from, readings)| StepEvent::Sensed { from, readings }),
+        (participants(), any::<u64>()).prop_map(|(sender, parcel)| StepEvent::Deliver { sender, parcel }),
+        Just(StepEvent::Wake),
+        robots().prop_map(StepEvent::Lost),
+        Just(StepEvent::Finish),
+    ];
+    (any::<u64>(), event).prop_map(|(time_ns, event)| Step { time_ns, event })
+}
+
+fn step_replies() -> impl Strategy<Value = StepReply> {
+    let kind = (0..MessageKind::ALL.len()).prop_map(|index| MessageKind::ALL[index]);
+    let parcel = (any::<u64>(), kind, audiences()).prop_map(|(number, kind, to)| Parcel { number, kind, to });
+    let next = (proptest::option::of(vec(cells(), 0..30)), proptest::option::of(1..=u64::MAX), activities());
+    (vec(parcel, 0..5), next, any::<u64>(), 0.0..1e3, digests(), ".*").prop_map(
+        |(published, (route, wake_at_ns, activity), decisions, decision_seconds, digest, error)| StepReply {
+            published,
+            route,
+            wake_at_ns,
+            activity,
+            decisions,
+            decision_seconds,
+            digest,
+            error,
+        },
+    )
+}
+
+fn sensed() -> impl Strategy<Value = Sensed> {
+    (robots(), any::<u64>(), cells(), readings()).prop_map(|(robot, time_ns, from, readings)| Sensed {
+        robot,
+        time_ns,
+        from,
+        readings,
+    })
+}
+
+/// Bytes of any of our messages, valid.
+fn valid_bytes() -> impl Strategy<Value = Vec<u8>> {
+    prop_oneof![
+        6 => messages().prop_map(|message| convert::encode(&message)),
+        1 => steps().prop_map(|step| convert::encode_step(&step)),
+        1 => step_replies().prop_map(|reply| convert::encode_step_reply(&reply)),
+        1 => sensed().prop_map(|sensed| convert::encode_sensed(&sensed)),
+    ]
+}
+
+/// Decodes as everything; what comes out must be a message that goes back in.
+fn decode_as_everything(bytes: &[u8]) {
+    let codec = Codec::new(grid());
+    for kind in MessageKind::ALL {
+        if let Ok(message) = codec.decode(kind, bytes) {
+            assert_eq!(codec.decode(kind, &convert::encode(&message)).unwrap(), message);
+        }
+    }
+    if let Ok(step) = codec.decode_step(bytes) {
+        assert_eq!(codec.decode_step(&convert::encode_step(&step)).unwrap(), step);
+    }
+    if let Ok(reply) = codec.decode_step_reply(bytes) {
+        let again = codec.decode_step_reply(&convert::encode_step_reply(&reply)).unwrap();
+        assert_eq!(again, reply);
+    }
+    if let Ok(sensed) = codec.decode_sensed(bytes) {
+        assert_eq!(codec.decode_sensed(&convert::encode_sensed(&sensed)).unwrap(), sensed);
+    }
+}
+
+proptest! {
+    #[test]
+    fn a_message_arrives_as_it_was_sent(message in messages()) {
+        let bytes = convert::encode(&message);
+        prop_assert_eq!(Codec::new(grid()).decode(message.kind(), &bytes).unwrap(), message);
+    }
+
+    #[test]
+    fn a_step_arrives_as_it_was_sent(step in steps()) {
+        let bytes = convert::encode_step(&step);
+        prop_assert_eq!(Codec::new(grid()).decode_step(&bytes).unwrap(), step);
+    }
+
+    #[test]
+    fn a_step_reply_arrives_as_it_was_sent(reply in step_replies()) {
+        let bytes = convert::encode_step_reply(&reply);
+        prop_assert_eq!(Codec::new(grid()).decode_step_reply(&bytes).unwrap(), reply);
+    }
+
+    #[test]
+    fn sensed_readings_arrive_as_they_were_sent(sensed in sensed()) {
+        let bytes = convert::encode_sensed(&sensed);
+        prop_assert_eq!(Codec::new(grid()).decode_sensed(&bytes).unwrap(), sensed);
+    }
+
+    #[test]
+    fn any_bytes_are_refused_or_a_message(body in vec(any::<u8>(), 0..200)) {
+        decode_as_everything(&body);
+        let mut bytes = vec![0, 1, 0, 0, 1];
+        bytes.extend(body);
+        decode_as_everything(&bytes);
+    }
+
+    #[test]
+    fn small_numbers_are_refused_or_a_message(body in vec(0_u8..3, 0..200)) {
+        let mut bytes = vec![0, 1, 0, 0, 1];
+        bytes.extend(body);
+        decode_as_everything(&bytes);
+    }
+
+    #[test]
+    fn a_truncated_message_is_refused(message in messages(), cut in any::<prop::sample::Index>()) {
+        let mut bytes = convert::encode(&message);
+        bytes.truncate(cut.index(bytes.len()));
+        prop_assert!(Codec::new(grid()).decode(message.kind(), &bytes).is_err());
+        decode_as_everything(&bytes);
+    }
+
+    #[test]
+    fn a_flipped_bit_does_no_harm(
+        mut bytes in valid_bytes(), at in any::<prop::sample::Index>(), bit in 0_u32..8,
+    ) {
+        let at = at.index(bytes.len());
+        bytes[at] ^= 1_u8 << bit;
+        decode_as_everything(&bytes);
+    }
+}

@@ -1,0 +1,130 @@
+//! The network between the participants, and what goes wrong on it.
+
+use dragnet_proto::message::Participant;
+use dragnet_proto::scenario;
+use dragnet_proto::time::MissionTime;
+use dragnet_search::seed::{Purpose, Stream, stream};
+use rand::RngExt;
+
+/// Decides when each message reaches each receiver, if at all.
+pub(crate) struct Network {
+    faults: scenario::Network,
+    random: Stream,
+    tally: Tally,
+}
+
+/// What happened to the messages on their ways, one way a receiver.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Tally {
+    /// Ways that messages set out on.
+    pub sent: u64,
+    /// Lost by chance.
+    pub lost: u64,
+    /// Lost to a partition.
+    pub cut: u64,
+    /// Arrived twice.
+    pub duplicated: u64,
+    /// Held back to be overtaken.
+    pub reordered: u64,
+}
+
+impl Network {
+    pub(crate) fn new(faults: scenario::Network, seed: u64) -> Self {
+        Self { faults, random: stream(seed, Purpose::Network, 0), tally: Tally::default() }
+    }
+
+    /// From now on nothing goes wrong.
+    pub(crate) fn heal(&mut self) {
+        self.faults = scenario::Network::default();
+    }
+
+    pub(crate) const fn tally(&self) -> Tally {
+        self.tally
+    }
+
+    /// When a message that sets out now arrives: never, once or twice.
+    pub(crate) fn arrivals(
+        &mut self,
+        now: MissionTime,
+        from: Participant,
+        to: Participant,
+    ) -> Vec<MissionTime> {
+        self.tally.sent += 1;
+        if self.faults.is_cut(now, from, to) {
+            self.tally.cut += 1;
+            return Vec::new();
+        }
+        if self.happens(self.faults.loss) {
+            self.tally.lost += 1;
+            return Vec::new();
+        }
+        let mut arrivals = vec![self.arrival(now)];
+        if self.happens(self.faults.duplication) {
+            self.tally.duplicated += 1;
+            arrivals.push(self.arrival(now));
+        }
+        arrivals
+    }
+
+    fn arrival(&mut self, now: MissionTime) -> MissionTime {
+        let mut arrival = now + self.faults.delay;
+        if !self.faults.jitter.is_zero() {
+            arrival = arrival + self.faults.jitter.mul_f64(self.random.random());
+        }
+        if self.happens(self.faults.reorder) {
+            self.tally.reordered += 1;
+            arrival = arrival + self.faults.reorder_delay;
+        }
+        arrival
+    }
+
+    fn happens(&mut self, probability: f64) -> bool {
+        probability > 0.0 && self.random.random::<f64>() < probability
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use dragnet_search::observation::RobotId;
+
+    use super::*;
+
+    const A: Participant = Participant::Robot(RobotId(1));
+    const B: Participant = Participant::Robot(RobotId(2));
+
+    fn send(faults: scenario::Network, count: u64) -> (Network, Vec<Vec<MissionTime>>) {
+        let mut network = Network::new(faults, 5);
+        let arrivals = (0..count).map(|time| network.arrivals(MissionTime(time), A, B)).collect();
+        (network, arrivals)
+    }
+
+    #[test]
+    fn a_faultless_network_delivers_at_once() {
+        let (network, arrivals) = send(scenario::Network::default(), 3);
+        assert_eq!(arrivals, [[MissionTime(0)], [MissionTime(1)], [MissionTime(2)]]);
+        assert_eq!(network.tally(), Tally { sent: 3, ..Tally::default() });
+    }
+
+    #[test]
+    fn every_fault_comes_as_often_as_asked() {
+        let faults = scenario::Network {
+            loss: 0.5,
+            delay: Duration::from_secs(1),
+            jitter: Duration::from_secs(1),
+            duplication: 0.25,
+            reorder: 0.1,
+            reorder_delay: Duration::from_mins(1),
+            partitions: Vec::new(),
+        };
+        let (mut network, arrivals) = send(faults, 10_000);
+        let tally = network.tally();
+        assert!((4_800..5_200).contains(&tally.lost), "{tally:?}");
+        assert!((1_100..1_400).contains(&tally.duplicated), "{tally:?}");
+        assert!((550..700).contains(&tally.reordered), "{tally:?}");
+        assert!(arrivals.iter().flatten().all(|time| time.0 >= 1_000_000_000));
+        network.heal();
+        assert_eq!(network.arrivals(MissionTime(7), A, B), [MissionTime(7)]);
+    }
+}

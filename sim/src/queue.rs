@@ -1,0 +1,75 @@
+//! What is yet to happen, in order of time; what is due at one time happens in the order in which it was planned.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use dragnet_proto::time::MissionTime;
+
+/// A queue of events.
+#[derive(Debug)]
+pub(crate) struct Queue<E> {
+    entries: BinaryHeap<Reverse<Entry<E>>>,
+    planned: u64,
+}
+
+#[derive(Debug)]
+struct Entry<E> {
+    due: MissionTime,
+    number: u64,
+    event: E,
+}
+
+impl<E> Queue<E> {
+    pub(crate) const fn new() -> Self {
+        Self { entries: BinaryHeap::new(), planned: 0 }
+    }
+
+    pub(crate) fn plan(&mut self, due: MissionTime, event: E) {
+        self.entries.push(Reverse(Entry { due, number: self.planned, event }));
+        self.planned += 1;
+    }
+
+    /// When the next event is due.
+    pub(crate) fn due(&self) -> Option<MissionTime> {
+        self.entries.peek().map(|Reverse(entry)| entry.due)
+    }
+
+    pub(crate) fn next(&mut self) -> Option<(MissionTime, E)> {
+        self.entries.pop().map(|Reverse(entry)| (entry.due, entry.event))
+    }
+}
+
+impl<E> PartialEq for Entry<E> {
+    fn eq(&self, other: &Self) -> bool {
+        self.number == other.number
+    }
+}
+
+impl<E> Eq for Entry<E> {}
+
+impl<E> PartialOrd for Entry<E> {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl<E> Ord for Entry<E> {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        (self.due, self.number).cmp(&(other.due, other.number))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn events_come_by_time_and_then_in_the_order_of_planning() {
+        let mut queue = Queue::new();
+        for (due, event) in [(5, 'c'), (1, 'a'), (5, 'd'), (1, 'b')] {
+            queue.plan(MissionTime(due), event);
+        }
+        let order: String = std::iter::from_fn(|| queue.next()).map(|(_, event)| event).collect();
+        assert_eq!(order, "abcd");
+    }
+}

@@ -1,0 +1,376 @@
+//! The simulation: one queue of events, in simulated time, over any crew.
+
+use std::time::Duration;
+
+use dragnet_proto::message::{Activity, Audience, Participant};
+use dragnet_proto::scenario::Scenario;
+use dragnet_proto::time::MissionTime;
+use dragnet_search::cell::Cell;
+use dragnet_search::evidence::Digest;
+use dragnet_search::measures::Curve;
+use dragnet_search::observation::RobotId;
+
+use crate::crew::{Crew, Reaction, Stimulus};
+use crate::network::{Network, Tally};
+use crate::queue::Queue;
+use crate::world::World;
+
+/// How an episode is run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rules {
+    /// When it ends.
+    pub end: End,
+    /// Whether a coordinator takes part.
+    pub coordinator: Attendance,
+}
+
+/// When an episode ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// When no robot searches any more.
+    Resting,
+    /// Also when the merged belief has found every object, as the paper's trials end: only a simulator can know.
+    AllFound,
+}
+
+/// Whether somebody takes part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Attendance {
+    /// Yes.
+    Present,
+    /// No.
+    Absent,
+}
+
+/// Something that a spectator may want to see.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Scene {
+    /// A robot has a new route; without a cell, it rests.
+    Departs {
+        /// Which.
+        robot: RobotId,
+        /// Cells to enter.
+        route: Vec<Cell>,
+        /// What it does.
+        activity: Activity,
+    },
+    /// A robot has entered a cell.
+    Arrives {
+        /// Which.
+        robot: RobotId,
+        /// Where.
+        cell: Cell,
+        /// Way covered by the farthest robot, cells.
+        farthest_cells: f64,
+    },
+    /// With all readings so far, a cell is found that was not before.
+    Finds {
+        /// Who saw it last.
+        robot: RobotId,
+        /// Where.
+        cell: Cell,
+    },
+}
+
+/// Who watches a simulation.
+pub type Spectator<'a> = &'a mut dyn FnMut(MissionTime, Scene);
+
+/// What a simulation measured.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// When the search ended.
+    pub ended: MissionTime,
+    /// F1 of the merged belief against the way of the farthest robot, cells.
+    pub f1: Curve,
+    /// Recall of the merged belief, likewise.
+    pub recall: Curve,
+    /// Way of the farthest robot when the merged belief first had found every object, cells.
+    pub cells_to_full_recall: Option<f64>,
+    /// Computing time of each decision.
+    pub decisions: Vec<Duration>,
+    /// Observations made by all robots.
+    pub observations: u64,
+    /// What became of the messages.
+    pub network: Tally,
+    /// Whether after the end all robots held, to the bit, the evidence of all readings.
+    pub beliefs_equal: bool,
+    /// Digest of the evidence of all readings.
+    pub digest: Digest,
+}
+
+enum Happening<P> {
+    Arrival { robot: RobotId, route_number: u64 },
+    Delivery { from: Participant, to: Participant, parcel: P },
+    Waking { who: Participant, number: u64 },
+}
+
+/// One episode under way.
+pub(crate) struct Simulation<'a, C: Crew> {
+    crew: C,
+    rules: Rules,
+    speed: f64,
+    heartbeat: Duration,
+    pub(crate) world: World,
+    network: Network,
+    queue: Queue<Happening<C::Parcel>>,
+    members: Vec<Member>,
+    spectator: Spectator<'a>,
+    pub(crate) outcome: Outcome,
+}
+
+struct Member {
+    who: Participant,
+    activity: Activity,
+    wake_at: MissionTime,
+    /// Counts wakings planned: one planned before the last does not happen.
+    waking: u64,
+}
+
+/// After the end so many heartbeats are waited for all beliefs to be equal.
+const SETTLING_HEARTBEATS: u32 = 100;
+
+impl<'a, C: Crew> Simulation<'a, C> {
+    pub(crate) fn new(
+        scenario: &Scenario,
+        seed: u64,
+        rules: Rules,
+        crew: C,
+        spectator: Spectator<'a>,
+    ) -> Self {
+        let robots = scenario.robots().iter().map(|robot| Participant::Robot(robot.id));
+        let coordinator = (rules.coordinator == Attendance::Present).then_some(Participant::Coordinator);
+        let members = robots.chain(coordinator).map(|who| Member {
+            who,
+            activity: Activity::Searching,
+            wake_at: MissionTime(u64::MAX),
+            waking: 0,
+        });
+        let world = World::new(scenario, seed);
+        let mission = scenario.mission();
+        Self {
+            crew,
+            rules,
+            speed: mission.speed_meters_per_second,
+            heartbeat: mission.heartbeat,
+            network: Network::new(scenario.network().clone(), seed),
+            queue: Queue::new(),
+            members: members.collect(),
+            spectator,
+            outcome: Outcome {
+                ended: MissionTime::START,
+                f1: Curve::default(),
+                recall: Curve::default(),
+                cells_to_full_recall: None,
+                decisions: Vec::new(),
+                observations: 0,
+                network: Tally::default(),
+                beliefs_equal: false,
+                digest: world.merged().digest(),
+            },
+            world,
+        }
+    }
+
+    /// Runs the episode to its end.
+    pub(crate) fn run(mut self) -> Result<(World, Outcome, C), C::Error> {
+        self.start()?;
+        loop {
+            let mut now = self.search()?;
+            self.outcome.ended = now;
+            self.network.heal();
+            if self.settle(&mut now)? {
+                break;
+            }
+        }
+        self.outcome.digest = self.world.merged().digest();
+        self.outcome.network = self.network.tally();
+        Ok((self.world, self.outcome, self.crew))
+    }
+
+    /// The coordinator first, so that it hears all; then every robot looks around where it starts.
+    fn start(&mut self) -> Result<(), C::Error> {
+        for index in (0..self.members.len()).rev() {
+            let who = self.members[index].who;
+            self.tell(MissionTime::START, who, Stimulus::Start)?;
+        }
+        for index in 0..self.members.len() {
+            if let Participant::Robot(robot) = self.members[index].who {
+                self.look(MissionTime::START, robot)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Runs until the search is over; returns when that was.
+    fn search(&mut self) -> Result<MissionTime, C::Error> {
+        let mut now = self.outcome.ended;
+        while !self.is_over() {
+            let Some((due, happening)) = self.queue.next() else { break };
+            now = due;
+            self.happen(now, happening)?;
+        }
+        Ok(now)
+    }
+
+    fn is_over(&self) -> bool {
+        self.is_all_found() || self.members.iter().all(Member::is_resting)
+    }
+
+    fn is_all_found(&self) -> bool {
+        self.rules.end == End::AllFound && self.outcome.cells_to_full_recall.is_some()
+    }
+
+    /// Lets the team talk until all beliefs are equal. Returns false if a robot went back to searching instead: what
+    /// it heard last withdrew what had been found.
+    fn settle(&mut self, now: &mut MissionTime) -> Result<bool, C::Error> {
+        for _ in 0..SETTLING_HEARTBEATS {
+            self.outcome.beliefs_equal = self.are_beliefs_equal(*now)?;
+            if self.outcome.beliefs_equal {
+                break;
+            }
+            let until = *now + self.heartbeat;
+            while self.queue.due().is_some_and(|due| due <= until) {
+                if let Some((due, happening)) = self.queue.next() {
+                    // Where the search was stopped from outside, nobody moves on.
+                    if !(self.is_all_found() && matches!(happening, Happening::Arrival { .. })) {
+                        self.happen(due, happening)?;
+                    }
+                }
+                if !self.is_over() {
+                    return Ok(false);
+                }
+            }
+            *now = until;
+        }
+        Ok(true)
+    }
+
+    fn are_beliefs_equal(&mut self, now: MissionTime) -> Result<bool, C::Error> {
+        let expected = self.world.merged().digest();
+        for member in &self.members {
+            if self.crew.digest(member.who, now)? != expected {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    fn happen(&mut self, now: MissionTime, happening: Happening<C::Parcel>) -> Result<(), C::Error> {
+        match happening {
+            Happening::Arrival { robot, route_number } => {
+                if self.world.body(robot).route_number == route_number {
+                    self.world.advance(robot);
+                    self.look(now, robot)?;
+                }
+            }
+            Happening::Delivery { from, to, parcel } => {
+                self.tell(now, to, Stimulus::Delivered { from, parcel })?;
+            }
+            Happening::Waking { who, number } => {
+                if self.members[self.place(who)].waking == number {
+                    self.tell(now, who, Stimulus::Woke)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// A robot looks around, thinks, and goes on.
+    fn look(&mut self, now: MissionTime, robot: RobotId) -> Result<(), C::Error> {
+        let (readings, found) = self.world.sense(robot);
+        let cell = self.world.body(robot).cell;
+        let farthest_cells = self.world.farthest_cells();
+        (self.spectator)(now, Scene::Arrives { robot, cell, farthest_cells });
+        for cell in found {
+            (self.spectator)(now, Scene::Finds { robot, cell });
+        }
+        self.measure(farthest_cells);
+        let route_number = self.world.body(robot).route_number;
+        self.tell(now, Participant::Robot(robot), Stimulus::Sensed { cell, readings })?;
+        if self.world.body(robot).route_number == route_number {
+            self.depart(now, robot);
+        }
+        Ok(())
+    }
+
+    fn measure(&mut self, farthest_cells: f64) {
+        let score = self.world.score();
+        self.outcome.observations += 1;
+        self.outcome.f1.push(farthest_cells, score.f1());
+        self.outcome.recall.push(farthest_cells, score.recall());
+        if score.false_negatives == 0 && self.outcome.cells_to_full_recall.is_none() {
+            self.outcome.cells_to_full_recall = Some(farthest_cells);
+        }
+    }
+
+    /// Plans a robot's arrival in the next cell of its route.
+    fn depart(&mut self, now: MissionTime, robot: RobotId) {
+        if let Some(time) = self.world.travel_time(robot, self.speed) {
+            let route_number = self.world.body(robot).route_number;
+            self.queue.plan(now + time, Happening::Arrival { robot, route_number });
+        }
+    }
+
+    fn tell(
+        &mut self,
+        now: MissionTime,
+        who: Participant,
+        stimulus: Stimulus<C::Parcel>,
+    ) -> Result<(), C::Error> {
+        let reaction = self.crew.step(who, now, stimulus)?;
+        self.react(now, who, reaction);
+        Ok(())
+    }
+
+    fn react(&mut self, now: MissionTime, who: Participant, reaction: Reaction<C::Parcel>) {
+        let place = self.place(who);
+        let member = &mut self.members[place];
+        member.activity = reaction.activity;
+        if member.wake_at != reaction.wake_at {
+            member.wake_at = reaction.wake_at;
+            member.waking += 1;
+            self.queue.plan(reaction.wake_at, Happening::Waking { who, number: member.waking });
+        }
+        self.outcome.decisions.extend(reaction.decision);
+        for (audience, parcel) in reaction.published {
+            self.send(now, who, audience, &parcel);
+        }
+        if let (Participant::Robot(robot), Some(route)) = (who, reaction.route) {
+            (self.spectator)(
+                now,
+                Scene::Departs { robot, route: route.clone(), activity: reaction.activity },
+            );
+            self.world.set_route(robot, route);
+            self.depart(now, robot);
+        }
+    }
+
+    fn send(&mut self, now: MissionTime, from: Participant, audience: Audience, parcel: &C::Parcel) {
+        for index in 0..self.members.len() {
+            let to = self.members[index].who;
+            let is_meant = match audience {
+                Audience::All => to != from,
+                Audience::One(one) => to == one,
+            };
+            if is_meant {
+                for due in self.network.arrivals(now, from, to) {
+                    self.queue.plan(due, Happening::Delivery { from, to, parcel: parcel.clone() });
+                }
+            }
+        }
+    }
+
+    /// Robots stand in the list by number, the coordinator after them.
+    fn place(&self, who: Participant) -> usize {
+        match who {
+            Participant::Robot(robot) => usize::from(robot.0) - 1,
+            Participant::Coordinator => self.members.len() - 1,
+        }
+    }
+}
+
+impl Member {
+    fn is_resting(&self) -> bool {
+        self.who == Participant::Coordinator || self.activity != Activity::Searching
+    }
+}

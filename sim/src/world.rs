@@ -1,0 +1,199 @@
+//! The world: where the objects are, where the robots are, and what they see.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use dragnet_proto::scenario::{Objects, Scenario, Start};
+use dragnet_search::belief::Belief;
+use dragnet_search::cell::Cell;
+use dragnet_search::evidence::Reading;
+use dragnet_search::measures::{Score, Truth};
+use dragnet_search::observation::RobotId;
+use dragnet_search::seed::{Purpose, Stream, stream};
+use dragnet_search::sensor::Sensor;
+use dragnet_search::terrain::Terrain;
+use rand::RngExt;
+use rand::seq::IndexedRandom;
+
+/// Objects and robots on the map, and the belief that all readings together support.
+pub(crate) struct World {
+    terrain: Arc<Terrain>,
+    sensor: Arc<Sensor>,
+    truth: Truth,
+    bodies: Vec<Body>,
+    /// What somebody would believe who had every reading at once.
+    merged: Belief,
+    tau: f64,
+    score: Score,
+}
+
+/// A robot's body.
+pub(crate) struct Body {
+    pub(crate) cell: Cell,
+    /// Cells to enter, the next one last.
+    route: Vec<Cell>,
+    /// Counts routes: an arrival planned under an older one does not happen.
+    pub(crate) route_number: u64,
+    /// Way covered, in cells; a diagonal counts sqrt 2.
+    pub(crate) path_cells: f64,
+    noise: Stream,
+}
+
+impl World {
+    /// The world of an episode: truth, starts and noise depend on the seed alone, not on the policy.
+    pub(crate) fn new(scenario: &Scenario, seed: u64) -> Self {
+        let terrain = scenario.terrain();
+        let truth = draw_truth(terrain, scenario.objects(), &mut stream(seed, Purpose::Truth, 0));
+        let bodies = draw_starts(scenario, seed)
+            .into_iter()
+            .zip(scenario.robots())
+            .map(|(cell, robot)| Body {
+                cell,
+                route: Vec::new(),
+                route_number: 0,
+                path_cells: 0.0,
+                noise: stream(seed, Purpose::Noise, robot.id.0),
+            })
+            .collect();
+        let (merged, tau) = (scenario.prior().clone(), scenario.mission().tau);
+        let score = Score::of(terrain, &merged, &truth, tau);
+        Self {
+            terrain: Arc::new(terrain.clone()),
+            sensor: Arc::new(scenario.sensor().clone()),
+            truth,
+            bodies,
+            merged,
+            tau,
+            score,
+        }
+    }
+
+    pub(crate) const fn truth(&self) -> &Truth {
+        &self.truth
+    }
+
+    pub(crate) fn into_merged(self) -> Belief {
+        self.merged
+    }
+
+    pub(crate) const fn merged(&self) -> &Belief {
+        &self.merged
+    }
+
+    /// How the merged belief compares with the truth.
+    pub(crate) const fn score(&self) -> Score {
+        self.score
+    }
+
+    pub(crate) fn body(&self, robot: RobotId) -> &Body {
+        &self.bodies[usize::from(robot.0) - 1]
+    }
+
+    fn body_mut(&mut self, robot: RobotId) -> &mut Body {
+        &mut self.bodies[usize::from(robot.0) - 1]
+    }
+
+    /// Way covered by each robot, cells.
+    pub(crate) fn path_cells(&self) -> impl Iterator<Item = f64> + '_ {
+        self.bodies.iter().map(|body| body.path_cells)
+    }
+
+    /// The longest way covered by a robot, cells.
+    pub(crate) fn farthest_cells(&self) -> f64 {
+        self.path_cells().fold(0.0, f64::max)
+    }
+
+    /// Gives a robot a new route: cells to enter, in order.
+    pub(crate) fn set_route(&mut self, robot: RobotId, mut route: Vec<Cell>) {
+        route.reverse();
+        let body = self.body_mut(robot);
+        body.route = route;
+        body.route_number += 1;
+    }
+
+    /// How long a robot takes to its next cell, at a speed in metres a second; `None` where its route ends.
+    pub(crate) fn travel_time(&self, robot: RobotId, speed: f64) -> Option<Duration> {
+        let body = self.body(robot);
+        let next = *body.route.last()?;
+        Some(Duration::from_secs_f64(
+            self.distance_cells(body.cell, next) * self.terrain.cell_meters() / speed,
+        ))
+    }
+
+    /// A robot enters the next cell of its route.
+    pub(crate) fn advance(&mut self, robot: RobotId) {
+        let body = self.body(robot);
+        if let Some(&next) = body.route.last() {
+            let distance = self.distance_cells(body.cell, next);
+            let body = self.body_mut(robot);
+            body.route.pop();
+            body.cell = next;
+            body.path_cells += distance;
+        }
+    }
+
+    fn distance_cells(&self, from: Cell, to: Cell) -> f64 {
+        let offset = self.terrain.grid().offset(from, to);
+        f64::from(offset.north).hypot(f64::from(offset.east))
+    }
+
+    /// A robot looks around: a reading of every cell of its footprint. Returns them, and the cells that the merged
+    /// belief now calls found and did not before.
+    pub(crate) fn sense(&mut self, robot: RobotId) -> (Vec<Reading>, Vec<Cell>) {
+        let sensor = Arc::clone(&self.sensor);
+        let grid = self.terrain.grid();
+        let mut readings = Vec::with_capacity(sensor.footprint().len());
+        let mut found = Vec::new();
+        for look in sensor.footprint() {
+            let body = &mut self.bodies[usize::from(robot.0) - 1];
+            let Some(cell) = grid.step(body.cell, look.offset) else { continue };
+            let value = sensor.draw(self.truth.is_object(cell), look, &mut body.noise);
+            let reading = Reading { cell, value, variance: look.variance };
+            if self.merge(&reading) {
+                found.push(cell);
+            }
+            readings.push(reading);
+        }
+        (readings, found)
+    }
+
+    /// Whether a cell is found now that was not before.
+    fn merge(&mut self, reading: &Reading) -> bool {
+        let before = self.merged.is_found(reading.cell, self.tau);
+        self.merged.add(reading);
+        let after = self.merged.is_found(reading.cell, self.tau);
+        if self.terrain.is_searched(reading.cell) && before != after {
+            self.score.change(after, self.truth.is_object(reading.cell));
+        }
+        after && !before
+    }
+}
+
+fn draw_truth(terrain: &Terrain, objects: &Objects, random: &mut Stream) -> Truth {
+    let searched: Vec<Cell> = terrain.searched_cells().collect();
+    let cells = match objects {
+        Objects::Count(count) => searched.sample(random, *count as usize).copied().collect(),
+        Objects::Density(density) => {
+            searched.into_iter().filter(|_| random.random::<f64>() < *density).collect()
+        }
+        Objects::Cells(cells) => cells.clone(),
+    };
+    Truth::new(terrain, cells)
+}
+
+fn draw_starts(scenario: &Scenario, seed: u64) -> Vec<Cell> {
+    let area = scenario.terrain().largest_area();
+    let any = |robot: RobotId| {
+        let mut random = stream(seed, Purpose::Start, robot.0);
+        area[random.random_range(0..area.len())]
+    };
+    scenario
+        .robots()
+        .iter()
+        .map(|robot| match robot.start {
+            Start::Together => any(RobotId(0)),
+            Start::Scattered => any(robot.id),
+            Start::Cell(cell) => cell,
+        })
+        .collect()
+}
