@@ -1,7 +1,5 @@
 //! The robot's mind: what happened goes in, what to do comes out.
 
-use std::sync::Arc;
-
 use dragnet_proto::inbox::Inbox;
 use dragnet_proto::message::{Activity, Audience, Heartbeat, Intent, Message, Participant};
 use dragnet_proto::scenario::{Mission, Robot, Scenario};
@@ -16,6 +14,7 @@ use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_search::sensor::Sensor;
 use dragnet_search::situation::{Place, Situation};
 use dragnet_search::terrain::Terrain;
+use std::sync::Arc;
 
 use crate::team::Team;
 

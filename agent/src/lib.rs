@@ -1,7 +1,8 @@
 //! One robot of a search team.
 //!
 //! [`agent`] is the robot's mind: a state machine that is told what happened and returns what to do, and knows no
-//! clock, socket or thread. [`team`] is what it knows of its teammates. `link` puts it on Zenoh.
+//! clock, socket or thread. [`team`] is what it knows of its teammates.
 
 pub mod agent;
+mod mind;
 pub mod team;

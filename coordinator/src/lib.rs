@@ -1,1 +1,19 @@
-//! The mission seen from outside: declarations, liveness and recording.
+//! The mission seen from outside: what is found, who is alive, and the recording of it all.
+//!
+//! - [`mission`]: the state machine, made of [`declaration`], [`liveness`] and [`track`];
+//! - [`record`]: the recording, an MCAP file that ROS 2 tools and viewers read;
+//! - [`inspect`], [`recover`]: what a recording holds, and how one that was cut off is mended.
+//!
+//! Robots search on without any of this.
+
+pub mod declaration;
+pub mod desk;
+pub mod inspect;
+pub mod liveness;
+mod mcap_file;
+pub mod mission;
+pub mod record;
+pub mod recover;
+pub mod track;
+
+pub use mcap_file::{Ending, RecordingError};

@@ -3,6 +3,7 @@
 //!
 //! - [`message`], [`step`], [`wire`], [`cdr`], [`convert`], [`schema`]: what is said, as ROS 2 messages in CDR;
 //! - [`key`], [`time`], [`inbox`]: under which key, when, and exactly once;
+//! - [`participant`]: what drives a participant, and what it answers;
 //! - [`scenario`], [`map_file`]: what is searched, by whom, under which conditions.
 //!
 //! Only this crate knows wire bytes and key expressions.
@@ -13,6 +14,7 @@ pub mod inbox;
 pub mod key;
 pub mod map_file;
 pub mod message;
+pub mod participant;
 pub mod scenario;
 pub mod schema;
 pub mod step;

@@ -41,7 +41,9 @@ pub enum StepEvent {
     Wake,
     /// A robot is lost.
     Lost(RobotId),
-    /// The mission ends.
+    /// Nothing happens; the digest of its evidence is asked for.
+    Report,
+    /// The mission is over: leave.
     Finish,
 }
 
@@ -56,12 +58,12 @@ pub struct StepReply {
     pub wake_at_ns: Option<u64>,
     /// What the robot does; [`Activity::Searching`] for the coordinator.
     pub activity: Activity,
-    /// Decisions so far.
-    pub decisions: u64,
-    /// Computing time of this step's decision, seconds; 0 if there was none.
+    /// Computing time of the decision made in this step, seconds; 0 if none was.
     pub decision_seconds: f64,
-    /// Digest of the participant's evidence.
+    /// Digest of the participant's evidence, in answer to [`StepEvent::Report`]; 0 otherwise.
     pub digest: Digest,
+    /// Observations known to the participant.
+    pub observations: u64,
     /// Why the participant cannot go on; empty if it can.
     pub error: String,
 }

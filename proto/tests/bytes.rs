@@ -130,6 +130,7 @@ fn steps() -> impl Strategy<Value = Step> {
         (participants(), any::<u64>()).prop_map(|(sender, parcel)| StepEvent::Deliver { sender, parcel }),
         Just(StepEvent::Wake),
         robots().prop_map(StepEvent::Lost),
+        Just(StepEvent::Report),
         Just(StepEvent::Finish),
     ];
     (any::<u64>(), event).prop_map(|(time_ns, event)| Step { time_ns, event })
@@ -140,12 +141,12 @@ fn step_replies() -> impl Strategy<Value = StepReply> {
     let parcel = (any::<u64>(), kind, audiences()).prop_map(|(number, kind, to)| Parcel { number, kind, to });
     let next = (proptest::option::of(vec(cells(), 0..30)), proptest::option::of(1..=u64::MAX), activities());
     (vec(parcel, 0..5), next, any::<u64>(), 0.0..1e3, digests(), ".*").prop_map(
-        |(published, (route, wake_at_ns, activity), decisions, decision_seconds, digest, error)| StepReply {
+        |(published, (route, wake_at_ns, activity), observations, decision_seconds, digest, error)| StepReply {
             published,
             route,
             wake_at_ns,
             activity,
-            decisions,
+            observations,
             decision_seconds,
             digest,
             error,

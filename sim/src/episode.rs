@@ -1,11 +1,12 @@
 //! Whole episodes in this process: no socket, no thread, thousands of seeds.
 
 use dragnet_agent::agent::{Agent, Orders};
+use dragnet_proto::participant::MindError;
 use dragnet_proto::scenario::Scenario;
 use dragnet_search::belief::Belief;
 use dragnet_search::measures::{Score, Truth};
 
-use crate::crew::{Crew, Robots};
+use crate::crew::{Crew, LocalCrew};
 use crate::simulation::{Attendance, End, Outcome, Rules, Simulation, Spectator};
 use crate::world::World;
 
@@ -25,7 +26,9 @@ pub struct Episode {
 }
 
 impl Episode {
-    fn new(world: World, outcome: Outcome) -> Self {
+    /// The end of an episode.
+    #[must_use]
+    pub fn new(world: World, outcome: Outcome) -> Self {
         Self {
             truth: world.truth().clone(),
             score: world.score(),
@@ -37,17 +40,16 @@ impl Episode {
 }
 
 /// Runs a scenario with robots alone, no coordinator.
-#[must_use]
-pub fn run(scenario: &Scenario, seed: u64, end: End) -> Episode {
-    let agents = Orders::of_team(scenario, seed).into_iter().map(Agent::new).collect();
+///
+/// # Errors
+/// Never, as long as robots of this process cannot fail.
+pub fn run(scenario: &Scenario, seed: u64, end: End) -> Result<Episode, MindError> {
+    let mut robots: Vec<Agent> = Orders::of_team(scenario, seed).into_iter().map(Agent::new).collect();
     let rules = Rules { end, coordinator: Attendance::Absent };
-    match run_with(scenario, seed, rules, Robots::new(agents), &mut |_, _| ()) {
-        Ok((episode, _)) => episode,
-        Err(never) => match never {},
-    }
+    run_with(scenario, seed, rules, &mut LocalCrew::new(&mut robots, None), &mut |_, _| ())
 }
 
-/// Runs a scenario with any crew, watched. Returns the crew as the episode left it.
+/// Runs a scenario with any crew, watched.
 ///
 /// # Errors
 /// If a participant cannot go on.
@@ -55,9 +57,9 @@ pub fn run_with<C: Crew>(
     scenario: &Scenario,
     seed: u64,
     rules: Rules,
-    crew: C,
+    crew: &mut C,
     spectator: Spectator<'_>,
-) -> Result<(Episode, C), C::Error> {
-    let (world, outcome, crew) = Simulation::new(scenario, seed, rules, crew, spectator).run()?;
-    Ok((Episode::new(world, outcome), crew))
+) -> Result<Episode, C::Error> {
+    let (world, outcome) = Simulation::new(scenario, seed, rules, crew, spectator).run()?;
+    Ok(Episode::new(world, outcome))
 }

@@ -1,11 +1,12 @@
 //! The world that stands in for the real one.
 //!
 //! A simulation ([`simulation`]) is a queue of events over a world, a network with faults, and a crew ([`crew`]) that is
-//! told what happens and says what it does. [`episode`] runs one in this process; `served` runs the same over Zenoh.
+//! told what happens and says what it does. [`episode`] runs one in this process; over the network it is the
+//! same simulation with another crew.
 
 pub mod crew;
 pub mod episode;
 pub mod network;
 mod queue;
 pub mod simulation;
-mod world;
+pub mod world;

@@ -3,14 +3,15 @@
 use std::time::Duration;
 
 use dragnet_proto::message::{Activity, Audience, Participant};
+use dragnet_proto::participant::{Reaction, Stimulus};
 use dragnet_proto::scenario::Scenario;
 use dragnet_proto::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;
-use dragnet_search::measures::Curve;
+use dragnet_search::measures::{Curve, Score};
 use dragnet_search::observation::RobotId;
 
-use crate::crew::{Crew, Reaction, Stimulus};
+use crate::crew::Crew;
 use crate::network::{Network, Tally};
 use crate::queue::Queue;
 use crate::world::World;
@@ -98,6 +99,34 @@ pub struct Outcome {
     pub digest: Digest,
 }
 
+impl Outcome {
+    /// Nothing measured yet.
+    #[must_use]
+    pub fn new(world: &World) -> Self {
+        Self {
+            ended: MissionTime::START,
+            f1: Curve::default(),
+            recall: Curve::default(),
+            cells_to_full_recall: None,
+            decisions: Vec::new(),
+            observations: 0,
+            network: Tally::default(),
+            beliefs_equal: false,
+            digest: world.merged().digest(),
+        }
+    }
+
+    /// Another observation is in, at this way of the farthest robot, and the merged belief scores so.
+    pub fn measure(&mut self, farthest_cells: f64, score: Score) {
+        self.observations += 1;
+        self.f1.push(farthest_cells, score.f1());
+        self.recall.push(farthest_cells, score.recall());
+        if score.false_negatives == 0 && self.cells_to_full_recall.is_none() {
+            self.cells_to_full_recall = Some(farthest_cells);
+        }
+    }
+}
+
 enum Happening<P> {
     Arrival { robot: RobotId, route_number: u64 },
     Delivery { from: Participant, to: Participant, parcel: P },
@@ -106,7 +135,7 @@ enum Happening<P> {
 
 /// One episode under way.
 pub(crate) struct Simulation<'a, C: Crew> {
-    crew: C,
+    crew: &'a mut C,
     rules: Rules,
     speed: f64,
     heartbeat: Duration,
@@ -134,7 +163,7 @@ impl<'a, C: Crew> Simulation<'a, C> {
         scenario: &Scenario,
         seed: u64,
         rules: Rules,
-        crew: C,
+        crew: &'a mut C,
         spectator: Spectator<'a>,
     ) -> Self {
         let robots = scenario.robots().iter().map(|robot| Participant::Robot(robot.id));
@@ -156,23 +185,13 @@ impl<'a, C: Crew> Simulation<'a, C> {
             queue: Queue::new(),
             members: members.collect(),
             spectator,
-            outcome: Outcome {
-                ended: MissionTime::START,
-                f1: Curve::default(),
-                recall: Curve::default(),
-                cells_to_full_recall: None,
-                decisions: Vec::new(),
-                observations: 0,
-                network: Tally::default(),
-                beliefs_equal: false,
-                digest: world.merged().digest(),
-            },
+            outcome: Outcome::new(&world),
             world,
         }
     }
 
     /// Runs the episode to its end.
-    pub(crate) fn run(mut self) -> Result<(World, Outcome, C), C::Error> {
+    pub(crate) fn run(mut self) -> Result<(World, Outcome), C::Error> {
         self.start()?;
         loop {
             let mut now = self.search()?;
@@ -184,7 +203,7 @@ impl<'a, C: Crew> Simulation<'a, C> {
         }
         self.outcome.digest = self.world.merged().digest();
         self.outcome.network = self.network.tally();
-        Ok((self.world, self.outcome, self.crew))
+        Ok((self.world, self.outcome))
     }
 
     /// The coordinator first, so that it hears all; then every robot looks around where it starts.
@@ -284,23 +303,13 @@ impl<'a, C: Crew> Simulation<'a, C> {
         for cell in found {
             (self.spectator)(now, Scene::Finds { robot, cell });
         }
-        self.measure(farthest_cells);
+        self.outcome.measure(farthest_cells, self.world.score());
         let route_number = self.world.body(robot).route_number;
         self.tell(now, Participant::Robot(robot), Stimulus::Sensed { cell, readings })?;
         if self.world.body(robot).route_number == route_number {
             self.depart(now, robot);
         }
         Ok(())
-    }
-
-    fn measure(&mut self, farthest_cells: f64) {
-        let score = self.world.score();
-        self.outcome.observations += 1;
-        self.outcome.f1.push(farthest_cells, score.f1());
-        self.outcome.recall.push(farthest_cells, score.recall());
-        if score.false_negatives == 0 && self.outcome.cells_to_full_recall.is_none() {
-            self.outcome.cells_to_full_recall = Some(farthest_cells);
-        }
     }
 
     /// Plans a robot's arrival in the next cell of its route.
@@ -329,7 +338,9 @@ impl<'a, C: Crew> Simulation<'a, C> {
         if member.wake_at != reaction.wake_at {
             member.wake_at = reaction.wake_at;
             member.waking += 1;
-            self.queue.plan(reaction.wake_at, Happening::Waking { who, number: member.waking });
+            if reaction.wake_at < MissionTime(u64::MAX) {
+                self.queue.plan(reaction.wake_at, Happening::Waking { who, number: member.waking });
+            }
         }
         self.outcome.decisions.extend(reaction.decision);
         for (audience, parcel) in reaction.published {

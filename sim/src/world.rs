@@ -16,7 +16,7 @@ use rand::RngExt;
 use rand::seq::IndexedRandom;
 
 /// Objects and robots on the map, and the belief that all readings together support.
-pub(crate) struct World {
+pub struct World {
     terrain: Arc<Terrain>,
     sensor: Arc<Sensor>,
     truth: Truth,
@@ -28,20 +28,22 @@ pub(crate) struct World {
 }
 
 /// A robot's body.
-pub(crate) struct Body {
-    pub(crate) cell: Cell,
+pub struct Body {
+    /// Where it is.
+    pub cell: Cell,
     /// Cells to enter, the next one last.
     route: Vec<Cell>,
     /// Counts routes: an arrival planned under an older one does not happen.
-    pub(crate) route_number: u64,
+    pub route_number: u64,
     /// Way covered, in cells; a diagonal counts sqrt 2.
-    pub(crate) path_cells: f64,
+    pub path_cells: f64,
     noise: Stream,
 }
 
 impl World {
     /// The world of an episode: truth, starts and noise depend on the seed alone, not on the policy.
-    pub(crate) fn new(scenario: &Scenario, seed: u64) -> Self {
+    #[must_use]
+    pub fn new(scenario: &Scenario, seed: u64) -> Self {
         let terrain = scenario.terrain();
         let truth = draw_truth(terrain, scenario.objects(), &mut stream(seed, Purpose::Truth, 0));
         let bodies = draw_starts(scenario, seed)
@@ -68,24 +70,33 @@ impl World {
         }
     }
 
-    pub(crate) const fn truth(&self) -> &Truth {
+    /// Where the objects are.
+    #[must_use]
+    pub const fn truth(&self) -> &Truth {
         &self.truth
     }
 
-    pub(crate) fn into_merged(self) -> Belief {
+    /// The belief that all readings together support.
+    #[must_use]
+    pub fn into_merged(self) -> Belief {
         self.merged
     }
 
-    pub(crate) const fn merged(&self) -> &Belief {
+    /// The belief that all readings together support.
+    #[must_use]
+    pub const fn merged(&self) -> &Belief {
         &self.merged
     }
 
     /// How the merged belief compares with the truth.
-    pub(crate) const fn score(&self) -> Score {
+    #[must_use]
+    pub const fn score(&self) -> Score {
         self.score
     }
 
-    pub(crate) fn body(&self, robot: RobotId) -> &Body {
+    /// The body of a robot of the scenario.
+    #[must_use]
+    pub fn body(&self, robot: RobotId) -> &Body {
         &self.bodies[usize::from(robot.0) - 1]
     }
 
@@ -94,17 +105,18 @@ impl World {
     }
 
     /// Way covered by each robot, cells.
-    pub(crate) fn path_cells(&self) -> impl Iterator<Item = f64> + '_ {
+    pub fn path_cells(&self) -> impl Iterator<Item = f64> + '_ {
         self.bodies.iter().map(|body| body.path_cells)
     }
 
     /// The longest way covered by a robot, cells.
-    pub(crate) fn farthest_cells(&self) -> f64 {
+    #[must_use]
+    pub fn farthest_cells(&self) -> f64 {
         self.path_cells().fold(0.0, f64::max)
     }
 
     /// Gives a robot a new route: cells to enter, in order.
-    pub(crate) fn set_route(&mut self, robot: RobotId, mut route: Vec<Cell>) {
+    pub fn set_route(&mut self, robot: RobotId, mut route: Vec<Cell>) {
         route.reverse();
         let body = self.body_mut(robot);
         body.route = route;
@@ -112,7 +124,8 @@ impl World {
     }
 
     /// How long a robot takes to its next cell, at a speed in metres a second; `None` where its route ends.
-    pub(crate) fn travel_time(&self, robot: RobotId, speed: f64) -> Option<Duration> {
+    #[must_use]
+    pub fn travel_time(&self, robot: RobotId, speed: f64) -> Option<Duration> {
         let body = self.body(robot);
         let next = *body.route.last()?;
         Some(Duration::from_secs_f64(
@@ -121,7 +134,7 @@ impl World {
     }
 
     /// A robot enters the next cell of its route.
-    pub(crate) fn advance(&mut self, robot: RobotId) {
+    pub fn advance(&mut self, robot: RobotId) {
         let body = self.body(robot);
         if let Some(&next) = body.route.last() {
             let distance = self.distance_cells(body.cell, next);
@@ -139,7 +152,7 @@ impl World {
 
     /// A robot looks around: a reading of every cell of its footprint. Returns them, and the cells that the merged
     /// belief now calls found and did not before.
-    pub(crate) fn sense(&mut self, robot: RobotId) -> (Vec<Reading>, Vec<Cell>) {
+    pub fn sense(&mut self, robot: RobotId) -> (Vec<Reading>, Vec<Cell>) {
         let sensor = Arc::clone(&self.sensor);
         let grid = self.terrain.grid();
         let mut readings = Vec::with_capacity(sensor.footprint().len());

@@ -13,7 +13,8 @@ const SENSED: u8 = 1;
 const DELIVER: u8 = 2;
 const WAKE: u8 = 3;
 const LOST: u8 = 4;
-const FINISH: u8 = 5;
+const REPORT: u8 = 5;
+const FINISH: u8 = 6;
 
 impl From<&Step> for wire::Step {
     fn from(step: &Step) -> Self {
@@ -30,6 +31,7 @@ impl From<&Step> for wire::Step {
             }
             StepEvent::Wake => Self { kind: WAKE, ..empty },
             StepEvent::Lost(robot) => Self { kind: LOST, sender_robot: robot.0, ..empty },
+            StepEvent::Report => Self { kind: REPORT, ..empty },
             StepEvent::Finish => Self { kind: FINISH, ..empty },
         }
     }
@@ -50,9 +52,9 @@ impl From<&StepReply> for wire::StepReply {
             route: numbers(reply.route.as_deref().unwrap_or_default()),
             wake_at_ns: reply.wake_at_ns.unwrap_or(0),
             activity: activity_number(reply.activity),
-            decisions: reply.decisions,
             decision_seconds: reply.decision_seconds,
             digest: digest_halves(reply.digest),
+            observations: reply.observations,
             error: reply.error.clone(),
         }
     }
@@ -88,9 +90,10 @@ impl Check {
             },
             WAKE => StepEvent::Wake,
             LOST => StepEvent::Lost(RobotId(wire.sender_robot)),
+            REPORT => StepEvent::Report,
             FINISH => StepEvent::Finish,
             found => {
-                let allowed = "0 start, 1 sensed, 2 deliver, 3 wake, 4 lost, 5 finish";
+                let allowed = "0 start, 1 sensed, 2 deliver, 3 wake, 4 lost, 5 report, 6 finish";
                 return Err(ConvertError::Alternative { at: self.at("kind"), found, allowed });
             }
         };
@@ -105,9 +108,9 @@ impl Check {
             route: wire.has_route.then_some(route),
             wake_at_ns: (wire.wake_at_ns > 0).then_some(wire.wake_at_ns),
             activity: self.activity(wire.activity)?,
-            decisions: wire.decisions,
             decision_seconds: self.not_negative("decision_seconds", wire.decision_seconds)?,
             digest: digest(wire.digest),
+            observations: wire.observations,
             error: wire.error,
         })
     }

@@ -112,9 +112,9 @@ pub struct StepReply {
     pub route: Vec<u32>,
     pub wake_at_ns: u64,
     pub activity: u8,
-    pub decisions: u64,
     pub decision_seconds: f64,
     pub digest: [u64; 2],
+    pub observations: u64,
     pub error: String,
 }
 

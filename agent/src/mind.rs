@@ -1,0 +1,54 @@
+//! The agent as a participant that a clock and a network, real or simulated, can drive.
+
+use std::time::Instant;
+
+use dragnet_proto::message::Message;
+use dragnet_proto::participant::{Mind, MindError, Reaction, Stimulus};
+use dragnet_proto::time::MissionTime;
+use dragnet_search::evidence::Digest;
+
+use crate::agent::{Action, Agent, Event};
+
+impl Mind for Agent {
+    fn experience(
+        &mut self,
+        now: MissionTime,
+        stimulus: Stimulus<Message>,
+    ) -> Result<Reaction<Message>, MindError> {
+        let decisions = self.decisions();
+        // Only measured: no decision depends on it.
+        let start = Instant::now();
+        let actions = match stimulus {
+            Stimulus::Start => Vec::new(),
+            Stimulus::Sensed { cell, readings } => self.handle(now, Event::Sensed { cell, readings }),
+            Stimulus::Delivered { from, parcel } => {
+                self.handle(now, Event::Received { from, message: parcel })
+            }
+            Stimulus::Woke => self.handle(now, Event::Woke),
+            Stimulus::Lost(robot) => self.handle(now, Event::Lost(robot)),
+        };
+        let elapsed = start.elapsed();
+        let mut reaction = Reaction {
+            published: Vec::new(),
+            route: None,
+            wake_at: self.wake_at(),
+            activity: self.activity(),
+            decision: (self.decisions() > decisions).then_some(elapsed),
+        };
+        for action in actions {
+            match action {
+                Action::Publish(audience, message) => reaction.published.push((audience, message)),
+                Action::Follow(route) => reaction.route = Some(route),
+            }
+        }
+        Ok(reaction)
+    }
+
+    fn digest(&self) -> Digest {
+        self.belief().digest()
+    }
+
+    fn observations(&self) -> u64 {
+        self.inbox().log().len() as u64
+    }
+}

@@ -1,0 +1,157 @@
+//! Declarations: which cells are said to hold an object, and since when.
+//!
+//! An object is declared when its probability reaches `tau`. It stays declared while the evidence wavers, and is
+//! withdrawn only when an object there has become less likely than none.
+
+use std::collections::BTreeMap;
+
+use dragnet_proto::message::Detection;
+use dragnet_proto::time::MissionTime;
+use dragnet_search::belief::Belief;
+use dragnet_search::cell::Cell;
+use dragnet_search::terrain::Terrain;
+
+/// Under this probability a declaration is withdrawn, unless `tau` itself is lower.
+pub const WITHDRAWN_BELOW: f64 = 0.5;
+
+/// All objects that are declared.
+#[derive(Clone, Debug)]
+pub struct Declarations {
+    tau: f64,
+    /// When each was declared.
+    declared: BTreeMap<Cell, MissionTime>,
+}
+
+impl Declarations {
+    /// None yet. An object is declared from a probability of `tau` on, above 0.
+    #[must_use]
+    pub const fn new(tau: f64) -> Self {
+        Self { tau, declared: BTreeMap::new() }
+    }
+
+    /// Looks again at cells whose belief has changed; whether anything was declared or withdrawn.
+    pub fn review(
+        &mut self,
+        now: MissionTime,
+        belief: &Belief,
+        cells: impl IntoIterator<Item = Cell>,
+    ) -> bool {
+        let mut has_changed = false;
+        for cell in cells {
+            let probability = belief.probability(cell);
+            if self.declared.contains_key(&cell) {
+                if probability < self.tau.min(WITHDRAWN_BELOW) {
+                    self.declared.remove(&cell);
+                    has_changed = true;
+                }
+            } else if probability >= self.tau {
+                self.declared.insert(cell, now);
+                has_changed = true;
+            }
+        }
+        has_changed
+    }
+
+    /// Whether an object is declared in a cell.
+    #[must_use]
+    pub fn contains(&self, cell: Cell) -> bool {
+        self.declared.contains_key(&cell)
+    }
+
+    /// All that is declared, by cell, with its probability now.
+    pub fn detections<'a>(&'a self, belief: &'a Belief) -> impl Iterator<Item = Detection> + 'a {
+        self.declared.iter().map(|(&cell, time)| Detection {
+            cell,
+            probability: belief.probability(cell),
+            time_ns: time.0,
+        })
+    }
+
+    /// Expected number of objects in cells where none is declared.
+    #[must_use]
+    pub fn expected_undeclared(&self, terrain: &Terrain, belief: &Belief) -> f64 {
+        let undeclared = terrain.searched_cells().filter(|&cell| !self.contains(cell));
+        undeclared.map(|cell| belief.probability(cell)).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use dragnet_search::evidence::Reading;
+
+    use super::*;
+
+    const TAU: f64 = 0.95;
+
+    /// One cell, even odds.
+    struct Field {
+        terrain: Terrain,
+        belief: Belief,
+        declarations: Declarations,
+        now: MissionTime,
+    }
+
+    impl Field {
+        fn new(tau: f64) -> Self {
+            let terrain = Terrain::from_ascii(".", 1.0).unwrap();
+            let belief = Belief::uniform(&terrain, 0.5).unwrap();
+            Self { terrain, belief, declarations: Declarations::new(tau), now: MissionTime::START }
+        }
+
+        fn cell(&self) -> Cell {
+            self.terrain.grid().cell_numbered(0).unwrap()
+        }
+
+        /// A reading that moves the log-odds by so much; whether the declarations changed.
+        fn learn(&mut self, nats: f32) -> bool {
+            self.now = MissionTime(self.now.0 + 1);
+            self.belief.add(&Reading { cell: self.cell(), value: 0.5 + nats, variance: 1.0 });
+            self.declarations.review(self.now, &self.belief, [self.cell()])
+        }
+
+        fn declared(&self) -> Vec<(f64, u64)> {
+            let detections = self.declarations.detections(&self.belief);
+            detections.map(|found| (found.probability, found.time_ns)).collect()
+        }
+    }
+
+    #[test]
+    fn an_object_stays_declared_while_evidence_wavers_and_is_withdrawn_when_it_turns() {
+        let mut field = Field::new(TAU);
+        assert!(!field.learn(2.0));
+        assert!(field.learn(2.0));
+        assert!(!field.learn(-3.0), "wavering withdraws nothing");
+        let [(probability, time_ns)] = field.declared()[..] else { panic!("not declared") };
+        assert!((0.5..TAU).contains(&probability), "{probability}");
+        assert_eq!(time_ns, 2);
+        assert!(field.learn(-1.5));
+        assert_eq!(field.declared(), []);
+    }
+
+    #[test]
+    fn an_object_that_is_declared_again_counts_from_then() {
+        let mut field = Field::new(TAU);
+        assert!(field.learn(4.0) && field.learn(-5.0) && field.learn(6.0));
+        assert_eq!(field.declared()[0].1, 3);
+    }
+
+    #[test]
+    fn a_low_tau_does_not_withdraw_what_it_declares() {
+        let mut field = Field::new(0.3);
+        assert!(field.learn(-0.5));
+        assert!(!field.learn(0.0));
+        assert_eq!(field.declared().len(), 1);
+        assert!(field.learn(-1.0));
+    }
+
+    #[test]
+    fn what_is_declared_is_expected_no_more_even_when_it_wavers() {
+        let mut field = Field::new(TAU);
+        let expected = |field: &Field| field.declarations.expected_undeclared(&field.terrain, &field.belief);
+        assert!((expected(&field) - 0.5).abs() < 1e-12);
+        field.learn(4.0);
+        field.learn(-3.0);
+        assert!(expected(&field).abs() < 1e-12);
+        assert!(field.belief.expected_undeclared(&field.terrain, TAU) > 0.5);
+    }
+}

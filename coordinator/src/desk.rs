@@ -1,0 +1,114 @@
+//! The coordinator as a participant: the mission's mind, and its recording.
+
+use std::collections::BTreeMap;
+
+use dragnet_proto::message::{Activity, Message};
+use dragnet_proto::participant::{Mind, MindError, Reaction, Stimulus};
+use dragnet_proto::time::MissionTime;
+use dragnet_search::evidence::Digest;
+
+use crate::RecordingError;
+use crate::mission::{Action, Event, Mission};
+use crate::record::Recorder;
+
+/// Where the mission is watched and written down.
+///
+/// A recording that fails does not stop the mission: what was written stays, the rest is not recorded, and
+/// [`Desk::finish`] says so.
+pub struct Desk {
+    mission: Mission,
+    recording: Option<Result<Recorder, RecordingError>>,
+}
+
+impl Desk {
+    /// A mission, recorded if there is a recorder.
+    #[must_use]
+    pub fn new(mission: Mission, recorder: Option<Recorder>) -> Self {
+        Self { mission, recording: recorder.map(Ok) }
+    }
+
+    /// The mission.
+    #[must_use]
+    pub const fn mission(&self) -> &Mission {
+        &self.mission
+    }
+
+    /// Why nothing is recorded any more, if so.
+    #[must_use]
+    pub fn failure(&self) -> Option<&RecordingError> {
+        self.recording.as_ref()?.as_ref().err()
+    }
+
+    /// Ends the mission and its recording.
+    ///
+    /// # Errors
+    /// If not everything could be recorded.
+    pub fn finish(
+        mut self,
+        now: MissionTime,
+        summary: BTreeMap<String, String>,
+    ) -> Result<Mission, RecordingError> {
+        self.handle(now, Event::Finished);
+        match self.recording {
+            Some(Ok(recorder)) => recorder.finish(summary)?,
+            Some(Err(error)) => return Err(error),
+            None => {}
+        }
+        Ok(self.mission)
+    }
+
+    /// Writes down what is to be recorded; returns the rest.
+    fn handle(&mut self, now: MissionTime, event: Event) -> Vec<Action> {
+        let mut actions = self.mission.handle(now, event);
+        actions.retain(|action| {
+            if let (Action::Record(record), Some(Ok(recorder))) = (action, &mut self.recording)
+                && let Err(error) = recorder.record(now, record)
+            {
+                self.recording = Some(Err(error));
+            }
+            matches!(action, Action::Publish(..))
+        });
+        if let Some(Ok(recorder)) = &mut self.recording
+            && let Err(error) = recorder.tick(now)
+        {
+            self.recording = Some(Err(error));
+        }
+        actions
+    }
+}
+
+impl Mind for Desk {
+    fn experience(
+        &mut self,
+        now: MissionTime,
+        stimulus: Stimulus<Message>,
+    ) -> Result<Reaction<Message>, MindError> {
+        let actions = match stimulus {
+            Stimulus::Start | Stimulus::Sensed { .. } => Vec::new(),
+            Stimulus::Delivered { from, parcel } => {
+                self.handle(now, Event::Received { from, message: parcel })
+            }
+            Stimulus::Woke => self.handle(now, Event::Woke),
+            Stimulus::Lost(robot) => self.handle(now, Event::Lost(robot)),
+        };
+        let published = actions.into_iter().filter_map(|action| match action {
+            Action::Publish(audience, message) => Some((audience, message)),
+            Action::Record(_) => None,
+        });
+        Ok(Reaction {
+            published: published.collect(),
+            route: None,
+            wake_at: self.mission.wake_at(),
+            activity: Activity::Searching,
+            decision: None,
+        })
+    }
+
+    fn digest(&self) -> Digest {
+        self.mission.belief().digest()
+    }
+
+    fn observations(&self) -> u64 {
+        self.mission.inbox().log().len() as u64
+    }
+}

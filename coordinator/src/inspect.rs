@@ -1,0 +1,260 @@
+//! What a recording holds, also one that was cut off.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use dragnet_proto::cdr;
+use dragnet_proto::wire::dragnet::MissionStatus;
+use mcap::records::{MessageHeader, Record};
+use serde::Serialize;
+
+use crate::mcap_file::read::McapReader;
+use crate::mcap_file::{Ending, RecordingError};
+use crate::record::topic::{RobotTopic, Topic};
+use crate::record::{RUN_METADATA, SUMMARY_METADATA};
+
+const NANOSECONDS: f64 = 1e9;
+
+/// What a recording holds.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Inspection {
+    /// The file.
+    pub path: PathBuf,
+    /// Its size, bytes.
+    pub file_bytes: u64,
+    /// How much of it can be read, bytes.
+    pub readable_bytes: u64,
+    /// How it ends.
+    pub ending: Ending,
+    /// What wrote it.
+    pub library: String,
+    /// From the first message to the last; `None` without a message.
+    pub times: Option<TimeRange>,
+    /// Topics, by name.
+    pub topics: BTreeMap<String, TopicContent>,
+    /// Numbers of the robots that were heard.
+    pub robots: BTreeSet<u16>,
+    /// Observations merged.
+    pub observations: u64,
+    /// What was declared at the end, by cell.
+    pub declared: Vec<DeclaredObject>,
+    /// Attached files and their sizes, bytes.
+    pub attachments: BTreeMap<String, u64>,
+    /// How the run was made.
+    pub run: BTreeMap<String, String>,
+    /// How the run went; empty in a recording that was cut off.
+    pub summary: BTreeMap<String, String>,
+}
+
+/// From when to when.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct TimeRange {
+    /// Unix time, nanoseconds.
+    pub start_unix_ns: u64,
+    /// Unix time, nanoseconds.
+    pub end_unix_ns: u64,
+}
+
+impl TimeRange {
+    /// Between the two, seconds.
+    #[must_use]
+    pub fn seconds(self) -> f64 {
+        (self.end_unix_ns - self.start_unix_ns) as f64 / NANOSECONDS
+    }
+
+    fn with(range: Option<Self>, unix_ns: u64) -> Self {
+        range.map_or(Self { start_unix_ns: unix_ns, end_unix_ns: unix_ns }, |range| Self {
+            start_unix_ns: range.start_unix_ns.min(unix_ns),
+            end_unix_ns: range.end_unix_ns.max(unix_ns),
+        })
+    }
+}
+
+/// What a topic holds.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct TopicContent {
+    /// ROS name of its messages.
+    pub message: String,
+    /// How many.
+    pub messages: u64,
+}
+
+/// An object that is declared.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct DeclaredObject {
+    /// Where, row-major number.
+    pub cell: u32,
+    /// Its probability.
+    pub probability: f64,
+    /// When it was declared, seconds of mission time.
+    pub declared_seconds: f64,
+}
+
+/// Reads a recording through and says what it holds.
+///
+/// # Errors
+/// If the file cannot be read, or is no MCAP file. One that is cut off or damaged is read as far as it is whole.
+pub fn inspect(path: &Path) -> Result<Inspection, RecordingError> {
+    let mut reader = McapReader::open(path)?;
+    let mut inspector = Inspector::default();
+    for record in &mut reader {
+        inspector.take(record?);
+    }
+    Ok(Inspection {
+        path: path.to_owned(),
+        file_bytes: reader.length(),
+        readable_bytes: reader.readable(),
+        ending: reader.ending(),
+        library: reader.header().library.clone(),
+        times: inspector.times,
+        robots: inspector.robots().map(|(robot, _)| robot).collect(),
+        observations: inspector.observations(),
+        declared: inspector.declared(),
+        topics: inspector.topics(),
+        attachments: inspector.attachments,
+        run: inspector.metadata.remove(RUN_METADATA).unwrap_or_default(),
+        summary: inspector.metadata.remove(SUMMARY_METADATA).unwrap_or_default(),
+    })
+}
+
+#[derive(Default)]
+struct Inspector {
+    times: Option<TimeRange>,
+    /// Names of messages, by schema.
+    schemas: BTreeMap<u16, String>,
+    channels: BTreeMap<u16, ChannelContent>,
+    attachments: BTreeMap<String, u64>,
+    metadata: BTreeMap<String, BTreeMap<String, String>>,
+    /// The last one.
+    status: Option<MissionStatus>,
+}
+
+struct ChannelContent {
+    topic: String,
+    schema: u16,
+    messages: u64,
+}
+
+impl Inspector {
+    fn take(&mut self, record: Record<'_>) {
+        match record {
+            Record::Schema { header, .. } => {
+                self.schemas.insert(header.id, header.name);
+            }
+            Record::Channel(channel) => {
+                let content = ChannelContent { topic: channel.topic, schema: channel.schema_id, messages: 0 };
+                self.channels.entry(channel.id).or_insert(content);
+            }
+            Record::Message { header, data } => self.take_message(header, &data),
+            Record::Attachment { header, data, .. } => {
+                self.attachments.insert(header.name, data.len() as u64);
+            }
+            Record::Metadata(metadata) => {
+                self.metadata.insert(metadata.name, metadata.metadata);
+            }
+            _ => {}
+        }
+    }
+
+    /// A status of another version counts as a message and is not read.
+    fn take_message(&mut self, header: MessageHeader, data: &[u8]) {
+        let Some(channel) = self.channels.get_mut(&header.channel_id) else { return };
+        channel.messages += 1;
+        self.times = Some(TimeRange::with(self.times, header.log_time));
+        if channel.topic == Topic::MISSION_STATUS
+            && let Ok(status) = cdr::decode::<MissionStatus>(data)
+        {
+            self.status = Some(status);
+        }
+    }
+
+    /// Robots' numbers, with what each of their channels holds.
+    fn robots(&self) -> impl Iterator<Item = (u16, (RobotTopic, u64))> + '_ {
+        self.channels.values().filter_map(|channel| {
+            let (robot, topic) = RobotTopic::parse(&channel.topic)?;
+            Some((robot.0, (topic, channel.messages)))
+        })
+    }
+
+    fn observations(&self) -> u64 {
+        let observations = self.robots().filter(|(_, (topic, _))| *topic == RobotTopic::Observation);
+        observations.map(|(_, (_, messages))| messages).sum()
+    }
+
+    fn topics(&self) -> BTreeMap<String, TopicContent> {
+        let content = |channel: &ChannelContent| TopicContent {
+            message: self.schemas.get(&channel.schema).cloned().unwrap_or_default(),
+            messages: channel.messages,
+        };
+        self.channels.values().map(|channel| (channel.topic.clone(), content(channel))).collect()
+    }
+
+    fn declared(&self) -> Vec<DeclaredObject> {
+        let declared = self.status.iter().flat_map(|status| &status.declared);
+        declared
+            .map(|object| DeclaredObject {
+                cell: object.cell,
+                probability: object.probability,
+                declared_seconds: object.time_ns as f64 / NANOSECONDS,
+            })
+            .collect()
+    }
+}
+
+impl fmt::Display for Inspection {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let robots: Vec<String> = self.robots.iter().map(ToString::to_string).collect();
+        writeln!(formatter, "recording     {}", self.path.display())?;
+        writeln!(formatter, "size          {} bytes, {}", self.file_bytes, self.state())?;
+        writeln!(formatter, "written by    {}", self.library)?;
+        if let Some(times) = self.times {
+            let start = times.start_unix_ns as f64 / NANOSECONDS;
+            writeln!(formatter, "time          {:.3} s from Unix time {start:.3} s on", times.seconds())?;
+        }
+        writeln!(
+            formatter,
+            "robots        {}",
+            if robots.is_empty() { "none".into() } else { robots.join(" ") }
+        )?;
+        writeln!(formatter, "observations  {}", self.observations)?;
+        writeln!(formatter, "declared      {}", self.declared.len())?;
+        for object in &self.declared {
+            let DeclaredObject { cell, probability, declared_seconds } = object;
+            writeln!(
+                formatter,
+                "  cell {cell}, probability {probability:.4}, since {declared_seconds:.1} s"
+            )?;
+        }
+        for (name, bytes) in &self.attachments {
+            writeln!(formatter, "attachment    {name}, {bytes} bytes")?;
+        }
+        for (title, facts) in [("run", &self.run), ("summary", &self.summary)] {
+            for (name, value) in facts {
+                writeln!(formatter, "{title:<12}  {name} = {value}")?;
+            }
+        }
+        self.write_topics(formatter)
+    }
+}
+
+impl Inspection {
+    fn state(&self) -> String {
+        match &self.ending {
+            Ending::Complete => "complete".into(),
+            Ending::CutOff => format!("cut off: {} bytes can be read", self.readable_bytes),
+            Ending::Damaged { reason } => {
+                format!("damaged after {} bytes, which can be read: {reason}", self.readable_bytes)
+            }
+        }
+    }
+
+    fn write_topics(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let width = self.topics.keys().map(String::len).max().unwrap_or(0).max("topic".len());
+        write!(formatter, "messages  {:<width$}  type", "topic")?;
+        for (topic, TopicContent { message, messages }) in &self.topics {
+            write!(formatter, "\n{messages:>8}  {topic:<width$}  {message}")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,122 @@
+//! Liveness: which robots are heard, and which are lost.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use dragnet_proto::time::MissionTime;
+use dragnet_search::observation::RobotId;
+
+/// Whether a robot is there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Presence {
+    /// It belongs to the team and has not been heard yet.
+    Awaited,
+    /// It is heard.
+    Alive {
+        /// The last time.
+        last_heard: MissionTime,
+    },
+    /// It has left the network, or was silent for too long.
+    Lost {
+        /// When that was noticed.
+        since: MissionTime,
+    },
+}
+
+/// The robots of the team, and all others that were ever heard.
+#[derive(Clone, Debug)]
+pub struct Liveness {
+    lost_after: Duration,
+    robots: BTreeMap<RobotId, Presence>,
+}
+
+impl Liveness {
+    /// These robots are awaited. One that is silent for longer than `lost_after` is lost.
+    #[must_use]
+    pub fn new(robots: impl IntoIterator<Item = RobotId>, lost_after: Duration) -> Self {
+        let robots = robots.into_iter().map(|robot| (robot, Presence::Awaited)).collect();
+        Self { lost_after, robots }
+    }
+
+    /// A robot was heard, for the first time or again; whether it was not alive before.
+    pub fn heard(&mut self, now: MissionTime, robot: RobotId) -> bool {
+        let presence = self.robots.entry(robot).or_insert(Presence::Awaited);
+        let was_alive = matches!(presence, Presence::Alive { .. });
+        *presence = Presence::Alive { last_heard: now };
+        !was_alive
+    }
+
+    /// A robot has left the network; whether it was alive before.
+    pub fn left(&mut self, now: MissionTime, robot: RobotId) -> bool {
+        match self.robots.get_mut(&robot) {
+            Some(presence @ Presence::Alive { .. }) => {
+                *presence = Presence::Lost { since: now };
+                true
+            }
+            _ => false,
+        }
+    }
+
+    /// Robots that have been silent for too long are lost from now on.
+    pub fn lose_silent(&mut self, now: MissionTime) -> Vec<RobotId> {
+        let mut lost = Vec::new();
+        for (&robot, presence) in &mut self.robots {
+            if let Presence::Alive { last_heard } = *presence
+                && now > last_heard + self.lost_after
+            {
+                *presence = Presence::Lost { since: now };
+                lost.push(robot);
+            }
+        }
+        lost
+    }
+
+    /// Robots that are alive, by number.
+    pub fn alive(&self) -> impl Iterator<Item = RobotId> + '_ {
+        let alive = self.robots.iter().filter(|(_, presence)| matches!(presence, Presence::Alive { .. }));
+        alive.map(|(&robot, _)| robot)
+    }
+
+    /// Every robot of the team or ever heard, by number.
+    pub fn robots(&self) -> impl Iterator<Item = (RobotId, Presence)> + '_ {
+        self.robots.iter().map(|(&robot, &presence)| (robot, presence))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ONE: RobotId = RobotId(1);
+    const PATIENCE: Duration = Duration::from_secs(10);
+
+    fn at(seconds: u64) -> MissionTime {
+        MissionTime::START + Duration::from_secs(seconds)
+    }
+
+    #[test]
+    fn a_robot_is_awaited_heard_lost_in_silence_and_returns() {
+        let mut liveness = Liveness::new([ONE], PATIENCE);
+        let mut check = |act: fn(&mut Liveness) -> bool, expected: Presence| {
+            assert!(act(&mut liveness), "no change to {expected:?}");
+            assert_eq!(liveness.robots().collect::<Vec<_>>(), [(ONE, expected)]);
+        };
+        check(|liveness| liveness.lose_silent(at(100)).is_empty(), Presence::Awaited);
+        check(|liveness| liveness.heard(at(101), ONE), Presence::Alive { last_heard: at(101) });
+        check(|liveness| !liveness.heard(at(102), ONE), Presence::Alive { last_heard: at(102) });
+        check(|liveness| liveness.lose_silent(at(112)).is_empty(), Presence::Alive { last_heard: at(102) });
+        check(|liveness| liveness.lose_silent(at(113)) == [ONE], Presence::Lost { since: at(113) });
+        check(|liveness| liveness.lose_silent(at(114)).is_empty(), Presence::Lost { since: at(113) });
+        check(|liveness| liveness.heard(at(115), ONE), Presence::Alive { last_heard: at(115) });
+        check(|liveness| liveness.left(at(116), ONE), Presence::Lost { since: at(116) });
+        check(|liveness| !liveness.left(at(117), ONE), Presence::Lost { since: at(116) });
+    }
+
+    #[test]
+    fn a_robot_that_nobody_announced_counts_once_it_is_heard() {
+        let mut liveness = Liveness::new([ONE], PATIENCE);
+        assert!(!liveness.left(at(0), RobotId(7)));
+        assert!(liveness.heard(at(0), RobotId(7)));
+        assert_eq!(liveness.alive().collect::<Vec<_>>(), [RobotId(7)]);
+    }
+}

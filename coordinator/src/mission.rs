@@ -1,0 +1,299 @@
+//! The mission's mind: what happened goes in, what to do and what to record comes out.
+//!
+//! It merges what robots saw, declares objects and notices who is lost. It knows no clock, network or file.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use dragnet_proto::inbox::Inbox;
+use dragnet_proto::message::{Audience, Detection, Heartbeat, Intent, Message, MissionStatus, Participant};
+use dragnet_proto::time::MissionTime;
+use dragnet_search::belief::Belief;
+use dragnet_search::cell::Cell;
+use dragnet_search::observation::{Observation, RobotId};
+use dragnet_search::terrain::Terrain;
+
+use crate::declaration::Declarations;
+use crate::liveness::{Liveness, Presence};
+use crate::track::{Track, Tracks};
+
+/// All that the coordinator is told before it starts.
+#[derive(Clone, Debug)]
+pub struct MissionOrders {
+    /// The map.
+    pub terrain: Arc<Terrain>,
+    /// What is believed before any reading.
+    pub prior: Belief,
+    /// Probability from which an object is declared, above 0.
+    pub tau: f64,
+    /// The team.
+    pub robots: Vec<RobotId>,
+    /// Between two reports of the mission's status, above 0; a question to a robot is repeated after half of it.
+    pub heartbeat: Duration,
+    /// A robot that is silent for longer is lost.
+    pub lost_after: Duration,
+    /// Between two records of the belief, above 0.
+    pub belief_period: Duration,
+}
+
+/// What happened.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event {
+    /// A message came.
+    Received {
+        /// Who sent it.
+        from: Participant,
+        /// What it says.
+        message: Message,
+    },
+    /// The time that [`Mission::wake_at`] named has come.
+    Woke,
+    /// A robot has left the network.
+    Lost(RobotId),
+    /// The mission ends: the last event.
+    Finished,
+}
+
+/// What to do.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Action {
+    /// Tell the robots.
+    Publish(Audience, Message),
+    /// Write into the recording.
+    Record(Record),
+}
+
+/// What a recording tells.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Record {
+    /// An observation that counts from now on, whoever told it: each is recorded once.
+    Observation(Arc<Observation>),
+    /// A robot's plan, as it was received.
+    Intent(Intent),
+    /// A robot's sign of life, as it was received.
+    Heartbeat(Heartbeat),
+    /// A robot has moved.
+    Pose {
+        /// Which.
+        robot: RobotId,
+        /// Where it is.
+        cell: Cell,
+        /// Since when, by its own clock.
+        time: MissionTime,
+    },
+    /// A robot's plan has changed.
+    Plan {
+        /// Whose.
+        robot: RobotId,
+        /// Cells still to be entered, in order; empty when it rests or is lost.
+        path: Vec<Cell>,
+    },
+    /// How the mission stands, as it was published.
+    Status(MissionStatus),
+    /// What is believed: periodically, and at the end.
+    Belief(Arc<Belief>),
+}
+
+/// One mission.
+pub struct Mission {
+    orders: MissionOrders,
+    belief: Belief,
+    inbox: Inbox,
+    declarations: Declarations,
+    liveness: Liveness,
+    tracks: Tracks,
+    /// Observations refused since another of the same name is known.
+    conflicting: usize,
+    next_status: MissionTime,
+    next_belief: MissionTime,
+}
+
+impl Mission {
+    /// A mission that starts now. What the prior is sure of is declared from the start.
+    #[must_use]
+    pub fn new(orders: MissionOrders) -> Self {
+        let mut declarations = Declarations::new(orders.tau);
+        declarations.review(MissionTime::START, &orders.prior, orders.terrain.searched_cells());
+        Self {
+            belief: orders.prior.clone(),
+            inbox: Inbox::new(Participant::Coordinator, orders.heartbeat / 2),
+            declarations,
+            liveness: Liveness::new(orders.robots.iter().copied(), orders.lost_after),
+            tracks: Tracks::default(),
+            conflicting: 0,
+            next_status: MissionTime::START + orders.heartbeat,
+            next_belief: MissionTime::START + orders.belief_period,
+            orders,
+        }
+    }
+
+    /// The only way anything changes; `now` comes from the caller.
+    pub fn handle(&mut self, now: MissionTime, event: Event) -> Vec<Action> {
+        let mut actions = Vec::new();
+        match event {
+            Event::Received { from, message } => self.receive(now, from, &message, &mut actions),
+            Event::Woke => self.wake(now, &mut actions),
+            Event::Lost(robot) => {
+                if self.liveness.left(now, robot) {
+                    self.lose(robot, &mut actions);
+                    self.report(now, &mut actions);
+                }
+            }
+            Event::Finished => {
+                self.report(now, &mut actions);
+                self.snapshot(now, &mut actions);
+            }
+        }
+        actions
+    }
+
+    /// When to be woken, if nothing else happens before.
+    #[must_use]
+    pub fn wake_at(&self) -> MissionTime {
+        self.next_status.min(self.next_belief)
+    }
+
+    /// The merged belief.
+    #[must_use]
+    pub const fn belief(&self) -> &Belief {
+        &self.belief
+    }
+
+    /// All observations known.
+    #[must_use]
+    pub const fn inbox(&self) -> &Inbox {
+        &self.inbox
+    }
+
+    /// Objects that are declared now, by cell.
+    pub fn declared(&self) -> impl Iterator<Item = Detection> + '_ {
+        self.declarations.detections(&self.belief)
+    }
+
+    /// Robots that are alive, by number.
+    pub fn alive(&self) -> impl Iterator<Item = RobotId> + '_ {
+        self.liveness.alive()
+    }
+
+    /// Every robot of the team or ever heard, by number.
+    pub fn robots(&self) -> impl Iterator<Item = (RobotId, Presence)> + '_ {
+        self.liveness.robots()
+    }
+
+    /// Where each robot ever heard is and goes, by number.
+    pub fn tracks(&self) -> impl Iterator<Item = (RobotId, &Track)> + '_ {
+        self.tracks.robots()
+    }
+
+    /// Observations refused since another of the same name is known: two robots share a number, or one has started
+    /// again under its old one.
+    #[must_use]
+    pub const fn conflicting(&self) -> usize {
+        self.conflicting
+    }
+
+    /// How the mission stands.
+    #[must_use]
+    pub fn status(&self, now: MissionTime) -> MissionStatus {
+        MissionStatus {
+            time_ns: now.0,
+            declared: self.declared().collect(),
+            expected_undeclared: self.declarations.expected_undeclared(&self.orders.terrain, &self.belief),
+            alive: self.alive().collect(),
+            observations: self.inbox.log().len() as u64,
+            digest: self.belief.digest(),
+        }
+    }
+
+    fn receive(&mut self, now: MissionTime, from: Participant, message: &Message, actions: &mut Vec<Action>) {
+        let has_appeared = matches!(from, Participant::Robot(robot) if self.liveness.heard(now, robot));
+        match message {
+            Message::Intent(intent) => {
+                actions.push(Action::Record(Record::Intent(intent.clone())));
+                self.plan(intent, actions);
+            }
+            Message::Heartbeat(heartbeat) => {
+                actions.push(Action::Record(Record::Heartbeat(heartbeat.clone())));
+                self.locate(heartbeat.robot, heartbeat.cell, MissionTime(heartbeat.time_ns), actions);
+                self.plan(&heartbeat.intent, actions);
+            }
+            Message::Observation(_)
+            | Message::LogRequest(_)
+            | Message::LogReply(_)
+            | Message::MissionStatus(_) => {}
+        }
+        let received = self.inbox.receive(now, from, message);
+        self.conflicting += received.conflicting;
+        for (whom, reply) in received.replies {
+            actions.push(Action::Publish(Audience::One(whom), reply));
+        }
+        let has_declared = self.merge(now, &received.new, actions);
+        if has_appeared || has_declared {
+            self.report(now, actions);
+        }
+    }
+
+    /// Takes in observations that were not known; whether anything was declared or withdrawn.
+    fn merge(
+        &mut self,
+        now: MissionTime,
+        observations: &[Arc<Observation>],
+        actions: &mut Vec<Action>,
+    ) -> bool {
+        for observation in observations {
+            actions.push(Action::Record(Record::Observation(Arc::clone(observation))));
+            self.locate(observation.robot, observation.from, MissionTime(observation.time_ns), actions);
+            for reading in &observation.readings {
+                self.belief.add(reading);
+            }
+        }
+        let readings = observations.iter().flat_map(|observation| &observation.readings);
+        self.declarations.review(now, &self.belief, readings.map(|reading| reading.cell))
+    }
+
+    fn locate(&mut self, robot: RobotId, cell: Cell, time: MissionTime, actions: &mut Vec<Action>) {
+        if self.tracks.at(robot, cell, time) {
+            actions.push(Action::Record(Record::Pose { robot, cell, time }));
+        }
+    }
+
+    fn plan(&mut self, intent: &Intent, actions: &mut Vec<Action>) {
+        if self.tracks.plans(intent) {
+            actions.push(Action::Record(Record::Plan { robot: intent.robot, path: intent.path.clone() }));
+        }
+    }
+
+    fn lose(&mut self, robot: RobotId, actions: &mut Vec<Action>) {
+        if self.tracks.lapses(robot) {
+            actions.push(Action::Record(Record::Plan { robot, path: Vec::new() }));
+        }
+    }
+
+    fn wake(&mut self, now: MissionTime, actions: &mut Vec<Action>) {
+        let lost = self.liveness.lose_silent(now);
+        for &robot in &lost {
+            self.lose(robot, actions);
+        }
+        if now >= self.next_status || !lost.is_empty() {
+            self.report(now, actions);
+        }
+        if now >= self.next_belief {
+            self.snapshot(now, actions);
+        }
+    }
+
+    fn report(&mut self, now: MissionTime, actions: &mut Vec<Action>) {
+        self.next_status = now + self.orders.heartbeat;
+        let status = self.status(now);
+        actions.push(Action::Record(Record::Status(status.clone())));
+        actions.push(Action::Publish(Audience::All, Message::MissionStatus(status)));
+    }
+
+    fn snapshot(&mut self, now: MissionTime, actions: &mut Vec<Action>) {
+        self.next_belief = now + self.orders.belief_period;
+        actions.push(Action::Record(Record::Belief(Arc::new(self.belief.clone()))));
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,250 @@
+use dragnet_proto::message::{Activity, LogReply, LogRequest};
+use dragnet_search::evidence::{Digest, Reading};
+use dragnet_search::observation::Version;
+
+use super::*;
+
+const SECOND: Duration = Duration::from_secs(1);
+const ONE: RobotId = RobotId(1);
+const TWO: RobotId = RobotId(2);
+
+fn at(seconds: u64) -> MissionTime {
+    MissionTime::START + Duration::from_secs(seconds)
+}
+
+fn terrain() -> Arc<Terrain> {
+    Arc::new(Terrain::from_ascii("....\n....", 10.0).unwrap())
+}
+
+fn cell(number: u32) -> Cell {
+    terrain().grid().cell_numbered(number).unwrap()
+}
+
+/// Status every second, lost after 5, belief every 3.
+fn mission() -> Mission {
+    let terrain = terrain();
+    Mission::new(MissionOrders {
+        prior: Belief::uniform(&terrain, 0.1).unwrap(),
+        terrain,
+        tau: 0.95,
+        robots: vec![ONE, TWO],
+        heartbeat: SECOND,
+        lost_after: 5 * SECOND,
+        belief_period: 3 * SECOND,
+    })
+}
+
+/// What a robot saw in a cell: log-odds that the reading adds, nats.
+fn observation(robot: RobotId, sequence: u64, seen: u32, nats: f32) -> Arc<Observation> {
+    let readings = vec![Reading { cell: cell(seen), value: 0.5 + nats, variance: 1.0 }];
+    let time_ns = at(sequence).0;
+    Arc::new(Observation { robot, sequence, time_ns, from: cell(0), readings })
+}
+
+fn intent(robot: RobotId, decision: u64, path: std::ops::Range<u32>) -> Intent {
+    Intent { robot, decision, time_ns: 0, path: path.map(cell).collect() }
+}
+
+fn heartbeat(robot: RobotId, now: MissionTime, versions: Vec<Version>) -> Message {
+    Message::Heartbeat(Heartbeat {
+        robot,
+        time_ns: now.0,
+        activity: Activity::Searching,
+        cell: cell(0),
+        path_meters: 0.0,
+        intent: intent(robot, 1, 1..4),
+        versions,
+        digest: Digest(0),
+    })
+}
+
+fn hear(mission: &mut Mission, now: MissionTime, from: RobotId, message: Message) -> Vec<Action> {
+    mission.handle(now, Event::Received { from: Participant::Robot(from), message })
+}
+
+fn see(mission: &mut Mission, now: MissionTime, observation: &Arc<Observation>) -> Vec<Action> {
+    hear(mission, now, observation.robot, Message::Observation(Arc::clone(observation)))
+}
+
+/// Statuses published; each is recorded as well.
+fn statuses(actions: &[Action]) -> Vec<&MissionStatus> {
+    let recorded =
+        actions.iter().filter(|action| matches!(action, Action::Record(Record::Status(_)))).count();
+    let published: Vec<&MissionStatus> = actions
+        .iter()
+        .filter_map(|action| match action {
+            Action::Publish(Audience::All, Message::MissionStatus(status)) => Some(status),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(published.len(), recorded);
+    published
+}
+
+fn observations(actions: &[Action]) -> Vec<(RobotId, u64)> {
+    let records = actions.iter().filter_map(|action| match action {
+        Action::Record(Record::Observation(observation)) => Some((observation.robot, observation.sequence)),
+        _ => None,
+    });
+    records.collect()
+}
+
+fn plans(actions: &[Action]) -> Vec<(RobotId, usize)> {
+    let records = actions.iter().filter_map(|action| match action {
+        Action::Record(Record::Plan { robot, path }) => Some((*robot, path.len())),
+        _ => None,
+    });
+    records.collect()
+}
+
+#[test]
+fn an_object_is_declared_and_withdrawn_and_each_is_published_at_once() {
+    let mut mission = mission();
+    see(&mut mission, at(0), &observation(ONE, 0, 5, 0.0));
+    let declaring = see(&mut mission, at(1), &observation(ONE, 1, 5, 6.0));
+    let [status] = statuses(&declaring)[..] else { panic!("{declaring:?}") };
+    let [object] = status.declared[..] else { panic!("{status:?}") };
+    assert_eq!((object.cell, object.time_ns), (cell(5), at(1).0));
+    assert!(object.probability > 0.95);
+    assert!((status.expected_undeclared - 0.7).abs() < 1e-9, "seven cells of a tenth are left");
+
+    let wavering = see(&mut mission, at(2), &observation(TWO, 0, 5, -2.0));
+    assert_eq!(statuses(&wavering).len(), 1, "robot two is new");
+    assert_eq!(mission.declared().count(), 1);
+    let withdrawing = see(&mut mission, at(3), &observation(TWO, 1, 5, -2.5));
+    let [status] = statuses(&withdrawing)[..] else { panic!("{withdrawing:?}") };
+    assert_eq!(status.declared, []);
+    assert!(statuses(&see(&mut mission, at(4), &observation(TWO, 2, 5, -1.0))).is_empty());
+}
+
+#[test]
+fn a_gap_is_repaired_by_another_robot_and_each_observation_counts_once() {
+    let mut mission = mission();
+    let seen: Vec<_> = (0..3).map(|sequence| observation(ONE, sequence, 2, 1.0)).collect();
+    see(&mut mission, at(0), &seen[0]);
+    let actions = see(&mut mission, at(2), &seen[2]);
+    let request = LogRequest { from: Participant::Coordinator, of: ONE, first: 1 };
+    let asks = |whom| Action::Publish(Audience::One(Participant::Robot(whom)), Message::LogRequest(request));
+    assert!(actions.contains(&asks(ONE)), "{actions:?}");
+
+    mission.handle(at(3), Event::Lost(ONE));
+    let versions = vec![Version { robot: ONE, next: 3 }];
+    let actions = hear(&mut mission, at(3), TWO, heartbeat(TWO, at(3), versions));
+    assert!(actions.contains(&asks(TWO)), "{actions:?}");
+
+    let reply = Message::LogReply(LogReply { observations: seen[1..].to_vec() });
+    let actions = hear(&mut mission, at(4), TWO, reply.clone());
+    assert_eq!(observations(&actions), [(ONE, 1)], "the third is known");
+    assert_eq!(observations(&hear(&mut mission, at(4), TWO, reply)), []);
+    assert_eq!(mission.alive().collect::<Vec<_>>(), [TWO], "who is quoted is not heard");
+
+    let mut expected = Belief::uniform(&terrain(), 0.1).unwrap();
+    seen.iter().flat_map(|observation| &observation.readings).for_each(|reading| expected.add(reading));
+    assert_eq!(mission.belief(), &expected);
+    assert_eq!(mission.status(at(4)).observations, 3);
+}
+
+#[test]
+fn any_order_of_messages_leads_to_the_same_belief() {
+    let seen: Vec<_> = [ONE, TWO]
+        .into_iter()
+        .flat_map(|robot| (0..8).map(move |step| observation(robot, u64::from(step), step, 0.3)))
+        .collect();
+    let (mut forward, mut backward) = (mission(), mission());
+    for (first, last) in seen.iter().zip(seen.iter().rev()) {
+        see(&mut forward, at(1), first);
+        see(&mut backward, at(1), last);
+    }
+    assert_eq!(forward.belief().digest(), backward.belief().digest());
+    assert_ne!(forward.belief().digest(), mission().belief().digest());
+}
+
+#[test]
+fn whoever_asks_gets_what_a_lost_robot_saw() {
+    let mut mission = mission();
+    let seen = observation(ONE, 0, 2, 1.0);
+    see(&mut mission, at(0), &seen);
+    mission.handle(at(1), Event::Lost(ONE));
+    let request = LogRequest { from: Participant::Robot(TWO), of: ONE, first: 0 };
+    let actions = hear(&mut mission, at(2), TWO, Message::LogRequest(request));
+    let reply = Message::LogReply(LogReply { observations: vec![seen] });
+    assert!(actions.contains(&Action::Publish(Audience::One(Participant::Robot(TWO)), reply)));
+}
+
+#[test]
+fn a_robot_is_lost_in_silence_or_by_leaving_and_returns() {
+    let mut mission = mission();
+    let alive = |actions: &[Action]| statuses(actions).pop().map(|status| status.alive.clone());
+    assert_eq!(alive(&hear(&mut mission, at(0), ONE, heartbeat(ONE, at(0), vec![]))), Some(vec![ONE]));
+    assert_eq!(alive(&hear(&mut mission, at(0), TWO, heartbeat(TWO, at(0), vec![]))), Some(vec![ONE, TWO]));
+    assert_eq!(alive(&hear(&mut mission, at(3), ONE, heartbeat(ONE, at(3), vec![]))), None);
+
+    let actions = mission.handle(at(6), Event::Woke);
+    assert_eq!(alive(&actions), Some(vec![ONE]), "robot two was silent");
+    assert_eq!(plans(&actions), [(TWO, 0)], "its plan lapses");
+
+    let actions = mission.handle(at(6), Event::Lost(ONE));
+    assert_eq!((alive(&actions), plans(&actions)), (Some(vec![]), vec![(ONE, 0)]));
+    assert_eq!(mission.handle(at(6), Event::Lost(ONE)), [], "nobody is lost twice");
+
+    let actions = hear(&mut mission, at(7), TWO, heartbeat(TWO, at(7), vec![]));
+    assert_eq!((alive(&actions), plans(&actions)), (Some(vec![TWO]), vec![(TWO, 3)]));
+}
+
+#[test]
+fn a_status_comes_every_heartbeat_and_the_belief_at_its_period_and_at_the_end() {
+    let mut mission = mission();
+    let mut told = Vec::new();
+    while mission.wake_at() <= at(6) {
+        let now = mission.wake_at();
+        let actions = mission.handle(now, Event::Woke);
+        let has_belief = actions.iter().any(|action| matches!(action, Action::Record(Record::Belief(_))));
+        told.push((now, statuses(&actions).len(), has_belief));
+    }
+    let expected: Vec<_> = (1..=6).map(|second| (at(second), 1, second % 3 == 0)).collect();
+    assert_eq!(told, expected);
+
+    see(&mut mission, at(7), &observation(ONE, 0, 5, 6.0));
+    let actions = mission.handle(at(7), Event::Finished);
+    let last = Action::Record(Record::Belief(Arc::new(mission.belief().clone())));
+    assert!(actions.contains(&last));
+    assert_eq!(statuses(&actions)[0].declared.len(), 1);
+}
+
+#[test]
+fn a_pose_is_recorded_when_a_robot_moves_and_a_late_message_moves_none_back() {
+    let mut mission = mission();
+    let moved = |mission: &mut Mission, sequence, number| {
+        let mut seen = Arc::unwrap_or_clone(observation(ONE, sequence, 0, 0.0));
+        seen.from = cell(number);
+        let actions = see(mission, at(9), &Arc::new(seen));
+        let poses = actions.into_iter().filter_map(|action| match action {
+            Action::Record(Record::Pose { cell, time, .. }) => Some((cell.number(), time)),
+            _ => None,
+        });
+        poses.collect::<Vec<_>>()
+    };
+    assert_eq!(moved(&mut mission, 0, 0), [(0, at(0))]);
+    assert_eq!(moved(&mut mission, 2, 2), [(2, at(2))]);
+    assert_eq!(moved(&mut mission, 1, 1), []);
+    assert_eq!(moved(&mut mission, 3, 2), []);
+}
+
+#[test]
+fn what_the_prior_is_sure_of_is_declared_from_the_start() {
+    let terrain = terrain();
+    let mut probability = vec![0.1; 8];
+    probability[3] = 0.99;
+    let prior = Belief::new(&terrain, &probability).unwrap();
+    let mission = Mission::new(MissionOrders { prior, ..mission().orders });
+    assert_eq!(mission.declared().map(|object| object.cell).collect::<Vec<_>>(), [cell(3)]);
+}
+
+#[test]
+fn a_robot_that_reuses_numbers_is_noticed() {
+    let mut mission = mission();
+    see(&mut mission, at(0), &observation(ONE, 0, 2, 1.0));
+    let before = mission.belief().digest();
+    assert_eq!(observations(&see(&mut mission, at(1), &observation(ONE, 0, 3, 1.0))), []);
+    assert_eq!((mission.conflicting(), mission.belief().digest()), (1, before));
+}

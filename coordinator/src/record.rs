@@ -1,0 +1,243 @@
+//! The recording: everything that the mission tells, as an MCAP file that ROS 2 tools and viewers read.
+//!
+//! ```text
+//! /map                       the ground, once
+//! /belief                    in percent, at the start and periodically
+//! /belief/probability        the same, as it is
+//! /tf, /robots/<robot>/pose  where robots are, when they move
+//! /robots/<robot>/path       their plans, when they change
+//! /robots/<robot>/{observation,intent,heartbeat}
+//! /objects                   each declaration of an object
+//! /mission/status            with all that is declared
+//! ```
+//!
+//! The scenario is attached as `scenario.toml`; metadata `run` says at the start how the run was made, metadata
+//! `summary` at the end how it went. Messages are logged at the mission time at which the coordinator knew them and
+//! carry as their publishing time that of whoever sent them. The same records make the same bytes.
+
+pub(crate) mod topic;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::File;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use dragnet_proto::cdr;
+use dragnet_proto::convert::viewer::Viewer;
+use dragnet_proto::message::{Detection, MissionStatus};
+use dragnet_proto::schema::RosMessage;
+use dragnet_proto::time::MissionTime;
+use dragnet_proto::wire::dragnet as wire;
+use dragnet_search::belief::Belief;
+use dragnet_search::cell::Cell;
+use dragnet_search::observation::RobotId;
+use dragnet_search::terrain::Terrain;
+use mcap::records::{AttachmentHeader, MessageHeader};
+use mcap::write::Metadata;
+
+use self::topic::{RobotTopic, Topic};
+use crate::mcap_file::RecordingError;
+use crate::mcap_file::write::McapWriter;
+use crate::mission::Record;
+
+/// Name of the attachment that holds the scenario.
+pub const SCENARIO_ATTACHMENT: &str = "scenario.toml";
+/// Name of the metadata that say how the run was made.
+pub const RUN_METADATA: &str = "run";
+/// Name of the metadata that say how the run went.
+pub const SUMMARY_METADATA: &str = "summary";
+
+/// A crash loses at most what was recorded in so much mission time.
+pub const FLUSH_PERIOD: Duration = Duration::from_secs(1);
+
+const PROFILE: &str = "ros2";
+const LIBRARY: &str = concat!("dragnet ", env!("CARGO_PKG_VERSION"));
+
+/// What a recording begins with.
+#[derive(Clone, Debug)]
+pub struct Header {
+    /// The mission's start, Unix time, nanoseconds.
+    pub start_unix_ns: i64,
+    /// The map.
+    pub terrain: Arc<Terrain>,
+    /// What is believed before any reading.
+    pub prior: Belief,
+    /// The text of the scenario file.
+    pub scenario: String,
+    /// How the run was made: scenario, seed, commit, version, policy.
+    pub run: BTreeMap<String, String>,
+}
+
+/// Writes one recording. One that is dropped is finished, without a summary.
+pub struct Recorder {
+    file: McapWriter<File>,
+    start_unix_ns: i64,
+    terrain: Arc<Terrain>,
+    channels: BTreeMap<Topic, Channel>,
+    /// Cells and times, nanoseconds, of what was declared at the last status.
+    declared: BTreeSet<(Cell, u64)>,
+    next_flush: MissionTime,
+}
+
+#[derive(Clone, Copy)]
+struct Channel {
+    id: u16,
+    /// Messages so far.
+    messages: u32,
+}
+
+/// When a message was known to the coordinator, and to whoever sent it.
+#[derive(Clone, Copy)]
+struct Times {
+    logged: MissionTime,
+    published: MissionTime,
+}
+
+impl Recorder {
+    /// Creates the file and writes what it begins with.
+    ///
+    /// # Errors
+    /// If something is there already, or nothing can be written there.
+    pub fn create(path: &Path, header: Header) -> Result<Self, RecordingError> {
+        let mut recorder = Self {
+            file: McapWriter::create(path, PROFILE, LIBRARY)?,
+            start_unix_ns: header.start_unix_ns,
+            terrain: header.terrain,
+            channels: BTreeMap::new(),
+            declared: BTreeSet::new(),
+            next_flush: MissionTime::START + FLUSH_PERIOD,
+        };
+        let start = MissionTime::START;
+        let metadata = Metadata { name: RUN_METADATA.into(), metadata: header.run };
+        recorder.file.metadata(&metadata)?;
+        recorder.attach(SCENARIO_ATTACHMENT, "application/toml", header.scenario.as_bytes())?;
+        let map = recorder.viewer().terrain(start);
+        recorder.put(Topic::Map, Times { logged: start, published: start }, &map)?;
+        recorder.put_belief(start, &header.prior)?;
+        recorder.file.flush()?;
+        Ok(recorder)
+    }
+
+    /// Writes a record of the mission.
+    ///
+    /// # Errors
+    /// If it cannot be written, as when the disk is full. What was flushed before stays readable, but nothing more
+    /// can be recorded.
+    pub fn record(&mut self, now: MissionTime, record: &Record) -> Result<(), RecordingError> {
+        let at = |time_ns| Times { logged: now, published: MissionTime(time_ns) };
+        match record {
+            Record::Observation(observation) => {
+                let topic = Topic::Robot(observation.robot, RobotTopic::Observation);
+                self.put(topic, at(observation.time_ns), &wire::Observation::from(&**observation))?;
+            }
+            Record::Intent(intent) => {
+                let topic = Topic::Robot(intent.robot, RobotTopic::Intent);
+                self.put(topic, at(intent.time_ns), &wire::Intent::from(intent))?;
+            }
+            Record::Heartbeat(heartbeat) => {
+                let topic = Topic::Robot(heartbeat.robot, RobotTopic::Heartbeat);
+                self.put(topic, at(heartbeat.time_ns), &wire::Heartbeat::from(heartbeat))?;
+            }
+            Record::Pose { robot, cell, time } => self.put_pose(at(time.0), *robot, *cell)?,
+            Record::Plan { robot, path } => {
+                let path = self.viewer().path(path, now);
+                self.put(Topic::Robot(*robot, RobotTopic::Path), at(now.0), &path)?;
+            }
+            Record::Status(status) => self.put_status(now, status)?,
+            Record::Belief(belief) => self.put_belief(now, belief)?,
+        }
+        self.tick(now)
+    }
+
+    /// Flushes if it is time to. Each record does this; a caller that may have none for long does it in between.
+    ///
+    /// # Errors
+    /// As [`Recorder::record`].
+    pub fn tick(&mut self, now: MissionTime) -> Result<(), RecordingError> {
+        if now < self.next_flush {
+            return Ok(());
+        }
+        self.next_flush = now + FLUSH_PERIOD;
+        self.file.flush()
+    }
+
+    /// Writes how the run went, and ends the file.
+    ///
+    /// # Errors
+    /// As [`Recorder::record`].
+    pub fn finish(mut self, summary: BTreeMap<String, String>) -> Result<(), RecordingError> {
+        self.file.metadata(&Metadata { name: SUMMARY_METADATA.into(), metadata: summary })?;
+        self.file.finish()
+    }
+
+    fn viewer(&self) -> Viewer<'_> {
+        Viewer::new(&self.terrain, self.start_unix_ns)
+    }
+
+    fn attach(&mut self, name: &str, media_type: &str, data: &[u8]) -> Result<(), RecordingError> {
+        let start = self.unix_ns(MissionTime::START);
+        let header = AttachmentHeader {
+            log_time: start,
+            create_time: start,
+            name: name.into(),
+            media_type: media_type.into(),
+        };
+        self.file.attach(&header, data)
+    }
+
+    fn put_belief(&mut self, now: MissionTime, belief: &Belief) -> Result<(), RecordingError> {
+        let times = Times { logged: now, published: now };
+        let percent = self.viewer().belief(belief, now);
+        self.put(Topic::Belief, times, &percent)?;
+        let probability = self.viewer().probability(belief, now);
+        self.put(Topic::BeliefProbability, times, &probability)
+    }
+
+    fn put_pose(&mut self, times: Times, robot: RobotId, cell: Cell) -> Result<(), RecordingError> {
+        let pose = self.viewer().pose(cell, times.published);
+        self.put(Topic::Robot(robot, RobotTopic::Pose), times, &pose)?;
+        let transform = self.viewer().map_from_robot(robot, cell, times.published);
+        self.put(Topic::Transforms, times, &transform)
+    }
+
+    /// Objects declared since the last status are told once each.
+    fn put_status(&mut self, now: MissionTime, status: &MissionStatus) -> Result<(), RecordingError> {
+        let times = Times { logged: now, published: MissionTime(status.time_ns) };
+        let name = |object: &Detection| (object.cell, object.time_ns);
+        let before = std::mem::replace(&mut self.declared, status.declared.iter().map(name).collect());
+        for object in status.declared.iter().filter(|object| !before.contains(&name(object))) {
+            self.put(Topic::Objects, times, &wire::Detection::from(object))?;
+        }
+        self.put(Topic::MissionStatus, times, &wire::MissionStatus::from(status))
+    }
+
+    fn put<T: RosMessage>(&mut self, topic: Topic, times: Times, message: &T) -> Result<(), RecordingError> {
+        let channel = self.channel::<T>(topic)?;
+        let header = MessageHeader {
+            channel_id: channel.id,
+            sequence: channel.messages,
+            log_time: self.unix_ns(times.logged),
+            publish_time: self.unix_ns(times.published),
+        };
+        self.file.message(&header, &cdr::encode(message))
+    }
+
+    /// The channel of a topic, with the number of its next message.
+    fn channel<T: RosMessage>(&mut self, topic: Topic) -> Result<Channel, RecordingError> {
+        let known = if let Some(&known) = self.channels.get(&topic) {
+            known
+        } else {
+            let schema = (T::NAME, &*T::schema());
+            Channel { id: self.file.add_topic(&topic.to_string(), schema, &topic.metadata())?, messages: 0 }
+        };
+        self.channels.insert(topic, Channel { messages: known.messages.wrapping_add(1), ..known });
+        Ok(known)
+    }
+
+    /// MCAP counts from 1970 on.
+    fn unix_ns(&self, time: MissionTime) -> u64 {
+        let unix_ns = i128::from(self.start_unix_ns) + i128::from(time.0);
+        u64::try_from(unix_ns.max(0)).unwrap_or(u64::MAX)
+    }
+}

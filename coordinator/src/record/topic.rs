@@ -1,0 +1,120 @@
+//! The topics of a recording.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use dragnet_search::observation::RobotId;
+
+/// Where a message stands in a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Topic {
+    /// The ground, `nav_msgs/msg/OccupancyGrid`.
+    Map,
+    /// The belief in percent, `nav_msgs/msg/OccupancyGrid`.
+    Belief,
+    /// The belief, `foxglove_msgs/msg/Grid`.
+    BeliefProbability,
+    /// Where robots are, `tf2_msgs/msg/TFMessage`.
+    Transforms,
+    /// Each declaration of an object, `dragnet_msgs/msg/Detection`.
+    Objects,
+    /// `dragnet_msgs/msg/MissionStatus`.
+    MissionStatus,
+    /// Of one robot.
+    Robot(RobotId, RobotTopic),
+}
+
+/// What is recorded of each robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum RobotTopic {
+    /// `geometry_msgs/msg/PoseStamped`.
+    Pose,
+    /// The plan, `nav_msgs/msg/Path`.
+    Path,
+    /// `dragnet_msgs/msg/Observation`.
+    Observation,
+    /// `dragnet_msgs/msg/Intent`.
+    Intent,
+    /// `dragnet_msgs/msg/Heartbeat`.
+    Heartbeat,
+}
+
+impl Topic {
+    const ROBOTS: &str = "/robots/";
+    pub(crate) const MISSION_STATUS: &str = "/mission/status";
+
+    /// Metadata of the channel: with which quality of service `ros2 bag play` offers it.
+    pub(crate) fn metadata(self) -> BTreeMap<String, String> {
+        let durability = match self {
+            Self::Map | Self::Belief | Self::BeliefProbability | Self::MissionStatus => TRANSIENT_LOCAL,
+            Self::Transforms | Self::Objects | Self::Robot(..) => VOLATILE,
+        };
+        BTreeMap::from([("offered_qos_profiles".to_owned(), quality_of_service(durability))])
+    }
+}
+
+impl fmt::Display for Topic {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Map => formatter.write_str("/map"),
+            Self::Belief => formatter.write_str("/belief"),
+            Self::BeliefProbability => formatter.write_str("/belief/probability"),
+            Self::Transforms => formatter.write_str("/tf"),
+            Self::Objects => formatter.write_str("/objects"),
+            Self::MissionStatus => formatter.write_str(Self::MISSION_STATUS),
+            Self::Robot(robot, topic) => write!(formatter, "{}{robot}/{}", Self::ROBOTS, topic.name()),
+        }
+    }
+}
+
+impl RobotTopic {
+    const ALL: [Self; 5] = [Self::Pose, Self::Path, Self::Observation, Self::Intent, Self::Heartbeat];
+
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Pose => "pose",
+            Self::Path => "path",
+            Self::Observation => "observation",
+            Self::Intent => "intent",
+            Self::Heartbeat => "heartbeat",
+        }
+    }
+
+    /// The robot and the subject of a topic, if it is a robot's.
+    pub(crate) fn parse(topic: &str) -> Option<(RobotId, Self)> {
+        let (robot, name) = topic.strip_prefix(Topic::ROBOTS)?.split_once('/')?;
+        let topic = Self::ALL.into_iter().find(|topic| topic.name() == name)?;
+        Some((RobotId(robot.parse().ok()?), topic))
+    }
+}
+
+const TRANSIENT_LOCAL: u8 = 1;
+const VOLATILE: u8 = 2;
+
+/// In the numbers of rosbag2's metadata up to version 8, which later versions read too: keep the last of history,
+/// reliable, no deadline, automatic liveliness.
+fn quality_of_service(durability: u8) -> String {
+    let depth = if durability == TRANSIENT_LOCAL { 1 } else { 10 };
+    let forever = "\n    sec: 9223372036\n    nsec: 854775807";
+    format!(
+        "- history: 1\n  depth: {depth}\n  reliability: 1\n  durability: {durability}\n  deadline:{forever}\n  \
+         lifespan:{forever}\n  liveliness: 1\n  liveliness_lease_duration:{forever}\n  \
+         avoid_ros_namespace_conventions: false"
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_robots_topic_says_whose_it_is() {
+        for topic in RobotTopic::ALL {
+            let text = Topic::Robot(RobotId(12), topic).to_string();
+            assert_eq!(RobotTopic::parse(&text), Some((RobotId(12), topic)), "{text}");
+        }
+        for none in ["/belief", "/robots/1", "/robots/x/pose", "/robots/1/pose/x", "robots/1/pose"] {
+            assert_eq!(RobotTopic::parse(none), None, "{none}");
+        }
+    }
+}

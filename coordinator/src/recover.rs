@@ -1,0 +1,113 @@
+//! Mends a recording that was cut off: all that is whole goes into a new file that ends as it should.
+
+use std::collections::BTreeSet;
+use std::fmt;
+use std::fs;
+use std::path::Path;
+
+use mcap::records::Record;
+use mcap::write::Metadata;
+use serde::Serialize;
+
+use crate::mcap_file::read::McapReader;
+use crate::mcap_file::write::McapWriter;
+use crate::mcap_file::{Ending, RecordingError};
+
+/// What was recovered, and where it stopped.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Recovered {
+    /// How the recording ended.
+    pub ending: Ending,
+    /// Its size, bytes.
+    pub file_bytes: u64,
+    /// Up to where it is whole, bytes.
+    pub readable_bytes: u64,
+    /// Messages copied.
+    pub messages: u64,
+    /// Messages left out since their topic is unknown.
+    pub messages_without_topic: u64,
+    /// Attached files copied.
+    pub attachments: u64,
+    /// Metadata copied.
+    pub metadata: u64,
+}
+
+/// Copies all that is whole in one recording, messages, definitions, attached files and metadata, to a new one.
+///
+/// # Errors
+/// If the one cannot be read or is no MCAP file; if the other exists already, as the recording itself does, or cannot
+/// be written: then nothing is left of it.
+pub fn recover(from: &Path, to: &Path) -> Result<Recovered, RecordingError> {
+    let reader = McapReader::open(from)?;
+    let header = reader.header();
+    let writer = McapWriter::create(to, &header.profile, &header.library)?;
+    let recovered = copy(reader, writer);
+    if recovered.is_err() {
+        // What failed is told; that its remains cannot be removed either tells nothing more.
+        let _ = fs::remove_file(to);
+    }
+    recovered
+}
+
+fn copy<R: std::io::Read>(
+    mut reader: McapReader<R>,
+    mut writer: McapWriter<fs::File>,
+) -> Result<Recovered, RecordingError> {
+    let mut recovered = Recovered {
+        ending: Ending::CutOff,
+        file_bytes: reader.length(),
+        readable_bytes: 0,
+        messages: 0,
+        messages_without_topic: 0,
+        attachments: 0,
+        metadata: 0,
+    };
+    let mut channels = BTreeSet::new();
+    for record in &mut reader {
+        match record? {
+            Record::Schema { header, data } => writer.copy_schema(&header, &data)?,
+            Record::Channel(channel) => {
+                writer.copy_channel(&channel)?;
+                channels.insert(channel.id);
+            }
+            Record::Message { header, data } if channels.contains(&header.channel_id) => {
+                writer.message(&header, &data)?;
+                recovered.messages += 1;
+            }
+            Record::Message { .. } => recovered.messages_without_topic += 1,
+            Record::Attachment { header, data, .. } => {
+                writer.attach(&header, &data)?;
+                recovered.attachments += 1;
+            }
+            Record::Metadata(Metadata { name, metadata }) => {
+                writer.metadata(&Metadata { name, metadata })?;
+                recovered.metadata += 1;
+            }
+            _ => {}
+        }
+    }
+    writer.finish()?;
+    recovered.ending = reader.ending();
+    recovered.readable_bytes = reader.readable();
+    Ok(recovered)
+}
+
+impl fmt::Display for Recovered {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { messages, attachments, metadata, readable_bytes, file_bytes, .. } = self;
+        write!(
+            formatter,
+            "recovered {messages} messages, {attachments} attachments and {metadata} metadata records from \
+             {readable_bytes} of {file_bytes} bytes; "
+        )?;
+        match &self.ending {
+            Ending::Complete => formatter.write_str("the recording was complete")?,
+            Ending::CutOff => formatter.write_str("there it is cut off")?,
+            Ending::Damaged { reason } => write!(formatter, "there it is damaged: {reason}")?,
+        }
+        if self.messages_without_topic > 0 {
+            write!(formatter, "; left out {} messages of unknown topics", self.messages_without_topic)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,101 @@
+//! Tracks: where each robot is and where it goes, from messages that come late, twice or out of order.
+
+use std::collections::BTreeMap;
+
+use dragnet_proto::message::Intent;
+use dragnet_proto::time::MissionTime;
+use dragnet_search::cell::Cell;
+use dragnet_search::observation::RobotId;
+
+/// What is known of one robot.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Track {
+    /// Where it was last, and when by its own clock.
+    pub pose: Option<(Cell, MissionTime)>,
+    /// The plan that it follows; none was heard, or it is lost, without one.
+    pub plan: Option<Intent>,
+}
+
+/// All robots that were ever heard.
+#[derive(Clone, Debug, Default)]
+pub struct Tracks {
+    robots: BTreeMap<RobotId, Track>,
+}
+
+impl Tracks {
+    /// A robot was in a cell at a time; whether that is news.
+    pub fn at(&mut self, robot: RobotId, cell: Cell, time: MissionTime) -> bool {
+        let track = self.robots.entry(robot).or_default();
+        let is_later = track.pose.is_none_or(|(_, known)| time >= known);
+        let has_moved = track.pose.is_none_or(|(known, _)| cell != known);
+        if is_later {
+            track.pose = Some((cell, time));
+        }
+        is_later && has_moved
+    }
+
+    /// A robot's plan; whether it is news: a newer plan, or the same one with less of it left.
+    pub fn plans(&mut self, intent: &Intent) -> bool {
+        let track = self.robots.entry(intent.robot).or_default();
+        let is_news = track.plan.as_ref().is_none_or(|known| {
+            let is_further = intent.decision == known.decision && intent.path.len() < known.path.len();
+            intent.decision > known.decision || is_further
+        });
+        if is_news {
+            track.plan = Some(intent.clone());
+        }
+        is_news
+    }
+
+    /// A robot is lost: its plan lapses; whether there was one to lapse.
+    pub fn lapses(&mut self, robot: RobotId) -> bool {
+        let plan = self.robots.get_mut(&robot).and_then(|track| track.plan.take());
+        plan.is_some_and(|plan| !plan.path.is_empty())
+    }
+
+    /// What is known of each robot, by number.
+    pub fn robots(&self) -> impl Iterator<Item = (RobotId, &Track)> + '_ {
+        self.robots.iter().map(|(&robot, track)| (robot, track))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use dragnet_search::cell::Grid;
+
+    use super::*;
+
+    const ONE: RobotId = RobotId(1);
+
+    fn cell(number: u32) -> Cell {
+        Grid::new(1, 9).unwrap().cell_numbered(number).unwrap()
+    }
+
+    fn intent(decision: u64, path: std::ops::Range<u32>) -> Intent {
+        Intent { robot: ONE, decision, time_ns: 0, path: path.map(cell).collect() }
+    }
+
+    #[test]
+    fn a_pose_that_comes_late_moves_no_robot_back() {
+        let mut tracks = Tracks::default();
+        assert!(tracks.at(ONE, cell(0), MissionTime(0)));
+        assert!(tracks.at(ONE, cell(2), MissionTime(20)));
+        assert!(!tracks.at(ONE, cell(1), MissionTime(10)));
+        assert!(!tracks.at(ONE, cell(2), MissionTime(30)));
+        assert_eq!(tracks.robots().next().unwrap().1.pose, Some((cell(2), MissionTime(30))));
+    }
+
+    #[test]
+    fn a_plan_is_replaced_shrinks_and_lapses() {
+        let mut tracks = Tracks::default();
+        assert!(tracks.plans(&intent(1, 0..5)));
+        assert!(!tracks.plans(&intent(0, 0..2)));
+        assert!(!tracks.plans(&intent(1, 0..5)));
+        assert!(tracks.plans(&intent(1, 3..5)));
+        assert!(tracks.lapses(ONE));
+        assert!(!tracks.lapses(ONE));
+        assert!(tracks.plans(&intent(1, 4..5)), "a robot that returns has a plan again");
+        assert!(tracks.plans(&intent(2, 0..0)));
+        assert!(!tracks.lapses(ONE), "resting is no plan to lapse");
+    }
+}

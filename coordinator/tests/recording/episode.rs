@@ -1,0 +1,172 @@
+//! A small mission, played by hand: two robots, an object, and a false one that is declared and withdrawn.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use dragnet_coordinator::mission::{Action, Event, Mission, MissionOrders, Record};
+use dragnet_coordinator::record::{Header, Recorder};
+use dragnet_proto::message::{Activity, Heartbeat, Intent, Message, Participant};
+use dragnet_proto::time::MissionTime;
+use dragnet_search::belief::Belief;
+use dragnet_search::cell::Cell;
+use dragnet_search::evidence::Reading;
+use dragnet_search::observation::{Observation, RobotId};
+use dragnet_search::terrain::Terrain;
+
+/// Length of the mission, seconds.
+pub(crate) const SECONDS: u64 = 20;
+/// Where the object is.
+pub(crate) const OBJECT: u32 = 17;
+/// Where an object is declared and withdrawn.
+const MIRAGE: u32 = 3;
+const ROBOTS: [RobotId; 2] = [RobotId(1), RobotId(2)];
+
+/// A mission that was played.
+pub(crate) struct Episode {
+    pub(crate) records: Vec<(MissionTime, Record)>,
+    pub(crate) mission: Mission,
+}
+
+pub(crate) fn seconds(seconds: f64) -> MissionTime {
+    MissionTime::START + Duration::from_secs_f64(seconds)
+}
+
+fn terrain() -> Arc<Terrain> {
+    Arc::new(Terrain::from_ascii("......\n..#.~.\n....,.\n......", 30.0).unwrap())
+}
+
+fn prior() -> Belief {
+    Belief::uniform(&terrain(), 0.05).unwrap()
+}
+
+/// What its recording begins with.
+pub(crate) fn header() -> Header {
+    let facts = [("scenario", "by hand"), ("seed", "7"), ("policy", "path")];
+    Header {
+        start_unix_ns: 1_760_000_000_000_000_000,
+        terrain: terrain(),
+        prior: prior(),
+        scenario: "# Süd-West\nseed = 7\n".into(),
+        run: facts.into_iter().map(|(name, value)| (name.into(), value.into())).collect(),
+    }
+}
+
+impl Episode {
+    /// Plays it; the second robot is silent for a while and returns.
+    pub(crate) fn play() -> Self {
+        let mission = Mission::new(MissionOrders {
+            terrain: terrain(),
+            prior: prior(),
+            tau: 0.95,
+            robots: ROBOTS.to_vec(),
+            heartbeat: Duration::from_secs(1),
+            lost_after: Duration::from_secs(4),
+            belief_period: Duration::from_secs(5),
+        });
+        let mut episode = Self { records: Vec::new(), mission };
+        for half in 0..2 * SECONDS {
+            let now = seconds(half as f64 / 2.0);
+            for robot in ROBOTS {
+                episode.tell(now, robot, half);
+            }
+            while episode.mission.wake_at() <= now {
+                episode.handle(episode.mission.wake_at(), Event::Woke);
+            }
+        }
+        episode.handle(seconds(SECONDS as f64), Event::Finished);
+        episode
+    }
+
+    /// What a robot tells in a half second.
+    fn tell(&mut self, now: MissionTime, robot: RobotId, half: u64) {
+        if robot == ROBOTS[1] && (10..24).contains(&half) {
+            return;
+        }
+        let mut say = |message| {
+            self.handle(now, Event::Received { from: Participant::Robot(robot), message });
+        };
+        say(Message::Observation(Arc::new(observation(now, robot, half))));
+        if half.is_multiple_of(6) {
+            say(Message::Intent(intent(now, robot, half)));
+        }
+        if half.is_multiple_of(4) {
+            say(heartbeat(now, robot, half));
+        }
+    }
+
+    fn handle(&mut self, now: MissionTime, event: Event) {
+        for action in self.mission.handle(now, event) {
+            if let Action::Record(record) = action {
+                self.records.push((now, record));
+            }
+        }
+    }
+
+    /// Records it.
+    pub(crate) fn record(&self, path: &Path) {
+        let mut recorder = Recorder::create(path, header()).unwrap();
+        for (now, record) in &self.records {
+            recorder.record(*now, record).unwrap();
+        }
+        let found = self.mission.declared().count().to_string();
+        recorder.finish(BTreeMap::from([("found".into(), found)])).unwrap();
+    }
+
+    /// How many records are so.
+    pub(crate) fn count(&self, is_so: impl Fn(&Record) -> bool) -> u64 {
+        self.records.iter().filter(|(_, record)| is_so(record)).count() as u64
+    }
+}
+
+fn cell(number: u64) -> Cell {
+    let number = u32::try_from(number).unwrap();
+    terrain().grid().cell_numbered(number).unwrap()
+}
+
+/// Robot 1 sees a mirage for some seconds and then that nothing is there; robot 2 sees the object.
+fn observation(now: MissionTime, robot: RobotId, half: u64) -> Observation {
+    let (seen, value) =
+        if robot == ROBOTS[1] { (OBJECT, 1.0) } else { (MIRAGE, if half < 12 { 1.1 } else { -0.25 }) };
+    let readings = [(u64::from(seen), value), (0, 0.125), (23, -0.0625)];
+    let readings = readings.map(|(number, value)| Reading { cell: cell(number), value, variance: 0.5 });
+    let (sequence, from) = (half - if robot == ROBOTS[1] && half >= 24 { 14 } else { 0 }, cell(half / 2 % 6));
+    Observation { robot, sequence, time_ns: now.0, from, readings: readings.to_vec() }
+}
+
+fn intent(now: MissionTime, robot: RobotId, half: u64) -> Intent {
+    Intent { robot, decision: half, time_ns: now.0, path: (0..half % 5).map(cell).collect() }
+}
+
+fn heartbeat(now: MissionTime, robot: RobotId, half: u64) -> Message {
+    Message::Heartbeat(Heartbeat {
+        robot,
+        time_ns: now.0,
+        activity: Activity::Searching,
+        cell: cell(half / 2 % 6),
+        path_meters: half as f64,
+        intent: intent(now, robot, half / 6 * 6),
+        versions: Vec::new(),
+        digest: prior().digest(),
+    })
+}
+
+#[test]
+fn the_episode_meets_a_loss_a_return_and_a_withdrawal() {
+    let episode = Episode::play();
+    let statuses = || {
+        episode.records.iter().filter_map(|(_, record)| match record {
+            Record::Status(status) => Some(status),
+            _ => None,
+        })
+    };
+    let mut alive: Vec<usize> = statuses().map(|status| status.alive.len()).collect();
+    alive.dedup();
+    assert_eq!(alive, [1, 2, 1, 2]);
+    let mut declared: Vec<Vec<u32>> = statuses()
+        .map(|status| status.declared.iter().map(|object| object.cell.number()).collect())
+        .collect();
+    declared.dedup();
+    assert_eq!(declared, [vec![], vec![MIRAGE], vec![MIRAGE, OBJECT], vec![OBJECT]]);
+}

@@ -1,0 +1,144 @@
+//! Settings of a process: who it is, in which mission, where its peers are.
+
+use std::path::{Path, PathBuf};
+
+use dragnet_proto::key::Mission;
+use dragnet_proto::scenario::Scenario;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use crate::LinkError;
+use crate::session::Endpoints;
+
+/// Settings that every process of a mission has.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Common {
+    /// Name of the mission: 1 to 64 of `a-z`, `0-9`, `_` and `-`. Processes of other missions are not heard.
+    pub mission: String,
+    /// The scenario, a TOML file, relative to this one.
+    pub scenario: PathBuf,
+    /// Seed of random choices.
+    #[serde(default)]
+    pub seed: u64,
+    /// The scenario's text, if not as the file has it; files that it names are still relative to that file.
+    #[serde(default)]
+    pub scenario_text: Option<String>,
+    /// Mission seconds a second, above 0.
+    #[serde(default = "one")]
+    pub pace: f64,
+    /// Where this process listens and whom it calls.
+    #[serde(default)]
+    pub zenoh: Endpoints,
+}
+
+/// Settings of one robot's process: `dragnet agent`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AgentConfig {
+    /// The robot's number, from 1.
+    pub robot: u16,
+    /// Who tells the time.
+    #[serde(default)]
+    pub time: TimeSource,
+    /// Whether to leave when standard input closes, as when whoever started this process is gone.
+    #[serde(default)]
+    pub attached: bool,
+    /// What every process has.
+    pub common: Common,
+}
+
+/// Who tells the time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TimeSource {
+    /// The wall clock.
+    #[default]
+    Wall,
+    /// The simulator, event by event.
+    Simulator,
+}
+
+/// Settings of the coordinator's process: `dragnet coordinator`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CoordinatorConfig {
+    /// The recording, a file that does not exist yet, relative to the working directory; nothing is recorded without.
+    #[serde(default)]
+    pub recording: Option<PathBuf>,
+    /// What every process has.
+    pub common: Common,
+}
+
+/// Settings of the simulated world's process: `dragnet sim`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SimConfig {
+    /// Name of the mission, as in [`Common`].
+    pub mission: String,
+    /// Seed of truth, starts and noise.
+    #[serde(default)]
+    pub seed: u64,
+    /// Mission seconds a second, above 0.
+    #[serde(default = "one")]
+    pub pace: f64,
+    /// Where this process listens and whom it calls.
+    #[serde(default)]
+    pub zenoh: Endpoints,
+}
+
+const fn one() -> f64 {
+    1.0
+}
+
+/// Reads settings from a TOML file.
+///
+/// # Errors
+/// If it cannot be read or says what is not allowed: with the key and the place.
+pub fn load<T: DeserializeOwned>(file: &Path) -> Result<T, LinkError> {
+    let failed = |reason: String| LinkError::Settings { file: file.to_owned(), reason };
+    let text = std::fs::read_to_string(file).map_err(|error| failed(error.to_string()))?;
+    let toml = toml::Deserializer::parse(&text).map_err(|error| failed(error.to_string()))?;
+    serde_path_to_error::deserialize(toml)
+        .map_err(|error| failed(format!("{}: {}", error.path(), error.inner())))
+}
+
+/// Settings that have been checked.
+#[derive(Clone, Debug)]
+pub struct Checked {
+    /// The mission.
+    pub mission: Mission,
+    /// The scenario, changed as the settings say.
+    pub scenario: Scenario,
+}
+
+impl Common {
+    /// Checks the settings of a file and loads the scenario.
+    ///
+    /// # Errors
+    /// If a value is not allowed: with its key and what is.
+    pub fn check(&self, file: &Path) -> Result<Checked, LinkError> {
+        let failed = |reason: String| LinkError::Settings { file: file.to_owned(), reason };
+        check_pace(self.pace).map_err(failed)?;
+        let mission = self.mission.parse().map_err(|error| failed(format!("common.mission: {error}")))?;
+        let path = file.parent().unwrap_or(Path::new("")).join(&self.scenario);
+        let scenario = match &self.scenario_text {
+            Some(text) => Scenario::from_text(&path, text.clone()),
+            None => Scenario::load(&path),
+        };
+        let scenario = scenario.map_err(|error| failed(error.to_string()))?;
+        Ok(Checked { mission, scenario })
+    }
+}
+
+/// Whether a pace is one.
+///
+/// # Errors
+/// What is allowed.
+pub fn check_pace(pace: f64) -> Result<(), String> {
+    if pace.is_finite() && (1e-3..=1e4).contains(&pace) {
+        Ok(())
+    } else {
+        Err(format!("pace is {pace}; allowed is from 0.001 to 10000 mission seconds a second"))
+    }
+}

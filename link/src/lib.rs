@@ -1,0 +1,23 @@
+//! Zenoh: the only crate with sockets.
+//!
+//! Minds ([`dragnet_proto::participant::Mind`]) know no network; here they get one.
+//!
+//! - [`session`], [`link`]: how a session is opened, and what a participant says and hears on it;
+//! - [`live`]: a participant driven by the wall clock, as in the field;
+//! - [`lockstep`], [`remote_crew`]: participants driven by the simulator, event by event, over the same messages;
+//! - [`world`]: the simulated world for participants driven by the wall clock;
+//! - [`team`]: a whole team in one call; [`config`], [`serve`]: each part as a process of its own.
+
+pub mod config;
+pub mod link;
+pub mod live;
+pub mod lockstep;
+pub mod remote_crew;
+pub mod serve;
+pub mod session;
+pub mod team;
+pub mod world;
+
+mod error;
+
+pub use error::LinkError;

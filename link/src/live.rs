@@ -1,0 +1,156 @@
+//! A participant driven by the wall clock: what an agent on a vehicle and a coordinator in the field are.
+
+use std::collections::BTreeSet;
+use std::future::Future;
+use std::time::Duration;
+
+use dragnet_proto::message::{Message, Participant};
+use dragnet_proto::participant::{Mind, Reaction, Stimulus};
+use dragnet_proto::time::MissionTime;
+use tokio::sync::mpsc;
+use tokio::time::Instant;
+
+use crate::LinkError;
+use crate::link::{Heard, Link};
+
+/// Mission time by the wall clock.
+#[derive(Clone, Copy, Debug)]
+pub struct Clock {
+    start: Instant,
+    /// Mission seconds a second: 1 in the field.
+    pace: f64,
+}
+
+impl Clock {
+    /// A clock that is at the mission's start now and runs at this pace, above 0.
+    #[must_use]
+    pub fn new(pace: f64) -> Self {
+        Self { start: Instant::now(), pace }
+    }
+
+    /// The time now.
+    #[must_use]
+    pub fn now(&self) -> MissionTime {
+        MissionTime::START + self.start.elapsed().mul_f64(self.pace)
+    }
+
+    /// Sets the clock: it is this time now.
+    pub fn set(&mut self, now: MissionTime) {
+        let since_start = now.since(MissionTime::START).div_f64(self.pace);
+        self.start = Instant::now().checked_sub(since_start).unwrap_or(self.start);
+    }
+
+    /// When it will be this time, on the wall; within a day.
+    #[must_use]
+    pub fn instant(&self, time: MissionTime) -> Instant {
+        let since_start = time.since(MissionTime::START).as_secs_f64() / self.pace;
+        let from_now = (since_start - self.start.elapsed().as_secs_f64()).clamp(0.0, 86_400.0);
+        Instant::now() + Duration::from_secs_f64(from_now)
+    }
+}
+
+/// What a run by the wall clock measured.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Log {
+    /// Computing time of each decision.
+    pub decisions: Vec<Duration>,
+}
+
+/// What a vehicle reports besides messages: its time, if it knows better than this clock, and what happened.
+pub type Report = (Option<MissionTime>, Stimulus<Message>);
+
+/// Runs a mind until `stop` is ready or the network closes. `reports` is what its vehicle says: a coordinator has none.
+///
+/// # Errors
+/// If the mind cannot go on, or the network fails.
+pub async fn run(
+    link: &mut Link,
+    mind: &mut dyn Mind,
+    mut clock: Clock,
+    mut reports: mpsc::Receiver<Report>,
+    stop: impl Future<Output = ()>,
+) -> Result<Log, LinkError> {
+    let mut driver = Driver {
+        mind,
+        published: 0,
+        wake_at: MissionTime(u64::MAX),
+        log: Log::default(),
+        gone: BTreeSet::new(),
+    };
+    driver.experience(link, clock.now(), Stimulus::Start).await?;
+    let mut has_reports = true;
+    tokio::pin!(stop);
+    loop {
+        tokio::select! {
+            () = &mut stop => return Ok(driver.log),
+            heard = link.hear() => match heard {
+                Some(heard) => driver.hear(link, clock.now(), heard).await?,
+                None => return Ok(driver.log),
+            },
+            report = reports.recv(), if has_reports => match report {
+                Some((time, stimulus)) => {
+                    if let Some(time) = time {
+                        clock.set(time);
+                    }
+                    driver.experience(link, clock.now(), stimulus).await?;
+                }
+                None => has_reports = false,
+            },
+            () = tokio::time::sleep_until(clock.instant(driver.wake_at)) => {
+                let now = clock.now().max(driver.wake_at);
+                driver.experience(link, now, Stimulus::Woke).await?;
+            }
+        }
+    }
+}
+
+struct Driver<'a> {
+    mind: &'a mut dyn Mind,
+    /// Messages published.
+    published: u64,
+    wake_at: MissionTime,
+    log: Log,
+    /// Those who left, and have not come back.
+    gone: BTreeSet<Participant>,
+}
+
+impl Driver<'_> {
+    async fn hear(&mut self, link: &Link, now: MissionTime, heard: Heard) -> Result<(), LinkError> {
+        match heard {
+            Heard::Message { from, message, .. } => {
+                self.experience(link, now, Stimulus::Delivered { from, parcel: message }).await?;
+            }
+            Heard::Refused { key, reason } => tracing::warn!("refused what came under {key}: {reason}"),
+            Heard::Came(who) => {
+                let what = if self.gone.remove(&who) { "is back" } else { "is here" };
+                tracing::info!("{who} {what}");
+            }
+            Heard::Left(who) => {
+                self.gone.insert(who);
+                tracing::info!("{who} has left");
+                if let Participant::Robot(robot) = who {
+                    self.experience(link, now, Stimulus::Lost(robot)).await?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    async fn experience(
+        &mut self,
+        link: &Link,
+        now: MissionTime,
+        stimulus: Stimulus<Message>,
+    ) -> Result<(), LinkError> {
+        let reaction = self.mind.experience(now, stimulus);
+        let Reaction { published, wake_at, decision, .. } =
+            reaction.map_err(|error| LinkError::Participant { who: link.me(), reason: error.reason })?;
+        for (audience, message) in published {
+            link.publish(self.published, audience, &message).await?;
+            self.published += 1;
+        }
+        self.wake_at = wake_at;
+        self.log.decisions.extend(decision);
+        Ok(())
+    }
+}

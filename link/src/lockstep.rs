@@ -1,0 +1,186 @@
+//! A participant driven by the simulator: event by event, in simulated time.
+//!
+//! Messages go from peer to peer as in the field. The simulator only says when each arrives, by its number, so that a
+//! run over the network is the same run as in one process.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use dragnet_proto::convert::{self, Codec};
+use dragnet_proto::key::{Mission, Topic};
+use dragnet_proto::message::{Activity, Message, Participant};
+use dragnet_proto::participant::{Mind, Reaction, Stimulus};
+use dragnet_proto::step::{Parcel, Step, StepEvent, StepReply};
+use dragnet_proto::time::MissionTime;
+use dragnet_search::cell::Grid;
+use dragnet_search::evidence::Digest;
+use zenoh::Session;
+use zenoh::handlers::FifoChannelHandler;
+use zenoh::query::{Query, Queryable};
+
+use crate::LinkError;
+use crate::link::{Heard, Link};
+
+/// How long somebody, or a message that has set out, is waited for: wall-clock time.
+pub const PATIENCE: Duration = Duration::from_secs(30);
+
+/// A participant at the simulator's disposal.
+pub struct Puppet<'a> {
+    link: Link,
+    codec: Codec,
+    steps: Queryable<FifoChannelHandler<Query>>,
+    mind: &'a mut dyn Mind,
+    team: Vec<Participant>,
+    /// Messages that came and whose time has not.
+    parcels: BTreeMap<(Participant, u64), Message>,
+    /// Messages published.
+    published: u64,
+}
+
+impl<'a> Puppet<'a> {
+    /// Puts a mind on a session. `team` is everybody who takes part.
+    ///
+    /// # Errors
+    /// If Zenoh refuses.
+    pub async fn new(
+        session: Session,
+        mission: Mission,
+        me: Participant,
+        grid: Grid,
+        team: Vec<Participant>,
+        mind: &'a mut dyn Mind,
+    ) -> Result<Self, LinkError> {
+        let codec = Codec::new(grid);
+        let key = mission.key(Topic::SimStep(me)).to_string();
+        let steps = session.declare_queryable(key).await.map_err(LinkError::zenoh("offer to be driven"))?;
+        let mut link = Link::join(session, mission, me, codec).await?;
+        link.announce().await?;
+        Ok(Self { link, codec, steps, mind, team, parcels: BTreeMap::new(), published: 0 })
+    }
+
+    /// Does what the simulator says until it says that the mission is over.
+    ///
+    /// # Errors
+    /// If the mind cannot go on, or the network fails; the simulator has been told.
+    pub async fn serve(mut self) -> Result<(), LinkError> {
+        loop {
+            let query = self.steps.recv_async().await.map_err(LinkError::zenoh("hear the simulator"))?;
+            let bytes = query.payload().map(|payload| payload.to_bytes().into_owned()).unwrap_or_default();
+            let outcome = match self.codec.decode_step(&bytes) {
+                Ok(Step { event: StepEvent::Finish, .. }) => {
+                    let reply = self.report(Digest(0));
+                    answer(&query, &reply).await?;
+                    return Ok(());
+                }
+                Ok(step) => self.step(step).await,
+                Err(error) => Err(LinkError::Participant { who: self.link.me(), reason: error.to_string() }),
+            };
+            match outcome {
+                Ok(reply) => answer(&query, &reply).await?,
+                Err(error) => {
+                    let reply = StepReply { error: error.to_string(), ..self.report(Digest(0)) };
+                    answer(&query, &reply).await?;
+                    return Err(error);
+                }
+            }
+        }
+    }
+
+    async fn step(&mut self, step: Step) -> Result<StepReply, LinkError> {
+        let stimulus = match step.event {
+            StepEvent::Report | StepEvent::Finish => return Ok(self.report(self.mind.digest())),
+            StepEvent::Start => {
+                self.await_team().await?;
+                Stimulus::Start
+            }
+            StepEvent::Sensed { from, readings } => Stimulus::Sensed { cell: from, readings },
+            StepEvent::Deliver { sender, parcel } => {
+                Stimulus::Delivered { from: sender, parcel: self.parcel(sender, parcel).await? }
+            }
+            StepEvent::Wake => Stimulus::Woke,
+            StepEvent::Lost(robot) => Stimulus::Lost(robot),
+        };
+        let reaction = self.mind.experience(MissionTime(step.time_ns), stimulus);
+        let reaction =
+            reaction.map_err(|error| LinkError::Participant { who: self.link.me(), reason: error.reason })?;
+        self.carry_out(reaction).await
+    }
+
+    /// Who is there has subscribed before; so nothing is published that somebody cannot hear.
+    async fn await_team(&mut self) -> Result<(), LinkError> {
+        for heard in self.link.wait_for(&self.team, PATIENCE).await? {
+            self.keep(heard)?;
+        }
+        Ok(())
+    }
+
+    /// A message that was published, once it is here. A copy stays: it may arrive twice.
+    async fn parcel(&mut self, sender: Participant, number: u64) -> Result<Message, LinkError> {
+        loop {
+            if let Some(message) = self.parcels.get(&(sender, number)) {
+                return Ok(message.clone());
+            }
+            let absent =
+                || LinkError::Absent { who: format!("message {number} of {sender}"), waited: PATIENCE };
+            let heard = tokio::time::timeout(PATIENCE, self.link.hear()).await.map_err(|_| absent())?;
+            self.keep(heard.ok_or_else(absent)?)?;
+        }
+    }
+
+    fn keep(&mut self, heard: Heard) -> Result<(), LinkError> {
+        match heard {
+            Heard::Message { from, number, message } => {
+                self.parcels.insert((from, number), message);
+                Ok(())
+            }
+            Heard::Refused { key, reason } => {
+                tracing::warn!("refused what came under {key}: {reason}");
+                Ok(())
+            }
+            Heard::Came(_) => Ok(()),
+            Heard::Left(who) => {
+                let reason = "it left before the mission was over".to_owned();
+                if self.team.contains(&who) { Err(LinkError::Participant { who, reason }) } else { Ok(()) }
+            }
+        }
+    }
+
+    async fn carry_out(&mut self, reaction: Reaction<Message>) -> Result<StepReply, LinkError> {
+        let mut published = Vec::with_capacity(reaction.published.len());
+        for (to, message) in &reaction.published {
+            let number = self.published;
+            self.published += 1;
+            self.link.publish(number, *to, message).await?;
+            published.push(Parcel { number, kind: message.kind(), to: *to });
+        }
+        Ok(StepReply {
+            published,
+            route: reaction.route,
+            wake_at_ns: Some(reaction.wake_at.0).filter(|&time| time < u64::MAX),
+            activity: reaction.activity,
+            decision_seconds: reaction.decision.map_or(0.0, |time| time.as_secs_f64().max(1e-9)),
+            ..self.report(Digest(0))
+        })
+    }
+
+    fn report(&self, digest: Digest) -> StepReply {
+        StepReply {
+            published: Vec::new(),
+            route: None,
+            wake_at_ns: None,
+            activity: Activity::Searching,
+            decision_seconds: 0.0,
+            digest,
+            observations: self.mind.observations(),
+            error: String::new(),
+        }
+    }
+}
+
+async fn answer(query: &Query, reply: &StepReply) -> Result<(), LinkError> {
+    query
+        .reply(query.key_expr().clone(), convert::encode_step_reply(reply))
+        .express(true)
+        .await
+        .map_err(LinkError::zenoh("answer the simulator"))
+}

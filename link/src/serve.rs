@@ -1,0 +1,150 @@
+//! Each part of a mission as a process of its own: what `dragnet agent`, `dragnet coordinator` and `dragnet sim` do.
+
+use std::collections::BTreeMap;
+use std::future::Future;
+use std::path::Path;
+use std::sync::Arc;
+
+use dragnet_agent::agent::{Agent, Orders};
+use dragnet_proto::convert::Codec;
+use dragnet_proto::message::Participant;
+use dragnet_proto::scenario::Scenario;
+use dragnet_search::observation::RobotId;
+use dragnet_sim::episode::Episode;
+use dragnet_sim::simulation::Spectator;
+use tokio::io::AsyncReadExt;
+use tokio::runtime::Runtime;
+use tokio::signal::unix::{SignalKind, signal};
+use tokio::sync::mpsc;
+
+use crate::LinkError;
+use crate::config::{self, AgentConfig, Checked, CoordinatorConfig, SimConfig, TimeSource};
+use crate::link::Link;
+use crate::live::{self, Clock};
+use crate::lockstep::Puppet;
+use crate::session::open;
+use crate::team::{self, Options};
+use crate::world::{self, WorldServer};
+
+/// Runs one robot until it is told to stop.
+///
+/// # Errors
+/// If the settings are not allowed, or the robot cannot go on.
+pub fn agent(file: &Path) -> Result<(), LinkError> {
+    let config: AgentConfig = config::load(file)?;
+    let Checked { mission, scenario } = config.common.check(file)?;
+    let robot = RobotId(config.robot);
+    let orders =
+        Orders::of_team(&scenario, config.common.seed).into_iter().find(|orders| orders.robot.id == robot);
+    let Some(orders) = orders else {
+        let reason = format!("robot is {robot}; allowed is from 1 to {}", scenario.robots().len());
+        return Err(LinkError::Settings { file: file.to_owned(), reason });
+    };
+    let (who, grid) = (Participant::Robot(robot), scenario.terrain().grid());
+    let mut agent = Agent::new(orders);
+    runtime()?.block_on(async {
+        let session = open(&config.common.zenoh).await?;
+        let stop = until_stopped(config.attached)?;
+        match config.time {
+            TimeSource::Simulator => {
+                let team = team::everybody(&scenario);
+                let puppet = Puppet::new(session, mission, who, grid, team, &mut agent).await?;
+                tokio::select! {
+                    outcome = puppet.serve() => outcome,
+                    () = stop => Ok(()),
+                }
+            }
+            TimeSource::Wall => {
+                let codec = Codec::new(grid);
+                let reports = world::sensor(&session, &mission, robot, codec).await?;
+                let mut link = Link::join(session, mission, who, codec).await?;
+                link.announce().await?;
+                live::run(&mut link, &mut agent, Clock::new(config.common.pace), reports, stop)
+                    .await
+                    .map(|_| ())
+            }
+        }
+    })
+}
+
+/// Runs the coordinator until it is told to stop; then the recording is finished.
+///
+/// # Errors
+/// If the settings are not allowed, or not all could be recorded.
+pub fn coordinator(file: &Path, version: &str) -> Result<(), LinkError> {
+    let config: CoordinatorConfig = config::load(file)?;
+    let Checked { mission, scenario } = config.common.check(file)?;
+    let pace = config.common.pace;
+    let options = Options {
+        recording: config.recording.or_else(|| scenario.recording().file.clone()),
+        pace: Some(pace),
+        version: version.to_owned(),
+        processes: None,
+    };
+    let mut desk = team::recording::desk(&scenario, config.common.seed, &options)?;
+    let codec = Codec::new(scenario.terrain().grid());
+    let clock = Clock::new(pace);
+    runtime()?.block_on(async {
+        let session = open(&config.common.zenoh).await?;
+        let stop = until_stopped(false)?;
+        let mut link = Link::join(session, mission, Participant::Coordinator, codec).await?;
+        link.announce().await?;
+        let (_, no_reports) = mpsc::channel(1);
+        live::run(&mut link, &mut desk, clock, no_reports, stop).await
+    })?;
+    desk.finish(clock.now(), BTreeMap::new())?;
+    Ok(())
+}
+
+/// Runs the simulated world of a scenario for robots elsewhere, until all of them rest.
+///
+/// # Errors
+/// If the settings are not allowed, or a robot does not come.
+pub fn world(
+    scenario: &Scenario,
+    file: &Path,
+    spectator: Spectator<'_>,
+) -> Result<(Episode, u64), LinkError> {
+    let config: SimConfig = config::load(file)?;
+    let failed = |reason| LinkError::Settings { file: file.to_owned(), reason };
+    config::check_pace(config.pace).map_err(failed)?;
+    let mission = config.mission.parse().map_err(|error| failed(format!("mission: {error}")))?;
+    let episode = runtime()?.block_on(async {
+        let session = open(&config.zenoh).await?;
+        let server =
+            WorldServer::open(session, mission, scenario, config.seed, config.pace, spectator).await?;
+        server.run().await
+    })?;
+    Ok((episode, config.seed))
+}
+
+fn runtime() -> Result<Arc<Runtime>, LinkError> {
+    Runtime::new()
+        .map(Arc::new)
+        .map_err(|error| LinkError::Zenoh { what: "start".to_owned(), reason: error.to_string() })
+}
+
+/// Ready when the process is asked to stop: by a signal or, if attached, by its standard input closing.
+fn until_stopped(is_attached: bool) -> Result<impl Future<Output = ()>, LinkError> {
+    let failed = |error: std::io::Error| LinkError::Zenoh {
+        what: "listen for signals".to_owned(),
+        reason: error.to_string(),
+    };
+    let mut interrupt = signal(SignalKind::interrupt()).map_err(failed)?;
+    let mut terminate = signal(SignalKind::terminate()).map_err(failed)?;
+    Ok(async move {
+        let closed = async {
+            let mut byte = [0];
+            if is_attached {
+                while tokio::io::stdin().read(&mut byte).await.is_ok_and(|count| count > 0) {}
+            } else {
+                std::future::pending::<()>().await;
+            }
+        };
+        tokio::select! {
+            _ = interrupt.recv() => {}
+            _ = terminate.recv() => {}
+            () = closed => {}
+        }
+    })
+}

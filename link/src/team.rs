@@ -1,0 +1,128 @@
+//! A whole team in one call: robots, coordinator and simulated world, each on a session of its own.
+
+mod children;
+mod live_run;
+mod lockstep_run;
+pub(crate) mod recording;
+
+use std::path::PathBuf;
+
+use dragnet_proto::key::Mission;
+use dragnet_proto::message::Participant;
+use dragnet_proto::scenario::{Network, Scenario};
+use dragnet_sim::episode::Episode;
+use dragnet_sim::simulation::Spectator;
+use tokio::runtime::Runtime;
+use zenoh::Session;
+
+use crate::LinkError;
+use crate::config::check_pace;
+use crate::session::{Endpoints, free_endpoints, open};
+
+/// How a team is run.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Options {
+    /// A file that does not exist yet, to record the mission in.
+    pub recording: Option<PathBuf>,
+    /// The program `dragnet`, to run each robot in a process of its own.
+    pub processes: Option<PathBuf>,
+    /// Mission seconds a second, by the wall clock; simulated time without.
+    pub pace: Option<f64>,
+    /// Version and commit of this program, for the recording.
+    pub version: String,
+}
+
+/// What a run came to.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// The episode.
+    pub episode: Episode,
+    /// Observations that the coordinator merged.
+    pub observations_merged: u64,
+    /// The recording.
+    pub recording: Option<PathBuf>,
+}
+
+/// Runs a scenario over Zenoh on this machine's loopback interface.
+///
+/// In simulated time the run is a function of scenario, seed and commit: the same recording, byte for byte.
+///
+/// # Errors
+/// If the options do not fit the scenario, a session cannot be opened, a participant fails, or not all could be
+/// recorded.
+pub fn run(
+    scenario: &Scenario,
+    seed: u64,
+    options: &Options,
+    spectator: Spectator<'_>,
+) -> Result<Run, LinkError> {
+    let runtime = Runtime::new()
+        .map_err(|error| LinkError::Zenoh { what: "start".to_owned(), reason: error.to_string() })?;
+    match options.pace {
+        None => lockstep_run::run(&runtime, scenario, seed, options, spectator),
+        Some(pace) => {
+            check_pace(pace).map_err(LinkError::Unsupported)?;
+            if *scenario.network() != Network::default() {
+                let why = "[network] faults are simulated in simulated time only: run without a pace, or remove them";
+                return Err(LinkError::Unsupported(why.to_owned()));
+            }
+            runtime.block_on(live_run::run(scenario, seed, pace, options, spectator))
+        }
+    }
+}
+
+/// Everybody in a scenario: robots by number, then the coordinator.
+pub(crate) fn everybody(scenario: &Scenario) -> Vec<Participant> {
+    let robots = scenario.robots().iter().map(|robot| Participant::Robot(robot.id));
+    robots.chain([Participant::Coordinator]).collect()
+}
+
+/// The mission's name on the network.
+fn mission(scenario: &Scenario) -> Result<Mission, LinkError> {
+    let name = scenario.name().to_ascii_lowercase();
+    name.parse().map_err(|error| LinkError::Unsupported(format!("mission name {name:?}: {error}")))
+}
+
+/// Where each session listens, and that it calls all before it: a mesh in which each pair has one connection.
+struct Mesh {
+    /// One a session.
+    listen: Vec<String>,
+    config: Option<PathBuf>,
+}
+
+impl Mesh {
+    fn new(scenario: &Scenario) -> Result<Self, LinkError> {
+        let sessions = scenario.robots().len() + 2;
+        let config = scenario.zenoh_config().map(std::path::Path::to_owned);
+        Ok(Self { listen: free_endpoints(sessions)?, config })
+    }
+
+    /// Of the simulated world.
+    fn world(&self) -> Endpoints {
+        self.endpoints(0)
+    }
+
+    /// Of a participant.
+    fn participant(&self, who: Participant) -> Endpoints {
+        match who {
+            Participant::Coordinator => self.endpoints(1),
+            Participant::Robot(robot) => self.endpoints(usize::from(robot.0) + 1),
+        }
+    }
+
+    fn endpoints(&self, place: usize) -> Endpoints {
+        Endpoints {
+            listen: vec![self.listen[place].clone()],
+            connect: self.listen[..place].to_vec(),
+            config: self.config.clone(),
+        }
+    }
+
+    async fn open_world(&self) -> Result<Session, LinkError> {
+        open(&self.world()).await
+    }
+
+    async fn open_participant(&self, who: Participant) -> Result<Session, LinkError> {
+        open(&self.participant(who)).await
+    }
+}

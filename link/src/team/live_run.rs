@@ -1,0 +1,88 @@
+//! A team by the wall clock: everybody runs as in the field, but for the world.
+
+use dragnet_agent::agent::{Agent, Orders};
+use dragnet_coordinator::desk::Desk;
+use dragnet_proto::convert::Codec;
+use dragnet_proto::message::Participant;
+use dragnet_proto::participant::Mind;
+use dragnet_proto::scenario::Scenario;
+use dragnet_sim::simulation::Spectator;
+use tokio::sync::{mpsc, watch};
+use tokio::task::JoinHandle;
+
+use super::children::{Brief, Children};
+use super::{Mesh, Options, Run, mission, recording};
+use crate::LinkError;
+use crate::config::TimeSource;
+use crate::link::Link;
+use crate::live::{self, Clock, Log};
+use crate::world::{self, WorldServer};
+
+pub(super) async fn run(
+    scenario: &Scenario,
+    seed: u64,
+    pace: f64,
+    options: &Options,
+    spectator: Spectator<'_>,
+) -> Result<Run, LinkError> {
+    let mission = mission(scenario)?;
+    let codec = Codec::new(scenario.terrain().grid());
+    let desk = recording::desk(scenario, seed, options)?;
+    let mesh = Mesh::new(scenario)?;
+    let world = mesh.open_world().await?;
+    let (stop, stopped) = watch::channel(());
+    let session = mesh.open_participant(Participant::Coordinator).await?;
+    let link = Link::join(session, mission.clone(), Participant::Coordinator, codec).await?;
+    let (_, no_reports) = mpsc::channel(1);
+    let desk: JoinHandle<Result<(Desk, Log), LinkError>> =
+        participate(link, desk, pace, no_reports, stopped.clone());
+    let mut children = Children::default();
+    let mut robots = Vec::new();
+    for orders in Orders::of_team(scenario, seed) {
+        let robot = orders.robot.id;
+        let who = Participant::Robot(robot);
+        if let Some(program) = &options.processes {
+            let time = TimeSource::Wall;
+            let brief = Brief { program, scenario, seed, mission: &mission, time, pace };
+            children.start(&brief, robot, mesh.participant(who))?;
+        } else {
+            let session = mesh.open_participant(who).await?;
+            let reports = world::sensor(&session, &mission, robot, codec).await?;
+            let link = Link::join(session, mission.clone(), who, codec).await?;
+            robots.push(participate(link, Agent::new(orders), pace, reports, stopped.clone()));
+        }
+    }
+    let server = WorldServer::open(world, mission, scenario, seed, pace, spectator).await?;
+    let mut episode = server.run().await?;
+    drop(stop);
+    for robot in robots {
+        episode.outcome.decisions.extend(joined(robot).await?.1.decisions);
+    }
+    let (desk, _) = joined(desk).await?;
+    let observations_merged = desk.observations();
+    desk.finish(episode.outcome.ended, recording::summary(&episode))?;
+    Ok(Run { episode, observations_merged, recording: options.recording.clone() })
+}
+
+/// Runs a participant until the mission stops; returns it as it was then.
+fn participate<M: Mind + 'static>(
+    mut link: Link,
+    mut mind: M,
+    pace: f64,
+    reports: mpsc::Receiver<live::Report>,
+    mut stopped: watch::Receiver<()>,
+) -> JoinHandle<Result<(M, Log), LinkError>> {
+    tokio::spawn(async move {
+        link.announce().await?;
+        let stop = async move { while stopped.changed().await.is_ok() {} };
+        let log = live::run(&mut link, &mut mind, Clock::new(pace), reports, stop).await?;
+        Ok((mind, log))
+    })
+}
+
+async fn joined<T>(task: JoinHandle<Result<T, LinkError>>) -> Result<T, LinkError> {
+    task.await.map_err(|error| LinkError::Zenoh {
+        what: "end a participant".to_owned(),
+        reason: error.to_string(),
+    })?
+}

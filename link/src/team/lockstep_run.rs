@@ -1,0 +1,90 @@
+//! A team in simulated time: the simulator drives every participant, event by event.
+
+use dragnet_agent::agent::{Agent, Orders};
+use dragnet_coordinator::desk::Desk;
+use dragnet_proto::key::Mission;
+use dragnet_proto::message::Participant;
+use dragnet_proto::scenario::Scenario;
+use dragnet_search::cell::Grid;
+use dragnet_sim::episode;
+use dragnet_sim::simulation::{Attendance, End, Rules, Spectator};
+use tokio::runtime::Runtime;
+use tokio::task::JoinHandle;
+use zenoh::Session;
+
+use super::children::{Brief, Children};
+use super::{Mesh, Options, Run, everybody, mission, recording};
+use crate::LinkError;
+use crate::config::TimeSource;
+use crate::lockstep::Puppet;
+use crate::remote_crew::RemoteCrew;
+
+pub(super) fn run(
+    runtime: &Runtime,
+    scenario: &Scenario,
+    seed: u64,
+    options: &Options,
+    spectator: Spectator<'_>,
+) -> Result<Run, LinkError> {
+    let desk = recording::desk(scenario, seed, options)?;
+    let stage =
+        Stage { mission: mission(scenario)?, grid: scenario.terrain().grid(), team: everybody(scenario) };
+    let mesh = Mesh::new(scenario)?;
+    let world = runtime.block_on(mesh.open_world())?;
+    let session = runtime.block_on(mesh.open_participant(Participant::Coordinator))?;
+    let desk = runtime.spawn(stage.clone().coordinate(session, desk));
+    let mut children = Children::default();
+    let mut robots = Vec::new();
+    for orders in Orders::of_team(scenario, seed) {
+        let who = Participant::Robot(orders.robot.id);
+        if let Some(program) = &options.processes {
+            let (mission, time) = (&stage.mission, TimeSource::Simulator);
+            let brief = Brief { program, scenario, seed, mission, time, pace: 1.0 };
+            children.start(&brief, orders.robot.id, mesh.participant(who))?;
+        } else {
+            let session = runtime.block_on(mesh.open_participant(who))?;
+            robots.push(runtime.spawn(stage.clone().search(session, who, orders)));
+        }
+    }
+    let mut crew = RemoteCrew::new(world, stage.mission, stage.grid, Box::new(move || children.check()));
+    let rules = Rules { end: End::Resting, coordinator: Attendance::Present };
+    let episode = episode::run_with(scenario, seed, rules, &mut crew, spectator)?;
+    let observations_merged = crew.observations(Participant::Coordinator)?;
+    for &who in &stage.team {
+        crew.dismiss(who)?;
+    }
+    for robot in robots {
+        runtime.block_on(joined(robot))?;
+    }
+    let desk = runtime.block_on(joined(desk))?;
+    desk.finish(episode.outcome.ended, recording::summary(&episode))?;
+    Ok(Run { episode, observations_merged, recording: options.recording.clone() })
+}
+
+/// What all participants of a run share.
+#[derive(Clone)]
+struct Stage {
+    mission: Mission,
+    grid: Grid,
+    team: Vec<Participant>,
+}
+
+impl Stage {
+    async fn search(self, session: Session, who: Participant, orders: Orders) -> Result<(), LinkError> {
+        let mut agent = Agent::new(orders);
+        Puppet::new(session, self.mission, who, self.grid, self.team, &mut agent).await?.serve().await
+    }
+
+    async fn coordinate(self, session: Session, mut desk: Desk) -> Result<Desk, LinkError> {
+        let who = Participant::Coordinator;
+        Puppet::new(session, self.mission, who, self.grid, self.team, &mut desk).await?.serve().await?;
+        Ok(desk)
+    }
+}
+
+async fn joined<T>(task: JoinHandle<Result<T, LinkError>>) -> Result<T, LinkError> {
+    task.await.map_err(|error| LinkError::Zenoh {
+        what: "end a participant".to_owned(),
+        reason: error.to_string(),
+    })?
+}

@@ -1,0 +1,84 @@
+//! What the recording of a run says about it.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use dragnet_coordinator::desk::Desk;
+use dragnet_coordinator::mission::{Mission, MissionOrders};
+use dragnet_coordinator::record::{Header, Recorder};
+use dragnet_proto::scenario::Scenario;
+use dragnet_sim::episode::Episode;
+
+use super::Options;
+use crate::LinkError;
+
+/// When simulated missions start: 2000-01-01, so that a recording does not depend on when it was made.
+const SIMULATED_START_UNIX_NS: i64 = 946_684_800_000_000_000;
+
+/// The coordinator of a scenario, with its recorder if something is to be recorded.
+pub(crate) fn desk(scenario: &Scenario, seed: u64, options: &Options) -> Result<Desk, LinkError> {
+    let terrain = Arc::new(scenario.terrain().clone());
+    let mission = scenario.mission();
+    let orders = MissionOrders {
+        terrain: Arc::clone(&terrain),
+        prior: scenario.prior().clone(),
+        tau: mission.tau,
+        robots: scenario.robots().iter().map(|robot| robot.id).collect(),
+        heartbeat: mission.heartbeat,
+        lost_after: mission.lost_after,
+        belief_period: scenario.recording().belief_period,
+    };
+    let recorder = options.recording.as_ref().map(|path| {
+        let header = Header {
+            start_unix_ns: start_unix_ns(options),
+            terrain,
+            prior: scenario.prior().clone(),
+            scenario: scenario.source().text.clone(),
+            run: run_metadata(scenario, seed, options),
+        };
+        Recorder::create(path, header)
+    });
+    Ok(Desk::new(Mission::new(orders), recorder.transpose()?))
+}
+
+fn start_unix_ns(options: &Options) -> i64 {
+    let now = || {
+        let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        i64::try_from(since.as_nanos()).unwrap_or(SIMULATED_START_UNIX_NS)
+    };
+    options.pace.map_or(SIMULATED_START_UNIX_NS, |_| now())
+}
+
+fn run_metadata(scenario: &Scenario, seed: u64, options: &Options) -> BTreeMap<String, String> {
+    let policies: Vec<&str> = scenario.robots().iter().map(|robot| robot.policy.name.as_str()).collect();
+    metadata([
+        ("scenario", scenario.name().to_owned()),
+        ("seed", seed.to_string()),
+        ("version", options.version.clone()),
+        ("robots", policies.len().to_string()),
+        ("policies", policies.join(",")),
+    ])
+}
+
+/// How a run went, for the end of its recording. Nothing that the wall clock measured is in it.
+pub(super) fn summary(episode: &Episode) -> BTreeMap<String, String> {
+    let objects: Vec<String> =
+        episode.truth.objects().iter().map(|object| object.number().to_string()).collect();
+    let path_cells: Vec<String> = episode.path_cells.iter().map(ToString::to_string).collect();
+    metadata([
+        ("mission_time_s", episode.outcome.ended.as_seconds().to_string()),
+        ("objects", episode.truth.objects().len().to_string()),
+        ("object_cells", objects.join(",")),
+        ("found", episode.score.true_positives.to_string()),
+        ("false_positives", episode.score.false_positives.to_string()),
+        ("path_cells", path_cells.join(",")),
+        ("observations_sent", episode.outcome.observations.to_string()),
+        ("beliefs_equal", episode.outcome.beliefs_equal.to_string()),
+        ("belief_digest", episode.outcome.digest.to_string()),
+    ])
+}
+
+fn metadata<const N: usize>(entries: [(&str, String); N]) -> BTreeMap<String, String> {
+    entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
+}

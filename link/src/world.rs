@@ -1,0 +1,210 @@
+//! The simulated world by the wall clock: moves robots along the plans that they publish, and lets them see.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use dragnet_proto::convert::{self, Codec};
+use dragnet_proto::key::{Mission, Topic};
+use dragnet_proto::message::{Activity, Heartbeat, Message, Participant};
+use dragnet_proto::participant::Stimulus;
+use dragnet_proto::scenario::Scenario;
+use dragnet_proto::step::Sensed;
+use dragnet_proto::time::MissionTime;
+use dragnet_search::evidence::Digest;
+use dragnet_search::observation::RobotId;
+use dragnet_sim::episode::Episode;
+use dragnet_sim::simulation::{Outcome, Scene, Spectator};
+use dragnet_sim::world::World;
+use tokio::sync::mpsc;
+use zenoh::Session;
+
+use crate::LinkError;
+use crate::link::{Heard, Link};
+use crate::live::{Clock, Report};
+
+/// How long robots are waited for: at the start to come, at the end to agree.
+const PATIENCE: Duration = Duration::from_mins(1);
+
+/// A world that real participants move in.
+pub struct WorldServer<'a> {
+    link: Link,
+    world: World,
+    clock: Clock,
+    pace: f64,
+    speed: f64,
+    robots: Vec<RobotId>,
+    arrivals: BTreeMap<RobotId, MissionTime>,
+    heartbeats: BTreeMap<RobotId, Heartbeat>,
+    outcome: Outcome,
+    spectator: Spectator<'a>,
+}
+
+impl<'a> WorldServer<'a> {
+    /// A world on a session, for the robots of a scenario; waits until they are there.
+    ///
+    /// # Errors
+    /// If Zenoh refuses, or a robot does not come.
+    pub async fn open(
+        session: Session,
+        mission: Mission,
+        scenario: &Scenario,
+        seed: u64,
+        pace: f64,
+        spectator: Spectator<'a>,
+    ) -> Result<Self, LinkError> {
+        let world = World::new(scenario, seed);
+        let robots: Vec<RobotId> = scenario.robots().iter().map(|robot| robot.id).collect();
+        // It listens as one more participant would who has nothing to say.
+        let codec = Codec::new(scenario.terrain().grid());
+        let mut link = Link::join(session, mission, Participant::Robot(RobotId(0)), codec).await?;
+        let team: Vec<Participant> = robots.iter().map(|&robot| Participant::Robot(robot)).collect();
+        link.wait_for(&team, PATIENCE).await?;
+        let outcome = Outcome::new(&world);
+        Ok(Self {
+            link,
+            world,
+            clock: Clock::new(pace),
+            pace,
+            speed: scenario.mission().speed_meters_per_second,
+            robots,
+            arrivals: BTreeMap::new(),
+            heartbeats: BTreeMap::new(),
+            outcome,
+            spectator,
+        })
+    }
+
+    /// Runs until every robot rests and all believe the same, or have had the time to.
+    ///
+    /// # Errors
+    /// If Zenoh refuses, or the network closes.
+    pub async fn run(mut self) -> Result<Episode, LinkError> {
+        for robot in self.robots.clone() {
+            self.look(MissionTime::START, robot).await?;
+        }
+        let mut resting_since = None;
+        loop {
+            let now = self.clock.now();
+            if self.heartbeats.len() == self.robots.len() && self.are_all_resting() {
+                let since = *resting_since.get_or_insert(now);
+                self.outcome.ended = since;
+                self.outcome.digest = self.world.merged().digest();
+                self.outcome.beliefs_equal = self.are_all_equal(self.outcome.digest);
+                if self.outcome.beliefs_equal || now.since(since) > PATIENCE.mul_f64(self.pace) {
+                    return Ok(Episode::new(self.world, self.outcome));
+                }
+            } else {
+                resting_since = None;
+            }
+            self.next().await?;
+        }
+    }
+
+    async fn next(&mut self) -> Result<(), LinkError> {
+        let next = self.arrivals.iter().map(|(&robot, &due)| (due, robot)).min();
+        let due = next.map_or(MissionTime(u64::MAX), |(due, _)| due);
+        tokio::select! {
+            heard = self.link.hear() => match heard {
+                Some(heard) => self.hear(heard),
+                None => {
+                    return Err(LinkError::Zenoh { what: "go on".to_owned(), reason: "the session is closed".to_owned() });
+                }
+            },
+            () = tokio::time::sleep_until(self.clock.instant(due)) => {
+                if let Some((due, robot)) = next {
+                    self.arrivals.remove(&robot);
+                    self.world.advance(robot);
+                    // What is seen is dated as if the clock were exact.
+                    self.depart(due, robot);
+                    self.look(due, robot).await?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn hear(&mut self, heard: Heard) {
+        match heard {
+            Heard::Message { message: Message::Intent(intent), .. } => {
+                let (now, robot, route) = (self.clock.now(), intent.robot, intent.path);
+                let activity = if route.is_empty() { Activity::Cleared } else { Activity::Searching };
+                (self.spectator)(now, Scene::Departs { robot, route: route.clone(), activity });
+                self.world.set_route(robot, route);
+                self.depart(now, robot);
+            }
+            Heard::Message { message: Message::Heartbeat(heartbeat), .. } => {
+                self.heartbeats.insert(heartbeat.robot, heartbeat);
+            }
+            Heard::Left(Participant::Robot(gone)) => {
+                self.robots.retain(|&robot| robot != gone);
+                self.arrivals.remove(&gone);
+                self.heartbeats.remove(&gone);
+            }
+            Heard::Message { .. } | Heard::Came(_) | Heard::Left(Participant::Coordinator) => {}
+            Heard::Refused { key, reason } => tracing::warn!("refused what came under {key}: {reason}"),
+        }
+    }
+
+    fn depart(&mut self, now: MissionTime, robot: RobotId) {
+        match self.world.travel_time(robot, self.speed) {
+            Some(time) => self.arrivals.insert(robot, now + time),
+            None => self.arrivals.remove(&robot),
+        };
+    }
+
+    async fn look(&mut self, now: MissionTime, robot: RobotId) -> Result<(), LinkError> {
+        let (readings, found) = self.world.sense(robot);
+        let (cell, farthest_cells) = (self.world.body(robot).cell, self.world.farthest_cells());
+        (self.spectator)(now, Scene::Arrives { robot, cell, farthest_cells });
+        for cell in found {
+            (self.spectator)(now, Scene::Finds { robot, cell });
+        }
+        self.outcome.measure(farthest_cells, self.world.score());
+        let sensed = Sensed { robot, time_ns: now.0, from: cell, readings };
+        self.link
+            .session()
+            .put(
+                self.link.mission().key(Topic::SimSensed(robot)).to_string(),
+                convert::encode_sensed(&sensed),
+            )
+            .express(true)
+            .await
+            .map_err(LinkError::zenoh("let a robot see"))
+    }
+
+    fn are_all_resting(&self) -> bool {
+        self.heartbeats.values().all(|heartbeat| heartbeat.activity != Activity::Searching)
+    }
+
+    fn are_all_equal(&self, digest: Digest) -> bool {
+        self.heartbeats.values().all(|heartbeat| heartbeat.digest == digest)
+    }
+}
+
+/// What a robot's simulated sensor sees, from now on.
+///
+/// # Errors
+/// If Zenoh refuses.
+pub async fn sensor(
+    session: &Session,
+    mission: &Mission,
+    robot: RobotId,
+    codec: Codec,
+) -> Result<mpsc::Receiver<Report>, LinkError> {
+    let (sender, reports) = mpsc::channel(1024);
+    session
+        .declare_subscriber(mission.key(Topic::SimSensed(robot)).to_string())
+        .callback(move |sample| match codec.decode_sensed(&sample.payload().to_bytes()) {
+            Ok(Sensed { time_ns, from, readings, .. }) => {
+                let report = (Some(MissionTime(time_ns)), Stimulus::Sensed { cell: from, readings });
+                if sender.try_send(report).is_err() {
+                    tracing::warn!("robot {robot} does not keep up with its sensor");
+                }
+            }
+            Err(error) => tracing::warn!("refused what the sensor of robot {robot} said: {error}"),
+        })
+        .background()
+        .await
+        .map_err(LinkError::zenoh("listen to a sensor"))?;
+    Ok(reports)
+}

@@ -1,0 +1,79 @@
+//! The contract between whoever drives a participant, real time or a simulator, and the participant's mind.
+
+use std::time::Duration;
+
+use dragnet_search::cell::Cell;
+use dragnet_search::evidence::{Digest, Reading};
+use dragnet_search::observation::RobotId;
+
+use crate::message::{Activity, Audience, Message, Participant};
+use crate::time::MissionTime;
+
+/// A participant without its clock and its network: told what happens, it says what it does.
+pub trait Mind: Send {
+    /// Takes in what happens; `now` comes from the caller.
+    ///
+    /// # Errors
+    /// Why the participant cannot go on, as when its disk is full.
+    fn experience(
+        &mut self,
+        now: MissionTime,
+        stimulus: Stimulus<Message>,
+    ) -> Result<Reaction<Message>, MindError>;
+
+    /// Digest of its evidence.
+    fn digest(&self) -> Digest;
+
+    /// Observations known to it.
+    fn observations(&self) -> u64;
+}
+
+/// Why a participant cannot go on.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{who} cannot go on: {reason}")]
+pub struct MindError {
+    /// Who.
+    pub who: Participant,
+    /// Why.
+    pub reason: String,
+}
+
+/// What happens to a participant. `P` is a published message, or the name under which one is known.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Stimulus<P> {
+    /// The mission starts.
+    Start,
+    /// A robot stands in a cell, for the first time or after a move, and took these readings.
+    Sensed {
+        /// Where it stands.
+        cell: Cell,
+        /// What it saw.
+        readings: Vec<Reading>,
+    },
+    /// A message arrives.
+    Delivered {
+        /// Who published it.
+        from: Participant,
+        /// The message.
+        parcel: P,
+    },
+    /// The time that it asked for has come.
+    Woke,
+    /// A robot has left the network.
+    Lost(RobotId),
+}
+
+/// What a participant does.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reaction<P> {
+    /// What it publishes, in order.
+    pub published: Vec<(Audience, P)>,
+    /// A robot's new route, if there is one: cells to enter from now on; without a cell, stay.
+    pub route: Option<Vec<Cell>>,
+    /// When to be woken, if nothing else happens before.
+    pub wake_at: MissionTime,
+    /// What a robot does; [`Activity::Searching`] of the coordinator, which nobody waits for.
+    pub activity: Activity,
+    /// How long the decision took that was made just now, if one was.
+    pub decision: Option<Duration>,
+}

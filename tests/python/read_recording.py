@@ -1,0 +1,108 @@
+"""Reads a recording with two ROS 2 readers that are not ours, and prints as JSON what each of them saw.
+
+Usage: read_recording.py RECORDING
+
+Both know our own messages only from the schemas in the file.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
+from rosbags.highlevel import AnyReader
+
+
+def seconds(stamp):
+    return stamp.sec + stamp.nanosec / 1e9
+
+
+class Sights:
+    """What one reader saw."""
+
+    def __init__(self):
+        self.counts = {}
+        self.observation_sums = {}
+        self.poses = {}
+        self.paths = {}
+        self.frames = {}
+        self.map = None
+        self.belief = None
+        self.probability = None
+        self.objects = []
+        self.status = None
+        self.digest = None
+        self.log_times = []
+
+    def take(self, topic, log_time, message):
+        self.counts[topic] = self.counts.get(topic, 0) + 1
+        self.log_times.append(log_time)
+        subject = topic.rsplit("/", 1)[-1]
+        if topic == "/map":
+            self.map = {
+                "data": [int(value) for value in message.data],
+                "width": message.info.width,
+                "height": message.info.height,
+                "resolution": message.info.resolution,
+            }
+        elif topic == "/belief":
+            self.belief = [int(value) for value in message.data]
+        elif topic == "/belief/probability":
+            self.probability = {
+                "bytes": list(bytes(message.data)),
+                "columns": message.column_count,
+                "field": message.fields[0].name,
+            }
+        elif topic == "/tf":
+            for transform in message.transforms:
+                place = transform.transform.translation
+                self.frames.setdefault(transform.child_frame_id, []).append([place.x, place.y])
+        elif topic == "/objects":
+            self.objects.append([message.cell, message.probability, message.time_ns])
+        elif topic == "/mission/status":
+            self.status = {
+                "declared": [object.cell for object in message.declared],
+                "alive": [int(robot) for robot in message.alive],
+                "observations": message.observations,
+                "expected_undeclared": message.expected_undeclared,
+            }
+            self.digest = [str(half) for half in message.digest]
+        elif subject == "observation":
+            total = self.observation_sums.get(topic, 0.0)
+            self.observation_sums[topic] = total + sum(float(value) for value in message.values)
+        elif subject == "pose":
+            place = message.pose.position
+            self.poses.setdefault(topic, []).append([place.x, place.y, seconds(message.header.stamp)])
+        elif subject == "path":
+            places = [[pose.pose.position.x, pose.pose.position.y] for pose in message.poses]
+            self.paths.setdefault(topic, []).append(places)
+
+
+def with_mcap(path):
+    sights = Sights()
+    with open(path, "rb") as file:
+        reader = make_reader(file, decoder_factories=[DecoderFactory()])
+        for _, channel, message, decoded in reader.iter_decoded_messages():
+            sights.take(channel.topic, message.log_time, decoded)
+        attachments = {found.name: found.data.decode() for found in reader.iter_attachments()}
+        metadata = {found.name: found.metadata for found in reader.iter_metadata()}
+        profile = reader.get_header().profile
+    return {**vars(sights), "attachments": attachments, "metadata": metadata, "profile": profile}
+
+
+def with_rosbags(path):
+    sights = Sights()
+    with AnyReader([Path(path)]) as reader:
+        for connection, log_time, raw in reader.messages():
+            sights.take(connection.topic, log_time, reader.deserialize(raw, connection.msgtype))
+        durabilities = {
+            connection.topic: [profile.durability.name for profile in connection.ext.offered_qos_profiles]
+            for connection in reader.connections
+        }
+    return {**vars(sights), "durabilities": durabilities}
+
+
+if __name__ == "__main__":
+    recording = sys.argv[1]
+    print(json.dumps({"mcap": with_mcap(recording), "rosbags": with_rosbags(recording)}))
