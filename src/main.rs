@@ -1,3 +1,53 @@
 //! The command line of Dragnet.
+//!
+//! [`commands`] has one file a subcommand; what they do is in the crates below this one. [`terminal`] and [`plot`] turn
+//! what comes out into text and pictures.
 
-fn main() {}
+mod commands;
+mod plot;
+mod terminal;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use tracing_subscriber::EnvFilter;
+
+use commands::Command;
+
+/// Version and commit of this program.
+const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("DRAGNET_COMMIT"), ")");
+
+/// Searches a mapped area with one robot or many until every object of interest is found.
+///
+/// A scenario file says what is searched, by whom and with what. Start with `dragnet run`, which searches in simulation
+/// and draws what was found; `dragnet compare` measures policies against each other; `dragnet agent` and `dragnet
+/// coordinator` run on vehicles.
+#[derive(Parser)]
+#[command(name = "dragnet", version = VERSION, after_help = EXAMPLES, arg_required_else_help = true)]
+struct CommandLine {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  dragnet run scenarios/ice_cream_cone.toml
+  dragnet compare scenarios/paper/figure_four.toml --policies greedy,path --seeds 10
+  dragnet check scenarios/*.toml
+
+Exit codes: 0 done, 1 a run failed, 2 bad input.";
+
+fn main() -> ExitCode {
+    keep_log();
+    match commands::execute(CommandLine::parse().command) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.report(),
+    }
+}
+
+/// What happens beside the command's own output goes to stderr: warnings, or what `RUST_LOG` asks for.
+fn keep_log() {
+    let filter = EnvFilter::try_from_default_env()
+        .unwrap_or_else(|_| EnvFilter::new("warn,dragnet_link=info,zenoh=error"));
+    tracing_subscriber::fmt().with_env_filter(filter).with_target(false).with_writer(std::io::stderr).init();
+}

@@ -47,8 +47,6 @@ fn private() -> Result<Config, zenoh::Error> {
     config.insert_json5("scouting/multicast/enabled", "false")?;
     config.insert_json5("scouting/gossip/enabled", "false")?;
     config.insert_json5("listen/exit_on_failure", "true")?;
-    config.insert_json5("connect/timeout_ms", "0")?;
-    config.insert_json5("connect/exit_on_failure", "false")?;
     Ok(config)
 }
 

@@ -1,0 +1,37 @@
+//! Tells the binary which commit it was built from, for `--version` and for recordings.
+
+use std::path::Path;
+use std::process::Command;
+
+fn main() {
+    println!("cargo::rerun-if-changed=build.rs");
+    let commit = if is_checkout() { git(&["rev-parse", "--short=12", "HEAD"]) } else { None };
+    println!("cargo::rustc-env=DRAGNET_COMMIT={}", commit.as_deref().unwrap_or("unknown"));
+    if commit.is_some() {
+        watch_head();
+    }
+}
+
+/// Whether this folder is the root of a checkout, and not merely inside one of something else.
+fn is_checkout() -> bool {
+    let here = Path::new(".").canonicalize().ok();
+    let root = git(&["rev-parse", "--show-toplevel"]).and_then(|root| Path::new(&root).canonicalize().ok());
+    here.is_some() && here == root
+}
+
+/// `HEAD` changes with the branch, the branch's file and the log of `HEAD` with each commit.
+fn watch_head() {
+    let branch = git(&["symbolic-ref", "--quiet", "HEAD"]);
+    for name in ["HEAD", "logs/HEAD", "packed-refs"].into_iter().chain(branch.as_deref()) {
+        // Cargo runs again and again for a file that is not there.
+        if let Some(path) = git(&["rev-parse", "--git-path", name]).filter(|path| Path::new(path).exists()) {
+            println!("cargo::rerun-if-changed={path}");
+        }
+    }
+}
+
+fn git(arguments: &[&str]) -> Option<String> {
+    let output = Command::new("git").args(arguments).output().ok()?;
+    let text = String::from_utf8(output.stdout).ok()?;
+    output.status.success().then(|| text.trim().to_owned())
+}

@@ -1,0 +1,106 @@
+//! The subcommands, one file each, and how they fail.
+
+mod agent;
+mod check;
+mod compare;
+mod completions;
+mod coordinator;
+mod inspect;
+mod latency;
+mod recover;
+mod run;
+mod scenario;
+mod schema;
+mod search;
+mod sim;
+
+use std::fmt;
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+use dragnet_link::LinkError;
+
+/// What Dragnet can do.
+#[derive(clap::Subcommand)]
+pub(crate) enum Command {
+    Run(run::Arguments),
+    Compare(compare::Arguments),
+    Check(check::Arguments),
+    Schema(schema::Arguments),
+    Inspect(inspect::Arguments),
+    Recover(recover::Arguments),
+    Agent(agent::Arguments),
+    Coordinator(coordinator::Arguments),
+    Sim(sim::Arguments),
+    Completions(completions::Arguments),
+}
+
+/// Does what the command line asks for.
+pub(crate) fn execute(command: Command) -> Result<(), Failure> {
+    match command {
+        Command::Run(arguments) => run::execute(&arguments),
+        Command::Compare(arguments) => compare::execute(&arguments),
+        Command::Check(arguments) => check::execute(&arguments),
+        Command::Schema(arguments) => schema::execute(&arguments),
+        Command::Inspect(arguments) => inspect::execute(&arguments),
+        Command::Recover(arguments) => recover::execute(&arguments),
+        Command::Agent(arguments) => agent::execute(&arguments),
+        Command::Coordinator(arguments) => coordinator::execute(&arguments),
+        Command::Sim(arguments) => sim::execute(&arguments),
+        Command::Completions(arguments) => completions::execute(&arguments),
+    }
+}
+
+/// Why a command did not do what it was asked for.
+#[derive(Debug)]
+pub(crate) enum Failure {
+    /// What was asked for cannot be done: exit code 2.
+    Input(String),
+    /// It could, and went wrong: exit code 1.
+    Run(String),
+    /// Whoever read the output has heard enough, as `head` has: no failure at all.
+    NobodyListens,
+}
+
+impl Failure {
+    fn input(message: impl fmt::Display) -> Self {
+        Self::Input(message.to_string())
+    }
+
+    fn run(message: impl fmt::Display) -> Self {
+        Self::Run(message.to_string())
+    }
+
+    /// Says so on stderr; the exit code of the program.
+    pub(crate) fn report(self) -> ExitCode {
+        let (message, code) = match self {
+            Self::Input(message) => (message, ExitCode::from(2)),
+            Self::Run(message) => (message, ExitCode::FAILURE),
+            Self::NobodyListens => return ExitCode::SUCCESS,
+        };
+        complain("error", &message);
+        code
+    }
+}
+
+/// Of writing to stdout, the only thing that fails with a bare [`io::Error`] here.
+impl From<io::Error> for Failure {
+    fn from(error: io::Error) -> Self {
+        if error.kind() == io::ErrorKind::BrokenPipe {
+            Self::NobodyListens
+        } else {
+            Self::Run(format!("cannot write to standard output: {error}"))
+        }
+    }
+}
+
+impl From<LinkError> for Failure {
+    fn from(error: LinkError) -> Self {
+        if error.is_bad_input() { Self::input(error) } else { Self::run(error) }
+    }
+}
+
+/// A line on stderr. If that is closed there is nobody left to tell.
+fn complain(what: &str, message: &str) {
+    let _ = writeln!(io::stderr(), "{what}: {message}");
+}

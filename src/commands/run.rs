@@ -1,0 +1,123 @@
+//! `dragnet run`: one search, watched and recorded.
+
+use std::path::{Path, PathBuf};
+
+use dragnet_link::config::check_pace;
+use dragnet_link::team::{self, Options};
+use dragnet_proto::scenario::Scenario;
+use dragnet_search::policy::PolicyName;
+use dragnet_sim::simulation::Spectator;
+
+use super::search::{self, Ended, Style};
+use super::{Failure, complain, latency, scenario};
+use crate::VERSION;
+
+/// Run one search in simulation, and record it.
+///
+/// Prints each decision and each find as it happens, then the map, what was found, and how good the search was. The
+/// recording opens in Foxglove and other readers of MCAP. The same scenario and seed give the same search, always.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  dragnet run scenarios/ice_cream_cone.toml
+  dragnet run scenarios/team.toml --policy greedy --robots 4 --seed 7 --json")]
+pub(crate) struct Arguments {
+    /// What is searched, by whom, with what (TOML)
+    scenario: PathBuf,
+    /// All robots decide by this policy, as it is without parameters
+    #[arg(long, value_parser = scenario::policy_names())]
+    policy: Option<PolicyName>,
+    /// So many robots
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    robots: Option<u32>,
+    /// Where objects are, where robots start, and what noise they see: all of it follows from the seed
+    #[arg(long, value_name = "S", default_value_t = 0, allow_negative_numbers = true)]
+    seed: u64,
+    /// Run every robot in a process of its own
+    #[arg(long)]
+    processes: bool,
+    /// Let a second of the mission take 1/X seconds; without, as little as it can
+    #[arg(long, value_name = "X", value_parser = parse_pace, allow_negative_numbers = true)]
+    real_time: Option<f64>,
+    /// Record to this file, which must not exist [default: that of the scenario, or else <name>-<seed>.mcap here, with
+    /// a number added if that exists]
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
+    /// Print one JSON object and nothing else
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
+    let scenario = scenario::load(&arguments.scenario)?;
+    let scenario = scenario::with(scenario, "--policy", arguments.policy, Scenario::with_policy)?;
+    let scenario = scenario::with(scenario, "--robots", arguments.robots, Scenario::with_robots)?;
+    let recording = place_recording(arguments, &scenario)?;
+    for warning in scenario.warnings() {
+        complain("warning", &format!("{}: {warning}", arguments.scenario.display()));
+    }
+    latency::warm_up();
+    let style = if arguments.json { Style::Json } else { Style::Text };
+    search::tell(&scenario, style, |spectator| run(&scenario, arguments, recording, spectator))
+}
+
+fn run(
+    scenario: &Scenario,
+    arguments: &Arguments,
+    recording: PathBuf,
+    spectator: Spectator<'_>,
+) -> Result<Ended, Failure> {
+    let processes = arguments.processes.then(std::env::current_exe).transpose();
+    let options = Options {
+        recording: Some(recording),
+        processes: processes.map_err(|error| Failure::Run(format!("cannot find this program: {error}")))?,
+        pace: arguments.real_time,
+        version: VERSION.to_owned(),
+    };
+    let run = team::run(scenario, arguments.seed, &options, spectator)?;
+    Ok(Ended {
+        seed: arguments.seed,
+        episode: run.episode,
+        observations_merged: Some(run.observations_merged),
+        recording: run.recording,
+    })
+}
+
+/// The file to record to. No recording is ever overwritten: one that is named must not exist, and the default takes
+/// the first name that is free.
+fn place_recording(arguments: &Arguments, scenario: &Scenario) -> Result<PathBuf, Failure> {
+    if let Some(path) = &arguments.record {
+        return free("--record", path);
+    }
+    if let Some(path) = &scenario.recording().file {
+        return free("recording.file", path);
+    }
+    let stem = format!("{}-{}", scenario.name(), arguments.seed);
+    let numbered = (2..).map(|number| format!("{stem}-{number}.mcap"));
+    let mut names = std::iter::once(format!("{stem}.mcap")).chain(numbered).map(PathBuf::from);
+    names.find(|path| !path.exists()).ok_or_else(|| Failure::Input(format!("{stem}.mcap: no name is free")))
+}
+
+/// A file that does not exist, in a folder that does.
+fn free(key: &str, path: &Path) -> Result<PathBuf, Failure> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    if path.exists() {
+        return Err(Failure::Input(format!(
+            "{key} {}: exists already; no recording is overwritten",
+            path.display()
+        )));
+    }
+    if folder != Path::new("") && !folder.is_dir() {
+        return Err(Failure::Input(format!(
+            "{key} {}: there is no folder {}",
+            path.display(),
+            folder.display()
+        )));
+    }
+    Ok(path.to_owned())
+}
+
+fn parse_pace(text: &str) -> Result<f64, String> {
+    let pace: f64 = text.parse().map_err(|_| format!("{text:?} is no number"))?;
+    check_pace(pace).map(|()| pace)
+}

@@ -1,0 +1,88 @@
+//! Scenarios as the command line changes them.
+
+use std::fmt::Display;
+use std::path::Path;
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use dragnet_proto::scenario::{Objects, Scenario, ScenarioError};
+use dragnet_search::policy::PolicyName;
+
+use super::Failure;
+use crate::terminal::counted;
+
+/// Reads a scenario.
+pub(super) fn load(path: &Path) -> Result<Scenario, Failure> {
+    Scenario::load(path).map_err(Failure::input)
+}
+
+/// A scenario with the value of an option, if it is given.
+pub(super) fn with<T: Copy + Display>(
+    scenario: Scenario,
+    flag: &str,
+    value: Option<T>,
+    change: impl Fn(&Scenario, T) -> Result<Scenario, ScenarioError>,
+) -> Result<Scenario, Failure> {
+    let Some(value) = value else { return Ok(scenario) };
+    change(&scenario, value).map_err(|error| Failure::Input(format!("{flag} {value}: {error}")))
+}
+
+/// Reads the name of a policy.
+pub(super) fn policy_names() -> impl TypedValueParser<Value = PolicyName> {
+    PossibleValuesParser::new(PolicyName::ALL.map(PolicyName::as_str))
+        .try_map(|name| name.parse::<PolicyName>())
+}
+
+/// Way that each robot may cover, cells: the budget of way, or else what it covers in the budget of time.
+pub(super) fn budget_cells(scenario: &Scenario) -> f64 {
+    let mission = scenario.mission();
+    let seconds = mission.budget.time().map_or(0.0, |time| time.as_secs_f64());
+    let meters = mission.budget.meters().unwrap_or(seconds * mission.speed_meters_per_second);
+    // Cells that were turned into metres come back as the whole number that they were.
+    (meters / scenario.terrain().cell_meters() * 1e6).round() / 1e6
+}
+
+/// The policies of a scenario's robots, each named once.
+pub(super) fn policies(scenario: &Scenario) -> String {
+    let mut names: Vec<PolicyName> = scenario.robots().iter().map(|robot| robot.policy.name).collect();
+    names.sort_unstable();
+    names.dedup();
+    names.into_iter().map(PolicyName::as_str).collect::<Vec<_>>().join("+")
+}
+
+/// What is there to be found, in words.
+pub(super) fn objects(objects: &Objects) -> String {
+    match objects {
+        Objects::Count(count) => counted(*count as usize, "object"),
+        Objects::Density(density) => format!("an object in {} % of the cells", density * 100.0),
+        Objects::Cells(cells) => format!("{} in given cells", counted(cells.len(), "object")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scenario(mission: &str) -> Scenario {
+        let text = format!(
+            "name = 'a'\nmap = {{ shape = 'all_traversable', rows = 5, columns = 5, cell_meters = 0.7 }}\n\
+             sensor.radius = 2\nobjects.count = 1\n[robots]\ncount = 3\npolicy = 'path'\n\
+             robot = [{{ number = 2, policy = 'greedy' }}]\n[mission]\n{mission}"
+        );
+        Scenario::from_text(Path::new("a.toml"), text).unwrap()
+    }
+
+    #[test]
+    fn a_budget_of_way_goes_before_one_of_time() {
+        let both = scenario("budget_meters = 7.0\nbudget_seconds = 100.0\nspeed_meters_per_second = 1.4");
+        assert!((budget_cells(&both) - 10.0).abs() < 1e-12);
+        let time = scenario("budget_seconds = 100.0\nspeed_meters_per_second = 1.4");
+        assert!((budget_cells(&time) - 200.0).abs() < 1e-12);
+        let cells = time.with_budget_cells(90).unwrap();
+        assert!((budget_cells(&cells) - 90.0).abs() < f64::EPSILON);
+    }
+
+    #[test]
+    fn each_policy_of_a_team_is_named_once() {
+        assert_eq!(policies(&scenario("budget_meters = 1.0")), "greedy+path");
+    }
+}

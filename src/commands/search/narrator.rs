@@ -1,0 +1,119 @@
+//! Tells what the robots do, as they do it.
+
+use std::io;
+
+use dragnet_proto::message::Activity;
+use dragnet_proto::scenario::Scenario;
+use dragnet_proto::time::MissionTime;
+use dragnet_search::cell::{Cell, Grid, Position};
+use dragnet_search::observation::RobotId;
+use dragnet_sim::simulation::Scene;
+use indicatif::ProgressBar;
+
+use crate::terminal::{self, counted};
+
+/// Watches a search, and prints a line for each decision and each find.
+pub(super) struct Narrator {
+    grid: Grid,
+    bar: ProgressBar,
+    watched: Watched,
+    /// Cells that were called found at some time, shape `[cells]`.
+    was_found: Vec<bool>,
+    /// Why nothing more is printed.
+    silenced: Option<io::Error>,
+}
+
+/// What was seen on the way.
+#[derive(Default)]
+pub(super) struct Watched {
+    /// Cells that each robot was in, in order; robots by number.
+    pub(super) tracks: Vec<Vec<Cell>>,
+    /// The first find of each cell, in order.
+    pub(super) finds: Vec<Find>,
+}
+
+/// The first time that a cell was called found.
+pub(super) struct Find {
+    pub(super) cell: Cell,
+    pub(super) robot: RobotId,
+    pub(super) time: MissionTime,
+}
+
+impl Narrator {
+    pub(super) fn new(scenario: &Scenario, bar: ProgressBar) -> Self {
+        let tracks = vec![Vec::new(); scenario.robots().len()];
+        Self {
+            grid: scenario.terrain().grid(),
+            bar,
+            watched: Watched { tracks, finds: Vec::new() },
+            was_found: vec![false; scenario.terrain().grid().cell_count()],
+            silenced: None,
+        }
+    }
+
+    /// Something happens.
+    pub(super) fn see(&mut self, now: MissionTime, scene: &Scene) {
+        match *scene {
+            Scene::Departs { robot, ref route, activity } => {
+                self.tell(now, robot, &self.plan(route, activity));
+            }
+            Scene::Arrives { robot, cell, farthest_cells } => {
+                self.watched.tracks[usize::from(robot.0) - 1].push(cell);
+                self.bar.set_position(steps(farthest_cells));
+            }
+            Scene::Finds { robot, cell } => self.find(now, robot, cell),
+        }
+    }
+
+    /// The search is over. Fails if a line could not be printed.
+    pub(super) fn finish(self) -> io::Result<Watched> {
+        self.bar.finish_and_clear();
+        self.silenced.map_or(Ok(self.watched), Err)
+    }
+
+    fn plan(&self, route: &[Cell], activity: Activity) -> String {
+        match route.last() {
+            Some(&waypoint) => {
+                format!("goes to {}, {}", place(self.grid, waypoint), counted(route.len(), "cell"))
+            }
+            None => format!("rests: {}", reason(activity)),
+        }
+    }
+
+    fn find(&mut self, time: MissionTime, robot: RobotId, cell: Cell) {
+        if std::mem::replace(&mut self.was_found[cell.index()], true) {
+            return;
+        }
+        self.watched.finds.push(Find { cell, robot, time });
+        self.bar.set_message(format!("{} found", self.watched.finds.len()));
+        self.tell(time, robot, &format!("finds an object at {}", place(self.grid, cell)));
+    }
+
+    fn tell(&mut self, now: MissionTime, robot: RobotId, what: &str) {
+        if self.silenced.is_none() {
+            let line = format!("{:>9.1} s  robot {robot}  {what}\n", now.as_seconds());
+            self.silenced = self.bar.suspend(|| terminal::print(&line)).err();
+        }
+    }
+}
+
+/// Where a cell lies, as scenarios write it: `[row, column]`, from the south-west.
+pub(super) fn place(grid: Grid, cell: Cell) -> String {
+    let Position { row, column } = grid.position(cell);
+    format!("[{row}, {column}]")
+}
+
+const fn reason(activity: Activity) -> &'static str {
+    match activity {
+        Activity::Searching => "it has not decided yet",
+        Activity::Cleared => "nothing is left that is worth a search",
+        Activity::Spent => "its budget is spent",
+        Activity::Stuck => "there is nowhere to go",
+    }
+}
+
+/// Steps of a progress bar.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number of cells, at least 0")]
+pub(super) fn steps(cells: f64) -> u64 {
+    cells.ceil() as u64
+}

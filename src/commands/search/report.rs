@@ -1,0 +1,178 @@
+//! What a search came to: one JSON object, or text with a map.
+
+use dragnet_proto::scenario::Scenario;
+use dragnet_search::cell::Cell;
+use dragnet_sim::episode::Episode;
+use serde::Serialize;
+
+use super::Ended;
+use super::narrator::{Find, Watched, place};
+use crate::commands::latency::Latencies;
+use crate::commands::scenario;
+use crate::terminal::map::Picture;
+use crate::terminal::{self, counted};
+
+/// More objects than this are counted and not listed.
+const MAX_LISTED: usize = 20;
+
+/// The measures of a search. Names are those of the JSON object.
+#[derive(Serialize)]
+pub(super) struct Report {
+    scenario: String,
+    seed: u64,
+    policy: String,
+    robots: usize,
+    objects: usize,
+    found: u32,
+    false_positives: u32,
+    recall: f64,
+    precision: f64,
+    f1: f64,
+    /// Mean of F1 over the way up to the budget.
+    auc_f1: f64,
+    /// Way of each robot, by number.
+    path_cells: Vec<f64>,
+    mission_time_s: f64,
+    decisions: usize,
+    decision_ms: DecisionTimes,
+    observations_sent: u64,
+    observations_merged: Option<u64>,
+    beliefs_equal: bool,
+    belief_digest: String,
+    recording: Option<String>,
+}
+
+/// Milliseconds; nothing without a decision.
+#[derive(Serialize)]
+struct DecisionTimes {
+    p50: Option<f64>,
+    p99: Option<f64>,
+    max: Option<f64>,
+}
+
+impl Report {
+    pub(super) fn new(scenario: &Scenario, ended: &Ended) -> Self {
+        let Episode { truth, score, path_cells, outcome, .. } = &ended.episode;
+        let latencies = Latencies::new(outcome.decisions.clone());
+        Self {
+            scenario: scenario.name().to_owned(),
+            seed: ended.seed,
+            policy: scenario::policies(scenario),
+            robots: scenario.robots().len(),
+            objects: truth.objects().len(),
+            found: score.true_positives,
+            false_positives: score.false_positives,
+            recall: score.recall(),
+            precision: score.precision(),
+            f1: score.f1(),
+            auc_f1: outcome.f1.mean_until(scenario::budget_cells(scenario)),
+            path_cells: path_cells.clone(),
+            mission_time_s: outcome.ended.as_seconds(),
+            decisions: latencies.count(),
+            decision_ms: DecisionTimes {
+                p50: latencies.percentile_ms(50),
+                p99: latencies.percentile_ms(99),
+                max: latencies.percentile_ms(100),
+            },
+            observations_sent: outcome.observations,
+            observations_merged: ended.observations_merged,
+            beliefs_equal: outcome.beliefs_equal,
+            belief_digest: outcome.digest.to_string(),
+            recording: ended.recording.as_ref().map(|path| path.display().to_string()),
+        }
+    }
+
+    /// The map, the objects and the measures.
+    pub(super) fn text(&self, scenario: &Scenario, episode: &Episode, watched: &Watched) -> String {
+        let picture = Picture {
+            terrain: scenario.terrain(),
+            belief: &episode.belief,
+            truth: &episode.truth,
+            tau: scenario.mission().tau,
+            tracks: &watched.tracks,
+        };
+        let map = picture.draw(terminal::columns());
+        let objects = objects(scenario, episode, &watched.finds);
+        format!("\n{map}\n{objects}\n{}", self.measures(scenario))
+    }
+
+    fn measures(&self, scenario: &Scenario) -> String {
+        let Self { recall, precision, f1, auc_f1, mission_time_s, .. } = self;
+        let budget_cells = scenario::budget_cells(scenario);
+        let merged = self.observations_merged.map_or_else(String::new, |merged| format!(", {merged} merged"));
+        let beliefs = if self.beliefs_equal { "the same" } else { "NOT the same" };
+        let recording = self.recording.as_ref().map_or_else(String::new, |recording| {
+            format!("recording     {recording}: open it in Foxglove (https://foxglove.dev)\n")
+        });
+        format!(
+            "searched      {mission_time_s:.1} s, {}\n\
+             quality       recall {recall:.3}, precision {precision:.3}, F1 {f1:.3}; \
+             mean of F1 over {budget_cells:.0} cells {auc_f1:.3}\n\
+             decisions     {}\n\
+             observations  {} sent{merged}\n\
+             beliefs       {beliefs} in all robots, digest {}\n\
+             {recording}",
+            self.way(),
+            self.decisions(),
+            self.observations_sent,
+            self.belief_digest,
+        )
+    }
+
+    fn way(&self) -> String {
+        let total: f64 = self.path_cells.iter().sum();
+        let farthest = self.path_cells.iter().copied().fold(0.0, f64::max);
+        match self.robots {
+            1 => format!("{total:.0} cells of way"),
+            robots => format!("{total:.0} cells of way by {robots} robots, {farthest:.0} by the farthest"),
+        }
+    }
+
+    fn decisions(&self) -> String {
+        let DecisionTimes { p50, p99, max } = self.decision_ms;
+        match (p50, p99, max) {
+            (Some(p50), Some(p99), Some(max)) => {
+                format!(
+                    "{}: half within {p50:.2} ms, 99 % within {p99:.2} ms, all within {max:.2} ms",
+                    self.decisions
+                )
+            }
+            _ => "none".to_owned(),
+        }
+    }
+}
+
+/// What was found at the end, when and by whom, what was missed, and what was found and is not there.
+fn objects(scenario: &Scenario, episode: &Episode, finds: &[Find]) -> String {
+    let (belief, truth) = (&episode.belief, &episode.truth);
+    let (grid, tau) = (scenario.terrain().grid(), scenario.mission().tau);
+    let is_found = |cell: Cell| belief.is_found(cell, tau);
+    let line = |cell: Cell| format!("{}, probability {:.4}", place(grid, cell), belief.probability(cell));
+    let finds = finds.iter().filter(|find| is_found(find.cell) && truth.is_object(find.cell));
+    let found = finds.map(|Find { cell, robot, time }| {
+        format!("{}, robot {robot} after {:.1} s", line(*cell), time.as_seconds())
+    });
+    let objects = truth.objects().iter().copied();
+    let missed = objects.filter(|&cell| !is_found(cell)).map(line);
+    let searched = scenario.terrain().searched_cells();
+    let wrong = searched.filter(|&cell| is_found(cell) && !truth.is_object(cell)).map(line);
+    let title =
+        format!("found {} of {}\n", episode.score.true_positives, counted(truth.objects().len(), "object"));
+    [title, listed(found), section("missed", missed), section("false positives", wrong)].concat()
+}
+
+/// Things under a title, if there is one of them.
+fn section(title: &str, things: impl Iterator<Item = String>) -> String {
+    let lines = listed(things);
+    if lines.is_empty() { lines } else { format!("{title}\n{lines}") }
+}
+
+/// A line for each of the first things.
+fn listed(things: impl Iterator<Item = String>) -> String {
+    let mut lines: Vec<String> = things.map(|thing| format!("  {thing}\n")).collect();
+    if lines.len() > MAX_LISTED {
+        let rest = lines.split_off(MAX_LISTED);
+        lines.push(format!("  and {} more\n", rest.len()));
+    }
+    lines.concat()
+}

@@ -1,0 +1,208 @@
+//! Curves with their standard error, as in the paper's Figure 5.
+
+use plotters::chart::ChartContext;
+use plotters::coord::Shift;
+use plotters::coord::types::RangedCoordf64;
+use plotters::drawing::{DrawingArea, DrawingAreaErrorKind, IntoDrawingArea};
+use plotters::element::{PathElement, Polygon, Rectangle, Text};
+use plotters::prelude::{Cartesian2d, ChartBuilder, DrawingBackend, SVGBackend};
+use plotters::series::LineSeries;
+use plotters::style::{Color, IntoFont, RGBColor, ShapeStyle, TextStyle, WHITE};
+
+/// Size of a drawing, pixels: plotters rounds to whole ones, so that small drawings get crooked lines.
+const SIZE: (u32, u32) = (1600, 1000);
+/// Of these the legend takes so many columns, on the right.
+const LEGEND_WIDTH: u32 = 260;
+
+const FONT: &str = "Helvetica, Arial, sans-serif";
+const TITLE_SIZE: i32 = 44;
+const TEXT_SIZE: i32 = 30;
+const LINE_WIDTH: u32 = 4;
+const INK: RGBColor = RGBColor(40, 40, 40);
+const FAINT: RGBColor = RGBColor(226, 226, 226);
+
+/// Colors that the color-blind tell apart (Okabe and Ito 2008), a grey instead of the yellow, which is too light for
+/// lines.
+const COLORS: [RGBColor; 8] = [
+    RGBColor(140, 140, 140),
+    RGBColor(230, 159, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(0, 114, 178),
+    RGBColor(86, 180, 233),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 0, 0),
+];
+
+/// Curves of values from 0 to 1 by length.
+pub(crate) struct Figure<'a> {
+    /// Above the drawing.
+    pub(crate) title: String,
+    /// Below the title.
+    pub(crate) subtitle: String,
+    /// What the lengths are, with unit.
+    pub(crate) horizontal: &'a str,
+    /// What the values are.
+    pub(crate) vertical: &'a str,
+    /// Lengths are drawn from 0 to this, above 0.
+    pub(crate) length: f64,
+    /// The curves; those of a greater index are drawn over those before.
+    pub(crate) lines: Vec<Line<'a>>,
+}
+
+/// One curve; shape `[points]` each.
+pub(crate) struct Line<'a> {
+    /// Its name in the legend.
+    pub(crate) label: &'a str,
+    /// Number of its color; those that differ by fewer than eight differ.
+    pub(crate) color: usize,
+    /// Ascending.
+    pub(crate) lengths: &'a [f64],
+    /// Mean value at each length.
+    pub(crate) mean: &'a [f64],
+    /// Its standard error, where it is known.
+    pub(crate) standard_error: &'a [Option<f64>],
+}
+
+type Chart<'a, B> = ChartContext<'a, B, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+type Drawn<B> = Result<(), DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>>;
+
+impl Figure<'_> {
+    /// The drawing as SVG.
+    ///
+    /// # Errors
+    /// If plotters cannot draw it.
+    pub(crate) fn draw(&self) -> Result<String, String> {
+        let mut svg = String::new();
+        self.draw_on(&SVGBackend::with_string(&mut svg, SIZE).into_drawing_area())
+            .map_err(|error| error.to_string())?;
+        Ok(svg)
+    }
+
+    fn draw_on<B: DrawingBackend>(&self, root: &DrawingArea<B, Shift>) -> Drawn<B> {
+        root.fill(&WHITE)?;
+        root.draw(&Text::new(self.title.as_str(), (120, 28), text(TITLE_SIZE)))?;
+        root.draw(&Text::new(self.subtitle.as_str(), (120, 84), text(TEXT_SIZE)))?;
+        let (left, right) = root.split_horizontally(SIZE.0 - LEGEND_WIDTH);
+        let mut chart = ChartBuilder::on(&left)
+            .margin_top(140)
+            .margin_right(20)
+            .margin_bottom(20)
+            .margin_left(20)
+            .x_label_area_size(90)
+            .y_label_area_size(100)
+            .build_cartesian_2d(0.0..self.length, 0.0..1.0)?;
+        self.draw_axes(&mut chart)?;
+        for line in &self.lines {
+            line.draw_band(&mut chart, self.length)?;
+        }
+        for line in &self.lines {
+            line.draw_mean(&mut chart, self.length)?;
+        }
+        self.draw_legend(&right)?;
+        root.present()
+    }
+
+    fn draw_axes<B: DrawingBackend>(&self, chart: &mut Chart<'_, B>) -> Drawn<B> {
+        chart
+            .configure_mesh()
+            .x_labels(10)
+            .y_labels(6)
+            .max_light_lines(0)
+            .bold_line_style(ShapeStyle::from(FAINT).stroke_width(2))
+            .axis_style(ShapeStyle::from(INK).stroke_width(2))
+            .label_style(text(TEXT_SIZE))
+            .axis_desc_style(text(TEXT_SIZE))
+            .x_label_formatter(&|length| format!("{length:.0}"))
+            .y_label_formatter(&|value| format!("{value:.1}"))
+            .x_desc(self.horizontal)
+            .y_desc(self.vertical)
+            .draw()
+    }
+
+    fn draw_legend<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Drawn<B> {
+        for (y, line) in (160..).step_by(50).zip(&self.lines) {
+            area.draw(&Rectangle::new([(4, y - 12), (50, y + 12)], line.color().mix(0.2).filled()))?;
+            area.draw(&PathElement::new([(4, y), (50, y)], line.stroke()))?;
+            area.draw(&Text::new(line.label, (64, y - 15), text(TEXT_SIZE)))?;
+        }
+        Ok(())
+    }
+}
+
+impl Line<'_> {
+    fn draw_band<B: DrawingBackend>(&self, chart: &mut Chart<'_, B>, length: f64) -> Drawn<B> {
+        let edge = |side: f64| {
+            let points = self.points(length).zip(self.standard_error);
+            points.filter_map(move |((x, mean), error)| Some((x, (mean + side * (*error)?).clamp(0.0, 1.0))))
+        };
+        let mut outline: Vec<(f64, f64)> = edge(-1.0).collect();
+        outline.reverse();
+        outline.splice(0..0, edge(1.0));
+        if !outline.is_empty() {
+            chart.draw_series([Polygon::new(outline, self.color().mix(0.2))])?;
+        }
+        Ok(())
+    }
+
+    fn draw_mean<B: DrawingBackend>(&self, chart: &mut Chart<'_, B>, length: f64) -> Drawn<B> {
+        chart.draw_series(LineSeries::new(self.points(length), self.stroke()))?;
+        Ok(())
+    }
+
+    /// Up to a length.
+    fn points(&self, length: f64) -> impl Iterator<Item = (f64, f64)> {
+        let points = self.lengths.iter().copied().zip(self.mean.iter().copied());
+        points.take_while(move |&(x, _)| x <= length)
+    }
+
+    const fn color(&self) -> RGBColor {
+        COLORS[self.color % COLORS.len()]
+    }
+
+    fn stroke(&self) -> ShapeStyle {
+        ShapeStyle::from(self.color()).stroke_width(LINE_WIDTH)
+    }
+}
+
+fn text(size: i32) -> TextStyle<'static> {
+    (FONT, size).into_font().color(&INK)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn svg(standard_error: &[Option<f64>]) -> String {
+        let line = Line {
+            label: "greedy",
+            color: 2,
+            lengths: &[0.0, 1.0, 2.0],
+            mean: &[0.0, 0.5, 0.9],
+            standard_error,
+        };
+        let figure = Figure {
+            title: "a map <&>".to_owned(),
+            subtitle: "3 seeds".to_owned(),
+            horizontal: "Path length (cells)",
+            vertical: "F1",
+            length: 2.0,
+            lines: vec![line],
+        };
+        figure.draw().unwrap()
+    }
+
+    #[test]
+    fn a_drawing_names_its_axes_and_its_lines() {
+        let svg = svg(&[Some(0.0), Some(0.1), Some(0.1)]);
+        for word in ["a map &lt;&amp;&gt;", "3 seeds", "Path length (cells)", "F1", "greedy", "#009E73"] {
+            assert!(svg.contains(word), "{word}\n{svg}");
+        }
+        assert_eq!(svg.matches("<polygon").count(), 1, "{svg}");
+    }
+
+    #[test]
+    fn one_seed_has_no_standard_error_to_draw() {
+        assert!(!svg(&[None; 3]).contains("<polygon"));
+    }
+}

@@ -1,0 +1,35 @@
+//! What people see: text on a terminal, and on whatever else stdout is.
+
+pub(crate) mod map;
+pub(crate) mod progress;
+pub(crate) mod table;
+
+use std::io::{self, Write};
+
+use console::Term;
+use serde::Serialize;
+
+/// Columns where nobody knows better.
+const USUAL_COLUMNS: usize = 80;
+
+/// Writes text to stdout, to the last byte.
+pub(crate) fn print(text: &str) -> io::Result<()> {
+    let mut stdout = io::stdout().lock();
+    stdout.write_all(text.as_bytes())?;
+    stdout.flush()
+}
+
+/// Writes one JSON object, on one line, to stdout.
+pub(crate) fn print_json(object: &impl Serialize) -> io::Result<()> {
+    print(&format!("{}\n", serde_json::to_string(object)?))
+}
+
+/// Columns of the terminal, or the usual ones where stdout is none.
+pub(crate) fn columns() -> usize {
+    Term::stdout().size_checked().map_or(USUAL_COLUMNS, |(_, columns)| usize::from(columns))
+}
+
+/// `1 robot`, `2 robots`.
+pub(crate) fn counted(count: usize, noun: &str) -> String {
+    if count == 1 { format!("1 {noun}") } else { format!("{count} {noun}s") }
+}

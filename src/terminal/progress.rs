@@ -1,0 +1,27 @@
+//! Progress bars, on stderr, and only where that is a terminal.
+
+use console::Term;
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// A bar for work of so many steps while nothing is written to stdout.
+pub(crate) fn alone(steps: u64, unit: &str) -> ProgressBar {
+    let bar = ProgressBar::new(steps);
+    bar.set_style(style(&format!("{{bar:40}} {{pos}} of {{len}} {unit}, {{eta}} left")));
+    bar
+}
+
+/// A bar below lines that are written to stdout with [`ProgressBar::suspend`]: where they go elsewhere there is none, so
+/// that it does not mix with what reads them.
+pub(crate) fn below_lines(steps: u64, unit: &str) -> ProgressBar {
+    if !Term::stdout().is_term() {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new(steps);
+    bar.set_style(style(&format!("{{bar:40}} {{pos}} of {{len}} {unit}  {{msg}}")));
+    bar
+}
+
+/// A template that does not parse costs the looks only.
+fn style(template: &str) -> ProgressStyle {
+    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
+}

@@ -1,0 +1,100 @@
+//! `dragnet compare`.
+
+use std::fs;
+
+use serde_json::Value;
+
+use super::{Place, keys};
+
+/// Rows without what depends on the machine.
+fn rows(place: &Place, arguments: &[&str]) -> Vec<Value> {
+    let report = place.json(&[&["compare", "small.toml", "--json"], arguments].concat());
+    let mut rows = report["rows"].as_array().unwrap().clone();
+    for row in &mut rows {
+        assert_eq!(keys(&row["decision_ms"]), ["p50", "p99"]);
+        row["decision_ms"] = Value::Null;
+    }
+    rows
+}
+
+#[test]
+fn a_row_holds_means_their_errors_and_a_curve() {
+    let rows = rows(&Place::new(), &["--policies", "random,path", "--seeds", "4", "--budget", "60"]);
+    assert_eq!(rows.len(), 2);
+    for (row, policy) in rows.iter().zip(["random", "path"]) {
+        assert_eq!((&row["scenario"], &row["policy"]), (&"small".into(), &policy.into()));
+        assert_eq!(
+            (&row["map"], &row["robots"], &row["seeds"]),
+            (&"all_traversable".into(), &2.into(), &4.into())
+        );
+        assert_eq!(keys(&row["auc_f1"]), ["mean", "sem"]);
+        assert_eq!(keys(&row["cells_to_full_recall"]), ["mean", "reached", "sem"]);
+        let curve = &row["curve"];
+        assert_eq!(keys(curve), ["cells", "mean", "sem"]);
+        assert!(["cells", "mean", "sem"].iter().all(|key| curve[key].as_array().unwrap().len() == 61));
+        assert_eq!(curve["cells"][60], 60.0);
+    }
+    let area = |row: &Value| row["auc_f1"]["mean"].as_f64().unwrap();
+    assert!(area(&rows[1]) > area(&rows[0]), "{rows:?}");
+}
+
+#[test]
+fn the_area_is_the_mean_of_the_curve() {
+    let rows = rows(&Place::new(), &["--policies", "path", "--seeds", "3", "--budget", "60"]);
+    let curve: Vec<f64> =
+        rows[0]["curve"]["mean"].as_array().unwrap().iter().map(|value| value.as_f64().unwrap()).collect();
+    // Robots move whole cells here, so that F1 is constant from each cell to the next.
+    let mean = curve[..60].iter().sum::<f64>() / 60.0;
+    assert!((rows[0]["auc_f1"]["mean"].as_f64().unwrap() - mean).abs() < 1e-9);
+}
+
+#[test]
+fn results_do_not_depend_on_the_number_of_threads() {
+    let place = Place::new();
+    let with = |threads| rows(&place, &["--policies", "guts,path", "--seeds", "2..6", "--threads", threads]);
+    assert_eq!(with("1"), with("2"));
+}
+
+#[test]
+fn one_seed_has_no_standard_error() {
+    let rows = rows(&Place::new(), &["--policies", "path", "--seeds", "7..8"]);
+    assert_eq!(rows[0]["auc_f1"]["sem"], Value::Null);
+    assert_eq!(rows[0]["curve"]["sem"][0], Value::Null);
+}
+
+#[test]
+fn what_is_never_reached_has_no_mean() {
+    let rows =
+        rows(&Place::new(), &["--policies", "coverage", "--seeds", "2", "--robots", "1", "--budget", "1"]);
+    let full = &rows[0]["cells_to_full_recall"];
+    assert_eq!((&full["mean"], &full["reached"]), (&Value::Null, &0.into()));
+}
+
+#[test]
+fn the_table_is_aligned_and_says_how_episodes_end() {
+    let place = Place::new();
+    let text =
+        place.succeed(&["compare", "small.toml", "--policies", "greedy,path-additive", "--seeds", "3"]);
+    assert!(text.contains("An episode ends when every object is found"), "{text}");
+    let lines: Vec<&str> = text.lines().filter(|line| line.starts_with("small")).collect();
+    let widths: Vec<usize> = lines.iter().map(|line| line.chars().count()).collect();
+    assert!(lines.len() == 2 && widths[0] == widths[1], "{text}");
+    assert!(lines.iter().all(|line| line.contains(" ± ")), "{text}");
+}
+
+#[test]
+fn tables_and_curves_are_written_where_asked() {
+    let place = Place::new();
+    let arguments =
+        ["--policies", "greedy,path", "--seeds", "2", "--density", "0.05", "--out", "deep/results"];
+    let rows = rows(&place, &arguments);
+    let read = |name: &str| fs::read_to_string(place.path("deep/results").join(name)).unwrap();
+    assert_eq!(read("summary.csv").lines().count(), 3);
+    assert_eq!(read("episodes.csv").lines().count(), 5);
+    let points = rows[0]["curve"]["cells"].as_array().unwrap().len();
+    assert_eq!(read("curves.csv").lines().count(), 1 + 2 * points);
+    let drawing = read("small.svg");
+    assert!(
+        ["<svg", "Path length", "F1", "greedy", "path", "<polygon"].iter().all(|part| drawing.contains(part))
+    );
+}

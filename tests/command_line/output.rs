@@ -1,0 +1,111 @@
+//! Help, completions, the schema, checks, and readers that stop reading.
+
+use std::fs::{self, File};
+use std::io::pipe;
+
+use super::{Place, root, stderr};
+
+#[test]
+fn every_command_explains_itself_with_an_example() {
+    let place = Place::new();
+    let help = place.succeed(&["--help"]);
+    for command in [
+        "run",
+        "compare",
+        "check",
+        "schema",
+        "inspect",
+        "recover",
+        "agent",
+        "coordinator",
+        "sim",
+        "completions",
+    ] {
+        assert!(help.lines().any(|line| line.trim_start().starts_with(command)), "{command}\n{help}");
+        let help = place.succeed(&[command, "--help"]);
+        assert!(help.contains(&format!("  dragnet {command}")), "{command}\n{help}");
+    }
+}
+
+#[test]
+fn the_version_names_the_commit() {
+    let version = Place::new().succeed(&["--version"]);
+    assert!(version.starts_with(&format!("dragnet {} (", env!("CARGO_PKG_VERSION"))), "{version}");
+}
+
+#[test]
+fn every_shell_gets_completions() {
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let script = Place::new().succeed(&["completions", shell]);
+        assert!(script.contains("dragnet") && script.contains("policies"), "{shell}");
+    }
+}
+
+#[test]
+fn the_schema_is_the_one_that_is_committed() {
+    let committed = fs::read_to_string(root().join("scenarios/scenario.schema.json")).unwrap();
+    assert_eq!(Place::new().succeed(&["schema"]), committed);
+}
+
+#[test]
+fn a_check_sums_up_each_scenario_in_a_line() {
+    let place = Place::new();
+    let text =
+        place.succeed(&["check", "small.toml", root().join("scenarios/warehouse.toml").to_str().unwrap()]);
+    let expected = "small.toml: ok: 12 x 12 cells of 30 m, 144 traversable, 144 searched; 4 objects; \
+                    2 robots (path); budget 1800 m, 60 cells";
+    assert_eq!(text.lines().next(), Some(expected));
+    assert_eq!(text.lines().filter(|line| line.contains(": ok: ")).count(), 2, "{text}");
+}
+
+#[test]
+fn a_check_warns_of_what_can_still_be_run() {
+    let place = Place::new();
+    place.write("map.txt", "..##########....\n");
+    place.write(
+        "apart.toml",
+        "name = 'apart'\nmap.file = 'map.txt'\nsensor.radius = 1\nobjects.count = 1\nmission.budget_meters = 90.0\n",
+    );
+    let text = place.succeed(&["check", "apart.toml"]);
+    assert!(text.contains("apart.toml: warning: "), "{text}");
+}
+
+#[test]
+fn a_check_goes_on_after_an_error() {
+    let place = Place::new();
+    let output = place.dragnet(&["check", "missing.toml", "small.toml"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stdout).starts_with("small.toml: ok: "));
+    let message = stderr(&output);
+    assert!(message.contains("missing.toml") && message.contains("1 of 2 scenarios"), "{message}");
+}
+
+#[test]
+fn a_reader_that_stops_reading_is_no_failure() {
+    let place = Place::new();
+    for arguments in [
+        &["--help"] as &[&str],
+        &["schema"],
+        &["completions", "zsh"],
+        &["check", "small.toml"],
+        &["run", "small.toml"],
+        &["run", "small.toml", "--json"],
+        &["compare", "small.toml", "--policies", "path", "--seeds", "2"],
+    ] {
+        let (reader, writer) = pipe().unwrap();
+        drop(reader);
+        let output = place.command(arguments).stdout(writer).output().unwrap();
+        assert!(output.status.success(), "{arguments:?} {}\n{}", output.status, stderr(&output));
+        assert!(output.stderr.is_empty(), "{arguments:?}\n{}", stderr(&output));
+    }
+    assert!(place.path("small-0.mcap").is_file(), "the search itself goes on");
+}
+
+#[test]
+fn output_that_cannot_be_written_is_a_failure() {
+    let place = Place::new();
+    let full = File::options().write(true).open("/dev/full").unwrap();
+    let output = place.command(&["schema"]).stdout(full).output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).contains("cannot write to standard output"), "{}", stderr(&output));
+}

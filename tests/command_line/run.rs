@@ -1,0 +1,115 @@
+//! `dragnet run`.
+
+use std::fs;
+
+use serde_json::Value;
+
+use super::{Place, keys};
+
+#[test]
+fn one_json_object_holds_all_measures() {
+    let place = Place::new();
+    let report = place.json(&["run", "small.toml", "--seed", "3", "--json"]);
+    let mut expected = vec![
+        "scenario",
+        "seed",
+        "policy",
+        "robots",
+        "objects",
+        "found",
+        "false_positives",
+        "recall",
+        "precision",
+        "f1",
+        "auc_f1",
+        "path_cells",
+        "mission_time_s",
+        "decisions",
+        "decision_ms",
+        "observations_sent",
+        "observations_merged",
+        "beliefs_equal",
+        "belief_digest",
+        "recording",
+    ];
+    expected.sort_unstable();
+    assert_eq!(keys(&report), expected);
+    assert_eq!(keys(&report["decision_ms"]), ["max", "p50", "p99"]);
+    assert_eq!(
+        (&report["scenario"], &report["seed"], &report["robots"]),
+        (&"small".into(), &3.into(), &2.into())
+    );
+    assert_eq!(report["path_cells"].as_array().unwrap().len(), 2);
+    assert_eq!(report["observations_sent"], report["observations_merged"]);
+    assert_eq!(report["beliefs_equal"], true);
+    assert_eq!(report["recording"], "small-3.mcap");
+    let digest = report["belief_digest"].as_str().unwrap();
+    assert!(digest.len() == 32 && digest.bytes().all(|byte| byte.is_ascii_hexdigit()), "{digest}");
+    let share = |key: &str| report[key].as_f64().unwrap();
+    assert!((share("recall") - share("found") / share("objects")).abs() < 1e-12);
+    assert!(share("auc_f1") > 0.0 && share("auc_f1") <= 1.0);
+}
+
+#[test]
+fn the_same_seed_is_the_same_run_and_the_same_recording() {
+    let run = |seed: &str| {
+        let place = Place::new();
+        let mut report = place.json(&["run", "small.toml", "--seed", seed, "--record", "a.mcap", "--json"]);
+        report["decision_ms"] = Value::Null;
+        (report, fs::read(place.path("a.mcap")).unwrap())
+    };
+    let (first, again, other) = (run("5"), run("5"), run("6"));
+    assert_eq!(first.0, again.0);
+    assert!(first.1 == again.1, "the recordings differ");
+    assert_ne!(first.0["belief_digest"], other.0["belief_digest"]);
+}
+
+#[test]
+fn the_narration_tells_decisions_finds_the_map_and_the_measures() {
+    let place = Place::new();
+    let text = place.succeed(&["run", "small.toml"]);
+    for said in [
+        "s  robot 1  goes to [",
+        "finds an object at [",
+        "rests: ",
+        "cleared",
+        "found 4 of 4 objects",
+        "recall 1.000",
+    ] {
+        assert!(text.contains(said), "{said:?} is missing\n{text}");
+    }
+    assert!(text.contains("small-0.mcap: open it in Foxglove"), "{text}");
+    assert!(!text.contains('\u{1b}'), "colors or a progress bar in a file\n{text}");
+    assert!(place.path("small-0.mcap").is_file());
+}
+
+#[test]
+fn no_line_of_the_map_is_wider_than_a_usual_terminal() {
+    let place = Place::new();
+    place.write("wide.toml", &super::SMALL.replace("columns = 12", "columns = 300"));
+    let text = place.succeed(&["run", "wide.toml", "--robots", "1"]);
+    let map = text.split("\n\n").nth(1).unwrap();
+    assert!(map.lines().all(|line| line.len() <= 80), "{map}");
+}
+
+#[test]
+fn no_recording_is_ever_overwritten() {
+    let place = Place::new();
+    let recorded = || place.json(&["run", "small.toml", "--json"])["recording"].as_str().unwrap().to_owned();
+    let (first, second) = (recorded(), recorded());
+    assert_ne!(first, second);
+    assert!(place.path(&first).is_file() && place.path(&second).is_file());
+    place.write("kept.mcap", "precious");
+    place.refuse(
+        &["run", "small.toml", "--record", "kept.mcap"],
+        &["--record", "kept.mcap", "exists already"],
+    );
+    assert_eq!(fs::read_to_string(place.path("kept.mcap")).unwrap(), "precious");
+}
+
+#[test]
+fn options_change_policy_and_team() {
+    let place = Place::new();
+    let report = place.json(&["run", "small.toml", "--policy", "greedy", "--robots", "3", "--json"]);
+    assert_eq!((&report["policy"], &report["robots"]), (&"greedy".into(), &3.into()));
+}

@@ -1,0 +1,24 @@
+//! The whole system: what no crate can show alone.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod architecture;
+mod decisions;
+mod faults;
+mod policies;
+mod processes;
+mod team;
+
+use std::path::Path;
+
+use dragnet_proto::scenario::Scenario;
+
+/// A scenario from its text.
+fn scenario(text: &str) -> Scenario {
+    Scenario::from_text(Path::new("test.toml"), text.to_owned()).unwrap()
+}
+
+/// A scenario of the repository.
+fn committed(name: &str) -> Scenario {
+    Scenario::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name)).unwrap()
+}

@@ -1,0 +1,201 @@
+//! The team over real Zenoh sessions is the team in one process.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use dragnet_agent::agent::{Agent, Orders};
+use dragnet_coordinator::desk::Desk;
+use dragnet_coordinator::mission::{Mission, MissionOrders};
+use dragnet_link::LinkError;
+use dragnet_link::session::{Endpoints, free_endpoints, open};
+use dragnet_link::team::{self, Options, Run};
+use dragnet_proto::scenario::Scenario;
+use dragnet_sim::crew::LocalCrew;
+use dragnet_sim::episode::{self, Episode};
+use dragnet_sim::simulation::{Attendance, End, Rules};
+
+use crate::{committed, scenario};
+
+/// The episode in this process, with a coordinator who records nothing.
+fn in_process(scenario: &Scenario, seed: u64) -> Episode {
+    let mut robots: Vec<Agent> = Orders::of_team(scenario, seed).into_iter().map(Agent::new).collect();
+    let mission = scenario.mission();
+    let mut desk = Desk::new(
+        Mission::new(MissionOrders {
+            terrain: scenario.terrain().clone().into(),
+            prior: scenario.prior().clone(),
+            tau: mission.tau,
+            robots: scenario.robots().iter().map(|robot| robot.id).collect(),
+            heartbeat: mission.heartbeat,
+            lost_after: mission.lost_after,
+            belief_period: scenario.recording().belief_period,
+        }),
+        None,
+    );
+    let rules = Rules { end: End::Resting, coordinator: Attendance::Present };
+    let mut crew = LocalCrew::new(&mut robots, Some(&mut desk));
+    episode::run_with(scenario, seed, rules, &mut crew, &mut |_, _| ()).unwrap()
+}
+
+fn over_zenoh(scenario: &Scenario, seed: u64, recording: Option<PathBuf>) -> Run {
+    let options = Options { recording, version: "test".to_owned(), ..Options::default() };
+    team::run(scenario, seed, &options, &mut |_, _| ()).unwrap()
+}
+
+fn check_equal(run: &Run, local: &Episode) {
+    assert_eq!(run.episode.path_cells, local.path_cells);
+    assert_eq!(run.episode.outcome.digest, local.outcome.digest);
+    assert_eq!(run.episode.outcome.ended, local.outcome.ended);
+    assert_eq!(run.episode.outcome.f1, local.outcome.f1);
+    assert_eq!(run.episode.outcome.network, local.outcome.network);
+    assert!(run.episode.outcome.beliefs_equal);
+    assert_eq!(run.observations_merged, run.episode.outcome.observations);
+}
+
+#[test]
+fn a_run_over_zenoh_is_the_run_in_one_process() {
+    let cone = committed("ice_cream_cone.toml");
+    for seed in 0..3 {
+        check_equal(&over_zenoh(&cone, seed, None), &in_process(&cone, seed));
+    }
+}
+
+#[test]
+fn so_it_is_on_a_network_with_every_fault() {
+    let faults = committed("faults.toml");
+    let run = over_zenoh(&faults, 1, None);
+    check_equal(&run, &in_process(&faults, 1));
+    let tally = run.episode.outcome.network;
+    assert!(tally.lost > 0 && tally.cut > 0 && tally.duplicated > 0 && tally.reordered > 0, "{tally:?}");
+}
+
+#[test]
+fn two_runs_side_by_side_do_not_meet_and_record_the_same_bytes() {
+    let cone = committed("ice_cream_cone.toml");
+    let folder = tempfile::tempdir().unwrap();
+    let record = |name: &str| {
+        let path = folder.path().join(name);
+        over_zenoh(&cone, 5, Some(path.clone()));
+        std::fs::read(path).unwrap()
+    };
+    let (first, second) = std::thread::scope(|scope| {
+        let first = scope.spawn(|| record("a.mcap"));
+        let second = scope.spawn(|| record("b.mcap"));
+        (first.join().unwrap(), second.join().unwrap())
+    });
+    assert!(first.len() > 10_000);
+    assert!(first == second, "recordings of {} and {} bytes differ", first.len(), second.len());
+}
+
+#[test]
+fn by_the_wall_clock_the_team_finds_all_and_agrees() {
+    let small = scenario(
+        "name = \"live\"\n[map]\nshape = \"all_traversable\"\nrows = 15\ncolumns = 15\n\
+         [objects]\ncount = 4\n[robots]\ncount = 2\npolicy = \"path\"\n[mission]\nbudget_seconds = 3600.0\n",
+    );
+    let options = Options { pace: Some(300.0), version: "test".to_owned(), ..Options::default() };
+    let run = team::run(&small, 3, &options, &mut |_, _| ()).unwrap();
+    assert!(run.episode.outcome.beliefs_equal);
+    assert!((run.episode.score.recall() - 1.0).abs() < 1e-12, "{:?}", run.episode.score);
+    assert!(!run.episode.outcome.decisions.is_empty());
+    assert_eq!(run.observations_merged, run.episode.outcome.observations);
+}
+
+#[test]
+fn faults_by_the_wall_clock_are_refused() {
+    let options = Options { pace: Some(10.0), ..Options::default() };
+    let error = team::run(&committed("faults.toml"), 1, &options, &mut |_, _| ()).unwrap_err();
+    assert!(error.is_bad_input());
+    assert!(error.to_string().contains("[network]"), "{error}");
+}
+
+#[test]
+fn a_port_in_use_and_settings_that_are_none_are_named() {
+    let runtime = tokio::runtime::Runtime::new().unwrap();
+    let open = |endpoints: &Endpoints| runtime.block_on(open(endpoints)).unwrap_err().to_string();
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let listen = vec![format!("tcp/{}", taken.local_addr().unwrap())];
+    let message = open(&Endpoints { listen: listen.clone(), ..Endpoints::default() });
+    assert!(message.contains(&listen[0]), "{message}");
+    let folder = tempfile::tempdir().unwrap();
+    let config = folder.path().join("zenoh.json5");
+    std::fs::write(&config, "{ scouting: { multicast: { enabeld: false } } }").unwrap();
+    let message = open(&Endpoints { config: Some(config), ..Endpoints::default() });
+    assert!(message.contains("zenoh.json5") && message.contains("enabeld"), "{message}");
+}
+
+#[test]
+fn a_recording_that_cannot_be_written_stops_the_run_before_it_starts() {
+    let options =
+        Options { recording: Some(Path::new("/no/such/folder/a.mcap").to_owned()), ..Options::default() };
+    let error = team::run(&committed("ice_cream_cone.toml"), 1, &options, &mut |_, _| ()).unwrap_err();
+    assert!(matches!(error, LinkError::Recording(_)) && error.is_bad_input());
+    assert!(error.to_string().contains("/no/such/folder/a.mcap"), "{error}");
+}
+
+#[test]
+fn free_endpoints_are_distinct_and_on_loopback() {
+    let mut endpoints = free_endpoints(20).unwrap();
+    assert!(endpoints.iter().all(|endpoint| endpoint.starts_with("tcp/127.0.0.1:")));
+    endpoints.sort();
+    endpoints.dedup();
+    assert_eq!(endpoints.len(), 20);
+}
+
+/// A stranger who talks nonsense on the mission's keys.
+mod stranger {
+    use dragnet_link::link::{Heard, Link};
+    use dragnet_proto::convert::{self, Codec};
+    use dragnet_proto::message::{Audience, Intent, Message, Participant};
+    use dragnet_search::cell::Grid;
+    use dragnet_search::observation::RobotId;
+
+    use super::{Duration, Endpoints, free_endpoints, open};
+
+    fn robot(number: u16) -> Participant {
+        Participant::Robot(RobotId(number))
+    }
+
+    async fn next_message(link: &mut Link) -> Heard {
+        loop {
+            let heard = tokio::time::timeout(Duration::from_secs(20), link.hear()).await.unwrap().unwrap();
+            if !matches!(heard, Heard::Came(_) | Heard::Left(_)) {
+                return heard;
+            }
+        }
+    }
+
+    #[tokio::test(flavor = "multi_thread")]
+    async fn is_refused_by_name_and_the_honest_are_heard() {
+        let listen = free_endpoints(1).unwrap();
+        let (mission, codec) = ("m".parse().unwrap(), Codec::new(Grid::new(3, 3).unwrap()));
+        let endpoints = Endpoints { listen: listen.clone(), ..Endpoints::default() };
+        let mut ear = Link::join(open(&endpoints).await.unwrap(), mission, robot(1), codec).await.unwrap();
+        ear.announce().await.unwrap();
+        let endpoints = Endpoints { connect: listen, ..Endpoints::default() };
+        let session = open(&endpoints).await.unwrap();
+        let mut mouth = Link::join(session.clone(), "m".parse().unwrap(), robot(2), codec).await.unwrap();
+        mouth.wait_for(&[robot(1)], Duration::from_secs(20)).await.unwrap();
+
+        let intent = Intent { robot: RobotId(2), decision: 1, time_ns: 0, path: Vec::new() };
+        let honest = Message::Intent(intent.clone());
+        let number = 7_u64.to_le_bytes();
+        session.put("dragnet/m/robots/2/observation", vec![1, 2, 3]).attachment(number).await.unwrap();
+        session.put("dragnet/m/robots/3/intent", convert::encode(&honest)).attachment(number).await.unwrap();
+        session.put("dragnet/m/robots/2/intent", convert::encode(&honest)).await.unwrap();
+        mouth.publish(8, Audience::All, &honest).await.unwrap();
+
+        for place in ["robots/2/observation", "robots/3/intent", "robots/2/intent"] {
+            match next_message(&mut ear).await {
+                Heard::Refused { key, .. } => assert!(key.ends_with(place), "{key}"),
+                heard => panic!("{heard:?} instead of a refusal under {place}"),
+            }
+        }
+        match next_message(&mut ear).await {
+            Heard::Message { from, number, message } => {
+                assert_eq!((from, number, message), (robot(2), 8, honest));
+            }
+            heard => panic!("{heard:?} instead of the message"),
+        }
+    }
+}
