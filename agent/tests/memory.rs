@@ -1,0 +1,170 @@
+//! What memory a robot needs on a map of a million cells. A process of its own, so that no other test counts.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use dragnet_agent::agent::{Action, Agent, Event, Orders};
+use dragnet_proto::message::{Activity, Heartbeat, Intent, Message, Participant};
+use dragnet_proto::scenario::Scenario;
+use dragnet_proto::time::MissionTime;
+use dragnet_search::cell::{Cell, Grid, Position};
+use dragnet_search::evidence::{Digest, Reading};
+use dragnet_search::observation::{Observation, RobotId, Version};
+use dragnet_search::seed::{Purpose, Stream, stream};
+use dragnet_search::sensor::Sensor;
+
+const SIDE: u32 = 1000;
+const LIMIT_BYTES: u64 = 200_000_000;
+const MATE: RobotId = RobotId(1);
+/// Observations of each of the two robots.
+const OBSERVATIONS: u64 = 2000;
+/// The robot decides for the first time only when all of them are in, so that the test is quick.
+const FIRST_DECISION: Duration = Duration::from_secs(10_000);
+
+const SCENARIO: &str = r#"
+name = "memory"
+
+[map]
+shape = "all_traversable"
+rows = 1000
+columns = 1000
+
+[objects]
+density = 0.01
+
+[robots]
+count = 2
+policy = "path"
+
+[mission]
+budget_seconds = 1000000.0
+stagger_seconds = 10000.0
+"#;
+
+#[test]
+fn a_robot_on_a_million_cells_needs_less_than_200_megabytes() {
+    let mut search = Search::new();
+    for sequence in 0..OBSERVATIONS {
+        let now = MissionTime::START + Duration::from_secs(sequence);
+        search.sense(now, search.lane_cell(300, sequence));
+        search.hear_mate(now, sequence);
+    }
+    assert_eq!(search.agent.inbox().log().len() as u64, 2 * OBSERVATIONS);
+    assert_eq!(search.agent.decisions(), 0);
+
+    let mut now = MissionTime::START + FIRST_DECISION;
+    let mut actions = search.agent.handle(now, Event::Woke);
+    for decisions in 1..=3 {
+        assert_eq!(search.agent.decisions(), decisions);
+        for cell in route(&actions) {
+            now = now + Duration::from_secs(1);
+            actions = search.sense(now, cell);
+        }
+    }
+
+    let Some(peak) = peak_resident_bytes() else {
+        println!("skipped: this system does not tell the peak of resident memory");
+        return;
+    };
+    println!("peak of resident memory: {:.1} MB", peak as f64 / 1e6);
+    assert!(peak < LIMIT_BYTES, "{peak} bytes");
+}
+
+/// The second robot of a team of two, and the world around it.
+struct Search {
+    agent: Agent,
+    grid: Grid,
+    sensor: Arc<Sensor>,
+    noise: Stream,
+}
+
+impl Search {
+    fn new() -> Self {
+        let scenario = Scenario::from_text(Path::new("memory.toml"), SCENARIO.to_owned()).unwrap();
+        let orders = Orders::of_team(&scenario, 1).remove(1);
+        assert_eq!(orders.terrain.grid().cell_count(), (SIDE * SIDE) as usize);
+        let (grid, sensor) = (orders.terrain.grid(), Arc::clone(&orders.sensor));
+        Self { agent: Agent::new(orders), grid, sensor, noise: stream(1, Purpose::Noise, 2) }
+    }
+
+    /// The cells of lanes a sensor's width apart, from this row on.
+    fn lane_cell(&self, first_row: u32, step: u64) -> Cell {
+        let step = u32::try_from(step).unwrap();
+        let (lane, along) = (step / SIDE, step % SIDE);
+        let column = if lane.is_multiple_of(2) { along } else { SIDE - 1 - along };
+        let row = first_row + lane * (2 * self.sensor.radius() + 1);
+        self.grid.cell(Position { row, column }).unwrap()
+    }
+
+    /// The robot looks around in a cell, where it finds nothing.
+    fn sense(&mut self, now: MissionTime, cell: Cell) -> Vec<Action> {
+        let readings = self.look(cell);
+        self.agent.handle(now, Event::Sensed { cell, readings })
+    }
+
+    fn look(&mut self, from: Cell) -> Vec<Reading> {
+        let mut readings = Vec::with_capacity(self.sensor.footprint().len());
+        for look in self.sensor.footprint() {
+            if let Some(cell) = self.grid.step(from, look.offset) {
+                let value = self.sensor.draw(false, look, &mut self.noise);
+                readings.push(Reading { cell, value, variance: look.variance });
+            }
+        }
+        readings
+    }
+
+    /// The mate is a hundred rows to the north: it looks, and now and then tells how it is and where it is going.
+    fn hear_mate(&mut self, now: MissionTime, sequence: u64) {
+        let from = self.lane_cell(400, sequence);
+        let readings = self.look(from);
+        let observation = Observation { robot: MATE, sequence, time_ns: now.0, from, readings };
+        self.receive(now, Message::Observation(Arc::new(observation)));
+        if sequence.is_multiple_of(10) {
+            let intent = self.plan_of_mate(now, sequence);
+            self.receive(now, Message::Intent(intent.clone()));
+            self.receive(now, Message::Heartbeat(self.heartbeat_of_mate(now, sequence, intent)));
+        }
+    }
+
+    fn plan_of_mate(&self, now: MissionTime, sequence: u64) -> Intent {
+        let path = (1..=10).map(|ahead| self.lane_cell(400, sequence + ahead)).collect();
+        Intent { robot: MATE, decision: sequence / 10, time_ns: now.0, path }
+    }
+
+    fn heartbeat_of_mate(&self, now: MissionTime, sequence: u64, intent: Intent) -> Heartbeat {
+        Heartbeat {
+            robot: MATE,
+            time_ns: now.0,
+            activity: Activity::Searching,
+            cell: self.lane_cell(400, sequence),
+            path_meters: sequence as f64 * 30.0,
+            intent,
+            versions: vec![Version { robot: MATE, next: sequence + 1 }],
+            digest: Digest(0),
+        }
+    }
+
+    fn receive(&mut self, now: MissionTime, message: Message) {
+        self.agent.handle(now, Event::Received { from: Participant::Robot(MATE), message });
+    }
+}
+
+/// Where the robot goes now.
+fn route(actions: &[Action]) -> Vec<Cell> {
+    let route = actions.iter().find_map(|action| match action {
+        Action::Follow(route) => Some(route.clone()),
+        Action::Publish(..) => None,
+    });
+    route.unwrap()
+}
+
+/// `VmHWM` of this process, where the system has it.
+fn peak_resident_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kibibytes * 1024)
+}
