@@ -129,6 +129,8 @@ pub struct Agent {
     plans: u64,
     /// Observations made.
     observations: u64,
+    /// Observations refused since another of the same name is known.
+    conflicting: usize,
     next_heartbeat: MissionTime,
 }
 
@@ -153,6 +155,7 @@ impl Agent {
             decisions: 0,
             plans: 0,
             observations: 0,
+            conflicting: 0,
             next_heartbeat: MissionTime::START + orders.mission.heartbeat,
             orders,
         }
@@ -196,6 +199,12 @@ impl Agent {
     #[must_use]
     pub const fn decisions(&self) -> u64 {
         self.decisions
+    }
+
+    /// Observations refused since another of the same name is known.
+    #[must_use]
+    pub const fn conflicting(&self) -> usize {
+        self.conflicting
     }
 
     /// All observations known.
@@ -257,6 +266,7 @@ impl Agent {
             }
         }
         let received = self.inbox.receive(now, from, message);
+        self.conflicting += received.conflicting;
         for reading in received.new.iter().flat_map(|observation| &observation.readings) {
             self.belief.add(reading);
         }

@@ -15,7 +15,7 @@ impl Mind for Agent {
         now: MissionTime,
         stimulus: Stimulus<Message>,
     ) -> Result<Reaction<Message>, MindError> {
-        let decisions = self.decisions();
+        let (decisions, conflicting) = (self.decisions(), self.conflicting());
         // Only measured: no decision depends on it.
         let start = Instant::now();
         let actions = match stimulus {
@@ -34,6 +34,7 @@ impl Mind for Agent {
             wake_at: self.wake_at(),
             activity: self.activity(),
             decision: (self.decisions() > decisions).then_some(elapsed),
+            conflicting: self.conflicting() - conflicting,
         };
         for action in actions {
             match action {

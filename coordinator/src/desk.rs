@@ -83,6 +83,7 @@ impl Mind for Desk {
         now: MissionTime,
         stimulus: Stimulus<Message>,
     ) -> Result<Reaction<Message>, MindError> {
+        let conflicting = self.mission.conflicting();
         let actions = match stimulus {
             Stimulus::Start | Stimulus::Sensed { .. } => Vec::new(),
             Stimulus::Delivered { from, parcel } => {
@@ -101,6 +102,7 @@ impl Mind for Desk {
             wake_at: self.mission.wake_at(),
             activity: Activity::Searching,
             decision: None,
+            conflicting: self.mission.conflicting() - conflicting,
         })
     }
 

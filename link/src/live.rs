@@ -143,11 +143,17 @@ impl Driver<'_> {
         stimulus: Stimulus<Message>,
     ) -> Result<(), LinkError> {
         let reaction = self.mind.experience(now, stimulus);
-        let Reaction { published, wake_at, decision, .. } =
+        let Reaction { published, wake_at, decision, conflicting, .. } =
             reaction.map_err(|error| LinkError::Participant { who: link.me(), reason: error.reason })?;
         for (audience, message) in published {
             link.publish(self.published, audience, &message).await?;
             self.published += 1;
+        }
+        if conflicting > 0 {
+            tracing::warn!(
+                "refused {conflicting} observations: others of the same robot and sequence number are known. \
+                 Do two robots share a number, or has one started again?"
+            );
         }
         self.wake_at = wake_at;
         self.log.decisions.extend(decision);

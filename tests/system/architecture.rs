@@ -79,3 +79,31 @@ fn only_the_edges_touch_network_files_and_terminal() {
         }
     }
 }
+
+/// What `cargo deny check licenses` asks for too, without that tool: `deny.toml` is the one list.
+#[test]
+fn every_dependency_has_a_licence_that_deny_toml_allows() {
+    let root = env!("CARGO_MANIFEST_DIR");
+    let deny: toml::Table = std::fs::read_to_string(format!("{root}/deny.toml")).unwrap().parse().unwrap();
+    let licenses = deny["licenses"].as_table().unwrap();
+    let list = |value: &toml::Value| -> Vec<String> {
+        value.as_array().unwrap().iter().map(|name| name.as_str().unwrap().to_owned()).collect()
+    };
+    let general = list(&licenses["allow"]);
+    let metadata = MetadataCommand::new().manifest_path(format!("{root}/Cargo.toml")).exec().unwrap();
+    assert!(metadata.packages.len() > 200);
+    for package in metadata.packages.iter().filter(|package| package.source.is_some()) {
+        let mut allowed = general.clone();
+        for exception in licenses["exceptions"].as_array().unwrap() {
+            if exception["crate"].as_str() == Some(package.name.as_str()) {
+                allowed.extend(list(&exception["allow"]));
+            }
+        }
+        let license = package.license.as_deref().unwrap_or_default();
+        let expression = spdx::Expression::parse_mode(license, spdx::ParseMode::LAX);
+        let is_allowed = expression.is_ok_and(|expression| {
+            expression.evaluate(|requirement| allowed.contains(&requirement.to_string()))
+        });
+        assert!(is_allowed, "{} {}: licence {license:?}", package.name, package.version);
+    }
+}
