@@ -39,7 +39,7 @@ pub(crate) struct Arguments {
     /// Let a second of the mission take 1/X seconds; without, as little as it can
     #[arg(long, value_name = "X", value_parser = parse_pace, allow_negative_numbers = true)]
     real_time: Option<f64>,
-    /// Record to this file, which must not exist [default: that of the scenario, or else <name>-<seed>.mcap here, with
+    /// Record to this file, which must not exist [default: that of the scenario, or else NAME-SEED.mcap here, with
     /// a number added if that exists]
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,

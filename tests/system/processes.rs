@@ -112,7 +112,7 @@ impl Field {
 
     fn coordinator(&self) -> Process {
         let recording = self.path("field.mcap");
-        let config = format!("recording = {recording:?}\n{}", self.common(1));
+        let config = format!("recording = \"{}\"\n{}", recording.display(), self.common(1));
         self.start("coordinator.toml", &["coordinator"], &config)
     }
 
