@@ -1,5 +1,6 @@
 //! How a session is opened: explicit endpoints, nothing found by chance.
 
+use std::hash::{BuildHasher, RandomState};
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 
@@ -60,18 +61,27 @@ fn json(endpoints: &[String]) -> String {
     format!("[{}]", quoted.join(","))
 }
 
-/// So many endpoints on this machine's loopback interface that are free now.
+/// Where free ports are looked for: below those that systems give to outgoing connections, which the sessions of a
+/// mesh open many of before the last one listens.
+const PORTS: std::ops::Range<u16> = 20_000..32_000;
+
+/// So many endpoints on this machine's loopback interface that are free now. The search starts anywhere, so that two
+/// that run side by side hardly meet.
 ///
 /// # Errors
-/// If the machine has no port left.
+/// If so many are not free.
 pub fn free_endpoints(count: usize) -> Result<Vec<String>, LinkError> {
-    let refused = |error: std::io::Error| LinkError::Open {
-        listen: "tcp/127.0.0.1:0".to_owned(),
-        reason: error.to_string(),
-    };
+    let ports = PORTS.len() as u64;
+    let start = RandomState::new().hash_one(std::process::id()) % ports;
+    let candidates = (0..ports).map(|step| PORTS.start + u16::try_from((start + step) % ports).unwrap_or(0));
     // All are held until the last is known, so that no two are equal.
-    let sockets: Vec<TcpListener> =
-        (0..count).map(|_| TcpListener::bind("127.0.0.1:0")).collect::<Result<_, _>>().map_err(refused)?;
-    let endpoint = |socket: &TcpListener| Ok(format!("tcp/{}", socket.local_addr().map_err(refused)?));
-    sockets.iter().map(endpoint).collect()
+    let sockets: Vec<(u16, TcpListener)> = candidates
+        .filter_map(|port| Some((port, TcpListener::bind(("127.0.0.1", port)).ok()?)))
+        .take(count)
+        .collect();
+    if sockets.len() < count {
+        let reason = format!("{count} free ports are needed, {} are there", sockets.len());
+        return Err(LinkError::Open { listen: format!("tcp/127.0.0.1:{PORTS:?}"), reason });
+    }
+    Ok(sockets.iter().map(|(port, _)| format!("tcp/127.0.0.1:{port}")).collect())
 }

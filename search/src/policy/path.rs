@@ -4,7 +4,7 @@
 //! cell are independent given what it holds, so the joint information of a path is exactly
 //! `U(x) = sum_c I(L_c, k_c(path))` with `k_c` the summed precision. One depth-first walk over the tree of shortest
 //! paths adds precision on the way down and restores it on the way up: every candidate is weighed exactly, none is
-//! walked anew. Departure: the look from the robot's own cell is not part of the path, for it has been taken.
+//! walked anew or skipped. Departure: the look from the robot's own cell is not part of the path, for it has been taken.
 
 use super::outlook::{CellOutlook, Frame, Outlook, saturated};
 use super::{Decision, Policy, path_length_weight};

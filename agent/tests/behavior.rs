@@ -1,0 +1,206 @@
+//! What a robot does when told what happens, without clock or network.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::path::Path;
+
+use dragnet_agent::agent::{Action, Agent, Event, Orders};
+use dragnet_proto::message::{Activity, Audience, Intent, Message, Participant};
+use dragnet_proto::scenario::Scenario;
+use dragnet_proto::time::MissionTime;
+use dragnet_search::cell::{Cell, Position};
+use dragnet_search::evidence::Reading;
+use dragnet_search::observation::RobotId;
+
+const SECOND: u64 = 1_000_000_000;
+
+/// Robots 1 and 2 of a team on an open map of 12 x 12 cells; robot 2 waits a second with its first decision.
+struct Field {
+    scenario: Scenario,
+    robot: Agent,
+}
+
+impl Field {
+    fn new(number: usize, mission: &str) -> Self {
+        let text = format!(
+            "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows = 12\ncolumns = 12\n[sensor]\nradius = 2\n\
+             [objects]\ncount = 3\n[robots]\ncount = 2\n[mission]\nstagger_seconds = 1.0\n{mission}\n"
+        );
+        let scenario = Scenario::from_text(Path::new("field.toml"), text).unwrap();
+        let robot = Agent::new(Orders::of_team(&scenario, 0).remove(number - 1));
+        Self { scenario, robot }
+    }
+
+    fn cell(&self, row: u32, column: u32) -> Cell {
+        self.scenario.terrain().grid().cell(Position { row, column }).unwrap()
+    }
+
+    /// The robot stands in a cell and sees nothing in it.
+    fn sense(&mut self, seconds: u64, cell: Cell) -> Vec<Action> {
+        let readings = vec![Reading { cell, value: 0.0, variance: 0.001 }];
+        self.robot.handle(MissionTime(seconds * SECOND), Event::Sensed { cell, readings })
+    }
+
+    fn hear(&mut self, seconds: u64, from: u16, message: Message) -> Vec<Action> {
+        let from = Participant::Robot(RobotId(from));
+        self.robot.handle(MissionTime(seconds * SECOND), Event::Received { from, message })
+    }
+
+    fn wake(&mut self, seconds: u64) -> Vec<Action> {
+        self.robot.handle(MissionTime(seconds * SECOND), Event::Woke)
+    }
+}
+
+fn route(actions: &[Action]) -> Option<&[Cell]> {
+    actions.iter().find_map(|action| match action {
+        Action::Follow(route) => Some(route.as_slice()),
+        Action::Publish(..) => None,
+    })
+}
+
+fn said(actions: &[Action]) -> Vec<&Message> {
+    let to_all = actions.iter().filter_map(|action| match action {
+        Action::Publish(Audience::All, message) => Some(message),
+        Action::Publish(..) | Action::Follow(_) => None,
+    });
+    to_all.collect()
+}
+
+const ENDLESS: &str = "budget_seconds = 1e6";
+
+#[test]
+fn a_look_is_told_and_followed_by_a_plan_that_is_told_too() {
+    let mut field = Field::new(1, ENDLESS);
+    let actions = field.sense(0, field.cell(0, 0));
+    let path = route(&actions).unwrap().to_vec();
+    match said(&actions)[..] {
+        [Message::Observation(observation), Message::Intent(intent)] => {
+            assert_eq!((observation.robot, observation.sequence), (RobotId(1), 0));
+            assert_eq!(intent.path, path);
+        }
+        ref other => panic!("{other:?}"),
+    }
+    // On the way it only looks; at the waypoint it decides anew.
+    for (step, &cell) in path.iter().enumerate() {
+        let actions = field.sense(15 * (step as u64 + 1), cell);
+        assert_eq!(route(&actions).is_some(), step + 1 == path.len());
+    }
+    assert_eq!(field.robot.decisions(), 2);
+}
+
+#[test]
+fn the_second_robot_waits_until_it_can_know_the_first_ones_plan() {
+    let mut field = Field::new(2, ENDLESS);
+    assert_eq!(route(&field.sense(0, field.cell(0, 0))), None);
+    assert_eq!(field.robot.wake_at(), MissionTime(SECOND));
+    assert!(route(&field.wake(1)).is_some_and(|route| !route.is_empty()));
+}
+
+/// Two robots in one cell: the second one's way, once it knows of the first one's plan, if it does.
+fn way_of_second(plan_heard_at: Option<u64>, made_at: u64) -> (Vec<Cell>, Option<Vec<Cell>>) {
+    let mut field = Field::new(2, ENDLESS);
+    let start = field.cell(0, 0);
+    field.sense(0, start);
+    let blind = Field::new(2, ENDLESS).decided_alone();
+    let plan = Message::Intent(Intent {
+        robot: RobotId(1),
+        decision: 1,
+        time_ns: made_at * SECOND,
+        path: blind.clone(),
+    });
+    if plan_heard_at == Some(0) {
+        field.hear(0, 1, plan.clone());
+    }
+    let first = route(&field.wake(1)).unwrap().to_vec();
+    if let Some(late) = plan_heard_at.filter(|&time| time > 1) {
+        assert_eq!(route(&field.hear(late, 1, plan)), None);
+    }
+    let next = field.sense(16, first[0]);
+    (first, route(&next).map(<[Cell]>::to_vec))
+}
+
+impl Field {
+    /// Where the second robot goes when it has heard nothing.
+    fn decided_alone(mut self) -> Vec<Cell> {
+        self.sense(0, self.cell(0, 0));
+        route(&self.wake(1)).unwrap().to_vec()
+    }
+}
+
+#[test]
+fn a_plan_that_is_known_sends_the_next_robot_elsewhere() {
+    let blind = Field::new(2, ENDLESS).decided_alone();
+    let (first, anew) = way_of_second(Some(0), 0);
+    assert_ne!(first, blind);
+    assert_eq!(anew, None);
+}
+
+#[test]
+fn a_plan_that_comes_late_makes_the_later_planner_decide_anew() {
+    let blind = Field::new(2, ENDLESS).decided_alone();
+    let (first, anew) = way_of_second(Some(10), 0);
+    assert_eq!(first, blind);
+    assert_ne!(anew.unwrap(), blind[1..]);
+    // One that was made later is that robot's to mend.
+    assert_eq!(way_of_second(Some(10), 9).1, None);
+}
+
+#[test]
+fn a_budget_of_way_or_time_ends_the_search() {
+    for (mission, moved_at) in [("budget_meters = 30.0", 15), ("budget_seconds = 15.0", 15)] {
+        let mut field = Field::new(1, mission);
+        let path = route(&field.sense(0, field.cell(0, 0))).unwrap().to_vec();
+        let actions = field.sense(moved_at, path[0]);
+        assert_eq!(route(&actions), Some(&[][..]), "{mission}");
+        assert_eq!(field.robot.activity(), Activity::Spent);
+    }
+}
+
+#[test]
+fn a_robot_rests_when_nothing_is_left_and_goes_on_when_doubt_comes_back() {
+    let mut field = Field::new(1, ENDLESS);
+    let clear = |field: &Field, value: f32| -> Vec<Reading> {
+        let reading = |cell| Reading { cell, value, variance: 0.05 };
+        field.scenario.terrain().grid().cells().map(reading).collect()
+    };
+    let (cell, readings) = (field.cell(3, 3), clear(&field, 0.0));
+    let actions = field.robot.handle(MissionTime(0), Event::Sensed { cell, readings });
+    assert_eq!(route(&actions), Some(&[][..]));
+    assert_eq!(field.robot.activity(), Activity::Cleared);
+    let doubt = dragnet_search::observation::Observation {
+        robot: RobotId(2),
+        sequence: 0,
+        time_ns: 0,
+        from: cell,
+        readings: clear(&field, 1.1),
+    };
+    field.hear(5, 2, Message::Observation(doubt.into()));
+    assert!(route(&field.wake(10)).is_some_and(|route| !route.is_empty()));
+    assert_eq!(field.robot.activity(), Activity::Searching);
+}
+
+#[test]
+fn a_heartbeat_is_due_every_period_and_says_what_is_known() {
+    let mut field = Field::new(1, ENDLESS);
+    field.sense(0, field.cell(0, 0));
+    assert_eq!(field.robot.wake_at(), MissionTime(10 * SECOND));
+    let actions = field.wake(10);
+    match said(&actions)[..] {
+        [Message::Heartbeat(heartbeat)] => {
+            assert_eq!(heartbeat.versions.len(), 1);
+            assert_eq!((heartbeat.versions[0].robot, heartbeat.versions[0].next), (RobotId(1), 1));
+            assert_eq!(heartbeat.digest, field.robot.belief().digest());
+            assert!(!heartbeat.intent.path.is_empty());
+        }
+        ref other => panic!("{other:?}"),
+    }
+    assert_eq!(field.robot.wake_at(), MissionTime(20 * SECOND));
+}
+
+#[test]
+fn a_robot_that_is_off_its_plan_decides_anew() {
+    let mut field = Field::new(1, ENDLESS);
+    field.sense(0, field.cell(0, 0));
+    let astray = field.cell(11, 11);
+    assert!(route(&field.sense(15, astray)).is_some_and(|route| !route.is_empty()));
+}
