@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::future::Future;
 use std::path::Path;
-use std::sync::Arc;
 
 use dragnet_agent::agent::{Agent, Orders};
 use dragnet_proto::convert::Codec;
@@ -118,10 +117,8 @@ pub fn world(
     Ok((episode, config.seed))
 }
 
-fn runtime() -> Result<Arc<Runtime>, LinkError> {
-    Runtime::new()
-        .map(Arc::new)
-        .map_err(|error| LinkError::Zenoh { what: "start".to_owned(), reason: error.to_string() })
+fn runtime() -> Result<Runtime, LinkError> {
+    Runtime::new().map_err(|error| LinkError::Zenoh { what: "start".to_owned(), reason: error.to_string() })
 }
 
 /// Ready when the process is asked to stop: by a signal or, if attached, by its standard input closing.

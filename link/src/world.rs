@@ -127,8 +127,7 @@ impl<'a> WorldServer<'a> {
         match heard {
             Heard::Message { message: Message::Intent(intent), .. } => {
                 let (now, robot, route) = (self.clock.now(), intent.robot, intent.path);
-                let activity = if route.is_empty() { Activity::Cleared } else { Activity::Searching };
-                (self.spectator)(now, Scene::Departs { robot, route: route.clone(), activity });
+                (self.spectator)(now, Scene::Departs { robot, route: route.clone(), activity: None });
                 self.world.set_route(robot, route);
                 self.depart(now, robot);
             }

@@ -52,8 +52,8 @@ pub enum Scene {
         robot: RobotId,
         /// Cells to enter.
         route: Vec<Cell>,
-        /// What it does.
-        activity: Activity,
+        /// What it does; `None` where only its plan is known.
+        activity: Option<Activity>,
     },
     /// A robot has entered a cell.
     Arrives {
@@ -349,7 +349,7 @@ impl<'a, C: Crew> Simulation<'a, C> {
         if let (Participant::Robot(robot), Some(route)) = (who, reaction.route) {
             (self.spectator)(
                 now,
-                Scene::Departs { robot, route: route.clone(), activity: reaction.activity },
+                Scene::Departs { robot, route: route.clone(), activity: Some(reaction.activity) },
             );
             self.world.set_route(robot, route);
             self.depart(now, robot);

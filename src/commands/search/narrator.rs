@@ -71,12 +71,12 @@ impl Narrator {
         self.silenced.map_or(Ok(self.watched), Err)
     }
 
-    fn plan(&self, route: &[Cell], activity: Activity) -> String {
+    fn plan(&self, route: &[Cell], activity: Option<Activity>) -> String {
         match route.last() {
             Some(&waypoint) => {
                 format!("goes to {}, {}", place(self.grid, waypoint), counted(route.len(), "cell"))
             }
-            None => format!("rests: {}", reason(activity)),
+            None => activity.map_or("rests".to_owned(), |activity| format!("rests: {}", reason(activity))),
         }
     }
 
