@@ -1,13 +1,12 @@
 //! Keys: under which name each message travels.
 //!
 //! ```text
-//! dragnet/<mission>/robots/<robot>/{observation,intent,heartbeat,pose,route,alive}
+//! dragnet/<mission>/robots/<robot>/{observation,intent,heartbeat,alive}
 //! dragnet/<mission>/robots/<from>/{log_request,log_reply}/<to>
 //! dragnet/<mission>/coordinator/{status,alive}
 //! dragnet/<mission>/coordinator/{log_request,log_reply}/<to>
 //! dragnet/<mission>/sim/step/<participant>
 //! dragnet/<mission>/sim/sensed/<robot>
-//! dragnet/<mission>/sim/alive
 //! ```
 //!
 //! `<robot>` is a number, `<from>` too; `<to>` and `<participant>` are a number or `coordinator`.
@@ -47,10 +46,6 @@ pub enum Topic {
     Intent(RobotId),
     /// A robot's signs of life, [`MessageKind::Heartbeat`].
     Heartbeat(RobotId),
-    /// Where a robot is, `geometry_msgs/msg/PoseStamped`.
-    Pose(RobotId),
-    /// Where a robot goes, `nav_msgs/msg/Path`.
-    Route(RobotId),
     /// Liveliness token of a participant.
     Alive(Participant),
     /// Requests of one participant to another, [`MessageKind::LogRequest`].
@@ -73,8 +68,6 @@ pub enum Topic {
     SimStep(Participant),
     /// What a robot's simulated sensor has seen, [`crate::step::Sensed`].
     SimSensed(RobotId),
-    /// Liveliness token of the simulator.
-    SimAlive,
 }
 
 impl Topic {
@@ -106,12 +99,7 @@ impl Topic {
             Self::LogRequest { from, .. } => Some((MessageKind::LogRequest, from)),
             Self::LogReply { from, .. } => Some((MessageKind::LogReply, from)),
             Self::Status => Some((MessageKind::MissionStatus, Participant::Coordinator)),
-            Self::Pose(_)
-            | Self::Route(_)
-            | Self::Alive(_)
-            | Self::SimStep(_)
-            | Self::SimSensed(_)
-            | Self::SimAlive => None,
+            Self::Alive(_) | Self::SimStep(_) | Self::SimSensed(_) => None,
         }
     }
 }
@@ -123,8 +111,6 @@ impl fmt::Display for Key {
             Topic::Observation(robot) => write!(formatter, "robots/{robot}/observation"),
             Topic::Intent(robot) => write!(formatter, "robots/{robot}/intent"),
             Topic::Heartbeat(robot) => write!(formatter, "robots/{robot}/heartbeat"),
-            Topic::Pose(robot) => write!(formatter, "robots/{robot}/pose"),
-            Topic::Route(robot) => write!(formatter, "robots/{robot}/route"),
             Topic::Alive(participant) => write!(formatter, "{}/alive", Home(participant)),
             Topic::LogRequest { from, to } => {
                 write!(formatter, "{}/log_request/{}", Home(from), Address(to))
@@ -135,7 +121,6 @@ impl fmt::Display for Key {
             Topic::Status => write!(formatter, "{COORDINATOR}/status"),
             Topic::SimStep(participant) => write!(formatter, "sim/step/{}", Address(participant)),
             Topic::SimSensed(robot) => write!(formatter, "sim/sensed/{robot}"),
-            Topic::SimAlive => write!(formatter, "sim/alive"),
         }
     }
 }
@@ -217,8 +202,6 @@ fn topic(chunks: &[&str]) -> Result<Option<Topic>, NotARobot> {
         ["robots", robot, "observation"] => Topic::Observation(number(robot)?),
         ["robots", robot, "intent"] => Topic::Intent(number(robot)?),
         ["robots", robot, "heartbeat"] => Topic::Heartbeat(number(robot)?),
-        ["robots", robot, "pose"] => Topic::Pose(number(robot)?),
-        ["robots", robot, "route"] => Topic::Route(number(robot)?),
         ["robots", robot, "alive"] => Topic::Alive(Participant::Robot(number(robot)?)),
         ["robots", from, "log_request", to] => {
             Topic::LogRequest { from: Participant::Robot(number(from)?), to: address(to)? }
@@ -232,7 +215,6 @@ fn topic(chunks: &[&str]) -> Result<Option<Topic>, NotARobot> {
         [COORDINATOR, "log_reply", to] => Topic::LogReply { from: from_coordinator, to: address(to)? },
         ["sim", "step", participant] => Topic::SimStep(address(participant)?),
         ["sim", "sensed", robot] => Topic::SimSensed(number(robot)?),
-        ["sim", "alive"] => Topic::SimAlive,
         _ => return Ok(None),
     }))
 }

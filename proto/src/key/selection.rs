@@ -8,41 +8,29 @@ use crate::message::Participant;
 /// Some of the keys of a mission. [`super::Mission::expression`] makes a key expression of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Selection {
-    /// All of them.
-    Everything,
     /// All robots' observations.
     Observations,
     /// All robots' plans.
     Intents,
     /// All robots' signs of life.
     Heartbeats,
-    /// Where all robots are.
-    Poses,
-    /// Where all robots go.
-    Routes,
-    /// Liveliness tokens of all robots, coordinator and simulator.
+    /// Liveliness tokens of all robots and the coordinator.
     Alive,
     /// Requests addressed to a participant.
     LogRequestsTo(Participant),
     /// Replies addressed to a participant.
     LogRepliesTo(Participant),
-    /// What all simulated sensors see.
-    SimSensed,
 }
 
 impl fmt::Display for Selection {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            Self::Everything => formatter.write_str("**"),
             Self::Observations => formatter.write_str("robots/*/observation"),
             Self::Intents => formatter.write_str("robots/*/intent"),
             Self::Heartbeats => formatter.write_str("robots/*/heartbeat"),
-            Self::Poses => formatter.write_str("robots/*/pose"),
-            Self::Routes => formatter.write_str("robots/*/route"),
             Self::Alive => formatter.write_str("**/alive"),
             Self::LogRequestsTo(to) => write!(formatter, "**/log_request/{}", Address(to)),
             Self::LogRepliesTo(to) => write!(formatter, "**/log_reply/{}", Address(to)),
-            Self::SimSensed => formatter.write_str("sim/sensed/*"),
         }
     }
 }

@@ -20,15 +20,12 @@ fn topics() -> impl Strategy<Value = Topic> {
         robot().prop_map(Topic::Observation),
         robot().prop_map(Topic::Intent),
         robot().prop_map(Topic::Heartbeat),
-        robot().prop_map(Topic::Pose),
-        robot().prop_map(Topic::Route),
         participants().prop_map(Topic::Alive),
         pair().prop_map(|(from, to)| Topic::LogRequest { from, to }),
         pair().prop_map(|(from, to)| Topic::LogReply { from, to }),
         Just(Topic::Status),
         participants().prop_map(Topic::SimStep),
         robot().prop_map(Topic::SimSensed),
-        Just(Topic::SimAlive),
     ]
 }
 
@@ -95,9 +92,9 @@ fn a_wrong_key_is_refused_with_what_is_allowed() {
     check("dragnet/m/robots/65536/intent", "robot \"65536\"");
     check("dragnet/m/robots/+3/intent", "robot \"+3\"");
     check("dragnet/m/sim/step/nobody", "robot \"nobody\"");
-    check("dragnet/A b/sim/alive", "mission \"A b\": allowed are 1 to 64 characters");
-    check("dragnet//sim/alive", "mission \"\"");
-    check("other/m/sim/alive", "allowed are keys like");
+    check("dragnet/A b/coordinator/alive", "mission \"A b\": allowed are 1 to 64 characters");
+    check("dragnet//coordinator/alive", "mission \"\"");
+    check("other/m/coordinator/alive", "allowed are keys like");
     check("dragnet/m/robots/3/observation/", "allowed are keys like");
     check("dragnet/m/robots/3", "allowed are keys like");
     check("dragnet/m", "allowed are keys like");
@@ -133,11 +130,8 @@ fn a_selection_matches_its_keys_and_no_others() {
         Topic::Observation(RobotId(3)),
         Topic::Intent(RobotId(4)),
         Topic::Heartbeat(RobotId(3)),
-        Topic::Pose(RobotId(3)),
-        Topic::Route(RobotId(3)),
         Topic::Alive(three),
         Topic::Alive(coordinator),
-        Topic::SimAlive,
         Topic::LogRequest { from: coordinator, to: three },
         Topic::LogRequest { from: four, to: three },
         Topic::LogRequest { from: three, to: coordinator },
@@ -155,15 +149,11 @@ fn a_selection_matches_its_keys_and_no_others() {
         });
         assert_eq!(selected.collect::<Vec<_>>(), expected, "{expression}");
     };
-    check(Selection::Everything, &topics);
     check(Selection::Observations, &topics[0..1]);
     check(Selection::Intents, &topics[1..2]);
     check(Selection::Heartbeats, &topics[2..3]);
-    check(Selection::Poses, &topics[3..4]);
-    check(Selection::Routes, &topics[4..5]);
-    check(Selection::Alive, &topics[5..8]);
-    check(Selection::LogRequestsTo(three), &topics[8..10]);
-    check(Selection::LogRequestsTo(coordinator), &topics[10..11]);
-    check(Selection::LogRepliesTo(three), &topics[11..12]);
-    check(Selection::SimSensed, &topics[12..13]);
+    check(Selection::Alive, &topics[3..5]);
+    check(Selection::LogRequestsTo(three), &topics[5..7]);
+    check(Selection::LogRequestsTo(coordinator), &topics[7..8]);
+    check(Selection::LogRepliesTo(three), &topics[8..9]);
 }
