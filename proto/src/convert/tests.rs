@@ -156,9 +156,9 @@ fn a_message_comes_from_where_its_key_says() {
 #[test]
 fn a_step_of_an_unknown_kind_is_refused() {
     let codec = Codec::new(grid());
-    let step = wire::Step { version: 1, kind: 6, ..wire::Step::default() };
+    let step = wire::Step { version: 1, kind: 7, ..wire::Step::default() };
     let error = codec.decode_step(&cdr::encode(&step)).unwrap_err().to_string();
-    assert!(error.contains("kind: 6; allowed are 0 start, 1 sensed"), "{error}");
+    assert!(error.contains("kind: 7; allowed are 0 start, 1 sensed"), "{error}");
 
     let reply = wire::StepReply { version: 1, parcels: vec![5], ..wire::StepReply::default() };
     let error = codec.decode_step_reply(&cdr::encode(&reply)).unwrap_err().to_string();
