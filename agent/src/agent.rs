@@ -214,6 +214,10 @@ impl Agent {
     }
 
     fn sense(&mut self, now: MissionTime, cell: Cell, readings: Vec<Reading>, actions: &mut Vec<Action>) {
+        if self.cell.is_none() {
+            // The vehicle's clock may be set only now, and back.
+            self.next_heartbeat = now + self.orders.mission.heartbeat;
+        }
         self.move_to(cell);
         for reading in &readings {
             self.belief.add(reading);

@@ -204,3 +204,11 @@ fn a_robot_that_is_off_its_plan_decides_anew() {
     let astray = field.cell(11, 11);
     assert!(route(&field.sense(15, astray)).is_some_and(|route| !route.is_empty()));
 }
+
+#[test]
+fn a_clock_that_is_set_back_by_the_first_look_delays_no_heartbeat() {
+    let mut field = Field::new(1, ENDLESS);
+    assert!(field.wake(500).is_empty());
+    field.sense(0, field.cell(0, 0));
+    assert_eq!(field.robot.wake_at(), MissionTime(10 * SECOND));
+}

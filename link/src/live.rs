@@ -62,7 +62,7 @@ pub type Report = (Option<MissionTime>, Stimulus<Message>);
 /// Runs a mind until `stop` is ready or the network closes. `reports` is what its vehicle says: a coordinator has none.
 ///
 /// # Errors
-/// If the mind cannot go on, or the network fails.
+/// If the mind cannot go on.
 pub async fn run(
     link: &mut Link,
     mind: &mut dyn Mind,
@@ -146,7 +146,10 @@ impl Driver<'_> {
         let Reaction { published, wake_at, decision, conflicting, .. } =
             reaction.map_err(|error| LinkError::Participant { who: link.me(), reason: error.reason })?;
         for (audience, message) in published {
-            link.publish(self.published, audience, &message).await?;
+            // A robot goes on without its network; what is not heard is asked for later.
+            if let Err(error) = link.publish(self.published, audience, &message).await {
+                tracing::warn!("{error}");
+            }
             self.published += 1;
         }
         if conflicting > 0 {
