@@ -83,7 +83,7 @@ impl Field {
         let folder = tempfile::tempdir().unwrap();
         let scenario = "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows = 15\ncolumns = 15\n\
                         [objects]\ncount = 4\n[robots]\ncount = 2\npolicy = \"path\"\n\
-                        [mission]\nbudget_seconds = 3600.0\n";
+                        [mission]\nbudget_seconds = 3600.0\nexpected_undeclared = 0.001\n";
         std::fs::write(folder.path().join("field.toml"), scenario).unwrap();
         Self { folder, endpoints: free_endpoints(4).unwrap() }
     }

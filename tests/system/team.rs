@@ -91,7 +91,7 @@ fn two_runs_side_by_side_do_not_meet_and_record_the_same_bytes() {
 fn by_the_wall_clock_the_team_finds_all_and_agrees() {
     let small = scenario(
         "name = \"live\"\n[map]\nshape = \"all_traversable\"\nrows = 15\ncolumns = 15\n\
-         [objects]\ncount = 4\n[robots]\ncount = 2\npolicy = \"path\"\n[mission]\nbudget_seconds = 3600.0\n",
+         [objects]\ncount = 4\n[robots]\ncount = 2\npolicy = \"path\"\n[mission]\nbudget_seconds = 3600.0\nexpected_undeclared = 0.001\n",
     );
     let options = Options { pace: Some(300.0), version: "test".to_owned(), ..Options::default() };
     let run = team::run(&small, 3, &options, &mut |_, _| ()).unwrap();
