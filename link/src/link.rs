@@ -88,7 +88,7 @@ impl Link {
             .declare_subscriber(mission.expression(Selection::Alive))
             .history(true)
             .callback(move |sample| {
-                if let Some(heard) = presence(&sample) {
+                if let Some(heard) = presence(&sample, me) {
                     offer(&sender, heard);
                 }
             })
@@ -222,10 +222,11 @@ fn understand(sample: &Sample, me: Participant, codec: Codec) -> Option<Heard> {
     }
 }
 
-fn presence(sample: &Sample) -> Option<Heard> {
+/// Who has come or left; nothing if it is this participant itself.
+fn presence(sample: &Sample, me: Participant) -> Option<Heard> {
     let key: Key = sample.key_expr().as_str().parse().ok()?;
     let Topic::Alive(who) = key.topic else { return None };
-    Some(match sample.kind() {
+    (who != me).then(|| match sample.kind() {
         SampleKind::Put => Heard::Came(who),
         SampleKind::Delete => Heard::Left(who),
     })

@@ -21,7 +21,7 @@ use crate::config::{self, AgentConfig, Checked, CoordinatorConfig, SimConfig, Ti
 use crate::link::Link;
 use crate::live::{self, Clock};
 use crate::lockstep::Puppet;
-use crate::session::open;
+use crate::session::{Endpoints, open};
 use crate::team::{self, Options};
 use crate::world::{self, WorldServer};
 
@@ -58,6 +58,7 @@ pub fn agent(file: &Path) -> Result<(), LinkError> {
                 let reports = world::sensor(&session, &mission, robot, codec).await?;
                 let mut link = Link::join(session, mission, who, codec).await?;
                 link.announce().await?;
+                tell_start(&link, &config.common.zenoh);
                 live::run(&mut link, &mut agent, Clock::new(config.common.pace), reports, stop)
                     .await
                     .map(|_| ())
@@ -88,6 +89,7 @@ pub fn coordinator(file: &Path, version: &str) -> Result<(), LinkError> {
         let stop = until_stopped(false)?;
         let mut link = Link::join(session, mission, Participant::Coordinator, codec).await?;
         link.announce().await?;
+        tell_start(&link, &config.common.zenoh);
         let (_, no_reports) = mpsc::channel(1);
         live::run(&mut link, &mut desk, clock, no_reports, stop).await
     })?;
@@ -115,6 +117,21 @@ pub fn world(
         server.run().await
     })?;
     Ok((episode, config.seed))
+}
+
+/// Whoever has started a process alone by mistake sees here whom it looks for.
+fn tell_start(link: &Link, endpoints: &Endpoints) {
+    let list = |endpoints: &[String]| match endpoints {
+        [] => "nowhere".to_owned(),
+        endpoints => endpoints.join(", "),
+    };
+    tracing::info!(
+        "{} of mission {} listens at {} and calls {}; who comes is told",
+        link.me(),
+        link.mission(),
+        list(&endpoints.listen),
+        list(&endpoints.connect),
+    );
 }
 
 fn runtime() -> Result<Runtime, LinkError> {
