@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use dragnet_proto::inbox::Inbox;
 use dragnet_proto::message::{Audience, Detection, Heartbeat, Intent, Message, MissionStatus, Participant};
+use dragnet_proto::scenario::Scenario;
 use dragnet_proto::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
@@ -34,6 +35,23 @@ pub struct MissionOrders {
     pub lost_after: Duration,
     /// Between two records of the belief, above 0.
     pub belief_period: Duration,
+}
+
+impl MissionOrders {
+    /// The orders of a scenario's coordinator.
+    #[must_use]
+    pub fn of(scenario: &Scenario) -> Self {
+        let mission = scenario.mission();
+        Self {
+            terrain: Arc::new(scenario.terrain().clone()),
+            prior: scenario.prior().clone(),
+            tau: mission.tau,
+            robots: scenario.robots().iter().map(|robot| robot.id).collect(),
+            heartbeat: mission.heartbeat,
+            lost_after: mission.lost_after,
+            belief_period: scenario.recording().belief_period,
+        }
+    }
 }
 
 /// What happened.

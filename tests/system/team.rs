@@ -19,19 +19,7 @@ use crate::{committed, scenario};
 /// The episode in this process, with a coordinator who records nothing.
 fn in_process(scenario: &Scenario, seed: u64) -> Episode {
     let mut robots: Vec<Agent> = Orders::of_team(scenario, seed).into_iter().map(Agent::new).collect();
-    let mission = scenario.mission();
-    let mut desk = Desk::new(
-        Mission::new(MissionOrders {
-            terrain: scenario.terrain().clone().into(),
-            prior: scenario.prior().clone(),
-            tau: mission.tau,
-            robots: scenario.robots().iter().map(|robot| robot.id).collect(),
-            heartbeat: mission.heartbeat,
-            lost_after: mission.lost_after,
-            belief_period: scenario.recording().belief_period,
-        }),
-        None,
-    );
+    let mut desk = Desk::new(Mission::new(MissionOrders::of(scenario)), None);
     let rules = Rules { end: End::Resting, coordinator: Attendance::Present };
     let mut crew = LocalCrew::new(&mut robots, Some(&mut desk));
     episode::run_with(scenario, seed, rules, &mut crew, &mut |_, _| ()).unwrap()

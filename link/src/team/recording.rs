@@ -18,21 +18,11 @@ const SIMULATED_START_UNIX_NS: i64 = 946_684_800_000_000_000;
 
 /// The coordinator of a scenario, with its recorder if something is to be recorded.
 pub(crate) fn desk(scenario: &Scenario, seed: u64, options: &Options) -> Result<Desk, LinkError> {
-    let terrain = Arc::new(scenario.terrain().clone());
-    let mission = scenario.mission();
-    let orders = MissionOrders {
-        terrain: Arc::clone(&terrain),
-        prior: scenario.prior().clone(),
-        tau: mission.tau,
-        robots: scenario.robots().iter().map(|robot| robot.id).collect(),
-        heartbeat: mission.heartbeat,
-        lost_after: mission.lost_after,
-        belief_period: scenario.recording().belief_period,
-    };
+    let orders = MissionOrders::of(scenario);
     let recorder = options.recording.as_ref().map(|path| {
         let header = Header {
             start_unix_ns: start_unix_ns(options),
-            terrain,
+            terrain: Arc::clone(&orders.terrain),
             prior: scenario.prior().clone(),
             scenario: scenario.source().text.clone(),
             run: run_metadata(scenario, seed, options),
