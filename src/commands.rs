@@ -35,6 +35,13 @@ pub(crate) enum Command {
     Completions(completions::Arguments),
 }
 
+impl Command {
+    /// Whether this is one process of a mission, rather than a task with an end of its own.
+    pub(crate) const fn serves(&self) -> bool {
+        matches!(self, Self::Agent(_) | Self::Coordinator(_) | Self::Sim(_))
+    }
+}
+
 /// Does what the command line asks for.
 pub(crate) fn execute(command: Command) -> Result<(), Failure> {
     match command {

@@ -38,16 +38,18 @@ Examples:
 Exit codes: 0 done, 1 a run failed, 2 bad input.";
 
 fn main() -> ExitCode {
-    keep_log();
-    match commands::execute(CommandLine::parse().command) {
+    let command = CommandLine::parse().command;
+    keep_log(&command);
+    match commands::execute(command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => failure.report(),
     }
 }
 
-/// What happens beside the command's own output goes to stderr: warnings, or what `RUST_LOG` asks for.
-fn keep_log() {
-    let filter = EnvFilter::try_from_default_env()
-        .unwrap_or_else(|_| EnvFilter::new("warn,dragnet_link=info,zenoh=error"));
+/// What happens beside the command's own output goes to stderr: what `RUST_LOG` asks for or, without, warnings, and
+/// who comes and goes where a process serves a mission.
+fn keep_log(command: &Command) {
+    let usual = if command.serves() { "warn,dragnet_link=info,zenoh=error" } else { "warn,zenoh=error" };
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(usual));
     tracing_subscriber::fmt().with_env_filter(filter).with_target(false).with_writer(std::io::stderr).init();
 }

@@ -48,6 +48,7 @@ impl Children {
             .arg(file.path())
             .stdin(Stdio::piped())
             .stdout(Stdio::null())
+            .env("RUST_LOG", std::env::var("RUST_LOG").unwrap_or_else(|_| "warn,zenoh=error".to_owned()))
             .spawn()
             .map_err(|error| failed(format!("{}: {error}", brief.program.display())))?;
         self.running.push((who, child, file));
