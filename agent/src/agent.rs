@@ -244,8 +244,7 @@ impl Agent {
         if let Some(before) = self.cell
             && before != cell
         {
-            let offset = self.orders.terrain.grid().offset(before, cell);
-            let cells = f64::from(offset.north).hypot(f64::from(offset.east));
+            let cells = self.orders.terrain.grid().offset(before, cell).euclidean();
             self.path_meters += cells * self.orders.terrain.cell_meters();
             self.entered += 1;
         }

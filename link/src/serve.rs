@@ -12,7 +12,6 @@ use dragnet_search::observation::RobotId;
 use dragnet_sim::episode::Episode;
 use dragnet_sim::simulation::Spectator;
 use tokio::io::AsyncReadExt;
-use tokio::runtime::Runtime;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::mpsc;
 
@@ -21,7 +20,7 @@ use crate::config::{self, AgentConfig, Checked, CoordinatorConfig, SimConfig, Ti
 use crate::link::Link;
 use crate::live::{self, Clock};
 use crate::lockstep::Puppet;
-use crate::session::{Endpoints, open};
+use crate::session::{Endpoints, open, runtime};
 use crate::team::{self, Options};
 use crate::world::{self, WorldServer};
 
@@ -132,10 +131,6 @@ fn tell_start(link: &Link, endpoints: &Endpoints) {
         list(&endpoints.listen),
         list(&endpoints.connect),
     );
-}
-
-fn runtime() -> Result<Runtime, LinkError> {
-    Runtime::new().map_err(|error| LinkError::Zenoh { what: "start".to_owned(), reason: error.to_string() })
 }
 
 /// Ready when the process is asked to stop: by a signal or, if attached, by its standard input closing.

@@ -5,6 +5,7 @@ use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use tokio::runtime::Runtime;
 use zenoh::{Config, Session};
 
 use crate::LinkError;
@@ -19,6 +20,11 @@ pub struct Endpoints {
     pub connect: Vec<String>,
     /// Further settings of Zenoh, a JSON5 file.
     pub config: Option<PathBuf>,
+}
+
+/// What sessions and their participants run on.
+pub(crate) fn runtime() -> Result<Runtime, LinkError> {
+    Runtime::new().map_err(|error| LinkError::Zenoh { what: "start".to_owned(), reason: error.to_string() })
 }
 
 /// Opens a session as a peer: scouting is off unless the settings file turns it on.

@@ -12,12 +12,12 @@ use dragnet_proto::message::Participant;
 use dragnet_proto::scenario::{Network, Scenario};
 use dragnet_sim::episode::Episode;
 use dragnet_sim::simulation::Spectator;
-use tokio::runtime::Runtime;
+use tokio::task::JoinHandle;
 use zenoh::Session;
 
 use crate::LinkError;
 use crate::config::check_pace;
-use crate::session::{Endpoints, free_endpoints, open};
+use crate::session::{Endpoints, free_endpoints, open, runtime};
 
 /// How a team is run.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -56,8 +56,7 @@ pub fn run(
     options: &Options,
     spectator: Spectator<'_>,
 ) -> Result<Run, LinkError> {
-    let runtime = Runtime::new()
-        .map_err(|error| LinkError::Zenoh { what: "start".to_owned(), reason: error.to_string() })?;
+    let runtime = runtime()?;
     match options.pace {
         None => lockstep_run::run(&runtime, scenario, seed, options, spectator),
         Some(pace) => {
@@ -81,6 +80,14 @@ pub(crate) fn everybody(scenario: &Scenario) -> Vec<Participant> {
 fn mission(scenario: &Scenario) -> Result<Mission, LinkError> {
     let name = scenario.name().to_ascii_lowercase();
     name.parse().map_err(|error| LinkError::Unsupported(format!("mission name {name:?}: {error}")))
+}
+
+/// What a participant's task came to.
+async fn joined<T>(task: JoinHandle<Result<T, LinkError>>) -> Result<T, LinkError> {
+    task.await.map_err(|error| LinkError::Zenoh {
+        what: "end a participant".to_owned(),
+        reason: error.to_string(),
+    })?
 }
 
 /// Where each session listens, and that it calls all before it: a mesh in which each pair has one connection.

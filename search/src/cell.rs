@@ -44,6 +44,12 @@ impl Offset {
     pub const fn manhattan(self) -> u32 {
         self.north.unsigned_abs() + self.east.unsigned_abs()
     }
+
+    /// Straight-line length, in cells.
+    #[must_use]
+    pub fn euclidean(self) -> f64 {
+        f64::from(self.north).hypot(f64::from(self.east))
+    }
 }
 
 /// A rectangle of `rows x columns` square cells.

@@ -139,12 +139,12 @@ pub(crate) struct Simulation<'a, C: Crew> {
     rules: Rules,
     speed: f64,
     heartbeat: Duration,
-    pub(crate) world: World,
+    world: World,
     network: Network,
     queue: Queue<Happening<C::Parcel>>,
     members: Vec<Member>,
     spectator: Spectator<'a>,
-    pub(crate) outcome: Outcome,
+    outcome: Outcome,
 }
 
 struct Member {

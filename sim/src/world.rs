@@ -17,7 +17,7 @@ use rand::seq::IndexedRandom;
 
 /// Objects and robots on the map, and the belief that all readings together support.
 pub struct World {
-    terrain: Arc<Terrain>,
+    terrain: Terrain,
     sensor: Arc<Sensor>,
     truth: Truth,
     bodies: Vec<Body>,
@@ -60,7 +60,7 @@ impl World {
         let (merged, tau) = (scenario.prior().clone(), scenario.mission().tau);
         let score = Score::of(terrain, &merged, &truth, tau);
         Self {
-            terrain: Arc::new(terrain.clone()),
+            terrain: terrain.clone(),
             sensor: Arc::new(scenario.sensor().clone()),
             truth,
             bodies,
@@ -146,21 +146,20 @@ impl World {
     }
 
     fn distance_cells(&self, from: Cell, to: Cell) -> f64 {
-        let offset = self.terrain.grid().offset(from, to);
-        f64::from(offset.north).hypot(f64::from(offset.east))
+        self.terrain.grid().offset(from, to).euclidean()
     }
 
     /// A robot looks around: a reading of every cell of its footprint. Returns them, and the cells that the merged
     /// belief now calls found and did not before.
     pub fn sense(&mut self, robot: RobotId) -> (Vec<Reading>, Vec<Cell>) {
         let sensor = Arc::clone(&self.sensor);
-        let grid = self.terrain.grid();
+        let (grid, from) = (self.terrain.grid(), self.body(robot).cell);
         let mut readings = Vec::with_capacity(sensor.footprint().len());
         let mut found = Vec::new();
         for look in sensor.footprint() {
-            let body = &mut self.bodies[usize::from(robot.0) - 1];
-            let Some(cell) = grid.step(body.cell, look.offset) else { continue };
-            let value = sensor.draw(self.truth.is_object(cell), look, &mut body.noise);
+            let Some(cell) = grid.step(from, look.offset) else { continue };
+            let is_object = self.truth.is_object(cell);
+            let value = sensor.draw(is_object, look, &mut self.body_mut(robot).noise);
             let reading = Reading { cell, value, variance: look.variance };
             if self.merge(&reading) {
                 found.push(cell);

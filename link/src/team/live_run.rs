@@ -11,7 +11,7 @@ use tokio::sync::{mpsc, watch};
 use tokio::task::JoinHandle;
 
 use super::children::{Brief, Children};
-use super::{Mesh, Options, Run, mission, recording};
+use super::{Mesh, Options, Run, joined, mission, recording};
 use crate::LinkError;
 use crate::config::TimeSource;
 use crate::link::Link;
@@ -78,11 +78,4 @@ fn participate<M: Mind + 'static>(
         let log = live::run(&mut link, &mut mind, Clock::new(pace), reports, stop).await?;
         Ok((mind, log))
     })
-}
-
-async fn joined<T>(task: JoinHandle<Result<T, LinkError>>) -> Result<T, LinkError> {
-    task.await.map_err(|error| LinkError::Zenoh {
-        what: "end a participant".to_owned(),
-        reason: error.to_string(),
-    })?
 }

@@ -9,11 +9,10 @@ use dragnet_search::cell::Grid;
 use dragnet_sim::episode;
 use dragnet_sim::simulation::{Attendance, End, Rules, Spectator};
 use tokio::runtime::Runtime;
-use tokio::task::JoinHandle;
 use zenoh::Session;
 
 use super::children::{Brief, Children};
-use super::{Mesh, Options, Run, everybody, mission, recording};
+use super::{Mesh, Options, Run, everybody, joined, mission, recording};
 use crate::LinkError;
 use crate::config::TimeSource;
 use crate::lockstep::Puppet;
@@ -80,11 +79,4 @@ impl Stage {
         Puppet::new(session, self.mission, who, self.grid, self.team, &mut desk).await?.serve().await?;
         Ok(desk)
     }
-}
-
-async fn joined<T>(task: JoinHandle<Result<T, LinkError>>) -> Result<T, LinkError> {
-    task.await.map_err(|error| LinkError::Zenoh {
-        what: "end a participant".to_owned(),
-        reason: error.to_string(),
-    })?
 }

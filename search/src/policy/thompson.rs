@@ -149,10 +149,7 @@ impl Thompson {
                 let distance: Vec<f64> = routes
                     .candidates()
                     .iter()
-                    .map(|&cell| {
-                        let offset = grid.offset(routes.root(), cell);
-                        f64::from(offset.north).hypot(f64::from(offset.east))
-                    })
+                    .map(|&cell| grid.offset(routes.root(), cell).euclidean())
                     .collect();
                 let (loss_mean, distance_mean) = (mean(loss), mean(&distance));
                 loss.iter()
