@@ -20,10 +20,8 @@ pub struct Team {
 #[derive(Clone, Debug)]
 struct Teammate {
     last_heard: MissionTime,
-    /// Number of the decision that the plan is from; none was heard yet without one.
-    decision: Option<u64>,
-    /// Cells that it has yet to enter.
-    plan: Vec<Cell>,
+    /// The last plan that was heard of, without the cells that it has entered since.
+    plan: Option<Intent>,
 }
 
 impl Team {
@@ -36,11 +34,10 @@ impl Team {
     /// whether it is news.
     pub fn plans(&mut self, now: MissionTime, intent: &Intent) -> bool {
         let mate = self.mate(now, intent.robot);
-        let is_newer = mate.decision.is_none_or(|known| intent.decision > known);
-        let is_further = mate.decision == Some(intent.decision) && intent.path.len() < mate.plan.len();
-        if is_newer || is_further {
-            mate.decision = Some(intent.decision);
-            mate.plan.clone_from(&intent.path);
+        let known = mate.plan.as_ref();
+        let is_newer = known.is_none_or(|known| intent.decision > known.decision);
+        if known.is_none_or(|known| intent.supersedes(known)) {
+            mate.plan = Some(intent.clone());
         }
         is_newer
     }
@@ -48,8 +45,10 @@ impl Team {
     /// A teammate has looked from a cell: that part of its plan is walked.
     pub fn walked(&mut self, now: MissionTime, robot: RobotId, cell: Cell) {
         let mate = self.mate(now, robot);
-        if let Some(place) = mate.plan.iter().position(|&planned| planned == cell) {
-            mate.plan.drain(..=place);
+        if let Some(plan) = &mut mate.plan
+            && let Some(place) = plan.path.iter().position(|&planned| planned == cell)
+        {
+            plan.path.drain(..=place);
         }
     }
 
@@ -72,15 +71,14 @@ impl Team {
     #[must_use]
     pub fn promised(&self, terrain: &Terrain, sensor: &Sensor) -> Promised {
         let mut promised = Promised::nothing(terrain);
-        for mate in self.mates.values() {
-            promised.add_path(terrain, sensor, &mate.plan);
+        for plan in self.mates.values().filter_map(|mate| mate.plan.as_ref()) {
+            promised.add_path(terrain, sensor, &plan.path);
         }
         promised
     }
 
     fn mate(&mut self, now: MissionTime, robot: RobotId) -> &mut Teammate {
-        let mate =
-            self.mates.entry(robot).or_insert(Teammate { last_heard: now, decision: None, plan: Vec::new() });
+        let mate = self.mates.entry(robot).or_insert(Teammate { last_heard: now, plan: None });
         mate.last_heard = mate.last_heard.max(now);
         mate
     }

@@ -37,10 +37,7 @@ impl Tracks {
     /// A robot's plan; whether it is news: a newer plan, or the same one with less of it left.
     pub fn plans(&mut self, intent: &Intent) -> bool {
         let track = self.robots.entry(intent.robot).or_default();
-        let is_news = track.plan.as_ref().is_none_or(|known| {
-            let is_further = intent.decision == known.decision && intent.path.len() < known.path.len();
-            intent.decision > known.decision || is_further
-        });
+        let is_news = track.plan.as_ref().is_none_or(|known| intent.supersedes(known));
         if is_news {
             track.plan = Some(intent.clone());
         }

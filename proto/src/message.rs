@@ -111,6 +111,16 @@ pub struct Intent {
     pub path: Vec<Cell>,
 }
 
+impl Intent {
+    /// Whether this says more than a plan of the same robot that is known: it is newer, or the same one with less of
+    /// it left.
+    #[must_use]
+    pub fn supersedes(&self, known: &Self) -> bool {
+        let is_further = self.decision == known.decision && self.path.len() < known.path.len();
+        self.decision > known.decision || is_further
+    }
+}
+
 /// A robot's sign of life.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Heartbeat {
