@@ -1,4 +1,5 @@
-//! Tells the binary which commit it was built from, for `--version` and for recordings.
+//! Tells the binary which commit it was built from, for `--version` and for recordings; and, if it can train, the linker
+//! where it finds libtorch.
 
 use std::path::Path;
 use std::process::Command;
@@ -9,6 +10,17 @@ fn main() {
     println!("cargo::rustc-env=DRAGNET_COMMIT={}", commit.as_deref().unwrap_or("unknown"));
     if commit.is_some() {
         watch_head();
+    }
+    if std::env::var_os("CARGO_FEATURE_TRAIN").is_some() {
+        point_to_libtorch();
+    }
+}
+
+/// As `learn/build.rs` does: where a library is found when a program runs is no part of what a dependency hands on.
+fn point_to_libtorch() {
+    println!("cargo::rerun-if-env-changed=LIBTORCH");
+    if let Some(libtorch) = std::env::var_os("LIBTORCH") {
+        println!("cargo::rustc-link-arg=-Wl,-rpath,{}/lib", libtorch.display());
     }
 }
 

@@ -1,16 +1,23 @@
 #!/usr/bin/env bash
-# Runs all tests. Sets up what they need beyond cargo: a Python environment with independent readers of recordings.
+# Runs all tests. Sets up what they need beyond cargo: libtorch, and a Python environment with independent readers of
+# recordings, Ray and PyTorch Geometric.
 set -euo pipefail
 cd "$(dirname "$0")"
 
-readers=tests/python/requirements.txt
-if ! cmp -s "$readers" .venv/installed; then
-    python3 -m venv .venv || {
+learn/libtorch.sh
+
+wanted=$(cat tests/python/requirements.txt scale/requirements.txt learn/libtorch.txt tests/python/without_cuda.py)
+if [[ $wanted != "$(cat .venv/installed 2>/dev/null)" ]]; then
+    python3 -m venv --clear .venv || {
         echo "test.sh: python3 with its venv module is needed (on Debian: apt-get install python3-venv)" >&2
         exit 2
     }
-    .venv/bin/python -m pip install --quiet --disable-pip-version-check --requirement "$readers"
-    cp "$readers" .venv/installed
+    install() { .venv/bin/python -m pip install --quiet --disable-pip-version-check "$@"; }
+    install --requirement tests/python/requirements.txt
+    # PyTorch is there already, in pip's cache; what it would bring of NVIDIA's is 2 GB that no test calls.
+    install --no-deps --requirement learn/libtorch.txt
+    .venv/bin/python tests/python/without_cuda.py
+    echo "$wanted" > .venv/installed
 fi
 
-cargo test --workspace "$@"
+cargo test --workspace --features train "$@"

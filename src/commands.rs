@@ -3,16 +3,22 @@
 mod agent;
 mod check;
 mod compare;
+mod comparison;
 mod completions;
 mod coordinator;
+mod demonstrate;
 mod inspect;
 mod latency;
+mod merge;
+mod paper;
 mod recover;
 mod run;
 mod scenario;
 mod schema;
 mod search;
+mod shard;
 mod sim;
+mod train;
 
 use std::fmt;
 use std::io::{self, Write};
@@ -25,6 +31,10 @@ use dragnet_link::LinkError;
 pub(crate) enum Command {
     Run(run::Arguments),
     Compare(compare::Arguments),
+    Demonstrate(demonstrate::Arguments),
+    Train(train::Arguments),
+    Merge(merge::Arguments),
+    Paper(paper::Arguments),
     Check(check::Arguments),
     Schema(schema::Arguments),
     Inspect(inspect::Arguments),
@@ -47,6 +57,10 @@ pub(crate) fn execute(command: Command) -> Result<(), Failure> {
     match command {
         Command::Run(arguments) => run::execute(&arguments),
         Command::Compare(arguments) => compare::execute(&arguments),
+        Command::Demonstrate(arguments) => demonstrate::execute(&arguments),
+        Command::Train(arguments) => train::execute(&arguments),
+        Command::Merge(arguments) => merge::execute(&arguments),
+        Command::Paper(arguments) => paper::execute(&arguments),
         Command::Check(arguments) => check::execute(&arguments),
         Command::Schema(arguments) => schema::execute(&arguments),
         Command::Inspect(arguments) => inspect::execute(&arguments),

@@ -4,15 +4,15 @@ use plotters::chart::ChartContext;
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::drawing::{DrawingArea, DrawingAreaErrorKind, IntoDrawingArea};
-use plotters::element::{PathElement, Polygon, Rectangle, Text};
+use plotters::element::{DashedPathElement, PathElement, Polygon, Rectangle, Text};
 use plotters::prelude::{Cartesian2d, ChartBuilder, DrawingBackend, SVGBackend};
-use plotters::series::LineSeries;
+use plotters::series::{DashedLineSeries, LineSeries};
 use plotters::style::{Color, IntoFont, RGBColor, ShapeStyle, TextStyle, WHITE};
 
 /// Size of a drawing, pixels: plotters rounds to whole ones, so that small drawings get crooked lines.
 const SIZE: (u32, u32) = (1600, 1000);
 /// Of these the legend takes so many columns, on the right.
-const LEGEND_WIDTH: u32 = 260;
+const LEGEND_WIDTH: u32 = 300;
 
 const FONT: &str = "Helvetica, Arial, sans-serif";
 const TITLE_SIZE: i32 = 44;
@@ -34,7 +34,10 @@ const COLORS: [RGBColor; 8] = [
     RGBColor(0, 0, 0),
 ];
 
-/// Curves of values from 0 to 1 by length.
+/// Lengths of dashes and of the gaps between them, pixels.
+const DASHES: [(u32, u32); 4] = [(24, 12), (6, 8), (48, 12), (14, 28)];
+
+/// Curves of values, none below 0, by length.
 pub(crate) struct Figure<'a> {
     /// Above the drawing.
     pub(crate) title: String,
@@ -46,6 +49,8 @@ pub(crate) struct Figure<'a> {
     pub(crate) vertical: &'a str,
     /// Lengths are drawn from 0 to this, above 0.
     pub(crate) length: f64,
+    /// Values are drawn from 0 to this, above 0.
+    pub(crate) height: f64,
     /// The curves; those of a greater index are drawn over those before.
     pub(crate) lines: Vec<Line<'a>>,
 }
@@ -54,14 +59,46 @@ pub(crate) struct Figure<'a> {
 pub(crate) struct Line<'a> {
     /// Its name in the legend.
     pub(crate) label: &'a str,
-    /// Number of its color; those that differ by fewer than eight differ.
-    pub(crate) color: usize,
+    /// What tells it apart.
+    pub(crate) look: Look,
     /// Ascending.
     pub(crate) lengths: &'a [f64],
     /// Mean value at each length.
     pub(crate) mean: &'a [f64],
     /// Its standard error, where it is known.
     pub(crate) standard_error: &'a [Option<f64>],
+}
+
+/// What tells a curve apart from others.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Look {
+    /// Number of its color, below [`Look::COLORS`]; others are taken modulo it.
+    pub(crate) color: usize,
+    /// 0 for a solid line, else the number of its dashes, below [`Look::DASHES`]; others are taken modulo it.
+    pub(crate) dashes: usize,
+}
+
+impl Look {
+    /// How many colors there are.
+    pub(crate) const COLORS: usize = COLORS.len();
+    /// How many kinds of lines there are, the solid one included.
+    pub(crate) const DASHES: usize = DASHES.len() + 1;
+
+    const fn color(self) -> RGBColor {
+        COLORS[self.color % Self::COLORS]
+    }
+
+    fn stroke(self) -> ShapeStyle {
+        ShapeStyle::from(self.color()).stroke_width(LINE_WIDTH)
+    }
+
+    /// None of a solid line.
+    const fn dashes(self) -> Option<(u32, u32)> {
+        match self.dashes % Self::DASHES {
+            0 => None,
+            number => Some(DASHES[number - 1]),
+        }
+    }
 }
 
 type Chart<'a, B> = ChartContext<'a, B, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
@@ -91,7 +128,7 @@ impl Figure<'_> {
             .margin_left(20)
             .x_label_area_size(90)
             .y_label_area_size(100)
-            .build_cartesian_2d(0.0..self.length, 0.0..1.0)?;
+            .build_cartesian_2d(0.0..self.length, 0.0..self.height)?;
         self.draw_axes(&mut chart)?;
         for line in &self.lines {
             line.draw_band(&mut chart, self.length)?;
@@ -122,8 +159,12 @@ impl Figure<'_> {
 
     fn draw_legend<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Drawn<B> {
         for (y, line) in (160..).step_by(50).zip(&self.lines) {
-            area.draw(&Rectangle::new([(4, y - 12), (50, y + 12)], line.color().mix(0.2).filled()))?;
-            area.draw(&PathElement::new([(4, y), (50, y)], line.stroke()))?;
+            area.draw(&Rectangle::new([(4, y - 12), (50, y + 12)], line.look.color().mix(0.2).filled()))?;
+            let (ends, stroke) = ([(4, y), (50, y)], line.look.stroke());
+            match line.look.dashes() {
+                None => area.draw(&PathElement::new(ends, stroke))?,
+                Some((dash, gap)) => area.draw(&DashedPathElement::new(ends, dash, gap, stroke))?,
+            }
             area.draw(&Text::new(line.label, (64, y - 15), text(TEXT_SIZE)))?;
         }
         Ok(())
@@ -140,28 +181,24 @@ impl Line<'_> {
         outline.reverse();
         outline.splice(0..0, edge(1.0));
         if !outline.is_empty() {
-            chart.draw_series([Polygon::new(outline, self.color().mix(0.2))])?;
+            chart.draw_series([Polygon::new(outline, self.look.color().mix(0.2))])?;
         }
         Ok(())
     }
 
     fn draw_mean<B: DrawingBackend>(&self, chart: &mut Chart<'_, B>, length: f64) -> Drawn<B> {
-        chart.draw_series(LineSeries::new(self.points(length), self.stroke()))?;
+        let (points, stroke) = (self.points(length), self.look.stroke());
+        match self.look.dashes() {
+            None => chart.draw_series(LineSeries::new(points, stroke))?,
+            Some((dash, gap)) => chart.draw_series(DashedLineSeries::new(points, dash, gap, stroke))?,
+        };
         Ok(())
     }
 
     /// Up to a length.
-    fn points(&self, length: f64) -> impl Iterator<Item = (f64, f64)> {
+    fn points(&self, length: f64) -> impl Iterator<Item = (f64, f64)> + Clone {
         let points = self.lengths.iter().copied().zip(self.mean.iter().copied());
         points.take_while(move |&(x, _)| x <= length)
-    }
-
-    const fn color(&self) -> RGBColor {
-        COLORS[self.color % COLORS.len()]
-    }
-
-    fn stroke(&self) -> ShapeStyle {
-        ShapeStyle::from(self.color()).stroke_width(LINE_WIDTH)
     }
 }
 
@@ -173,10 +210,10 @@ fn text(size: i32) -> TextStyle<'static> {
 mod tests {
     use super::*;
 
-    fn svg(standard_error: &[Option<f64>]) -> String {
+    fn svg(standard_error: &[Option<f64>], dashes: usize) -> String {
         let line = Line {
             label: "greedy",
-            color: 2,
+            look: Look { color: 2, dashes },
             lengths: &[0.0, 1.0, 2.0],
             mean: &[0.0, 0.5, 0.9],
             standard_error,
@@ -187,6 +224,7 @@ mod tests {
             horizontal: "Path length (cells)",
             vertical: "F1",
             length: 2.0,
+            height: 1.0,
             lines: vec![line],
         };
         figure.draw().unwrap()
@@ -194,7 +232,7 @@ mod tests {
 
     #[test]
     fn a_drawing_names_its_axes_and_its_lines() {
-        let svg = svg(&[Some(0.0), Some(0.1), Some(0.1)]);
+        let svg = svg(&[Some(0.0), Some(0.1), Some(0.1)], 0);
         for word in ["a map &lt;&amp;&gt;", "3 seeds", "Path length (cells)", "F1", "greedy", "#009E73"] {
             assert!(svg.contains(word), "{word}\n{svg}");
         }
@@ -203,6 +241,15 @@ mod tests {
 
     #[test]
     fn one_seed_has_no_standard_error_to_draw() {
-        assert!(!svg(&[None; 3]).contains("<polygon"));
+        assert!(!svg(&[None; 3], 0).contains("<polygon"));
+    }
+
+    #[test]
+    fn dashes_are_drawn_in_the_curve_and_in_the_legend() {
+        let lines = |dashes| svg(&[None; 3], dashes).matches("stroke=\"#009E73\"").count();
+        assert_eq!(lines(0), 2);
+        for dashes in 1..Look::DASHES {
+            assert!(lines(dashes) > 10, "{dashes}");
+        }
     }
 }

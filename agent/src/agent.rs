@@ -1,14 +1,15 @@
 //! The robot's mind: what happened goes in, what to do comes out.
 
+use dragnet_learn::policy;
 use dragnet_proto::inbox::Inbox;
 use dragnet_proto::message::{Activity, Audience, Heartbeat, Intent, Message, Participant};
-use dragnet_proto::scenario::{Mission, Robot, Scenario};
+use dragnet_proto::scenario::{self, Mission, Robot, Scenario};
 use dragnet_proto::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Reading;
 use dragnet_search::observation::{Observation, RobotId};
-use dragnet_search::policy::{self, Policy};
+use dragnet_search::policy::Policy;
 use dragnet_search::route::Moves;
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_search::sensor::Sensor;
@@ -48,8 +49,8 @@ impl Orders {
         let team = u16::try_from(scenario.robots().len()).unwrap_or(u16::MAX);
         (0..team)
             .zip(scenario.robots())
-            .map(|(member, &robot)| Self {
-                robot,
+            .map(|(member, robot)| Self {
+                robot: robot.clone(),
                 place: Place { member, team },
                 terrain: Arc::clone(&terrain),
                 moves: scenario.moves(),
@@ -138,9 +139,17 @@ impl Agent {
     /// A robot with its orders, before it knows where it is.
     #[must_use]
     pub fn new(orders: Orders) -> Self {
+        let scenario::Policy { name, parameters, ref network, .. } = orders.robot.policy;
+        let policy = policy::build(name, parameters, network.as_ref());
+        Self::with_policy(orders, policy)
+    }
+
+    /// A robot that decides by a policy of its own, whatever its orders say.
+    #[must_use]
+    pub fn with_policy(orders: Orders, policy: Box<dyn Policy + Send>) -> Self {
         let participant = Participant::Robot(orders.id());
         Self {
-            policy: policy::build(orders.robot.policy.name, orders.robot.policy.parameters),
+            policy,
             random: stream(orders.seed, Purpose::Decision, orders.id().0),
             belief: Belief::clone(&orders.prior),
             inbox: Inbox::new(participant, orders.mission.heartbeat / 2),

@@ -20,8 +20,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
+use dragnet_learn::policy::{PolicyName, Shipped};
 use dragnet_search::belief::Belief;
-use dragnet_search::policy::PolicyName;
 use dragnet_search::route::Moves;
 use dragnet_search::sensor::Sensor;
 use dragnet_search::terrain::Terrain;
@@ -38,7 +38,7 @@ pub use schema::schema_json;
 pub use warning::Warning;
 
 use error::Fault;
-use file::{PolicyField, RecordingTable, ScenarioFile};
+use file::{PolicyField, PolicyTable, RecordingTable, ScenarioFile};
 
 /// A search that can be run: with a seed, it is an episode.
 #[derive(Clone, Debug)]
@@ -108,7 +108,7 @@ impl Scenario {
         check_name(&file.name)?;
         let terrain = &map.terrain;
         let objects = Objects::new(&file.objects, terrain)?;
-        let robots = robots::robots(&file.robots, terrain)?;
+        let robots = robots::robots(&file.robots, source.folder(), terrain)?;
         Ok(Self {
             moves: world::moves(file.map.moves)?,
             sensor: world::sensor(&file.sensor, terrain.grid())?,
@@ -129,9 +129,34 @@ impl Scenario {
     ///
     /// # Errors
     /// Never with a scenario whose files are still as they were read.
-    pub fn with_policy(&self, policy: PolicyName) -> Result<Self, ScenarioError> {
+    pub fn with_policy(&self, policy: impl Into<PolicyName>) -> Result<Self, ScenarioError> {
+        self.deciding_by(PolicyField::Name(policy.into().as_str().to_owned()))
+    }
+
+    /// Every robot with the policy `gnn` and these weights instead; the file is relative to the working directory.
+    ///
+    /// # Errors
+    /// If it is no weights file, or its path cannot be made absolute or is not UTF-8.
+    pub fn with_weights(&self, file: &Path) -> Result<Self, ScenarioError> {
+        let absolute = std::path::absolute(file).ok();
+        let Some(weights) = absolute.as_deref().and_then(Path::to_str) else {
+            let found = format!("{:?}", file.display());
+            let invalid = Invalid::new("robots.policy.weights", found, "the path of a file, in UTF-8");
+            return Err(self.source.override_error(invalid.into()));
+        };
+        self.deciding_by(PolicyField::Table(PolicyTable {
+            name: Shipped::General.as_str().to_owned(),
+            length_weight: None,
+            lane_cells: None,
+            replan_after: None,
+            weights: Some(weights.to_owned()),
+        }))
+    }
+
+    /// Every robot decides so.
+    fn deciding_by(&self, policy: PolicyField) -> Result<Self, ScenarioError> {
         self.changed(|file| {
-            file.robots.policy = PolicyField::Name(policy.as_str().to_owned());
+            file.robots.policy = policy;
             for robot in &mut file.robots.robot {
                 robot.policy = None;
             }

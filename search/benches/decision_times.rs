@@ -8,7 +8,6 @@
 
 mod by_size;
 mod field;
-mod naive;
 mod ratio;
 mod times;
 

@@ -2,12 +2,11 @@
 
 use std::time::Duration;
 
-use dragnet_search::policy::{Parameters, PolicyName, build};
+use dragnet_search::policy::{Parameters, PathByDefinition, Policy, PolicyName, build};
 use dragnet_search::seed::{Purpose, stream};
 use dragnet_search::shape::Shape;
 
 use crate::field::Field;
-use crate::naive;
 use crate::times::{Times, milliseconds, time};
 
 const DENSITIES: [f64; 2] = [0.2, 0.01];
@@ -34,9 +33,8 @@ pub(crate) fn print() {
 fn assert_same_scores(field: &Field) {
     let mut random = stream(1, Purpose::Decision, 1);
     let decision = build(PolicyName::Path, Parameters::default()).decide(&field.situation(), &mut random);
-    for (index, (score, expected)) in
-        decision.scores.iter().zip(naive::path_scores(&field.situation())).enumerate()
-    {
+    let defined = definition().decide(&field.situation(), &mut random);
+    for (index, (score, expected)) in decision.scores.iter().zip(defined.scores).enumerate() {
         // What is no candidate is -inf.
         let is_same = if expected.is_finite() {
             (score - expected).abs() <= 1e-4 * expected.abs()
@@ -55,7 +53,11 @@ fn time_both(field: &Field) -> (Duration, Duration) {
         let decide =
             || build(PolicyName::Path, Parameters::default()).decide(&field.situation(), &mut random);
         path.push(time(decide).0);
-        definition.push(time(|| naive::path_scores(&field.situation())).0);
+        definition.push(time(|| self::definition().decide(&field.situation(), &mut random)).0);
     }
     (Times::of(path).quantile(0.5), Times::of(definition).quantile(0.5))
+}
+
+fn definition() -> PathByDefinition {
+    PathByDefinition::new(Parameters::default().length_weight)
 }

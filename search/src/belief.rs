@@ -55,6 +55,22 @@ impl Belief {
         Ok(Self { prior_log_odds_nats, evidence: Evidence::none(expected) })
     }
 
+    /// A belief that somebody else has arrived at, as a prior: `ln(p / (1 - p))`, shape `[cells]`. Unlike a prior of
+    /// probabilities it may be certain.
+    ///
+    /// # Errors
+    /// If the list does not fit the map or holds a NaN.
+    pub fn from_log_odds(terrain: &Terrain, log_odds_nats: Vec<f64>) -> Result<Self, PriorError> {
+        let expected = terrain.grid().cell_count();
+        if log_odds_nats.len() != expected {
+            return Err(PriorError::CellCount { given: log_odds_nats.len(), expected });
+        }
+        if let Some(cell) = log_odds_nats.iter().position(|log_odds| log_odds.is_nan()) {
+            return Err(PriorError::Probability { cell, probability: f64::NAN });
+        }
+        Ok(Self { prior_log_odds_nats: log_odds_nats, evidence: Evidence::none(expected) })
+    }
+
     /// The same prior probability in every searched cell.
     ///
     /// # Errors

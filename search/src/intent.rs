@@ -17,6 +17,19 @@ impl Promised {
         Self { precision: vec![0; terrain.grid().cell_count()] }
     }
 
+    /// Promises that were taken down: precision of each cell, units of evidence, shape `[cells]`; nothing if one is
+    /// below 0.
+    #[must_use]
+    pub fn from_precision(precision: Vec<i64>) -> Option<Self> {
+        precision.iter().all(|&precision| precision >= 0).then_some(Self { precision })
+    }
+
+    /// Whether anybody promised anything.
+    #[must_use]
+    pub fn is_anything(&self) -> bool {
+        self.precision.iter().any(|&precision| precision > 0)
+    }
+
     /// Adds a look from every cell of a path.
     pub fn add_path(&mut self, terrain: &Terrain, sensor: &Sensor, path: &[Cell]) {
         for &from in path {

@@ -4,9 +4,9 @@
 
 mod coverage;
 mod greedy;
-mod outlook;
 mod path;
 mod path_additive;
+mod path_by_definition;
 mod random;
 mod thompson;
 
@@ -17,6 +17,8 @@ use crate::cell::Cell;
 use crate::route::Routes;
 use crate::seed::Stream;
 use crate::situation::Situation;
+
+pub use path_by_definition::PathByDefinition;
 
 /// Chooses where to go next.
 ///
@@ -39,8 +41,9 @@ pub struct Decision {
 }
 
 impl Decision {
-    /// The candidate of the highest score; of equal ones the smallest cell index.
-    fn best(routes: &Routes, scores: Vec<f64>) -> Self {
+    /// The candidate of the highest score; of equal ones the smallest cell index. Scores have the shape `[cells]`.
+    #[must_use]
+    pub fn best(routes: &Routes, scores: Vec<f64>) -> Self {
         let chosen = routes
             .candidates()
             .iter()

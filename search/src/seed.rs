@@ -20,6 +20,10 @@ pub enum Purpose {
     Decision,
     /// Faults of the network.
     Network,
+    /// Learning from demonstrations.
+    Training,
+    /// Maps that are generated.
+    Map,
 }
 
 /// The stream of a purpose and robot (0 where no robot is meant) under an episode's seed.
@@ -31,6 +35,8 @@ pub fn stream(seed: u64, purpose: Purpose, robot: u16) -> Stream {
         Purpose::Noise => "noise",
         Purpose::Decision => "decision",
         Purpose::Network => "network",
+        Purpose::Training => "training",
+        Purpose::Map => "map",
     };
     let mut key = [0; 32];
     for (part, bytes) in (0_u16..).zip(key.chunks_exact_mut(8)) {

@@ -91,6 +91,12 @@ impl Sensor {
         self.radius
     }
 
+    /// Variance of a reading at distance 1.
+    #[must_use]
+    pub const fn sigma2(&self) -> f64 {
+        self.sigma2
+    }
+
     /// Variance of a reading at a distance in cells.
     #[must_use]
     pub fn variance(&self, distance: u32) -> f32 {

@@ -5,7 +5,9 @@
 //! same simulation with another crew.
 
 pub mod crew;
+pub mod demonstration;
 pub mod episode;
+pub mod mixture;
 pub mod network;
 mod queue;
 pub mod simulation;

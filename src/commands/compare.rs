@@ -1,36 +1,29 @@
 //! `dragnet compare`: policies against each other, over scenarios and seeds.
 
-mod experiment;
-mod files;
-mod report;
-mod row;
-mod seeds;
-
 use std::collections::BTreeSet;
-use std::path::PathBuf;
-use std::time::Instant;
+use std::path::{Path, PathBuf};
 
+use dragnet_learn::policy::PolicyName;
 use dragnet_proto::scenario::Scenario;
-use dragnet_search::policy::PolicyName;
-use rayon::ThreadPoolBuilder;
 
-use super::{Failure, complain, latency, scenario};
-use crate::terminal::{self, progress};
-use experiment::{Case, Experiment};
-use report::Report;
-use seeds::Seeds;
+use super::comparison::part::{self, Part};
+use super::comparison::{Case, Effort, Experiment, Output, Seeds};
+use super::shard::Shard;
+use super::{Failure, complain, scenario};
+use crate::terminal::{self, counted};
 
 /// Compare policies over scenarios and seeds.
 ///
 /// With the same seed every policy meets the same objects, starts and noise. An episode ends when every object is found,
-/// as the paper's trials do, or when the budget is spent; F1 keeps its last value up to the budget. The area under it is
-/// its mean over the way from 0 to the budget, full recall the way of the farthest robot until every object
-/// was found. Results do not depend on the number of threads.
+/// as the paper's trials do, or when the budget is spent; F1 and recall keep their last values up to the budget. The area
+/// under F1 and the average recall are their means over the way from 0 to the budget, full recall the way of the farthest
+/// robot until every object was found. Results depend neither on the number of threads nor on that of shards.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
   dragnet compare scenarios/paper/figure_four.toml --policies greedy,path --seeds 10
-  dragnet compare scenarios/paper/*.toml --policies random,coverage,greedy,path --density 0.01 --out results")]
+  dragnet compare scenarios/paper/*.toml --policies random,coverage,greedy,path --density 0.01 --out results
+  dragnet compare scenarios/paper/*.toml --policies greedy,path --seeds 50 --shard 3/8 --out parts")]
 pub(crate) struct Arguments {
     /// Scenario files (TOML)
     #[arg(required = true, value_name = "SCENARIO")]
@@ -38,6 +31,9 @@ pub(crate) struct Arguments {
     /// Policies, separated by commas, each as it is without parameters
     #[arg(long, required = true, value_delimiter = ',', value_name = "A,B,..", value_parser = scenario::policy_names())]
     policies: Vec<PolicyName>,
+    /// With gnn among the policies: the weights of its network, instead of those of the program
+    #[arg(long, value_name = "FILE")]
+    weights: Option<PathBuf>,
     /// Seeds: N for 0 to N - 1, or A..B for A to B - 1
     #[arg(long, value_name = "N | A..B", default_value = "10", allow_negative_numbers = true)]
     seeds: Seeds,
@@ -53,35 +49,47 @@ pub(crate) struct Arguments {
     /// Episodes that run at a time [default: as many as there are cores]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024), allow_negative_numbers = true)]
     threads: Option<u16>,
-    /// Write tables (CSV) and the curves of each scenario (SVG) to this folder, over older ones
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-    /// Print one JSON object and nothing else
-    #[arg(long)]
-    json: bool,
+    /// Run shard I of N only and write its part to the folder of --out; `dragnet merge` joins the parts
+    #[arg(
+        long,
+        value_name = "I/N",
+        requires = "out",
+        conflicts_with = "json",
+        allow_negative_numbers = true
+    )]
+    shard: Option<Shard>,
+    #[command(flatten)]
+    output: Output,
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let experiment = Experiment { cases: cases(arguments)?, seeds: arguments.seeds };
-    if let Some(folder) = &arguments.out {
-        files::prepare(folder)?;
+    arguments.output.prepare()?;
+    if let (Some(shard), Some(folder)) = (arguments.shard, &arguments.output.out) {
+        return run_shard(&experiment, shard, folder, arguments.threads);
     }
-    latency::warm_up();
-    let threads = usize::from(arguments.threads.unwrap_or(0));
-    let pool = ThreadPoolBuilder::new().num_threads(threads).build().map_err(Failure::run)?;
-    let bar = progress::alone(experiment.episode_count(), "episodes");
-    let start = Instant::now();
-    let results = pool.install(|| experiment.run(&bar)).map_err(Failure::run)?;
-    let report = Report { results: &results, seeds: arguments.seeds, threads: pool.current_num_threads() };
-    bar.finish_and_clear();
-    let written = match &arguments.out {
-        Some(folder) => files::write(folder, &results, arguments.seeds)?,
-        None => Vec::new(),
-    };
-    if arguments.json {
-        return Ok(terminal::print_json(&report.json())?);
+    let run = experiment.run(Shard::WHOLE, arguments.threads)?;
+    let effort = Effort::Here { elapsed: run.elapsed, threads: run.threads };
+    arguments.output.tell(&experiment.design(), run.trials, effort)
+}
+
+/// Runs a shard that is not done yet.
+fn run_shard(
+    experiment: &Experiment,
+    shard: Shard,
+    folder: &Path,
+    threads: Option<u16>,
+) -> Result<(), Failure> {
+    let path = Part::path(folder, shard);
+    let design = experiment.design();
+    if part::is_done(&path, &design, shard)? {
+        return Ok(terminal::print(&format!("shard {shard}: done already: {}\n", path.display()))?);
     }
-    Ok(terminal::print(&report.text(start.elapsed(), &written))?)
+    let run = experiment.run(shard, threads)?;
+    let (episodes, effort) =
+        (counted(run.trials.len(), "episode"), Effort::Here { elapsed: run.elapsed, threads: run.threads });
+    Part::new(design, shard, run.trials).write(&path)?;
+    Ok(terminal::print(&format!("shard {shard}: {episodes} {effort}\nwritten: {}\n", path.display()))?)
 }
 
 /// Every policy on every scenario, as the options change it.
@@ -90,6 +98,7 @@ fn cases(arguments: &Arguments) -> Result<Vec<Case>, Failure> {
     if let Some(twice) = arguments.policies.iter().find(|&&policy| !policies.insert(policy)) {
         return Err(Failure::Input(format!("--policies: {twice} is there twice")));
     }
+    scenario::check_weights(arguments.weights.as_deref(), "--policies", &arguments.policies)?;
     let mut names = BTreeSet::new();
     let mut cases = Vec::new();
     for path in &arguments.scenarios {
@@ -105,14 +114,14 @@ fn cases(arguments: &Arguments) -> Result<Vec<Case>, Failure> {
             complain("warning", &format!("{}: {warning}", path.display()));
         }
         for &policy in &arguments.policies {
-            cases.push(Case::new(changed(&scenario, policy, arguments)?, policy));
+            cases.push(Case::new(changed(&scenario, policy, arguments)?, policy.as_str()));
         }
     }
     Ok(cases)
 }
 
 fn changed(scenario: &Scenario, policy: PolicyName, arguments: &Arguments) -> Result<Scenario, Failure> {
-    let scenario = scenario::with(scenario.clone(), "--policies", Some(policy), Scenario::with_policy)?;
+    let scenario = scenario::with_policy(scenario, "--policies", policy, arguments.weights.as_deref())?;
     let scenario = scenario::with(scenario, "--robots", arguments.robots, Scenario::with_robots)?;
     let scenario = scenario::with(scenario, "--density", arguments.density, Scenario::with_density)?;
     scenario::with(scenario, "--budget", arguments.budget, Scenario::with_budget_cells)

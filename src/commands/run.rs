@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use dragnet_learn::policy::PolicyName;
 use dragnet_link::config::check_pace;
 use dragnet_link::team::{self, Options};
 use dragnet_proto::scenario::Scenario;
-use dragnet_search::policy::PolicyName;
 use dragnet_sim::simulation::Spectator;
 
 use super::search::{self, Ended, Style};
@@ -20,13 +20,17 @@ use crate::VERSION;
 #[command(after_help = "\
 Examples:
   dragnet run scenarios/ice_cream_cone.toml
-  dragnet run scenarios/team.toml --policy greedy --robots 4 --seed 7 --json")]
+  dragnet run scenarios/team.toml --policy greedy --robots 4 --seed 7 --json
+  dragnet run scenarios/team.toml --policy gnn --weights mine.safetensors")]
 pub(crate) struct Arguments {
     /// What is searched, by whom, with what (TOML)
     scenario: PathBuf,
     /// All robots decide by this policy, as it is without parameters
     #[arg(long, value_parser = scenario::policy_names())]
     policy: Option<PolicyName>,
+    /// With --policy gnn: the weights of its network, instead of those of the program
+    #[arg(long, value_name = "FILE")]
+    weights: Option<PathBuf>,
     /// So many robots
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     robots: Option<u32>,
@@ -49,8 +53,12 @@ pub(crate) struct Arguments {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
-    let scenario = scenario::load(&arguments.scenario)?;
-    let scenario = scenario::with(scenario, "--policy", arguments.policy, Scenario::with_policy)?;
+    let weights = arguments.weights.as_deref();
+    scenario::check_weights(weights, "--policy", arguments.policy.as_slice())?;
+    let mut scenario = scenario::load(&arguments.scenario)?;
+    if let Some(policy) = arguments.policy {
+        scenario = scenario::with_policy(&scenario, "--policy", policy, weights)?;
+    }
     let scenario = scenario::with(scenario, "--robots", arguments.robots, Scenario::with_robots)?;
     let recording = place_recording(arguments, &scenario)?;
     for warning in scenario.warnings() {

@@ -4,11 +4,14 @@ use std::fmt::Display;
 use std::path::Path;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use dragnet_learn::policy::{PolicyName, Shipped};
 use dragnet_proto::scenario::{Objects, Scenario, ScenarioError};
-use dragnet_search::policy::PolicyName;
 
 use super::Failure;
 use crate::terminal::counted;
+
+/// The policy that takes weights.
+const GNN: PolicyName = PolicyName::Learned(Shipped::General);
 
 /// Reads a scenario.
 pub(super) fn load(path: &Path) -> Result<Scenario, Failure> {
@@ -28,8 +31,40 @@ pub(super) fn with<T: Copy + Display>(
 
 /// Reads the name of a policy.
 pub(super) fn policy_names() -> impl TypedValueParser<Value = PolicyName> {
-    PossibleValuesParser::new(PolicyName::ALL.map(PolicyName::as_str))
+    PossibleValuesParser::new(PolicyName::all().map(PolicyName::as_str))
         .try_map(|name| name.parse::<PolicyName>())
+}
+
+/// Checks that weights, if there are any, have a policy that takes them among those of an option.
+pub(super) fn check_weights(
+    weights: Option<&Path>,
+    flag: &str,
+    policies: &[PolicyName],
+) -> Result<(), Failure> {
+    match weights {
+        Some(file) if !policies.contains(&GNN) => {
+            let file = file.display();
+            Err(Failure::Input(format!(
+                "--weights {file}: no {flag} {GNN}; allowed is with {flag} {GNN} only"
+            )))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// A scenario whose robots all decide by the policy of an option; `gnn` has these weights, if there are any.
+pub(super) fn with_policy(
+    scenario: &Scenario,
+    flag: &str,
+    policy: PolicyName,
+    weights: Option<&Path>,
+) -> Result<Scenario, Failure> {
+    match weights {
+        Some(file) if policy == GNN => scenario
+            .with_weights(file)
+            .map_err(|error| Failure::Input(format!("--weights {}: {error}", file.display()))),
+        _ => with(scenario.clone(), flag, Some(policy), Scenario::with_policy),
+    }
 }
 
 /// Way that each robot may cover, cells: the budget of way, or else what it covers in the budget of time.

@@ -50,6 +50,11 @@ fn a_wrong_option_of_compare_is_named_with_what_is_allowed() {
         (&["--policies", "path", "--robots", "0"], &["--robots 0", "1 to 1000"]),
         (&["--policies", "path", "--threads", "0"], &["--threads", "1..=1024"]),
         (&["--policies", "path", "--out", "small.toml"], &["--out small.toml"]),
+        (&["--policies", "path", "--shard", "1/2"], &["--out <DIR>"]),
+        (&["--policies", "path", "--out", "parts", "--shard", "0/2"], &["--shard", "0/2", "I/N"]),
+        (&["--policies", "path", "--out", "parts", "--shard", "3/2"], &["--shard", "3/2", "I/N"]),
+        (&["--policies", "path", "--out", "parts", "--shard", "1/100001"], &["--shard", "100000"]),
+        (&["--policies", "path", "--out", "parts", "--shard", "1/2", "--json"], &["--shard", "--json"]),
         (&["small.toml", "--policies", "path"], &["small.toml", "also named \"small\""]),
     ] {
         place.refuse(&[&["compare", "small.toml"], arguments].concat(), said);

@@ -2,6 +2,10 @@
 
 use std::fs;
 
+use dragnet_proto::scenario::Scenario;
+use dragnet_search::policy::PolicyName;
+use dragnet_sim::episode;
+use dragnet_sim::simulation::End;
 use serde_json::Value;
 
 use super::{Place, keys};
@@ -27,7 +31,10 @@ fn a_row_holds_means_their_errors_and_a_curve() {
             (&row["map"], &row["robots"], &row["seeds"]),
             (&"all_traversable".into(), &2.into(), &4.into())
         );
-        assert_eq!(keys(&row["auc_f1"]), ["mean", "sem"]);
+        assert_eq!(
+            (keys(&row["auc_f1"]), keys(&row["average_recall"])),
+            (vec!["mean", "sem"], vec!["mean", "sem"])
+        );
         assert_eq!(keys(&row["cells_to_full_recall"]), ["mean", "reached", "sem"]);
         let curve = &row["curve"];
         assert_eq!(keys(curve), ["cells", "mean", "sem"]);
@@ -46,6 +53,18 @@ fn the_area_is_the_mean_of_the_curve() {
     // Robots move whole cells here, so that F1 is constant from each cell to the next.
     let mean = curve[..60].iter().sum::<f64>() / 60.0;
     assert!((rows[0]["auc_f1"]["mean"].as_f64().unwrap() - mean).abs() < 1e-9);
+}
+
+#[test]
+fn average_recall_is_that_of_the_episodes() {
+    let place = Place::new();
+    let rows = rows(&place, &["--policies", "path", "--seeds", "3", "--budget", "60"]);
+    let scenario = Scenario::load(&place.path("small.toml")).unwrap();
+    let scenario = scenario.with_policy(PolicyName::Path).unwrap().with_budget_cells(60).unwrap();
+    let recall = |seed| episode::run(&scenario, seed, End::AllFound).unwrap().outcome.recall.mean_until(60.0);
+    let mean = (0..3).map(recall).sum::<f64>() / 3.0;
+    assert!((rows[0]["average_recall"]["mean"].as_f64().unwrap() - mean).abs() < 1e-12);
+    assert!((rows[0]["auc_f1"]["mean"].as_f64().unwrap() - mean).abs() > 1e-3);
 }
 
 #[test]
@@ -80,6 +99,7 @@ fn the_table_is_aligned_and_says_how_episodes_end() {
     let widths: Vec<usize> = lines.iter().map(|line| line.chars().count()).collect();
     assert!(lines.len() == 2 && widths[0] == widths[1], "{text}");
     assert!(lines.iter().all(|line| line.contains(" ± ")), "{text}");
+    assert!(text.contains("robots: 2; budget: 60 cells\n"), "{text}");
 }
 
 #[test]

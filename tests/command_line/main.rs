@@ -6,9 +6,16 @@
 
 mod bad_input;
 mod compare;
+mod demonstrations;
 mod output;
+mod paper;
 mod recordings;
 mod run;
+mod scale;
+mod shards;
+#[cfg(feature = "train")]
+mod training;
+mod weights;
 
 use std::fs;
 use std::path::{Path, PathBuf};

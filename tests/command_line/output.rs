@@ -12,6 +12,8 @@ fn every_command_explains_itself_with_an_example() {
     for command in [
         "run",
         "compare",
+        "merge",
+        "paper",
         "check",
         "schema",
         "inspect",

@@ -2,23 +2,32 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use cargo_metadata::{DependencyKind, MetadataCommand, Package};
+use cargo_metadata::{CargoOpt, DependencyKind, Metadata, MetadataCommand, Package, PackageId};
 
 /// Each crate, and the crates of ours that it may import.
-const ARROWS: [(&str, &[&str]); 7] = [
+const ARROWS: [(&str, &[&str]); 8] = [
     ("dragnet-search", &[]),
-    ("dragnet-proto", &["dragnet-search"]),
-    ("dragnet-agent", &["dragnet-search", "dragnet-proto"]),
+    ("dragnet-learn", &["dragnet-search"]),
+    ("dragnet-proto", &["dragnet-search", "dragnet-learn"]),
+    ("dragnet-agent", &["dragnet-search", "dragnet-learn", "dragnet-proto"]),
     ("dragnet-coordinator", &["dragnet-search", "dragnet-proto"]),
-    ("dragnet-sim", &["dragnet-search", "dragnet-proto", "dragnet-agent"]),
+    ("dragnet-sim", &["dragnet-search", "dragnet-learn", "dragnet-proto", "dragnet-agent"]),
     (
         "dragnet-link",
-        &["dragnet-search", "dragnet-proto", "dragnet-agent", "dragnet-coordinator", "dragnet-sim"],
+        &[
+            "dragnet-search",
+            "dragnet-learn",
+            "dragnet-proto",
+            "dragnet-agent",
+            "dragnet-coordinator",
+            "dragnet-sim",
+        ],
     ),
     (
         "dragnet",
         &[
             "dragnet-search",
+            "dragnet-learn",
             "dragnet-proto",
             "dragnet-agent",
             "dragnet-coordinator",
@@ -29,19 +38,30 @@ const ARROWS: [(&str, &[&str]); 7] = [
 ];
 
 /// Crates that only the edges may use.
-const EDGES: [(&str, &[&str]); 4] = [
+const EDGES: [(&str, &[&str]); 5] = [
     ("zenoh", &["dragnet-link"]),
     ("tokio", &["dragnet-link"]),
     ("mcap", &["dragnet-coordinator"]),
     ("clap", &["dragnet"]),
+    ("tch", &["dragnet-learn"]),
 ];
 
+/// libtorch and its bindings, which only training needs.
+const TORCH: [&str; 2] = ["tch", "torch-sys"];
+
+fn command() -> MetadataCommand {
+    let mut command = MetadataCommand::new();
+    command.manifest_path(concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml"));
+    command
+}
+
+/// Every dependency, those of features that are off by default too.
+fn everything() -> Metadata {
+    command().features(CargoOpt::AllFeatures).exec().unwrap()
+}
+
 fn packages() -> BTreeMap<String, Package> {
-    let metadata = MetadataCommand::new()
-        .manifest_path(concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml"))
-        .no_deps()
-        .exec()
-        .unwrap();
+    let metadata = command().no_deps().exec().unwrap();
     metadata.packages.into_iter().map(|package| (package.name.to_string(), package)).collect()
 }
 
@@ -68,7 +88,7 @@ fn crates_import_only_along_the_arrows() {
 }
 
 #[test]
-fn only_the_edges_touch_network_files_and_terminal() {
+fn only_the_edges_touch_network_files_terminal_and_libtorch() {
     for (name, package) in &packages() {
         for import in imports(package) {
             let edge = EDGES.iter().find(|(edge, _)| *edge == import);
@@ -78,6 +98,35 @@ fn only_the_edges_touch_network_files_and_terminal() {
             );
         }
     }
+}
+
+/// Names of the packages that import one of this name.
+fn importers<'a>(metadata: &'a Metadata, name: &str) -> Vec<&'a str> {
+    let name_of = |id: &PackageId| metadata[id].name.as_str();
+    let nodes = &metadata.resolve.as_ref().unwrap().nodes;
+    let imports = nodes.iter().filter(|node| node.dependencies.iter().any(|import| name_of(import) == name));
+    imports.map(|node| name_of(&node.id)).collect()
+}
+
+#[test]
+fn libtorch_comes_with_the_feature_train_of_learn_and_only_with_it() {
+    let default = command().exec().unwrap();
+    assert!(default.packages.len() > 200);
+    for torch in TORCH {
+        assert!(
+            default.packages.iter().all(|package| *package.name != torch),
+            "{torch} is in the default build"
+        );
+    }
+    let all = everything();
+    assert_eq!(importers(&all, "torch-sys"), ["tch"]);
+    assert_eq!(importers(&all, "tch"), ["dragnet-learn"]);
+    let learn = &packages()["dragnet-learn"];
+    let tch = learn.dependencies.iter().find(|dependency| dependency.name == "tch").unwrap();
+    assert!(tch.optional);
+    let enables = |wanted: &[String]| wanted.iter().any(|wanted| wanted.contains("tch"));
+    let features = learn.features.iter().filter(|(_, wanted)| enables(wanted));
+    assert_eq!(features.map(|(name, _)| name.as_str()).collect::<Vec<_>>(), ["train"]);
 }
 
 /// What `cargo deny check licenses` asks for too, without that tool: `deny.toml` is the one list.
@@ -90,7 +139,7 @@ fn every_dependency_has_a_licence_that_deny_toml_allows() {
         value.as_array().unwrap().iter().map(|name| name.as_str().unwrap().to_owned()).collect()
     };
     let general = list(&licenses["allow"]);
-    let metadata = MetadataCommand::new().manifest_path(format!("{root}/Cargo.toml")).exec().unwrap();
+    let metadata = everything();
     assert!(metadata.packages.len() > 200);
     for package in metadata.packages.iter().filter(|package| package.source.is_some()) {
         let mut allowed = general.clone();

@@ -3,6 +3,8 @@
 use std::io;
 use std::path::PathBuf;
 
+use dragnet_learn::weights::WeightsError;
+
 use super::Source;
 use super::check::Invalid;
 use super::locate::{line_at, line_of_key};
@@ -43,6 +45,16 @@ pub enum ScenarioError {
         /// What is wrong with it.
         source: Box<MapFileError>,
     },
+    /// A weights file that the scenario names.
+    #[error("{place}: {key}: {source}")]
+    Weights {
+        /// File, and line where it stands in one.
+        place: String,
+        /// Path of the key, such as `robots.policy.weights`.
+        key: String,
+        /// What is wrong with it.
+        source: WeightsError,
+    },
     /// A value of the command line that the scenario cannot take.
     #[error("{}, changed on the command line: {invalid}", file.display())]
     Override {
@@ -58,6 +70,7 @@ pub enum ScenarioError {
 pub(super) enum Fault {
     Value(Invalid),
     MapFile { key: &'static str, source: MapFileError },
+    Weights { key: String, source: WeightsError },
 }
 
 impl From<Invalid> for Fault {
@@ -89,6 +102,10 @@ impl Source {
                 let place = self.place(line_of_key(&self.text, key));
                 ScenarioError::MapFile { place, source: Box::new(source) }
             }
+            Fault::Weights { key, source } => {
+                let place = self.place(line_of_key(&self.text, &key));
+                ScenarioError::Weights { place, key, source }
+            }
         }
     }
 
@@ -96,6 +113,10 @@ impl Source {
         match fault {
             Fault::Value(invalid) => ScenarioError::Override { file: self.path.clone(), invalid },
             Fault::MapFile { .. } => self.error(fault),
+            Fault::Weights { key, source } => {
+                let place = format!("{}, changed on the command line", self.path.display());
+                ScenarioError::Weights { place, key, source }
+            }
         }
     }
 

@@ -5,7 +5,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use dragnet_search::policy::PolicyName;
+use dragnet_learn::policy::PolicyName;
+use dragnet_search::generated::Generated;
+use dragnet_search::policy::PolicyName as Exact;
 use dragnet_search::sensor::Sensor;
 use dragnet_search::shape::Shape;
 
@@ -58,6 +60,10 @@ pub struct MapTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1))]
     pub columns: Option<i64>,
+    /// Which map of a generated shape (`caves`, `blocks`, `rooms`).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 4_294_967_295_u32))]
+    pub seed: Option<i64>,
     /// A map file, relative to the scenario: `.txt` drawing, `.yaml` ROS map, `.map` of `MovingAI`,
     /// `.geojson` polygon. Excludes `shape`.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -156,7 +162,7 @@ pub struct RobotTable {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(
     untagged,
-    expecting = "a policy is its name, or a table of `name`, `length_weight` (number), `lane_cells` (whole number) and `replan_after` (whole number)"
+    expecting = "a policy is its name, or a table of `name`, `length_weight` (number), `lane_cells` (whole number), `replan_after` (whole number) and `weights` (file)"
 )]
 pub enum PolicyField {
     /// The name alone.
@@ -185,6 +191,9 @@ pub struct PolicyTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1, max = 1_000_000))]
     pub replan_after: Option<i64>,
+    /// Of `gnn`: a weights file, relative to the scenario, instead of the weights that are part of the program.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub weights: Option<String>,
 }
 
 /// Where robots start.
@@ -320,7 +329,7 @@ impl Default for RobotsTable {
     fn default() -> Self {
         Self {
             count: 1,
-            policy: PolicyField::Name(PolicyName::Path.as_str().to_owned()),
+            policy: PolicyField::Name(Exact::Path.as_str().to_owned()),
             start: StartField::Word("random".to_owned()),
             robot: Vec::new(),
         }
@@ -356,10 +365,11 @@ const fn default_moves() -> i64 {
     4
 }
 
-fn shape_names() -> Vec<&'static str> {
-    Shape::ALL.map(Shape::as_str).to_vec()
+pub(super) fn shape_names() -> Vec<&'static str> {
+    let generated = Generated::ALL.into_iter().map(Generated::as_str);
+    Shape::ALL.into_iter().map(Shape::as_str).chain(generated).collect()
 }
 
 fn policy_names() -> Vec<&'static str> {
-    PolicyName::ALL.map(PolicyName::as_str).to_vec()
+    PolicyName::all().map(PolicyName::as_str).collect()
 }

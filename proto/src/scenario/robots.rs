@@ -1,20 +1,26 @@
 //! Who searches: how each robot decides and where it starts.
 
 use std::num::NonZeroU32;
+use std::path::Path;
+use std::sync::Arc;
 
+use dragnet_learn::network::Network;
+use dragnet_learn::policy::{PolicyName, Shipped};
+use dragnet_learn::weights::Weights;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::RobotId;
-use dragnet_search::policy::{Parameters, PolicyName};
+use dragnet_search::policy::{Parameters, PolicyName as Exact};
 use dragnet_search::terrain::Terrain;
 
 use super::check::{self, Invalid};
+use super::error::Fault;
 use super::file::{PolicyField, PolicyTable, RobotsTable, StartField};
 
 /// The largest team.
 pub(super) const MAX_ROBOTS: u32 = 1000;
 
 /// One robot of the team.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Robot {
     /// Its number, from 1.
     pub id: RobotId,
@@ -25,7 +31,7 @@ pub struct Robot {
 }
 
 /// A policy and its parameters.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Policy {
     /// Which policy.
     pub name: PolicyName,
@@ -33,12 +39,14 @@ pub struct Policy {
     pub parameters: Parameters,
     /// It decides anew after so many cells; without, at the waypoint.
     pub replan_after: Option<NonZeroU32>,
+    /// The network of the weights file that the scenario names; without, a learned policy has its own.
+    pub network: Option<Arc<Network>>,
 }
 
 /// A policy as it is without parameters.
 impl From<PolicyName> for Policy {
     fn from(name: PolicyName) -> Self {
-        Self { name, parameters: Parameters::default(), replan_after: None }
+        Self { name, parameters: Parameters::default(), replan_after: None, network: None }
     }
 }
 
@@ -54,22 +62,23 @@ pub enum Start {
 }
 
 /// The team, by number.
-pub(super) fn robots(table: &RobotsTable, terrain: &Terrain) -> Result<Vec<Robot>, Invalid> {
+pub(super) fn robots(table: &RobotsTable, folder: &Path, terrain: &Terrain) -> Result<Vec<Robot>, Fault> {
     let count = check::integer("robots.count", table.count, 1, MAX_ROBOTS)?;
-    let rest = (policy("robots.policy", &table.policy)?, start("robots.start", &table.start, terrain)?);
+    let rest =
+        (policy("robots.policy", &table.policy, folder)?, start("robots.start", &table.start, terrain)?);
     let numbers = 1..=u16::try_from(count).unwrap_or(u16::MAX);
     let mut robots: Vec<Robot> =
-        numbers.map(|number| Robot { id: RobotId(number), policy: rest.0, start: rest.1 }).collect();
+        numbers.map(|number| Robot { id: RobotId(number), policy: rest.0.clone(), start: rest.1 }).collect();
     let mut is_named = vec![false; robots.len()];
     for (index, differing) in table.robot.iter().enumerate() {
         let key = format!("robots.robot[{index}]");
         let place = check::integer(format!("{key}.number"), differing.number, 1, count)? as usize - 1;
         if std::mem::replace(&mut is_named[place], true) {
             let found = format!("{}, again", differing.number);
-            return Err(Invalid::new(format!("{key}.number"), found, "each robot once"));
+            return Err(Invalid::new(format!("{key}.number"), found, "each robot once").into());
         }
         if let Some(field) = &differing.policy {
-            robots[place].policy = policy(&format!("{key}.policy"), field)?;
+            robots[place].policy = policy(&format!("{key}.policy"), field, folder)?;
         }
         if let Some(field) = &differing.start {
             robots[place].start = start(&format!("{key}.start"), field, terrain)?;
@@ -78,37 +87,42 @@ pub(super) fn robots(table: &RobotsTable, terrain: &Terrain) -> Result<Vec<Robot
     Ok(robots)
 }
 
-fn policy(key: &str, field: &PolicyField) -> Result<Policy, Invalid> {
+fn policy(key: &str, field: &PolicyField, folder: &Path) -> Result<Policy, Fault> {
     match field {
-        PolicyField::Name(name) => policy_name(key, name).map(Policy::from),
-        PolicyField::Table(table) => policy_table(key, table),
+        PolicyField::Name(name) => Ok(policy_name(key, name)?.into()),
+        PolicyField::Table(table) => policy_table(key, table, folder),
     }
 }
 
 fn policy_name(key: &str, name: &str) -> Result<PolicyName, Invalid> {
     name.parse().map_err(|_| {
-        let allowed = PolicyName::ALL.map(PolicyName::as_str).join(", ");
+        let allowed = PolicyName::all().map(PolicyName::as_str).collect::<Vec<_>>().join(", ");
         Invalid::new(key, format!("{name:?}"), allowed)
     })
 }
 
-fn policy_table(key: &str, table: &PolicyTable) -> Result<Policy, Invalid> {
+fn policy_table(key: &str, table: &PolicyTable, folder: &Path) -> Result<Policy, Fault> {
     let name = policy_name(&format!("{key}.name"), &table.name)?;
     let mut policy = Policy::from(name);
     if let Some(weight) = table.length_weight {
         let key = format!("{key}.length_weight");
-        let of = [PolicyName::Path, PolicyName::PathAdditive];
-        check_is_of(&key, weight, name, &of)?;
+        check_is_of(&key, weight, name, &[Exact::Path.into(), Exact::PathAdditive.into()])?;
         policy.parameters.length_weight = check::at_least_zero(key, weight, 1000.0)?;
     }
     if let Some(cells) = table.lane_cells {
         let key = format!("{key}.lane_cells");
-        check_is_of(&key, cells, name, &[PolicyName::Coverage])?;
+        check_is_of(&key, cells, name, &[Exact::Coverage.into()])?;
         policy.parameters.lane_cells = check::integer(key, cells, 1, 1000)?;
     }
     if let Some(cells) = table.replan_after {
         let cells = check::integer(format!("{key}.replan_after"), cells, 1, 1_000_000)?;
         policy.replan_after = NonZeroU32::new(cells);
+    }
+    if let Some(file) = &table.weights {
+        let key = format!("{key}.weights");
+        check_is_of(&key, format!("{file:?}"), name, &[PolicyName::Learned(Shipped::General)])?;
+        let weights = Weights::load(&folder.join(file)).map_err(|source| Fault::Weights { key, source })?;
+        policy.network = Some(Arc::new(Network::new(&weights)));
     }
     Ok(policy)
 }

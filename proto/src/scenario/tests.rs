@@ -2,6 +2,7 @@ use std::time::Duration;
 
 use dragnet_search::cell::Position;
 use dragnet_search::observation::RobotId;
+use dragnet_search::policy::PolicyName as Exact;
 use proptest::prelude::*;
 
 use super::*;
@@ -37,6 +38,11 @@ fn small(change: impl Fn(&str) -> String) -> Scenario {
     load(&change(SMALL)).unwrap()
 }
 
+/// A policy without parameters.
+fn plain(name: Exact) -> Policy {
+    PolicyName::from(name).into()
+}
+
 fn close(a: f64, b: f64) -> bool {
     (a - b).abs() < 1e-12
 }
@@ -55,7 +61,7 @@ fn what_is_left_out_has_its_default() {
     assert_eq!((mission.heartbeat.as_secs(), mission.lost_after.as_secs()), (10, 30));
     assert_eq!(mission.stagger, Duration::from_millis(100));
     assert_eq!(scenario.network(), &Network::default());
-    let expected = Robot { id: RobotId(1), policy: PolicyName::Path.into(), start: Start::Together };
+    let expected = Robot { id: RobotId(1), policy: plain(Exact::Path), start: Start::Together };
     assert_eq!(scenario.robots(), [expected]);
     assert_eq!(scenario.recording(), &Recording { file: None, belief_period: Duration::from_secs(10) });
 }
@@ -71,8 +77,8 @@ fn robots_differ_where_the_scenario_says_so() {
     });
     let cell = scenario.terrain().grid().cell(Position { row: 0, column: 0 }).unwrap();
     let robots = scenario.robots();
-    assert_eq!((robots[0].policy, robots[0].start), (PolicyName::Path.into(), Start::Cell(cell)));
-    assert_eq!((robots[1].policy, robots[1].start), (PolicyName::Greedy.into(), Start::Cell(cell)));
+    assert_eq!((&robots[0].policy, robots[0].start), (&plain(Exact::Path), Start::Cell(cell)));
+    assert_eq!((&robots[1].policy, robots[1].start), (&plain(Exact::Greedy), Start::Cell(cell)));
     assert_eq!((robots[2].id, robots[2].start), (RobotId(3), Start::Scattered));
     assert_eq!(robots[2].policy.parameters.lane_cells, 2);
     assert_eq!(robots[2].policy.replan_after.unwrap().get(), 4);
@@ -221,7 +227,7 @@ fn a_robot_or_a_network_out_of_range_names_line_value_and_range() {
     check("[robots]\ncount = 1001", "robots.count is 1001");
     check(
         "[robots]\npolicy = 'astar'",
-        "robots.policy is \"astar\"; allowed is random, coverage, greedy, path-additive,",
+        "robots.policy is \"astar\"; allowed is random, coverage, greedy, path-additive, path, nats, guts, gnn, gnn-greedy,",
     );
     check("[robots.policy]\nname = 'astar'", "line 11: robots.policy.name is \"astar\"");
     check("[robots]\npolicy = {name = 'path', length_weight = nan}", "robots.policy.length_weight is NaN");
@@ -326,8 +332,8 @@ fn overrides_change_one_thing_and_are_checked() {
             "{text}[robots]\ncount = 2\npolicy = {{ name = 'path', replan_after = 3 }}\n[[robots.robot]]\nnumber = 2\npolicy = 'nats'\n"
         )
     });
-    let greedy = scenario.with_policy(PolicyName::Greedy).unwrap();
-    assert!(greedy.robots().iter().all(|robot| robot.policy == PolicyName::Greedy.into()));
+    let greedy = scenario.with_policy(Exact::Greedy).unwrap();
+    assert!(greedy.robots().iter().all(|robot| robot.policy == plain(Exact::Greedy)));
     assert_eq!(scenario.with_robots(4).unwrap().robots().len(), 4);
     let dense = scenario.with_density(0.25).unwrap();
     assert_eq!(dense.objects(), &Objects::Density(0.25));

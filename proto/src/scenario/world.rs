@@ -4,6 +4,7 @@ use std::path::Path;
 
 use dragnet_search::cell::Grid;
 use dragnet_search::evidence::{MAX_VARIANCE, MIN_VARIANCE};
+use dragnet_search::generated::Generated;
 use dragnet_search::route::Moves;
 use dragnet_search::sensor::{Noise, Sensor};
 use dragnet_search::shape::Shape;
@@ -34,26 +35,44 @@ pub(super) fn map(table: &MapTable, folder: &Path) -> Result<MapFile, Fault> {
 }
 
 fn shape_terrain(name: &str, table: &MapTable, cell_meters: f64) -> Result<Terrain, Invalid> {
-    let shape = Shape::ALL.into_iter().find(|shape| shape.as_str() == name).ok_or_else(|| {
-        let allowed = Shape::ALL.map(Shape::as_str).join(", ");
-        Invalid::new("map.shape", format!("{name:?}"), allowed)
-    })?;
+    let shape = Shape::ALL.into_iter().find(|shape| shape.as_str() == name);
+    let generated = Generated::ALL.into_iter().find(|kind| kind.as_str() == name);
+    let terrain = match (shape, generated) {
+        (Some(_), _) if table.seed.is_some() => {
+            let kinds = Generated::ALL.map(Generated::as_str).join(", ");
+            return Err(Invalid::new(
+                "map.seed",
+                format!("a seed for {name}"),
+                format!("a seed for {kinds} only"),
+            ));
+        }
+        (Some(shape), _) => shape.terrain(grid(table)?, cell_meters),
+        (None, Some(kind)) => {
+            let seed = check::integer("map.seed", table.seed.unwrap_or(0), 0, u32::MAX)?;
+            kind.terrain(grid(table)?, cell_meters, seed.into())
+        }
+        (None, None) => {
+            let allowed = super::file::shape_names().join(", ");
+            return Err(Invalid::new("map.shape", format!("{name:?}"), allowed));
+        }
+    };
+    terrain.map_err(|error| Invalid::new("map.cell_meters", error, "a length above 0"))
+}
+
+fn grid(table: &MapTable) -> Result<Grid, Invalid> {
     let size = |key: &str, value: Option<i64>| match value {
         Some(value) => check::integer(key, value, 1, MAX_SIDE),
         None => Err(Invalid::new(key, "missing", "a number of cells where map.shape is given")),
     };
     let (rows, columns) = (size("map.rows", table.rows)?, size("map.columns", table.columns)?);
-    let grid = Grid::new(rows, columns).map_err(|_| {
+    Grid::new(rows, columns).map_err(|_| {
         let allowed = format!("1 to {} cells", Grid::MAX_CELLS);
         Invalid::new("map", format!("{rows} x {columns} cells"), allowed)
-    })?;
-    shape
-        .terrain(grid, cell_meters)
-        .map_err(|error| Invalid::new("map.cell_meters", error, "a length above 0"))
+    })
 }
 
 fn map_file(table: &MapTable, file: &Path, cell_meters: f64) -> Result<MapFile, Fault> {
-    for (key, value) in [("map.rows", table.rows), ("map.columns", table.columns)] {
+    for (key, value) in [("map.rows", table.rows), ("map.columns", table.columns), ("map.seed", table.seed)] {
         if let Some(value) = value {
             return Err(Invalid::new(key, value, "no such key beside map.file").into());
         }

@@ -3,8 +3,8 @@
 //! Paper, Eq. 1 and 2. The look at the waypoint is all that counts, and it counts beyond what teammates have promised
 //! to see. The robot's own cell is no waypoint.
 
-use super::outlook::Outlook;
 use super::{Decision, Policy};
+use crate::outlook::Outlook;
 use crate::route::Routes;
 use crate::seed::Stream;
 use crate::situation::Situation;

@@ -6,10 +6,10 @@
 //! paths adds precision on the way down and restores it on the way up: every candidate is weighed exactly, none is
 //! walked anew or skipped. Departure: the look from the robot's own cell is not part of the path, for it has been taken.
 
-use super::outlook::{CellOutlook, Frame, Outlook, saturated};
 use super::{Decision, Policy, path_length_weight};
 use crate::cell::Cell;
 use crate::information::{InformationTable, SATURATION};
+use crate::outlook::{CellOutlook, Frame, Outlook, saturated};
 use crate::route::Routes;
 use crate::seed::Stream;
 use crate::situation::Situation;

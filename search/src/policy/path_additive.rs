@@ -4,8 +4,8 @@
 //! shortest paths the sum is that of the cell before plus one look, so all candidates cost little more than greedy.
 //! Departure: the look from the robot's own cell is not part of the path, for it has been taken.
 
-use super::outlook::Outlook;
 use super::{Decision, Policy, path_length_weight};
+use crate::outlook::Outlook;
 use crate::route::Routes;
 use crate::seed::Stream;
 use crate::situation::Situation;

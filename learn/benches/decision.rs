@@ -1,0 +1,66 @@
+//! One decision of the shipped network, and the parts that it is made of, by size of an all-traversable map.
+//!
+//! `cargo bench -p dragnet-learn --bench decision`
+#![expect(clippy::unwrap_used, reason = "a benchmark fails by panicking")]
+
+use std::hint::black_box;
+use std::sync::Arc;
+
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use dragnet_learn::graph::Graph;
+use dragnet_learn::network::Network;
+use dragnet_learn::policy::Gnn;
+use dragnet_learn::shape::Shape as Sizes;
+use dragnet_learn::weights::{Recipe, Weights};
+use dragnet_search::belief::Belief;
+use dragnet_search::cell::{Grid, Position};
+use dragnet_search::intent::Promised;
+use dragnet_search::policy::Policy;
+use dragnet_search::route::{Moves, Routes};
+use dragnet_search::seed::{Purpose, stream};
+use dragnet_search::sensor::Sensor;
+use dragnet_search::shape::Shape;
+use dragnet_search::situation::{Place, Situation};
+use rand::RngExt;
+
+fn decisions(criterion: &mut Criterion) {
+    let mut random = stream(1, Purpose::Training, 0);
+    let weights = Weights::build(Sizes::DEFAULT, Recipe::default(), |_, shape| {
+        (0..shape.iter().product()).map(|_| random.random_range(-0.3..0.3)).collect()
+    });
+    let network = Arc::new(Network::new(&weights.unwrap()));
+    let mut group = criterion.benchmark_group("decision");
+    for side in [30, 60] {
+        let grid = Grid::new(side, side).unwrap();
+        let terrain = Shape::AllTraversable.terrain(grid, 30.0).unwrap();
+        let log_odds = grid.cells().map(|_| random.random_range(-5.0..2.0)).collect();
+        let belief = Belief::from_log_odds(&terrain, log_odds).unwrap();
+        let (sensor, promised) = (Sensor::default(), Promised::nothing(&terrain));
+        let situation = Situation {
+            terrain: &terrain,
+            moves: Moves::Four,
+            sensor: &sensor,
+            belief: &belief,
+            promised: &promised,
+            robot: grid.cell(Position { row: side / 3, column: side / 3 }).unwrap(),
+            place: Place::ALONE,
+        };
+        let routes = Routes::from(&terrain, situation.moves, situation.robot);
+        let mut topology = None;
+        let graph = Graph::new(&situation, &routes, &mut topology);
+        let mut policy = Gnn::new(Arc::clone(&network));
+        group.bench_function(BenchmarkId::new("whole", side), |bencher| {
+            bencher.iter(|| policy.decide(black_box(&situation), &mut random));
+        });
+        group.bench_function(BenchmarkId::new("graph", side), |bencher| {
+            bencher.iter(|| Graph::new(black_box(&situation), &routes, &mut topology));
+        });
+        group.bench_function(BenchmarkId::new("network", side), |bencher| {
+            bencher.iter(|| network.logits(black_box(&graph)));
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, decisions);
+criterion_main!(benches);

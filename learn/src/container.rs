@@ -1,0 +1,126 @@
+//! Files of tensors: safetensors, whose header carries one text of ours, so that the same content gives the same bytes.
+
+use std::collections::HashMap;
+use std::fs;
+use std::io::{self, Write};
+use std::path::Path;
+
+use safetensors::tensor::{Dtype, TensorView};
+use safetensors::{SafeTensorError, SafeTensors};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+/// The one key of the header.
+const HEADER_KEY: &str = "dragnet";
+
+/// What a kind of file is called in messages, and the version that this program reads and writes.
+#[derive(Clone, Copy)]
+pub(crate) struct Kind {
+    /// `weights`, as in "no weights of Dragnet".
+    pub(crate) name: &'static str,
+    /// Stands in the header as `format`.
+    pub(crate) format: &'static str,
+}
+
+/// A tensor to be written.
+pub(crate) struct Tensor {
+    pub(crate) name: String,
+    pub(crate) dtype: Dtype,
+    pub(crate) shape: Vec<usize>,
+    /// Little-endian, row-major.
+    pub(crate) bytes: Vec<u8>,
+}
+
+/// The header as it is written: the format, and what the kind says of itself.
+#[derive(Serialize, Deserialize)]
+struct Header<T> {
+    format: String,
+    #[serde(flatten)]
+    content: T,
+}
+
+#[derive(Deserialize)]
+struct Version {
+    format: String,
+}
+
+impl Tensor {
+    /// Of `f32`.
+    pub(crate) fn of_floats(name: String, shape: Vec<usize>, values: &[f32]) -> Self {
+        let bytes = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+        Self { name, dtype: Dtype::F32, shape, bytes }
+    }
+}
+
+/// The bytes of a file.
+pub(crate) fn serialize(kind: Kind, content: &impl Serialize, tensors: &[Tensor]) -> Result<Vec<u8>, String> {
+    let views = tensors.iter().map(|tensor| {
+        let view = TensorView::new(tensor.dtype, tensor.shape.clone(), &tensor.bytes);
+        Ok((tensor.name.as_str(), view.map_err(|error| error.to_string())?))
+    });
+    let views = views.collect::<Result<Vec<_>, String>>()?;
+    let header = Header { format: kind.format.to_owned(), content };
+    let header = serde_json::to_string(&header).map_err(|error| error.to_string())?;
+    let header = HashMap::from([(HEADER_KEY.to_owned(), header)]);
+    safetensors::serialize(views, Some(header)).map_err(|error| error.to_string())
+}
+
+/// What a file says of itself, and its tensors.
+pub(crate) fn parse<T: DeserializeOwned>(kind: Kind, bytes: &[u8]) -> Result<(T, Tensors<'_>), String> {
+    let name = kind.name;
+    let broken = |error: SafeTensorError| format!("no {name} file, or a truncated one: {error}");
+    let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(broken)?;
+    let tensors = SafeTensors::deserialize(bytes).map_err(broken)?;
+    let text = metadata.metadata().as_ref().and_then(|header| header.get(HEADER_KEY));
+    let text = text.ok_or_else(|| format!("no {name} of Dragnet: the header has no key {HEADER_KEY:?}"))?;
+    let unreadable = |error: serde_json::Error| format!("the header's {HEADER_KEY:?}: {error}");
+    let Version { format } = serde_json::from_str(text).map_err(unreadable)?;
+    if format != kind.format {
+        return Err(format!("format {format:?}: this program reads {:?}", kind.format));
+    }
+    let header: Header<T> = serde_json::from_str(text).map_err(unreadable)?;
+    Ok((header.content, Tensors(tensors)))
+}
+
+/// The tensors of a file.
+pub(crate) struct Tensors<'a>(SafeTensors<'a>);
+
+impl Tensors<'_> {
+    pub(crate) fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    pub(crate) fn has(&self, name: &str) -> bool {
+        self.0.tensor(name).is_ok()
+    }
+
+    /// The bytes of a tensor that has this type and shape.
+    pub(crate) fn get(&self, name: &str, dtype: Dtype, shape: &[usize]) -> Result<Vec<u8>, String> {
+        let tensor = self.0.tensor(name).map_err(|_| format!("{name} is missing"))?;
+        if tensor.dtype() != dtype || tensor.shape() != shape {
+            let (found, found_shape) = (tensor.dtype(), tensor.shape());
+            return Err(format!("{name} is {found:?} {found_shape:?}; expected {dtype:?} {shape:?}"));
+        }
+        Ok(tensor.data().to_vec())
+    }
+
+    /// Values of a tensor of `f32` that has this shape.
+    pub(crate) fn floats(&self, name: &str, shape: &[usize]) -> Result<Vec<f32>, String> {
+        let bytes = self.get(name, Dtype::F32, shape)?;
+        Ok(bytes.as_chunks::<4>().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect())
+    }
+}
+
+/// Writes a file beside its place and moves it there: under its name it is whole, or the one before.
+pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let part = path.with_extension("part");
+    let written = fs::File::create(&part).and_then(|mut file| {
+        file.write_all(bytes)?;
+        // Otherwise the name may outlive a power cut that the content does not.
+        file.sync_all()
+    });
+    written.and_then(|()| fs::rename(&part, path)).inspect_err(|_| {
+        // What is left would only take up room; that it cannot be removed changes nothing.
+        let _ = fs::remove_file(&part);
+    })
+}

@@ -1,0 +1,112 @@
+//! What an expert decided, and from what: one file a trajectory, so that shards share a folder and what is there is done.
+//!
+//! A file is safetensors, which Python reads as arrays. It holds the situations themselves, not features of them,
+//! so that another network can learn from the same files. It appears under its name only when it is whole.
+
+mod file;
+mod folder;
+mod record;
+
+use std::fmt;
+use std::sync::Arc;
+
+use dragnet_search::belief::Belief;
+use dragnet_search::cell::Cell;
+use dragnet_search::intent::Promised;
+use dragnet_search::route::Moves;
+use dragnet_search::sensor::Sensor;
+use dragnet_search::situation::{Place, Situation};
+use dragnet_search::terrain::Terrain;
+use serde::{Deserialize, Serialize};
+
+pub use file::{DemonstrationError, read, write};
+pub use folder::{Folder, file_name};
+pub use record::Recorder;
+
+/// What all files of one folder have in common: who was watched, and how.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Source {
+    /// The expert: a policy's name.
+    pub expert: String,
+    /// `w_l` of its path-length weight (Eq. 4), if it has one.
+    pub length_weight: f64,
+    /// Decisions of a trajectory, at most.
+    pub most_decisions: u32,
+    /// Share of the decisions after which the robot went to a random cell instead of the expert's.
+    pub explore: f64,
+    /// Version and commit of the program.
+    pub program: String,
+}
+
+impl Source {
+    /// Whether both show the same expert; another build may have watched it.
+    #[must_use]
+    pub fn is_same_expert(&self, other: &Self) -> bool {
+        self.expert == other.expert && self.length_weight.to_bits() == other.length_weight.to_bits()
+    }
+}
+
+impl fmt::Display for Source {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{} (length weight {})", self.expert, self.length_weight)
+    }
+}
+
+/// One search under an expert.
+#[derive(Clone, Debug)]
+pub struct Trajectory {
+    /// Who was watched.
+    pub source: Source,
+    /// The scenario's name.
+    pub scenario: String,
+    /// Of all that decides the search but its seed: tells two scenarios of one name apart.
+    pub scenario_digest: String,
+    /// Its seed.
+    pub seed: u64,
+    /// The map.
+    pub terrain: Arc<Terrain>,
+    /// How the robot moved.
+    pub moves: Moves,
+    /// What it saw with.
+    pub sensor: Arc<Sensor>,
+    /// What it decided, in order.
+    pub decisions: Vec<Demonstration>,
+}
+
+/// One decision.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Demonstration {
+    /// `ln(p / (1 - p))`, shape `[cells]`.
+    pub log_odds_nats: Vec<f32>,
+    /// Precision promised by teammates, units of evidence, shape `[cells]`.
+    pub promised: Promised,
+    /// The robot's cell.
+    pub robot: Cell,
+    /// The expert's choice.
+    pub chosen: Cell,
+    /// The expert's scores, shape `[cells]`; `-inf` for cells that are no candidates.
+    pub scores: Vec<f32>,
+}
+
+impl Trajectory {
+    /// What the expert saw at a decision; `belief` is that of [`Trajectory::belief`].
+    #[must_use]
+    pub fn situation<'a>(&'a self, decision: &'a Demonstration, belief: &'a Belief) -> Situation<'a> {
+        Situation {
+            terrain: &self.terrain,
+            moves: self.moves,
+            sensor: &self.sensor,
+            belief,
+            promised: &decision.promised,
+            robot: decision.robot,
+            place: Place::ALONE,
+        }
+    }
+
+    /// What the expert believed at a decision; nothing if the file holds a NaN or fits another map.
+    #[must_use]
+    pub fn belief(&self, decision: &Demonstration) -> Option<Belief> {
+        let log_odds = decision.log_odds_nats.iter().copied().map(f64::from).collect();
+        Belief::from_log_odds(&self.terrain, log_odds).ok()
+    }
+}

@@ -1,0 +1,230 @@
+//! A trajectory as a file.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use dragnet_search::cell::{Cell, Grid};
+use dragnet_search::intent::Promised;
+use dragnet_search::route::Moves;
+use dragnet_search::sensor::{Noise, Sensor};
+use dragnet_search::terrain::{Ground, Terrain};
+use safetensors::Dtype;
+use serde::{Deserialize, Serialize};
+
+use super::{Demonstration, Source, Trajectory};
+use crate::container::{self, Kind, Tensor, Tensors, write_whole};
+
+const KIND: Kind = Kind { name: "demonstrations", format: "dragnet-demonstrations-1" };
+
+/// Why there is no demonstration.
+#[derive(Debug, thiserror::Error)]
+pub enum DemonstrationError {
+    /// A file or folder cannot be read.
+    #[error("{path}: cannot read: {source}")]
+    Read {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// A file cannot be written; no part of it is left.
+    #[error("{path}: cannot write: {source}")]
+    Write {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// It is not what demonstrations are.
+    #[error("{path}: {reason}")]
+    Content {
+        /// Which.
+        path: PathBuf,
+        /// What is wrong, and what is allowed.
+        reason: String,
+    },
+}
+
+#[derive(Serialize, Deserialize)]
+struct Header {
+    #[serde(flatten)]
+    source: Source,
+    scenario: String,
+    scenario_digest: String,
+    seed: u64,
+    decisions: usize,
+    rows: u32,
+    columns: u32,
+    cell_meters: f64,
+    /// 4 or 8.
+    moves: u8,
+    radius: u32,
+    sigma2: f64,
+}
+
+/// Writes a trajectory; the file appears when it is whole, in place of an older one.
+///
+/// # Errors
+/// If it cannot be written.
+pub fn write(path: &Path, trajectory: &Trajectory) -> Result<(), DemonstrationError> {
+    let failed = |source| DemonstrationError::Write { path: path.to_owned(), source };
+    let bytes = to_bytes(trajectory).map_err(|reason| failed(io::Error::other(reason)))?;
+    write_whole(path, &bytes).map_err(failed)
+}
+
+/// Reads a trajectory.
+///
+/// # Errors
+/// If the file cannot be read, is truncated, of another format, or holds what cannot be.
+pub fn read(path: &Path) -> Result<Trajectory, DemonstrationError> {
+    let bytes =
+        fs::read(path).map_err(|source| DemonstrationError::Read { path: path.to_owned(), source })?;
+    from_bytes(&bytes).map_err(|reason| DemonstrationError::Content { path: path.to_owned(), reason })
+}
+
+fn to_bytes(trajectory: &Trajectory) -> Result<Vec<u8>, String> {
+    let grid = trajectory.terrain.grid();
+    let header = Header {
+        source: trajectory.source.clone(),
+        scenario: trajectory.scenario.clone(),
+        scenario_digest: trajectory.scenario_digest.clone(),
+        seed: trajectory.seed,
+        decisions: trajectory.decisions.len(),
+        rows: grid.rows(),
+        columns: grid.columns(),
+        cell_meters: trajectory.terrain.cell_meters(),
+        moves: if trajectory.moves == Moves::Four { 4 } else { 8 },
+        radius: trajectory.sensor.radius(),
+        sigma2: trajectory.sensor.sigma2(),
+    };
+    container::serialize(KIND, &header, &tensors(trajectory))
+}
+
+fn tensors(trajectory: &Trajectory) -> Vec<Tensor> {
+    let (grid, decisions) = (trajectory.terrain.grid(), &trajectory.decisions);
+    let (count, cells) = (decisions.len(), grid.cell_count());
+    let tensor = |name: &str, dtype, shape: &[usize], bytes| Tensor {
+        name: name.to_owned(),
+        dtype,
+        shape: shape.to_vec(),
+        bytes,
+    };
+    let ground = grid.cells().map(|cell| {
+        let Ground { traversable, searched } = trajectory.terrain.ground(cell);
+        u8::from(traversable) + 2 * u8::from(searched)
+    });
+    let of_cell = |name: &str, cell: fn(&Demonstration) -> Cell| {
+        let bytes = decisions.iter().flat_map(|decision| cell(decision).number().to_le_bytes()).collect();
+        tensor(name, Dtype::U32, &[count], bytes)
+    };
+    let of_cells = |name: &str, values: fn(&Demonstration) -> &[f32]| {
+        let values: Vec<f32> = decisions.iter().flat_map(values).copied().collect();
+        Tensor::of_floats(name.to_owned(), vec![count, cells], &values)
+    };
+    let mut tensors = vec![
+        tensor("ground", Dtype::U8, &[grid.rows() as usize, grid.columns() as usize], ground.collect()),
+        of_cell("robot", |it| it.robot),
+        of_cell("chosen", |it| it.chosen),
+        of_cells("log_odds_nats", |it| &it.log_odds_nats),
+        of_cells("scores", |it| &it.scores),
+    ];
+    // Nobody promised anything to a robot alone: that need not be said cell by cell.
+    if decisions.iter().any(|decision| decision.promised.is_anything()) {
+        let of_decision =
+            |decision: &Demonstration| grid.cells().map(|cell| decision.promised.precision(cell)).collect();
+        let precision: Vec<i64> =
+            decisions.iter().flat_map(|decision| -> Vec<i64> { of_decision(decision) }).collect();
+        let bytes = precision.iter().flat_map(|precision| precision.to_le_bytes()).collect();
+        tensors.push(tensor("promised", Dtype::I64, &[count, cells], bytes));
+    }
+    tensors
+}
+
+fn from_bytes(bytes: &[u8]) -> Result<Trajectory, String> {
+    let (header, tensors): (Header, _) = container::parse(KIND, bytes)?;
+    let grid = Grid::new(header.rows, header.columns).map_err(|error| error.to_string())?;
+    let shape = [grid.rows() as usize, grid.columns() as usize];
+    let ground = tensors.get("ground", Dtype::U8, &shape)?;
+    let ground = ground.iter().map(|byte| Ground { traversable: byte & 1 > 0, searched: byte & 2 > 0 });
+    let terrain =
+        Terrain::new(grid, header.cell_meters, ground.collect()).map_err(|error| error.to_string())?;
+    let sensor =
+        Sensor::new(header.radius, header.sigma2, Noise::Gaussian).map_err(|error| error.to_string())?;
+    let reader = Reader { tensors, terrain: &terrain, count: header.decisions };
+    let decisions = reader.decisions()?;
+    Ok(Trajectory {
+        source: header.source,
+        scenario: header.scenario,
+        scenario_digest: header.scenario_digest,
+        seed: header.seed,
+        moves: match header.moves {
+            4 => Moves::Four,
+            8 => Moves::Eight,
+            other => return Err(format!("moves {other}: allowed are 4 and 8")),
+        },
+        sensor: Arc::new(sensor),
+        decisions,
+        terrain: Arc::new(terrain),
+    })
+}
+
+/// The decisions of a file that should have so many.
+struct Reader<'a> {
+    tensors: Tensors<'a>,
+    terrain: &'a Terrain,
+    count: usize,
+}
+
+impl Reader<'_> {
+    fn decisions(&self) -> Result<Vec<Demonstration>, String> {
+        let (count, cells) = (self.count, self.terrain.grid().cell_count());
+        let of_cells = |name: &str| {
+            let values = self.tensors.floats(name, &[count, cells])?;
+            match values.iter().position(|value| value.is_nan()) {
+                Some(place) => Err(format!("{name} holds NaN at place {place}")),
+                None => Ok(values),
+            }
+        };
+        let (log_odds, scores) = (of_cells("log_odds_nats")?, of_cells("scores")?);
+        let (robot, chosen) = (self.positions("robot")?, self.positions("chosen")?);
+        let mut promised = self.promised()?.into_iter();
+        let decisions = (0..count).map(|place| Demonstration {
+            log_odds_nats: log_odds[place * cells..][..cells].to_vec(),
+            promised: promised.next().unwrap_or_else(|| Promised::nothing(self.terrain)),
+            robot: robot[place],
+            chosen: chosen[place],
+            scores: scores[place * cells..][..cells].to_vec(),
+        });
+        Ok(decisions.collect())
+    }
+
+    /// A traversable cell a decision.
+    fn positions(&self, name: &str) -> Result<Vec<Cell>, String> {
+        let bytes = self.tensors.get(name, Dtype::U32, &[self.count])?;
+        let numbers = bytes.as_chunks::<4>().0.iter().map(|bytes| u32::from_le_bytes(*bytes));
+        numbers
+            .map(|number| {
+                let cell = self.terrain.grid().cell_numbered(number);
+                cell.filter(|&cell| self.terrain.is_traversable(cell))
+                    .ok_or_else(|| format!("{name} {number} is no traversable cell of the map"))
+            })
+            .collect()
+    }
+
+    /// That of each decision, or of none: nobody promised anything.
+    fn promised(&self) -> Result<Vec<Promised>, String> {
+        if !self.tensors.has("promised") {
+            return Ok(Vec::new());
+        }
+        let cells = self.terrain.grid().cell_count();
+        let bytes = self.tensors.get("promised", Dtype::I64, &[self.count, cells])?;
+        let precision: Vec<i64> =
+            bytes.as_chunks::<8>().0.iter().map(|bytes| i64::from_le_bytes(*bytes)).collect();
+        let of_decision = |precision: &[i64]| {
+            Promised::from_precision(precision.to_vec()).ok_or_else(|| "promised is below 0".to_owned())
+        };
+        precision.chunks(cells).map(of_decision).collect()
+    }
+}

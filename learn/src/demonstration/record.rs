@@ -1,0 +1,67 @@
+//! An expert that is watched.
+
+use std::sync::mpsc::Sender;
+
+use dragnet_search::policy::{Decision, Policy};
+use dragnet_search::route::Routes;
+use dragnet_search::seed::Stream;
+use dragnet_search::situation::Situation;
+use rand::RngExt;
+
+use super::Demonstration;
+
+/// Decides as the expert does, and takes down what it decided and from what.
+///
+/// With `explore` above 0 the robot goes to a random cell instead now and then, while what is taken down stays the
+/// expert's choice: so the imitator also learns what to do where the expert would never have gone, as in DART (Laskey
+/// et al., 2017). Departure: noise of a fixed rate, not fitted to the imitator's errors.
+pub struct Recorder {
+    expert: Box<dyn Policy + Send>,
+    explore: f64,
+    sink: Sender<Demonstration>,
+}
+
+impl Recorder {
+    /// Watches an expert. `explore` is the share of decisions that the robot does not follow, `0..=1`.
+    #[must_use]
+    pub fn new(expert: Box<dyn Policy + Send>, explore: f64, sink: Sender<Demonstration>) -> Self {
+        Self { expert, explore, sink }
+    }
+}
+
+impl Policy for Recorder {
+    fn decide(&mut self, situation: &Situation<'_>, random: &mut Stream) -> Decision {
+        let decision = self.expert.decide(situation, random);
+        // Nobody may be listening any more: then the search is about to be stopped.
+        let _ = self.sink.send(demonstration(situation, &decision));
+        // Drawn always, so that the robot's other random choices do not depend on the rate.
+        let (strays, place) = (random.random::<f64>() < self.explore, random.random::<f64>());
+        if !strays {
+            return decision;
+        }
+        let routes = Routes::from(situation.terrain, situation.moves, situation.robot);
+        let candidates = routes.candidates();
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "below the number of candidates"
+        )]
+        let place = (place * candidates.len() as f64) as usize;
+        match candidates.get(place) {
+            Some(&chosen) => Decision { chosen, path: routes.path(chosen), ..decision },
+            None => decision,
+        }
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "kept as f32")]
+fn demonstration(situation: &Situation<'_>, decision: &Decision) -> Demonstration {
+    let cells = situation.terrain.grid().cells();
+    Demonstration {
+        log_odds_nats: cells.map(|cell| situation.belief.log_odds_nats(cell) as f32).collect(),
+        promised: situation.promised.clone(),
+        robot: situation.robot,
+        chosen: decision.chosen,
+        scores: decision.scores.iter().map(|&score| score as f32).collect(),
+    }
+}

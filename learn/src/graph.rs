@@ -1,0 +1,57 @@
+//! What the network sees: the map as a graph, with what is known of each cell.
+//!
+//! A node is a traversable cell that the robot can reach; edges join cells that touch, corners included. Nothing in it
+//! says where on the map a node is, or which way is north: only neighbors, routes and features. So a map that is moved,
+//! turned or mirrored gives the same graph with its nodes in another order.
+
+mod features;
+mod topology;
+
+use std::sync::Arc;
+
+use dragnet_search::cell::Cell;
+use dragnet_search::outlook::Outlook;
+use dragnet_search::route::Routes;
+use dragnet_search::situation::Situation;
+
+pub use features::{FEATURE_NAMES, FEATURES};
+pub use topology::{NEIGHBORS, Topology};
+
+/// One situation as a graph. Nodes are numbered by the index of their cells.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Graph {
+    /// Nodes and edges, which stay the same while a robot searches one map.
+    pub topology: Arc<Topology>,
+    /// Features of each node, shape `[nodes, FEATURES]`; see [`FEATURE_NAMES`].
+    pub features: Vec<f32>,
+    /// The node of the robot's own cell.
+    pub root: u32,
+    /// The node before each on the shortest path from the robot to it, shape `[nodes]`; of the root itself.
+    pub parent: Vec<u32>,
+    /// All nodes, parents before children, the root first: shape `[nodes]`.
+    pub order: Vec<u32>,
+}
+
+impl Graph {
+    /// The graph of a situation. `topology` is kept between calls: it is made anew where the map has changed.
+    #[must_use]
+    pub fn new(situation: &Situation<'_>, routes: &Routes, topology: &mut Option<Arc<Topology>>) -> Self {
+        let topology = match topology {
+            Some(known) if known.is_of(situation.terrain, routes) => Arc::clone(known),
+            other => Arc::clone(other.insert(Arc::new(Topology::new(situation.terrain, routes)))),
+        };
+        let gains = Outlook::new(situation).look_gains(situation, routes);
+        let node = |cell: Cell| topology.node(cell);
+        let mut parent = vec![0; topology.len()];
+        for &cell in routes.reached() {
+            parent[node(cell) as usize] = node(routes.parent(cell));
+        }
+        Self {
+            features: features::of(situation, routes, &topology, &gains),
+            root: node(routes.root()),
+            parent,
+            order: routes.reached().iter().map(|&cell| node(cell)).collect(),
+            topology,
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! What is known of each node. Every feature is a number of the order of 1, and none tells a place or a direction.
+
+use dragnet_search::belief::entropy_nats;
+use dragnet_search::evidence::UNITS;
+use dragnet_search::route::Routes;
+use dragnet_search::situation::Situation;
+
+use super::topology::{NEIGHBORS, Topology};
+
+/// Features of a node.
+pub const FEATURES: usize = 10;
+
+/// What they are, in order; weights carry these names, so that those of another set are refused.
+pub const FEATURE_NAMES: [&str; FEATURES] = [
+    // Of an object in the cell.
+    "probability",
+    // Clamped to 8 nats, over 8.
+    "log_odds",
+    // Over ln 2.
+    "entropy",
+    // What a look from the cell would yield, teammates' promises counted, over the best cell's.
+    "look_gain",
+    // ln of that, from 0 at 1e-4 of the best to 1 at the best.
+    "log_look_gain",
+    // ln(1 + L) / 4, L the length of the path to the cell in cells.
+    "log_path_length",
+    // ln(1 + L / 5) / 3: the paper's weight of path length, as a logarithm.
+    "log_path_weight",
+    // 1 in the robot's own cell.
+    "robot",
+    // Share of the eight cells around that are traversable and in reach.
+    "openness",
+    // k / (k + 10), k the precision that teammates have promised.
+    "promised",
+];
+
+/// Gains below this share of the best one are as good as none.
+const LEAST_SHARE: f64 = 1e-4;
+
+/// Features of all nodes, shape `[nodes, FEATURES]`. `gains` are those of a look from each cell, `-inf` in the root.
+#[expect(clippy::cast_possible_truncation, reason = "features are f32")]
+pub(super) fn of(situation: &Situation<'_>, routes: &Routes, topology: &Topology, gains: &[f64]) -> Vec<f32> {
+    let best = gains.iter().copied().fold(0.0, f64::max);
+    let mut features = Vec::with_capacity(topology.len() * FEATURES);
+    for (node, &cell) in topology.cells().iter().enumerate() {
+        let log_odds = situation.belief.log_odds_nats(cell);
+        let share = if best > 0.0 { (gains[cell.index()] / best).max(0.0) } else { 0.0 };
+        let length = f64::from(routes.length(cell));
+        let promised = situation.promised.precision(cell) as f64 / UNITS;
+        let of_node: [f64; FEATURES] = [
+            1.0 / (1.0 + (-log_odds).exp()),
+            log_odds.clamp(-8.0, 8.0) / 8.0,
+            entropy_nats(log_odds) / std::f64::consts::LN_2,
+            share,
+            1.0 - (share + LEAST_SHARE).ln() / LEAST_SHARE.ln(),
+            length.ln_1p() / 4.0,
+            (length / 5.0).ln_1p() / 3.0,
+            f64::from(u8::from(cell == routes.root())),
+            topology.edges(node).len() as f64 / NEIGHBORS as f64,
+            promised / (promised + 10.0),
+        ];
+        features.extend(of_node.map(|feature| feature as f32));
+    }
+    features
+}

@@ -1,0 +1,132 @@
+//! From a graph to a logit for each node, in plain Rust.
+//!
+//! Attention is that of Veličković et al., "Graph Attention Networks" (ICLR 2018), Eq. 1 to 5, with heads concatenated.
+//! Departures: the inverse distance of an edge enters its score, times a learned number a head (the paper weights edges
+//! so, Section V-C); a node's own channels take part by being added to the layer's output, not as a neighbor; rectifiers
+//! leak. After the attention layers comes what the paper's network lacks, a route layer: channels that fade along the
+//! shortest path from the robot, and channels that are summed along it, as Eq. 3 sums information.
+//!
+//! Sums are taken in a fixed order, with multiplications fused into them on every machine (where the processor cannot,
+//! slowly), so that all compute the same bits.
+
+#![expect(
+    clippy::inline_always,
+    reason = "what is not inlined into `Forward` is compiled for the least of vector instructions"
+)]
+
+mod attention;
+mod exponential;
+mod linear;
+mod route;
+
+use pulp::{Arch, Simd, WithSimd};
+
+use crate::graph::Graph;
+use crate::shape::Shape;
+use crate::weights::Weights;
+
+use attention::Attention;
+use linear::Linear;
+use route::Fading;
+
+/// Slope of a rectifier below 0, as libtorch has it by default.
+pub const RECTIFIER_LEAK: f32 = 0.01;
+/// Slope of a score's rectifier below 0, as in Veličković et al.
+pub const SCORE_LEAK: f32 = 0.2;
+/// Logarithms of sums are taken of the sum plus this.
+pub const LEAST_SUM: f32 = 1e-6;
+/// What is summed is `exp(x)`, with `x` clamped to these.
+pub const SUM_LOG_RANGE: (f32, f32) = (-12.0, 6.0);
+/// Logits are the last layer's output times this: an expert's choice is sharp, and learning to be sharp is slow.
+pub const LOGIT_SCALE: f32 = 10.0;
+
+/// A network, ready to decide.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Network {
+    shape: Shape,
+    encoder: Linear,
+    attention: Vec<Attention>,
+    memory: Option<(Linear, Fading)>,
+    mix: Linear,
+    sum: Option<Linear>,
+    head: Linear,
+    logit: Linear,
+}
+
+impl Network {
+    /// The network of these weights.
+    #[must_use]
+    pub fn new(weights: &Weights) -> Self {
+        let shape = weights.shape();
+        let linear = |name: &str| {
+            Linear::new(weights.get(&format!("{name}.weight")), weights.get(&format!("{name}.bias")))
+        };
+        Self {
+            shape,
+            encoder: linear("encoder"),
+            attention: (0..shape.layers).map(|layer| Attention::new(weights, layer)).collect(),
+            memory: (shape.memory > 0).then(|| (linear("memory"), Fading::new(weights.get("memory.fade")))),
+            mix: linear("mix"),
+            sum: (shape.sums > 0).then(|| linear("sum")),
+            head: linear("head"),
+            logit: linear("logit"),
+        }
+    }
+
+    /// Sizes.
+    #[must_use]
+    pub const fn shape(&self) -> Shape {
+        self.shape
+    }
+
+    /// A logit for each node, shape `[nodes]`. That of the root means nothing: the robot is there.
+    #[must_use]
+    pub fn logits(&self, graph: &Graph) -> Vec<f32> {
+        // The widest vector instructions that this machine has; the order of operations is the same for all.
+        Arch::new().dispatch(Forward { network: self, graph })
+    }
+
+    #[inline(always)]
+    fn compute<S: Simd>(&self, simd: S, graph: &Graph) -> Vec<f32> {
+        let mut channels = self.encoder.apply_rectified(simd, &[&graph.features]);
+        for layer in &self.attention {
+            layer.add_to(simd, &mut channels, &graph.topology);
+        }
+        let faded = self.memory.as_ref().map(|(memory, fading)| {
+            let mut faded = memory.apply_rectified(simd, &[&channels]);
+            fading.carry(&mut faded, graph);
+            faded
+        });
+        let mixed = self.mix.apply_rectified(simd, &[&channels, faded.as_deref().unwrap_or_default()]);
+        let sums = self.sum.as_ref().map(|sum| route::log_sums(sum.apply(simd, &[&mixed]), graph));
+        let sums = sums.as_deref().unwrap_or_default();
+        let head = self.head.apply_rectified(simd, &[&mixed, sums, &graph.features]);
+        let mut logits = self.logit.apply(simd, &[&head, &mixed, sums, &graph.features]);
+        for logit in &mut logits {
+            *logit *= LOGIT_SCALE;
+        }
+        logits
+    }
+}
+
+/// A pass through the network: what [`Arch`] compiles once for each set of vector instructions. All that it calls is
+/// inlined, for what is not would be compiled for the least of them.
+struct Forward<'a> {
+    network: &'a Network,
+    graph: &'a Graph,
+}
+
+impl WithSimd for Forward<'_> {
+    type Output = Vec<f32>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Vec<f32> {
+        self.network.compute(simd, self.graph)
+    }
+}
+
+/// `x` above 0, `leak * x` below; `leak` is below 1.
+#[inline(always)]
+fn leaky(value: f32, leak: f32) -> f32 {
+    value.max(leak * value)
+}

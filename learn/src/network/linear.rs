@@ -1,0 +1,172 @@
+//! Affine maps of all nodes at a time.
+
+use pulp::Simd;
+
+use super::RECTIFIER_LEAK;
+
+/// Rows of a matrix are padded to a multiple of this: the widest vector register in use.
+const LANES: usize = 8;
+/// Nodes computed together, so that a column of the matrix is read once for all of them.
+const NODES: usize = 8;
+
+/// `y = W x + b` for each node.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Linear {
+    inputs: usize,
+    outputs: usize,
+    /// `LANES` rows of `W`, column by column: shape `[outputs / LANES, inputs, LANES]`, the last block padded with
+    /// zeros.
+    blocks: Vec<f32>,
+    /// Shape `[outputs / LANES, LANES]`, padded likewise.
+    bias: Vec<f32>,
+}
+
+impl Linear {
+    /// Of a matrix `[outputs, inputs]` and a bias `[outputs]`.
+    pub(super) fn new(weight: &[f32], bias: &[f32]) -> Self {
+        let outputs = bias.len();
+        let inputs = weight.len() / outputs;
+        let padded = outputs.next_multiple_of(LANES);
+        let (mut blocks, mut padded_bias) = (vec![0.0; padded * inputs], vec![0.0; padded]);
+        padded_bias[..outputs].copy_from_slice(bias);
+        for output in 0..outputs {
+            let (block, lane) = (output / LANES, output % LANES);
+            for input in 0..inputs {
+                blocks[(block * inputs + input) * LANES + lane] = weight[output * inputs + input];
+            }
+        }
+        Self { inputs, outputs, blocks, bias: padded_bias }
+    }
+
+    /// Of inputs that stand side by side, each of shape `[nodes, width]`: shape `[nodes, outputs]`.
+    #[inline(always)]
+    pub(super) fn apply<S: Simd>(&self, simd: S, parts: &[&[f32]]) -> Vec<f32> {
+        self.map(simd, parts, |sum| sum)
+    }
+
+    /// The same through a rectifier.
+    #[inline(always)]
+    pub(super) fn apply_rectified<S: Simd>(&self, simd: S, parts: &[&[f32]]) -> Vec<f32> {
+        let leak = simd.splat_f32s(RECTIFIER_LEAK);
+        self.map(simd, parts, |sum| simd.max_f32s(sum, simd.mul_f32s(sum, leak)))
+    }
+
+    #[inline(always)]
+    fn map<S: Simd>(&self, simd: S, parts: &[&[f32]], finish: impl Fn(S::f32s) -> S::f32s) -> Vec<f32> {
+        let nodes = parts.iter().map(|part| part.len()).sum::<usize>() / self.inputs;
+        let mut output = vec![0.0; nodes * self.outputs];
+        let together = nodes - nodes % NODES;
+        for first in (0..together).step_by(NODES) {
+            self.map_nodes::<S, NODES>(simd, Nodes { parts, nodes, first }, &mut output, &finish);
+        }
+        for first in together..nodes {
+            self.map_nodes::<S, 1>(simd, Nodes { parts, nodes, first }, &mut output, &finish);
+        }
+        output
+    }
+
+    #[inline(always)]
+    fn map_nodes<S: Simd, const COUNT: usize>(
+        &self,
+        simd: S,
+        input: Nodes<'_>,
+        output: &mut [f32],
+        finish: &impl Fn(S::f32s) -> S::f32s,
+    ) {
+        let output = &mut output[input.first * self.outputs..];
+        for first in (0..self.outputs).step_by(LANES) {
+            let block = &self.blocks[first * self.inputs..][..LANES * self.inputs];
+            for lane in (0..LANES).step_by(S::F32_LANES) {
+                if first + lane >= self.outputs {
+                    break;
+                }
+                let mut sums = [load::<S>(&self.bias[first + lane..]); COUNT];
+                let mut columns = block.chunks_exact(LANES);
+                for part in input.parts {
+                    let width = part.len() / input.nodes;
+                    let rows: [&[f32]; COUNT] = rows(&part[input.first * width..], width);
+                    for (place, column) in (0..width).zip(columns.by_ref()) {
+                        let column = load::<S>(&column[lane..]);
+                        for (sum, row) in sums.iter_mut().zip(rows) {
+                            *sum = simd.mul_add_f32s(simd.splat_f32s(row[place]), column, *sum);
+                        }
+                    }
+                }
+                let count = S::F32_LANES.min(self.outputs - first - lane);
+                for (node, &sum) in sums.iter().enumerate() {
+                    let output = &mut output[node * self.outputs + first + lane..];
+                    if count == S::F32_LANES {
+                        store::<S>(output, finish(sum));
+                    } else {
+                        simd.partial_store_f32s(&mut output[..count], finish(sum));
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Some nodes of inputs that stand side by side.
+#[derive(Clone, Copy)]
+struct Nodes<'a> {
+    /// Shape `[nodes, width]` each.
+    parts: &'a [&'a [f32]],
+    nodes: usize,
+    first: usize,
+}
+
+/// The first rows of a matrix of this width.
+#[inline(always)]
+fn rows<const COUNT: usize>(values: &[f32], width: usize) -> [&[f32]; COUNT] {
+    let mut rows: [&[f32]; COUNT] = [&[]; COUNT];
+    if width > 0 {
+        for (row, values) in rows.iter_mut().zip(values.chunks_exact(width)) {
+            *row = values;
+        }
+    }
+    rows
+}
+
+/// The first numbers of a slice that has enough, as a register.
+#[inline(always)]
+pub(super) fn load<S: Simd>(values: &[f32]) -> S::f32s {
+    S::as_simd_f32s(values).0[0]
+}
+
+/// Puts a register into the first numbers of a slice that has enough.
+#[inline(always)]
+pub(super) fn store<S: Simd>(values: &mut [f32], register: S::f32s) {
+    S::as_mut_simd_f32s(values).0[0] = register;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_affine_map_of_any_width_agrees_with_its_definition() {
+        for (inputs, outputs, nodes) in [(1, 1, 1), (3, 17, 5), (10, 32, 4), (62, 1, 3)] {
+            let number = |index: usize| ((index * 7919) % 101) as f32 / 50.0 - 1.0;
+            let weight: Vec<f32> = (0..inputs * outputs).map(number).collect();
+            let bias: Vec<f32> = (0..outputs).map(|index| number(index + 13)).collect();
+            let input: Vec<f32> = (0..nodes * inputs).map(|index| number(index + 29)).collect();
+            let linear = Linear::new(&weight, &bias);
+            let output = linear.apply(pulp::Scalar, &[&input]);
+            assert_eq!(output.len(), nodes * outputs);
+            for (place, &value) in output.iter().enumerate() {
+                let (node, row) = (place / outputs, place % outputs);
+                let products = (0..inputs).map(|i| weight[row * inputs + i] * input[node * inputs + i]);
+                assert!((value - bias[row] - products.sum::<f32>()).abs() < 1e-4);
+            }
+        }
+    }
+
+    #[test]
+    fn inputs_may_stand_side_by_side() {
+        let linear = Linear::new(&[1.0, 10.0, 100.0], &[0.5]);
+        let output = linear.apply(pulp::Scalar, &[&[1.0, 2.0], &[], &[3.0, 4.0, 5.0, 6.0]]);
+        assert_eq!(output, [431.5, 652.5]);
+        let rectified = linear.apply_rectified(pulp::Scalar, &[&[-431.5], &[0.0, 0.0]]);
+        assert!((rectified[0] + 4.31).abs() < 1e-6);
+    }
+}

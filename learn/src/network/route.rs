@@ -1,0 +1,55 @@
+//! What is carried along the shortest paths from the robot.
+
+use crate::graph::Graph;
+
+use super::exponential::exp;
+use super::{LEAST_SUM, SUM_LOG_RANGE};
+
+/// Channels that fade along the route: `r(child) = m(child) + fade * r(parent)`.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Fading {
+    /// Share that is left a cell later, `0..1`, shape `[memory]`.
+    fade: Vec<f32>,
+}
+
+impl Fading {
+    /// Of the logits of the shares.
+    pub(super) fn new(logits: &[f32]) -> Self {
+        Self { fade: logits.iter().map(|logit| 1.0 / (1.0 + (-logit).exp())).collect() }
+    }
+
+    /// In place, shape `[nodes, memory]`.
+    #[inline(always)]
+    pub(super) fn carry(&self, memory: &mut [f32], graph: &Graph) {
+        let width = self.fade.len();
+        for &node in &graph.order[1..] {
+            let parent = graph.parent[node as usize] as usize * width;
+            let node = node as usize * width;
+            for (channel, fade) in self.fade.iter().enumerate() {
+                memory[node + channel] += fade * memory[parent + channel];
+            }
+        }
+    }
+}
+
+/// `ln(S + LEAST_SUM)` of sums along the route, `S(child) = exp(x(child)) + S(parent)`, in place, shape
+/// `[nodes, sums]`. The root counts nothing: the look from the robot's own cell has been taken.
+#[inline(always)]
+pub(super) fn log_sums(mut values: Vec<f32>, graph: &Graph) -> Vec<f32> {
+    let width = values.len() / graph.parent.len();
+    for value in &mut values {
+        *value = exp(value.clamp(SUM_LOG_RANGE.0, SUM_LOG_RANGE.1));
+    }
+    values[graph.root as usize * width..][..width].fill(0.0);
+    for &node in &graph.order[1..] {
+        let parent = graph.parent[node as usize] as usize * width;
+        let node = node as usize * width;
+        for channel in 0..width {
+            values[node + channel] += values[parent + channel];
+        }
+    }
+    for value in &mut values {
+        *value = (*value + LEAST_SUM).ln();
+    }
+    values
+}

@@ -1,0 +1,30 @@
+//! All policies by name, the learned ones among them.
+
+mod gnn;
+mod name;
+mod shipped;
+
+use std::sync::Arc;
+
+use dragnet_search::policy::{self, Parameters, Policy};
+
+use crate::network::Network;
+
+pub use gnn::Gnn;
+pub use name::{PolicyName, UnknownPolicy};
+pub use shipped::Shipped;
+
+/// The policy of a name. Learned ones use `network`, if it is given, instead of the one of their name.
+#[must_use]
+pub fn build(
+    name: PolicyName,
+    parameters: Parameters,
+    network: Option<&Arc<Network>>,
+) -> Box<dyn Policy + Send> {
+    match name {
+        PolicyName::Exact(name) => policy::build(name, parameters),
+        PolicyName::Learned(shipped) => {
+            Box::new(Gnn::new(network.map_or_else(|| shipped.network(), Arc::clone)))
+        }
+    }
+}

@@ -1,0 +1,42 @@
+//! A network as a policy.
+
+use std::sync::Arc;
+
+use dragnet_search::policy::{Decision, Policy};
+use dragnet_search::route::Routes;
+use dragnet_search::seed::Stream;
+use dragnet_search::situation::Situation;
+
+use crate::graph::{Graph, Topology};
+use crate::network::Network;
+
+/// Goes where the network's logit is highest: what it is most sure that its expert would have chosen.
+#[derive(Clone, Debug)]
+pub struct Gnn {
+    network: Arc<Network>,
+    /// That of the last decision.
+    topology: Option<Arc<Topology>>,
+}
+
+impl Gnn {
+    /// A policy that follows a network.
+    #[must_use]
+    pub const fn new(network: Arc<Network>) -> Self {
+        Self { network, topology: None }
+    }
+}
+
+impl Policy for Gnn {
+    fn decide(&mut self, situation: &Situation<'_>, _: &mut Stream) -> Decision {
+        let routes = Routes::from(situation.terrain, situation.moves, situation.robot);
+        let graph = Graph::new(situation, &routes, &mut self.topology);
+        let logits = self.network.logits(&graph);
+        let mut scores = vec![f64::NEG_INFINITY; situation.terrain.grid().cell_count()];
+        for (&cell, &logit) in graph.topology.cells().iter().zip(&logits) {
+            if cell != situation.robot {
+                scores[cell.index()] = f64::from(logit);
+            }
+        }
+        Decision::best(&routes, scores)
+    }
+}

@@ -1,0 +1,95 @@
+//! The networks that are part of the program.
+
+use std::sync::{Arc, LazyLock};
+
+use crate::network::Network;
+use crate::weights::Weights;
+
+/// A network that is part of the program: which expert it imitates, and on which maps it watched it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Shipped {
+    /// `path`, on a mixture of generated maps of many sizes and densities.
+    General,
+    /// `greedy`, on the ice cream cone.
+    GreedyIceCreamCone,
+    /// `greedy`, on the all-traversable map.
+    GreedyAllTraversable,
+    /// `greedy`, on the open asterisk: of the paper's Table II only.
+    GreedyOpenAsterisk,
+    /// `greedy`, on the figure four: likewise.
+    GreedyFigureFour,
+    /// `path`, on the ice cream cone.
+    PathIceCreamCone,
+    /// `path`, on the all-traversable map.
+    PathAllTraversable,
+}
+
+type Lazy = LazyLock<Arc<Network>>;
+
+static GENERAL: Lazy = Lazy::new(|| read(include_bytes!("../../weights/gnn.safetensors")));
+static GREEDY_ICC: Lazy = Lazy::new(|| read(include_bytes!("../../weights/gnn-greedy.safetensors")));
+static GREEDY_AT: Lazy = Lazy::new(|| read(include_bytes!("../../weights/gnn-greedy-at.safetensors")));
+static GREEDY_OA: Lazy = Lazy::new(|| read(include_bytes!("../../weights/gnn-greedy-oa.safetensors")));
+static GREEDY_FOUR: Lazy = Lazy::new(|| read(include_bytes!("../../weights/gnn-greedy-four.safetensors")));
+static PATH_ICC: Lazy = Lazy::new(|| read(include_bytes!("../../weights/gnn-path.safetensors")));
+static PATH_AT: Lazy = Lazy::new(|| read(include_bytes!("../../weights/gnn-path-at.safetensors")));
+
+impl Shipped {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::General,
+        Self::GreedyIceCreamCone,
+        Self::GreedyAllTraversable,
+        Self::GreedyOpenAsterisk,
+        Self::GreedyFigureFour,
+        Self::PathIceCreamCone,
+        Self::PathAllTraversable,
+    ];
+
+    /// As written in scenarios and on the command line.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::General => "gnn",
+            Self::GreedyIceCreamCone => "gnn-greedy",
+            Self::GreedyAllTraversable => "gnn-greedy-at",
+            Self::GreedyOpenAsterisk => "gnn-greedy-oa",
+            Self::GreedyFigureFour => "gnn-greedy-four",
+            Self::PathIceCreamCone => "gnn-path",
+            Self::PathAllTraversable => "gnn-path-at",
+        }
+    }
+
+    /// The network; read once.
+    #[must_use]
+    pub fn network(self) -> Arc<Network> {
+        Arc::clone(match self {
+            Self::General => &GENERAL,
+            Self::GreedyIceCreamCone => &GREEDY_ICC,
+            Self::GreedyAllTraversable => &GREEDY_AT,
+            Self::GreedyOpenAsterisk => &GREEDY_OA,
+            Self::GreedyFigureFour => &GREEDY_FOUR,
+            Self::PathIceCreamCone => &PATH_ICC,
+            Self::PathAllTraversable => &PATH_AT,
+        })
+    }
+}
+
+/// Weights that a test of this crate has read.
+#[expect(clippy::expect_used, reason = "they are part of the program, and a test reads them all")]
+fn read(bytes: &[u8]) -> Arc<Network> {
+    let weights = Weights::from_bytes(bytes).expect("weights that are part of the program");
+    Arc::new(Network::new(&weights))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_network_that_is_part_of_the_program_can_be_read() {
+        for shipped in Shipped::ALL {
+            let _ = shipped.network();
+        }
+    }
+}

@@ -1,0 +1,104 @@
+//! Sizes of a network, and so the names and shapes of its parameters.
+
+use serde::{Deserialize, Serialize};
+
+use crate::graph::FEATURES;
+
+/// Attention heads a layer.
+pub const HEADS: usize = 4;
+
+/// Sizes of a network.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Shape {
+    /// Channels of a node between layers: a multiple of 32, so that each head fills vector registers.
+    pub hidden: usize,
+    /// Attention layers.
+    pub layers: usize,
+    /// Channels that fade along the route, so that a cell knows what the looks just before it have seen.
+    pub memory: usize,
+    /// Channels that are summed along the route. Without memory and sums the network sees no routes.
+    pub sums: usize,
+}
+
+impl Shape {
+    /// That of the shipped networks.
+    pub const DEFAULT: Self = Self { hidden: 32, layers: 3, memory: 16, sums: 4 };
+
+    /// Widest and deepest that is accepted; a file that asks for more is refused before memory is taken.
+    const MOST: Self = Self { hidden: 1024, layers: 64, memory: 1024, sums: 256 };
+
+    /// Channels a head.
+    #[must_use]
+    pub const fn head_channels(self) -> usize {
+        self.hidden / HEADS
+    }
+
+    /// Inputs of the last layers: mixed channels, logarithms of sums, features.
+    #[must_use]
+    pub const fn head_inputs(self) -> usize {
+        self.hidden + self.sums + FEATURES
+    }
+
+    /// Whether such a network can be: at least 1 of everything but memory and sums.
+    #[must_use]
+    pub const fn is_valid(self) -> bool {
+        let most = Self::MOST;
+        self.hidden >= 1
+            && self.layers >= 1
+            && self.hidden <= most.hidden
+            && self.layers <= most.layers
+            && self.memory <= most.memory
+            && self.sums <= most.sums
+            && self.hidden.is_multiple_of(32)
+    }
+
+    /// Name and shape of every parameter, in a fixed order. Matrices are `[outputs, inputs]`, as libtorch has them.
+    #[must_use]
+    pub fn parameters(self) -> Vec<Parameter> {
+        let Self { hidden, layers, memory, sums } = self;
+        let mut list = List::default();
+        list.linear("encoder", hidden, FEATURES);
+        for layer in 0..layers {
+            let name = format!("attention.{layer}");
+            list.linear(&name, hidden, hidden);
+            list.push(format!("{name}.source"), &[HEADS, hidden / HEADS]);
+            list.push(format!("{name}.target"), &[HEADS, hidden / HEADS]);
+            list.push(format!("{name}.edge"), &[HEADS]);
+        }
+        if memory > 0 {
+            list.linear("memory", memory, hidden);
+            list.push("memory.fade".to_owned(), &[memory]);
+        }
+        list.linear("mix", hidden, hidden + memory);
+        if sums > 0 {
+            list.linear("sum", sums, hidden);
+        }
+        list.linear("head", hidden, self.head_inputs());
+        list.linear("logit", 1, hidden + self.head_inputs());
+        list.0
+    }
+}
+
+/// A parameter: its name and shape.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Parameter {
+    /// As in a weights file.
+    pub name: String,
+    /// Row-major.
+    pub shape: Vec<usize>,
+}
+
+#[derive(Default)]
+struct List(Vec<Parameter>);
+
+impl List {
+    fn push(&mut self, name: String, shape: &[usize]) {
+        self.0.push(Parameter { name, shape: shape.to_vec() });
+    }
+
+    fn linear(&mut self, name: &str, outputs: usize, inputs: usize) {
+        self.push(format!("{name}.weight"), &[outputs, inputs]);
+        self.push(format!("{name}.bias"), &[outputs]);
+    }
+}

@@ -1,0 +1,201 @@
+//! Demonstrations as graphs with answers.
+
+use std::sync::Arc;
+
+use dragnet_search::route::Routes;
+
+use crate::demonstration::{Demonstration, DemonstrationError, Folder, Source, Trajectory};
+use crate::graph::{FEATURES, Graph, Topology};
+
+/// All demonstrations of a folder, some of them held out.
+#[derive(Debug)]
+pub struct Data {
+    pub(super) learned: Vec<Sample>,
+    pub(super) held_out: Vec<Sample>,
+    source: Source,
+    scenarios: Vec<String>,
+}
+
+/// One decision of the expert.
+#[derive(Debug)]
+pub(super) struct Sample {
+    pub(super) graph: Graph,
+    /// The node that the expert chose.
+    pub(super) chosen: u32,
+    /// How good the expert holds each node to be, as a distribution, shape `[nodes]`.
+    pub(super) wished: Vec<f32>,
+    /// The expert's score over its best, where scores are above 0: shape `[nodes]`, or nothing.
+    pub(super) share_of_best: Vec<f32>,
+}
+
+/// Why there is nothing to learn from.
+#[derive(Debug, thiserror::Error)]
+pub enum DataError {
+    /// A file or folder.
+    #[error(transparent)]
+    Demonstration(#[from] DemonstrationError),
+    /// Files without a decision.
+    #[error("{0}: no decision to learn from")]
+    Nothing(String),
+    /// Too few to hold some out.
+    #[error("{0}: one trajectory only; at least 2 are needed, so that one can be held out")]
+    TooFew(String),
+    /// More than the machine holds.
+    #[error(
+        "{folder}: {needed_mib} MiB of memory are needed and {free_mib} MiB are free: take fewer files or smaller maps"
+    )]
+    Memory {
+        /// The demonstrations.
+        folder: String,
+        /// Estimated.
+        needed_mib: u64,
+        /// Now.
+        free_mib: u64,
+    },
+}
+
+impl Data {
+    /// Reads a folder. Every `held_out_every`-th trajectory is held out: all of a trajectory or nothing, for its
+    /// decisions are alike. `sharpness` is the power of the expert's scores by which its wishes are spread.
+    ///
+    /// # Errors
+    /// If a file cannot be read, is of another expert, or there is too little or too much to learn from.
+    pub fn load(folder: &Folder, held_out_every: usize, sharpness: f64) -> Result<Self, DataError> {
+        let name = folder.path().display().to_string();
+        if folder.len() < 2 {
+            return Err(DataError::TooFew(name));
+        }
+        let (mut learned, mut held_out) = (Vec::new(), Vec::new());
+        let (mut source, mut scenarios) = (None, Vec::new());
+        let mut topologies = Topologies::default();
+        let mut budget = Budget::new();
+        for (place, trajectory) in folder.trajectories().enumerate() {
+            let trajectory = trajectory?;
+            budget.take(&trajectory).map_err(|(needed_mib, free_mib)| DataError::Memory {
+                folder: name.clone(),
+                needed_mib,
+                free_mib,
+            })?;
+            let is_held_out = place % held_out_every == held_out_every - 1
+                || place + 1 == folder.len() && held_out.is_empty();
+            let samples = if is_held_out { &mut held_out } else { &mut learned };
+            samples.extend(
+                trajectory
+                    .decisions
+                    .iter()
+                    .filter_map(|decision| sample(&trajectory, decision, sharpness, &mut topologies)),
+            );
+            if !scenarios.contains(&trajectory.scenario) {
+                scenarios.push(trajectory.scenario.clone());
+            }
+            source.get_or_insert(trajectory.source);
+        }
+        match source {
+            Some(source) if !learned.is_empty() && !held_out.is_empty() => {
+                Ok(Self { learned, held_out, source, scenarios })
+            }
+            _ => Err(DataError::Nothing(name)),
+        }
+    }
+
+    /// Whom they show.
+    #[must_use]
+    pub const fn source(&self) -> &Source {
+        &self.source
+    }
+
+    /// Where, each scenario once.
+    #[must_use]
+    pub fn scenarios(&self) -> &[String] {
+        &self.scenarios
+    }
+
+    /// Decisions to learn from.
+    #[must_use]
+    pub const fn len(&self) -> usize {
+        self.learned.len()
+    }
+
+    /// Never.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.learned.is_empty()
+    }
+
+    /// Decisions held out.
+    #[must_use]
+    pub const fn held_out_len(&self) -> usize {
+        self.held_out.len()
+    }
+}
+
+/// Topologies seen last: trajectories on one map share one.
+#[derive(Default)]
+struct Topologies(Option<Arc<Topology>>);
+
+/// Nothing of a decision that chose nothing.
+fn sample(
+    trajectory: &Trajectory,
+    decision: &Demonstration,
+    sharpness: f64,
+    topologies: &mut Topologies,
+) -> Option<Sample> {
+    let belief = trajectory.belief(decision)?;
+    let situation = trajectory.situation(decision, &belief);
+    let routes = Routes::from(situation.terrain, situation.moves, situation.robot);
+    if routes.parent(decision.chosen) == decision.chosen {
+        return None;
+    }
+    let graph = Graph::new(&situation, &routes, &mut topologies.0);
+    let chosen = graph.topology.node(decision.chosen);
+    let scores = graph.topology.cells().iter().map(|cell| decision.scores[cell.index()]);
+    let best = decision.scores[decision.chosen.index()];
+    let share_of_best: Vec<f32> = if best > 0.0 && best.is_finite() {
+        scores.map(|score| (score / best).max(0.0)).collect()
+    } else {
+        Vec::new()
+    };
+    let wished = wishes(&share_of_best, chosen, graph.topology.len(), sharpness);
+    Some(Sample { graph, chosen, wished, share_of_best })
+}
+
+/// `share^sharpness`, normalised; the choice alone where scores say nothing.
+#[expect(clippy::cast_possible_truncation, reason = "learned from as f32")]
+fn wishes(share_of_best: &[f32], chosen: u32, nodes: usize, sharpness: f64) -> Vec<f32> {
+    if share_of_best.is_empty() {
+        let mut wished = vec![0.0; nodes];
+        wished[chosen as usize] = 1.0;
+        return wished;
+    }
+    let powers: Vec<f64> = share_of_best.iter().map(|&share| f64::from(share).powf(sharpness)).collect();
+    let sum: f64 = powers.iter().sum();
+    powers.into_iter().map(|power| (power / sum) as f32).collect()
+}
+
+/// Memory that samples may take.
+struct Budget {
+    free_bytes: Option<u64>,
+    taken_bytes: u64,
+}
+
+impl Budget {
+    /// What the kernel says is available; nothing where it does not say.
+    fn new() -> Self {
+        let text = std::fs::read_to_string("/proc/meminfo").unwrap_or_default();
+        let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"));
+        let kib = line.and_then(|line| line.split_whitespace().next()?.parse::<u64>().ok());
+        Self { free_bytes: kib.map(|kib| kib * 1024), taken_bytes: 0 }
+    }
+
+    /// Needed and free MiB, if a trajectory is too much.
+    fn take(&mut self, trajectory: &Trajectory) -> Result<(), (u64, u64)> {
+        // Features, parent, order, wishes and shares of each node.
+        let of_node = size_of::<f32>() * (FEATURES + 4);
+        let cells = trajectory.terrain.grid().cell_count();
+        self.taken_bytes += (trajectory.decisions.len() * cells * of_node) as u64;
+        match self.free_bytes {
+            Some(free) if self.taken_bytes > free => Err((self.taken_bytes >> 20, free >> 20)),
+            _ => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,166 @@
+//! The network of [`crate::network`] in libtorch, which can take gradients of it.
+
+use dragnet_search::seed::{Purpose, Stream, stream};
+use rand::RngExt;
+use tch::{Device, Kind, Tensor};
+
+use super::batch::Batch;
+use crate::graph::{Graph, NEIGHBORS};
+use crate::network::{LEAST_SUM, LOGIT_SCALE, SCORE_LEAK, SUM_LOG_RANGE};
+use crate::shape::{HEADS, Shape};
+use crate::weights::{Recipe, Weights};
+
+/// A network that learns.
+#[derive(Debug)]
+pub struct Model {
+    shape: Shape,
+    /// By the order of [`Shape::parameters`].
+    parameters: Vec<(String, Tensor)>,
+    device: Device,
+}
+
+/// The first and the last channel that fades along the route is left with these shares a cell later.
+const FIRST_FADE: (f64, f64) = (0.5, 0.95);
+
+impl Model {
+    /// A network that has learned nothing: matrices as Glorot and Bengio (2010) draw them, biases 0.
+    #[must_use]
+    pub fn new(shape: Shape, seed: u64, device: Device) -> Self {
+        let mut random = stream(seed, Purpose::Training, 0);
+        let parameters = shape.parameters().into_iter().map(|parameter| {
+            let values = first_values(&parameter.name, &parameter.shape, &mut random);
+            (parameter.name, learnable(&values, &parameter.shape, device))
+        });
+        Self { shape, parameters: parameters.collect(), device }
+    }
+
+    /// The network of weights, to go on learning or to compare with.
+    #[must_use]
+    pub fn of(weights: &Weights, device: Device) -> Self {
+        let shape = weights.shape();
+        let parameters = shape.parameters().into_iter().map(|parameter| {
+            let tensor = learnable(weights.get(&parameter.name), &parameter.shape, device);
+            (parameter.name, tensor)
+        });
+        Self { shape, parameters: parameters.collect(), device }
+    }
+
+    /// The weights as they are now.
+    ///
+    /// # Errors
+    /// If one is no longer finite.
+    pub fn weights(&self, recipe: Recipe) -> Result<Weights, String> {
+        Weights::build(self.shape, recipe, |name, _| values(self.get(name)))
+    }
+
+    /// Logits of one graph, shape `[nodes]`, as [`crate::network::Network::logits`] has them.
+    #[must_use]
+    pub fn logits_of(&self, graph: &Graph) -> Vec<f32> {
+        let batch = Batch::of_graphs(&[graph], self.device);
+        tch::no_grad(|| values(&self.logits(&batch)))
+    }
+
+    pub(super) const fn device(&self) -> Device {
+        self.device
+    }
+
+    pub(super) fn parameters(&self) -> &[(String, Tensor)] {
+        &self.parameters
+    }
+
+    fn get(&self, name: &str) -> &Tensor {
+        let found = self.parameters.iter().find(|(known, _)| known == name);
+        // Names come from the shape, and so do the parameters.
+        &found.unwrap_or(&self.parameters[0]).1
+    }
+
+    fn linear(&self, name: &str, input: &Tensor) -> Tensor {
+        input.linear(self.get(&format!("{name}.weight")), Some(self.get(&format!("{name}.bias"))))
+    }
+
+    /// Logits, shape `[graphs, nodes]`; those of padding mean nothing.
+    pub(super) fn logits(&self, batch: &Batch) -> Tensor {
+        let mut channels = self.linear("encoder", &batch.features).leaky_relu();
+        for layer in 0..self.shape.layers {
+            channels = &channels + self.attend(layer, &channels, batch).leaky_relu();
+        }
+        if self.shape.memory > 0 {
+            let memory = self.linear("memory", &channels).leaky_relu() * &batch.is_node;
+            let faded = batch.carry(memory, Some(&self.get("memory.fade").sigmoid()));
+            channels = Tensor::cat(&[channels, faded], 1);
+        }
+        let mixed = self.linear("mix", &channels).leaky_relu();
+        let mut inputs = vec![mixed];
+        if self.shape.sums > 0 {
+            let (least, most) = SUM_LOG_RANGE;
+            let values = self.linear("sum", &inputs[0]).clamp(f64::from(least), f64::from(most)).exp();
+            let sums = batch.carry(values * &batch.is_candidate, None);
+            inputs.push((sums + f64::from(LEAST_SUM)).log());
+        }
+        inputs.push(batch.features.shallow_clone());
+        let inputs = Tensor::cat(&inputs, 1);
+        let head = self.linear("head", &inputs).leaky_relu();
+        let logits = self.linear("logit", &Tensor::cat(&[head, inputs], 1)) * f64::from(LOGIT_SCALE);
+        logits.narrow(0, 0, batch.graphs * batch.nodes).view([batch.graphs, batch.nodes])
+    }
+
+    fn attend(&self, layer: usize, channels: &Tensor, batch: &Batch) -> Tensor {
+        let get = |name: &str| self.get(&format!("attention.{layer}.{name}"));
+        let (heads, width) = (int(HEADS), int(self.shape.head_channels()));
+        let (rows, slots) = (channels.size()[0], int(NEIGHBORS));
+        let projected = channels.linear(get("weight"), None::<&Tensor>);
+        let of_heads = projected.view([rows, heads, width]);
+        let score =
+            |vector: &Tensor| (&of_heads * vector).sum_dim_intlist([-1_i64].as_slice(), false, Kind::Float);
+        let source = score(get("source")).index_select(0, &batch.neighbors).view([rows, slots, heads]);
+        let scores = source + score(get("target")).unsqueeze(1) + &batch.inverse_distance * get("edge");
+        let scores = scores.maximum(&(&scores * f64::from(SCORE_LEAK)));
+        let attention = (scores + &batch.no_neighbor).softmax(1, Kind::Float) * &batch.is_neighbor;
+        let values = projected.index_select(0, &batch.neighbors).view([rows, slots, heads, width]);
+        let sum = (values * attention.unsqueeze(-1)).sum_dim_intlist([1_i64].as_slice(), false, Kind::Float);
+        sum.view([rows, heads * width]) + get("bias")
+    }
+}
+
+fn first_values(name: &str, shape: &[usize], random: &mut Stream) -> Vec<f32> {
+    let count: usize = shape.iter().product();
+    if name == "memory.fade" {
+        let (first, last) = FIRST_FADE;
+        let left = |place: usize| first + (last - first) * place as f64 / (count.max(2) - 1) as f64;
+        return (0..count).map(|place| logit(left(place))).collect();
+    }
+    if shape.len() < 2 {
+        return vec![0.0; count];
+    }
+    #[expect(clippy::cast_possible_truncation, reason = "parameters are f32")]
+    let limit = (6.0 / (shape[0] + shape[1]) as f64).sqrt() as f32;
+    (0..count).map(|_| limit * (2.0 * random.random::<f32>() - 1.0)).collect()
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "parameters are f32")]
+fn logit(share: f64) -> f32 {
+    (share / (1.0 - share)).ln() as f32
+}
+
+fn learnable(values: &[f32], shape: &[usize], device: Device) -> Tensor {
+    tensor(values, shape, device).set_requires_grad(true)
+}
+
+/// A tensor of these values, row-major.
+pub(super) fn tensor(values: &[f32], shape: &[usize], device: Device) -> Tensor {
+    let shape: Vec<i64> = shape.iter().copied().map(int).collect();
+    Tensor::from_slice(values).view(shape.as_slice()).to_device(device)
+}
+
+/// The values of a tensor of `f32`, row-major.
+pub(super) fn values(tensor: &Tensor) -> Vec<f32> {
+    let tensor = tensor.detach().to_device(Device::Cpu).contiguous().view(-1);
+    let mut values = vec![0.0; tensor.numel()];
+    tensor.copy_data(&mut values, tensor.numel());
+    values
+}
+
+/// libtorch counts in signed numbers.
+pub(super) fn int(size: usize) -> i64 {
+    i64::try_from(size).unwrap_or(i64::MAX)
+}

@@ -1,0 +1,174 @@
+//! A network's parameters as a file: safetensors, with the recipe that made them inside.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use crate::container::{self, Kind, Tensor};
+use crate::graph::FEATURE_NAMES;
+use crate::shape::{Parameter, Shape};
+
+const KIND: Kind = Kind { name: "weights", format: "dragnet-weights-1" };
+
+#[derive(Serialize, Deserialize)]
+struct Header {
+    /// [`FEATURE_NAMES`] of the program that made the file.
+    features: Vec<String>,
+    shape: Shape,
+    recipe: Recipe,
+}
+
+/// Parameters that fit together: every one is there, has the right shape, and is finite.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Weights {
+    shape: Shape,
+    recipe: Recipe,
+    /// By the order of [`Shape::parameters`].
+    tensors: Vec<(String, Vec<f32>)>,
+}
+
+/// How weights were made.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Recipe {
+    /// The expert that was imitated.
+    pub expert: String,
+    /// Scenarios it was watched on.
+    pub scenarios: Vec<String>,
+    /// Decisions that were learned from.
+    pub decisions: u64,
+    /// Seed of the training.
+    pub seed: u64,
+    /// Passes over the decisions until these weights.
+    pub epochs: u32,
+    /// Mean loss on trajectories that were held out.
+    pub held_out_loss: f64,
+    /// Version and commit of the program.
+    pub program: String,
+}
+
+/// Why there are no weights.
+#[derive(Debug, thiserror::Error)]
+pub enum WeightsError {
+    /// The file cannot be read.
+    #[error("{file}: cannot read the weights: {source}")]
+    Read {
+        /// Which.
+        file: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// It is not what weights are.
+    #[error("{file}: {reason}")]
+    Content {
+        /// Which.
+        file: PathBuf,
+        /// What is wrong, and what is allowed.
+        reason: String,
+    },
+}
+
+impl Weights {
+    /// Weights of a shape, each parameter filled by a function of its name and shape.
+    ///
+    /// # Errors
+    /// If a parameter has another number of values, or one that is not finite.
+    pub fn build(
+        shape: Shape,
+        recipe: Recipe,
+        mut fill: impl FnMut(&str, &[usize]) -> Vec<f32>,
+    ) -> Result<Self, String> {
+        if !shape.is_valid() {
+            return Err(format!("no network has the sizes {shape:?}"));
+        }
+        let parameters = shape.parameters().into_iter().map(|parameter| {
+            let values = fill(&parameter.name, &parameter.shape);
+            check(&parameter.name, &parameter.shape, &values)?;
+            Ok((parameter.name, values))
+        });
+        Ok(Self { shape, recipe, tensors: parameters.collect::<Result<_, String>>()? })
+    }
+
+    /// Reads a weights file.
+    ///
+    /// # Errors
+    /// If it cannot be read, or is truncated, of another format, shape or feature set, or holds a number that is not
+    /// finite.
+    pub fn load(file: &Path) -> Result<Self, WeightsError> {
+        let bytes = fs::read(file).map_err(|source| WeightsError::Read { file: file.to_owned(), source })?;
+        Self::from_bytes(&bytes).map_err(|reason| WeightsError::Content { file: file.to_owned(), reason })
+    }
+
+    /// Weights from the bytes of a file.
+    ///
+    /// # Errors
+    /// What is wrong with them, as [`Weights::load`].
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
+        let (header, tensors): (Header, _) = container::parse(KIND, bytes)?;
+        if header.features != FEATURE_NAMES {
+            let (found, known) = (header.features.join(", "), FEATURE_NAMES.join(", "));
+            return Err(format!("weights for the features {found}; this program has {known}"));
+        }
+        let Header { shape, recipe, .. } = header;
+        if !shape.is_valid() {
+            return Err(format!("no network has the sizes {shape:?}"));
+        }
+        let read = shape.parameters().into_iter().map(|Parameter { name, shape }| {
+            let values = tensors.floats(&name, &shape).map_err(|what| format!("parameter {what}"))?;
+            check(&name, &shape, &values)?;
+            Ok((name, values))
+        });
+        let read = read.collect::<Result<Vec<_>, String>>()?;
+        if tensors.len() != read.len() {
+            return Err(format!("{} parameters; a network of these sizes has {}", tensors.len(), read.len()));
+        }
+        Ok(Self { shape, recipe, tensors: read })
+    }
+
+    /// The bytes of a file.
+    ///
+    /// # Errors
+    /// If they cannot be serialized.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, String> {
+        let header = Header {
+            features: FEATURE_NAMES.map(str::to_owned).to_vec(),
+            shape: self.shape,
+            recipe: self.recipe.clone(),
+        };
+        let parameters = self.shape.parameters().into_iter().zip(&self.tensors);
+        let tensors: Vec<Tensor> = parameters
+            .map(|(parameter, (_, values))| Tensor::of_floats(parameter.name, parameter.shape, values))
+            .collect();
+        container::serialize(KIND, &header, &tensors)
+    }
+
+    /// Sizes of the network.
+    #[must_use]
+    pub const fn shape(&self) -> Shape {
+        self.shape
+    }
+
+    /// How they were made.
+    #[must_use]
+    pub const fn recipe(&self) -> &Recipe {
+        &self.recipe
+    }
+
+    /// The values of a parameter, row-major; none of a name that the shape does not have.
+    #[must_use]
+    pub fn get(&self, name: &str) -> &[f32] {
+        self.tensors.iter().find(|(known, _)| known == name).map_or(&[], |(_, values)| values)
+    }
+}
+
+fn check(name: &str, shape: &[usize], values: &[f32]) -> Result<(), String> {
+    let expected: usize = shape.iter().product();
+    if values.len() != expected {
+        return Err(format!("parameter {name} has {} values; expected {expected}", values.len()));
+    }
+    match values.iter().position(|value| !value.is_finite()) {
+        Some(place) => Err(format!("parameter {name} holds {} at place {place}", values[place])),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,245 @@
+//! Files of demonstrations, and folders of them.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use dragnet_learn::demonstration::{
+    Demonstration, DemonstrationError, Folder, Source, Trajectory, file_name, read, write,
+};
+use dragnet_search::cell::{Cell, Position};
+use dragnet_search::intent::Promised;
+use dragnet_search::route::Moves;
+use dragnet_search::sensor::{Noise, Sensor};
+use dragnet_search::terrain::Terrain;
+use safetensors::Dtype;
+use serde_json::{Value, json};
+use tempfile::{TempDir, tempdir};
+
+use crate::parts::{Parts, changed};
+
+/// Three decisions on a small map with ground of all kinds; in the second, a teammate has promised something.
+fn trajectory(expert: &str, seed: u64) -> Trajectory {
+    let terrain = Terrain::from_ascii(".....\n.#~,.\n.....\n", 12.5).unwrap();
+    let sensor = Sensor::new(3, 0.1 + 0.2, Noise::Gaussian).unwrap();
+    let at = |row, column| terrain.grid().cell(Position { row, column }).unwrap();
+    let count = terrain.grid().cell_count();
+    let mut promised = Promised::nothing(&terrain);
+    promised.add_path(&terrain, &sensor, &[at(0, 4), at(1, 4)]);
+    let decision = |number: u16, robot: Cell, chosen: Cell, promised: &Promised| {
+        let field =
+            |scale: f32| (0..count).map(|cell| scale * (cell as f32 + f32::from(number)).sin()).collect();
+        let mut scores: Vec<f32> = field(0.3);
+        scores[robot.index()] = f32::NEG_INFINITY;
+        let mut log_odds_nats: Vec<f32> = field(9.0);
+        log_odds_nats[at(1, 1).index()] = f32::NEG_INFINITY;
+        Demonstration { log_odds_nats, promised: promised.clone(), robot, chosen, scores }
+    };
+    let nothing = Promised::nothing(&terrain);
+    let decisions = vec![
+        decision(0, at(0, 0), at(2, 0), &nothing),
+        decision(1, at(2, 0), at(2, 4), &promised),
+        decision(2, at(2, 4), at(1, 3), &nothing),
+    ];
+    Trajectory {
+        source: Source {
+            expert: expert.to_owned(),
+            length_weight: 0.1 + 0.2,
+            most_decisions: 40,
+            explore: 0.05,
+            program: "0.1.0 (\"somewhere\")".to_owned(),
+        },
+        scenario: "süd_west".to_owned(),
+        scenario_digest: "0123456789abcdef".to_owned(),
+        seed,
+        terrain: Arc::new(terrain),
+        moves: Moves::Eight,
+        sensor: Arc::new(sensor),
+        decisions,
+    }
+}
+
+/// A folder, and the bytes of one file in it.
+fn written(trajectory: &Trajectory) -> (TempDir, PathBuf, Vec<u8>) {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join(file_name(&trajectory.scenario, trajectory.seed));
+    write(&path, trajectory).unwrap();
+    let bytes = fs::read(&path).unwrap();
+    (folder, path, bytes)
+}
+
+/// Refused, by these words and by the file's name.
+fn refuse(path: &Path, file: &[u8], expected: &str) {
+    fs::write(path, file).unwrap();
+    let error = read(path).unwrap_err();
+    assert!(matches!(error, DemonstrationError::Content { .. }));
+    let error = error.to_string();
+    assert!(error.starts_with(&format!("{}: ", path.display())) && error.contains(expected), "{error}");
+}
+
+#[test]
+fn a_trajectory_comes_back_from_its_file_byte_for_byte() {
+    let promised = trajectory("path", 7);
+    let mut alone = promised.clone();
+    alone.decisions.remove(1);
+    let mut idle = promised.clone();
+    idle.decisions.clear();
+    for given in [promised, alone, idle] {
+        let (folder, path, bytes) = written(&given);
+        let found = read(&path).unwrap();
+        assert_eq!(
+            (&found.source, &found.scenario, found.seed),
+            (&given.source, &given.scenario, given.seed)
+        );
+        assert_eq!(
+            (&found.terrain, found.moves, &found.sensor),
+            (&given.terrain, given.moves, &given.sensor)
+        );
+        assert_eq!(found.decisions, given.decisions);
+        let again = folder.path().join("again");
+        write(&again, &found).unwrap();
+        assert!(fs::read(again).unwrap() == bytes);
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2, "nothing is left beside them");
+    }
+}
+
+#[test]
+fn promises_are_told_only_where_somebody_promised() {
+    let mut trajectory = trajectory("path", 7);
+    let has_promises = |trajectory: &Trajectory| {
+        Parts::of(&written(trajectory).2).tensors.iter().any(|part| part.name == "promised")
+    };
+    assert!(has_promises(&trajectory));
+    trajectory.decisions.remove(1);
+    assert!(!has_promises(&trajectory));
+}
+
+#[test]
+fn a_truncated_file_is_refused_wherever_it_ends() {
+    let (_folder, path, file) = written(&trajectory("path", 7));
+    assert!(file.len() > 1000);
+    for end in (0..file.len()).step_by(64).chain([file.len() - 1]) {
+        refuse(&path, &file[..end], "truncated");
+    }
+}
+
+#[test]
+fn a_header_that_says_otherwise_is_refused() {
+    let (_folder, path, file) = written(&trajectory("path", 7));
+    let check = |key: &str, value: Value, expected: &str| {
+        refuse(&path, &changed(&file, |parts| parts.header[key] = value), expected);
+    };
+    check(
+        "format",
+        json!("dragnet-demonstrations-2"),
+        "format \"dragnet-demonstrations-2\": this program reads",
+    );
+    check("decisions", json!(4), "log_odds_nats is F32 [3, 15]; expected F32 [4, 15]");
+    check("decisions", json!(usize::MAX), "log_odds_nats is F32 [3, 15]; expected F32 [");
+    check("rows", json!(4), "ground is U8 [3, 5]; expected U8 [4, 5]");
+    check("rows", json!(0), "a map of 0 rows");
+    check("columns", json!(u32::MAX), "a map of 3 rows and 4294967295 columns");
+    check("cell_meters", json!(0.0), "cell edge 0 m");
+    check("moves", json!(6), "moves 6: allowed are 4 and 8");
+    check("radius", json!(0), "sensor radius 0 cells");
+    check("sigma2", json!(-1.0), "sensor variance sigma2 = -1");
+    check("expert", json!(null), "the header's \"dragnet\": invalid type: null");
+    let weights = |parts: &mut Parts| parts.header = json!({"format": "dragnet-weights-1"});
+    refuse(&path, &changed(&file, weights), "format \"dragnet-weights-1\": this program reads");
+}
+
+#[test]
+fn decisions_that_cannot_be_are_refused() {
+    let (_folder, path, file) = written(&trajectory("path", 7));
+    let check =
+        |change: &dyn Fn(&mut Parts), expected: &str| refuse(&path, &changed(&file, change), expected);
+    let put = |parts: &mut Parts, name: &str, bytes: &[u8]| {
+        parts.get(name).bytes[..bytes.len()].copy_from_slice(bytes);
+    };
+    check(&|parts| put(parts, "scores", &f32::NAN.to_le_bytes()), "scores holds NaN at place 0");
+    check(&|parts| put(parts, "robot", &15_u32.to_le_bytes()), "robot 15 is no traversable cell of the map");
+    check(&|parts| put(parts, "chosen", &6_u32.to_le_bytes()), "chosen 6 is no traversable cell of the map");
+    check(&|parts| put(parts, "promised", &(-1_i64).to_le_bytes()), "promised is below 0");
+    check(&|parts| parts.tensors.retain(|part| part.name != "chosen"), "chosen is missing");
+    check(&|parts| parts.get("robot").dtype = Dtype::I32, "robot is I32 [3]; expected U32 [3]");
+}
+
+#[test]
+fn a_folder_gives_its_trajectories_by_name_and_passes_over_what_is_none() {
+    let folder = tempdir().unwrap();
+    for seed in [12, 3, 7] {
+        write(&folder.path().join(file_name("süd_west", seed)), &trajectory("path", seed)).unwrap();
+    }
+    // What is left of a program that was killed as it wrote, and what a user has put here.
+    fs::write(folder.path().join(file_name("süd_west", 1)).with_extension("part"), [0; 100]).unwrap();
+    fs::write(folder.path().join("notes.txt"), "by hand").unwrap();
+    let folder = Folder::open(folder.path()).unwrap();
+    assert_eq!(folder.len(), 3);
+    let seeds: Vec<u64> = folder.trajectories().map(|trajectory| trajectory.unwrap().seed).collect();
+    assert_eq!(seeds, [12, 3, 7], "12 stands before 3 in names");
+}
+
+#[test]
+fn a_folder_without_demonstrations_is_refused() {
+    let folder = tempdir().unwrap();
+    let check = |path: &Path, expected: &str| {
+        let error = Folder::open(path).unwrap_err().to_string();
+        assert!(error.starts_with(&path.display().to_string()) && error.contains(expected), "{error}");
+    };
+    check(folder.path(), "no demonstrations here: no file ends with .demo.safetensors");
+    fs::write(folder.path().join("a.demo.part"), [0; 100]).unwrap();
+    check(folder.path(), "no demonstrations here");
+    check(&folder.path().join("missing"), "cannot read: No such file");
+    check(&folder.path().join("a.demo.part"), "cannot read: Not a directory");
+}
+
+#[test]
+fn a_folder_of_two_experts_is_refused_where_the_second_begins() {
+    let check = |other: &Trajectory, expected: Option<&str>| {
+        let folder = tempdir().unwrap();
+        write(&folder.path().join(file_name("a", 1)), &trajectory("path", 1)).unwrap();
+        write(&folder.path().join(file_name("b", 1)), other).unwrap();
+        let found: Vec<_> = Folder::open(folder.path()).unwrap().trajectories().collect();
+        assert!(found.len() == 2 && found[0].is_ok());
+        let error = found[1].as_ref().err().map(ToString::to_string);
+        let name = folder.path().join("b-1.demo.safetensors").display().to_string();
+        assert_eq!(error, expected.map(|expected| format!("{name}: {expected}")));
+    };
+    check(
+        &trajectory("greedy", 1),
+        Some(
+            "demonstrations of greedy (length weight 0.30000000000000004); those before it are of path (length weight \
+              0.30000000000000004)",
+        ),
+    );
+    let mut other = trajectory("path", 1);
+    other.source.length_weight = 0.3;
+    check(
+        &other,
+        Some(
+            "demonstrations of path (length weight 0.3); those before it are of path (length weight \
+              0.30000000000000004)",
+        ),
+    );
+    // Another build may have watched it, and for longer.
+    let mut other = trajectory("path", 2);
+    (other.source.program, other.source.most_decisions) = ("0.2.0".to_owned(), 80);
+    check(&other, None);
+}
+
+#[test]
+fn a_file_that_cannot_be_written_leaves_nothing() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("missing").join(file_name("a", 1));
+    let error = write(&path, &trajectory("path", 1)).unwrap_err().to_string();
+    assert!(
+        error.starts_with(&path.display().to_string()) && error.contains("cannot write: No such file"),
+        "{error}"
+    );
+    // A folder stands where the file should.
+    let path = folder.path().join(file_name("b", 1));
+    fs::create_dir(&path).unwrap();
+    let error = write(&path, &trajectory("path", 1)).unwrap_err().to_string();
+    assert!(error.contains("cannot write: "), "{error}");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+}

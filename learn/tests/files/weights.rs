@@ -1,0 +1,191 @@
+//! Weights files.
+
+use std::fs;
+
+use dragnet_learn::network::Network;
+use dragnet_learn::shape::Shape;
+use dragnet_learn::weights::{Recipe, Weights};
+use dragnet_search::seed::{Purpose, stream};
+use rand::{Rng, RngExt};
+use safetensors::Dtype;
+use serde_json::{Value, json};
+use tempfile::tempdir;
+
+use crate::parts::{Part, Parts, changed};
+
+fn weights(shape: Shape) -> Weights {
+    let mut random = stream(7, Purpose::Training, 0);
+    let recipe = Recipe {
+        expert: "path".to_owned(),
+        scenarios: vec!["süd \"west\"".to_owned(), "a\\b\n".to_owned()],
+        decisions: u64::MAX,
+        seed: 7,
+        epochs: 3,
+        held_out_loss: 0.1 + 0.2,
+        program: "0.1.0".to_owned(),
+    };
+    let fill = |_: &str, shape: &[usize]| {
+        (0..shape.iter().product()).map(|_| random.random_range(-1.0..1.0)).collect()
+    };
+    Weights::build(shape, recipe, fill).unwrap()
+}
+
+fn file() -> Vec<u8> {
+    weights(Shape::DEFAULT).to_bytes().unwrap()
+}
+
+/// Refused, and by these words.
+fn refuse(file: &[u8], expected: &str) {
+    let error = Weights::from_bytes(file).unwrap_err();
+    assert!(error.contains(expected), "{error:?} instead of {expected:?}");
+}
+
+#[test]
+fn weights_come_back_from_a_file_byte_for_byte() {
+    for shape in [Shape::DEFAULT, Shape { hidden: 64, layers: 1, memory: 0, sums: 0 }] {
+        let weights = weights(shape);
+        let bytes = weights.to_bytes().unwrap();
+        let read = Weights::from_bytes(&bytes).unwrap();
+        assert_eq!(read, weights);
+        assert_eq!(read.to_bytes().unwrap(), bytes);
+        assert_eq!(Network::new(&read), Network::new(&weights));
+        for parameter in shape.parameters() {
+            assert_eq!(read.get(&parameter.name).len(), parameter.shape.iter().product::<usize>());
+        }
+    }
+    // What the tests below change is otherwise left alone.
+    assert!(Weights::from_bytes(&changed(&file(), |_| ())).unwrap() == weights(Shape::DEFAULT));
+}
+
+#[test]
+fn a_truncated_file_is_refused_wherever_it_ends() {
+    let file = file();
+    assert!(file.len() > 20_000);
+    for end in (0..file.len()).step_by(64).chain([file.len() - 1]) {
+        refuse(&file[..end], "truncated");
+    }
+}
+
+#[test]
+fn a_file_that_goes_on_is_refused() {
+    let mut file = file();
+    file.push(0);
+    refuse(&file, "no weights file");
+}
+
+#[test]
+fn random_bytes_are_refused() {
+    let mut random = stream(1, Purpose::Training, 0);
+    for length in 0..300 {
+        let mut bytes = vec![0; length];
+        random.fill_bytes(&mut bytes);
+        refuse(&bytes, "no weights file");
+        // A length of the header that is believable, and then anything.
+        if length >= 8 {
+            bytes[..8].copy_from_slice(&(length as u64 - 8).to_le_bytes());
+            refuse(&bytes, "no weights file");
+        }
+    }
+}
+
+#[test]
+fn a_header_that_says_otherwise_is_refused() {
+    let file = file();
+    let check = |pointer: &str, value: Value, expected: &str| {
+        let changed = changed(&file, |parts| *parts.header.pointer_mut(pointer).unwrap() = value);
+        refuse(&changed, expected);
+    };
+    check("/format", json!("dragnet-weights-2"), "format \"dragnet-weights-2\": this program reads");
+    check("/features/3", json!("luck"), "weights for the features probability, log_odds, entropy, luck, ");
+    check("/features", json!(["luck"]), "weights for the features luck; this program has probability, ");
+    check("/shape/hidden", json!(64), "parameter encoder.weight is F32 [32, 10]; expected F32 [64, 10]");
+    check("/shape/layers", json!(4), "parameter attention.3.weight is missing");
+    check("/shape/layers", json!(2), "parameters; a network of these sizes has ");
+    check("/shape/memory", json!(0), "parameter mix.weight is F32 [32, 48]; expected F32 [32, 32]");
+    check("/shape/sums", json!(5), "parameter sum.weight is F32 [4, 32]; expected F32 [5, 32]");
+    for (size, value) in [
+        ("hidden", json!(0)),
+        ("hidden", json!(33)),
+        ("hidden", json!(usize::MAX)),
+        ("hidden", json!(1_u64 << 40)),
+        ("layers", json!(0)),
+        ("layers", json!(1_u64 << 40)),
+        ("memory", json!(1_u64 << 40)),
+        ("sums", json!(usize::MAX)),
+    ] {
+        let expected = format!("{size}: {value}");
+        let error = Weights::from_bytes(&changed(&file, |parts| parts.header["shape"][size] = value));
+        let error = error.unwrap_err();
+        assert!(error.starts_with("no network has the sizes") && error.contains(&expected), "{error}");
+    }
+    check("/shape/hidden", json!(-32), "the header's \"dragnet\": invalid value: integer `-32`");
+    check("/shape", json!({"hidden": 32, "heads": 2}), "the header's \"dragnet\": unknown field `heads`");
+    check("/recipe", json!(null), "the header's \"dragnet\": invalid type: null");
+    refuse(&changed(&file, |parts| parts.header = json!([])), "the header's \"dragnet\": ");
+    let other = safetensors::serialize(Vec::<(&str, safetensors::tensor::TensorView<'_>)>::new(), None);
+    refuse(&other.unwrap(), "no weights of Dragnet: the header has no key \"dragnet\"");
+}
+
+#[test]
+fn parameters_that_do_not_fit_are_refused() {
+    let file = file();
+    let check = |change: &dyn Fn(&mut Parts), expected: &str| refuse(&changed(&file, change), expected);
+    check(
+        &|parts| parts.get("mix.bias").bytes[12..16].copy_from_slice(&f32::NAN.to_le_bytes()),
+        "parameter mix.bias holds NaN at place 3",
+    );
+    check(
+        &|parts| parts.get("head.weight").bytes[..4].copy_from_slice(&f32::NEG_INFINITY.to_le_bytes()),
+        "parameter head.weight holds -inf at place 0",
+    );
+    check(
+        &|parts| parts.tensors.retain(|part| part.name != "memory.fade"),
+        "parameter memory.fade is missing",
+    );
+    let extra = || Part { name: "more".to_owned(), dtype: Dtype::F32, shape: vec![1], bytes: vec![0; 4] };
+    let count = Parts::of(&file).tensors.len();
+    check(
+        &|parts| parts.tensors.push(extra()),
+        &format!("{} parameters; a network of these sizes has {count}", count + 1),
+    );
+    check(
+        &|parts| parts.get("encoder.weight").shape.reverse(),
+        "parameter encoder.weight is F32 [10, 32]; expected F32 [32, 10]",
+    );
+    check(
+        &|parts| parts.get("encoder.bias").dtype = Dtype::I32,
+        "parameter encoder.bias is I32 [32]; expected F32 [32]",
+    );
+}
+
+#[test]
+fn weights_are_built_whole_or_not_at_all() {
+    let build = |shape: Shape, values: fn(usize) -> Vec<f32>| {
+        let fill = |_: &str, shape: &[usize]| values(shape.iter().product());
+        Weights::build(shape, Recipe::default(), fill).unwrap_err()
+    };
+    let check = |error: String, expected: &str| assert!(error.contains(expected), "{error}");
+    check(
+        build(Shape::DEFAULT, |count| vec![0.0; count + 1]),
+        "parameter encoder.weight has 321 values; expected 320",
+    );
+    check(
+        build(Shape::DEFAULT, |count| vec![f32::NAN; count]),
+        "parameter encoder.weight holds NaN at place 0",
+    );
+    let too_large = Shape { layers: usize::MAX, ..Shape::DEFAULT };
+    check(build(too_large, |_| Vec::new()), "no network has the sizes");
+}
+
+#[test]
+fn what_is_wrong_with_a_file_names_the_file() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("mine.safetensors");
+    let error = Weights::load(&path).unwrap_err().to_string();
+    assert!(error.contains("mine.safetensors: cannot read the weights: No such file"), "{error}");
+    fs::write(&path, &file()[..1000]).unwrap();
+    let error = Weights::load(&path).unwrap_err().to_string();
+    assert!(error.contains("mine.safetensors: no weights file, or a truncated one"), "{error}");
+    fs::write(&path, file()).unwrap();
+    assert_eq!(Weights::load(&path).unwrap(), weights(Shape::DEFAULT));
+}

@@ -1,0 +1,43 @@
+//! What the network sees; and what it makes of that, held against others that compute the same, and against what must
+//! not change its mind.
+#![expect(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
+
+mod geometric;
+mod graph;
+#[cfg(feature = "train")]
+mod libtorch;
+mod motion;
+mod scene;
+mod symmetry;
+
+use dragnet_learn::shape::Shape;
+use dragnet_learn::weights::{Recipe, Weights};
+use dragnet_search::seed::{Purpose, stream};
+use rand::RngExt;
+
+/// That of the shipped networks; one that only fades, one that only sums; one that sees no routes.
+const SHAPES: [Shape; 4] = [
+    Shape::DEFAULT,
+    Shape { hidden: 64, layers: 1, memory: 5, sums: 0 },
+    Shape { hidden: 32, layers: 2, memory: 0, sums: 3 },
+    PATHLESS,
+];
+
+const PATHLESS: Shape = Shape { hidden: 32, layers: 3, memory: 0, sums: 0 };
+
+/// Two ways to sum the same numbers, of the order of 10 and of 32 bits, differ by less.
+const TOLERANCE: f32 = 1e-4;
+
+/// Weights of about the size that training starts from, no two alike.
+fn weights(shape: Shape, seed: u64) -> Weights {
+    let mut random = stream(seed, Purpose::Training, 0);
+    let fill = |name: &str, shape: &[usize]| {
+        let limit = match (name, shape) {
+            ("memory.fade", _) => 3.0,
+            (_, [outputs, inputs]) => (6.0 / (outputs + inputs) as f32).sqrt(),
+            _ => 0.5,
+        };
+        (0..shape.iter().product()).map(|_| random.random_range(-limit..limit)).collect()
+    };
+    Weights::build(shape, Recipe::default(), fill).unwrap()
+}

@@ -1,0 +1,165 @@
+//! A map that is mirrored, turned or moved changes no decision.
+
+use std::sync::Arc;
+
+use dragnet_learn::graph::{FEATURES, Graph};
+use dragnet_learn::network::Network;
+use dragnet_search::cell::Grid;
+use dragnet_search::route::Moves;
+use dragnet_search::seed::{Purpose, stream};
+
+use crate::motion::{Margin, Motion};
+use crate::scene::{Scene, maze, open, scenes};
+use crate::{PATHLESS, SHAPES, TOLERANCE, weights};
+
+const SEEDS: std::ops::Range<u64> = 0..3;
+
+/// The graph of a scene, node by node where a motion puts it, routes included.
+fn carried(graph: &Graph, scene: &Scene, motion: Motion) -> Graph {
+    let grid = scene.terrain.grid();
+    let topology = scene.moved(motion).topology();
+    let cells = graph.topology.cells();
+    let node: Vec<u32> = cells.iter().map(|&cell| topology.node(motion.cell(grid, cell))).collect();
+    let to = |from: u32| node[from as usize];
+    let mut features = vec![0.0; graph.features.len()];
+    let mut parent = vec![0; node.len()];
+    for (from, &node) in node.iter().enumerate() {
+        let place = node as usize * FEATURES;
+        features[place..place + FEATURES].copy_from_slice(&graph.features[from * FEATURES..][..FEATURES]);
+        parent[node as usize] = to(graph.parent[from]);
+    }
+    Graph {
+        features,
+        root: to(graph.root),
+        parent,
+        order: graph.order.iter().map(|&from| to(from)).collect(),
+        topology: Arc::clone(&topology),
+    }
+}
+
+/// What a network makes of a graph.
+struct Answer<'a> {
+    graph: &'a Graph,
+    logits: Vec<f32>,
+}
+
+impl<'a> Answer<'a> {
+    fn of(network: &Network, graph: &'a Graph) -> Self {
+        Self { graph, logits: network.logits(graph) }
+    }
+
+    /// How far the logits of cells are from those of where a motion puts them; nothing if it puts one where no node is.
+    fn difference(&self, grid: Grid, motion: Motion, moved: &Answer<'_>) -> Option<f32> {
+        let mut difference = 0.0_f32;
+        for (&cell, logit) in self.graph.topology.cells().iter().zip(&self.logits) {
+            let node = moved.graph.topology.cells().binary_search(&motion.cell(grid, cell)).ok()?;
+            difference = difference.max((logit - moved.logits[node]).abs());
+        }
+        Some(difference)
+    }
+
+    /// The logits go where the motion puts their cells; and they would not, had it put them elsewhere.
+    fn check(&self, scene: &Scene, motion: Motion, moved: &Answer<'_>) {
+        let grid = scene.terrain.grid();
+        let right = self.difference(grid, motion, moved).unwrap();
+        assert!(right < TOLERANCE, "{}, {motion:?}: {right}", scene.name);
+        let wrong = self.difference(grid, motion.mistaken(), moved);
+        let is_told_apart = wrong.is_none_or(|wrong| wrong > 1000.0 * TOLERANCE);
+        assert!(is_told_apart || self.logits.len() == 1, "{}, {motion:?}: {wrong:?}", scene.name);
+    }
+}
+
+/// All of these networks, on a scene and on what becomes of its graph by each motion.
+fn check_all(networks: &[Network], scene: &Scene, moved: impl Fn(&Graph, Motion) -> Graph) {
+    let graph = scene.graph();
+    let moved: Vec<_> = Motion::of_a_square().map(|motion| (motion, moved(&graph, motion))).collect();
+    for network in networks {
+        let answer = Answer::of(network, &graph);
+        for (motion, moved) in &moved {
+            answer.check(scene, *motion, &Answer::of(network, moved));
+        }
+    }
+}
+
+#[test]
+fn a_graph_says_nothing_of_place_and_direction() {
+    for seed in SEEDS {
+        let networks = SHAPES.map(|shape| Network::new(&weights(shape, seed)));
+        for scene in scenes(seed) {
+            check_all(&networks, &scene, |graph, motion| carried(graph, &scene, motion));
+        }
+    }
+}
+
+#[test]
+fn without_routes_a_turned_map_gives_turned_logits() {
+    for seed in SEEDS {
+        let networks = [Network::new(&weights(PATHLESS, seed))];
+        for scene in scenes(seed) {
+            check_all(&networks, &scene, |_, motion| scene.moved(motion).graph());
+        }
+    }
+}
+
+/// Of equally short paths the robot takes the one by the smaller cell index, which is a matter of direction; and the
+/// path that it will take is part of what the network sees. So the routes of a turned map are the turned routes only
+/// where there is one shortest path to each cell.
+#[test]
+fn with_routes_it_does_where_shortest_paths_are_unique() {
+    for seed in SEEDS {
+        let networks = SHAPES.map(|shape| Network::new(&weights(shape, seed)));
+        let mut random = stream(seed, Purpose::Map, 0);
+        for moves in [Moves::Four, Moves::Eight] {
+            let scene = maze(6, 6, moves, &mut random);
+            assert_is_tree(&scene);
+            check_all(&networks, &scene, |_, motion| scene.moved(motion).graph());
+        }
+    }
+}
+
+/// One way fewer than cells, counted from both ends; and the ways are long and branch.
+fn assert_is_tree(scene: &Scene) {
+    let routes = scene.routes();
+    let ways = |&cell: &_| scene.moves.neighbors(&scene.terrain, cell).count();
+    let count = routes.reached().len();
+    assert_eq!(routes.reached().iter().map(ways).sum::<usize>(), 2 * (count - 1));
+    assert!(routes.reached().iter().any(|cell| ways(cell) > 2));
+    let longest = routes.reached().iter().map(|&cell| routes.length(cell)).fold(0.0, f32::max);
+    assert!(longest > 15.0, "{longest}");
+}
+
+/// Why the test above asks for mazes.
+#[test]
+fn where_paths_are_equally_short_direction_decides() {
+    let scene = open(9, Moves::Four, &mut stream(1, Purpose::Map, 0));
+    let network = Network::new(&weights(SHAPES[0], 1));
+    let graph = scene.graph();
+    let answer = Answer::of(&network, &graph);
+    let difference = |motion: Motion| {
+        let moved = scene.moved(motion).graph();
+        answer.difference(scene.terrain.grid(), motion, &Answer::of(&network, &moved)).unwrap()
+    };
+    let differences: Vec<f32> = Motion::of_a_square().map(difference).collect();
+    assert!(differences[0] < f32::MIN_POSITIVE);
+    assert!(differences.iter().any(|&difference| difference > 1000.0 * TOLERANCE), "{differences:?}");
+}
+
+#[test]
+fn a_map_that_is_moved_gives_the_same_logits_bit_for_bit() {
+    let margins = [(1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 7, 0), (0, 0, 0, 7), (6, 1, 2, 9)];
+    for seed in SEEDS {
+        let networks = SHAPES.map(|shape| Network::new(&weights(shape, seed)));
+        for scene in scenes(seed) {
+            let graph = scene.graph();
+            for (south, west, north, east) in margins {
+                let motion = Motion { margin: Margin { south, west, north, east }, ..Motion::default() };
+                let moved = scene.moved(motion).graph();
+                for network in &networks {
+                    let (before, after) = (Answer::of(network, &graph), Answer::of(network, &moved));
+                    assert_eq!(before.logits, after.logits, "{}, {motion:?}", scene.name);
+                    before.check(&scene, motion, &after);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! What a further look of each cell would yield now: the part that all information policies share, learned ones too.
+
+use crate::cell::{Cell, Grid, Offset};
+use crate::information::{InformationTable, Row, SATURATION};
+use crate::route::Routes;
+use crate::situation::Situation;
+
+/// Per cell: its row of the information table, the precision promised by teammates, and what that yields.
+///
+/// The map is framed by `radius` cells of certainty on each side, so that a footprint never leaves the array.
+pub struct Outlook {
+    frame: Frame,
+    cells: Vec<CellOutlook>,
+}
+
+/// What is known of one cell while a path is weighed.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CellOutlook {
+    /// Its log-odds, as a row of the table.
+    pub(crate) row: Row,
+    /// Precision counted so far, units of evidence, at most [`SATURATION`]; that of a cell that can yield nothing.
+    pub(crate) precision: i32,
+    /// What that precision yields, nats.
+    pub(crate) information: f32,
+}
+
+/// Indices of the framed map.
+#[derive(Clone, Copy)]
+pub(crate) struct Frame {
+    grid: Grid,
+    radius: usize,
+    stride: usize,
+}
+
+impl Frame {
+    fn new(grid: Grid, radius: u32) -> Self {
+        let radius = radius as usize;
+        Self { grid, radius, stride: grid.columns() as usize + 2 * radius }
+    }
+
+    fn cell_count(self) -> usize {
+        (self.grid.rows() as usize + 2 * self.radius) * self.stride
+    }
+
+    /// Index of a cell within the frame.
+    pub(crate) fn index(self, cell: Cell) -> usize {
+        let position = self.grid.position(cell);
+        (position.row as usize + self.radius) * self.stride + position.column as usize + self.radius
+    }
+
+    /// What to add to an index to move by an offset that is within the radius.
+    #[expect(clippy::cast_possible_wrap, reason = "a framed map has fewer than 2^31 cells")]
+    pub(crate) fn stride_of(self, offset: Offset) -> isize {
+        offset.north as isize * self.stride as isize + offset.east as isize
+    }
+}
+
+impl Outlook {
+    /// The outlook of a situation.
+    #[must_use]
+    pub fn new(situation: &Situation<'_>) -> Self {
+        let table = InformationTable::shared();
+        let frame = Frame::new(situation.terrain.grid(), situation.sensor.radius());
+        let certain = CellOutlook { row: table.row(f64::INFINITY), precision: SATURATION, information: 0.0 };
+        let mut cells = vec![certain; frame.cell_count()];
+        for cell in situation.terrain.grid().cells() {
+            let row = table.row(situation.belief.log_odds_nats(cell));
+            if row.is_certain() {
+                continue;
+            }
+            let precision = saturated(situation.promised.precision(cell));
+            let information = table.information(row, precision);
+            cells[frame.index(cell)] = CellOutlook { row, precision, information };
+        }
+        Self { frame, cells }
+    }
+
+    pub(crate) const fn frame(&self) -> Frame {
+        self.frame
+    }
+
+    pub(crate) fn into_cells(self) -> Vec<CellOutlook> {
+        self.cells
+    }
+
+    /// Information of one look from each cell, beyond what teammates promised, nats, shape `[cells]`
+    /// (paper, Eq. 2 with the table of [`crate::information`]); `-inf` for cells that are no candidates.
+    ///
+    /// All cells at one distance are seen with one precision, so a cell's gain is looked up once a ring; the rest is
+    /// addition, row by row.
+    #[must_use]
+    pub fn look_gains(&self, situation: &Situation<'_>, routes: &Routes) -> Vec<f64> {
+        let sums = self.sum_of_rings(situation);
+        let mut gains = vec![f64::NEG_INFINITY; situation.terrain.grid().cell_count()];
+        for &cell in routes.candidates() {
+            gains[cell.index()] = f64::from(sums[cell.index()]);
+        }
+        gains
+    }
+
+    fn sum_of_rings(&self, situation: &Situation<'_>) -> Vec<f32> {
+        let table = InformationTable::shared();
+        let grid = situation.terrain.grid();
+        let columns = grid.columns() as usize;
+        let mut sums = vec![0.0_f32; grid.cell_count()];
+        let mut ring_gain = vec![0.0_f32; self.cells.len()];
+        for distance in 0..=situation.sensor.radius() {
+            let mut ring = situation
+                .sensor
+                .footprint()
+                .iter()
+                .filter(|look| look.offset.manhattan() == distance)
+                .peekable();
+            let look_precision = ring.peek().map_or(0, |look| saturated(look.precision));
+            for (gain, cell) in ring_gain.iter_mut().zip(&self.cells) {
+                *gain = if cell.precision < SATURATION {
+                    table.information(cell.row, cell.precision + look_precision) - cell.information
+                } else {
+                    0.0
+                };
+            }
+            for look in ring {
+                for (row, sums) in sums.chunks_exact_mut(columns).enumerate() {
+                    let start = (row + self.frame.radius) * self.frame.stride + self.frame.radius;
+                    let start = start.wrapping_add_signed(self.frame.stride_of(look.offset));
+                    for (sum, gain) in sums.iter_mut().zip(&ring_gain[start..start + columns]) {
+                        *sum += gain;
+                    }
+                }
+            }
+        }
+        sums
+    }
+}
+
+/// A precision as far as it can matter, so that the sum of two fits 32 bits.
+#[expect(clippy::cast_possible_truncation, reason = "at most SATURATION")]
+pub(crate) fn saturated(precision: i64) -> i32 {
+    precision.min(i64::from(SATURATION)) as i32
+}

@@ -1,0 +1,90 @@
+//! [`Path`](super::path) by its definition: every candidate's path walked and summed anew.
+//!
+//! The same scores, up to rounding, at the cost that the one walk of `path` saves. It is what that policy is measured and
+//! tested against; no scenario can name it.
+
+use super::{Decision, Policy, path_length_weight};
+use crate::cell::Cell;
+use crate::information::{InformationTable, Row};
+use crate::outlook::saturated;
+use crate::route::Routes;
+use crate::seed::Stream;
+use crate::situation::Situation;
+
+/// `path` as Eq. 3 and 4 of the paper write it down: nothing is shared between candidates but the tree of paths, the
+/// table, and where each cell falls on it.
+#[derive(Clone, Copy, Debug)]
+pub struct PathByDefinition {
+    length_weight: f64,
+}
+
+impl PathByDefinition {
+    /// With `w_l` of the path-length weight (Eq. 4), at least 0.
+    #[must_use]
+    pub const fn new(length_weight: f64) -> Self {
+        Self { length_weight }
+    }
+}
+
+impl Policy for PathByDefinition {
+    fn decide(&mut self, situation: &Situation<'_>, _: &mut Stream) -> Decision {
+        let routes = Routes::from(situation.terrain, situation.moves, situation.robot);
+        let mut sum = PathSum::new(situation);
+        let mut scores = vec![f64::NEG_INFINITY; situation.terrain.grid().cell_count()];
+        for &cell in routes.candidates() {
+            let weight = path_length_weight(self.length_weight, routes.length(cell));
+            scores[cell.index()] = weight * sum.of(&routes.path(cell));
+        }
+        Decision::best(&routes, scores)
+    }
+}
+
+struct PathSum<'a> {
+    situation: &'a Situation<'a>,
+    /// Shape `[cells]`.
+    rows: Vec<Row>,
+    /// What the path under way adds to the precision of each cell, units of evidence, shape `[cells]`.
+    added: Vec<i64>,
+    /// Cells that the path under way sees.
+    seen: Vec<Cell>,
+}
+
+impl<'a> PathSum<'a> {
+    fn new(situation: &'a Situation<'a>) -> Self {
+        let grid = situation.terrain.grid();
+        let table = InformationTable::shared();
+        let rows = grid.cells().map(|cell| table.row(situation.belief.log_odds_nats(cell))).collect();
+        Self { situation, rows, added: vec![0; grid.cell_count()], seen: Vec::new() }
+    }
+
+    /// Information of looks from all cells of a path, nats.
+    fn of(&mut self, path: &[Cell]) -> f64 {
+        for &from in path {
+            self.look(from);
+        }
+        let mut sum = 0.0;
+        for cell in self.seen.drain(..) {
+            let promised = self.situation.promised.precision(cell);
+            let added = std::mem::take(&mut self.added[cell.index()]);
+            let row = self.rows[cell.index()];
+            sum += information(row, promised + added) - information(row, promised);
+        }
+        sum
+    }
+
+    fn look(&mut self, from: Cell) {
+        for look in self.situation.sensor.footprint() {
+            if let Some(cell) = self.situation.terrain.grid().step(from, look.offset) {
+                let added = &mut self.added[cell.index()];
+                if *added == 0 {
+                    self.seen.push(cell);
+                }
+                *added += look.precision;
+            }
+        }
+    }
+}
+
+fn information(row: Row, precision: i64) -> f64 {
+    f64::from(InformationTable::shared().information(row, saturated(precision)))
+}

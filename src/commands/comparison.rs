@@ -1,0 +1,59 @@
+//! Policies against each other, over scenarios and seeds: what is run, in one process or in shards, and the tables and
+//! curves that it comes to.
+//!
+//! An [`Experiment`] runs, each episode comes to a [`Trial`], and its [`Design`] makes a [`row::Row`] a case of the trials,
+//! wherever and in however many parts they were run.
+
+mod design;
+mod experiment;
+pub(super) mod files;
+pub(super) mod part;
+mod report;
+mod row;
+mod seeds;
+mod trial;
+
+use std::path::PathBuf;
+
+pub(super) use design::{Design, digest};
+pub(super) use experiment::{Case, Experiment};
+pub(super) use report::{Effort, estimate};
+pub(super) use row::{Estimate, Row};
+pub(super) use seeds::Seeds;
+pub(super) use trial::Trial;
+
+use super::Failure;
+use crate::terminal;
+use report::Report;
+
+/// Where the results of a comparison go.
+#[derive(clap::Args)]
+pub(super) struct Output {
+    /// Write tables (CSV) and the curves of each scenario (SVG) to this folder, over older ones
+    #[arg(long, value_name = "DIR")]
+    pub(super) out: Option<PathBuf>,
+    /// Print one JSON object and nothing else
+    #[arg(long)]
+    json: bool,
+}
+
+impl Output {
+    /// Makes the folder, so that it is not missing after hours of work.
+    pub(super) fn prepare(&self) -> Result<(), Failure> {
+        self.out.as_deref().map_or(Ok(()), files::prepare)
+    }
+
+    /// Writes and prints what the trials of a whole experiment come to.
+    pub(super) fn tell(&self, design: &Design, trials: Vec<Trial>, effort: Effort) -> Result<(), Failure> {
+        let rows = design.rows(trials);
+        let written = match &self.out {
+            Some(folder) => files::write(folder, &rows, design.seeds)?,
+            None => Vec::new(),
+        };
+        let report = Report { rows: &rows, seeds: design.seeds, effort };
+        if self.json {
+            return Ok(terminal::print_json(&report.json())?);
+        }
+        Ok(terminal::print(&report.text(&written))?)
+    }
+}

@@ -1,0 +1,135 @@
+//! What a comparison prints.
+
+use std::fmt;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use serde::Serialize;
+
+use super::row::Row;
+use super::seeds::Seeds;
+use crate::terminal::counted;
+use crate::terminal::table::Table;
+
+/// A comparison that is done; a row at least.
+pub(super) struct Report<'a> {
+    pub(super) rows: &'a [Row],
+    pub(super) seeds: Seeds,
+    pub(super) effort: Effort,
+}
+
+/// What its episodes took.
+pub(crate) enum Effort {
+    /// They were run in this process.
+    Here { elapsed: Duration, threads: usize },
+    /// They come from so many parts.
+    Parts(usize),
+}
+
+#[derive(Serialize)]
+pub(super) struct Json<'a> {
+    /// How episodes end, in words.
+    note: &'static str,
+    rows: &'a [Row],
+}
+
+impl Report<'_> {
+    pub(super) fn json(&self) -> Json<'_> {
+        Json { note: NOTE, rows: self.rows }
+    }
+
+    pub(super) fn text(&self, written: &[PathBuf]) -> String {
+        let episodes: usize = self.rows.iter().map(|row| row.seeds).sum();
+        let files: Vec<String> =
+            written.iter().map(|path| format!("written: {}\n", path.display())).collect();
+        format!(
+            "{}: {} {}\nrobots: {}; budget: {} cells\n\n{}\n{}\n{}",
+            self.seeds,
+            counted(episodes, "episode"),
+            self.effort,
+            range(self.rows.iter().map(|row| row.robots as f64)),
+            range(self.rows.iter().map(|row| row.budget_cells)),
+            self.table().draw(2),
+            NOTE,
+            files.concat(),
+        )
+    }
+
+    fn table(&self) -> Table {
+        let mut table = Table::new([
+            "scenario",
+            "policy",
+            "area under F1",
+            "average recall",
+            "full recall",
+            "reached",
+            "p50 ms",
+            "p99 ms",
+        ]);
+        for row in self.rows {
+            let full = &row.cells_to_full_recall;
+            table.push([
+                row.scenario.clone(),
+                row.policy.clone(),
+                estimate(Some(row.auc_f1.mean), row.auc_f1.sem, 3),
+                estimate(Some(row.average_recall.mean), row.average_recall.sem, 3),
+                estimate(full.mean, full.sem, 1),
+                format!("{} of {}", full.reached, row.seeds),
+                estimate(row.decision_ms.p50, None, 3),
+                estimate(row.decision_ms.p99, None, 3),
+            ]);
+        }
+        table
+    }
+}
+
+const NOTE: &str = "\
+Values are means over the seeds ± their standard error. An episode ends when every object is found: F1 and recall then
+keep their last values up to the budget, over which the area under F1 and the average recall are taken. Full recall is
+the way of the farthest robot until every object was found, in cells, over those seeds only that reached it. p50 and p99
+are times that half and 99 % of the decisions took no longer than.";
+
+impl fmt::Display for Effort {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Here { elapsed, threads } => {
+                write!(formatter, "in {:.1} s on {}", elapsed.as_secs_f64(), counted(*threads, "thread"))
+            }
+            Self::Parts(count) => write!(formatter, "in {}", counted(*count, "part")),
+        }
+    }
+}
+
+/// `300`, or `300 to 1200` where values differ.
+fn range(values: impl Iterator<Item = f64> + Clone) -> String {
+    let least = format!("{:.0}", values.clone().fold(f64::INFINITY, f64::min));
+    let greatest = format!("{:.0}", values.fold(0.0, f64::max));
+    if least == greatest { least } else { format!("{least} to {greatest}") }
+}
+
+/// `0.912 ± 0.004`, as far as it is known.
+pub(crate) fn estimate(mean: Option<f64>, sem: Option<f64>, decimals: usize) -> String {
+    match (mean, sem) {
+        (Some(mean), Some(sem)) => format!("{mean:.decimals$} ± {sem:.decimals$}"),
+        (Some(mean), None) => format!("{mean:.decimals$}"),
+        (None, _) => "-".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_range_is_one_number_where_all_are_equal() {
+        assert_eq!(range([300.0, 300.0].into_iter()), "300");
+        assert_eq!(range([300.0, 60.0, 90.0].into_iter()), "60 to 300");
+    }
+
+    #[test]
+    fn an_estimate_says_what_is_known() {
+        assert_eq!(estimate(Some(0.25), Some(0.001), 2), "0.25 ± 0.00");
+        assert_eq!(estimate(Some(137.0), None, 1), "137.0");
+        assert_eq!(estimate(None, None, 1), "-");
+    }
+}

@@ -1,0 +1,134 @@
+//! What the episodes of one policy on one scenario come to together.
+
+use std::time::Duration;
+
+use serde::Serialize;
+
+use super::design::Setting;
+use super::trial::Trial;
+use crate::commands::latency::Latencies;
+
+/// One policy on one scenario, over all seeds. Names are those of the JSON object.
+#[derive(Serialize)]
+pub(crate) struct Row {
+    pub(crate) scenario: String,
+    pub(crate) map: String,
+    pub(crate) policy: String,
+    pub(crate) robots: usize,
+    /// How many.
+    pub(crate) seeds: usize,
+    pub(crate) budget_cells: f64,
+    pub(crate) auc_f1: Estimate,
+    pub(crate) average_recall: Estimate,
+    pub(crate) cells_to_full_recall: FullRecall,
+    pub(crate) decision_ms: DecisionTimes,
+    pub(crate) curve: MeanCurve,
+    /// What is there to be found, in words.
+    #[serde(skip)]
+    pub(crate) objects: String,
+    #[serde(skip)]
+    pub(crate) trials: Vec<Trial>,
+}
+
+/// A mean and its standard error.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(crate) struct Estimate {
+    pub(crate) mean: f64,
+    /// Unknown from one value.
+    pub(crate) sem: Option<f64>,
+}
+
+/// Way until every object was found, over the seeds that came so far.
+#[derive(Serialize)]
+pub(crate) struct FullRecall {
+    pub(crate) mean: Option<f64>,
+    pub(crate) sem: Option<f64>,
+    /// Seeds that did.
+    pub(crate) reached: usize,
+}
+
+/// Milliseconds, over all decisions; nothing without one.
+#[derive(Serialize)]
+pub(crate) struct DecisionTimes {
+    pub(crate) p50: Option<f64>,
+    pub(crate) p99: Option<f64>,
+}
+
+/// F1 by way, shape `[lengths]` each.
+#[derive(Serialize)]
+pub(crate) struct MeanCurve {
+    /// Way of the farthest robot.
+    pub(crate) cells: Vec<f64>,
+    pub(crate) mean: Vec<f64>,
+    pub(crate) sem: Vec<Option<f64>>,
+}
+
+impl Row {
+    pub(super) fn new(setting: &Setting, mut trials: Vec<Trial>) -> Self {
+        let decisions: Vec<Duration> =
+            trials.iter_mut().flat_map(|trial| std::mem::take(&mut trial.decisions)).collect();
+        Self {
+            scenario: setting.scenario.clone(),
+            map: setting.map.clone(),
+            policy: setting.policy.clone(),
+            robots: setting.robots,
+            seeds: trials.len(),
+            budget_cells: setting.budget_cells,
+            auc_f1: Estimate::of(trials.iter().map(|trial| trial.auc_f1)),
+            average_recall: Estimate::of(trials.iter().map(|trial| trial.average_recall)),
+            cells_to_full_recall: FullRecall::of(&trials),
+            decision_ms: DecisionTimes::of(decisions),
+            curve: MeanCurve::of(setting.lengths(), &trials),
+            objects: setting.objects.clone(),
+            trials,
+        }
+    }
+}
+
+impl Estimate {
+    /// Of at least one value; the standard error is that of a sample, `sqrt(sum (x - mean)^2 / (n - 1) / n)`.
+    pub(crate) fn of(values: impl Iterator<Item = f64> + Clone) -> Self {
+        let count = values.clone().count() as f64;
+        let mean = values.clone().sum::<f64>() / count;
+        let squares: f64 = values.map(|value| (value - mean).powi(2)).sum();
+        Self { mean, sem: (count > 1.0).then(|| (squares / (count - 1.0) / count).sqrt()) }
+    }
+}
+
+impl FullRecall {
+    fn of(trials: &[Trial]) -> Self {
+        let cells = trials.iter().filter_map(|trial| trial.cells_to_full_recall);
+        let reached = cells.clone().count();
+        let estimate = (reached > 0).then(|| Estimate::of(cells));
+        Self { mean: estimate.map(|it| it.mean), sem: estimate.and_then(|it| it.sem), reached }
+    }
+}
+
+impl DecisionTimes {
+    fn of(decisions: Vec<Duration>) -> Self {
+        let latencies = Latencies::new(decisions);
+        Self { p50: latencies.percentile_ms(50), p99: latencies.percentile_ms(99) }
+    }
+}
+
+impl MeanCurve {
+    fn of(lengths: Vec<f64>, trials: &[Trial]) -> Self {
+        let at = |place: usize| Estimate::of(trials.iter().map(move |trial| trial.curve[place]));
+        let (mean, sem) = (0..lengths.len()).map(at).map(|it| (it.mean, it.sem)).unzip();
+        Self { cells: lengths, mean, sem }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_standard_error_is_that_of_a_sample() {
+        let estimate = Estimate::of([1.0, 2.0, 3.0, 4.0].into_iter());
+        assert!((estimate.mean - 2.5).abs() < 1e-12);
+        // Sample variance 5/3, over 4 values.
+        assert!((estimate.sem.unwrap() - (5.0_f64 / 12.0).sqrt()).abs() < 1e-12);
+        assert_eq!(Estimate::of([7.0].into_iter()), Estimate { mean: 7.0, sem: None });
+    }
+}

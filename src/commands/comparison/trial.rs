@@ -1,0 +1,92 @@
+//! What is kept of an episode.
+
+use std::time::Duration;
+
+use dragnet_sim::episode::Episode;
+use serde::{Deserialize, Serialize};
+
+use super::design::Setting;
+
+/// What is kept of an episode: all that tables and curves are made of.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Trial {
+    pub(crate) seed: u64,
+    /// Mean of F1 over the way up to the budget.
+    pub(crate) auc_f1: f64,
+    /// Mean of recall over the way up to the budget.
+    pub(crate) average_recall: f64,
+    pub(crate) cells_to_full_recall: Option<f64>,
+    /// F1 and recall at the end.
+    pub(crate) f1: f64,
+    pub(crate) recall: f64,
+    /// Way of the farthest robot at the end.
+    pub(crate) farthest_cells: f64,
+    /// F1 at each of the setting's lengths.
+    pub(crate) curve: Vec<f64>,
+    /// Computing time of each decision.
+    #[serde(rename = "decision_ns", with = "nanoseconds")]
+    pub(crate) decisions: Vec<Duration>,
+}
+
+impl Trial {
+    pub(super) fn new(setting: &Setting, seed: u64, episode: Episode) -> Self {
+        let Episode { score, path_cells, outcome, .. } = episode;
+        Self {
+            seed,
+            auc_f1: outcome.f1.mean_until(setting.budget_cells),
+            average_recall: outcome.recall.mean_until(setting.budget_cells),
+            cells_to_full_recall: outcome.cells_to_full_recall,
+            f1: score.f1(),
+            recall: score.recall(),
+            farthest_cells: path_cells.into_iter().fold(0.0, f64::max),
+            curve: setting.lengths().into_iter().map(|length| outcome.f1.at(length)).collect(),
+            decisions: outcome.decisions,
+        }
+    }
+}
+
+/// Durations as whole nanoseconds, below 2^64 (five hundred years).
+mod nanoseconds {
+    use std::time::Duration;
+
+    use serde::{Deserialize, Deserializer, Serializer};
+
+    pub(super) fn serialize<S: Serializer>(times: &[Duration], serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(times.iter().map(Duration::as_nanos))
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Duration>, D::Error> {
+        let times: Vec<u64> = Deserialize::deserialize(deserializer)?;
+        Ok(times.into_iter().map(Duration::from_nanos).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Shares of every size, as curves hold them.
+    fn shares() -> Vec<f64> {
+        (1..200_u32)
+            .flat_map(|whole| (0..whole).map(move |part| f64::from(part) / f64::from(whole)))
+            .collect()
+    }
+
+    #[test]
+    fn numbers_survive_a_file_to_the_bit() {
+        let trial = Trial {
+            seed: u64::MAX,
+            auc_f1: 0.1 + 0.2,
+            average_recall: 1.0 / 3.0,
+            cells_to_full_recall: Some(f64::MIN_POSITIVE),
+            f1: 1.0 - f64::EPSILON,
+            recall: 0.0,
+            farthest_cells: 1e9 / 7.0,
+            curve: shares(),
+            decisions: vec![Duration::from_nanos(1), Duration::from_nanos(u64::MAX)],
+        };
+        let json = serde_json::to_string(&trial).unwrap();
+        assert_eq!(serde_json::from_str::<Trial>(&json).unwrap(), trial);
+    }
+}

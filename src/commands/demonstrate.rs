@@ -1,0 +1,166 @@
+//! `dragnet demonstrate`: an expert at work, as files that a network learns from.
+
+pub(super) mod part;
+mod plan;
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use dragnet_learn::demonstration::{self, Source, Trajectory};
+use dragnet_learn::policy::{self, PolicyName};
+use dragnet_search::policy::Parameters;
+use dragnet_sim::demonstration::watch;
+use indicatif::ProgressBar;
+use rayon::ThreadPoolBuilder;
+use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
+
+use super::comparison::Seeds;
+use super::shard::Shard;
+use super::{Failure, scenario};
+use crate::VERSION;
+use crate::terminal::{self, counted, progress};
+use part::Part;
+use plan::{Job, Plan};
+
+/// Watch an expert and write down what it decides, and from what.
+///
+/// One file a trajectory, safetensors, which Python reads as well: beliefs, the cell that was chosen, and the expert's
+/// scores. Files that are there already are kept, so a command that was stopped goes on where it was. Seeds that a
+/// network has learned from say little about it: compare policies with others.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  dragnet demonstrate scenarios/paper/ice_cream_cone.toml --expert path --seeds 100000..101600 --out demonstrations
+  dragnet demonstrate --mixture --expert path --seeds 2000 --out mixture --shard 1/4")]
+pub(crate) struct Arguments {
+    /// Scenario files (TOML)
+    #[arg(required_unless_present = "mixture", conflicts_with = "mixture", value_name = "SCENARIO")]
+    scenarios: Vec<PathBuf>,
+    /// Instead of scenarios: generated ones, another for each seed, of many sizes, densities, sensors and teams
+    #[arg(long)]
+    mixture: bool,
+    /// Who is watched
+    #[arg(long, value_parser = scenario::policy_names())]
+    expert: PolicyName,
+    /// A trajectory for each of these seeds, on each scenario: N for 0 to N - 1, or A..B for A to B - 1
+    #[arg(long, value_name = "N | A..B", default_value = "100000..100150", allow_negative_numbers = true)]
+    seeds: Seeds,
+    /// A trajectory has at most so many decisions, those of all robots together
+    #[arg(long, value_name = "N", default_value_t = 75, value_parser = clap::value_parser!(u32).range(1..), allow_negative_numbers = true)]
+    most_decisions: u32,
+    /// After this share of the decisions robots go to a random cell instead of the expert's, which is written down all
+    /// the same: what is learned then covers more than the expert's own ways
+    #[arg(long, value_name = "SHARE", default_value_t = 0.1, value_parser = parse_share, allow_negative_numbers = true)]
+    explore: f64,
+    /// Each searched cell holds an object with this probability
+    #[arg(long, value_name = "D", conflicts_with = "mixture", allow_negative_numbers = true)]
+    density: Option<f64>,
+    /// Searches that run at a time [default: as many as there are cores]
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024), allow_negative_numbers = true)]
+    threads: Option<u16>,
+    /// Run shard I of N only; `dragnet merge` checks that all are there, and joins them if they are in several folders
+    #[arg(long, value_name = "I/N", allow_negative_numbers = true)]
+    shard: Option<Shard>,
+    /// Write the trajectories to this folder
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+/// What became of a trajectory.
+struct Done {
+    decisions: u64,
+    was_there: bool,
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
+    let plan = Plan::new(arguments)?;
+    let folder = &arguments.out;
+    std::fs::create_dir_all(folder).map_err(|error| {
+        Failure::Input(format!("--out {}: cannot make the folder: {error}", folder.display()))
+    })?;
+    let shard = arguments.shard.unwrap_or(Shard::WHOLE);
+    let jobs: Vec<&Job> =
+        (0..).zip(&plan.jobs).filter(|(place, _)| shard.holds(*place)).map(|(_, job)| job).collect();
+    let threads = usize::from(arguments.threads.unwrap_or(0));
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build().map_err(Failure::run)?;
+    let bar = progress::alone(jobs.len() as u64, "trajectories");
+    let start = Instant::now();
+    let done = pool.install(|| watch_all(&jobs, &plan.source, folder, &bar))?;
+    bar.finish_and_clear();
+    let decisions = done.iter().map(|done| done.decisions).sum();
+    if arguments.shard.is_some() {
+        Part::new(&plan, shard, decisions).write(folder)?;
+    }
+    let there = done.iter().filter(|done| done.was_there).count();
+    let text = format!(
+        "{}, {} of {} in {:.1} s on {}{}\nwritten: {}\n",
+        counted(done.len(), "trajectory"),
+        counted(usize::try_from(decisions).unwrap_or(usize::MAX), "decision"),
+        plan.source.expert,
+        start.elapsed().as_secs_f64(),
+        counted(pool.current_num_threads(), "thread"),
+        if there > 0 { format!("; {there} were there already") } else { String::new() },
+        folder.display(),
+    );
+    Ok(terminal::print(&text)?)
+}
+
+fn watch_all(jobs: &[&Job], source: &Source, folder: &Path, bar: &ProgressBar) -> Result<Vec<Done>, Failure> {
+    let done = jobs.par_iter().with_max_len(1).map(|job| {
+        let done = watch_one(job, source, folder);
+        bar.inc(1);
+        done
+    });
+    done.collect()
+}
+
+fn watch_one(job: &Job, source: &Source, folder: &Path) -> Result<Done, Failure> {
+    let path = folder.join(demonstration::file_name(&job.name, job.seed));
+    let digest = job.digest()?;
+    if path.exists() {
+        let known = demonstration::read(&path).map_err(Failure::input)?;
+        check_is_same(&known, source, &digest, &path)?;
+        return Ok(Done { decisions: known.decisions.len() as u64, was_there: true });
+    }
+    let scenario = job.scenario()?;
+    let name: PolicyName = source.expert.parse().map_err(Failure::input)?;
+    let expert = || policy::build(name, Parameters::default(), None);
+    let trajectory = watch(&scenario, job.seed, source.clone(), digest, expert).map_err(Failure::run)?;
+    demonstration::write(&path, &trajectory).map_err(Failure::run)?;
+    Ok(Done { decisions: trajectory.decisions.len() as u64, was_there: false })
+}
+
+/// What is there may only be kept if it is what would be written now.
+fn check_is_same(known: &Trajectory, source: &Source, digest: &str, path: &Path) -> Result<(), Failure> {
+    if known.source == *source && known.scenario_digest == digest {
+        return Ok(());
+    }
+    Err(Failure::Input(format!(
+        "{}: there already, and made otherwise: {}; now it would be {}. Choose another --out, or remove it",
+        path.display(),
+        describe(&known.source, &known.scenario_digest),
+        describe(source, digest),
+    )))
+}
+
+fn describe(source: &Source, digest: &str) -> String {
+    let Source { expert, most_decisions, explore, program, .. } = source;
+    format!(
+        "{expert}, {most_decisions} decisions at most, exploring {explore}, scenario {digest}, by {program}"
+    )
+}
+
+fn source(arguments: &Arguments) -> Source {
+    Source {
+        expert: arguments.expert.to_string(),
+        length_weight: Parameters::default().length_weight,
+        most_decisions: arguments.most_decisions,
+        explore: arguments.explore,
+        program: VERSION.to_owned(),
+    }
+}
+
+fn parse_share(text: &str) -> Result<f64, String> {
+    let share: f64 = text.parse().map_err(|_| format!("{text:?} is no number"))?;
+    if (0.0..=1.0).contains(&share) { Ok(share) } else { Err("allowed is a share from 0 to 1".to_owned()) }
+}

@@ -1,0 +1,166 @@
+//! A search, watched decision by decision.
+
+use dragnet_agent::agent::{Agent, Orders};
+use dragnet_proto::message::{Message, Participant};
+use dragnet_proto::participant::{MindError, Reaction, Stimulus};
+use dragnet_proto::scenario::Scenario;
+use dragnet_proto::time::MissionTime;
+use dragnet_search::belief::Belief;
+use dragnet_search::cell::Cell;
+use dragnet_search::evidence::Digest;
+use dragnet_sim::crew::{Crew, LocalCrew};
+use dragnet_sim::episode;
+use dragnet_sim::simulation::{Attendance, End, Rules};
+
+/// The way and the beliefs of the one robot of a scenario.
+pub(super) struct Trace {
+    /// Cells that it was in, in order, that of the start first.
+    pub(super) track: Vec<Cell>,
+    /// After each of them the number of searched cells that it is certain of, shape `[track]`: their probability is at
+    /// least `tau` or at most `1 - tau`.
+    pub(super) certain: Vec<usize>,
+    /// Before the first decision, and at each waypoint; no more than asked for.
+    pub(super) stops: Vec<Stop>,
+}
+
+/// Where a robot decided.
+pub(super) struct Stop {
+    /// Cells that it had entered.
+    pub(super) entered: usize,
+    pub(super) belief: Belief,
+}
+
+/// Watches a robot until it stands at so many waypoints, or rests.
+pub(super) fn watch(scenario: &Scenario, seed: u64, waypoints: usize) -> Result<Trace, MindError> {
+    let mut robots: Vec<Agent> = Orders::of_team(scenario, seed).into_iter().map(Agent::new).collect();
+    let rules = Rules { end: End::Resting, coordinator: Attendance::Absent };
+    let mut witness = Witness {
+        crew: LocalCrew::new(&mut robots, None),
+        scenario,
+        belief: scenario.prior().clone(),
+        trace: Trace { track: Vec::new(), certain: Vec::new(), stops: Vec::new() },
+        waypoints,
+    };
+    match episode::run_with(scenario, seed, rules, &mut witness, &mut |_, _| ()) {
+        Ok(_) | Err(Left::SeenEnough) => Ok(witness.trace),
+        Err(Left::Failed(error)) => Err(error),
+    }
+}
+
+impl Trace {
+    /// The stop at a waypoint, by its number from 1; the last one, if the robot rested before.
+    pub(super) fn at(&self, waypoint: usize) -> &Stop {
+        &self.stops[waypoint.min(self.waypoints())]
+    }
+
+    /// Waypoints that it came to.
+    pub(super) fn waypoints(&self) -> usize {
+        self.stops.len() - 1
+    }
+
+    /// Cells of a way that were entered when the robot had been in them before.
+    pub(super) fn entered_again(&self, entered: usize) -> usize {
+        let mut cells = self.track[..=entered].to_vec();
+        cells.sort_unstable();
+        cells.dedup();
+        entered + 1 - cells.len()
+    }
+}
+
+/// A crew of one robot whose readings are read along: with those of all robots there are, its belief is theirs.
+struct Witness<'a> {
+    crew: LocalCrew<'a>,
+    scenario: &'a Scenario,
+    belief: Belief,
+    trace: Trace,
+    waypoints: usize,
+}
+
+enum Left {
+    SeenEnough,
+    Failed(MindError),
+}
+
+impl Witness<'_> {
+    fn note_readings(&mut self, stimulus: &Stimulus<Message>) {
+        if let Stimulus::Sensed { cell, readings } = stimulus {
+            for reading in readings {
+                self.belief.add(reading);
+            }
+            self.trace.track.push(*cell);
+            self.trace.certain.push(self.certain());
+        }
+    }
+
+    fn certain(&self) -> usize {
+        let (terrain, tau) = (self.scenario.terrain(), self.scenario.mission().tau);
+        let probabilities = terrain.searched_cells().map(|cell| self.belief.probability(cell));
+        probabilities.filter(|&probability| probability >= tau || probability <= 1.0 - tau).count()
+    }
+
+    /// A robot alone has a new route where it decides, and where it rests.
+    fn note_decision(&mut self, reaction: &Reaction<Message>) -> Result<(), Left> {
+        if reaction.route.is_some() {
+            let entered = self.trace.track.len() - 1;
+            self.trace.stops.push(Stop { entered, belief: self.belief.clone() });
+        }
+        if self.trace.stops.len() > self.waypoints { Err(Left::SeenEnough) } else { Ok(()) }
+    }
+}
+
+impl Crew for Witness<'_> {
+    type Parcel = Message;
+    type Error = Left;
+
+    fn step(
+        &mut self,
+        who: Participant,
+        now: MissionTime,
+        stimulus: Stimulus<Message>,
+    ) -> Result<Reaction<Message>, Left> {
+        self.note_readings(&stimulus);
+        let reaction = self.crew.step(who, now, stimulus).map_err(Left::Failed)?;
+        self.note_decision(&reaction)?;
+        Ok(reaction)
+    }
+
+    fn digest(&mut self, who: Participant, now: MissionTime) -> Result<Digest, Left> {
+        self.crew.digest(who, now).map_err(Left::Failed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use dragnet_search::policy::PolicyName;
+
+    use super::super::map::{Map, Size};
+    use super::*;
+
+    #[test]
+    fn a_trace_ends_at_its_waypoint_with_the_belief_of_the_robot() {
+        let scenario = Map::OpenAsterisk.scenario(Size::Thirty).unwrap();
+        let scenario = scenario.with_policy(PolicyName::Greedy).unwrap();
+        let trace = watch(&scenario, 1000, 3).unwrap();
+        assert_eq!((trace.waypoints(), trace.stops[0].entered), (3, 0));
+        assert!(trace.stops.is_sorted_by(|a, b| a.entered < b.entered));
+        assert_eq!(trace.track.len(), trace.at(3).entered + 1);
+        assert!(trace.certain.last() > trace.certain.first());
+
+        let whole = watch(&scenario, 1000, usize::MAX - 1).unwrap();
+        let episode = episode::run(&scenario, 1000, End::Resting).unwrap();
+        assert_eq!(whole.stops.last().unwrap().belief.digest(), episode.outcome.digest);
+        assert_eq!(whole.track[..trace.track.len()], trace.track);
+    }
+
+    #[test]
+    fn a_cell_counts_as_entered_again_from_the_second_time_on() {
+        let grid = Map::OpenAsterisk.scenario(Size::Thirty).unwrap().terrain().grid();
+        let cells: Vec<Cell> = grid.cells().take(3).collect();
+        let there_and_back = Trace {
+            track: [0, 1, 2, 1, 0, 1].map(|place| cells[place]).to_vec(),
+            certain: Vec::new(),
+            stops: Vec::new(),
+        };
+        assert_eq!([2, 3, 5].map(|entered| there_and_back.entered_again(entered)), [0, 1, 3]);
+    }
+}

@@ -1,0 +1,175 @@
+//! A training from its files to its files.
+
+use std::ffi::OsString;
+use std::fs;
+use std::io::Write;
+use std::os::unix::process::CommandExt;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use dragnet_learn::demonstration::Folder;
+use dragnet_learn::shape::Shape;
+use dragnet_learn::train::{Data, DataError, Device, Settings, Trainer, set_threads};
+
+use super::{Arguments, curves};
+use crate::VERSION;
+use crate::commands::{Failure, complain, shard};
+use crate::terminal::{self, progress};
+
+/// Settings of glibc's allocator that keep freed tensors in the heap. Without them every large tensor costs a mapping and
+/// its page faults, and a step takes three times as long.
+const ALLOCATOR: [(&str, &str); 3] =
+    [("MALLOC_MMAP_MAX_", "0"), ("MALLOC_TRIM_THRESHOLD_", "-1"), ("MALLOC_TOP_PAD_", "67108864")];
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let settings = settings(arguments)?;
+    let files = Files::beside(&arguments.out)?;
+    start_anew_with_allocator();
+    set_threads(arguments.threads);
+    let device = if arguments.cpu { Device::Cpu } else { Device::cuda_if_available() };
+    let folder = Folder::open(&arguments.demonstrations).map_err(Failure::input)?;
+    let data = Data::load(&folder, arguments.hold_out_every.into(), arguments.sharpness).map_err(
+        |error| match error {
+            DataError::Memory { .. } => Failure::run(error),
+            _ => Failure::input(error),
+        },
+    )?;
+    let mut trainer = if files.checkpoint.exists() {
+        complain("note", &format!("going on from {}", files.checkpoint.display()));
+        Trainer::resume(&data, settings, device, VERSION, &files.checkpoint).map_err(Failure::input)?
+    } else {
+        Trainer::new(&data, settings, device, VERSION).map_err(Failure::Input)?
+    };
+    terminal::print(&format!(
+        "{} decisions of {} to learn from, {} held out, on {}\n",
+        data.len(),
+        data.source().expert,
+        data.held_out_len(),
+        if device == Device::Cpu { "the CPU" } else { "a GPU" },
+    ))?;
+    while !trainer.is_done() {
+        epoch(&mut trainer)?;
+        trainer.checkpoint(&files.checkpoint).map_err(Failure::run)?;
+        files.write_curves(&trainer)?;
+    }
+    let weights = trainer.best().to_bytes().map_err(Failure::Run)?;
+    write(&arguments.out, &weights)?;
+    // What it held is in the weights now, and a checkpoint that stays is only in the way of the next training.
+    let _ = fs::remove_file(&files.checkpoint);
+    let best = trainer.best().recipe();
+    terminal::print(&format!(
+        "best at epoch {}, held-out loss {:.4}\nwritten: {}, {}, {}\n",
+        best.epochs,
+        best.held_out_loss,
+        arguments.out.display(),
+        files.metrics.display(),
+        files.curves.display(),
+    ))?;
+    Ok(())
+}
+
+fn epoch(trainer: &mut Trainer<'_>) -> Result<(), Failure> {
+    let bar = progress::alone(trainer.decisions() as u64, "decisions");
+    let epoch = trainer.epoch(|decisions| bar.inc(decisions as u64)).map_err(Failure::Run)?;
+    bar.finish_and_clear();
+    let held_out = epoch.held_out;
+    Ok(terminal::print(&format!(
+        "epoch {}: loss {:.4}; held out: loss {:.4}, same choice {:.1} %, regret {:.2} % ({:.0} s)\n",
+        epoch.epoch,
+        epoch.loss,
+        held_out.loss,
+        held_out.accuracy * 100.0,
+        held_out.regret * 100.0,
+        epoch.seconds,
+    ))?)
+}
+
+fn settings(arguments: &Arguments) -> Result<Settings, Failure> {
+    let shape = Shape {
+        hidden: arguments.hidden,
+        layers: arguments.layers,
+        memory: arguments.memory,
+        sums: arguments.sums,
+    };
+    let wrong =
+        |flag: &str, value: f64, allowed: &str| Err(Failure::Input(format!("--{flag} {value}: {allowed}")));
+    if !shape.is_valid() {
+        let allowed = "--hidden is a multiple of 32 up to 1024, --layers 1 to 64, --memory up to 1024, --sums up to 256";
+        return Err(Failure::Input(format!("no network has these sizes: {allowed}")));
+    }
+    if !(arguments.learning_rate > 0.0 && arguments.learning_rate <= 1.0) {
+        return wrong("learning-rate", arguments.learning_rate, "allowed is a number above 0 and up to 1");
+    }
+    if !(0.0..=1.0).contains(&arguments.choice_weight) {
+        return wrong("choice-weight", arguments.choice_weight, "allowed is a share from 0 to 1");
+    }
+    if !(1.0..=10_000.0).contains(&arguments.sharpness) {
+        return wrong("sharpness", arguments.sharpness, "allowed is a number from 1 to 10000");
+    }
+    Ok(Settings {
+        shape,
+        seed: arguments.seed,
+        batch: arguments.batch.into(),
+        epochs: arguments.epochs,
+        learning_rate: arguments.learning_rate,
+        patience: arguments.patience,
+        choice_weight: arguments.choice_weight,
+    })
+}
+
+/// Files beside the weights.
+struct Files {
+    checkpoint: PathBuf,
+    metrics: PathBuf,
+    curves: PathBuf,
+}
+
+impl Files {
+    fn beside(out: &Path) -> Result<Self, Failure> {
+        let out_display = out.display();
+        if out.exists() {
+            return Err(Failure::Input(format!(
+                "--out {out_display}: exists already; no weights are overwritten"
+            )));
+        }
+        let folder = out.parent().unwrap_or(Path::new(""));
+        if folder != Path::new("") && !folder.is_dir() {
+            return Err(Failure::Input(format!(
+                "--out {out_display}: there is no folder {}",
+                folder.display()
+            )));
+        }
+        let with = |ending: &str| {
+            let mut name = OsString::from(out);
+            name.push(ending);
+            PathBuf::from(name)
+        };
+        Ok(Self { checkpoint: with(".checkpoint"), metrics: with(".metrics.csv"), curves: with(".svg") })
+    }
+
+    fn write_curves(&self, trainer: &Trainer<'_>) -> Result<(), Failure> {
+        let table = curves::table(trainer.history()).map_err(|error| failure(&self.metrics, &error))?;
+        write(&self.metrics, &table)?;
+        let drawing = curves::draw(trainer.history()).map_err(|error| failure(&self.curves, &error))?;
+        write(&self.curves, drawing.as_bytes())
+    }
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    shard::write_whole(path, |writer| writer.write_all(bytes))
+}
+
+fn failure(path: &Path, error: &impl ToString) -> Failure {
+    Failure::Run(format!("{}: cannot write: {}", path.display(), error.to_string()))
+}
+
+/// Replaces this process by itself with the allocator set: glibc reads the settings once, when a process starts.
+fn start_anew_with_allocator() {
+    if std::env::var_os(ALLOCATOR[0].0).is_some() {
+        return;
+    }
+    if let Ok(program) = std::env::current_exe() {
+        // Where that fails the training is slower, and otherwise the same.
+        let _ = Command::new(program).args(std::env::args_os().skip(1)).envs(ALLOCATOR).exec();
+    }
+}
