@@ -20,4 +20,6 @@ if [[ $wanted != "$(cat .venv/installed 2>/dev/null)" ]]; then
     echo "$wanted" > .venv/installed
 fi
 
-cargo test --workspace --features train "$@"
+# What trains is linked with libtorch; the other crates are tested as they are built by default, without it.
+cargo test --workspace --exclude dragnet --exclude dragnet-learn "$@"
+cargo test --package dragnet --package dragnet-learn --features train "$@"

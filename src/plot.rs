@@ -12,7 +12,9 @@ use plotters::style::{Color, IntoFont, RGBColor, ShapeStyle, TextStyle, WHITE};
 /// Size of a drawing, pixels: plotters rounds to whole ones, so that small drawings get crooked lines.
 const SIZE: (u32, u32) = (1600, 1000);
 /// Of these the legend takes so many columns, on the right.
-const LEGEND_WIDTH: u32 = 300;
+const LEGEND_WIDTH: u32 = 325;
+/// From where to where the legend shows a piece of each line: longer than any dash and its gap.
+const SAMPLE: (i32, i32) = (4, 76);
 
 const FONT: &str = "Helvetica, Arial, sans-serif";
 const TITLE_SIZE: i32 = 44;
@@ -159,13 +161,16 @@ impl Figure<'_> {
 
     fn draw_legend<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Drawn<B> {
         for (y, line) in (160..).step_by(50).zip(&self.lines) {
-            area.draw(&Rectangle::new([(4, y - 12), (50, y + 12)], line.look.color().mix(0.2).filled()))?;
-            let (ends, stroke) = ([(4, y), (50, y)], line.look.stroke());
+            area.draw(&Rectangle::new(
+                [(SAMPLE.0, y - 12), (SAMPLE.1, y + 12)],
+                line.look.color().mix(0.2).filled(),
+            ))?;
+            let (ends, stroke) = ([(SAMPLE.0, y), (SAMPLE.1, y)], line.look.stroke());
             match line.look.dashes() {
                 None => area.draw(&PathElement::new(ends, stroke))?,
                 Some((dash, gap)) => area.draw(&DashedPathElement::new(ends, dash, gap, stroke))?,
             }
-            area.draw(&Text::new(line.label, (64, y - 15), text(TEXT_SIZE)))?;
+            area.draw(&Text::new(line.label, (SAMPLE.1 + 12, y - 15), text(TEXT_SIZE)))?;
         }
         Ok(())
     }

@@ -68,6 +68,10 @@ fn a_graph_of_any_scene_is_sound() {
         assert!(graph.features.iter().all(|feature| (-1.0..=2.0).contains(feature)), "{}", scene.name);
         assert_eq!(graph.topology.cells()[graph.root as usize], scene.robot);
         assert_eq!((graph.order[0], graph.parent[graph.root as usize]), (graph.root, graph.root));
+        let routes = scene.routes();
+        for (&cell, &parent) in graph.topology.cells().iter().zip(&graph.parent) {
+            assert_eq!(graph.topology.cells()[parent as usize], routes.parent(cell), "{}", scene.name);
+        }
         let mut seen = vec![false; nodes];
         for &node in &graph.order {
             let is_known = seen[graph.parent[node as usize] as usize];

@@ -5,9 +5,10 @@ use super::markup::Markup;
 use super::measure::{self, MATCHING_SHARE};
 use super::part::Part;
 use super::published::TRACKING_POINTS;
-use super::section::{Claim, Section, Verdict, within};
+use super::section::{Claim, Section, Verdict};
 use super::study::Comparison;
 use crate::commands::Failure;
+use crate::commands::comparison::Estimate;
 
 pub(super) fn section(comparison: &Comparison) -> Result<Section, Failure> {
     let caption = "F1 against path length on maps of 60 x 60 cells, mean and standard error (shaded), 20 % of the cells \
@@ -39,14 +40,15 @@ fn tracking(comparison: &Comparison) -> Claim {
     let (least, most) = range(points.clone().map(|points| points.mean));
     let (least_share, most_share) = range(shares.map(|share| 100.0 * share.mean));
     let matching = pairs.filter_map(|(clone, random, expert)| measure::matching(clone, random, expert));
-    let margins = points.map(|points| within(TRACKING_POINTS, points)).chain(matching);
+    let margins =
+        points.map(|points| Estimate { mean: points.mean + TRACKING_POINTS, ..points }).chain(matching);
     Claim {
         part: Part::Figure6,
         paper: "Trained on one map of 30 x 30 cells, the clones track their expert nearly perfectly on all four of 60 x 60.",
         here: format!(
             "Area under F1 against the expert's, the 16 pairs of clone and map: {} to {} points; of the gap between random \
-             and expert they close {least_share:.0} to {most_share:.0} %. We call it tracking within {TRACKING_POINTS} points \
-             and from {:.0} % on.",
+             and expert they close {least_share:.0} to {most_share:.0} %. We call it tracking if no pair is more than \
+             {TRACKING_POINTS} points behind or closes less than {:.0} %.",
             measure::with_sign(least, 2),
             measure::with_sign(most, 2),
             100.0 * MATCHING_SHARE

@@ -64,7 +64,11 @@ impl Page<'_> {
             0 => String::new(),
             count => format!(", {count} of them within the error"),
         };
-        let sum = format!("{holding} of {} claims hold{barely}.", claims.len());
+        let sum = format!(
+            "{holding} of {} claims hold{barely}. Where a clone is better here, or an expert cheaper, than the paper has it, its \
+             claim does not hold either.",
+            claims.len()
+        );
         Markup::new().paragraph(&sum).table(&table)
     }
 }
