@@ -20,6 +20,6 @@ if [[ $wanted != "$(cat .venv/installed 2>/dev/null)" ]]; then
     echo "$wanted" > .venv/installed
 fi
 
-# What trains is linked with libtorch; the other crates are tested as they are built by default, without it.
-cargo test --workspace --exclude dragnet --exclude dragnet-learn "$@"
-cargo test --package dragnet --package dragnet-learn --features train "$@"
+cargo test --workspace "$@"
+# What trains is linked with libtorch; the above is not, for nothing else may need it, nor the memory that it takes.
+cargo test --package dragnet --package dragnet-learn --features train --test command_line --test network "$@"

@@ -57,10 +57,10 @@ impl Linear {
         let mut output = vec![0.0; nodes * self.outputs];
         let together = nodes - nodes % NODES;
         for first in (0..together).step_by(NODES) {
-            self.map_nodes::<S, NODES>(simd, Nodes { parts, nodes, first }, &mut output, &finish);
+            self.map_nodes::<S, NODES>(simd, Nodes { parts, count: nodes, first }, &mut output, &finish);
         }
         for first in together..nodes {
-            self.map_nodes::<S, 1>(simd, Nodes { parts, nodes, first }, &mut output, &finish);
+            self.map_nodes::<S, 1>(simd, Nodes { parts, count: nodes, first }, &mut output, &finish);
         }
         output
     }
@@ -83,7 +83,7 @@ impl Linear {
                 let mut sums = [load::<S>(&self.bias[first + lane..]); COUNT];
                 let mut columns = block.chunks_exact(LANES);
                 for part in input.parts {
-                    let width = part.len() / input.nodes;
+                    let width = part.len() / input.count;
                     let rows: [&[f32]; COUNT] = rows(&part[input.first * width..], width);
                     for (place, column) in (0..width).zip(columns.by_ref()) {
                         let column = load::<S>(&column[lane..]);
@@ -109,9 +109,10 @@ impl Linear {
 /// Some nodes of inputs that stand side by side.
 #[derive(Clone, Copy)]
 struct Nodes<'a> {
-    /// Shape `[nodes, width]` each.
+    /// Shape `[count, width]` each.
     parts: &'a [&'a [f32]],
-    nodes: usize,
+    /// Of the whole inputs.
+    count: usize,
     first: usize,
 }
 
