@@ -20,7 +20,6 @@ use super::Failure;
 Examples:
   dragnet train --demonstrations demonstrations --out path.safetensors
   dragnet run scenarios/ice_cream_cone.toml --policy gnn --weights path.safetensors")]
-#[cfg_attr(not(feature = "train"), expect(dead_code, reason = "read where libtorch is there"))]
 pub(crate) struct Arguments {
     /// A folder of trajectories of one expert
     #[arg(long, value_name = "DIR")]
