@@ -21,5 +21,6 @@ if [[ $wanted != "$(cat .venv/installed 2>/dev/null)" ]]; then
 fi
 
 cargo test --workspace "$@"
-# What trains is linked with libtorch; the above is not, for nothing else may need it, nor the memory that it takes.
+# Nothing above is linked with libtorch, which takes memory and time to load; what trains comes on its own.
+[[ $# -gt 0 ]] || set -- -- training
 cargo test --package dragnet --package dragnet-learn --features train --test command_line --test network "$@"

@@ -4,11 +4,11 @@
 
 mod geometric;
 mod graph;
-#[cfg(feature = "train")]
-mod libtorch;
 mod motion;
 mod scene;
 mod symmetry;
+#[cfg(feature = "train")]
+mod training;
 
 use dragnet_learn::shape::Shape;
 use dragnet_learn::weights::{Recipe, Weights};
