@@ -19,7 +19,7 @@ use dragnet_search::situation::{Place, Situation};
 use dragnet_search::terrain::Terrain;
 use serde::{Deserialize, Serialize};
 
-pub use file::{DemonstrationError, read, write};
+pub use file::{read, write};
 pub use folder::{Folder, file_name};
 pub use record::Recorder;
 

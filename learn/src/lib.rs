@@ -6,11 +6,11 @@
 //! 2. [`network`]: from a graph to a logit for each cell, in plain Rust; [`shape`], [`weights`]: its sizes and its
 //!    parameters as a file;
 //! 3. [`policy`]: the network as a policy, the shipped ones among them; names of all policies;
-//! 4. [`demonstration`]: what an expert decided, and from what, as files;
+//! 4. [`demonstration`]: what an expert decided, and from what, as files; [`file`]: what all files here have in common;
 //! 5. `train` (only with the feature of that name, which needs libtorch): behaviour cloning.
 
-mod container;
 pub mod demonstration;
+pub mod file;
 pub mod graph;
 pub mod network;
 pub mod policy;

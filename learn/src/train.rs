@@ -11,7 +11,6 @@ mod trainer;
 
 pub use tch::Device;
 
-pub use checkpoint::CheckpointError;
 pub use data::{Data, DataError};
 pub use model::Model;
 pub use trainer::{Epoch, Measured, Settings, Trainer};

@@ -1,12 +1,10 @@
 //! A network's parameters as a file: safetensors, with the recipe that made them inside.
 
-use std::fs;
-use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::container::{self, Kind, Tensor};
+use crate::file::{self, FileError, Kind, Tensor};
 use crate::graph::FEATURE_NAMES;
 use crate::shape::{Parameter, Shape};
 
@@ -48,27 +46,6 @@ pub struct Recipe {
     pub program: String,
 }
 
-/// Why there are no weights.
-#[derive(Debug, thiserror::Error)]
-pub enum WeightsError {
-    /// The file cannot be read.
-    #[error("{file}: cannot read the weights: {source}")]
-    Read {
-        /// Which.
-        file: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
-    /// It is not what weights are.
-    #[error("{file}: {reason}")]
-    Content {
-        /// Which.
-        file: PathBuf,
-        /// What is wrong, and what is allowed.
-        reason: String,
-    },
-}
-
 impl Weights {
     /// Weights of a shape, each parameter filled by a function of its name and shape.
     ///
@@ -95,9 +72,8 @@ impl Weights {
     /// # Errors
     /// If it cannot be read, or is truncated, of another format, shape or feature set, or holds a number that is not
     /// finite.
-    pub fn load(file: &Path) -> Result<Self, WeightsError> {
-        let bytes = fs::read(file).map_err(|source| WeightsError::Read { file: file.to_owned(), source })?;
-        Self::from_bytes(&bytes).map_err(|reason| WeightsError::Content { file: file.to_owned(), reason })
+    pub fn load(path: &Path) -> Result<Self, FileError> {
+        file::read(KIND, path, Self::from_bytes)
     }
 
     /// Weights from the bytes of a file.
@@ -105,7 +81,7 @@ impl Weights {
     /// # Errors
     /// What is wrong with them, as [`Weights::load`].
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
-        let (header, tensors): (Header, _) = container::parse(KIND, bytes)?;
+        let (header, tensors): (Header, _) = file::parse(KIND, bytes)?;
         if header.features != FEATURE_NAMES {
             let (found, known) = (header.features.join(", "), FEATURE_NAMES.join(", "));
             return Err(format!("weights for the features {found}; this program has {known}"));
@@ -120,8 +96,12 @@ impl Weights {
             Ok((name, values))
         });
         let read = read.collect::<Result<Vec<_>, String>>()?;
-        if tensors.len() != read.len() {
-            return Err(format!("{} parameters; a network of these sizes has {}", tensors.len(), read.len()));
+        if tensors.count() != read.len() {
+            return Err(format!(
+                "{} parameters; a network of these sizes has {}",
+                tensors.count(),
+                read.len()
+            ));
         }
         Ok(Self { shape, recipe, tensors: read })
     }
@@ -140,7 +120,7 @@ impl Weights {
         let tensors: Vec<Tensor> = parameters
             .map(|(parameter, (_, values))| Tensor::of_floats(parameter.name, parameter.shape, values))
             .collect();
-        container::serialize(KIND, &header, &tensors)
+        file::serialize(KIND, &header, &tensors)
     }
 
     /// Sizes of the network.

@@ -1,9 +1,14 @@
 //! Whole episodes in this process: no socket, no thread, thousands of seeds.
 
+use std::ops::ControlFlow;
+
 use dragnet_agent::agent::{Agent, Orders};
-use dragnet_proto::participant::MindError;
+use dragnet_proto::message::{Message, Participant};
+use dragnet_proto::participant::{MindError, Reaction, Stimulus};
 use dragnet_proto::scenario::Scenario;
+use dragnet_proto::time::MissionTime;
 use dragnet_search::belief::Belief;
+use dragnet_search::evidence::Digest;
 use dragnet_search::measures::{Score, Truth};
 
 use crate::crew::{Crew, LocalCrew};
@@ -44,9 +49,20 @@ impl Episode {
 /// # Errors
 /// Never, as long as robots of this process cannot fail.
 pub fn run(scenario: &Scenario, seed: u64, end: End) -> Result<Episode, MindError> {
-    let mut robots: Vec<Agent> = Orders::of_team(scenario, seed).into_iter().map(Agent::new).collect();
-    let rules = Rules { end, coordinator: Attendance::Absent };
-    run_with(scenario, seed, rules, &mut LocalCrew::new(&mut robots, None), &mut |_, _| ())
+    run_robots(scenario, seed, end, &mut team(scenario, seed, Agent::new))
+}
+
+/// Runs a scenario with these robots alone.
+///
+/// # Errors
+/// Never, as long as robots of this process cannot fail.
+pub fn run_robots(
+    scenario: &Scenario,
+    seed: u64,
+    end: End,
+    robots: &mut [Agent],
+) -> Result<Episode, MindError> {
+    run_with(scenario, seed, alone(end), &mut LocalCrew::new(robots, None), &mut |_, _| ())
 }
 
 /// Runs a scenario with any crew, watched.
@@ -62,4 +78,73 @@ pub fn run_with<C: Crew>(
 ) -> Result<Episode, C::Error> {
     let (world, outcome) = Simulation::new(scenario, seed, rules, crew, spectator).run()?;
     Ok(Episode::new(world, outcome))
+}
+
+/// Runs a scenario with these robots alone until it ends or the witness has seen enough.
+///
+/// # Errors
+/// Never, as long as robots of this process cannot fail.
+pub fn watch(
+    scenario: &Scenario,
+    seed: u64,
+    end: End,
+    robots: &mut [Agent],
+    witness: &mut dyn Witness,
+) -> Result<(), MindError> {
+    let mut crew = Witnessed { crew: LocalCrew::new(robots, None), witness };
+    match run_with(scenario, seed, alone(end), &mut crew, &mut |_, _| ()) {
+        Ok(_) | Err(Left::SeenEnough) => Ok(()),
+        Err(Left::Failed(error)) => Err(error),
+    }
+}
+
+/// The robots of a scenario, as `robot` makes each of its orders.
+pub fn team(scenario: &Scenario, seed: u64, robot: impl FnMut(Orders) -> Agent) -> Vec<Agent> {
+    Orders::of_team(scenario, seed).into_iter().map(robot).collect()
+}
+
+const fn alone(end: End) -> Rules {
+    Rules { end, coordinator: Attendance::Absent }
+}
+
+/// Who sees what happens to robots, and what they do about it.
+pub trait Witness {
+    /// Something happens to a robot.
+    fn happens(&mut self, _stimulus: &Stimulus<Message>) {}
+
+    /// A robot did something about it. Whether that is enough.
+    fn reacts(&mut self, reaction: &Reaction<Message>) -> ControlFlow<()>;
+}
+
+struct Witnessed<'a> {
+    crew: LocalCrew<'a>,
+    witness: &'a mut dyn Witness,
+}
+
+enum Left {
+    SeenEnough,
+    Failed(MindError),
+}
+
+impl Crew for Witnessed<'_> {
+    type Parcel = Message;
+    type Error = Left;
+
+    fn step(
+        &mut self,
+        who: Participant,
+        now: MissionTime,
+        stimulus: Stimulus<Message>,
+    ) -> Result<Reaction<Message>, Left> {
+        self.witness.happens(&stimulus);
+        let reaction = self.crew.step(who, now, stimulus).map_err(Left::Failed)?;
+        match self.witness.reacts(&reaction) {
+            ControlFlow::Continue(()) => Ok(reaction),
+            ControlFlow::Break(()) => Err(Left::SeenEnough),
+        }
+    }
+
+    fn digest(&mut self, who: Participant, now: MissionTime) -> Result<Digest, Left> {
+        self.crew.digest(who, now).map_err(Left::Failed)
+    }
 }

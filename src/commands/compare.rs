@@ -7,7 +7,7 @@ use dragnet_learn::policy::PolicyName;
 use dragnet_proto::scenario::Scenario;
 
 use super::comparison::part::{self, Part};
-use super::comparison::{Case, Effort, Experiment, Output, Seeds};
+use super::comparison::{Case, Experiment, Origin, Output, Seeds};
 use super::shard::Shard;
 use super::{Failure, complain, scenario};
 use crate::terminal::{self, counted};
@@ -68,9 +68,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     if let (Some(shard), Some(folder)) = (arguments.shard, &arguments.output.out) {
         return run_shard(&experiment, shard, folder, arguments.threads);
     }
-    let run = experiment.run(Shard::WHOLE, arguments.threads)?;
-    let effort = Effort::Here { elapsed: run.elapsed, threads: run.threads };
-    arguments.output.tell(&experiment.design(), run.trials, effort)
+    let done = experiment.run(Shard::WHOLE, arguments.threads)?;
+    arguments.output.tell(&experiment.design(), done.results, Origin::Here(done.effort))
 }
 
 /// Runs a shard that is not done yet.
@@ -85,10 +84,9 @@ fn run_shard(
     if part::is_done(&path, &design, shard)? {
         return Ok(terminal::print(&format!("shard {shard}: done already: {}\n", path.display()))?);
     }
-    let run = experiment.run(shard, threads)?;
-    let (episodes, effort) =
-        (counted(run.trials.len(), "episode"), Effort::Here { elapsed: run.elapsed, threads: run.threads });
-    Part::new(design, shard, run.trials).write(&path)?;
+    let done = experiment.run(shard, threads)?;
+    let (episodes, effort) = (counted(done.results.len(), "episode"), done.effort);
+    Part::new(design, shard, done.results).write(&path)?;
     Ok(terminal::print(&format!("shard {shard}: {episodes} {effort}\nwritten: {}\n", path.display()))?)
 }
 

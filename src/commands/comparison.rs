@@ -17,12 +17,12 @@ use std::path::PathBuf;
 
 pub(super) use design::{Design, digest};
 pub(super) use experiment::{Case, Experiment};
-pub(super) use report::{Effort, estimate};
+pub(super) use report::{Origin, estimate};
 pub(super) use row::{Estimate, Row};
 pub(super) use seeds::Seeds;
 pub(super) use trial::Trial;
 
-use super::Failure;
+use super::{Failure, output};
 use crate::terminal;
 use report::Report;
 
@@ -40,17 +40,17 @@ pub(super) struct Output {
 impl Output {
     /// Makes the folder, so that it is not missing after hours of work.
     pub(super) fn prepare(&self) -> Result<(), Failure> {
-        self.out.as_deref().map_or(Ok(()), files::prepare)
+        self.out.as_deref().map_or(Ok(()), output::make_folder)
     }
 
     /// Writes and prints what the trials of a whole experiment come to.
-    pub(super) fn tell(&self, design: &Design, trials: Vec<Trial>, effort: Effort) -> Result<(), Failure> {
+    pub(super) fn tell(&self, design: &Design, trials: Vec<Trial>, origin: Origin) -> Result<(), Failure> {
         let rows = design.rows(trials);
         let written = match &self.out {
             Some(folder) => files::write(folder, &rows, design.seeds)?,
             None => Vec::new(),
         };
-        let report = Report { rows: &rows, seeds: design.seeds, effort };
+        let report = Report { rows: &rows, seeds: design.seeds, origin };
         if self.json {
             return Ok(terminal::print_json(&report.json())?);
         }

@@ -4,23 +4,19 @@ pub(super) mod part;
 mod plan;
 
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use dragnet_learn::demonstration::{self, Source, Trajectory};
 use dragnet_learn::policy::{self, PolicyName};
 use dragnet_search::policy::Parameters;
 use dragnet_sim::demonstration::watch;
-use indicatif::ProgressBar;
-use rayon::ThreadPoolBuilder;
-use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 use super::comparison::Seeds;
 use super::shard::Shard;
-use super::{Failure, scenario};
+use super::{Failure, jobs, output, scenario};
 use crate::VERSION;
-use crate::terminal::{self, counted, progress};
+use crate::terminal::{self, counted};
 use part::Part;
-use plan::{Job, Plan};
+use plan::{Job, Plan, Search};
 
 /// Watch an expert and write down what it decides, and from what.
 ///
@@ -66,7 +62,7 @@ pub(crate) struct Arguments {
     out: PathBuf,
 }
 
-/// What became of a trajectory.
+/// A trajectory that is there.
 struct Done {
     decisions: u64,
     was_there: bool,
@@ -75,57 +71,40 @@ struct Done {
 pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let plan = Plan::new(arguments)?;
     let folder = &arguments.out;
-    std::fs::create_dir_all(folder).map_err(|error| {
-        Failure::Input(format!("--out {}: cannot make the folder: {error}", folder.display()))
-    })?;
+    output::make_folder(folder)?;
     let shard = arguments.shard.unwrap_or(Shard::WHOLE);
-    let jobs: Vec<&Job> =
+    let mine: Vec<&Job> =
         (0..).zip(&plan.jobs).filter(|(place, _)| shard.holds(*place)).map(|(_, job)| job).collect();
-    let threads = usize::from(arguments.threads.unwrap_or(0));
-    let pool = ThreadPoolBuilder::new().num_threads(threads).build().map_err(Failure::run)?;
-    let bar = progress::alone(jobs.len() as u64, "trajectories");
-    let start = Instant::now();
-    let done = pool.install(|| watch_all(&jobs, &plan.source, folder, &bar))?;
-    bar.finish_and_clear();
-    let decisions = done.iter().map(|done| done.decisions).sum();
+    let done = jobs::run(&mine, arguments.threads, "trajectories", |job| watch_one(job, &plan, folder))?;
+    let (trajectories, effort) = (done.results, done.effort);
+    let decisions = trajectories.iter().map(|trajectory| trajectory.decisions).sum();
     if arguments.shard.is_some() {
         Part::new(&plan, shard, decisions).write(folder)?;
     }
-    let there = done.iter().filter(|done| done.was_there).count();
+    let there = trajectories.iter().filter(|trajectory| trajectory.was_there).count();
     let text = format!(
-        "{}, {} of {} in {:.1} s on {}{}\nwritten: {}\n",
-        counted(done.len(), "trajectory"),
+        "{}, {} of {} {effort}{}\nwritten: {}\n",
+        counted(trajectories.len(), "trajectory"),
         counted(usize::try_from(decisions).unwrap_or(usize::MAX), "decision"),
-        plan.source.expert,
-        start.elapsed().as_secs_f64(),
-        counted(pool.current_num_threads(), "thread"),
+        plan.expert,
         if there > 0 { format!("; {there} were there already") } else { String::new() },
         folder.display(),
     );
     Ok(terminal::print(&text)?)
 }
 
-fn watch_all(jobs: &[&Job], source: &Source, folder: &Path, bar: &ProgressBar) -> Result<Vec<Done>, Failure> {
-    let done = jobs.par_iter().with_max_len(1).map(|job| {
-        let done = watch_one(job, source, folder);
-        bar.inc(1);
-        done
-    });
-    done.collect()
-}
-
-fn watch_one(job: &Job, source: &Source, folder: &Path) -> Result<Done, Failure> {
+fn watch_one(job: &Job, plan: &Plan, folder: &Path) -> Result<Done, Failure> {
     let path = folder.join(demonstration::file_name(&job.name, job.seed));
-    let digest = job.digest()?;
+    let search = job.search()?;
+    let Search { scenario, digest } = &*search;
     if path.exists() {
         let known = demonstration::read(&path).map_err(Failure::input)?;
-        check_is_same(&known, source, &digest, &path)?;
+        check_is_same(&known, &plan.source, digest, &path)?;
         return Ok(Done { decisions: known.decisions.len() as u64, was_there: true });
     }
-    let scenario = job.scenario()?;
-    let name: PolicyName = source.expert.parse().map_err(Failure::input)?;
-    let expert = || policy::build(name, Parameters::default(), None);
-    let trajectory = watch(&scenario, job.seed, source.clone(), digest, expert).map_err(Failure::run)?;
+    let expert = || policy::build(plan.expert, Parameters::default(), None);
+    let (source, digest) = (plan.source.clone(), digest.clone());
+    let trajectory = watch(scenario, job.seed, source, digest, expert).map_err(Failure::run)?;
     demonstration::write(&path, &trajectory).map_err(Failure::run)?;
     Ok(Done { decisions: trajectory.decisions.len() as u64, was_there: false })
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::comparison::part::{self, Joined};
-use super::comparison::{Effort, Output};
+use super::comparison::{Origin, Output};
 use super::{Failure, demonstrate, shard};
 
 /// Join the parts of a command that ran in shards.
@@ -36,7 +36,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     }
     let Joined { design, trials, parts } = part::join(&files)?;
     arguments.output.prepare()?;
-    arguments.output.tell(&design, trials, Effort::Parts(parts))
+    arguments.output.tell(&design, trials, Origin::Parts(parts))
 }
 
 /// Whether the first part is one of demonstrations; those that go with it are then as well, or are refused.

@@ -23,12 +23,10 @@ mod table_1;
 mod table_2;
 mod trace;
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use super::comparison::{Seeds, files};
-use super::shard::write_whole;
-use super::{Failure, complain};
+use super::comparison::Seeds;
+use super::{Failure, complain, output};
 use crate::terminal;
 use page::Page;
 use part::{Choice, Part};
@@ -82,10 +80,10 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let page = Page { choice, seeds, sections: &sections }.draw();
     // The page last: where it is, its numbers are.
     for file in sections.iter().flat_map(|section| &section.files) {
-        write_whole(&out.join(&file.name), |writer| writer.write_all(&file.content))?;
+        output::write(&out.join(&file.name), &file.content)?;
     }
     let report = out.join(REPORT);
-    write_whole(&report, |writer| writer.write_all(page.as_bytes()))?;
+    output::write(&report, page.as_bytes())?;
     Ok(terminal::print(&format!("written: {}\n", report.display()))?)
 }
 
@@ -115,7 +113,7 @@ fn find(comparisons: &[Comparison], study: Study) -> &Comparison {
 
 /// Makes the folder and sees that files can be written to it, before minutes of work.
 fn prepare(folder: &Path) -> Result<(), Failure> {
-    files::prepare(folder)?;
+    output::make_folder(folder)?;
     let failure =
         |what: &dyn std::fmt::Display| Failure::Input(format!("--out {}: {what}", folder.display()));
     tempfile::tempfile_in(folder)

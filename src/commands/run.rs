@@ -1,6 +1,6 @@
 //! `dragnet run`: one search, watched and recorded.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use dragnet_learn::policy::PolicyName;
 use dragnet_link::config::check_pace;
@@ -9,7 +9,7 @@ use dragnet_proto::scenario::Scenario;
 use dragnet_sim::simulation::Spectator;
 
 use super::search::{self, Ended, Style};
-use super::{Failure, complain, latency, scenario};
+use super::{Failure, complain, latency, output, scenario};
 use crate::VERSION;
 
 /// Run one search in simulation, and record it.
@@ -95,34 +95,15 @@ fn run(
 /// the first name that is free.
 fn place_recording(arguments: &Arguments, scenario: &Scenario) -> Result<PathBuf, Failure> {
     if let Some(path) = &arguments.record {
-        return free("--record", path);
+        return output::free("--record", path, "no recording is");
     }
     if let Some(path) = &scenario.recording().file {
-        return free("recording.file", path);
+        return output::free("recording.file", path, "no recording is");
     }
     let stem = format!("{}-{}", scenario.name(), arguments.seed);
     let numbered = (2..).map(|number| format!("{stem}-{number}.mcap"));
     let mut names = std::iter::once(format!("{stem}.mcap")).chain(numbered).map(PathBuf::from);
     names.find(|path| !path.exists()).ok_or_else(|| Failure::Input(format!("{stem}.mcap: no name is free")))
-}
-
-/// A file that does not exist, in a folder that does.
-fn free(key: &str, path: &Path) -> Result<PathBuf, Failure> {
-    let folder = path.parent().unwrap_or(Path::new(""));
-    if path.exists() {
-        return Err(Failure::Input(format!(
-            "{key} {}: exists already; no recording is overwritten",
-            path.display()
-        )));
-    }
-    if folder != Path::new("") && !folder.is_dir() {
-        return Err(Failure::Input(format!(
-            "{key} {}: there is no folder {}",
-            path.display(),
-            folder.display()
-        )));
-    }
-    Ok(path.to_owned())
 }
 
 fn parse_pace(text: &str) -> Result<f64, String> {

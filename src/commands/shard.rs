@@ -1,13 +1,10 @@
 //! Shards: how the jobs of one command are dealt to many processes, and how what each of them made is kept.
 
 use std::fmt;
-use std::fs::File;
-use std::io::{self, BufWriter, Write};
 use std::path::Path;
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
-use tempfile::Builder;
 
 use super::Failure;
 
@@ -100,26 +97,6 @@ fn are_missing(missing: &[u32]) -> String {
         rest => format!(" and {rest} more"),
     };
     format!("these are missing: {}{rest}", named.join(", "))
-}
-
-/// Writes a file as a whole or not at all: it is written beside its place, and then takes the name.
-pub(super) fn write_whole(
-    path: &Path,
-    write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
-) -> Result<(), Failure> {
-    let failure = |error: io::Error| Failure::Run(format!("{}: cannot write: {error}", path.display()));
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let mut file = Builder::new()
-        .prefix(".unfinished-")
-        .make_in(folder, |path| File::create_new(path))
-        .map_err(failure)?;
-    let mut writer = BufWriter::new(file.as_file_mut());
-    write(&mut writer).and_then(|()| writer.flush()).map_err(failure)?;
-    drop(writer);
-    // Otherwise the name may outlive a power cut that the content does not.
-    file.as_file().sync_all().map_err(failure)?;
-    file.persist(path).map_err(|error| failure(error.error))?;
-    Ok(())
 }
 
 impl fmt::Display for Shard {
@@ -236,19 +213,5 @@ mod tests {
         assert_eq!(check(&["1/2", "1/2"]).unwrap_err(), "shard 1/2 is there twice: a and a");
         assert_eq!(check(&["1/2", "2/3"]).unwrap_err(), "a: shard 2/3, but a is one of 2");
         assert!(check(&["1/100"]).unwrap_err().ends_with("20, 21 and 79 more"));
-    }
-
-    #[test]
-    fn what_fails_halfway_leaves_nothing() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("part");
-        let halfway = |writer: &mut BufWriter<&mut File>| {
-            writer.write_all(b"half")?;
-            Err(io::Error::other("no more"))
-        };
-        assert!(write_whole(&path, halfway).is_err());
-        assert_eq!(folder.path().read_dir().unwrap().count(), 0);
-        write_whole(&path, |writer| writer.write_all(b"whole")).unwrap();
-        assert_eq!(std::fs::read(&path).unwrap(), b"whole");
     }
 }

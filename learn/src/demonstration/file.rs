@@ -1,8 +1,6 @@
 //! A trajectory as a file.
 
-use std::fs;
-use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use dragnet_search::cell::{Cell, Grid};
@@ -14,38 +12,9 @@ use safetensors::Dtype;
 use serde::{Deserialize, Serialize};
 
 use super::{Demonstration, Source, Trajectory};
-use crate::container::{self, Kind, Tensor, Tensors, write_whole};
+use crate::file::{self, FileError, Kind, Tensor, Tensors};
 
-const KIND: Kind = Kind { name: "demonstrations", format: "dragnet-demonstrations-1" };
-
-/// Why there is no demonstration.
-#[derive(Debug, thiserror::Error)]
-pub enum DemonstrationError {
-    /// A file or folder cannot be read.
-    #[error("{path}: cannot read: {source}")]
-    Read {
-        /// Which.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
-    /// A file cannot be written; no part of it is left.
-    #[error("{path}: cannot write: {source}")]
-    Write {
-        /// Which.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
-    /// It is not what demonstrations are.
-    #[error("{path}: {reason}")]
-    Content {
-        /// Which.
-        path: PathBuf,
-        /// What is wrong, and what is allowed.
-        reason: String,
-    },
-}
+pub(super) const KIND: Kind = Kind { name: "demonstrations", format: "dragnet-demonstrations-1" };
 
 #[derive(Serialize, Deserialize)]
 struct Header {
@@ -68,20 +37,17 @@ struct Header {
 ///
 /// # Errors
 /// If it cannot be written.
-pub fn write(path: &Path, trajectory: &Trajectory) -> Result<(), DemonstrationError> {
-    let failed = |source| DemonstrationError::Write { path: path.to_owned(), source };
-    let bytes = to_bytes(trajectory).map_err(|reason| failed(io::Error::other(reason)))?;
-    write_whole(path, &bytes).map_err(failed)
+pub fn write(path: &Path, trajectory: &Trajectory) -> Result<(), FileError> {
+    let bytes = to_bytes(trajectory).map_err(|reason| FileError::content(path, reason))?;
+    file::write(path, &bytes)
 }
 
 /// Reads a trajectory.
 ///
 /// # Errors
 /// If the file cannot be read, is truncated, of another format, or holds what cannot be.
-pub fn read(path: &Path) -> Result<Trajectory, DemonstrationError> {
-    let bytes =
-        fs::read(path).map_err(|source| DemonstrationError::Read { path: path.to_owned(), source })?;
-    from_bytes(&bytes).map_err(|reason| DemonstrationError::Content { path: path.to_owned(), reason })
+pub fn read(path: &Path) -> Result<Trajectory, FileError> {
+    file::read(KIND, path, from_bytes)
 }
 
 fn to_bytes(trajectory: &Trajectory) -> Result<Vec<u8>, String> {
@@ -99,7 +65,7 @@ fn to_bytes(trajectory: &Trajectory) -> Result<Vec<u8>, String> {
         radius: trajectory.sensor.radius(),
         sigma2: trajectory.sensor.sigma2(),
     };
-    container::serialize(KIND, &header, &tensors(trajectory))
+    file::serialize(KIND, &header, &tensors(trajectory))
 }
 
 fn tensors(trajectory: &Trajectory) -> Vec<Tensor> {
@@ -143,7 +109,7 @@ fn tensors(trajectory: &Trajectory) -> Vec<Tensor> {
 }
 
 fn from_bytes(bytes: &[u8]) -> Result<Trajectory, String> {
-    let (header, tensors): (Header, _) = container::parse(KIND, bytes)?;
+    let (header, tensors): (Header, _) = file::parse(KIND, bytes)?;
     let grid = Grid::new(header.rows, header.columns).map_err(|error| error.to_string())?;
     let shape = [grid.rows() as usize, grid.columns() as usize];
     let ground = tensors.get("ground", Dtype::U8, &shape)?;

@@ -3,7 +3,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::{DemonstrationError, Source, Trajectory, read};
+use super::file::KIND;
+use super::{Source, Trajectory, read};
+use crate::file::FileError;
 
 /// What the file of a trajectory is called.
 #[must_use]
@@ -25,8 +27,8 @@ impl Folder {
     ///
     /// # Errors
     /// If it cannot be read or holds no demonstration.
-    pub fn open(path: &Path) -> Result<Self, DemonstrationError> {
-        let unreadable = |source| DemonstrationError::Read { path: path.to_owned(), source };
+    pub fn open(path: &Path) -> Result<Self, FileError> {
+        let unreadable = |source| FileError::Read { path: path.to_owned(), kind: KIND.name, source };
         let mut files = Vec::new();
         for entry in fs::read_dir(path).map_err(unreadable)? {
             let entry = entry.map_err(unreadable)?;
@@ -36,7 +38,7 @@ impl Folder {
         }
         if files.is_empty() {
             let reason = format!("no demonstrations here: no file ends with .{EXTENSION}");
-            return Err(DemonstrationError::Content { path: path.to_owned(), reason });
+            return Err(FileError::content(path, reason));
         }
         files.sort_unstable();
         Ok(Self { path: path.to_owned(), files })
@@ -64,7 +66,7 @@ impl Folder {
     ///
     /// # Errors
     /// Of each: if it cannot be read, or is of another expert than the first.
-    pub fn trajectories(&self) -> impl Iterator<Item = Result<Trajectory, DemonstrationError>> + '_ {
+    pub fn trajectories(&self) -> impl Iterator<Item = Result<Trajectory, FileError>> + '_ {
         let mut first: Option<Source> = None;
         self.files.iter().map(move |path| {
             let trajectory = read(path)?;
@@ -72,7 +74,7 @@ impl Folder {
             if !expected.is_same_expert(&trajectory.source) {
                 let (found, expected) = (&trajectory.source, &*expected);
                 let reason = format!("demonstrations of {found}; those before it are of {expected}");
-                return Err(DemonstrationError::Content { path: path.clone(), reason });
+                return Err(FileError::content(path, reason));
             }
             Ok(trajectory)
         })

@@ -1,8 +1,6 @@
 //! A training that was stopped, as a file.
 
-use std::fs;
-use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use tch::{Device, Tensor};
@@ -11,46 +9,11 @@ use super::adam::Adam;
 use super::data::Data;
 use super::model::{tensor, values};
 use super::trainer::{Epoch, Settings};
-use crate::container::{self, Kind, write_whole};
+use crate::file::{self, FileError, Kind};
 use crate::shape::{Parameter, Shape};
 use crate::weights::{Recipe, Weights};
 
 const KIND: Kind = Kind { name: "checkpoint", format: "dragnet-checkpoint-1" };
-
-/// Why a training cannot be kept or gone on with.
-#[derive(Debug, thiserror::Error)]
-pub enum CheckpointError {
-    /// The file cannot be read.
-    #[error("{path}: cannot read the checkpoint: {source}")]
-    Read {
-        /// Which.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
-    /// It cannot be written; an older one is kept.
-    #[error("{path}: cannot write the checkpoint: {source}")]
-    Write {
-        /// Which.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
-    /// It is not a checkpoint of this training.
-    #[error("{path}: {reason}")]
-    Content {
-        /// Which.
-        path: PathBuf,
-        /// What is wrong.
-        reason: String,
-    },
-}
-
-impl CheckpointError {
-    pub(super) fn content(path: &Path, reason: String) -> Self {
-        Self::Content { path: path.to_owned(), reason }
-    }
-}
 
 /// What a training was at the end of an epoch.
 pub(super) struct Checkpoint {
@@ -82,12 +45,7 @@ struct Header {
 /// The four tensors of each parameter.
 const PARTS: [&str; 4] = ["weights", "best", "first_moment", "second_moment"];
 
-pub(super) fn write(
-    path: &Path,
-    settings: &Settings,
-    data: &Data,
-    now: &View<'_>,
-) -> Result<(), CheckpointError> {
+pub(super) fn write(path: &Path, settings: &Settings, data: &Data, now: &View<'_>) -> Result<(), FileError> {
     let header = Header {
         settings: settings.clone(),
         decisions: data.len(),
@@ -96,9 +54,8 @@ pub(super) fn write(
         history: now.history.to_vec(),
         steps: now.adam.steps,
     };
-    let bytes =
-        to_bytes(&header, settings.shape, now).map_err(|reason| CheckpointError::content(path, reason))?;
-    write_whole(path, &bytes).map_err(|source| CheckpointError::Write { path: path.to_owned(), source })
+    let bytes = to_bytes(&header, settings.shape, now).map_err(|reason| FileError::content(path, reason))?;
+    file::write(path, &bytes)
 }
 
 fn to_bytes(header: &Header, shape: Shape, now: &View<'_>) -> Result<Vec<u8>, String> {
@@ -111,10 +68,10 @@ fn to_bytes(header: &Header, shape: Shape, now: &View<'_>) -> Result<Vec<u8>, St
             values(&now.adam.second[place]),
         ];
         for (part, values) in PARTS.iter().zip(parts) {
-            tensors.push(container::Tensor::of_floats(format!("{part}.{name}"), shape.clone(), &values));
+            tensors.push(file::Tensor::of_floats(format!("{part}.{name}"), shape.clone(), &values));
         }
     }
-    container::serialize(KIND, header, &tensors)
+    file::serialize(KIND, header, &tensors)
 }
 
 pub(super) fn read(
@@ -122,13 +79,12 @@ pub(super) fn read(
     settings: &Settings,
     data: &Data,
     device: Device,
-) -> Result<Checkpoint, CheckpointError> {
-    let bytes = fs::read(path).map_err(|source| CheckpointError::Read { path: path.to_owned(), source })?;
-    from_bytes(&bytes, settings, data, device).map_err(|reason| CheckpointError::content(path, reason))
+) -> Result<Checkpoint, FileError> {
+    file::read(KIND, path, |bytes| from_bytes(bytes, settings, data, device))
 }
 
 fn from_bytes(bytes: &[u8], settings: &Settings, data: &Data, device: Device) -> Result<Checkpoint, String> {
-    let (header, tensors): (Header, _) = container::parse(KIND, bytes)?;
+    let (header, tensors): (Header, _) = file::parse(KIND, bytes)?;
     let (decisions, expert) = (data.len(), data.source().to_string());
     if header.settings != *settings || header.decisions != decisions || header.expert != expert {
         return Err(format!(

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use dragnet_search::route::Routes;
 
-use crate::demonstration::{Demonstration, DemonstrationError, Folder, Source, Trajectory};
+use crate::demonstration::{Demonstration, Folder, Source, Trajectory};
+use crate::file::FileError;
 use crate::graph::{FEATURES, Graph, Topology};
 
 /// All demonstrations of a folder, some of them held out.
@@ -33,7 +34,7 @@ pub(super) struct Sample {
 pub enum DataError {
     /// A file or folder.
     #[error(transparent)]
-    Demonstration(#[from] DemonstrationError),
+    File(#[from] FileError),
     /// Files without a decision.
     #[error("{0}: no decision to learn from")]
     Nothing(String),
@@ -67,7 +68,7 @@ impl Data {
         }
         let (mut learned, mut held_out) = (Vec::new(), Vec::new());
         let (mut source, mut scenarios) = (None, Vec::new());
-        let mut topologies = Topologies::default();
+        let mut topology = None;
         let mut budget = Budget::new();
         for (place, trajectory) in folder.trajectories().enumerate() {
             let trajectory = trajectory?;
@@ -83,7 +84,7 @@ impl Data {
                 trajectory
                     .decisions
                     .iter()
-                    .filter_map(|decision| sample(&trajectory, decision, sharpness, &mut topologies)),
+                    .filter_map(|decision| sample(&trajectory, decision, sharpness, &mut topology)),
             );
             if !scenarios.contains(&trajectory.scenario) {
                 scenarios.push(trajectory.scenario.clone());
@@ -129,16 +130,12 @@ impl Data {
     }
 }
 
-/// Topologies seen last: trajectories on one map share one.
-#[derive(Default)]
-struct Topologies(Option<Arc<Topology>>);
-
-/// Nothing of a decision that chose nothing.
+/// Nothing of a decision that chose nothing. `topology` is that of the sample before: trajectories on one map share one.
 fn sample(
     trajectory: &Trajectory,
     decision: &Demonstration,
     sharpness: f64,
-    topologies: &mut Topologies,
+    topology: &mut Option<Arc<Topology>>,
 ) -> Option<Sample> {
     let belief = trajectory.belief(decision)?;
     let situation = trajectory.situation(decision, &belief);
@@ -146,7 +143,7 @@ fn sample(
     if routes.parent(decision.chosen) == decision.chosen {
         return None;
     }
-    let graph = Graph::new(&situation, &routes, &mut topologies.0);
+    let graph = Graph::new(&situation, &routes, topology);
     let chosen = graph.topology.node(decision.chosen);
     let scores = graph.topology.cells().iter().map(|cell| decision.scores[cell.index()]);
     let best = decision.scores[decision.chosen.index()];

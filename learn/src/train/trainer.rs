@@ -11,9 +11,10 @@ use tch::{Device, Kind};
 
 use super::adam::Adam;
 use super::batch::{Answers, Batch};
-use super::checkpoint::{self, Checkpoint, CheckpointError};
+use super::checkpoint::{self, Checkpoint};
 use super::data::{Data, Sample};
 use super::model::{Model, values};
+use crate::file::FileError;
 use crate::shape::Shape;
 use crate::weights::{Recipe, Weights};
 
@@ -100,7 +101,7 @@ impl<'a> Trainer<'a> {
         device: Device,
         program: &str,
         path: &Path,
-    ) -> Result<Self, CheckpointError> {
+    ) -> Result<Self, FileError> {
         let Checkpoint { weights, best, adam, history } = checkpoint::read(path, &settings, data, device)?;
         let model = Model::of(&weights, device);
         Ok(Self { data, settings, model, adam, history, best, program: program.to_owned() })
@@ -110,9 +111,9 @@ impl<'a> Trainer<'a> {
     ///
     /// # Errors
     /// If it cannot be written; an older checkpoint is kept.
-    pub fn checkpoint(&self, path: &Path) -> Result<(), CheckpointError> {
+    pub fn checkpoint(&self, path: &Path) -> Result<(), FileError> {
         let weights = self.model.weights(Recipe::default());
-        let weights = weights.map_err(|reason| CheckpointError::content(path, reason))?;
+        let weights = weights.map_err(|reason| FileError::content(path, reason))?;
         let now = checkpoint::View {
             weights: &weights,
             best: &self.best,

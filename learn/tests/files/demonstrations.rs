@@ -4,9 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use dragnet_learn::demonstration::{
-    Demonstration, DemonstrationError, Folder, Source, Trajectory, file_name, read, write,
-};
+use dragnet_learn::demonstration::{Demonstration, Folder, Source, Trajectory, file_name, read, write};
+use dragnet_learn::file::FileError;
 use dragnet_search::cell::{Cell, Position};
 use dragnet_search::intent::Promised;
 use dragnet_search::route::Moves;
@@ -72,7 +71,7 @@ fn written(trajectory: &Trajectory) -> (TempDir, PathBuf, Vec<u8>) {
 fn refuse(path: &Path, file: &[u8], expected: &str) {
     fs::write(path, file).unwrap();
     let error = read(path).unwrap_err();
-    assert!(matches!(error, DemonstrationError::Content { .. }));
+    assert!(matches!(error, FileError::Content { .. }));
     let error = error.to_string();
     assert!(error.starts_with(&format!("{}: ", path.display())) && error.contains(expected), "{error}");
 }

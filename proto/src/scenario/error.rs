@@ -3,7 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
-use dragnet_learn::weights::WeightsError;
+use dragnet_learn::file::FileError;
 
 use super::Source;
 use super::check::Invalid;
@@ -53,7 +53,7 @@ pub enum ScenarioError {
         /// Path of the key, such as `robots.policy.weights`.
         key: String,
         /// What is wrong with it.
-        source: WeightsError,
+        source: FileError,
     },
     /// A value of the command line that the scenario cannot take.
     #[error("{}, changed on the command line: {invalid}", file.display())]
@@ -70,7 +70,7 @@ pub enum ScenarioError {
 pub(super) enum Fault {
     Value(Invalid),
     MapFile { key: &'static str, source: MapFileError },
-    Weights { key: String, source: WeightsError },
+    Weights { key: String, source: FileError },
 }
 
 impl From<Invalid> for Fault {

@@ -1,7 +1,6 @@
 //! What a comparison writes: tables as CSV, curves as SVG.
 
 use std::fmt::Display;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use csv::Writer;
@@ -10,26 +9,19 @@ use dragnet_search::policy::PolicyName as Exact;
 
 use super::row::{MeanCurve, Row};
 use super::seeds::Seeds;
-use crate::commands::Failure;
+use crate::commands::{Failure, output};
 use crate::plot::{Figure, Line, Look};
 use crate::terminal::counted;
 
 /// F1 that a curve may be off its last value where it is settled.
 const SETTLED: f64 = 0.005;
 
-/// Makes the folder, so that it is not missing after hours of work.
-pub(crate) fn prepare(folder: &Path) -> Result<(), Failure> {
-    fs::create_dir_all(folder).map_err(|error| {
-        Failure::Input(format!("--out {}: cannot make the folder: {error}", folder.display()))
-    })
-}
-
 /// Writes all files; returns which.
 pub(crate) fn write(folder: &Path, rows: &[Row], seeds: Seeds) -> Result<Vec<PathBuf>, Failure> {
     let mut written = Vec::new();
     let mut keep = |name: String, content: Vec<u8>| {
         let path = folder.join(name);
-        fs::write(&path, content).map_err(|error| failure(&path, error))?;
+        output::write(&path, &content)?;
         written.push(path);
         Ok::<(), Failure>(())
     };

@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 use super::design::{Design, Setting};
 use super::trial::Trial;
 use crate::VERSION;
-use crate::commands::Failure;
 use crate::commands::shard::{self, Shard};
+use crate::commands::{Failure, output};
 
 const FORMAT: &str = "dragnet comparison part";
 /// Of the format; no other is read.
@@ -67,7 +67,7 @@ impl Part {
 
     /// Writes the part as a whole or not at all.
     pub(crate) fn write(&self, path: &Path) -> Result<(), Failure> {
-        shard::write_whole(path, |writer| Ok(serde_json::to_writer(writer, self)?))
+        output::write(path, &serde_json::to_vec(self).map_err(Failure::run)?)
     }
 
     fn read(path: &Path) -> Result<Self, Failure> {

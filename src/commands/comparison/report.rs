@@ -2,12 +2,12 @@
 
 use std::fmt;
 use std::path::PathBuf;
-use std::time::Duration;
 
 use serde::Serialize;
 
 use super::row::Row;
 use super::seeds::Seeds;
+use crate::commands::jobs::Effort;
 use crate::terminal::counted;
 use crate::terminal::table::Table;
 
@@ -15,13 +15,13 @@ use crate::terminal::table::Table;
 pub(super) struct Report<'a> {
     pub(super) rows: &'a [Row],
     pub(super) seeds: Seeds,
-    pub(super) effort: Effort,
+    pub(super) origin: Origin,
 }
 
-/// What its episodes took.
-pub(crate) enum Effort {
-    /// They were run in this process.
-    Here { elapsed: Duration, threads: usize },
+/// Where its episodes were run.
+pub(crate) enum Origin {
+    /// In this process.
+    Here(Effort),
     /// They come from so many parts.
     Parts(usize),
 }
@@ -46,7 +46,7 @@ impl Report<'_> {
             "{}: {} {}\nrobots: {}; budget: {} cells\n\n{}\n{}\n{}",
             self.seeds,
             counted(episodes, "episode"),
-            self.effort,
+            self.origin,
             range(self.rows.iter().map(|row| row.robots as f64)),
             range(self.rows.iter().map(|row| row.budget_cells)),
             self.table().draw(2),
@@ -89,12 +89,10 @@ keep their last values up to the budget, over which the area under F1 and the av
 the way of the farthest robot until every object was found, in cells, over those seeds only that reached it. p50 and p99
 are times that half and 99 % of the decisions took no longer than.";
 
-impl fmt::Display for Effort {
+impl fmt::Display for Origin {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Here { elapsed, threads } => {
-                write!(formatter, "in {:.1} s on {}", elapsed.as_secs_f64(), counted(*threads, "thread"))
-            }
+            Self::Here(effort) => effort.fmt(formatter),
             Self::Parts(count) => write!(formatter, "in {}", counted(*count, "part")),
         }
     }

@@ -7,8 +7,8 @@ use dragnet_learn::demonstration::{self, Source};
 use serde::{Deserialize, Serialize};
 
 use super::plan::Plan;
-use crate::commands::Failure;
 use crate::commands::shard::{self, Shard};
+use crate::commands::{Failure, output};
 use crate::terminal::{self, counted};
 
 /// Format and version; no other is read.
@@ -40,9 +40,8 @@ impl Part {
     }
 
     pub(super) fn write(&self, folder: &Path) -> Result<(), Failure> {
-        shard::write_whole(&folder.join(self.shard.file_name("json")), |writer| {
-            Ok(serde_json::to_writer(writer, self)?)
-        })
+        let bytes = serde_json::to_vec(self).map_err(Failure::run)?;
+        output::write(&folder.join(self.shard.file_name("json")), &bytes)
     }
 
     fn read(path: &Path) -> Result<Self, Failure> {
@@ -86,15 +85,13 @@ pub(in crate::commands) fn join(paths: &[PathBuf], out: Option<&Path>) -> Result
 
 /// Checks a trajectory, and copies it to `out` if it is not there. Returns whether it was copied.
 fn gather(file: &Path, out: Option<&Path>) -> Result<bool, Failure> {
-    demonstration::read(file).map_err(Failure::input)?;
+    let trajectory = demonstration::read(file).map_err(Failure::input)?;
     let (Some(out), Some(name)) = (out, file.file_name()) else { return Ok(false) };
-    let failure = |error: std::io::Error| Failure::Run(format!("{}: cannot write: {error}", out.display()));
-    fs::create_dir_all(out).map_err(failure)?;
+    output::make_folder(out)?;
     let target = out.join(name);
     if target.exists() {
         return Ok(false);
     }
-    let bytes = fs::read(file).map_err(|error| Failure::Run(format!("{}: {error}", file.display())))?;
-    shard::write_whole(&target, |writer| std::io::Write::write_all(writer, &bytes))?;
+    demonstration::write(&target, &trajectory).map_err(Failure::run)?;
     Ok(true)
 }

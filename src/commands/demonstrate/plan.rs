@@ -13,6 +13,7 @@ use crate::commands::{Failure, comparison, complain, scenario};
 
 /// All trajectories of a command, those of other shards included.
 pub(in crate::commands) struct Plan {
+    pub(super) expert: PolicyName,
     pub(super) source: Source,
     pub(super) jobs: Vec<Job>,
 }
@@ -21,13 +22,15 @@ pub(in crate::commands) struct Plan {
 pub(super) struct Job {
     pub(super) name: String,
     pub(super) seed: u64,
-    search: Search,
+    /// The same for every seed; none where it is one of a mixture, which is made when its turn comes.
+    given: Option<Arc<Search>>,
 }
 
-enum Search {
-    /// The same for every seed, and its digest.
-    Given(Arc<(Scenario, String)>),
-    Mixture,
+/// What is searched.
+pub(super) struct Search {
+    pub(super) scenario: Scenario,
+    /// Of all that decides the search but the seed and the expert.
+    pub(super) digest: String,
 }
 
 /// What searches of a mixture are called.
@@ -36,9 +39,10 @@ const MIXTURE: &str = "mixture";
 impl Plan {
     pub(super) fn new(arguments: &Arguments) -> Result<Self, Failure> {
         let mut jobs = Vec::new();
-        let mut add = |name: &str, search: &dyn Fn() -> Search| {
+        let mut add = |name: &str, given: Option<&Arc<Search>>| {
             for place in 0..arguments.seeds.count() {
-                jobs.push(Job { name: name.to_owned(), seed: arguments.seeds.at(place), search: search() });
+                let seed = arguments.seeds.at(place);
+                jobs.push(Job { name: name.to_owned(), seed, given: given.cloned() });
             }
         };
         if arguments.mixture {
@@ -49,7 +53,7 @@ impl Plan {
                     "--seeds: seed {last}: a mixture has seeds up to {most}"
                 )));
             }
-            add(MIXTURE, &|| Search::Mixture);
+            add(MIXTURE, None);
         }
         let mut names = BTreeSet::from([MIXTURE.to_owned()]);
         for path in &arguments.scenarios {
@@ -66,31 +70,25 @@ impl Plan {
             }
             let scenario = scenario::with(scenario, "--density", arguments.density, Scenario::with_density)?;
             let scenario = under(&scenario, arguments.expert)?;
-            let digest = comparison::digest(&scenario).to_string();
-            let given = Arc::new((scenario, digest));
-            add(&name, &|| Search::Given(Arc::clone(&given)));
+            add(&name, Some(&Arc::new(Search::new(scenario))));
         }
-        Ok(Self { source: source(arguments), jobs })
+        Ok(Self { expert: arguments.expert, source: source(arguments), jobs })
     }
 }
 
 impl Job {
-    pub(super) fn scenario(&self) -> Result<Scenario, Failure> {
-        match &self.search {
-            Search::Given(given) => Ok(given.0.clone()),
-            Search::Mixture => {
-                let seed = u32::try_from(self.seed).unwrap_or(u32::MAX);
-                mixture::scenario(seed).map_err(Failure::run)
-            }
+    pub(super) fn search(&self) -> Result<Arc<Search>, Failure> {
+        if let Some(given) = &self.given {
+            return Ok(Arc::clone(given));
         }
+        let seed = u32::try_from(self.seed).unwrap_or(u32::MAX);
+        Ok(Arc::new(Search::new(mixture::scenario(seed).map_err(Failure::run)?)))
     }
+}
 
-    /// Of all that decides the search but the seed and the expert.
-    pub(super) fn digest(&self) -> Result<String, Failure> {
-        match &self.search {
-            Search::Given(given) => Ok(given.1.clone()),
-            Search::Mixture => Ok(comparison::digest(&self.scenario()?).to_string()),
-        }
+impl Search {
+    fn new(scenario: Scenario) -> Self {
+        Self { digest: comparison::digest(&scenario).to_string(), scenario }
     }
 }
 

@@ -105,7 +105,7 @@ pub(super) fn run(studies: &[Study], seeds: Seeds, threads: Option<u16>) -> Resu
     if experiment.cases.is_empty() {
         return Ok(Vec::new());
     }
-    let trials = experiment.run(Shard::WHOLE, threads)?.trials;
+    let trials = experiment.run(Shard::WHOLE, threads)?.results;
     let mut rows = experiment.design().rows(trials).into_iter();
     let mut take = |count| rows.by_ref().take(count).collect();
     Ok(studies

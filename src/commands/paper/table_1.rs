@@ -2,13 +2,12 @@
 
 use std::time::Duration;
 
-use dragnet_agent::agent::{Agent, Orders};
+use dragnet_agent::agent::Agent;
 use dragnet_learn::policy::{self, PolicyName, Shipped};
 use dragnet_proto::scenario::Scenario;
 use dragnet_search::policy::{Parameters, PathByDefinition, Policy, PolicyName as Exact};
-use dragnet_sim::crew::LocalCrew;
 use dragnet_sim::episode;
-use dragnet_sim::simulation::{Attendance, End, Rules};
+use dragnet_sim::simulation::End;
 use indicatif::ProgressBar;
 
 use super::map::{Map, Size};
@@ -136,12 +135,8 @@ fn decisions(
 }
 
 fn episode_decisions(scenario: &Scenario, decider: Decider, seed: u64) -> Result<Vec<Duration>, Failure> {
-    let orders = Orders::of_team(scenario, seed).into_iter();
-    let mut robots: Vec<Agent> = orders.map(|orders| Agent::with_policy(orders, decider.policy())).collect();
-    let rules = Rules { end: End::AllFound, coordinator: Attendance::Absent };
-    let mut crew = LocalCrew::new(&mut robots, None);
-    let episode =
-        episode::run_with(scenario, seed, rules, &mut crew, &mut |_, _| ()).map_err(Failure::run)?;
+    let mut robots = episode::team(scenario, seed, |orders| Agent::with_policy(orders, decider.policy()));
+    let episode = episode::run_robots(scenario, seed, End::AllFound, &mut robots).map_err(Failure::run)?;
     Ok(episode.outcome.decisions)
 }
 

@@ -1,16 +1,15 @@
 //! A search, watched decision by decision.
 
-use dragnet_agent::agent::{Agent, Orders};
-use dragnet_proto::message::{Message, Participant};
+use std::ops::ControlFlow;
+
+use dragnet_agent::agent::Agent;
+use dragnet_proto::message::Message;
 use dragnet_proto::participant::{MindError, Reaction, Stimulus};
 use dragnet_proto::scenario::Scenario;
-use dragnet_proto::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
-use dragnet_search::evidence::Digest;
-use dragnet_sim::crew::{Crew, LocalCrew};
-use dragnet_sim::episode;
-use dragnet_sim::simulation::{Attendance, End, Rules};
+use dragnet_sim::episode::{self, Witness};
+use dragnet_sim::simulation::End;
 
 /// The way and the beliefs of the one robot of a scenario.
 pub(super) struct Trace {
@@ -32,19 +31,15 @@ pub(super) struct Stop {
 
 /// Watches a robot until it stands at so many waypoints, or rests.
 pub(super) fn watch(scenario: &Scenario, seed: u64, waypoints: usize) -> Result<Trace, MindError> {
-    let mut robots: Vec<Agent> = Orders::of_team(scenario, seed).into_iter().map(Agent::new).collect();
-    let rules = Rules { end: End::Resting, coordinator: Attendance::Absent };
-    let mut witness = Witness {
-        crew: LocalCrew::new(&mut robots, None),
+    let mut robots = episode::team(scenario, seed, Agent::new);
+    let mut tracer = Tracer {
         scenario,
         belief: scenario.prior().clone(),
         trace: Trace { track: Vec::new(), certain: Vec::new(), stops: Vec::new() },
         waypoints,
     };
-    match episode::run_with(scenario, seed, rules, &mut witness, &mut |_, _| ()) {
-        Ok(_) | Err(Left::SeenEnough) => Ok(witness.trace),
-        Err(Left::Failed(error)) => Err(error),
-    }
+    episode::watch(scenario, seed, End::Resting, &mut robots, &mut tracer)?;
+    Ok(tracer.trace)
 }
 
 impl Trace {
@@ -67,22 +62,24 @@ impl Trace {
     }
 }
 
-/// A crew of one robot whose readings are read along: with those of all robots there are, its belief is theirs.
-struct Witness<'a> {
-    crew: LocalCrew<'a>,
+/// Reads the readings of one robot along: with those of all robots there are, its belief is theirs.
+struct Tracer<'a> {
     scenario: &'a Scenario,
     belief: Belief,
     trace: Trace,
     waypoints: usize,
 }
 
-enum Left {
-    SeenEnough,
-    Failed(MindError),
+impl Tracer<'_> {
+    fn certain(&self) -> usize {
+        let (terrain, tau) = (self.scenario.terrain(), self.scenario.mission().tau);
+        let probabilities = terrain.searched_cells().map(|cell| self.belief.probability(cell));
+        probabilities.filter(|&probability| probability >= tau || probability <= 1.0 - tau).count()
+    }
 }
 
-impl Witness<'_> {
-    fn note_readings(&mut self, stimulus: &Stimulus<Message>) {
+impl Witness for Tracer<'_> {
+    fn happens(&mut self, stimulus: &Stimulus<Message>) {
         if let Stimulus::Sensed { cell, readings } = stimulus {
             for reading in readings {
                 self.belief.add(reading);
@@ -92,40 +89,17 @@ impl Witness<'_> {
         }
     }
 
-    fn certain(&self) -> usize {
-        let (terrain, tau) = (self.scenario.terrain(), self.scenario.mission().tau);
-        let probabilities = terrain.searched_cells().map(|cell| self.belief.probability(cell));
-        probabilities.filter(|&probability| probability >= tau || probability <= 1.0 - tau).count()
-    }
-
     /// A robot alone has a new route where it decides, and where it rests.
-    fn note_decision(&mut self, reaction: &Reaction<Message>) -> Result<(), Left> {
+    fn reacts(&mut self, reaction: &Reaction<Message>) -> ControlFlow<()> {
         if reaction.route.is_some() {
             let entered = self.trace.track.len() - 1;
             self.trace.stops.push(Stop { entered, belief: self.belief.clone() });
         }
-        if self.trace.stops.len() > self.waypoints { Err(Left::SeenEnough) } else { Ok(()) }
-    }
-}
-
-impl Crew for Witness<'_> {
-    type Parcel = Message;
-    type Error = Left;
-
-    fn step(
-        &mut self,
-        who: Participant,
-        now: MissionTime,
-        stimulus: Stimulus<Message>,
-    ) -> Result<Reaction<Message>, Left> {
-        self.note_readings(&stimulus);
-        let reaction = self.crew.step(who, now, stimulus).map_err(Left::Failed)?;
-        self.note_decision(&reaction)?;
-        Ok(reaction)
-    }
-
-    fn digest(&mut self, who: Participant, now: MissionTime) -> Result<Digest, Left> {
-        self.crew.digest(who, now).map_err(Left::Failed)
+        if self.trace.stops.len() > self.waypoints {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
     }
 }
 

@@ -2,7 +2,6 @@
 
 use std::ffi::OsString;
 use std::fs;
-use std::io::Write;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -13,7 +12,7 @@ use dragnet_learn::train::{Data, DataError, Device, Settings, Trainer, set_threa
 
 use super::{Arguments, curves};
 use crate::VERSION;
-use crate::commands::{Failure, complain, shard};
+use crate::commands::{Failure, complain, output};
 use crate::terminal::{self, progress};
 
 /// Settings of glibc's allocator that keep freed tensors in the heap. Without them every large tensor costs a mapping and
@@ -53,7 +52,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         files.write_curves(&trainer)?;
     }
     let weights = trainer.best().to_bytes().map_err(Failure::Run)?;
-    write(&arguments.out, &weights)?;
+    output::write(&arguments.out, &weights)?;
     // What it held is in the weights now, and a checkpoint that stays is only in the way of the next training.
     let _ = fs::remove_file(&files.checkpoint);
     let best = trainer.best().recipe();
@@ -126,21 +125,9 @@ struct Files {
 
 impl Files {
     fn beside(out: &Path) -> Result<Self, Failure> {
-        let out_display = out.display();
-        if out.exists() {
-            return Err(Failure::Input(format!(
-                "--out {out_display}: exists already; no weights are overwritten"
-            )));
-        }
-        let folder = out.parent().unwrap_or(Path::new(""));
-        if folder != Path::new("") && !folder.is_dir() {
-            return Err(Failure::Input(format!(
-                "--out {out_display}: there is no folder {}",
-                folder.display()
-            )));
-        }
+        let out = output::free("--out", out, "no weights are")?;
         let with = |ending: &str| {
-            let mut name = OsString::from(out);
+            let mut name = OsString::from(&out);
             name.push(ending);
             PathBuf::from(name)
         };
@@ -149,14 +136,10 @@ impl Files {
 
     fn write_curves(&self, trainer: &Trainer<'_>) -> Result<(), Failure> {
         let table = curves::table(trainer.history()).map_err(|error| failure(&self.metrics, &error))?;
-        write(&self.metrics, &table)?;
+        output::write(&self.metrics, &table)?;
         let drawing = curves::draw(trainer.history()).map_err(|error| failure(&self.curves, &error))?;
-        write(&self.curves, drawing.as_bytes())
+        output::write(&self.curves, drawing.as_bytes())
     }
-}
-
-fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    shard::write_whole(path, |writer| writer.write_all(bytes))
 }
 
 fn failure(path: &Path, error: &impl ToString) -> Failure {

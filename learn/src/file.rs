@@ -3,8 +3,9 @@
 use std::collections::HashMap;
 use std::fs;
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use atomic_write_file::AtomicWriteFile;
 use safetensors::tensor::{Dtype, TensorView};
 use safetensors::{SafeTensorError, SafeTensors};
 use serde::de::DeserializeOwned;
@@ -15,20 +16,91 @@ const HEADER_KEY: &str = "dragnet";
 
 /// What a kind of file is called in messages, and the version that this program reads and writes.
 #[derive(Clone, Copy)]
-pub(crate) struct Kind {
+pub struct Kind {
     /// `weights`, as in "no weights of Dragnet".
-    pub(crate) name: &'static str,
+    pub name: &'static str,
     /// Stands in the header as `format`.
-    pub(crate) format: &'static str,
+    pub format: &'static str,
+}
+
+/// Why a file cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum FileError {
+    /// It cannot be read.
+    #[error("{path}: cannot read the {kind}: {source}")]
+    Read {
+        /// Which.
+        path: PathBuf,
+        /// What it should hold.
+        kind: &'static str,
+        /// Why.
+        source: io::Error,
+    },
+    /// It cannot be written; an older one is kept, and nothing of the new one.
+    #[error("{path}: cannot write: {source}")]
+    Write {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// It holds something else.
+    #[error("{path}: {reason}")]
+    Content {
+        /// Which.
+        path: PathBuf,
+        /// What is wrong, and what is allowed.
+        reason: String,
+    },
+}
+
+impl FileError {
+    /// A file that holds something else.
+    #[must_use]
+    pub fn content(path: &Path, reason: String) -> Self {
+        Self::Content { path: path.to_owned(), reason }
+    }
+}
+
+/// Reads a file of a kind, as `parse` makes sense of it.
+///
+/// # Errors
+/// If it cannot be read, or `parse` says what is wrong.
+pub fn read<T>(
+    kind: Kind,
+    path: &Path,
+    parse: impl FnOnce(&[u8]) -> Result<T, String>,
+) -> Result<T, FileError> {
+    let bytes = fs::read(path).map_err(|source| FileError::Read {
+        path: path.to_owned(),
+        kind: kind.name,
+        source,
+    })?;
+    parse(&bytes).map_err(|reason| FileError::content(path, reason))
+}
+
+/// Writes a file as a whole or not at all: under its name is all of it, or the one before, even after a power cut.
+///
+/// # Errors
+/// If it cannot be written.
+pub fn write(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
+    let written = AtomicWriteFile::open(path).and_then(|mut file| {
+        file.write_all(bytes)?;
+        file.commit()
+    });
+    written.map_err(|source| FileError::Write { path: path.to_owned(), source })
 }
 
 /// A tensor to be written.
-pub(crate) struct Tensor {
-    pub(crate) name: String,
-    pub(crate) dtype: Dtype,
-    pub(crate) shape: Vec<usize>,
+pub struct Tensor {
+    /// Each of a file has another.
+    pub name: String,
+    /// Type of a value.
+    pub dtype: Dtype,
+    /// Values along each dimension.
+    pub shape: Vec<usize>,
     /// Little-endian, row-major.
-    pub(crate) bytes: Vec<u8>,
+    pub bytes: Vec<u8>,
 }
 
 /// The header as it is written: the format, and what the kind says of itself.
@@ -46,14 +118,18 @@ struct Version {
 
 impl Tensor {
     /// Of `f32`.
-    pub(crate) fn of_floats(name: String, shape: Vec<usize>, values: &[f32]) -> Self {
+    #[must_use]
+    pub fn of_floats(name: String, shape: Vec<usize>, values: &[f32]) -> Self {
         let bytes = values.iter().flat_map(|value| value.to_le_bytes()).collect();
         Self { name, dtype: Dtype::F32, shape, bytes }
     }
 }
 
 /// The bytes of a file.
-pub(crate) fn serialize(kind: Kind, content: &impl Serialize, tensors: &[Tensor]) -> Result<Vec<u8>, String> {
+///
+/// # Errors
+/// If a tensor has another number of bytes than its shape and type need.
+pub fn serialize(kind: Kind, content: &impl Serialize, tensors: &[Tensor]) -> Result<Vec<u8>, String> {
     let views = tensors.iter().map(|tensor| {
         let view = TensorView::new(tensor.dtype, tensor.shape.clone(), &tensor.bytes);
         Ok((tensor.name.as_str(), view.map_err(|error| error.to_string())?))
@@ -66,7 +142,10 @@ pub(crate) fn serialize(kind: Kind, content: &impl Serialize, tensors: &[Tensor]
 }
 
 /// What a file says of itself, and its tensors.
-pub(crate) fn parse<T: DeserializeOwned>(kind: Kind, bytes: &[u8]) -> Result<(T, Tensors<'_>), String> {
+///
+/// # Errors
+/// What is wrong with the bytes: no such file, a truncated one, or one of another version.
+pub fn parse<T: DeserializeOwned>(kind: Kind, bytes: &[u8]) -> Result<(T, Tensors<'_>), String> {
     let name = kind.name;
     let broken = |error: SafeTensorError| format!("no {name} file, or a truncated one: {error}");
     let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(broken)?;
@@ -83,19 +162,26 @@ pub(crate) fn parse<T: DeserializeOwned>(kind: Kind, bytes: &[u8]) -> Result<(T,
 }
 
 /// The tensors of a file.
-pub(crate) struct Tensors<'a>(SafeTensors<'a>);
+pub struct Tensors<'a>(SafeTensors<'a>);
 
 impl Tensors<'_> {
-    pub(crate) fn len(&self) -> usize {
+    /// How many.
+    #[must_use]
+    pub fn count(&self) -> usize {
         self.0.len()
     }
 
-    pub(crate) fn has(&self, name: &str) -> bool {
+    /// Whether there is one of this name.
+    #[must_use]
+    pub fn has(&self, name: &str) -> bool {
         self.0.tensor(name).is_ok()
     }
 
     /// The bytes of a tensor that has this type and shape.
-    pub(crate) fn get(&self, name: &str, dtype: Dtype, shape: &[usize]) -> Result<Vec<u8>, String> {
+    ///
+    /// # Errors
+    /// If there is none.
+    pub fn get(&self, name: &str, dtype: Dtype, shape: &[usize]) -> Result<Vec<u8>, String> {
         let tensor = self.0.tensor(name).map_err(|_| format!("{name} is missing"))?;
         if tensor.dtype() != dtype || tensor.shape() != shape {
             let (found, found_shape) = (tensor.dtype(), tensor.shape());
@@ -105,22 +191,11 @@ impl Tensors<'_> {
     }
 
     /// Values of a tensor of `f32` that has this shape.
-    pub(crate) fn floats(&self, name: &str, shape: &[usize]) -> Result<Vec<f32>, String> {
+    ///
+    /// # Errors
+    /// If there is none.
+    pub fn floats(&self, name: &str, shape: &[usize]) -> Result<Vec<f32>, String> {
         let bytes = self.get(name, Dtype::F32, shape)?;
         Ok(bytes.as_chunks::<4>().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect())
     }
-}
-
-/// Writes a file beside its place and moves it there: under its name it is whole, or the one before.
-pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let part = path.with_extension("part");
-    let written = fs::File::create(&part).and_then(|mut file| {
-        file.write_all(bytes)?;
-        // Otherwise the name may outlive a power cut that the content does not.
-        file.sync_all()
-    });
-    written.and_then(|()| fs::rename(&part, path)).inspect_err(|_| {
-        // What is left would only take up room; that it cannot be removed changes nothing.
-        let _ = fs::remove_file(&part);
-    })
 }

@@ -1,0 +1,54 @@
+//! Files that commands write: nothing of worth is overwritten, and nothing is left half written.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use dragnet_learn::file;
+
+use super::Failure;
+
+/// Makes the folder of `--out`, so that it is not missing after hours of work.
+pub(super) fn make_folder(folder: &Path) -> Result<(), Failure> {
+    fs::create_dir_all(folder).map_err(|error| {
+        Failure::Input(format!("--out {}: cannot make the folder: {error}", folder.display()))
+    })
+}
+
+/// A file that does not exist, in a folder that does. `key` is where it was named, `none` is who says that it
+/// is kept, such as "no recording is".
+pub(super) fn free(key: &str, path: &Path, none: &str) -> Result<PathBuf, Failure> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let path_display = path.display();
+    if path.exists() {
+        return Err(Failure::Input(format!("{key} {path_display}: exists already; {none} overwritten")));
+    }
+    if folder != Path::new("") && !folder.is_dir() {
+        let folder = folder.display();
+        return Err(Failure::Input(format!("{key} {path_display}: there is no folder {folder}")));
+    }
+    Ok(path.to_owned())
+}
+
+/// Writes a file as a whole or not at all.
+pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    file::write(path, bytes).map_err(Failure::run)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_cannot_be_written_leaves_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let taken = folder.path().join("taken");
+        fs::create_dir(&taken).unwrap();
+        assert!(write(&taken, b"whole").is_err());
+        assert_eq!(folder.path().read_dir().unwrap().count(), 1);
+        let path = folder.path().join("part");
+        write(&path, b"old").unwrap();
+        write(&path, b"whole").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"whole");
+        assert_eq!(folder.path().read_dir().unwrap().count(), 2);
+    }
+}
