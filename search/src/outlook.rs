@@ -1,5 +1,7 @@
 //! What a further look of each cell would yield now: the part that all information policies share, learned ones too.
 
+use std::ops::Range;
+
 use crate::cell::{Cell, Grid, Offset};
 use crate::information::{InformationTable, Row, SATURATION};
 use crate::route::Routes;
@@ -33,12 +35,12 @@ pub(crate) struct Frame {
 }
 
 impl Frame {
-    fn new(grid: Grid, radius: u32) -> Self {
+    pub(crate) fn new(grid: Grid, radius: u32) -> Self {
         let radius = radius as usize;
         Self { grid, radius, stride: grid.columns() as usize + 2 * radius }
     }
 
-    fn cell_count(self) -> usize {
+    pub(crate) fn cell_count(self) -> usize {
         (self.grid.rows() as usize + 2 * self.radius) * self.stride
     }
 
@@ -46,6 +48,16 @@ impl Frame {
     pub(crate) fn index(self, cell: Cell) -> usize {
         let position = self.grid.position(cell);
         (position.row as usize + self.radius) * self.stride + position.column as usize + self.radius
+    }
+
+    /// Indices of the cells that lie at an offset within the radius from those of each row of the map.
+    pub(crate) fn rows_at(self, offset: Offset) -> impl Iterator<Item = Range<usize>> {
+        let columns = self.grid.columns() as usize;
+        (0..self.grid.rows() as usize).map(move |row| {
+            let start = (row + self.radius) * self.stride + self.radius;
+            let start = start.wrapping_add_signed(self.stride_of(offset));
+            start..start + columns
+        })
     }
 
     /// What to add to an index to move by an offset that is within the radius.
@@ -104,14 +116,8 @@ impl Outlook {
         let columns = grid.columns() as usize;
         let mut sums = vec![0.0_f32; grid.cell_count()];
         let mut ring_gain = vec![0.0_f32; self.cells.len()];
-        for distance in 0..=situation.sensor.radius() {
-            let mut ring = situation
-                .sensor
-                .footprint()
-                .iter()
-                .filter(|look| look.offset.manhattan() == distance)
-                .peekable();
-            let look_precision = ring.peek().map_or(0, |look| saturated(look.precision));
+        for ring in situation.sensor.rings() {
+            let look_precision = saturated(ring[0].precision);
             for (gain, cell) in ring_gain.iter_mut().zip(&self.cells) {
                 *gain = if cell.precision < SATURATION {
                     table.information(cell.row, cell.precision + look_precision) - cell.information
@@ -120,10 +126,8 @@ impl Outlook {
                 };
             }
             for look in ring {
-                for (row, sums) in sums.chunks_exact_mut(columns).enumerate() {
-                    let start = (row + self.frame.radius) * self.frame.stride + self.frame.radius;
-                    let start = start.wrapping_add_signed(self.frame.stride_of(look.offset));
-                    for (sum, gain) in sums.iter_mut().zip(&ring_gain[start..start + columns]) {
+                for (sums, seen) in sums.chunks_exact_mut(columns).zip(self.frame.rows_at(look.offset)) {
+                    for (sum, gain) in sums.iter_mut().zip(&ring_gain[seen]) {
                         *sum += gain;
                     }
                 }

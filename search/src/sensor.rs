@@ -109,6 +109,13 @@ impl Sensor {
         &self.footprint
     }
 
+    /// The footprint by distance, from 0 on: cells that are seen alike.
+    pub(crate) fn rings(&self) -> impl Iterator<Item = Vec<Look>> {
+        (0..=self.radius).map(|distance| {
+            self.footprint.iter().filter(|look| look.offset.manhattan() == distance).copied().collect()
+        })
+    }
+
     /// Draws the reading of a cell at this place in the footprint.
     #[must_use]
     #[expect(clippy::cast_possible_truncation, reason = "readings travel as f32")]

@@ -18,7 +18,8 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::{Decision, Policy};
 use crate::cell::Cell;
-use crate::evidence::UNITS;
+use crate::evidence::{CellEvidence, UNITS};
+use crate::outlook::Frame;
 use crate::route::Routes;
 use crate::seed::Stream;
 use crate::situation::Situation;
@@ -28,6 +29,8 @@ pub(super) struct Thompson {
     em_iterations: u32,
     is_sample_binary: bool,
     norm: Norm,
+    /// The last fit at each cell, shape `[cells]`: it depends on the sums alone, and few change between decisions.
+    fits: Vec<(CellEvidence, Fit)>,
 }
 
 /// How far an estimate is from the sample.
@@ -52,15 +55,17 @@ const SUPPORT_LOSS: f64 = 0.01;
 const DISTANCE_WEIGHT: f64 = 0.1;
 
 impl Thompson {
-    pub(super) const NATS: Self = Self { em_iterations: 30, is_sample_binary: true, norm: Norm::Absolute };
-    pub(super) const GUTS: Self = Self { em_iterations: 1, is_sample_binary: false, norm: Norm::Euclidean };
+    pub(super) const NATS: Self =
+        Self { em_iterations: 30, is_sample_binary: true, norm: Norm::Absolute, fits: Vec::new() };
+    pub(super) const GUTS: Self =
+        Self { em_iterations: 1, is_sample_binary: false, norm: Norm::Euclidean, fits: Vec::new() };
 }
 
 impl Policy for Thompson {
     fn decide(&mut self, situation: &Situation<'_>, random: &mut Stream) -> Decision {
         let routes = Routes::from(situation.terrain, situation.moves, situation.robot);
         let posterior = self.posterior(situation, random);
-        let mut losses = CandidateLoss::new(situation, &posterior, self.norm);
+        let losses = CandidateLoss::new(situation, &posterior, self.norm);
         let loss: Vec<f64> = routes.candidates().iter().map(|&cell| losses.of(cell)).collect();
         let mut scores = vec![f64::NEG_INFINITY; situation.terrain.grid().cell_count()];
         for (&cell, reward) in routes.candidates().iter().zip(self.rewards(situation, &routes, &loss)) {
@@ -86,10 +91,11 @@ struct Sampled {
 
 impl Thompson {
     /// Belief and one sample, of searched cells only, shape `[cells]`.
-    fn posterior(&self, situation: &Situation<'_>, random: &mut Stream) -> Vec<Option<Sampled>> {
+    fn posterior(&mut self, situation: &Situation<'_>, random: &mut Stream) -> Vec<Option<Sampled>> {
         let evidence = situation.belief.evidence();
         let is_blind = evidence.cells().iter().all(|cell| cell.precision == 0);
         let unseen = self.fit(0.0, 0.0);
+        self.fits.resize(situation.terrain.grid().cell_count(), (CellEvidence::default(), unseen));
         let mut cells: Vec<Option<Sampled>> = vec![None; situation.terrain.grid().cell_count()];
         for cell in situation.terrain.searched_cells() {
             let sums = evidence.of(cell);
@@ -97,7 +103,10 @@ impl Thompson {
             let (fit, draw) = if is_blind {
                 (Fit { gamma: BLIND_GAMMA, ..unseen }, laplace(random) * BLIND_SCALE)
             } else {
-                let fit = if sums.precision == 0 { unseen } else { self.fit(precision, weighted_sum) };
+                if self.fits[cell.index()].0 != sums {
+                    self.fits[cell.index()] = (sums, self.fit(precision, weighted_sum));
+                }
+                let (_, fit) = self.fits[cell.index()];
                 let normal: f64 = StandardNormal.sample(random);
                 (fit, fit.mean + fit.variance.sqrt() * normal)
             };
@@ -195,15 +204,12 @@ struct CandidateLoss<'a> {
     situation: &'a Situation<'a>,
     cells: &'a [Option<Sampled>],
     norm: Norm,
-    /// Total distance to the sample, before any look: absolute or squared.
-    total: f64,
+    looked: Looked,
     /// Searched cells by falling estimate.
     by_mean: Vec<Cell>,
     /// Cells of the sample's support by rising rounded estimate, the others by falling: those that first contradict.
     support: Vec<Cell>,
     others: Vec<Cell>,
-    /// Estimates after the look and the cells they are of; kept to save allocations.
-    seen: Vec<(Sampled, f64)>,
 }
 
 impl<'a> CandidateLoss<'a> {
@@ -215,41 +221,22 @@ impl<'a> CandidateLoss<'a> {
         let (mut support, others): (Vec<Cell>, Vec<Cell>) =
             by_mean.iter().partition(|&&cell| is_support(cell));
         support.reverse();
-        let total = cells.iter().flatten().map(|cell| norm.part(cell.mean - cell.sample)).sum();
-        Self { situation, cells, norm, total, by_mean, support, others, seen: Vec::new() }
+        let looked = Looked::new(situation, cells, norm);
+        Self { situation, cells, norm, looked, by_mean, support, others }
     }
 
     /// `|mu+ - s|`, and [`SUPPORT_LOSS`] if `mu+` points to other cells than `s`: those whose rounded value is above
     /// half of the highest value.
-    fn of(&mut self, candidate: Cell) -> f64 {
-        self.look(candidate);
-        let mut total = self.total;
-        let mut highest =
-            self.first_unseen(candidate, &self.by_mean).map_or(f64::NEG_INFINITY, |cell| cell.mean);
-        for (cell, estimate) in &self.seen {
-            total += self.norm.part(estimate - cell.sample) - self.norm.part(cell.mean - cell.sample);
-            highest = highest.max(*estimate);
-        }
+    fn of(&self, candidate: Cell) -> f64 {
+        let place = candidate.index();
+        let unseen_mean = |cells| self.first_unseen(candidate, cells).map(|cell| cell.mean);
+        let highest = self.looked.highest[place].max(unseen_mean(&self.by_mean).unwrap_or(f64::NEG_INFINITY));
         let half = highest / 2.0;
-        let is_same = self.seen.iter().all(|(cell, estimate)| (estimate.round() > half) == cell.is_support)
-            && self.first_unseen(candidate, &self.support).is_none_or(|cell| cell.mean.round() > half)
-            && self.first_unseen(candidate, &self.others).is_none_or(|cell| cell.mean.round() <= half);
-        self.norm.whole(total) + if is_same { 0.0 } else { SUPPORT_LOSS }
-    }
-
-    /// Estimates of the cells that a look from the candidate covers, if it shows the sample.
-    fn look(&mut self, candidate: Cell) {
-        self.seen.clear();
-        let grid = self.situation.terrain.grid();
-        for look in self.situation.sensor.footprint() {
-            let cell = grid.step(candidate, look.offset).and_then(|cell| self.cells[cell.index()]);
-            if let Some(cell) = cell {
-                let precision = 1.0 / f64::from(look.variance);
-                let estimate = (cell.weighted_sum + cell.sample * precision)
-                    / (cell.precision + precision + cell.prior_precision);
-                self.seen.push((cell, estimate));
-            }
-        }
+        let is_same = self.looked.least_support[place] > half
+            && self.looked.highest_other[place] <= half
+            && unseen_mean(&self.support).is_none_or(|mean| mean.round() > half)
+            && unseen_mean(&self.others).is_none_or(|mean| mean.round() <= half);
+        self.norm.whole(self.looked.distance[place]) + if is_same { 0.0 } else { SUPPORT_LOSS }
     }
 
     /// The first of these cells that a look from the candidate does not cover.
@@ -259,6 +246,98 @@ impl<'a> CandidateLoss<'a> {
         let unseen = cells.iter().find(|&&cell| grid.manhattan(candidate, cell) > radius)?;
         self.cells[unseen.index()]
     }
+}
+
+/// Estimates after a look from each cell that showed the sample: shape `[cells]` each.
+struct Looked {
+    /// Of all estimates from the sample, absolute or squared.
+    distance: Vec<f64>,
+    /// Of the estimates of the cells that the look covers.
+    highest: Vec<f64>,
+    /// Of these, rounded, those of the sample's support.
+    least_support: Vec<f64>,
+    /// Rounded, those of the other cells.
+    highest_other: Vec<f64>,
+}
+
+impl Looked {
+    /// All cells at one distance are seen with one precision, so a cell's estimate is computed once a ring; the rest is
+    /// sums and extremes, row by row.
+    fn new(situation: &Situation<'_>, cells: &[Option<Sampled>], norm: Norm) -> Self {
+        let grid = situation.terrain.grid();
+        let columns = grid.columns() as usize;
+        let frame = Frame::new(grid, situation.sensor.radius());
+        let before: f64 = cells.iter().flatten().map(|cell| norm.part(cell.mean - cell.sample)).sum();
+        let all = |value: f64| vec![value; grid.cell_count()];
+        let mut looked = Self {
+            distance: all(before),
+            highest: all(f64::NEG_INFINITY),
+            least_support: all(f64::INFINITY),
+            highest_other: all(f64::NEG_INFINITY),
+        };
+        let mut ring = Ring::nothing(frame);
+        for looks in situation.sensor.rings() {
+            let precision = 1.0 / f64::from(looks[0].variance);
+            for (cell, sampled) in grid.cells().zip(cells) {
+                if let Some(sampled) = sampled {
+                    ring.set(frame.index(cell), sampled, precision, norm);
+                }
+            }
+            for look in looks {
+                for (row, seen) in frame.rows_at(look.offset).enumerate() {
+                    let row = row * columns..(row + 1) * columns;
+                    each(&mut looked.distance[row.clone()], &ring.change[seen.clone()], |a, b| a + b);
+                    each(&mut looked.highest[row.clone()], &ring.estimate[seen.clone()], greater);
+                    each(&mut looked.least_support[row.clone()], &ring.support[seen.clone()], lesser);
+                    each(&mut looked.highest_other[row], &ring.other[seen], greater);
+                }
+            }
+        }
+        looked
+    }
+}
+
+/// What a look from one distance makes of each cell, on a framed map; nothing outside of it.
+struct Ring {
+    /// Of the distance to the sample.
+    change: Vec<f64>,
+    estimate: Vec<f64>,
+    /// Rounded estimate of a cell of the sample's support.
+    support: Vec<f64>,
+    /// Rounded estimate of another cell.
+    other: Vec<f64>,
+}
+
+impl Ring {
+    fn nothing(frame: Frame) -> Self {
+        let all = |value: f64| vec![value; frame.cell_count()];
+        let (least, most) = (f64::NEG_INFINITY, f64::INFINITY);
+        Self { change: all(0.0), estimate: all(least), support: all(most), other: all(least) }
+    }
+
+    fn set(&mut self, place: usize, cell: &Sampled, precision: f64, norm: Norm) {
+        let estimate = (cell.weighted_sum + cell.sample * precision)
+            / (cell.precision + precision + cell.prior_precision);
+        self.change[place] = norm.part(estimate - cell.sample) - norm.part(cell.mean - cell.sample);
+        self.estimate[place] = estimate;
+        let rounded = if cell.is_support { &mut self.support } else { &mut self.other };
+        rounded[place] = estimate.round();
+    }
+}
+
+fn each(values: &mut [f64], others: &[f64], merge: impl Fn(f64, f64) -> f64) {
+    for (value, &other) in values.iter_mut().zip(others) {
+        *value = merge(*value, other);
+    }
+}
+
+/// Of two numbers that are not NaN: one instruction, as [`f64::max`] is not.
+fn greater(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+fn lesser(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
 }
 
 impl Norm {
