@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use dragnet_learn::graph::Graph;
-use dragnet_learn::network::Network;
+use dragnet_learn::network::{Network, Room};
 use dragnet_learn::policy::Gnn;
 use dragnet_learn::shape::Shape as Sizes;
 use dragnet_learn::weights::{Recipe, Weights};
@@ -46,7 +46,7 @@ fn decisions(criterion: &mut Criterion) {
             place: Place::ALONE,
         };
         let routes = Routes::from(&terrain, situation.moves, situation.robot);
-        let mut topology = None;
+        let (mut topology, mut room) = (None, Room::default());
         let graph = Graph::new(&situation, &routes, &mut topology);
         let mut policy = Gnn::new(Arc::clone(&network));
         group.bench_function(BenchmarkId::new("whole", side), |bencher| {
@@ -56,7 +56,7 @@ fn decisions(criterion: &mut Criterion) {
             bencher.iter(|| Graph::new(black_box(&situation), &routes, &mut topology));
         });
         group.bench_function(BenchmarkId::new("network", side), |bencher| {
-            bencher.iter(|| network.logits(black_box(&graph)));
+            bencher.iter(|| network.logits_in(black_box(&graph), &mut room).len());
         });
     }
     group.finish();

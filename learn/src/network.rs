@@ -53,6 +53,18 @@ pub struct Network {
     logit: Linear,
 }
 
+/// Where a network computes: channels of all nodes.
+#[derive(Clone, Debug, Default)]
+pub struct Room {
+    channels: Vec<f32>,
+    projected: Vec<f32>,
+    faded: Vec<f32>,
+    mixed: Vec<f32>,
+    sums: Vec<f32>,
+    head: Vec<f32>,
+    logits: Vec<f32>,
+}
+
 impl Network {
     /// The network of these weights.
     #[must_use]
@@ -82,30 +94,42 @@ impl Network {
     /// A logit for each node, shape `[nodes]`. That of the root means nothing: the robot is there.
     #[must_use]
     pub fn logits(&self, graph: &Graph) -> Vec<f32> {
+        let mut room = Room::default();
+        self.logits_in(graph, &mut room);
+        room.logits
+    }
+
+    /// The same, in room that is kept from one graph to the next: to ask the system for it takes a fifth of the time.
+    pub fn logits_in<'a>(&self, graph: &Graph, room: &'a mut Room) -> &'a [f32] {
         // The widest vector instructions that this machine has; the order of operations is the same for all.
-        Arch::new().dispatch(Forward { network: self, graph })
+        Arch::new().dispatch(Forward { network: self, graph, room });
+        &room.logits
     }
 
     #[inline(always)]
-    fn compute<S: Simd>(&self, simd: S, graph: &Graph) -> Vec<f32> {
-        let mut channels = self.encoder.apply_rectified(simd, &[&graph.features]);
+    fn compute<S: Simd>(&self, simd: S, graph: &Graph, room: &mut Room) {
+        let features = graph.features.as_slice();
+        let Room { channels, projected, faded, mixed, sums, head, logits } = room;
+        self.encoder.apply_rectified(simd, &[features], channels);
         for layer in &self.attention {
-            layer.add_to(simd, &mut channels, &graph.topology);
+            layer.add_to(simd, channels, &graph.topology, projected);
         }
-        let faded = self.memory.as_ref().map(|(memory, fading)| {
-            let mut faded = memory.apply_rectified(simd, &[&channels]);
-            fading.carry(&mut faded, graph);
-            faded
-        });
-        let mixed = self.mix.apply_rectified(simd, &[&channels, faded.as_deref().unwrap_or_default()]);
-        let sums = self.sum.as_ref().map(|sum| route::log_sums(sum.apply(simd, &[&mixed]), graph));
-        let sums = sums.as_deref().unwrap_or_default();
-        let head = self.head.apply_rectified(simd, &[&mixed, sums, &graph.features]);
-        let mut logits = self.logit.apply(simd, &[&head, &mixed, sums, &graph.features]);
-        for logit in &mut logits {
+        faded.clear();
+        if let Some((memory, fading)) = &self.memory {
+            memory.apply_rectified(simd, &[channels], faded);
+            fading.carry(faded, graph);
+        }
+        self.mix.apply_rectified(simd, &[channels, faded], mixed);
+        sums.clear();
+        if let Some(sum) = &self.sum {
+            sum.apply(simd, &[mixed], sums);
+            route::log_sums(sums, graph);
+        }
+        self.head.apply_rectified(simd, &[mixed, sums, features], head);
+        self.logit.apply(simd, &[head, mixed, sums, features], logits);
+        for logit in logits {
             *logit *= LOGIT_SCALE;
         }
-        logits
     }
 }
 
@@ -114,19 +138,31 @@ impl Network {
 struct Forward<'a> {
     network: &'a Network,
     graph: &'a Graph,
+    room: &'a mut Room,
 }
 
 impl WithSimd for Forward<'_> {
-    type Output = Vec<f32>;
+    type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Vec<f32> {
-        self.network.compute(simd, self.graph)
+    fn with_simd<S: Simd>(self, simd: S) {
+        self.network.compute(simd, self.graph, self.room);
     }
 }
 
 /// `x` above 0, `leak * x` below; `leak` is below 1.
 #[inline(always)]
 fn leaky(value: f32, leak: f32) -> f32 {
-    value.max(leak * value)
+    greater(value, leak * value)
+}
+
+/// Of two numbers that are not NaN: one instruction, as [`f32::max`] is not.
+#[inline(always)]
+fn greater(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+#[inline(always)]
+fn lesser(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
 }

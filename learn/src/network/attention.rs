@@ -7,78 +7,164 @@ use crate::shape::HEADS;
 use crate::weights::Weights;
 
 use super::exponential::exp;
-use super::linear::{Linear, load, store};
-use super::{RECTIFIER_LEAK, SCORE_LEAK, leaky};
+use super::linear::{LANES, Linear, load, store};
+use super::{RECTIFIER_LEAK, SCORE_LEAK, greater, leaky};
 
 /// `h_i += rectifier(sum_j a_ij W h_j + b)`, with
 /// `a_ij = softmax_j(leaky(source . W h_j + target . W h_i + edge / distance_ij))` in each head.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Attention {
-    /// `W`, and below it `source . W` and `target . W` of each head, so that one product yields all three.
+    /// `W`, and below it `source . W` and `target . W` of each head, so that one product yields all three. The rows of
+    /// `W` stand as [`Values`] do.
     project: Linear,
     edge: [f32; HEADS],
-    /// Shape `[hidden]`.
-    bias: Vec<f32>,
+    /// Likewise.
+    bias: Vec<Values>,
 }
 
+/// Nodes that take a step together.
+const NODES: usize = 8;
+
+/// A number for each neighbor and head.
 type Scores = [[f32; HEADS]; NEIGHBORS];
+
+/// Some channels of each head: what an edge brings at a time. A layer has as many as its heads have channels, over
+/// `LANES`.
+type Values = [[f32; LANES]; HEADS];
 
 impl Attention {
     pub(super) fn new(weights: &Weights, layer: usize) -> Self {
         let get = |name: &str| weights.get(&format!("attention.{layer}.{name}"));
         let (hidden, channels) = (weights.shape().hidden, weights.shape().head_channels());
         let weight = get("weight");
-        let mut rows = weight.to_vec();
+        let row = |output: usize| &weight[output * hidden..][..hidden];
+        let order: Vec<usize> = (0..channels / LANES)
+            .flat_map(|group| (0..HEADS).map(move |head| head * channels + group * LANES))
+            .flat_map(|first| first..first + LANES)
+            .collect();
+        let mut rows: Vec<f32> = order.iter().flat_map(|&output| row(output)).copied().collect();
         for vector in [get("source"), get("target")] {
             for (head, vector) in vector.chunks_exact(channels).enumerate() {
-                let of_head = &weight[head * channels * hidden..][..channels * hidden];
                 let product = |input| -> f32 {
-                    vector.iter().zip(of_head.chunks_exact(hidden)).map(|(a, row)| a * row[input]).sum()
+                    (head * channels..).zip(vector).map(|(output, a)| a * row(output)[input]).sum()
                 };
                 rows.extend((0..hidden).map(product));
             }
         }
+        let bias: Vec<f32> = order.iter().map(|&output| get("bias")[output]).collect();
         Self {
             project: Linear::new(&rows, &vec![0.0; hidden + 2 * HEADS]),
             edge: of_heads(get("edge")),
-            bias: get("bias").to_vec(),
+            bias: values(&bias).to_vec(),
         }
     }
 
-    /// Adds the layer's output to the channels, shape `[nodes, hidden]`.
+    /// Adds the layer's output to the channels, shape `[nodes, hidden]`. `projected` is room for what the layer needs.
     #[inline(always)]
-    pub(super) fn add_to<S: Simd>(&self, simd: S, channels: &mut [f32], topology: &Topology) {
-        let hidden = self.bias.len();
+    pub(super) fn add_to<S: Simd>(
+        &self,
+        simd: S,
+        channels: &mut [f32],
+        topology: &Topology,
+        projected: &mut Vec<f32>,
+    ) {
+        self.project.apply(simd, &[channels], projected);
+        let hidden = self.bias.len() * HEADS * LANES;
         let width = hidden + 2 * HEADS;
-        let projected = self.project.apply(simd, &[channels]);
-        let head_channels = hidden / HEADS;
-        let leak = simd.splat_f32s(RECTIFIER_LEAK);
-        for (node, channels) in channels.chunks_exact_mut(hidden).enumerate() {
-            let edges = topology.edges(node);
-            let target = of_heads(&projected[node * width + hidden + HEADS..]);
-            let mut attention: Scores = [[f32::NEG_INFINITY; HEADS]; NEIGHBORS];
-            for (scores, edge) in attention.iter_mut().zip(edges) {
-                let source = of_heads(&projected[edge.node as usize * width + hidden..]);
-                for head in 0..HEADS {
-                    let score = source[head] + target[head] + self.edge[head] * edge.inverse_distance;
-                    scores[head] = leaky(score, SCORE_LEAK);
-                }
+        let projected = |node: usize| projected[node * width..][..width].split_at(hidden);
+        let mut powers = [[[0.0; HEADS]; NEIGHBORS]; NODES];
+        for (first, channels) in (0..).step_by(NODES).zip(channels.chunks_mut(NODES * hidden)) {
+            // One step after the other for a few nodes, since the steps of one node wait for each other.
+            let nodes = (first..topology.len()).zip(&mut powers);
+            for (node, powers) in nodes {
+                let target = of_heads(&projected(node).1[HEADS..]);
+                let edges = topology.edges(node).iter();
+                let sources =
+                    edges.map(|edge| (of_heads(projected(edge.node as usize).1), edge.inverse_distance));
+                *powers = self.scores(target, sources);
             }
-            softmax(&mut attention);
-            let lanes = S::F32_LANES;
-            for (first, bias) in (0..).step_by(lanes).zip(self.bias.chunks_exact(lanes)) {
-                let mut sum = load::<S>(bias);
-                for (attention, edge) in attention.iter().zip(edges) {
-                    let attention = simd.splat_f32s(attention[first / head_channels]);
-                    let values = &projected[edge.node as usize * width + first..][..lanes];
-                    sum = simd.mul_add_f32s(attention, load::<S>(values), sum);
+            for power in powers.as_flattened_mut().as_flattened_mut() {
+                *power = exp(*power);
+            }
+            for ((node, powers), channels) in (first..).zip(&powers).zip(channels.chunks_exact_mut(hidden)) {
+                let edges = topology.edges(node);
+                let mut share = [0.0; HEADS];
+                for (powers, _) in powers.iter().zip(edges) {
+                    for head in 0..HEADS {
+                        share[head] += powers[head];
+                    }
                 }
-                let sum = simd.max_f32s(sum, simd.mul_f32s(sum, leak));
-                let channels = &mut channels[first..first + lanes];
-                store::<S>(channels, simd.add_f32s(load::<S>(channels), sum));
+                // The highest power is 1, if there is a neighbor.
+                for share in &mut share {
+                    *share = 1.0 / greater(*share, 1.0);
+                }
+                for (group, bias) in self.bias.iter().enumerate() {
+                    let brought = edges.iter().map(|edge| &values(projected(edge.node as usize).0)[group]);
+                    let added = (group * LANES..).step_by(hidden / HEADS);
+                    for lane in (0..LANES).step_by(S::F32_LANES) {
+                        let sums = weigh(simd, powers, share, brought.clone(), lane);
+                        for ((first, bias), sum) in added.clone().zip(bias).zip(sums) {
+                            let sum = simd.add_f32s(sum, load::<S>(&bias[lane..]));
+                            let sum = simd.max_f32s(sum, simd.mul_f32s(sum, simd.splat_f32s(RECTIFIER_LEAK)));
+                            let channels = &mut channels[first + lane..];
+                            store::<S>(channels, simd.add_f32s(load::<S>(channels), sum));
+                        }
+                    }
+                }
             }
         }
     }
+
+    /// What softmax raises e to: scores, less the highest of each head so that no power is too large.
+    #[inline(always)]
+    fn scores(&self, target: [f32; HEADS], sources: impl Iterator<Item = ([f32; HEADS], f32)>) -> Scores {
+        let edge = self.edge;
+        let mut scores = [[0.0; HEADS]; NEIGHBORS];
+        let mut most = [f32::MIN; HEADS];
+        for (scores, (source, inverse_distance)) in scores.iter_mut().zip(sources) {
+            let mut of_edge = [0.0; HEADS];
+            for head in 0..HEADS {
+                let score = source[head] + target[head] + edge[head] * inverse_distance;
+                of_edge[head] = leaky(score, SCORE_LEAK);
+                most[head] = greater(most[head], of_edge[head]);
+            }
+            *scores = of_edge;
+        }
+        for scores in &mut scores {
+            for head in 0..HEADS {
+                scores[head] -= most[head];
+            }
+        }
+        scores
+    }
+}
+
+/// The mean of what the edges bring to some lanes of each head.
+#[inline(always)]
+fn weigh<'a, S: Simd>(
+    simd: S,
+    powers: &Scores,
+    share: [f32; HEADS],
+    brought: impl Iterator<Item = &'a Values>,
+    lane: usize,
+) -> [S::f32s; HEADS] {
+    let mut sums = [simd.splat_f32s(0.0); HEADS];
+    for (powers, values) in powers.iter().zip(brought) {
+        for head in 0..HEADS {
+            let power = simd.splat_f32s(powers[head]);
+            sums[head] = simd.mul_add_f32s(power, load::<S>(&values[head][lane..]), sums[head]);
+        }
+    }
+    for head in 0..HEADS {
+        sums[head] = simd.mul_f32s(sums[head], simd.splat_f32s(share[head]));
+    }
+    sums
+}
+
+/// Channels as they stand in a row.
+#[inline(always)]
+fn values(row: &[f32]) -> &[Values] {
+    row.as_chunks::<LANES>().0.as_chunks::<HEADS>().0
 }
 
 #[inline(always)]
@@ -86,35 +172,4 @@ fn of_heads(values: &[f32]) -> [f32; HEADS] {
     let mut heads = [0.0; HEADS];
     heads.copy_from_slice(&values[..HEADS]);
     heads
-}
-
-/// Over the neighbors, in each head; `-inf` where there is no neighbor.
-#[inline(always)]
-fn softmax(scores: &mut Scores) {
-    let mut most = [f32::MIN; HEADS];
-    for scores in scores.iter() {
-        for head in 0..HEADS {
-            most[head] = most[head].max(scores[head]);
-        }
-    }
-    for scores in scores.iter_mut() {
-        for head in 0..HEADS {
-            scores[head] -= most[head];
-        }
-    }
-    for score in scores.as_flattened_mut() {
-        *score = exp(*score);
-    }
-    let mut sum = [0.0; HEADS];
-    for scores in scores.iter() {
-        for head in 0..HEADS {
-            sum[head] += scores[head];
-        }
-    }
-    let share = sum.map(|sum| 1.0 / sum);
-    for scores in scores {
-        for head in 0..HEADS {
-            scores[head] *= share[head];
-        }
-    }
 }

@@ -1,13 +1,17 @@
 //! Affine maps of all nodes at a time.
 
+use std::array;
+
 use pulp::Simd;
 
 use super::RECTIFIER_LEAK;
 
 /// Rows of a matrix are padded to a multiple of this: the widest vector register in use.
-const LANES: usize = 8;
+pub(super) const LANES: usize = 8;
 /// Nodes computed together, so that a column of the matrix is read once for all of them.
 const NODES: usize = 8;
+/// Inputs of a node that are read with one check of its bounds.
+const CHUNK: usize = 4;
 
 /// `y = W x + b` for each node.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,31 +42,36 @@ impl Linear {
         Self { inputs, outputs, blocks, bias: padded_bias }
     }
 
-    /// Of inputs that stand side by side, each of shape `[nodes, width]`: shape `[nodes, outputs]`.
+    /// Of inputs that stand side by side, each of shape `[nodes, width]`: `output` becomes `[nodes, outputs]`.
     #[inline(always)]
-    pub(super) fn apply<S: Simd>(&self, simd: S, parts: &[&[f32]]) -> Vec<f32> {
-        self.map(simd, parts, |sum| sum)
+    pub(super) fn apply<S: Simd>(&self, simd: S, parts: &[&[f32]], output: &mut Vec<f32>) {
+        self.map(simd, parts, output, |sum| sum);
     }
 
     /// The same through a rectifier.
     #[inline(always)]
-    pub(super) fn apply_rectified<S: Simd>(&self, simd: S, parts: &[&[f32]]) -> Vec<f32> {
+    pub(super) fn apply_rectified<S: Simd>(&self, simd: S, parts: &[&[f32]], output: &mut Vec<f32>) {
         let leak = simd.splat_f32s(RECTIFIER_LEAK);
-        self.map(simd, parts, |sum| simd.max_f32s(sum, simd.mul_f32s(sum, leak)))
+        self.map(simd, parts, output, |sum| simd.max_f32s(sum, simd.mul_f32s(sum, leak)));
     }
 
     #[inline(always)]
-    fn map<S: Simd>(&self, simd: S, parts: &[&[f32]], finish: impl Fn(S::f32s) -> S::f32s) -> Vec<f32> {
+    fn map<S: Simd>(
+        &self,
+        simd: S,
+        parts: &[&[f32]],
+        output: &mut Vec<f32>,
+        finish: impl Fn(S::f32s) -> S::f32s,
+    ) {
         let nodes = parts.iter().map(|part| part.len()).sum::<usize>() / self.inputs;
-        let mut output = vec![0.0; nodes * self.outputs];
+        output.resize(nodes * self.outputs, 0.0);
         let together = nodes - nodes % NODES;
         for first in (0..together).step_by(NODES) {
-            self.map_nodes::<S, NODES>(simd, Nodes { parts, count: nodes, first }, &mut output, &finish);
+            self.map_nodes::<S, NODES>(simd, Nodes { parts, count: nodes, first }, output, &finish);
         }
         for first in together..nodes {
-            self.map_nodes::<S, 1>(simd, Nodes { parts, count: nodes, first }, &mut output, &finish);
+            self.map_nodes::<S, 1>(simd, Nodes { parts, count: nodes, first }, output, &finish);
         }
-        output
     }
 
     #[inline(always)]
@@ -75,21 +84,32 @@ impl Linear {
     ) {
         let output = &mut output[input.first * self.outputs..];
         for first in (0..self.outputs).step_by(LANES) {
-            let block = &self.blocks[first * self.inputs..][..LANES * self.inputs];
+            let block = self.blocks[first * self.inputs..][..LANES * self.inputs].as_chunks::<LANES>().0;
             for lane in (0..LANES).step_by(S::F32_LANES) {
                 if first + lane >= self.outputs {
                     break;
                 }
                 let mut sums = [load::<S>(&self.bias[first + lane..]); COUNT];
-                let mut columns = block.chunks_exact(LANES);
+                let mut columns = block;
                 for part in input.parts {
                     let width = part.len() / input.count;
                     let rows: [&[f32]; COUNT] = rows(&part[input.first * width..], width);
-                    for (place, column) in (0..width).zip(columns.by_ref()) {
-                        let column = load::<S>(&column[lane..]);
-                        for (sum, row) in sums.iter_mut().zip(rows) {
-                            *sum = simd.mul_add_f32s(simd.splat_f32s(row[place]), column, *sum);
+                    let (of_part, rest) = columns.split_at(width);
+                    columns = rest;
+                    let (chunks, last) = of_part.as_chunks::<CHUNK>();
+                    for (chunk, columns) in chunks.iter().enumerate() {
+                        let mut inputs = [&[0.0; CHUNK]; COUNT];
+                        for (inputs, row) in inputs.iter_mut().zip(rows) {
+                            *inputs = &row.as_chunks().0[chunk];
                         }
+                        add(simd, &mut sums, columns, lane, &inputs);
+                    }
+                    for (place, column) in (width - last.len()..).zip(last) {
+                        let mut inputs = [&[0.0]; COUNT];
+                        for (input, row) in inputs.iter_mut().zip(rows) {
+                            *input = array::from_ref(&row[place]);
+                        }
+                        add(simd, &mut sums, array::from_ref(column), lane, &inputs);
                     }
                 }
                 let count = S::F32_LANES.min(self.outputs - first - lane);
@@ -102,6 +122,23 @@ impl Linear {
                     }
                 }
             }
+        }
+    }
+}
+
+/// Adds columns of the matrix to the sum of each node, times its inputs.
+#[inline(always)]
+fn add<S: Simd, const COUNT: usize, const COLUMNS: usize>(
+    simd: S,
+    sums: &mut [S::f32s; COUNT],
+    columns: &[[f32; LANES]; COLUMNS],
+    lane: usize,
+    inputs: &[&[f32; COLUMNS]; COUNT],
+) {
+    for place in 0..COLUMNS {
+        let column = load::<S>(&columns[place][lane..]);
+        for node in 0..COUNT {
+            sums[node] = simd.mul_add_f32s(simd.splat_f32s(inputs[node][place]), column, sums[node]);
         }
     }
 }
@@ -152,7 +189,8 @@ mod tests {
             let bias: Vec<f32> = (0..outputs).map(|index| number(index + 13)).collect();
             let input: Vec<f32> = (0..nodes * inputs).map(|index| number(index + 29)).collect();
             let linear = Linear::new(&weight, &bias);
-            let output = linear.apply(pulp::Scalar, &[&input]);
+            let mut output = Vec::new();
+            linear.apply(pulp::Scalar, &[&input], &mut output);
             assert_eq!(output.len(), nodes * outputs);
             for (place, &value) in output.iter().enumerate() {
                 let (node, row) = (place / outputs, place % outputs);
@@ -165,9 +203,10 @@ mod tests {
     #[test]
     fn inputs_may_stand_side_by_side() {
         let linear = Linear::new(&[1.0, 10.0, 100.0], &[0.5]);
-        let output = linear.apply(pulp::Scalar, &[&[1.0, 2.0], &[], &[3.0, 4.0, 5.0, 6.0]]);
+        let mut output = Vec::new();
+        linear.apply(pulp::Scalar, &[&[1.0, 2.0], &[], &[3.0, 4.0, 5.0, 6.0]], &mut output);
         assert_eq!(output, [431.5, 652.5]);
-        let rectified = linear.apply_rectified(pulp::Scalar, &[&[-431.5], &[0.0, 0.0]]);
-        assert!((rectified[0] + 4.31).abs() < 1e-6);
+        linear.apply_rectified(pulp::Scalar, &[&[-431.5], &[0.0, 0.0]], &mut output);
+        assert!((output[0] + 4.31).abs() < 1e-6 && output.len() == 1);
     }
 }

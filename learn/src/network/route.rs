@@ -2,7 +2,7 @@
 
 use crate::graph::Graph;
 
-use super::exponential::exp;
+use super::exponential::{exp, ln};
 use super::{LEAST_SUM, SUM_LOG_RANGE};
 
 /// Channels that fade along the route: `r(child) = m(child) + fade * r(parent)`.
@@ -35,9 +35,9 @@ impl Fading {
 /// `ln(S + LEAST_SUM)` of sums along the route, `S(child) = exp(x(child)) + S(parent)`, in place, shape
 /// `[nodes, sums]`. The root counts nothing: the look from the robot's own cell has been taken.
 #[inline(always)]
-pub(super) fn log_sums(mut values: Vec<f32>, graph: &Graph) -> Vec<f32> {
+pub(super) fn log_sums(values: &mut [f32], graph: &Graph) {
     let width = values.len() / graph.parent.len();
-    for value in &mut values {
+    for value in &mut *values {
         *value = exp(value.clamp(SUM_LOG_RANGE.0, SUM_LOG_RANGE.1));
     }
     values[graph.root as usize * width..][..width].fill(0.0);
@@ -48,8 +48,7 @@ pub(super) fn log_sums(mut values: Vec<f32>, graph: &Graph) -> Vec<f32> {
             values[node + channel] += values[parent + channel];
         }
     }
-    for value in &mut values {
-        *value = (*value + LEAST_SUM).ln();
+    for value in values {
+        *value = ln(*value + LEAST_SUM);
     }
-    values
 }

@@ -8,7 +8,7 @@ use dragnet_search::seed::Stream;
 use dragnet_search::situation::Situation;
 
 use crate::graph::{Graph, Topology};
-use crate::network::Network;
+use crate::network::{Network, Room};
 
 /// Goes where the network's logit is highest: what it is most sure that its expert would have chosen.
 #[derive(Clone, Debug)]
@@ -16,13 +16,14 @@ pub struct Gnn {
     network: Arc<Network>,
     /// That of the last decision.
     topology: Option<Arc<Topology>>,
+    room: Room,
 }
 
 impl Gnn {
     /// A policy that follows a network.
     #[must_use]
-    pub const fn new(network: Arc<Network>) -> Self {
-        Self { network, topology: None }
+    pub fn new(network: Arc<Network>) -> Self {
+        Self { network, topology: None, room: Room::default() }
     }
 }
 
@@ -30,9 +31,9 @@ impl Policy for Gnn {
     fn decide(&mut self, situation: &Situation<'_>, _: &mut Stream) -> Decision {
         let routes = Routes::from(situation.terrain, situation.moves, situation.robot);
         let graph = Graph::new(situation, &routes, &mut self.topology);
-        let logits = self.network.logits(&graph);
+        let logits = self.network.logits_in(&graph, &mut self.room);
         let mut scores = vec![f64::NEG_INFINITY; situation.terrain.grid().cell_count()];
-        for (&cell, &logit) in graph.topology.cells().iter().zip(&logits) {
+        for (&cell, &logit) in graph.topology.cells().iter().zip(logits) {
             if cell != situation.robot {
                 scores[cell.index()] = f64::from(logit);
             }

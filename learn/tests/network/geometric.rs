@@ -9,7 +9,7 @@ use std::process::Command;
 use std::time::Instant;
 
 use dragnet_learn::graph::{FEATURES, Graph};
-use dragnet_learn::network::Network;
+use dragnet_learn::network::{Network, Room};
 use dragnet_learn::shape::Shape;
 use dragnet_search::route::Moves;
 use dragnet_search::seed::{Purpose, stream};
@@ -86,9 +86,10 @@ fn write(path: &Path, graph: &Graph, logits: &[f32]) {
 }
 
 fn median_seconds(network: &Network, graph: &Graph) -> f64 {
+    let mut room = Room::default();
     let seconds = || {
         let start = Instant::now();
-        black_box(network.logits(black_box(graph)));
+        black_box(network.logits_in(black_box(graph), &mut room));
         start.elapsed().as_secs_f64()
     };
     let mut seconds: Vec<f64> = std::iter::repeat_with(seconds).take(PASSES).collect();
