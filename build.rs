@@ -16,7 +16,7 @@ fn main() {
     }
 }
 
-/// As `learn/build.rs` does: where a library is found when a program runs is no part of what a dependency hands on.
+/// As `train/build.rs` does: where a library is found when a program runs is no part of what a dependency hands on.
 fn point_to_libtorch() {
     println!("cargo::rerun-if-env-changed=LIBTORCH");
     if let Some(libtorch) = std::env::var_os("LIBTORCH") {

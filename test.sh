@@ -4,9 +4,9 @@
 set -euo pipefail
 cd "$(dirname "$0")"
 
-learn/libtorch.sh
+train/libtorch.sh
 
-wanted=$(cat tests/python/requirements.txt scale/requirements.txt learn/libtorch.txt tests/python/without_cuda.py)
+wanted=$(cat tests/python/requirements.txt scale/requirements.txt train/libtorch.txt tests/python/without_cuda.py)
 if [[ $wanted != "$(cat .venv/installed 2>/dev/null)" ]]; then
     python3 -m venv --clear .venv || {
         echo "test.sh: python3 with its venv module is needed (on Debian: apt-get install python3-venv)" >&2
@@ -15,12 +15,9 @@ if [[ $wanted != "$(cat .venv/installed 2>/dev/null)" ]]; then
     install() { .venv/bin/python -m pip install --quiet --disable-pip-version-check "$@"; }
     install --requirement tests/python/requirements.txt
     # PyTorch is there already, in pip's cache; what it would bring of NVIDIA's is 2 GB that no test calls.
-    install --no-deps --requirement learn/libtorch.txt
+    install --no-deps --requirement train/libtorch.txt
     .venv/bin/python tests/python/without_cuda.py
     echo "$wanted" > .venv/installed
 fi
 
-cargo test --workspace "$@"
-# Nothing above is linked with libtorch, which takes memory and time to load; what trains comes on its own.
-[[ $# -gt 0 ]] || set -- -- training
-cargo test --package dragnet --package dragnet-learn --features train --test command_line --test network "$@"
+cargo test --workspace --features train "$@"

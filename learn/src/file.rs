@@ -1,15 +1,15 @@
 //! Files of tensors: safetensors, whose header carries one text of ours, so that the same content gives the same bytes.
 
 use std::collections::HashMap;
-use std::fs;
+use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use atomic_write_file::AtomicWriteFile;
 use safetensors::tensor::{Dtype, TensorView};
 use safetensors::{SafeTensorError, SafeTensors};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use tempfile::Builder;
 
 /// The one key of the header.
 const HEADER_KEY: &str = "dragnet";
@@ -84,11 +84,16 @@ pub fn read<T>(
 /// # Errors
 /// If it cannot be written.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
-    let written = AtomicWriteFile::open(path).and_then(|mut file| {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    // Not private, as temporary files are: it becomes a file like any other.
+    let unfinished = Builder::new().prefix(".unfinished-").make_in(folder, |path| File::create_new(path));
+    let written = unfinished.and_then(|mut file| {
         file.write_all(bytes)?;
-        file.commit()
+        // Otherwise the name may outlive a power cut that the content does not.
+        file.as_file().sync_all()?;
+        Ok(file.persist(path)?)
     });
-    written.map_err(|source| FileError::Write { path: path.to_owned(), source })
+    written.map(drop).map_err(|source| FileError::Write { path: path.to_owned(), source })
 }
 
 /// A tensor to be written.

@@ -7,7 +7,8 @@
 //!    parameters as a file;
 //! 3. [`policy`]: the network as a policy, the shipped ones among them; names of all policies;
 //! 4. [`demonstration`]: what an expert decided, and from what, as files; [`file`]: what all files here have in common;
-//! 5. `train` (only with the feature of that name, which needs libtorch): behaviour cloning.
+//!
+//! Learning itself is a crate of its own above this one, for it needs libtorch.
 
 pub mod demonstration;
 pub mod file;
@@ -15,6 +16,4 @@ pub mod graph;
 pub mod network;
 pub mod policy;
 pub mod shape;
-#[cfg(feature = "train")]
-pub mod train;
 pub mod weights;

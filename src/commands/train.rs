@@ -81,7 +81,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
 pub(super) fn execute(_: &Arguments) -> Result<(), Failure> {
     Err(Failure::Input(
         "this program was built without training, which needs libtorch: build it from a checkout with \
-         `learn/libtorch.sh && cargo build --release --features train`"
+         `train/libtorch.sh && cargo build --release --features train`"
             .to_owned(),
     ))
 }

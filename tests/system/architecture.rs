@@ -5,9 +5,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use cargo_metadata::{CargoOpt, DependencyKind, Metadata, MetadataCommand, Package, PackageId};
 
 /// Each crate, and the crates of ours that it may import.
-const ARROWS: [(&str, &[&str]); 8] = [
+const ARROWS: [(&str, &[&str]); 9] = [
     ("dragnet-search", &[]),
     ("dragnet-learn", &["dragnet-search"]),
+    ("dragnet-train", &["dragnet-search", "dragnet-learn"]),
     ("dragnet-proto", &["dragnet-search", "dragnet-learn"]),
     ("dragnet-agent", &["dragnet-search", "dragnet-learn", "dragnet-proto"]),
     ("dragnet-coordinator", &["dragnet-search", "dragnet-proto"]),
@@ -28,6 +29,7 @@ const ARROWS: [(&str, &[&str]); 8] = [
         &[
             "dragnet-search",
             "dragnet-learn",
+            "dragnet-train",
             "dragnet-proto",
             "dragnet-agent",
             "dragnet-coordinator",
@@ -43,7 +45,7 @@ const EDGES: [(&str, &[&str]); 5] = [
     ("tokio", &["dragnet-link"]),
     ("mcap", &["dragnet-coordinator"]),
     ("clap", &["dragnet"]),
-    ("tch", &["dragnet-learn"]),
+    ("tch", &["dragnet-train"]),
 ];
 
 /// libtorch and its bindings, which only training needs.
@@ -108,25 +110,32 @@ fn importers<'a>(metadata: &'a Metadata, name: &str) -> Vec<&'a str> {
     imports.map(|node| name_of(&node.id)).collect()
 }
 
-#[test]
-fn libtorch_comes_with_the_feature_train_of_learn_and_only_with_it() {
-    let default = command().exec().unwrap();
-    assert!(default.packages.len() > 200);
-    for torch in TORCH {
-        assert!(
-            default.packages.iter().all(|package| *package.name != torch),
-            "{torch} is in the default build"
-        );
+/// Names of the packages that a package is built from, itself among them.
+fn built_from<'a>(metadata: &'a Metadata, name: &str) -> BTreeSet<&'a str> {
+    let nodes = &metadata.resolve.as_ref().unwrap().nodes;
+    let nodes: BTreeMap<&PackageId, _> = nodes.iter().map(|node| (&node.id, node)).collect();
+    let mut waiting: Vec<&PackageId> =
+        metadata.packages.iter().filter(|package| *package.name == name).map(|package| &package.id).collect();
+    let mut reached: BTreeSet<&PackageId> = BTreeSet::new();
+    while let Some(id) = waiting.pop() {
+        if reached.insert(id) {
+            waiting.extend(&nodes[id].dependencies);
+        }
     }
+    reached.into_iter().map(|id| metadata[id].name.as_str()).collect()
+}
+
+#[test]
+fn libtorch_comes_with_the_feature_train_and_only_with_it() {
+    let default = command().exec().unwrap();
+    let program = built_from(&default, "dragnet");
+    assert!(program.len() > 200);
+    assert!(TORCH.iter().all(|torch| !program.contains(torch)), "libtorch is in the default build");
     let all = everything();
+    assert!(TORCH.iter().all(|torch| built_from(&all, "dragnet").contains(torch)));
     assert_eq!(importers(&all, "torch-sys"), ["tch"]);
-    assert_eq!(importers(&all, "tch"), ["dragnet-learn"]);
-    let learn = &packages()["dragnet-learn"];
-    let tch = learn.dependencies.iter().find(|dependency| dependency.name == "tch").unwrap();
-    assert!(tch.optional);
-    let enables = |wanted: &[String]| wanted.iter().any(|wanted| wanted.contains("tch"));
-    let features = learn.features.iter().filter(|(_, wanted)| enables(wanted));
-    assert_eq!(features.map(|(name, _)| name.as_str()).collect::<Vec<_>>(), ["train"]);
+    assert_eq!(importers(&all, "tch"), ["dragnet-train"]);
+    assert_eq!(importers(&all, "dragnet-train"), ["dragnet"]);
 }
 
 /// What `cargo deny check licenses` asks for too, without that tool: `deny.toml` is the one list.

@@ -188,8 +188,8 @@ fn a_folder_without_demonstrations_is_refused() {
     check(folder.path(), "no demonstrations here: no file ends with .demo.safetensors");
     fs::write(folder.path().join("a.demo.part"), [0; 100]).unwrap();
     check(folder.path(), "no demonstrations here");
-    check(&folder.path().join("missing"), "cannot read: No such file");
-    check(&folder.path().join("a.demo.part"), "cannot read: Not a directory");
+    check(&folder.path().join("missing"), "cannot read the demonstrations: No such file");
+    check(&folder.path().join("a.demo.part"), "cannot read the demonstrations: Not a directory");
 }
 
 #[test]

@@ -7,8 +7,6 @@ mod graph;
 mod motion;
 mod scene;
 mod symmetry;
-#[cfg(feature = "train")]
-mod training;
 
 use dragnet_learn::shape::Shape;
 use dragnet_learn::weights::{Recipe, Weights};

@@ -1,7 +1,7 @@
 //! How a training went, as a table and as a drawing.
 
 use csv::Writer;
-use dragnet_learn::train::Epoch;
+use dragnet_train::Epoch;
 
 use crate::plot::{Figure, Line, Look};
 

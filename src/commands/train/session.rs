@@ -8,7 +8,7 @@ use std::process::Command;
 
 use dragnet_learn::demonstration::Folder;
 use dragnet_learn::shape::Shape;
-use dragnet_learn::train::{Data, DataError, Device, Settings, Trainer, set_threads};
+use dragnet_train::{Data, DataError, Device, Settings, Trainer, set_threads};
 
 use super::{Arguments, curves};
 use crate::VERSION;

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use dragnet_search::route::Routes;
 
-use crate::demonstration::{Demonstration, Folder, Source, Trajectory};
-use crate::file::FileError;
-use crate::graph::{FEATURES, Graph, Topology};
+use dragnet_learn::demonstration::{Demonstration, Folder, Source, Trajectory};
+use dragnet_learn::file::FileError;
+use dragnet_learn::graph::{FEATURES, Graph, Topology};
 
 /// All demonstrations of a folder, some of them held out.
 #[derive(Debug)]

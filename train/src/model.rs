@@ -1,14 +1,14 @@
-//! The network of [`crate::network`] in libtorch, which can take gradients of it.
+//! The network of [`dragnet_learn::network`] in libtorch, which can take gradients of it.
 
 use dragnet_search::seed::{Purpose, Stream, stream};
 use rand::RngExt;
 use tch::{Device, Kind, Tensor};
 
 use super::batch::Batch;
-use crate::graph::{Graph, NEIGHBORS};
-use crate::network::{LEAST_SUM, LOGIT_SCALE, SCORE_LEAK, SUM_LOG_RANGE};
-use crate::shape::{HEADS, Shape};
-use crate::weights::{Recipe, Weights};
+use dragnet_learn::graph::{Graph, NEIGHBORS};
+use dragnet_learn::network::{LEAST_SUM, LOGIT_SCALE, SCORE_LEAK, SUM_LOG_RANGE};
+use dragnet_learn::shape::{HEADS, Shape};
+use dragnet_learn::weights::{Recipe, Weights};
 
 /// A network that learns.
 #[derive(Debug)]
@@ -53,7 +53,7 @@ impl Model {
         Weights::build(self.shape, recipe, |name, _| values(self.get(name)))
     }
 
-    /// Logits of one graph, shape `[nodes]`, as [`crate::network::Network::logits`] has them.
+    /// Logits of one graph, shape `[nodes]`, as [`dragnet_learn::network::Network::logits`] has them.
     #[must_use]
     pub fn logits_of(&self, graph: &Graph) -> Vec<f32> {
         let batch = Batch::of_graphs(&[graph], self.device);

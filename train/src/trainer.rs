@@ -14,9 +14,9 @@ use super::batch::{Answers, Batch};
 use super::checkpoint::{self, Checkpoint};
 use super::data::{Data, Sample};
 use super::model::{Model, values};
-use crate::file::FileError;
-use crate::shape::Shape;
-use crate::weights::{Recipe, Weights};
+use dragnet_learn::file::FileError;
+use dragnet_learn::shape::Shape;
+use dragnet_learn::weights::{Recipe, Weights};
 
 /// How to learn.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

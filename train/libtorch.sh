@@ -15,9 +15,9 @@ kept=$cache/libtorch-$version
 part=$kept.part
 
 fail() {
-    echo "learn/libtorch.sh: $1" >&2
+    echo "train/libtorch.sh: $1" >&2
     echo "A libtorch $version that is there already will do as well: set LIBTORCH to its folder, the one of lib/ and" \
-        "include/. What does not train needs none: cargo test --workspace." >&2
+        "include/. What does not train needs none: cargo test --workspace --exclude dragnet-train." >&2
     exit 2
 }
 
@@ -30,10 +30,10 @@ download() {
     mkdir -p "$part/libtorch/lib"
     python3 -m venv "$part/venv" ||
         fail "python3 with its venv module is needed (on Debian: apt-get install python3-venv)"
-    echo "learn/libtorch.sh: downloading libtorch $version, 540 MB, unless pip has it in its cache" >&2
+    echo "train/libtorch.sh: downloading libtorch $version, 540 MB, unless pip has it in its cache" >&2
     TMPDIR=$part "$part/venv/bin/python" -m pip install --quiet --disable-pip-version-check --no-compile --no-deps \
-        --require-hashes --requirement learn/libtorch.txt ||
-        fail "pip could not install learn/libtorch.txt, which is for CPython 3.10 to 3.14 and glibc 2.28 or later;
+        --require-hashes --requirement train/libtorch.txt ||
+        fail "pip could not install train/libtorch.txt, which is for CPython 3.10 to 3.14 and glibc 2.28 or later;
 this is $(python3 --version) and $(getconf GNU_LIBC_VERSION)"
     keep_what_a_cpu_needs "$part"/venv/lib/python3*/site-packages
     echo "$version" >"$part/libtorch/build-version"

@@ -9,9 +9,9 @@ use super::adam::Adam;
 use super::data::Data;
 use super::model::{tensor, values};
 use super::trainer::{Epoch, Settings};
-use crate::file::{self, FileError, Kind};
-use crate::shape::{Parameter, Shape};
-use crate::weights::{Recipe, Weights};
+use dragnet_learn::file::{self, FileError, Kind};
+use dragnet_learn::shape::{Parameter, Shape};
+use dragnet_learn::weights::{Recipe, Weights};
 
 const KIND: Kind = Kind { name: "checkpoint", format: "dragnet-checkpoint-1" };
 

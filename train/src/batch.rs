@@ -4,7 +4,7 @@ use tch::{Device, Kind, Tensor};
 
 use super::data::Sample;
 use super::model::int;
-use crate::graph::{FEATURES, Graph, NEIGHBORS};
+use dragnet_learn::graph::{FEATURES, Graph, NEIGHBORS};
 
 /// What a score of no neighbor and a logit of no candidate are lowered by: its softmax is 0.
 const NEVER: f32 = -1e9;
