@@ -8,7 +8,7 @@ use dragnet_proto::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Reading;
-use dragnet_search::observation::{Observation, RobotId};
+use dragnet_search::observation::{Observation, Origin, RobotId};
 use dragnet_search::policy::Policy;
 use dragnet_search::route::Moves;
 use dragnet_search::seed::{Purpose, Stream, stream};
@@ -128,6 +128,8 @@ pub struct Agent {
     decisions: u64,
     /// Plans made, those to rest included: the number of the next one.
     plans: u64,
+    /// Under which its observations and plans are numbered.
+    origin: Origin,
     /// Observations made.
     observations: u64,
     /// Observations refused since another of the same name is known.
@@ -163,6 +165,7 @@ impl Agent {
             is_overtaken: false,
             decisions: 0,
             plans: 0,
+            origin: Origin::first(orders.id()),
             observations: 0,
             conflicting: 0,
             next_heartbeat: MissionTime::START + orders.mission.heartbeat,
@@ -224,6 +227,8 @@ impl Agent {
 
     fn sense(&mut self, now: MissionTime, cell: Cell, readings: Vec<Reading>, actions: &mut Vec<Action>) {
         if self.cell.is_none() {
+            // Of what it saw before, if it ever did, it knows nothing: those numbers are taken.
+            self.origin.incarnation = now.0;
             // The vehicle's clock may be set only now, and back.
             self.next_heartbeat = now + self.orders.mission.heartbeat;
         }
@@ -232,7 +237,7 @@ impl Agent {
             self.belief.add(reading);
         }
         let observation = Arc::new(Observation {
-            robot: self.orders.id(),
+            origin: self.origin,
             sequence: self.observations,
             time_ns: now.0,
             from: cell,
@@ -268,7 +273,9 @@ impl Agent {
 
     fn receive(&mut self, now: MissionTime, from: Participant, message: &Message, actions: &mut Vec<Action>) {
         match message {
-            Message::Observation(observation) => self.team.walked(now, observation.robot, observation.from),
+            Message::Observation(observation) => {
+                self.team.walked(now, observation.origin.robot, observation.from)
+            }
             Message::Intent(intent) => self.learn_plan(now, intent),
             Message::Heartbeat(heartbeat) => self.learn_plan(now, &heartbeat.intent),
             Message::LogRequest(_) | Message::LogReply(_) | Message::MissionStatus(_) => {
@@ -291,7 +298,7 @@ impl Agent {
     /// way: it decides anew in its next cell.
     fn learn_plan(&mut self, now: MissionTime, intent: &Intent) {
         let is_news = self.team.plans(now, intent);
-        let made = (MissionTime(intent.time_ns), intent.robot);
+        let made = (MissionTime(intent.time_ns), intent.origin.robot);
         let is_earlier = made < (self.decided, self.orders.id());
         if is_news && is_earlier && !intent.path.is_empty() {
             self.is_overtaken = true;
@@ -365,12 +372,7 @@ impl Agent {
     }
 
     fn intent(&self) -> Intent {
-        Intent {
-            robot: self.orders.id(),
-            decision: self.plans,
-            time_ns: self.decided.0,
-            path: self.plan.clone(),
-        }
+        Intent { origin: self.origin, decision: self.plans, time_ns: self.decided.0, path: self.plan.clone() }
     }
 
     fn beat(&self, now: MissionTime, actions: &mut Vec<Action>) {

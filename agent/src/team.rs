@@ -33,9 +33,9 @@ impl Team {
     /// A teammate's plan: it replaces an older one, and a repeated one tells how far along the robot is. Returns
     /// whether it is news.
     pub fn plans(&mut self, now: MissionTime, intent: &Intent) -> bool {
-        let mate = self.mate(now, intent.robot);
+        let mate = self.mate(now, intent.origin.robot);
         let known = mate.plan.as_ref();
-        let is_newer = known.is_none_or(|known| intent.decision > known.decision);
+        let is_newer = known.is_none_or(|known| intent.is_newer_than(known));
         if known.is_none_or(|known| intent.supersedes(known)) {
             mate.plan = Some(intent.clone());
         }
@@ -86,6 +86,8 @@ impl Team {
 
 #[cfg(test)]
 mod tests {
+    use dragnet_search::observation::Origin;
+
     use super::*;
 
     const MATE: RobotId = RobotId(2);
@@ -109,7 +111,10 @@ mod tests {
 
         fn plans(&mut self, decision: u64, path: impl IntoIterator<Item = u32>) {
             let path = self.cells(path);
-            self.team.plans(MissionTime::START, &Intent { robot: MATE, decision, time_ns: 0, path });
+            self.team.plans(
+                MissionTime::START,
+                &Intent { origin: Origin::first(MATE), decision, time_ns: 0, path },
+            );
         }
 
         fn check(&self, expected: impl IntoIterator<Item = u32>) {

@@ -10,7 +10,7 @@ use dragnet_proto::scenario::Scenario;
 use dragnet_proto::time::MissionTime;
 use dragnet_search::cell::{Cell, Position};
 use dragnet_search::evidence::Reading;
-use dragnet_search::observation::RobotId;
+use dragnet_search::observation::{Observation, Origin, RobotId};
 
 const SECOND: u64 = 1_000_000_000;
 
@@ -75,7 +75,7 @@ fn a_look_is_told_and_followed_by_a_plan_that_is_told_too() {
     let path = route(&actions).unwrap().to_vec();
     match said(&actions)[..] {
         [Message::Observation(observation), Message::Intent(intent)] => {
-            assert_eq!((observation.robot, observation.sequence), (RobotId(1), 0));
+            assert_eq!((observation.origin.robot, observation.sequence), (RobotId(1), 0));
             assert_eq!(intent.path, path);
         }
         ref other => panic!("{other:?}"),
@@ -103,7 +103,7 @@ fn way_of_second(plan_heard_at: Option<u64>, made_at: u64) -> (Vec<Cell>, Option
     field.sense(0, start);
     let blind = Field::new(2, ENDLESS).decided_alone();
     let plan = Message::Intent(Intent {
-        robot: RobotId(1),
+        origin: Origin::first(RobotId(1)),
         decision: 1,
         time_ns: made_at * SECOND,
         path: blind.clone(),
@@ -167,8 +167,8 @@ fn a_robot_rests_when_nothing_is_left_and_goes_on_when_doubt_comes_back() {
     let actions = field.robot.handle(MissionTime(0), Event::Sensed { cell, readings });
     assert_eq!(route(&actions), Some(&[][..]));
     assert_eq!(field.robot.activity(), Activity::Cleared);
-    let doubt = dragnet_search::observation::Observation {
-        robot: RobotId(2),
+    let doubt = Observation {
+        origin: Origin::first(RobotId(2)),
         sequence: 0,
         time_ns: 0,
         from: cell,
@@ -188,7 +188,7 @@ fn a_heartbeat_is_due_every_period_and_says_what_is_known() {
     match said(&actions)[..] {
         [Message::Heartbeat(heartbeat)] => {
             assert_eq!(heartbeat.versions.len(), 1);
-            assert_eq!((heartbeat.versions[0].robot, heartbeat.versions[0].next), (RobotId(1), 1));
+            assert_eq!((heartbeat.versions[0].origin.robot, heartbeat.versions[0].next), (RobotId(1), 1));
             assert_eq!(heartbeat.digest, field.robot.belief().digest());
             assert!(!heartbeat.intent.path.is_empty());
         }

@@ -12,7 +12,7 @@ use dragnet_proto::scenario::Scenario;
 use dragnet_proto::time::MissionTime;
 use dragnet_search::cell::{Cell, Grid, Position};
 use dragnet_search::evidence::{Digest, Reading};
-use dragnet_search::observation::{Observation, RobotId, Version};
+use dragnet_search::observation::{Observation, Origin, RobotId, Version};
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_search::sensor::Sensor;
 
@@ -120,7 +120,8 @@ impl Search {
     fn hear_mate(&mut self, now: MissionTime, sequence: u64) {
         let from = self.lane_cell(400, sequence);
         let readings = self.look(from);
-        let observation = Observation { robot: MATE, sequence, time_ns: now.0, from, readings };
+        let observation =
+            Observation { origin: Origin::first(MATE), sequence, time_ns: now.0, from, readings };
         self.receive(now, Message::Observation(Arc::new(observation)));
         if sequence.is_multiple_of(10) {
             let intent = self.plan_of_mate(now, sequence);
@@ -131,7 +132,7 @@ impl Search {
 
     fn plan_of_mate(&self, now: MissionTime, sequence: u64) -> Intent {
         let path = (1..=10).map(|ahead| self.lane_cell(400, sequence + ahead)).collect();
-        Intent { robot: MATE, decision: sequence / 10, time_ns: now.0, path }
+        Intent { origin: Origin::first(MATE), decision: sequence / 10, time_ns: now.0, path }
     }
 
     fn heartbeat_of_mate(&self, now: MissionTime, sequence: u64, intent: Intent) -> Heartbeat {
@@ -142,7 +143,7 @@ impl Search {
             cell: self.lane_cell(400, sequence),
             path_meters: sequence as f64 * 30.0,
             intent,
-            versions: vec![Version { robot: MATE, next: sequence + 1 }],
+            versions: vec![Version { origin: Origin::first(MATE), next: sequence + 1 }],
             digest: Digest(0),
         }
     }

@@ -260,7 +260,12 @@ impl Mission {
     ) -> bool {
         for observation in observations {
             actions.push(Action::Record(Record::Observation(Arc::clone(observation))));
-            self.locate(observation.robot, observation.from, MissionTime(observation.time_ns), actions);
+            self.locate(
+                observation.origin.robot,
+                observation.from,
+                MissionTime(observation.time_ns),
+                actions,
+            );
             for reading in &observation.readings {
                 self.belief.add(reading);
             }
@@ -277,7 +282,8 @@ impl Mission {
 
     fn plan(&mut self, intent: &Intent, actions: &mut Vec<Action>) {
         if self.tracks.plans(intent) {
-            actions.push(Action::Record(Record::Plan { robot: intent.robot, path: intent.path.clone() }));
+            actions
+                .push(Action::Record(Record::Plan { robot: intent.origin.robot, path: intent.path.clone() }));
         }
     }
 

@@ -128,11 +128,11 @@ impl Recorder {
         let at = |time_ns| Times { logged: now, published: MissionTime(time_ns) };
         match record {
             Record::Observation(observation) => {
-                let topic = Topic::Robot(observation.robot, RobotTopic::Observation);
+                let topic = Topic::Robot(observation.origin.robot, RobotTopic::Observation);
                 self.put(topic, at(observation.time_ns), &wire::Observation::from(&**observation))?;
             }
             Record::Intent(intent) => {
-                let topic = Topic::Robot(intent.robot, RobotTopic::Intent);
+                let topic = Topic::Robot(intent.origin.robot, RobotTopic::Intent);
                 self.put(topic, at(intent.time_ns), &wire::Intent::from(intent))?;
             }
             Record::Heartbeat(heartbeat) => {

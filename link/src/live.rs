@@ -154,8 +154,7 @@ impl Driver<'_> {
         }
         if conflicting > 0 {
             tracing::warn!(
-                "refused {conflicting} observations: others of the same robot and sequence number are known. \
-                 Do two robots share a number, or has one started again?"
+                "refused {conflicting} observations: others of the same name are known. Do two robots share a number?"
             );
         }
         self.wake_at = wake_at;

@@ -126,7 +126,7 @@ impl<'a> WorldServer<'a> {
     fn hear(&mut self, heard: Heard) {
         match heard {
             Heard::Message { message: Message::Intent(intent), .. } => {
-                let (now, robot, route) = (self.clock.now(), intent.robot, intent.path);
+                let (now, robot, route) = (self.clock.now(), intent.origin.robot, intent.path);
                 (self.spectator)(now, Scene::Departs { robot, route: route.clone(), activity: None });
                 self.world.set_route(robot, route);
                 self.depart(now, robot);

@@ -60,8 +60,8 @@ pub fn encode_sensed(sensed: &Sensed) -> Vec<u8> {
 /// If the message names another participant as its author.
 pub fn check_sender(message: &Message, sender: Participant) -> Result<(), ConvertError> {
     let author = match message {
-        Message::Observation(observation) => Participant::Robot(observation.robot),
-        Message::Intent(intent) => Participant::Robot(intent.robot),
+        Message::Observation(observation) => Participant::Robot(observation.origin.robot),
+        Message::Intent(intent) => Participant::Robot(intent.origin.robot),
         Message::Heartbeat(heartbeat) => Participant::Robot(heartbeat.robot),
         Message::LogRequest(request) => request.from,
         Message::LogReply(_) => sender,

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use dragnet_search::observation::{Entry, Observation, ObservationLog, RobotId};
+use dragnet_search::observation::{Entry, Observation, ObservationLog, Origin};
 
 use crate::message::{LogReply, LogRequest, Message, Participant};
 use crate::time::MissionTime;
@@ -19,7 +19,7 @@ pub struct Inbox {
     /// How long an answer is waited for before the question is asked again.
     patience: Duration,
     log: ObservationLog,
-    asked: BTreeMap<RobotId, MissionTime>,
+    asked: BTreeMap<Origin, MissionTime>,
 }
 
 /// What a message brought.
@@ -56,16 +56,15 @@ impl Inbox {
         let mut received = Received::default();
         match message {
             Message::Observation(observation) => {
-                let robot = observation.robot;
                 self.take(observation, &mut received);
-                if self.log.has_gap(robot) {
-                    self.ask(now, from, robot, &mut received);
+                if self.log.has_gap(observation.origin) {
+                    self.ask(now, from, observation.origin, &mut received);
                 }
             }
             Message::Heartbeat(heartbeat) => {
                 for version in &heartbeat.versions {
-                    if version.next > self.log.next(version.robot) {
-                        self.ask(now, from, version.robot, &mut received);
+                    if version.next > self.log.next(version.origin) {
+                        self.ask(now, from, version.origin, &mut received);
                     }
                 }
             }
@@ -83,15 +82,15 @@ impl Inbox {
         reply: &LogReply,
         received: &mut Received,
     ) {
-        let Some(robot) = reply.observations.last().map(|observation| observation.robot) else { return };
-        let missing = self.log.next(robot);
+        let Some(origin) = reply.observations.last().map(|observation| observation.origin) else { return };
+        let missing = self.log.next(origin);
         for observation in &reply.observations {
             self.take(observation, received);
         }
         // A full reply may have left some out; one that did not help would not help again.
-        if reply.observations.len() == LogReply::MAX_OBSERVATIONS && self.log.next(robot) > missing {
-            self.asked.remove(&robot);
-            self.ask(now, from, robot, received);
+        if reply.observations.len() == LogReply::MAX_OBSERVATIONS && self.log.next(origin) > missing {
+            self.asked.remove(&origin);
+            self.ask(now, from, origin, received);
         }
     }
 
@@ -103,7 +102,7 @@ impl Inbox {
         }
     }
 
-    fn ask(&mut self, now: MissionTime, whom: Participant, of: RobotId, received: &mut Received) {
+    fn ask(&mut self, now: MissionTime, whom: Participant, of: Origin, received: &mut Received) {
         if self.asked.get(&of).is_some_and(|&asked| now < asked + self.patience) {
             return;
         }
@@ -125,7 +124,7 @@ impl Inbox {
 mod tests {
     use dragnet_search::cell::Grid;
     use dragnet_search::evidence::Digest;
-    use dragnet_search::observation::Version;
+    use dragnet_search::observation::{RobotId, Version};
 
     use super::*;
     use crate::message::{Activity, Heartbeat, Intent};
@@ -138,12 +137,18 @@ mod tests {
 
     fn observation(robot: u16, sequence: u64) -> Arc<Observation> {
         let from = Grid::new(1, 1).unwrap().cells().next().unwrap();
-        Arc::new(Observation { robot: RobotId(robot), sequence, time_ns: 0, from, readings: Vec::new() })
+        Arc::new(Observation {
+            origin: Origin::first(RobotId(robot)),
+            sequence,
+            time_ns: 0,
+            from,
+            readings: Vec::new(),
+        })
     }
 
     fn heartbeat(versions: Vec<Version>) -> Message {
         let cell = Grid::new(1, 1).unwrap().cells().next().unwrap();
-        let intent = Intent { robot: RobotId(2), decision: 0, time_ns: 0, path: Vec::new() };
+        let intent = Intent { origin: Origin::first(RobotId(2)), decision: 0, time_ns: 0, path: Vec::new() };
         Message::Heartbeat(Heartbeat {
             robot: RobotId(2),
             time_ns: 0,
@@ -182,7 +187,7 @@ mod tests {
         }
         let versions = inboxes[1].log().versions().collect();
         settle(MissionTime::START, &mut inboxes, vec![(robot(2), robot(1), heartbeat(versions))]);
-        assert_eq!(inboxes[0].log().next(RobotId(3)), 150);
+        assert_eq!(inboxes[0].log().next(Origin::first(RobotId(3))), 150);
     }
 
     #[test]

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;
-use dragnet_search::observation::{Observation, RobotId, Version};
+use dragnet_search::observation::{Observation, Origin, RobotId, Version};
 
 /// Somebody with a part in the mission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -102,8 +102,8 @@ impl MessageKind {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Intent {
     /// Whose plan.
-    pub robot: RobotId,
-    /// Counts the robot's decisions from 0; a higher one replaces a lower one.
+    pub origin: Origin,
+    /// Counts the decisions of that origin from 0; a higher one replaces a lower one.
     pub decision: u64,
     /// When it was decided, nanoseconds of mission time.
     pub time_ns: u64,
@@ -116,8 +116,18 @@ impl Intent {
     /// it left.
     #[must_use]
     pub fn supersedes(&self, known: &Self) -> bool {
-        let is_further = self.decision == known.decision && self.path.len() < known.path.len();
-        self.decision > known.decision || is_further
+        let is_further = self.number() == known.number() && self.path.len() < known.path.len();
+        self.is_newer_than(known) || is_further
+    }
+
+    /// Whether it was made after a plan of the same robot.
+    #[must_use]
+    pub fn is_newer_than(&self, known: &Self) -> bool {
+        self.number() > known.number()
+    }
+
+    const fn number(&self) -> (u64, u64) {
+        (self.origin.incarnation, self.decision)
     }
 }
 
@@ -155,18 +165,18 @@ pub enum Activity {
     Stuck,
 }
 
-/// A request to repeat a robot's observations.
+/// A request to repeat observations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LogRequest {
     /// Who asks.
     pub from: Participant,
     /// Whose observations are missing; often, not always, those of the one who is asked.
-    pub of: RobotId,
+    pub of: Origin,
     /// The first sequence number that is missing.
     pub first: u64,
 }
 
-/// Observations of one robot, repeated.
+/// Observations of one origin, repeated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LogReply {
     /// In order of their sequence numbers, at most [`LogReply::MAX_OBSERVATIONS`].

@@ -76,7 +76,6 @@ pub struct Reaction<P> {
     pub activity: Activity,
     /// How long the decision took that was made just now, if one was.
     pub decision: Option<Duration>,
-    /// Observations refused since others of the same robot and sequence number are known: two robots share a number,
-    /// or one has started again under its old one.
+    /// Observations refused since others of the same name are known: two robots share a number, or a clock.
     pub conflicting: usize,
 }

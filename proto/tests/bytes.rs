@@ -11,7 +11,7 @@ use dragnet_proto::message::{
 use dragnet_proto::step::{Parcel, Sensed, Step, StepEvent, StepReply};
 use dragnet_search::cell::{Cell, Grid};
 use dragnet_search::evidence::{Digest, Reading};
-use dragnet_search::observation::{Observation, RobotId, Version};
+use dragnet_search::observation::{Observation, Origin, RobotId, Version};
 use proptest::collection::vec;
 use proptest::prelude::*;
 
@@ -28,6 +28,10 @@ fn cells() -> impl Strategy<Value = Cell> {
 
 fn robots() -> impl Strategy<Value = RobotId> {
     any::<u16>().prop_map(RobotId)
+}
+
+fn origins() -> impl Strategy<Value = Origin> {
+    (robots(), any::<u64>()).prop_map(|(robot, incarnation)| Origin { robot, incarnation })
 }
 
 fn digests() -> impl Strategy<Value = Digest> {
@@ -57,22 +61,28 @@ fn readings() -> impl Strategy<Value = Vec<Reading>> {
 }
 
 fn observations() -> impl Strategy<Value = Observation> {
-    (robots(), any::<u64>(), any::<u64>(), cells(), readings()).prop_map(
-        |(robot, sequence, time_ns, from, readings)| Observation { robot, sequence, time_ns, from, readings },
+    (origins(), any::<u64>(), any::<u64>(), cells(), readings()).prop_map(
+        |(origin, sequence, time_ns, from, readings)| Observation {
+            origin,
+            sequence,
+            time_ns,
+            from,
+            readings,
+        },
     )
 }
 
 fn intents() -> impl Strategy<Value = Intent> {
-    (robots(), any::<u64>(), any::<u64>(), vec(cells(), 0..30))
-        .prop_map(|(robot, decision, time_ns, path)| Intent { robot, decision, time_ns, path })
+    (origins(), any::<u64>(), any::<u64>(), vec(cells(), 0..30))
+        .prop_map(|(origin, decision, time_ns, path)| Intent { origin, decision, time_ns, path })
 }
 
 fn heartbeats() -> impl Strategy<Value = Heartbeat> {
-    let versions = vec((robots(), any::<u64>()).prop_map(|(robot, next)| Version { robot, next }), 0..5);
+    let versions = vec((origins(), any::<u64>()).prop_map(|(origin, next)| Version { origin, next }), 0..5);
     let place = (any::<u64>(), activities(), cells(), 0.0..1e9);
     (intents(), place, versions, digests()).prop_map(
         |(intent, (time_ns, activity, cell, path_meters), versions, digest)| Heartbeat {
-            robot: intent.robot,
+            robot: intent.origin.robot,
             time_ns,
             activity,
             cell,
@@ -85,10 +95,10 @@ fn heartbeats() -> impl Strategy<Value = Heartbeat> {
 }
 
 fn log_replies() -> impl Strategy<Value = LogReply> {
-    (robots(), any::<u32>(), vec(observations(), 0..4)).prop_map(|(robot, first, observations)| {
+    (origins(), any::<u32>(), vec(observations(), 0..4)).prop_map(|(origin, first, observations)| {
         let numbered = (u64::from(first)..)
             .zip(observations)
-            .map(|(sequence, observation)| Arc::new(Observation { robot, sequence, ..observation }));
+            .map(|(sequence, observation)| Arc::new(Observation { origin, sequence, ..observation }));
         LogReply { observations: numbered.collect() }
     })
 }
@@ -116,7 +126,7 @@ fn messages() -> impl Strategy<Value = Message> {
         observations().prop_map(|observation| Message::Observation(Arc::new(observation))),
         intents().prop_map(Message::Intent),
         heartbeats().prop_map(Message::Heartbeat),
-        (participants(), robots(), any::<u64>())
+        (participants(), origins(), any::<u64>())
             .prop_map(|(from, of, first)| Message::LogRequest(LogRequest { from, of, first })),
         log_replies().prop_map(Message::LogReply),
         mission_statuses().prop_map(Message::MissionStatus),
@@ -223,14 +233,14 @@ proptest! {
     #[test]
     fn any_bytes_are_refused_or_a_message(body in vec(any::<u8>(), 0..200)) {
         decode_as_everything(&body);
-        let mut bytes = vec![0, 1, 0, 0, 1];
+        let mut bytes = vec![0, 1, 0, 0, 2];
         bytes.extend(body);
         decode_as_everything(&bytes);
     }
 
     #[test]
     fn small_numbers_are_refused_or_a_message(body in vec(0_u8..3, 0..200)) {
-        let mut bytes = vec![0, 1, 0, 0, 1];
+        let mut bytes = vec![0, 1, 0, 0, 2];
         bytes.extend(body);
         decode_as_everything(&bytes);
     }

@@ -16,12 +16,32 @@ impl std::fmt::Display for RobotId {
     }
 }
 
-/// All readings of one look. `(robot, sequence)` names it for ever.
+/// A robot from one of its starts on: what it sees is numbered by it.
+///
+/// A robot that starts again and remembers its observations goes on under the same origin. One that lost its memory
+/// does not know which numbers it has used, so that it counts anew under another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Origin {
+    /// Which robot.
+    pub robot: RobotId,
+    /// When it started, nanoseconds of mission time by its own clock.
+    pub incarnation: u64,
+}
+
+impl Origin {
+    /// That of a robot that started with the mission.
+    #[must_use]
+    pub const fn first(robot: RobotId) -> Self {
+        Self { robot, incarnation: 0 }
+    }
+}
+
+/// All readings of one look. `(origin, sequence)` names it for ever.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observation {
     /// Who looked.
-    pub robot: RobotId,
-    /// Counts that robot's observations from 0 without a gap.
+    pub origin: Origin,
+    /// Counts the observations of that origin from 0 without a gap.
     pub sequence: u64,
     /// When, nanoseconds of mission time. Told to viewers; no decision uses it.
     pub time_ns: u64,
@@ -42,11 +62,11 @@ pub enum Entry {
     Conflicting,
 }
 
-/// How many observations of a robot are known without a gap: the sequence number of the first one that is missing.
+/// How many observations of an origin are known without a gap: the sequence number of the first one that is missing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Version {
     /// Whose observations.
-    pub robot: RobotId,
+    pub origin: Origin,
     /// The first sequence number that is missing.
     pub next: u64,
 }
@@ -54,11 +74,12 @@ pub struct Version {
 /// All observations known to a robot, its own and others'.
 #[derive(Clone, Debug, Default)]
 pub struct ObservationLog {
-    robots: BTreeMap<RobotId, RobotLog>,
+    logs: BTreeMap<Origin, Log>,
 }
 
+/// Of one origin.
 #[derive(Clone, Debug, Default)]
-struct RobotLog {
+struct Log {
     next: u64,
     observations: BTreeMap<u64, Arc<Observation>>,
 }
@@ -66,7 +87,7 @@ struct RobotLog {
 impl ObservationLog {
     /// Offers an observation; it is kept if it is new.
     pub fn insert(&mut self, observation: Arc<Observation>) -> Entry {
-        let log = self.robots.entry(observation.robot).or_default();
+        let log = self.logs.entry(observation.origin).or_default();
         if let Some(known) = log.observations.get(&observation.sequence) {
             return if *known == observation { Entry::Known } else { Entry::Conflicting };
         }
@@ -77,29 +98,29 @@ impl ObservationLog {
         Entry::New
     }
 
-    /// The first sequence number of a robot that is missing.
+    /// The first sequence number of an origin that is missing.
     #[must_use]
-    pub fn next(&self, robot: RobotId) -> u64 {
-        self.robots.get(&robot).map_or(0, |log| log.next)
+    pub fn next(&self, origin: Origin) -> u64 {
+        self.logs.get(&origin).map_or(0, |log| log.next)
     }
 
-    /// Whether later observations of a robot are known than one that is missing.
+    /// Whether later observations of an origin are known than one that is missing.
     #[must_use]
-    pub fn has_gap(&self, robot: RobotId) -> bool {
-        self.robots
-            .get(&robot)
+    pub fn has_gap(&self, origin: Origin) -> bool {
+        self.logs
+            .get(&origin)
             .is_some_and(|log| log.observations.last_key_value().is_some_and(|(&last, _)| last >= log.next))
     }
 
-    /// What is known without a gap, by robot.
+    /// What is known without a gap, by origin.
     pub fn versions(&self) -> impl Iterator<Item = Version> + '_ {
-        self.robots.iter().map(|(&robot, log)| Version { robot, next: log.next })
+        self.logs.iter().map(|(&origin, log)| Version { origin, next: log.next })
     }
 
-    /// Known observations of a robot from a sequence number on, in order.
-    pub fn since(&self, robot: RobotId, first: u64) -> impl Iterator<Item = &Arc<Observation>> + '_ {
-        self.robots
-            .get(&robot)
+    /// Known observations of an origin from a sequence number on, in order.
+    pub fn since(&self, origin: Origin, first: u64) -> impl Iterator<Item = &Arc<Observation>> + '_ {
+        self.logs
+            .get(&origin)
             .into_iter()
             .flat_map(move |log| log.observations.range(first..).map(|(_, observation)| observation))
     }
@@ -107,7 +128,7 @@ impl ObservationLog {
     /// Number of observations known.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.robots.values().map(|log| log.observations.len()).sum()
+        self.logs.values().map(|log| log.observations.len()).sum()
     }
 
     /// Whether none is known.
@@ -122,9 +143,11 @@ mod tests {
     use super::*;
     use crate::cell::Grid;
 
+    const SEVEN: Origin = Origin::first(RobotId(7));
+
     fn observation(sequence: u64, time_ns: u64) -> Arc<Observation> {
         let from = Grid::new(1, 1).unwrap().cells().next().unwrap();
-        Arc::new(Observation { robot: RobotId(7), sequence, time_ns, from, readings: Vec::new() })
+        Arc::new(Observation { origin: SEVEN, sequence, time_ns, from, readings: Vec::new() })
     }
 
     #[test]
@@ -141,11 +164,17 @@ mod tests {
         let mut log = ObservationLog::default();
         log.insert(observation(0, 0));
         log.insert(observation(2, 0));
-        assert_eq!((log.next(RobotId(7)), log.has_gap(RobotId(7))), (1, true));
+        assert_eq!((log.next(SEVEN), log.has_gap(SEVEN)), (1, true));
         log.insert(observation(1, 0));
-        assert_eq!((log.next(RobotId(7)), log.has_gap(RobotId(7))), (3, false));
-        let since: Vec<u64> = log.since(RobotId(7), 1).map(|known| known.sequence).collect();
+        assert_eq!((log.next(SEVEN), log.has_gap(SEVEN)), (3, false));
+        let since: Vec<u64> = log.since(SEVEN, 1).map(|known| known.sequence).collect();
         assert_eq!(since, [1, 2]);
-        assert_eq!(log.next(RobotId(1)), 0);
+        let again = Origin { incarnation: 5, ..SEVEN };
+        assert_eq!(log.next(again), 0);
+        assert_eq!(
+            log.insert(Arc::new(Observation { origin: again, ..(*observation(0, 0)).clone() })),
+            Entry::New
+        );
+        assert_eq!(log.versions().map(|version| version.next).collect::<Vec<_>>(), [3, 1]);
     }
 }

@@ -136,7 +136,7 @@ mod stranger {
     use dragnet_proto::convert::{self, Codec};
     use dragnet_proto::message::{Audience, Intent, Message, Participant};
     use dragnet_search::cell::Grid;
-    use dragnet_search::observation::RobotId;
+    use dragnet_search::observation::{Origin, RobotId};
 
     use super::{Duration, Endpoints, free_endpoints, open};
 
@@ -165,7 +165,7 @@ mod stranger {
         let mut mouth = Link::join(session.clone(), "m".parse().unwrap(), robot(2), codec).await.unwrap();
         mouth.wait_for(&[robot(1)], Duration::from_secs(20)).await.unwrap();
 
-        let intent = Intent { robot: RobotId(2), decision: 1, time_ns: 0, path: Vec::new() };
+        let intent = Intent { origin: Origin::first(RobotId(2)), decision: 1, time_ns: 0, path: Vec::new() };
         let honest = Message::Intent(intent.clone());
         let number = 7_u64.to_le_bytes();
         session.put("dragnet/m/robots/2/observation", vec![1, 2, 3]).attachment(number).await.unwrap();

@@ -1,6 +1,6 @@
 use dragnet_proto::message::{Activity, LogReply, LogRequest};
 use dragnet_search::evidence::{Digest, Reading};
-use dragnet_search::observation::Version;
+use dragnet_search::observation::{Origin, Version};
 
 use super::*;
 
@@ -38,11 +38,11 @@ fn mission() -> Mission {
 fn observation(robot: RobotId, sequence: u64, seen: u32, nats: f32) -> Arc<Observation> {
     let readings = vec![Reading { cell: cell(seen), value: 0.5 + nats, variance: 1.0 }];
     let time_ns = at(sequence).0;
-    Arc::new(Observation { robot, sequence, time_ns, from: cell(0), readings })
+    Arc::new(Observation { origin: Origin::first(robot), sequence, time_ns, from: cell(0), readings })
 }
 
 fn intent(robot: RobotId, decision: u64, path: std::ops::Range<u32>) -> Intent {
-    Intent { robot, decision, time_ns: 0, path: path.map(cell).collect() }
+    Intent { origin: Origin::first(robot), decision, time_ns: 0, path: path.map(cell).collect() }
 }
 
 fn heartbeat(robot: RobotId, now: MissionTime, versions: Vec<Version>) -> Message {
@@ -63,7 +63,7 @@ fn hear(mission: &mut Mission, now: MissionTime, from: RobotId, message: Message
 }
 
 fn see(mission: &mut Mission, now: MissionTime, observation: &Arc<Observation>) -> Vec<Action> {
-    hear(mission, now, observation.robot, Message::Observation(Arc::clone(observation)))
+    hear(mission, now, observation.origin.robot, Message::Observation(Arc::clone(observation)))
 }
 
 /// Statuses published; each is recorded as well.
@@ -83,7 +83,9 @@ fn statuses(actions: &[Action]) -> Vec<&MissionStatus> {
 
 fn observations(actions: &[Action]) -> Vec<(RobotId, u64)> {
     let records = actions.iter().filter_map(|action| match action {
-        Action::Record(Record::Observation(observation)) => Some((observation.robot, observation.sequence)),
+        Action::Record(Record::Observation(observation)) => {
+            Some((observation.origin.robot, observation.sequence))
+        }
         _ => None,
     });
     records.collect()
@@ -123,12 +125,12 @@ fn a_gap_is_repaired_by_another_robot_and_each_observation_counts_once() {
     let seen: Vec<_> = (0..3).map(|sequence| observation(ONE, sequence, 2, 1.0)).collect();
     see(&mut mission, at(0), &seen[0]);
     let actions = see(&mut mission, at(2), &seen[2]);
-    let request = LogRequest { from: Participant::Coordinator, of: ONE, first: 1 };
+    let request = LogRequest { from: Participant::Coordinator, of: Origin::first(ONE), first: 1 };
     let asks = |whom| Action::Publish(Audience::One(Participant::Robot(whom)), Message::LogRequest(request));
     assert!(actions.contains(&asks(ONE)), "{actions:?}");
 
     mission.handle(at(3), Event::Lost(ONE));
-    let versions = vec![Version { robot: ONE, next: 3 }];
+    let versions = vec![Version { origin: Origin::first(ONE), next: 3 }];
     let actions = hear(&mut mission, at(3), TWO, heartbeat(TWO, at(3), versions));
     assert!(actions.contains(&asks(TWO)), "{actions:?}");
 
@@ -165,7 +167,7 @@ fn whoever_asks_gets_what_a_lost_robot_saw() {
     let seen = observation(ONE, 0, 2, 1.0);
     see(&mut mission, at(0), &seen);
     mission.handle(at(1), Event::Lost(ONE));
-    let request = LogRequest { from: Participant::Robot(TWO), of: ONE, first: 0 };
+    let request = LogRequest { from: Participant::Robot(TWO), of: Origin::first(ONE), first: 0 };
     let actions = hear(&mut mission, at(2), TWO, Message::LogRequest(request));
     let reply = Message::LogReply(LogReply { observations: vec![seen] });
     assert!(actions.contains(&Action::Publish(Audience::One(Participant::Robot(TWO)), reply)));

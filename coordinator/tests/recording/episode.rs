@@ -12,7 +12,7 @@ use dragnet_proto::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Reading;
-use dragnet_search::observation::{Observation, RobotId};
+use dragnet_search::observation::{Observation, Origin, RobotId};
 use dragnet_search::terrain::Terrain;
 
 /// Length of the mission, seconds.
@@ -132,11 +132,16 @@ fn observation(now: MissionTime, robot: RobotId, half: u64) -> Observation {
     let readings = [(u64::from(seen), value), (0, 0.125), (23, -0.0625)];
     let readings = readings.map(|(number, value)| Reading { cell: cell(number), value, variance: 0.5 });
     let (sequence, from) = (half - if robot == ROBOTS[1] && half >= 24 { 14 } else { 0 }, cell(half / 2 % 6));
-    Observation { robot, sequence, time_ns: now.0, from, readings: readings.to_vec() }
+    Observation { origin: Origin::first(robot), sequence, time_ns: now.0, from, readings: readings.to_vec() }
 }
 
 fn intent(now: MissionTime, robot: RobotId, half: u64) -> Intent {
-    Intent { robot, decision: half, time_ns: now.0, path: (0..half % 5).map(cell).collect() }
+    Intent {
+        origin: Origin::first(robot),
+        decision: half,
+        time_ns: now.0,
+        path: (0..half % 5).map(cell).collect(),
+    }
 }
 
 fn heartbeat(now: MissionTime, robot: RobotId, half: u64) -> Message {

@@ -48,7 +48,7 @@ fn expected(episode: &Episode, of: u16) -> (f64, Vec<[f64; 3]>) {
     let (mut sum, mut places) = (0.0, Vec::new());
     for (_, record) in &episode.records {
         match record {
-            Record::Observation(observation) if observation.robot.0 == of => {
+            Record::Observation(observation) if observation.origin.robot.0 == of => {
                 sum += observation.readings.iter().map(|reading| f64::from(reading.value)).sum::<f64>();
             }
             Record::Pose { robot, cell, time } if robot.0 == of => {

@@ -18,6 +18,8 @@ pub(super) const MAX_READINGS: usize = {
 };
 /// The most robots of a team: as many as there are numbers.
 pub(super) const MAX_ROBOTS: usize = 1 << 16;
+/// The most incarnations of robots that one can have heard of.
+pub(super) const MAX_ORIGINS: usize = 1 << 16;
 
 /// Which part of a message is being checked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -103,6 +103,16 @@ pub enum ConvertError {
         /// The robot of the message.
         expected: RobotId,
     },
+    /// Observations of another incarnation than those before.
+    #[error("{at}: {found} after {expected}; allowed are observations of one incarnation")]
+    Incarnation {
+        /// Where it stood.
+        at: Field,
+        /// The one there.
+        found: u64,
+        /// That of those before.
+        expected: u64,
+    },
     /// Observations out of order, or one twice.
     #[error("{at}: {found} after {before}; allowed are ascending numbers")]
     Order {

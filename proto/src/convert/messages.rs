@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
-use dragnet_search::observation::{Observation, RobotId, Version};
+use dragnet_search::observation::{Observation, Origin, RobotId, Version};
 
 use super::check::{
-    Check, Columns, MAX_ROBOTS, Place, activity_number, digest, digest_halves, numbers, participant_numbers,
+    Check, Columns, MAX_ORIGINS, MAX_ROBOTS, Place, activity_number, digest, digest_halves, numbers,
+    participant_numbers,
 };
 use super::error::ConvertError;
 use crate::message::{Detection, Heartbeat, Intent, LogReply, LogRequest, MissionStatus};
@@ -16,7 +17,8 @@ impl From<&Observation> for wire::Observation {
         let Columns { cells, values, variances } = observation.readings.as_slice().into();
         Self {
             version: wire::VERSION,
-            robot: observation.robot.0,
+            robot: observation.origin.robot.0,
+            incarnation: observation.origin.incarnation,
             sequence: observation.sequence,
             time_ns: observation.time_ns,
             cell: observation.from.number(),
@@ -31,7 +33,8 @@ impl From<&Intent> for wire::Intent {
     fn from(intent: &Intent) -> Self {
         Self {
             version: wire::VERSION,
-            robot: intent.robot.0,
+            robot: intent.origin.robot.0,
+            incarnation: intent.origin.incarnation,
             decision: intent.decision,
             time_ns: intent.time_ns,
             path: numbers(&intent.path),
@@ -49,7 +52,8 @@ impl From<&Heartbeat> for wire::Heartbeat {
             cell: heartbeat.cell.number(),
             path_meters: heartbeat.path_meters,
             intent: (&heartbeat.intent).into(),
-            known_robots: heartbeat.versions.iter().map(|version| version.robot.0).collect(),
+            known_robots: heartbeat.versions.iter().map(|version| version.origin.robot.0).collect(),
+            known_incarnations: heartbeat.versions.iter().map(|version| version.origin.incarnation).collect(),
             known_next: heartbeat.versions.iter().map(|version| version.next).collect(),
             digest: digest_halves(heartbeat.digest),
         }
@@ -59,8 +63,14 @@ impl From<&Heartbeat> for wire::Heartbeat {
 impl From<&LogRequest> for wire::LogRequest {
     fn from(request: &LogRequest) -> Self {
         let (from_kind, from_robot) = participant_numbers(request.from);
-        let (of_robot, first) = (request.of.0, request.first);
-        Self { version: wire::VERSION, from_kind, from_robot, of_robot, first }
+        Self {
+            version: wire::VERSION,
+            from_kind,
+            from_robot,
+            of_robot: request.of.robot.0,
+            of_incarnation: request.of.incarnation,
+            first: request.first,
+        }
     }
 }
 
@@ -100,7 +110,7 @@ impl Check {
     pub(super) fn observation(self, wire: &wire::Observation) -> Result<Observation, ConvertError> {
         self.version(wire.version)?;
         Ok(Observation {
-            robot: RobotId(wire.robot),
+            origin: origin(wire.robot, wire.incarnation),
             sequence: wire.sequence,
             time_ns: wire.time_ns,
             from: self.cell(self.at("cell"), wire.cell)?,
@@ -111,7 +121,7 @@ impl Check {
     pub(super) fn intent(self, wire: &wire::Intent) -> Result<Intent, ConvertError> {
         self.version(wire.version)?;
         Ok(Intent {
-            robot: RobotId(wire.robot),
+            origin: origin(wire.robot, wire.incarnation),
             decision: wire.decision,
             time_ns: wire.time_ns,
             path: self.path("path", &wire.path)?,
@@ -130,23 +140,29 @@ impl Check {
             cell: self.cell(self.at("cell"), wire.cell)?,
             path_meters: self.not_negative("path_meters", wire.path_meters)?,
             intent: inner.intent(&wire.intent)?,
-            versions: self.versions(&wire.known_robots, &wire.known_next)?,
+            versions: self.versions(wire)?,
             digest: digest(wire.digest),
         })
     }
 
-    fn versions(self, robots: &[u16], next: &[u64]) -> Result<Vec<Version>, ConvertError> {
-        self.at_most(MAX_ROBOTS, "known_robots", robots.len())?;
-        self.same_length("known_next", next.len(), "known_robots", robots.len())?;
-        let pairs = robots.iter().zip(next);
-        Ok(pairs.map(|(&robot, &next)| Version { robot: RobotId(robot), next }).collect())
+    fn versions(self, wire: &wire::Heartbeat) -> Result<Vec<Version>, ConvertError> {
+        let wire::Heartbeat { known_robots, known_incarnations, known_next, .. } = wire;
+        let count = known_robots.len();
+        self.at_most(MAX_ORIGINS, "known_robots", count)?;
+        self.same_length("known_incarnations", known_incarnations.len(), "known_robots", count)?;
+        self.same_length("known_next", known_next.len(), "known_robots", count)?;
+        let origins = known_robots.iter().zip(known_incarnations);
+        let versions = origins
+            .zip(known_next)
+            .map(|((&robot, &incarnation), &next)| Version { origin: origin(robot, incarnation), next });
+        Ok(versions.collect())
     }
 
     pub(super) fn log_request(self, wire: &wire::LogRequest) -> Result<LogRequest, ConvertError> {
         self.version(wire.version)?;
         Ok(LogRequest {
             from: self.participant("from_kind", wire.from_kind, wire.from_robot)?,
-            of: RobotId(wire.of_robot),
+            of: origin(wire.of_robot, wire.of_incarnation),
             first: wire.first,
         })
     }
@@ -158,6 +174,13 @@ impl Check {
             let [before, after] = pair else { continue };
             let check = self.within(Place::Observation(index + 1));
             check.robot(RobotId(after.robot), RobotId(before.robot))?;
+            if after.incarnation != before.incarnation {
+                return Err(ConvertError::Incarnation {
+                    at: check.at("incarnation"),
+                    found: after.incarnation,
+                    expected: before.incarnation,
+                });
+            }
             if after.sequence <= before.sequence {
                 return Err(ConvertError::Order {
                     at: check.at("sequence"),
@@ -199,4 +222,8 @@ impl Check {
             digest: digest(wire.digest),
         })
     }
+}
+
+const fn origin(robot: u16, incarnation: u64) -> Origin {
+    Origin { robot: RobotId(robot), incarnation }
 }

@@ -1,6 +1,6 @@
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{Digest, Reading};
-use dragnet_search::observation::{Observation, RobotId, Version};
+use dragnet_search::observation::{Observation, Origin, RobotId, Version};
 
 use super::*;
 use crate::message::{Activity, Heartbeat, Intent, LogReply};
@@ -15,11 +15,16 @@ fn cell(number: u32) -> Cell {
 
 fn observation(robot: u16, sequence: u64) -> Observation {
     let readings = vec![Reading { cell: cell(4), value: 0.5, variance: 0.25 }];
-    Observation { robot: RobotId(robot), sequence, time_ns: 9, from: cell(5), readings }
+    Observation { origin: Origin::first(RobotId(robot)), sequence, time_ns: 9, from: cell(5), readings }
 }
 
 fn intent(robot: u16) -> Intent {
-    Intent { robot: RobotId(robot), decision: 1, time_ns: 2, path: vec![cell(0), cell(3)] }
+    Intent {
+        origin: Origin { robot: RobotId(robot), incarnation: 8 },
+        decision: 1,
+        time_ns: 2,
+        path: vec![cell(0), cell(3)],
+    }
 }
 
 fn heartbeat() -> Heartbeat {
@@ -30,7 +35,7 @@ fn heartbeat() -> Heartbeat {
         cell: cell(1),
         path_meters: 60.0,
         intent: intent(7),
-        versions: vec![Version { robot: RobotId(7), next: 4 }],
+        versions: vec![Version { origin: Origin::first(RobotId(7)), next: 4 }],
         digest: Digest(0x0123_4567_89ab_cdef_0011_2233_4455_6677),
     }
 }
@@ -42,8 +47,9 @@ fn refusal<T: RosMessage>(kind: MessageKind, message: &T) -> String {
 
 #[test]
 fn an_observation_has_the_bytes_that_its_definition_gives_it() {
-    let mut expected = vec![0, 1, 0, 0, 1, 0]; // header; version and its padding
+    let mut expected = vec![0, 1, 0, 0, 2, 0]; // header; version and its padding
     expected.extend([2, 1, 0, 0, 0, 0]); // robot 258 and padding to 8
+    expected.extend([0, 0, 0, 0, 0, 0, 0, 0]); // incarnation
     expected.extend([3, 0, 0, 0, 0, 0, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0]); // sequence, time
     expected.extend([5, 0, 0, 0]); // cell
     expected.extend([1, 0, 0, 0, 4, 0, 0, 0]); // cells
@@ -70,7 +76,7 @@ fn an_observation_out_of_range_is_refused_by_field() {
             format!("dragnet_msgs/msg/Observation: {expected}")
         );
     };
-    check(|wire| wire.version = 2, "version: 2; this program speaks version 1");
+    check(|wire| wire.version = 1, "version: 1; this program speaks version 2");
     check(|wire| wire.cell = 6, "cell: cell 6 is not on the map; allowed are 0 to 5");
     check(|wire| wire.cells[0] = 99, "cells[0]: cell 99 is not on the map; allowed are 0 to 5");
     check(
@@ -91,7 +97,7 @@ fn an_observation_out_of_range_is_refused_by_field() {
 #[test]
 fn another_version_is_named_even_if_its_fields_are_others() {
     let error = Codec::new(grid()).decode(MessageKind::LogRequest, &[0, 1, 0, 0, 9, 8, 7]);
-    let expected = "dragnet_msgs/msg/LogRequest: version: 9; this program speaks version 1";
+    let expected = "dragnet_msgs/msg/LogRequest: version: 9; this program speaks version 2";
     assert_eq!(error.unwrap_err().to_string(), expected);
 }
 
@@ -105,12 +111,16 @@ fn a_heartbeat_out_of_range_is_refused_by_field() {
     check(|wire| wire.activity = 4, "activity: 4; allowed are 0 searching, 1 cleared, 2 spent, 3 stuck");
     check(|wire| wire.path_meters = f64::INFINITY, "path_meters: inf; allowed are finite numbers from 0");
     check(|wire| wire.intent.robot = 8, "intent.robot: of robot 8; allowed is robot 7 only");
-    check(|wire| wire.intent.version = 0, "intent.version: 0; this program speaks version 1");
+    check(|wire| wire.intent.version = 0, "intent.version: 0; this program speaks version 2");
     check(|wire| wire.intent.path = vec![0; 7], "intent.path: 7 entries; allowed are at most 6");
     check(|wire| wire.intent.path[1] = 6, "intent.path[1]: cell 6 is not on the map; allowed are 0 to 5");
     check(
         |wire| wire.known_next.clear(),
         "known_next: 0 entries; allowed are 1, as many as `known_robots` has",
+    );
+    check(
+        |wire| wire.known_incarnations.push(1),
+        "known_incarnations: 2 entries; allowed are 1, as many as `known_robots` has",
     );
 }
 
@@ -156,11 +166,11 @@ fn a_message_comes_from_where_its_key_says() {
 #[test]
 fn a_step_of_an_unknown_kind_is_refused() {
     let codec = Codec::new(grid());
-    let step = wire::Step { version: 1, kind: 7, ..wire::Step::default() };
+    let step = wire::Step { version: wire::VERSION, kind: 7, ..wire::Step::default() };
     let error = codec.decode_step(&cdr::encode(&step)).unwrap_err().to_string();
     assert!(error.contains("kind: 7; allowed are 0 start, 1 sensed"), "{error}");
 
-    let reply = wire::StepReply { version: 1, parcels: vec![5], ..wire::StepReply::default() };
+    let reply = wire::StepReply { version: wire::VERSION, parcels: vec![5], ..wire::StepReply::default() };
     let error = codec.decode_step_reply(&cdr::encode(&reply)).unwrap_err().to_string();
     assert!(error.contains("kinds: 0 entries; allowed are 1"), "{error}");
 }

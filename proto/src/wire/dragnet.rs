@@ -7,13 +7,14 @@
 use serde::{Deserialize, Serialize};
 
 /// The version of all messages that this program speaks.
-pub const VERSION: u8 = 1;
+pub const VERSION: u8 = 2;
 
 /// `dragnet_msgs/msg/Observation`, see `msg/Observation.msg`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Observation {
     pub version: u8,
     pub robot: u16,
+    pub incarnation: u64,
     pub sequence: u64,
     pub time_ns: u64,
     pub cell: u32,
@@ -27,6 +28,7 @@ pub struct Observation {
 pub struct Intent {
     pub version: u8,
     pub robot: u16,
+    pub incarnation: u64,
     pub decision: u64,
     pub time_ns: u64,
     pub path: Vec<u32>,
@@ -43,6 +45,7 @@ pub struct Heartbeat {
     pub path_meters: f64,
     pub intent: Intent,
     pub known_robots: Vec<u16>,
+    pub known_incarnations: Vec<u64>,
     pub known_next: Vec<u64>,
     pub digest: [u64; 2],
 }
@@ -54,6 +57,7 @@ pub struct LogRequest {
     pub from_kind: u8,
     pub from_robot: u16,
     pub of_robot: u16,
+    pub of_incarnation: u64,
     pub first: u64,
 }
 
