@@ -8,7 +8,7 @@ use dragnet_proto::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Reading;
-use dragnet_search::observation::{Observation, Origin, RobotId};
+use dragnet_search::observation::{Entry, Observation, Origin, RobotId};
 use dragnet_search::policy::Policy;
 use dragnet_search::route::Moves;
 use dragnet_search::seed::{Purpose, Stream, stream};
@@ -95,9 +95,11 @@ pub enum Event {
     Lost(RobotId),
 }
 
-/// What a robot does.
+/// What a robot does, in this order.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
+    /// Remember an observation, its own or another's, for the case that it starts again: see [`Agent::recall`].
+    Keep(Arc<Observation>),
     /// Tell the others.
     Publish(Audience, Message),
     /// Enter these cells in order, instead of any before; none of them is the robot's own. Without a cell: stay.
@@ -128,6 +130,8 @@ pub struct Agent {
     decisions: u64,
     /// Plans made, those to rest included: the number of the next one.
     plans: u64,
+    /// Where it last stood before it started again.
+    recalled: Option<Cell>,
     /// Under which its observations and plans are numbered.
     origin: Origin,
     /// Observations made.
@@ -165,11 +169,32 @@ impl Agent {
             is_overtaken: false,
             decisions: 0,
             plans: 0,
+            recalled: None,
             origin: Origin::first(orders.id()),
             observations: 0,
             conflicting: 0,
             next_heartbeat: MissionTime::START + orders.mission.heartbeat,
             orders,
+        }
+    }
+
+    /// Takes in what a robot of this number kept before it started again: its evidence, and the way that it had covered.
+    /// To be called before anything else, with each observation in the order of [`Action::Keep`].
+    ///
+    /// What it sees from now on is numbered anew, under another incarnation: what it kept last may not be the last that
+    /// it told the others.
+    pub fn recall(&mut self, observation: Arc<Observation>) {
+        if observation.origin.robot == self.orders.id() {
+            if let Some(before) = self.recalled {
+                self.path_meters += self.meters(before, observation.from);
+            }
+            self.recalled = Some(observation.from);
+        }
+        let readings = observation.readings.clone();
+        if self.inbox.record(observation) == Entry::New {
+            for reading in &readings {
+                self.belief.add(reading);
+            }
         }
     }
 
@@ -245,6 +270,7 @@ impl Agent {
         });
         self.observations += 1;
         self.inbox.record(Arc::clone(&observation));
+        actions.push(Action::Keep(Arc::clone(&observation)));
         actions.push(Action::Publish(Audience::All, Message::Observation(observation)));
         let is_due = self.orders.robot.policy.replan_after.is_some_and(|cells| self.entered >= cells.get());
         let is_void = self.plan.is_empty() || self.is_overtaken;
@@ -258,8 +284,7 @@ impl Agent {
         if let Some(before) = self.cell
             && before != cell
         {
-            let cells = self.orders.terrain.grid().offset(before, cell).euclidean();
-            self.path_meters += cells * self.orders.terrain.cell_meters();
+            self.path_meters += self.meters(before, cell);
             self.entered += 1;
         }
         self.cell = Some(cell);
@@ -271,10 +296,14 @@ impl Agent {
         }
     }
 
+    fn meters(&self, from: Cell, to: Cell) -> f64 {
+        self.orders.terrain.grid().offset(from, to).euclidean() * self.orders.terrain.cell_meters()
+    }
+
     fn receive(&mut self, now: MissionTime, from: Participant, message: &Message, actions: &mut Vec<Action>) {
         match message {
             Message::Observation(observation) => {
-                self.team.walked(now, observation.origin.robot, observation.from)
+                self.team.walked(now, observation.origin.robot, observation.from);
             }
             Message::Intent(intent) => self.learn_plan(now, intent),
             Message::Heartbeat(heartbeat) => self.learn_plan(now, &heartbeat.intent),
@@ -286,8 +315,11 @@ impl Agent {
         }
         let received = self.inbox.receive(now, from, message);
         self.conflicting += received.conflicting;
-        for reading in received.new.iter().flat_map(|observation| &observation.readings) {
-            self.belief.add(reading);
+        for observation in received.new {
+            for reading in &observation.readings {
+                self.belief.add(reading);
+            }
+            actions.push(Action::Keep(observation));
         }
         for (whom, reply) in received.replies {
             actions.push(Action::Publish(Audience::One(whom), reply));

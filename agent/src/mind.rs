@@ -29,6 +29,7 @@ impl Mind for Agent {
         };
         let elapsed = start.elapsed();
         let mut reaction = Reaction {
+            kept: Vec::new(),
             published: Vec::new(),
             route: None,
             wake_at: self.wake_at(),
@@ -38,6 +39,7 @@ impl Mind for Agent {
         };
         for action in actions {
             match action {
+                Action::Keep(observation) => reaction.kept.push(observation),
                 Action::Publish(audience, message) => reaction.published.push((audience, message)),
                 Action::Follow(route) => reaction.route = Some(route),
             }

@@ -54,14 +54,14 @@ impl Field {
 fn route(actions: &[Action]) -> Option<&[Cell]> {
     actions.iter().find_map(|action| match action {
         Action::Follow(route) => Some(route.as_slice()),
-        Action::Publish(..) => None,
+        Action::Keep(_) | Action::Publish(..) => None,
     })
 }
 
 fn said(actions: &[Action]) -> Vec<&Message> {
     let to_all = actions.iter().filter_map(|action| match action {
         Action::Publish(Audience::All, message) => Some(message),
-        Action::Publish(..) | Action::Follow(_) => None,
+        Action::Keep(_) | Action::Publish(..) | Action::Follow(_) => None,
     });
     to_all.collect()
 }
@@ -211,4 +211,45 @@ fn a_clock_that_is_set_back_by_the_first_look_delays_no_heartbeat() {
     assert!(field.wake(500).is_empty());
     field.sense(0, field.cell(0, 0));
     assert_eq!(field.robot.wake_at(), MissionTime(10 * SECOND));
+}
+
+#[test]
+fn a_robot_that_starts_again_remembers_what_it_kept_and_reuses_no_name() {
+    let mut field = Field::new(1, ENDLESS);
+    let mut kept = Vec::new();
+    let mut keep = |actions: Vec<Action>| {
+        let new = actions.into_iter().filter_map(|action| match action {
+            Action::Keep(observation) => Some(observation),
+            Action::Publish(..) | Action::Follow(_) => None,
+        });
+        kept.extend(new);
+    };
+    keep(field.sense(0, field.cell(0, 0)));
+    let origin = Origin::first(RobotId(2));
+    let readings = vec![Reading { cell: field.cell(9, 9), value: 1.0, variance: 0.001 }];
+    let told = Observation { origin, sequence: 0, time_ns: 0, from: field.cell(9, 9), readings };
+    keep(field.hear(5, 2, Message::Observation(told.into())));
+    keep(field.sense(10, field.cell(0, 1)));
+    assert_eq!(kept.len(), 3);
+    let before = field.robot.belief().digest();
+
+    let mut again = Field::new(1, ENDLESS);
+    for observation in kept {
+        again.robot.recall(observation);
+    }
+    assert_eq!(again.robot.belief().digest(), before);
+    let actions = again.sense(60, again.cell(0, 1));
+    match said(&actions)[..] {
+        [Message::Observation(observation), Message::Intent(_)] => {
+            let expected = Origin { robot: RobotId(1), incarnation: 60 * SECOND };
+            assert_eq!((observation.origin, observation.sequence), (expected, 0));
+        }
+        ref other => panic!("{other:?}"),
+    }
+    let heartbeat = again.wake(70);
+    let way = said(&heartbeat).iter().find_map(|message| match message {
+        Message::Heartbeat(heartbeat) => Some((heartbeat.path_meters, heartbeat.versions.len())),
+        _ => None,
+    });
+    assert_eq!(way, Some((again.scenario.terrain().cell_meters(), 3)));
 }

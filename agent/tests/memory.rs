@@ -157,7 +157,7 @@ impl Search {
 fn route(actions: &[Action]) -> Vec<Cell> {
     let route = actions.iter().find_map(|action| match action {
         Action::Follow(route) => Some(route.clone()),
-        Action::Publish(..) => None,
+        Action::Keep(_) | Action::Publish(..) => None,
     });
     route.unwrap()
 }

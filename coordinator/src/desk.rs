@@ -97,6 +97,7 @@ impl Mind for Desk {
             Action::Record(_) => None,
         });
         Ok(Reaction {
+            kept: Vec::new(),
             published: published.collect(),
             route: None,
             wake_at: self.mission.wake_at(),

@@ -116,6 +116,7 @@ impl Crew for RemoteCrew {
     ) -> Result<Reaction<u64>, LinkError> {
         let reply = self.ask(who, now, event(stimulus))?;
         Ok(Reaction {
+            kept: Vec::new(),
             published: reply.published.iter().map(|parcel| (parcel.to, parcel.number)).collect(),
             route: reply.route,
             wake_at: MissionTime(reply.wake_at_ns.unwrap_or(u64::MAX)),

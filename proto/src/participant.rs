@@ -1,10 +1,11 @@
 //! The contract between whoever drives a participant, real time or a simulator, and the participant's mind.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{Digest, Reading};
-use dragnet_search::observation::RobotId;
+use dragnet_search::observation::{Observation, RobotId};
 
 use crate::message::{Activity, Audience, Message, Participant};
 use crate::time::MissionTime;
@@ -66,6 +67,8 @@ pub enum Stimulus<P> {
 /// What a participant does.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reaction<P> {
+    /// Observations that are new to it: to be written down before anything is published.
+    pub kept: Vec<Arc<Observation>>,
     /// What it publishes, in order.
     pub published: Vec<(Audience, P)>,
     /// A robot's new route, if there is one: cells to enter from now on; without a cell, stay.
