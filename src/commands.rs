@@ -20,6 +20,7 @@ mod schema;
 mod search;
 mod shard;
 mod sim;
+mod soak;
 mod train;
 
 use std::fmt;
@@ -44,6 +45,7 @@ pub(crate) enum Command {
     Agent(agent::Arguments),
     Coordinator(coordinator::Arguments),
     Sim(sim::Arguments),
+    Soak(soak::Arguments),
     Completions(completions::Arguments),
 }
 
@@ -70,6 +72,7 @@ pub(crate) fn execute(command: Command) -> Result<(), Failure> {
         Command::Agent(arguments) => agent::execute(&arguments),
         Command::Coordinator(arguments) => coordinator::execute(&arguments),
         Command::Sim(arguments) => sim::execute(&arguments),
+        Command::Soak(arguments) => soak::execute(&arguments),
         Command::Completions(arguments) => completions::execute(&arguments),
     }
 }

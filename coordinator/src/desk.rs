@@ -8,7 +8,7 @@ use dragnet_proto::time::MissionTime;
 use dragnet_search::evidence::Digest;
 
 use crate::RecordingError;
-use crate::mission::{Action, Event, Mission};
+use crate::mission::{Action, Event, Mission, Record};
 use crate::record::Recorder;
 
 /// Where the mission is watched and written down.
@@ -57,7 +57,7 @@ impl Desk {
         Ok(self.mission)
     }
 
-    /// Writes down what is to be recorded; returns the rest.
+    /// Writes down what is to be recorded; returns what is said, and observations.
     fn handle(&mut self, now: MissionTime, event: Event) -> Vec<Action> {
         let mut actions = self.mission.handle(now, event);
         actions.retain(|action| {
@@ -66,7 +66,7 @@ impl Desk {
             {
                 self.recording = Some(Err(error));
             }
-            matches!(action, Action::Publish(..))
+            matches!(action, Action::Publish(..) | Action::Record(Record::Observation(_)))
         });
         if let Some(Ok(recorder)) = &mut self.recording
             && let Err(error) = recorder.tick(now)
@@ -92,13 +92,17 @@ impl Mind for Desk {
             Stimulus::Woke => self.handle(now, Event::Woke),
             Stimulus::Lost(robot) => self.handle(now, Event::Lost(robot)),
         };
-        let published = actions.into_iter().filter_map(|action| match action {
-            Action::Publish(audience, message) => Some((audience, message)),
-            Action::Record(_) => None,
-        });
+        let (mut kept, mut published) = (Vec::new(), Vec::new());
+        for action in actions {
+            match action {
+                Action::Publish(audience, message) => published.push((audience, message)),
+                Action::Record(Record::Observation(observation)) => kept.push(observation),
+                Action::Record(_) => {}
+            }
+        }
         Ok(Reaction {
-            kept: Vec::new(),
-            published: published.collect(),
+            kept,
+            published,
             route: None,
             wake_at: self.mission.wake_at(),
             activity: Activity::Searching,

@@ -219,6 +219,7 @@ impl Mission {
             expected_undeclared: self.declarations.expected_undeclared(&self.orders.terrain, &self.belief),
             alive: self.alive().collect(),
             observations: self.inbox.log().len() as u64,
+            versions: self.inbox.log().versions().collect(),
             digest: self.belief.digest(),
         }
     }

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use dragnet_search::observation::{Entry, Observation, ObservationLog, Origin};
+use dragnet_search::observation::{Entry, Observation, ObservationLog, Origin, Version};
 
 use crate::message::{LogReply, LogRequest, Message, Participant};
 use crate::time::MissionTime;
@@ -61,18 +61,28 @@ impl Inbox {
                     self.ask(now, from, observation.origin, &mut received);
                 }
             }
-            Message::Heartbeat(heartbeat) => {
-                for version in &heartbeat.versions {
-                    if version.next > self.log.next(version.origin) {
-                        self.ask(now, from, version.origin, &mut received);
-                    }
-                }
-            }
+            Message::Heartbeat(heartbeat) => self.compare(now, from, &heartbeat.versions, &mut received),
+            Message::MissionStatus(status) => self.compare(now, from, &status.versions, &mut received),
             Message::LogRequest(request) => self.answer(*request, &mut received),
             Message::LogReply(reply) => self.take_repeated(now, from, reply, &mut received),
-            Message::Intent(_) | Message::MissionStatus(_) => {}
+            Message::Intent(_) => {}
         }
         received
+    }
+
+    /// Asks for what somebody else knows.
+    fn compare(
+        &mut self,
+        now: MissionTime,
+        from: Participant,
+        versions: &[Version],
+        received: &mut Received,
+    ) {
+        for version in versions {
+            if version.may_help(self.log.version(version.origin)) {
+                self.ask(now, from, version.origin, received);
+            }
+        }
     }
 
     fn take_repeated(
@@ -82,15 +92,14 @@ impl Inbox {
         reply: &LogReply,
         received: &mut Received,
     ) {
-        let Some(origin) = reply.observations.last().map(|observation| observation.origin) else { return };
-        let missing = self.log.next(origin);
         for observation in &reply.observations {
             self.take(observation, received);
         }
-        // A full reply may have left some out; one that did not help would not help again.
-        if reply.observations.len() == LogReply::MAX_OBSERVATIONS && self.log.next(origin) > missing {
-            self.asked.remove(&origin);
-            self.ask(now, from, origin, received);
+        // A full reply may have left some out.
+        if let Some(last) = reply.observations.last()
+            && reply.observations.len() == LogReply::MAX_OBSERVATIONS
+        {
+            self.ask_from(now, from, last.origin, last.sequence + 1, received);
         }
     }
 
@@ -106,8 +115,19 @@ impl Inbox {
         if self.asked.get(&of).is_some_and(|&asked| now < asked + self.patience) {
             return;
         }
+        self.ask_from(now, whom, of, self.log.next(of), received);
+    }
+
+    fn ask_from(
+        &mut self,
+        now: MissionTime,
+        whom: Participant,
+        of: Origin,
+        first: u64,
+        received: &mut Received,
+    ) {
         self.asked.insert(of, now);
-        let request = LogRequest { from: self.owner, of, first: self.log.next(of) };
+        let request = LogRequest { from: self.owner, of, first };
         received.replies.push((whom, Message::LogRequest(request)));
     }
 
@@ -124,7 +144,7 @@ impl Inbox {
 mod tests {
     use dragnet_search::cell::Grid;
     use dragnet_search::evidence::Digest;
-    use dragnet_search::observation::{RobotId, Version};
+    use dragnet_search::observation::RobotId;
 
     use super::*;
     use crate::message::{Activity, Heartbeat, Intent};

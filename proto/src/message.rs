@@ -201,6 +201,8 @@ pub struct MissionStatus {
     pub alive: Vec<RobotId>,
     /// Observations merged so far.
     pub observations: u64,
+    /// Observations that it has, of every robot that it has heard of: what a lost robot told it alone is not lost.
+    pub versions: Vec<Version>,
     /// Digest of the merged evidence.
     pub digest: Digest,
 }

@@ -77,10 +77,14 @@ fn intents() -> impl Strategy<Value = Intent> {
         .prop_map(|(origin, decision, time_ns, path)| Intent { origin, decision, time_ns, path })
 }
 
+fn versions() -> impl Strategy<Value = Vec<Version>> {
+    let version = (origins(), any::<u64>(), any::<u64>());
+    vec(version.prop_map(|(origin, next, beyond)| Version { origin, next, beyond }), 0..5)
+}
+
 fn heartbeats() -> impl Strategy<Value = Heartbeat> {
-    let versions = vec((origins(), any::<u64>()).prop_map(|(origin, next)| Version { origin, next }), 0..5);
     let place = (any::<u64>(), activities(), cells(), 0.0..1e9);
-    (intents(), place, versions, digests()).prop_map(
+    (intents(), place, versions(), digests()).prop_map(
         |(intent, (time_ns, activity, cell, path_meters), versions, digest)| Heartbeat {
             robot: intent.origin.robot,
             time_ns,
@@ -109,13 +113,14 @@ fn mission_statuses() -> impl Strategy<Value = MissionStatus> {
         detection.prop_map(|(cell, probability, time_ns)| Detection { cell, probability, time_ns }),
         0..9,
     );
-    (any::<u64>(), declared, 0.0..1e6, vec(robots(), 0..9), any::<u64>(), digests()).prop_map(
-        |(time_ns, declared, expected_undeclared, alive, observations, digest)| MissionStatus {
+    (any::<u64>(), declared, 0.0..1e6, vec(robots(), 0..9), any::<u64>(), (versions(), digests())).prop_map(
+        |(time_ns, declared, expected_undeclared, alive, observations, (versions, digest))| MissionStatus {
             time_ns,
             declared,
             expected_undeclared,
             alive,
             observations,
+            versions,
             digest,
         },
     )

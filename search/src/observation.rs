@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use xxhash_rust::xxh3::xxh3_64;
+
 use crate::cell::Cell;
 use crate::evidence::Reading;
 
@@ -62,13 +64,24 @@ pub enum Entry {
     Conflicting,
 }
 
-/// How many observations of an origin are known without a gap: the sequence number of the first one that is missing.
+/// Which observations of an origin are known: all before the first one that is missing, and some later ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Version {
     /// Whose observations.
     pub origin: Origin,
     /// The first sequence number that is missing.
     pub next: u64,
+    /// A hash of the later ones that are known; 0 if none is. What is missing may be missing for ever, as when the robot
+    /// that knew it lost its memory: then what came after it is known to some and not to others, and `next` does not tell.
+    pub beyond: u64,
+}
+
+impl Version {
+    /// Whether somebody at this version may know what is missing at another of the same origin.
+    #[must_use]
+    pub const fn may_help(self, other: Self) -> bool {
+        self.next > other.next || self.beyond != 0 && self.beyond != other.beyond
+    }
 }
 
 /// All observations known to a robot, its own and others'.
@@ -112,9 +125,16 @@ impl ObservationLog {
             .is_some_and(|log| log.observations.last_key_value().is_some_and(|(&last, _)| last >= log.next))
     }
 
-    /// What is known without a gap, by origin.
+    /// What is known of an origin.
+    #[must_use]
+    pub fn version(&self, origin: Origin) -> Version {
+        let (next, beyond) = self.logs.get(&origin).map_or((0, 0), |log| (log.next, log.beyond()));
+        Version { origin, next, beyond }
+    }
+
+    /// What is known, by origin.
     pub fn versions(&self) -> impl Iterator<Item = Version> + '_ {
-        self.logs.iter().map(|(&origin, log)| Version { origin, next: log.next })
+        self.logs.keys().map(|&origin| self.version(origin))
     }
 
     /// Known observations of an origin from a sequence number on, in order.
@@ -138,6 +158,15 @@ impl ObservationLog {
     }
 }
 
+impl Log {
+    /// [`Version::beyond`]: the sum of a hash of each.
+    fn beyond(&self) -> u64 {
+        let later =
+            self.observations.range(self.next..).map(|(sequence, _)| xxh3_64(&sequence.to_le_bytes()));
+        later.fold(0, u64::wrapping_add)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -157,6 +186,22 @@ mod tests {
         assert_eq!(log.insert(observation(0, 5)), Entry::Known);
         assert_eq!(log.insert(observation(0, 6)), Entry::Conflicting);
         assert_eq!(log.len(), 1);
+    }
+
+    #[test]
+    fn what_lies_beyond_a_gap_is_told() {
+        let of = |sequences: &[u64]| {
+            let mut log = ObservationLog::default();
+            for &sequence in sequences {
+                log.insert(observation(sequence, 0));
+            }
+            log.version(SEVEN)
+        };
+        let [none, five, six, both] = [&[0][..], &[0, 5], &[0, 6], &[0, 5, 6]].map(of);
+        assert_eq!((none.next, none.beyond), (1, 0));
+        assert!(five.may_help(none) && five.may_help(six) && six.may_help(five) && both.may_help(five));
+        assert!(!none.may_help(five) && !five.may_help(five));
+        assert!(five.may_help(of(&[0, 1, 2])) && of(&[0, 1, 2]).may_help(five));
     }
 
     #[test]

@@ -24,6 +24,8 @@ pub enum Purpose {
     Training,
     /// Maps that are generated.
     Map,
+    /// Faults of whole teams.
+    Soak,
 }
 
 /// The stream of a purpose and robot (0 where no robot is meant) under an episode's seed.
@@ -37,6 +39,7 @@ pub fn stream(seed: u64, purpose: Purpose, robot: u16) -> Stream {
         Purpose::Network => "network",
         Purpose::Training => "training",
         Purpose::Map => "map",
+        Purpose::Soak => "soak",
     };
     let mut key = [0; 32];
     for (part, bytes) in (0_u16..).zip(key.chunks_exact_mut(8)) {

@@ -12,6 +12,7 @@ use dragnet_search::evidence::Digest;
 use dragnet_search::measures::{Score, Truth};
 
 use crate::crew::{Crew, LocalCrew};
+use crate::faults::Faults;
 use crate::simulation::{Attendance, End, Outcome, Rules, Simulation, Spectator};
 use crate::world::World;
 
@@ -77,6 +78,23 @@ pub fn run_with<C: Crew>(
     spectator: Spectator<'_>,
 ) -> Result<Episode, C::Error> {
     let (world, outcome) = Simulation::new(scenario, seed, rules, crew, spectator).run()?;
+    Ok(Episode::new(world, outcome))
+}
+
+/// The same, with faults of the participants themselves.
+///
+/// # Errors
+/// If a participant cannot go on.
+pub fn run_with_faults<C: Crew>(
+    scenario: &Scenario,
+    seed: u64,
+    rules: Rules,
+    faults: Faults,
+    crew: &mut C,
+) -> Result<Episode, C::Error> {
+    let mut nobody = |_, _| ();
+    let simulation = Simulation::new(scenario, seed, rules, crew, &mut nobody).with_faults(faults);
+    let (world, outcome) = simulation.run()?;
     Ok(Episode::new(world, outcome))
 }
 

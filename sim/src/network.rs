@@ -1,14 +1,19 @@
 //! The network between the participants, and what goes wrong on it.
 
+use std::ops::AddAssign;
+
 use dragnet_proto::message::Participant;
 use dragnet_proto::scenario;
 use dragnet_proto::time::MissionTime;
 use dragnet_search::seed::{Purpose, Stream, stream};
 use rand::RngExt;
 
+use crate::faults::Mute;
+
 /// Decides when each message reaches each receiver, if at all.
 pub(crate) struct Network {
     faults: scenario::Network,
+    mute: Vec<Mute>,
     random: Stream,
     tally: Tally,
 }
@@ -26,16 +31,35 @@ pub struct Tally {
     pub duplicated: u64,
     /// Held back to be overtaken.
     pub reordered: u64,
+    /// Lost on a link that worked one way only.
+    pub muted: u64,
+}
+
+impl AddAssign for Tally {
+    fn add_assign(&mut self, other: Self) {
+        self.sent += other.sent;
+        self.lost += other.lost;
+        self.cut += other.cut;
+        self.duplicated += other.duplicated;
+        self.reordered += other.reordered;
+        self.muted += other.muted;
+    }
 }
 
 impl Network {
     pub(crate) fn new(faults: scenario::Network, seed: u64) -> Self {
-        Self { faults, random: stream(seed, Purpose::Network, 0), tally: Tally::default() }
+        let random = stream(seed, Purpose::Network, 0);
+        Self { faults, mute: Vec::new(), random, tally: Tally::default() }
+    }
+
+    pub(crate) fn mute(&mut self, mute: Vec<Mute>) {
+        self.mute = mute;
     }
 
     /// From now on nothing goes wrong.
     pub(crate) fn heal(&mut self) {
         self.faults = scenario::Network::default();
+        self.mute.clear();
     }
 
     pub(crate) const fn tally(&self) -> Tally {
@@ -52,6 +76,10 @@ impl Network {
         self.tally.sent += 1;
         if self.faults.is_cut(now, from, to) {
             self.tally.cut += 1;
+            return Vec::new();
+        }
+        if self.mute.iter().any(|mute| (mute.from, mute.to) == (from, to) && mute.during.contains(&now)) {
+            self.tally.muted += 1;
             return Vec::new();
         }
         if self.happens(self.faults.loss) {

@@ -12,6 +12,7 @@ use dragnet_search::measures::{Curve, Score};
 use dragnet_search::observation::RobotId;
 
 use crate::crew::Crew;
+use crate::faults::Faults;
 use crate::network::{Network, Tally};
 use crate::queue::Queue;
 use crate::world::World;
@@ -131,12 +132,17 @@ enum Happening<P> {
     Arrival { robot: RobotId, route_number: u64 },
     Delivery { from: Participant, to: Participant, parcel: P },
     Waking { who: Participant, number: u64 },
+    Crash { who: Participant },
+    Return { who: Participant },
 }
 
 /// One episode under way.
 pub(crate) struct Simulation<'a, C: Crew> {
     crew: &'a mut C,
     rules: Rules,
+    faults: Faults,
+    /// Participants that will start again.
+    returns: usize,
     speed: f64,
     heartbeat: Duration,
     world: World,
@@ -150,9 +156,18 @@ pub(crate) struct Simulation<'a, C: Crew> {
 struct Member {
     who: Participant,
     activity: Activity,
+    presence: Presence,
     wake_at: MissionTime,
     /// Counts wakings planned: one planned before the last does not happen.
     waking: u64,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Presence {
+    Up,
+    Down,
+    /// For good.
+    Gone,
 }
 
 /// After the end so many heartbeats are waited for all beliefs to be equal.
@@ -171,6 +186,7 @@ impl<'a, C: Crew> Simulation<'a, C> {
         let members = robots.chain(coordinator).map(|who| Member {
             who,
             activity: Activity::Searching,
+            presence: Presence::Up,
             wake_at: MissionTime(u64::MAX),
             waking: 0,
         });
@@ -179,6 +195,8 @@ impl<'a, C: Crew> Simulation<'a, C> {
         Self {
             crew,
             rules,
+            faults: Faults::default(),
+            returns: 0,
             speed: mission.speed_meters_per_second,
             heartbeat: mission.heartbeat,
             network: Network::new(scenario.network().clone(), seed),
@@ -188,6 +206,23 @@ impl<'a, C: Crew> Simulation<'a, C> {
             outcome: Outcome::new(&world),
             world,
         }
+    }
+
+    /// The same with faults; those of absent participants do not happen.
+    pub(crate) fn with_faults(mut self, faults: Faults) -> Self {
+        self.network.mute(faults.mute.clone());
+        for (&who, crash) in &faults.crashes {
+            if self.members.iter().all(|member| member.who != who) {
+                continue;
+            }
+            self.queue.plan(crash.at, Happening::Crash { who });
+            if let Some((time, _)) = crash.back {
+                self.queue.plan(time, Happening::Return { who });
+                self.returns += 1;
+            }
+        }
+        self.faults = faults;
+        self
     }
 
     /// Runs the episode to its end.
@@ -232,7 +267,7 @@ impl<'a, C: Crew> Simulation<'a, C> {
     }
 
     fn is_over(&self) -> bool {
-        self.is_all_found() || self.members.iter().all(Member::is_resting)
+        self.is_all_found() || self.returns == 0 && self.members.iter().all(Member::is_resting)
     }
 
     fn is_all_found(&self) -> bool {
@@ -265,9 +300,11 @@ impl<'a, C: Crew> Simulation<'a, C> {
     }
 
     fn are_beliefs_equal(&mut self, now: MissionTime) -> Result<bool, C::Error> {
-        let expected = self.world.merged().digest();
-        for member in &self.members {
-            if self.crew.digest(member.who, now)? != expected {
+        // What a robot saw last before it crashed may be lost with it.
+        let mut expected = self.faults.crashes.is_empty().then(|| self.world.merged().digest());
+        for member in self.members.iter().filter(|member| member.presence == Presence::Up) {
+            let digest = self.crew.digest(member.who, now + self.faults.ahead(member.who))?;
+            if *expected.get_or_insert(digest) != digest {
                 return Ok(false);
             }
         }
@@ -277,21 +314,51 @@ impl<'a, C: Crew> Simulation<'a, C> {
     fn happen(&mut self, now: MissionTime, happening: Happening<C::Parcel>) -> Result<(), C::Error> {
         match happening {
             Happening::Arrival { robot, route_number } => {
+                // A crash ends the route.
                 if self.world.body(robot).route_number == route_number {
                     self.world.advance(robot);
                     self.look(now, robot)?;
                 }
             }
             Happening::Delivery { from, to, parcel } => {
-                self.tell(now, to, Stimulus::Delivered { from, parcel })?;
+                if self.members[self.place(to)].presence == Presence::Up {
+                    self.tell(now, to, Stimulus::Delivered { from, parcel })?;
+                }
             }
             Happening::Waking { who, number } => {
                 if self.members[self.place(who)].waking == number {
                     self.tell(now, who, Stimulus::Woke)?;
                 }
             }
+            Happening::Crash { who } => self.crash(who),
+            Happening::Return { who } => self.bring_back(now, who)?,
         }
         Ok(())
+    }
+
+    /// A participant does nothing any more, and its robot stands still.
+    fn crash(&mut self, who: Participant) {
+        let will_return = self.faults.crashes.get(&who).is_some_and(|crash| crash.back.is_some());
+        let place = self.place(who);
+        let member = &mut self.members[place];
+        member.presence = if will_return { Presence::Down } else { Presence::Gone };
+        member.wake_at = MissionTime(u64::MAX);
+        member.waking += 1;
+        if let Participant::Robot(robot) = who {
+            self.world.set_route(robot, Vec::new());
+        }
+    }
+
+    /// A participant starts again; a robot looks around where it stands.
+    fn bring_back(&mut self, now: MissionTime, who: Participant) -> Result<(), C::Error> {
+        self.returns -= 1;
+        let place = self.place(who);
+        self.members[place].presence = Presence::Up;
+        self.tell(now, who, Stimulus::Start)?;
+        match who {
+            Participant::Robot(robot) => self.look(now, robot),
+            Participant::Coordinator => Ok(()),
+        }
     }
 
     /// A robot looks around, thinks, and goes on.
@@ -316,6 +383,7 @@ impl<'a, C: Crew> Simulation<'a, C> {
     fn depart(&mut self, now: MissionTime, robot: RobotId) {
         if let Some(time) = self.world.travel_time(robot, self.speed) {
             let route_number = self.world.body(robot).route_number;
+            let time = time.mul_f64(self.faults.slowness(robot));
             self.queue.plan(now + time, Happening::Arrival { robot, route_number });
         }
     }
@@ -326,7 +394,11 @@ impl<'a, C: Crew> Simulation<'a, C> {
         who: Participant,
         stimulus: Stimulus<C::Parcel>,
     ) -> Result<(), C::Error> {
-        let reaction = self.crew.step(who, now, stimulus)?;
+        let ahead = self.faults.ahead(who);
+        let mut reaction = self.crew.step(who, now + ahead, stimulus)?;
+        if !ahead.is_zero() && reaction.wake_at < MissionTime(u64::MAX) {
+            reaction.wake_at = now + reaction.wake_at.since(now + ahead);
+        }
         self.react(now, who, reaction);
         Ok(())
     }
@@ -382,6 +454,10 @@ impl<'a, C: Crew> Simulation<'a, C> {
 
 impl Member {
     fn is_resting(&self) -> bool {
-        self.who == Participant::Coordinator || self.activity != Activity::Searching
+        match self.presence {
+            Presence::Up => self.who == Participant::Coordinator || self.activity != Activity::Searching,
+            Presence::Down => false,
+            Presence::Gone => true,
+        }
     }
 }

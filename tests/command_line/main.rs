@@ -13,6 +13,7 @@ mod recordings;
 mod run;
 mod scale;
 mod shards;
+mod soak;
 #[cfg(feature = "train")]
 mod training;
 mod weights;

@@ -130,7 +130,7 @@ fn a_gap_is_repaired_by_another_robot_and_each_observation_counts_once() {
     assert!(actions.contains(&asks(ONE)), "{actions:?}");
 
     mission.handle(at(3), Event::Lost(ONE));
-    let versions = vec![Version { origin: Origin::first(ONE), next: 3 }];
+    let versions = vec![Version { origin: Origin::first(ONE), next: 3, beyond: 0 }];
     let actions = hear(&mut mission, at(3), TWO, heartbeat(TWO, at(3), versions));
     assert!(actions.contains(&asks(TWO)), "{actions:?}");
 

@@ -44,6 +44,7 @@ impl From<&Intent> for wire::Intent {
 
 impl From<&Heartbeat> for wire::Heartbeat {
     fn from(heartbeat: &Heartbeat) -> Self {
+        let known = Known::of(&heartbeat.versions);
         Self {
             version: wire::VERSION,
             robot: heartbeat.robot.0,
@@ -52,9 +53,10 @@ impl From<&Heartbeat> for wire::Heartbeat {
             cell: heartbeat.cell.number(),
             path_meters: heartbeat.path_meters,
             intent: (&heartbeat.intent).into(),
-            known_robots: heartbeat.versions.iter().map(|version| version.origin.robot.0).collect(),
-            known_incarnations: heartbeat.versions.iter().map(|version| version.origin.incarnation).collect(),
-            known_next: heartbeat.versions.iter().map(|version| version.next).collect(),
+            known_robots: known.robots,
+            known_incarnations: known.incarnations,
+            known_next: known.next,
+            known_beyond: known.beyond,
             digest: digest_halves(heartbeat.digest),
         }
     }
@@ -94,6 +96,7 @@ impl From<&Detection> for wire::Detection {
 
 impl From<&MissionStatus> for wire::MissionStatus {
     fn from(status: &MissionStatus) -> Self {
+        let known = Known::of(&status.versions);
         Self {
             version: wire::VERSION,
             time_ns: status.time_ns,
@@ -101,6 +104,10 @@ impl From<&MissionStatus> for wire::MissionStatus {
             expected_undeclared: status.expected_undeclared,
             alive: status.alive.iter().map(|robot| robot.0).collect(),
             observations: status.observations,
+            known_robots: known.robots,
+            known_incarnations: known.incarnations,
+            known_next: known.next,
+            known_beyond: known.beyond,
             digest: digest_halves(status.digest),
         }
     }
@@ -140,21 +147,35 @@ impl Check {
             cell: self.cell(self.at("cell"), wire.cell)?,
             path_meters: self.not_negative("path_meters", wire.path_meters)?,
             intent: inner.intent(&wire.intent)?,
-            versions: self.versions(wire)?,
+            versions: self.versions(
+                &wire.known_robots,
+                &wire.known_incarnations,
+                &wire.known_next,
+                &wire.known_beyond,
+            )?,
             digest: digest(wire.digest),
         })
     }
 
-    fn versions(self, wire: &wire::Heartbeat) -> Result<Vec<Version>, ConvertError> {
-        let wire::Heartbeat { known_robots, known_incarnations, known_next, .. } = wire;
-        let count = known_robots.len();
+    fn versions(
+        self,
+        robots: &[u16],
+        incarnations: &[u64],
+        next: &[u64],
+        beyond: &[u64],
+    ) -> Result<Vec<Version>, ConvertError> {
+        let count = robots.len();
         self.at_most(MAX_ORIGINS, "known_robots", count)?;
-        self.same_length("known_incarnations", known_incarnations.len(), "known_robots", count)?;
-        self.same_length("known_next", known_next.len(), "known_robots", count)?;
-        let origins = known_robots.iter().zip(known_incarnations);
-        let versions = origins
-            .zip(known_next)
-            .map(|((&robot, &incarnation), &next)| Version { origin: origin(robot, incarnation), next });
+        self.same_length("known_incarnations", incarnations.len(), "known_robots", count)?;
+        self.same_length("known_next", next.len(), "known_robots", count)?;
+        self.same_length("known_beyond", beyond.len(), "known_robots", count)?;
+        let origins =
+            robots.iter().zip(incarnations).map(|(&robot, &incarnation)| origin(robot, incarnation));
+        let versions = origins.zip(next.iter().zip(beyond)).map(|(origin, (&next, &beyond))| Version {
+            origin,
+            next,
+            beyond,
+        });
         Ok(versions.collect())
     }
 
@@ -219,6 +240,12 @@ impl Check {
             expected_undeclared: self.not_negative("expected_undeclared", wire.expected_undeclared)?,
             alive: wire.alive.iter().copied().map(RobotId).collect(),
             observations: wire.observations,
+            versions: self.versions(
+                &wire.known_robots,
+                &wire.known_incarnations,
+                &wire.known_next,
+                &wire.known_beyond,
+            )?,
             digest: digest(wire.digest),
         })
     }
@@ -226,4 +253,23 @@ impl Check {
 
 const fn origin(robot: u16, incarnation: u64) -> Origin {
     Origin { robot: RobotId(robot), incarnation }
+}
+
+/// Versions, a column a field.
+struct Known {
+    robots: Vec<u16>,
+    incarnations: Vec<u64>,
+    next: Vec<u64>,
+    beyond: Vec<u64>,
+}
+
+impl Known {
+    fn of(versions: &[Version]) -> Self {
+        Self {
+            robots: versions.iter().map(|version| version.origin.robot.0).collect(),
+            incarnations: versions.iter().map(|version| version.origin.incarnation).collect(),
+            next: versions.iter().map(|version| version.next).collect(),
+            beyond: versions.iter().map(|version| version.beyond).collect(),
+        }
+    }
 }

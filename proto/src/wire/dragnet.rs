@@ -47,6 +47,7 @@ pub struct Heartbeat {
     pub known_robots: Vec<u16>,
     pub known_incarnations: Vec<u64>,
     pub known_next: Vec<u64>,
+    pub known_beyond: Vec<u64>,
     pub digest: [u64; 2],
 }
 
@@ -86,6 +87,10 @@ pub struct MissionStatus {
     pub expected_undeclared: f64,
     pub alive: Vec<u16>,
     pub observations: u64,
+    pub known_robots: Vec<u16>,
+    pub known_incarnations: Vec<u64>,
+    pub known_next: Vec<u64>,
+    pub known_beyond: Vec<u64>,
     pub digest: [u64; 2],
 }
 

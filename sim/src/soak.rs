@@ -1,0 +1,217 @@
+//! Whole teams under fire: seeds of which each is another search with other faults, and what must hold at every step.
+//!
+//! An episode is a function of its seed alone, so that a seed that fails is all that is needed to see it fail again.
+
+mod check;
+mod plan;
+
+use std::ops::AddAssign;
+use std::sync::Arc;
+
+use dragnet_agent::agent::{Agent, Orders};
+use dragnet_proto::message::{Message, Participant};
+use dragnet_proto::participant::{Mind, MindError, Reaction, Stimulus};
+use dragnet_proto::scenario::{Scenario, ScenarioError};
+use dragnet_proto::time::MissionTime;
+use dragnet_search::evidence::Digest;
+use dragnet_search::observation::Observation;
+
+use crate::crew::Crew;
+use crate::episode;
+use crate::faults::{Crash, Faults, Memory};
+use crate::network::Tally;
+use crate::simulation::{Attendance, End, Rules};
+use check::Checks;
+
+pub use plan::plan;
+
+/// How often each fault has bitten.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Bites {
+    /// On messages.
+    pub network: Tally,
+    /// Robots that crashed for good.
+    pub gone: u64,
+    /// Robots that started again and remembered.
+    pub returned_with_memory: u64,
+    /// Robots that started again and did not.
+    pub returned_without: u64,
+    /// The coordinator, which remembers nothing.
+    pub coordinator_returned: u64,
+    /// Participants whose clocks were ahead.
+    pub clocks: u64,
+    /// Robots that were slow.
+    pub slow: u64,
+}
+
+impl AddAssign for Bites {
+    fn add_assign(&mut self, other: Self) {
+        self.network += other.network;
+        self.gone += other.gone;
+        self.returned_with_memory += other.returned_with_memory;
+        self.returned_without += other.returned_without;
+        self.coordinator_returned += other.coordinator_returned;
+        self.clocks += other.clocks;
+        self.slow += other.slow;
+    }
+}
+
+/// An episode that held.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Survived {
+    /// What was survived.
+    pub bites: Bites,
+    /// When the search ended.
+    pub ended: MissionTime,
+    /// Observations made.
+    pub observations: u64,
+    /// Steps after which all was checked.
+    pub checked: u64,
+}
+
+/// What did not hold.
+#[derive(Debug, thiserror::Error)]
+pub enum Violation {
+    /// A seed that makes no scenario.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+    /// A participant gave up.
+    #[error(transparent)]
+    Mind(#[from] MindError),
+    /// Something that must hold did not.
+    #[error("at {:.3} s, {who}: {what}", at.as_seconds())]
+    Broken {
+        /// When, by the clock of who is concerned.
+        at: MissionTime,
+        /// Whom it concerns.
+        who: Participant,
+        /// What.
+        what: String,
+    },
+    /// After the end not all believed the same.
+    #[error("the search ended at {:.3} s and the beliefs never became equal: {known}", at.as_seconds())]
+    Unequal {
+        /// When the search ended.
+        at: MissionTime,
+        /// What each knows, in words.
+        known: String,
+    },
+}
+
+/// Runs the search of a seed under its faults. `coordinator` makes one that has heard nothing yet.
+///
+/// # Errors
+/// What did not hold.
+pub fn run(seed: u64, coordinator: impl FnMut(&Scenario) -> Box<dyn Mind>) -> Result<Survived, Violation> {
+    let (scenario, faults) = plan(seed)?;
+    let mut crew = Crowd::new(&scenario, seed, &faults, coordinator);
+    let rules = Rules { end: End::Resting, coordinator: Attendance::Present };
+    let episode = episode::run_with_faults(&scenario, seed, rules, faults.clone(), &mut crew)?;
+    let outcome = episode.outcome;
+    if !outcome.beliefs_equal {
+        return Err(Violation::Unequal { at: outcome.ended, known: crew.checks.known() });
+    }
+    crew.checks.end(outcome.ended)?;
+    let is_gone = |crash: &&Crash| crash.back.is_none() && crash.at <= outcome.ended;
+    let bites = Bites {
+        gone: faults.crashes.values().filter(is_gone).count() as u64,
+        network: outcome.network,
+        clocks: faults.clocks.len() as u64,
+        slow: faults.slowness.len() as u64,
+        ..crew.bites
+    };
+    let (observations, checked) = (outcome.observations, crew.checks.count());
+    Ok(Survived { bites, ended: outcome.ended, observations, checked })
+}
+
+/// A team of this process whose members start again as the faults say, each step of it checked.
+struct Crowd<'a, F> {
+    scenario: &'a Scenario,
+    faults: &'a Faults,
+    orders: Vec<Orders>,
+    robots: Vec<Agent>,
+    /// What each robot was to keep, in order.
+    disks: Vec<Vec<Arc<Observation>>>,
+    coordinator: Box<dyn Mind>,
+    new_coordinator: F,
+    checks: Checks<'a>,
+    bites: Bites,
+}
+
+impl<'a, F: FnMut(&Scenario) -> Box<dyn Mind>> Crowd<'a, F> {
+    fn new(scenario: &'a Scenario, seed: u64, faults: &'a Faults, mut new_coordinator: F) -> Self {
+        let orders = Orders::of_team(scenario, seed);
+        Self {
+            scenario,
+            faults,
+            robots: orders.iter().cloned().map(Agent::new).collect(),
+            disks: vec![Vec::new(); orders.len()],
+            orders,
+            coordinator: new_coordinator(scenario),
+            new_coordinator,
+            checks: Checks::new(scenario, faults),
+            bites: Bites::default(),
+        }
+    }
+
+    fn mind(&mut self, who: Participant) -> &mut dyn Mind {
+        match who {
+            Participant::Robot(robot) => &mut self.robots[usize::from(robot.0) - 1],
+            Participant::Coordinator => &mut *self.coordinator,
+        }
+    }
+
+    /// The simulator's start of a participant is its return, if it has crashed before.
+    fn start(&mut self, who: Participant, now: MissionTime) {
+        if now == MissionTime::START + self.faults.ahead(who) {
+            return;
+        }
+        let Participant::Robot(robot) = who else {
+            self.coordinator = (self.new_coordinator)(self.scenario);
+            self.bites.coordinator_returned += 1;
+            self.checks.forget(who);
+            return;
+        };
+        let place = usize::from(robot.0) - 1;
+        self.robots[place] = Agent::new(self.orders[place].clone());
+        let back = self.faults.crashes.get(&who).and_then(|crash| crash.back);
+        if matches!(back, Some((_, Memory::Kept))) {
+            for observation in &self.disks[place] {
+                self.robots[place].recall(Arc::clone(observation));
+            }
+            self.bites.returned_with_memory += 1;
+        } else {
+            self.disks[place].clear();
+            self.checks.forget(who);
+            self.bites.returned_without += 1;
+        }
+    }
+}
+
+impl<F: FnMut(&Scenario) -> Box<dyn Mind>> Crew for Crowd<'_, F> {
+    type Parcel = Message;
+    type Error = Violation;
+
+    fn step(
+        &mut self,
+        who: Participant,
+        now: MissionTime,
+        stimulus: Stimulus<Message>,
+    ) -> Result<Reaction<Message>, Violation> {
+        if stimulus == Stimulus::Start {
+            self.start(who, now);
+        }
+        self.checks.before(who, now, &stimulus);
+        let reaction = self.mind(who).experience(now, stimulus)?;
+        if let Participant::Robot(robot) = who {
+            self.disks[usize::from(robot.0) - 1].extend(reaction.kept.iter().cloned());
+        }
+        let (digest, observations) = (self.mind(who).digest(), self.mind(who).observations());
+        self.checks.after(who, now, &reaction, digest, observations)?;
+        Ok(reaction)
+    }
+
+    fn digest(&mut self, who: Participant, _: MissionTime) -> Result<Digest, Violation> {
+        Ok(self.mind(who).digest())
+    }
+}

@@ -1,0 +1,278 @@
+//! What must hold after every step of every participant.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+use std::time::Duration;
+
+use dragnet_proto::message::{Activity, Message, Participant};
+use dragnet_proto::participant::{Reaction, Stimulus};
+use dragnet_proto::scenario::Scenario;
+use dragnet_proto::time::MissionTime;
+use dragnet_search::belief::Belief;
+use dragnet_search::cell::Cell;
+use dragnet_search::evidence::Digest;
+use dragnet_search::observation::{Observation, Origin};
+
+use super::Violation;
+use crate::faults::Faults;
+
+/// Under this probability a declaration may be withdrawn.
+const WITHDRAWN_BELOW: f64 = 0.5;
+
+type Name = (Origin, u64);
+
+/// What is known of all participants, computed apart from them.
+pub(super) struct Checks<'a> {
+    scenario: &'a Scenario,
+    /// Longest time that a robot may stand in one cell while it searches.
+    patience: Duration,
+    shadows: BTreeMap<Participant, Shadow>,
+    /// Every observation that was ever published, by name.
+    published: BTreeMap<Name, Arc<Observation>>,
+    count: u64,
+}
+
+/// One participant, as it must be.
+struct Shadow {
+    /// Of what it kept, each observation once.
+    belief: Belief,
+    names: BTreeSet<Name>,
+    declared: BTreeSet<Cell>,
+    /// When it entered its cell, or began to search.
+    moved: MissionTime,
+}
+
+impl<'a> Checks<'a> {
+    pub(super) fn new(scenario: &'a Scenario, faults: &Faults) -> Self {
+        let (terrain, mission) = (scenario.terrain(), scenario.mission());
+        let slowest = faults.slowness.values().copied().fold(1.0, f64::max);
+        let step = std::f64::consts::SQRT_2 * terrain.cell_meters() / mission.speed_meters_per_second;
+        let team = u32::try_from(scenario.robots().len()).unwrap_or(u32::MAX);
+        Self {
+            scenario,
+            patience: Duration::from_secs_f64(step * slowest)
+                + mission.stagger * team
+                + 2 * mission.heartbeat,
+            shadows: BTreeMap::new(),
+            published: BTreeMap::new(),
+            count: 0,
+        }
+    }
+
+    /// Steps that were checked.
+    pub(super) const fn count(&self) -> u64 {
+        self.count
+    }
+
+    /// A participant starts again and knows nothing.
+    pub(super) fn forget(&mut self, who: Participant) {
+        self.shadows.remove(&who);
+    }
+
+    fn shadow(&mut self, who: Participant, now: MissionTime) -> &mut Shadow {
+        let scenario = self.scenario;
+        self.shadows.entry(who).or_insert_with(|| Shadow {
+            belief: scenario.prior().clone(),
+            names: BTreeSet::new(),
+            declared: BTreeSet::new(),
+            moved: now,
+        })
+    }
+
+    /// Something is about to happen to a participant.
+    pub(super) fn before(&mut self, who: Participant, now: MissionTime, stimulus: &Stimulus<Message>) {
+        let shadow = self.shadow(who, now);
+        if matches!(stimulus, Stimulus::Start | Stimulus::Sensed { .. }) {
+            shadow.moved = now;
+        }
+    }
+
+    /// It has happened, and this is what the participant did, holds and knows.
+    pub(super) fn after(
+        &mut self,
+        who: Participant,
+        now: MissionTime,
+        reaction: &Reaction<Message>,
+        digest: Digest,
+        observations: u64,
+    ) -> Result<(), Violation> {
+        self.count += 1;
+        let broken = |what: String| Err(Violation::Broken { at: now, who, what });
+        let shadow = self.shadow(who, now);
+        for observation in &reaction.kept {
+            if !shadow.names.insert((observation.origin, observation.sequence)) {
+                return broken(format!("{} counts twice", name_of(observation)));
+            }
+            for reading in &observation.readings {
+                shadow.belief.add(reading);
+            }
+        }
+        if digest != shadow.belief.digest() || observations != shadow.names.len() as u64 {
+            let kept = shadow.names.len();
+            return broken(format!("its evidence is not that of the {kept} observations that it kept"));
+        }
+        if reaction.activity != Activity::Searching || who == Participant::Coordinator {
+            shadow.moved = now;
+        }
+        let waited = now.since(shadow.moved);
+        if waited > self.patience {
+            return broken(format!("it searches, and has stood still for {:.1} s", waited.as_secs_f64()));
+        }
+        self.check_published(who, now, reaction)
+    }
+
+    fn check_published(
+        &mut self,
+        who: Participant,
+        now: MissionTime,
+        reaction: &Reaction<Message>,
+    ) -> Result<(), Violation> {
+        let broken = |what: String| Err(Violation::Broken { at: now, who, what });
+        for (_, message) in &reaction.published {
+            match message {
+                Message::Observation(observation) => {
+                    let name = (observation.origin, observation.sequence);
+                    if !self.shadow(who, now).names.contains(&name) {
+                        return broken(format!("it published {} and did not keep it", name_of(observation)));
+                    }
+                    let known = self.published.entry(name).or_insert_with(|| Arc::clone(observation));
+                    if **known != **observation {
+                        return broken(format!("it published another {}", name_of(observation)));
+                    }
+                }
+                Message::MissionStatus(status) => {
+                    let declared = status.declared.iter().map(|detection| detection.cell).collect();
+                    let shadow = self.shadow(who, now);
+                    let withdrawn = shadow.declared.difference(&declared);
+                    let believed = withdrawn.map(|&cell| (cell, shadow.belief.probability(cell)));
+                    if let Some((cell, probability)) = believed.into_iter().find(|it| it.1 >= WITHDRAWN_BELOW)
+                    {
+                        let number = cell.number();
+                        return broken(format!("it withdrew cell {number}, of probability {probability}"));
+                    }
+                    shadow.declared = declared;
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// What each participant knows: of every origin, the numbers of its observations.
+    pub(super) fn known(&self) -> String {
+        let of = |(who, shadow): (&Participant, &Shadow)| {
+            let mut runs: Vec<(Origin, u64, u64)> = Vec::new();
+            for &(origin, sequence) in &shadow.names {
+                match runs.last_mut() {
+                    Some((of, _, last)) if (*of, *last + 1) == (origin, sequence) => *last = sequence,
+                    _ => runs.push((origin, sequence, sequence)),
+                }
+            }
+            let runs = runs.into_iter().map(|(Origin { robot, incarnation }, first, last)| {
+                format!("{robot}@{incarnation}: {first} to {last}")
+            });
+            format!("{who} knows {}", runs.collect::<Vec<_>>().join(", "))
+        };
+        self.shadows.iter().map(of).collect::<Vec<_>>().join("; ")
+    }
+
+    /// The search is over.
+    pub(super) fn end(&self, ended: MissionTime) -> Result<(), Violation> {
+        let Some(budget) = self.scenario.mission().budget.time() else { return Ok(()) };
+        // Who returns late rests at once.
+        let most = MissionTime::START + budget + self.patience + Duration::from_secs(200);
+        if ended > most {
+            let who = Participant::Coordinator;
+            let what = format!("the mission was to end by {:.0} s", most.as_seconds());
+            return Err(Violation::Broken { at: ended, who, what });
+        }
+        Ok(())
+    }
+}
+
+/// `observation 3 of robot 2`
+fn name_of(observation: &Observation) -> String {
+    let Origin { robot, incarnation } = observation.origin;
+    format!("observation {} of robot {robot}, incarnation {incarnation}", observation.sequence)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use dragnet_proto::message::Audience;
+    use dragnet_search::evidence::Reading;
+    use dragnet_search::observation::RobotId;
+
+    use super::*;
+
+    const ROBOT: Participant = Participant::Robot(RobotId(1));
+    const NOW: MissionTime = MissionTime(1_000_000_000);
+
+    fn scenario() -> Scenario {
+        let text = "name = 'a'\nmap = { shape = 'all_traversable', rows = 3, columns = 3 }\nsensor.radius = 1\n\
+                    objects.count = 1\nmission.budget_seconds = 60.0\n";
+        Scenario::from_text(Path::new("a.toml"), text.to_owned()).unwrap()
+    }
+
+    fn observation(scenario: &Scenario, value: f32) -> Arc<Observation> {
+        let cell = scenario.terrain().grid().cells().next().unwrap();
+        let readings = vec![Reading { cell, value, variance: 0.01 }];
+        Arc::new(Observation {
+            origin: Origin::first(RobotId(1)),
+            sequence: 0,
+            time_ns: 0,
+            from: cell,
+            readings,
+        })
+    }
+
+    fn reaction(kept: Vec<Arc<Observation>>, published: Vec<Message>) -> Reaction<Message> {
+        Reaction {
+            kept,
+            published: published.into_iter().map(|message| (Audience::All, message)).collect(),
+            route: None,
+            wake_at: MissionTime(u64::MAX),
+            activity: Activity::Searching,
+            decision: None,
+            conflicting: 0,
+        }
+    }
+
+    /// What is said of a robot that holds the evidence of `held`, after these reactions at these times.
+    fn verdict(held: &[f32], steps: &[(MissionTime, Reaction<Message>)]) -> String {
+        let scenario = scenario();
+        let mut belief = scenario.prior().clone();
+        for &value in held {
+            belief.add(&observation(&scenario, value).readings[0]);
+        }
+        let mut checks = Checks::new(&scenario, &Faults::default());
+        for (now, reaction) in steps {
+            let found = checks.after(ROBOT, *now, reaction, belief.digest(), held.len() as u64);
+            if let Err(violation) = found {
+                return violation.to_string();
+            }
+        }
+        "held".to_owned()
+    }
+
+    #[test]
+    fn what_breaks_a_rule_is_found() {
+        let scenario = scenario();
+        let seen = |value| observation(&scenario, value);
+        let told = |value| Message::Observation(seen(value));
+        let good = (NOW, reaction(vec![seen(0.5)], vec![told(0.5)]));
+        let check = |held: &[f32], steps: &[(MissionTime, Reaction<Message>)], expected: &str| {
+            let found = verdict(held, steps);
+            assert!(found.contains(expected), "{found}");
+        };
+        check(&[0.5], std::slice::from_ref(&good), "held");
+        check(&[0.5], &[good.clone(), good.clone()], "observation 0 of robot 1, incarnation 0 counts twice");
+        check(&[0.5, 0.5], std::slice::from_ref(&good), "its evidence is not that of the 1 observations");
+        check(&[], &[(NOW, reaction(Vec::new(), vec![told(0.5)]))], "and did not keep it");
+        let another = (NOW, reaction(Vec::new(), vec![told(0.7)]));
+        check(&[0.5], &[good.clone(), another], "it published another observation 0");
+        let late = (MissionTime(3_600_000_000_000), reaction(Vec::new(), Vec::new()));
+        check(&[0.5], &[good, late], "it searches, and has stood still for 3599.0 s");
+    }
+}

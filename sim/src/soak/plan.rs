@@ -1,0 +1,153 @@
+//! The search of a seed, and what goes wrong in it.
+
+use std::fmt::Write;
+use std::path::Path;
+use std::time::Duration;
+
+use dragnet_proto::message::Participant;
+use dragnet_proto::scenario::{Scenario, ScenarioError};
+use dragnet_proto::time::MissionTime;
+use dragnet_search::generated::Generated;
+use dragnet_search::observation::RobotId;
+use dragnet_search::policy::PolicyName;
+use dragnet_search::seed::{Purpose, Stream, stream};
+use rand::RngExt;
+
+use crate::faults::{Crash, Faults, Memory, Mute};
+
+/// Sides of a map, cells: small, so that thousands of seeds take minutes.
+const SIDES: std::ops::RangeInclusive<u32> = 8..=14;
+const ROBOTS: std::ops::RangeInclusive<u16> = 2..=5;
+/// The time of a mission, seconds.
+const BUDGET: std::ops::RangeInclusive<u64> = 300..=900;
+
+/// The search of a seed, with the faults of its network, and those of its participants.
+///
+/// # Errors
+/// Never; the type is that of all scenarios.
+pub fn plan(seed: u64) -> Result<(Scenario, Faults), ScenarioError> {
+    let mut random = stream(seed, Purpose::Soak, 0);
+    let (robots, budget) = (random.random_range(ROBOTS), random.random_range(BUDGET));
+    let text = scenario(&mut random, robots, budget);
+    let scenario = Scenario::from_text(Path::new(&format!("soak-{seed}.toml")), text)?;
+    let faults = Draw { random: &mut random, robots, budget: Duration::from_secs(budget) }.faults();
+    Ok((scenario, faults))
+}
+
+fn scenario(random: &mut Stream, robots: u16, budget: u64) -> String {
+    let shape = Generated::ALL[random.random_range(0..Generated::ALL.len())].as_str();
+    let policy = PolicyName::ALL[random.random_range(0..PolicyName::ALL.len())].as_str();
+    let (rows, columns) = (random.random_range(SIDES), random.random_range(SIDES));
+    let start = if random.random() { "random" } else { "scattered" };
+    let heartbeat = random.random_range(2..=10_u32);
+    let mut text = format!(
+        "name = 'soak'\n\
+         map = {{ shape = '{shape}', rows = {rows}, columns = {columns}, seed = {} }}\n\
+         sensor.radius = {}\n\
+         objects.density = {:?}\n\
+         robots = {{ count = {robots}, policy = '{policy}', start = '{start}' }}\n\
+         mission = {{ budget_seconds = {budget}.0, heartbeat_seconds = {heartbeat}.0, lost_after_seconds = {}.0 }}\n\
+         [network]\n",
+        random.random_range(0..1000_u32),
+        random.random_range(1..=3_u32),
+        random.random_range(0.02..0.3),
+        4 * heartbeat,
+    );
+    let mut fault = |key: &str, most: f64| {
+        if random.random_bool(0.7) {
+            // A string takes all that is written to it.
+            let _ = writeln!(text, "{key} = {:?}", random.random_range(0.0..most));
+        }
+    };
+    fault("loss", 0.6);
+    fault("delay_seconds", 2.0);
+    fault("jitter_seconds", 20.0);
+    fault("duplication", 0.4);
+    let _ = writeln!(text, "reorder = 0.2\nreorder_seconds = {:?}", random.random_range(1.0..60.0));
+    if random.random_bool(0.5) {
+        let (from, to) = interval(random, budget);
+        let alone = random.random_range(1..=robots);
+        let with = if random.random() { "" } else { ", 'coordinator'" };
+        let _ = writeln!(
+            text,
+            "[[network.partitions]]\nfrom_seconds = {from:?}\nto_seconds = {to:?}\ngroups = [[{alone}{with}]]"
+        );
+    }
+    text
+}
+
+/// Some part of a mission, seconds.
+fn interval(random: &mut Stream, budget: u64) -> (f64, f64) {
+    let from = budget as f64 * random.random_range(0.0..0.6);
+    (from, from + budget as f64 * random.random_range(0.05..0.4))
+}
+
+struct Draw<'a> {
+    random: &'a mut Stream,
+    robots: u16,
+    budget: Duration,
+}
+
+impl Draw<'_> {
+    fn faults(mut self) -> Faults {
+        let mut faults = Faults::default();
+        for robot in (1..=self.robots).map(RobotId) {
+            let who = Participant::Robot(robot);
+            if self.random.random_bool(0.4) {
+                // One robot at least comes back, so that there is a search to the end.
+                let crash = self.crash(robot == RobotId(1));
+                faults.crashes.insert(who, crash);
+            }
+            if self.random.random_bool(0.4) {
+                faults.clocks.insert(who, Duration::from_millis(self.random.random_range(1..30_000)));
+            }
+            if self.random.random_bool(0.3) {
+                faults.slowness.insert(robot, self.random.random_range(1.0..4.0));
+            }
+        }
+        if self.random.random_bool(0.4) {
+            let crash = self.crash(true);
+            faults.crashes.insert(Participant::Coordinator, crash);
+        }
+        if self.random.random_bool(0.5) {
+            faults.mute.push(self.mute());
+        }
+        faults
+    }
+
+    fn crash(&mut self, will_return: bool) -> Crash {
+        let at = MissionTime::START + self.budget.mul_f64(self.random.random_range(0.02..0.7));
+        let away = Duration::from_millis(self.random.random_range(1_000..200_000));
+        let memory = if self.random.random_bool(0.6) { Memory::Kept } else { Memory::Lost };
+        let back = (will_return || self.random.random_bool(0.75)).then(|| (at + away, memory));
+        Crash { at, back }
+    }
+
+    fn mute(&mut self) -> Mute {
+        let from = self.random.random_range(1..=self.robots);
+        let other = self.random.random_range(1..self.robots);
+        let to = if other < from { other } else { other + 1 };
+        let [from, to] = [from, to].map(|number| Participant::Robot(RobotId(number)));
+        let (begin, end) = interval(self.random, self.budget.as_secs());
+        let [begin, end] = [begin, end].map(|time| MissionTime::START + Duration::from_secs_f64(time));
+        Mute { from, to, during: begin..end }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_seed_is_a_search_with_faults_of_its_own() {
+        let (mut crashes, mut mute) = (0, 0);
+        for seed in 0..200 {
+            let (scenario, faults) = plan(seed).unwrap();
+            assert!((2..=5).contains(&scenario.robots().len()));
+            crashes += faults.crashes.len();
+            mute += faults.mute.len();
+            assert_eq!(plan(seed).unwrap().1, faults);
+        }
+        assert!(crashes > 200 && mute > 50, "{crashes} {mute}");
+    }
+}
