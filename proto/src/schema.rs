@@ -13,12 +13,13 @@ use crate::wire::{dragnet as ours, standard as others};
 const SEPARATOR_WIDTH: usize = 80;
 
 /// Our own definitions, by package and name.
-const OURS: [(&str, &str); 10] = [
+const OURS: [(&str, &str); 11] = [
     ("dragnet_msgs/Observation", include_str!("../msg/Observation.msg")),
     ("dragnet_msgs/Intent", include_str!("../msg/Intent.msg")),
     ("dragnet_msgs/Heartbeat", include_str!("../msg/Heartbeat.msg")),
     ("dragnet_msgs/LogRequest", include_str!("../msg/LogRequest.msg")),
     ("dragnet_msgs/LogReply", include_str!("../msg/LogReply.msg")),
+    ("dragnet_msgs/Version", include_str!("../msg/Version.msg")),
     ("dragnet_msgs/Detection", include_str!("../msg/Detection.msg")),
     ("dragnet_msgs/MissionStatus", include_str!("../msg/MissionStatus.msg")),
     ("dragnet_msgs/Step", include_str!("../msg/Step.msg")),
@@ -71,6 +72,7 @@ ros_messages! {
     ours::Heartbeat => "dragnet_msgs/msg/Heartbeat",
     ours::LogRequest => "dragnet_msgs/msg/LogRequest",
     ours::LogReply => "dragnet_msgs/msg/LogReply",
+    ours::Version => "dragnet_msgs/msg/Version",
     ours::Detection => "dragnet_msgs/msg/Detection",
     ours::MissionStatus => "dragnet_msgs/msg/MissionStatus",
     ours::Step => "dragnet_msgs/msg/Step",

@@ -32,6 +32,8 @@ pub(super) enum Place {
     Observation(usize),
     /// One detection of a mission status.
     Declared(usize),
+    /// An entry of `known`.
+    Known(usize),
 }
 
 impl fmt::Display for Place {
@@ -41,6 +43,7 @@ impl fmt::Display for Place {
             Self::Intent => write!(formatter, "intent."),
             Self::Observation(index) => write!(formatter, "observations[{index}]."),
             Self::Declared(index) => write!(formatter, "declared[{index}]."),
+            Self::Known(index) => write!(formatter, "known[{index}]."),
         }
     }
 }

@@ -44,7 +44,6 @@ impl From<&Intent> for wire::Intent {
 
 impl From<&Heartbeat> for wire::Heartbeat {
     fn from(heartbeat: &Heartbeat) -> Self {
-        let known = Known::of(&heartbeat.versions);
         Self {
             version: wire::VERSION,
             robot: heartbeat.robot.0,
@@ -53,12 +52,16 @@ impl From<&Heartbeat> for wire::Heartbeat {
             cell: heartbeat.cell.number(),
             path_meters: heartbeat.path_meters,
             intent: (&heartbeat.intent).into(),
-            known_robots: known.robots,
-            known_incarnations: known.incarnations,
-            known_next: known.next,
-            known_beyond: known.beyond,
+            known: heartbeat.versions.iter().map(Into::into).collect(),
             digest: digest_halves(heartbeat.digest),
         }
+    }
+}
+
+impl From<&Version> for wire::Version {
+    fn from(version: &Version) -> Self {
+        let Version { origin: Origin { robot, incarnation }, next, beyond } = *version;
+        Self { version: wire::VERSION, robot: robot.0, incarnation, next, beyond }
     }
 }
 
@@ -96,7 +99,6 @@ impl From<&Detection> for wire::Detection {
 
 impl From<&MissionStatus> for wire::MissionStatus {
     fn from(status: &MissionStatus) -> Self {
-        let known = Known::of(&status.versions);
         Self {
             version: wire::VERSION,
             time_ns: status.time_ns,
@@ -104,10 +106,7 @@ impl From<&MissionStatus> for wire::MissionStatus {
             expected_undeclared: status.expected_undeclared,
             alive: status.alive.iter().map(|robot| robot.0).collect(),
             observations: status.observations,
-            known_robots: known.robots,
-            known_incarnations: known.incarnations,
-            known_next: known.next,
-            known_beyond: known.beyond,
+            known: status.versions.iter().map(Into::into).collect(),
             digest: digest_halves(status.digest),
         }
     }
@@ -147,36 +146,19 @@ impl Check {
             cell: self.cell(self.at("cell"), wire.cell)?,
             path_meters: self.not_negative("path_meters", wire.path_meters)?,
             intent: inner.intent(&wire.intent)?,
-            versions: self.versions(
-                &wire.known_robots,
-                &wire.known_incarnations,
-                &wire.known_next,
-                &wire.known_beyond,
-            )?,
+            versions: self.versions(&wire.known)?,
             digest: digest(wire.digest),
         })
     }
 
-    fn versions(
-        self,
-        robots: &[u16],
-        incarnations: &[u64],
-        next: &[u64],
-        beyond: &[u64],
-    ) -> Result<Vec<Version>, ConvertError> {
-        let count = robots.len();
-        self.at_most(MAX_ORIGINS, "known_robots", count)?;
-        self.same_length("known_incarnations", incarnations.len(), "known_robots", count)?;
-        self.same_length("known_next", next.len(), "known_robots", count)?;
-        self.same_length("known_beyond", beyond.len(), "known_robots", count)?;
-        let origins =
-            robots.iter().zip(incarnations).map(|(&robot, &incarnation)| origin(robot, incarnation));
-        let versions = origins.zip(next.iter().zip(beyond)).map(|(origin, (&next, &beyond))| Version {
-            origin,
-            next,
-            beyond,
+    fn versions(self, known: &[wire::Version]) -> Result<Vec<Version>, ConvertError> {
+        self.at_most(MAX_ORIGINS, "known", known.len())?;
+        let versions = known.iter().enumerate().map(|(index, wire)| {
+            self.within(Place::Known(index)).version(wire.version)?;
+            let origin = origin(wire.robot, wire.incarnation);
+            Ok(Version { origin, next: wire.next, beyond: wire.beyond })
         });
-        Ok(versions.collect())
+        versions.collect()
     }
 
     pub(super) fn log_request(self, wire: &wire::LogRequest) -> Result<LogRequest, ConvertError> {
@@ -240,12 +222,7 @@ impl Check {
             expected_undeclared: self.not_negative("expected_undeclared", wire.expected_undeclared)?,
             alive: wire.alive.iter().copied().map(RobotId).collect(),
             observations: wire.observations,
-            versions: self.versions(
-                &wire.known_robots,
-                &wire.known_incarnations,
-                &wire.known_next,
-                &wire.known_beyond,
-            )?,
+            versions: self.versions(&wire.known)?,
             digest: digest(wire.digest),
         })
     }
@@ -253,23 +230,4 @@ impl Check {
 
 const fn origin(robot: u16, incarnation: u64) -> Origin {
     Origin { robot: RobotId(robot), incarnation }
-}
-
-/// Versions, a column a field.
-struct Known {
-    robots: Vec<u16>,
-    incarnations: Vec<u64>,
-    next: Vec<u64>,
-    beyond: Vec<u64>,
-}
-
-impl Known {
-    fn of(versions: &[Version]) -> Self {
-        Self {
-            robots: versions.iter().map(|version| version.origin.robot.0).collect(),
-            incarnations: versions.iter().map(|version| version.origin.incarnation).collect(),
-            next: versions.iter().map(|version| version.next).collect(),
-            beyond: versions.iter().map(|version| version.beyond).collect(),
-        }
-    }
 }

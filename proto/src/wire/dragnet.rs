@@ -44,10 +44,7 @@ pub struct Heartbeat {
     pub cell: u32,
     pub path_meters: f64,
     pub intent: Intent,
-    pub known_robots: Vec<u16>,
-    pub known_incarnations: Vec<u64>,
-    pub known_next: Vec<u64>,
-    pub known_beyond: Vec<u64>,
+    pub known: Vec<Version>,
     pub digest: [u64; 2],
 }
 
@@ -69,6 +66,16 @@ pub struct LogReply {
     pub observations: Vec<Observation>,
 }
 
+/// `dragnet_msgs/msg/Version`, see `msg/Version.msg`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Version {
+    pub version: u8,
+    pub robot: u16,
+    pub incarnation: u64,
+    pub next: u64,
+    pub beyond: u64,
+}
+
 /// `dragnet_msgs/msg/Detection`, see `msg/Detection.msg`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Detection {
@@ -87,10 +94,7 @@ pub struct MissionStatus {
     pub expected_undeclared: f64,
     pub alive: Vec<u16>,
     pub observations: u64,
-    pub known_robots: Vec<u16>,
-    pub known_incarnations: Vec<u64>,
-    pub known_next: Vec<u64>,
-    pub known_beyond: Vec<u64>,
+    pub known: Vec<Version>,
     pub digest: [u64; 2],
 }
 
