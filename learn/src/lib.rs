@@ -6,7 +6,7 @@
 //! 2. [`network`]: from a graph to a logit for each cell, in plain Rust; [`shape`], [`weights`]: its sizes and its
 //!    parameters as a file;
 //! 3. [`policy`]: the network as a policy, the shipped ones among them; names of all policies;
-//! 4. [`demonstration`]: what an expert decided, and from what, as files; [`file`]: what all files here have in common;
+//! 4. [`demonstration`]: what an expert decided, and from what, as files; [`mod@file`]: what all files here have in common;
 //!
 //! Learning itself is a crate of its own above this one, for it needs libtorch.
 
