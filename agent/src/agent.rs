@@ -183,18 +183,15 @@ impl Agent {
     ///
     /// What it sees from now on is numbered anew, under another incarnation: what it kept last may not be the last that
     /// it told the others.
-    pub fn recall(&mut self, observation: Arc<Observation>) {
+    pub fn recall(&mut self, observation: &Arc<Observation>) {
         if observation.origin.robot == self.orders.id() {
             if let Some(before) = self.recalled {
                 self.path_meters += self.meters(before, observation.from);
             }
             self.recalled = Some(observation.from);
         }
-        let readings = observation.readings.clone();
-        if self.inbox.record(observation) == Entry::New {
-            for reading in &readings {
-                self.belief.add(reading);
-            }
+        if self.inbox.record(Arc::clone(observation)) == Entry::New {
+            self.count(&observation.readings);
         }
     }
 
@@ -252,15 +249,13 @@ impl Agent {
 
     fn sense(&mut self, now: MissionTime, cell: Cell, readings: Vec<Reading>, actions: &mut Vec<Action>) {
         if self.cell.is_none() {
-            // Of what it saw before, if it ever did, it knows nothing: those numbers are taken.
+            // The numbers that it used before it started again, if it did, are taken.
             self.origin.incarnation = now.0;
             // The vehicle's clock may be set only now, and back.
             self.next_heartbeat = now + self.orders.mission.heartbeat;
         }
         self.move_to(cell);
-        for reading in &readings {
-            self.belief.add(reading);
-        }
+        self.count(&readings);
         let observation = Arc::new(Observation {
             origin: self.origin,
             sequence: self.observations,
@@ -296,6 +291,12 @@ impl Agent {
         }
     }
 
+    fn count(&mut self, readings: &[Reading]) {
+        for reading in readings {
+            self.belief.add(reading);
+        }
+    }
+
     fn meters(&self, from: Cell, to: Cell) -> f64 {
         self.orders.terrain.grid().offset(from, to).euclidean() * self.orders.terrain.cell_meters()
     }
@@ -316,9 +317,7 @@ impl Agent {
         let received = self.inbox.receive(now, from, message);
         self.conflicting += received.conflicting;
         for observation in received.new {
-            for reading in &observation.readings {
-                self.belief.add(reading);
-            }
+            self.count(&observation.readings);
             actions.push(Action::Keep(observation));
         }
         for (whom, reply) in received.replies {

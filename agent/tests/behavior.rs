@@ -235,7 +235,7 @@ fn a_robot_that_starts_again_remembers_what_it_kept_and_reuses_no_name() {
 
     let mut again = Field::new(1, ENDLESS);
     for observation in kept {
-        again.robot.recall(observation);
+        again.robot.recall(&observation);
     }
     assert_eq!(again.robot.belief().digest(), before);
     let actions = again.sense(60, again.cell(0, 1));

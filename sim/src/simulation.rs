@@ -141,7 +141,7 @@ pub(crate) struct Simulation<'a, C: Crew> {
     crew: &'a mut C,
     rules: Rules,
     faults: Faults,
-    /// Participants that will start again.
+    /// Participants that will start again: the search is not over before.
     returns: usize,
     speed: f64,
     heartbeat: Duration,
@@ -156,18 +156,11 @@ pub(crate) struct Simulation<'a, C: Crew> {
 struct Member {
     who: Participant,
     activity: Activity,
-    presence: Presence,
+    /// Whether it has not crashed, or has come back.
+    is_up: bool,
     wake_at: MissionTime,
     /// Counts wakings planned: one planned before the last does not happen.
     waking: u64,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Presence {
-    Up,
-    Down,
-    /// For good.
-    Gone,
 }
 
 /// After the end so many heartbeats are waited for all beliefs to be equal.
@@ -186,7 +179,7 @@ impl<'a, C: Crew> Simulation<'a, C> {
         let members = robots.chain(coordinator).map(|who| Member {
             who,
             activity: Activity::Searching,
-            presence: Presence::Up,
+            is_up: true,
             wake_at: MissionTime(u64::MAX),
             waking: 0,
         });
@@ -209,8 +202,8 @@ impl<'a, C: Crew> Simulation<'a, C> {
     }
 
     /// The same with faults; those of absent participants do not happen.
-    pub(crate) fn with_faults(mut self, faults: Faults) -> Self {
-        self.network.mute(faults.mute.clone());
+    pub(crate) fn with_faults(mut self, mut faults: Faults) -> Self {
+        self.network.mute(std::mem::take(&mut faults.mute));
         for (&who, crash) in &faults.crashes {
             if self.members.iter().all(|member| member.who != who) {
                 continue;
@@ -302,7 +295,7 @@ impl<'a, C: Crew> Simulation<'a, C> {
     fn are_beliefs_equal(&mut self, now: MissionTime) -> Result<bool, C::Error> {
         // What a robot saw last before it crashed may be lost with it.
         let mut expected = self.faults.crashes.is_empty().then(|| self.world.merged().digest());
-        for member in self.members.iter().filter(|member| member.presence == Presence::Up) {
+        for member in self.members.iter().filter(|member| member.is_up) {
             let digest = self.crew.digest(member.who, now + self.faults.ahead(member.who))?;
             if *expected.get_or_insert(digest) != digest {
                 return Ok(false);
@@ -321,7 +314,7 @@ impl<'a, C: Crew> Simulation<'a, C> {
                 }
             }
             Happening::Delivery { from, to, parcel } => {
-                if self.members[self.place(to)].presence == Presence::Up {
+                if self.members[self.place(to)].is_up {
                     self.tell(now, to, Stimulus::Delivered { from, parcel })?;
                 }
             }
@@ -338,10 +331,9 @@ impl<'a, C: Crew> Simulation<'a, C> {
 
     /// A participant does nothing any more, and its robot stands still.
     fn crash(&mut self, who: Participant) {
-        let will_return = self.faults.crashes.get(&who).is_some_and(|crash| crash.back.is_some());
         let place = self.place(who);
         let member = &mut self.members[place];
-        member.presence = if will_return { Presence::Down } else { Presence::Gone };
+        member.is_up = false;
         member.wake_at = MissionTime(u64::MAX);
         member.waking += 1;
         if let Participant::Robot(robot) = who {
@@ -353,7 +345,7 @@ impl<'a, C: Crew> Simulation<'a, C> {
     fn bring_back(&mut self, now: MissionTime, who: Participant) -> Result<(), C::Error> {
         self.returns -= 1;
         let place = self.place(who);
-        self.members[place].presence = Presence::Up;
+        self.members[place].is_up = true;
         self.tell(now, who, Stimulus::Start)?;
         match who {
             Participant::Robot(robot) => self.look(now, robot),
@@ -454,10 +446,6 @@ impl<'a, C: Crew> Simulation<'a, C> {
 
 impl Member {
     fn is_resting(&self) -> bool {
-        match self.presence {
-            Presence::Up => self.who == Participant::Coordinator || self.activity != Activity::Searching,
-            Presence::Down => false,
-            Presence::Gone => true,
-        }
+        !self.is_up || self.who == Participant::Coordinator || self.activity != Activity::Searching
     }
 }

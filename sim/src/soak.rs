@@ -177,7 +177,7 @@ impl<'a, F: FnMut(&Scenario) -> Box<dyn Mind>> Crowd<'a, F> {
         let back = self.faults.crashes.get(&who).and_then(|crash| crash.back);
         if matches!(back, Some((_, Memory::Kept))) {
             for observation in &self.disks[place] {
-                self.robots[place].recall(Arc::clone(observation));
+                self.robots[place].recall(observation);
             }
             self.bites.returned_with_memory += 1;
         } else {

@@ -7,8 +7,8 @@ use crate::shape::HEADS;
 use crate::weights::Weights;
 
 use super::exponential::exp;
-use super::linear::{LANES, Linear, load, store};
-use super::{RECTIFIER_LEAK, SCORE_LEAK, greater, leaky};
+use super::linear::{LANES, Linear, load, rectify, store};
+use super::{SCORE_LEAK, greater, leaky};
 
 /// `h_i += rectifier(sum_j a_ij W h_j + b)`, with
 /// `a_ij = softmax_j(leaky(source . W h_j + target . W h_i + edge / distance_ij))` in each head.
@@ -104,8 +104,7 @@ impl Attention {
                     for lane in (0..LANES).step_by(S::F32_LANES) {
                         let sums = weigh(simd, powers, share, brought.clone(), lane);
                         for ((first, bias), sum) in added.clone().zip(bias).zip(sums) {
-                            let sum = simd.add_f32s(sum, load::<S>(&bias[lane..]));
-                            let sum = simd.max_f32s(sum, simd.mul_f32s(sum, simd.splat_f32s(RECTIFIER_LEAK)));
+                            let sum = rectify(simd, simd.add_f32s(sum, load::<S>(&bias[lane..])));
                             let channels = &mut channels[first + lane..];
                             store::<S>(channels, simd.add_f32s(load::<S>(channels), sum));
                         }

@@ -51,8 +51,7 @@ impl Linear {
     /// The same through a rectifier.
     #[inline(always)]
     pub(super) fn apply_rectified<S: Simd>(&self, simd: S, parts: &[&[f32]], output: &mut Vec<f32>) {
-        let leak = simd.splat_f32s(RECTIFIER_LEAK);
-        self.map(simd, parts, output, |sum| simd.max_f32s(sum, simd.mul_f32s(sum, leak)));
+        self.map(simd, parts, output, |sum| rectify(simd, sum));
     }
 
     #[inline(always)]
@@ -163,6 +162,12 @@ fn rows<const COUNT: usize>(values: &[f32], width: usize) -> [&[f32]; COUNT] {
         }
     }
     rows
+}
+
+/// A register through the rectifier.
+#[inline(always)]
+pub(super) fn rectify<S: Simd>(simd: S, register: S::f32s) -> S::f32s {
+    simd.max_f32s(register, simd.mul_f32s(register, simd.splat_f32s(RECTIFIER_LEAK)))
 }
 
 /// The first numbers of a slice that has enough, as a register.
