@@ -134,6 +134,8 @@ pub struct Agent {
     recalled: Option<Cell>,
     /// Under which its observations and plans are numbered.
     origin: Origin,
+    /// The first incarnation that it does not remember to have used.
+    unused_incarnation: u64,
     /// Observations made.
     observations: u64,
     /// Observations refused since another of the same name is known.
@@ -171,6 +173,7 @@ impl Agent {
             plans: 0,
             recalled: None,
             origin: Origin::first(orders.id()),
+            unused_incarnation: 0,
             observations: 0,
             conflicting: 0,
             next_heartbeat: MissionTime::START + orders.mission.heartbeat,
@@ -189,6 +192,8 @@ impl Agent {
                 self.path_meters += self.meters(before, observation.from);
             }
             self.recalled = Some(observation.from);
+            let used = observation.origin.incarnation;
+            self.unused_incarnation = self.unused_incarnation.max(used.saturating_add(1));
         }
         if self.inbox.record(Arc::clone(observation)) == Entry::New {
             self.count(&observation.readings);
@@ -250,7 +255,7 @@ impl Agent {
     fn sense(&mut self, now: MissionTime, cell: Cell, readings: Vec<Reading>, actions: &mut Vec<Action>) {
         if self.cell.is_none() {
             // The numbers that it used before it started again, if it did, are taken.
-            self.origin.incarnation = now.0;
+            self.origin.incarnation = now.0.max(self.unused_incarnation);
             // The vehicle's clock may be set only now, and back.
             self.next_heartbeat = now + self.orders.mission.heartbeat;
         }

@@ -44,6 +44,10 @@ pub struct AgentConfig {
     /// Whether to leave when standard input closes, as when whoever started this process is gone.
     #[serde(default)]
     pub attached: bool,
+    /// The robot's journal, relative to this file: by it a robot that starts again knows what it knew. Without,
+    /// `MISSION-robot-NUMBER.journal` beside this file; none if the simulator tells the time.
+    #[serde(default)]
+    pub journal: Option<PathBuf>,
     /// What every process has.
     pub common: Common,
 }
@@ -110,6 +114,18 @@ pub struct Checked {
     pub mission: Mission,
     /// The scenario, changed as the settings say.
     pub scenario: Scenario,
+}
+
+impl AgentConfig {
+    /// Where the robot's journal is, by the settings of a file.
+    #[must_use]
+    pub fn journal(&self, file: &Path) -> PathBuf {
+        let folder = file.parent().unwrap_or(Path::new(""));
+        match &self.journal {
+            Some(journal) => folder.join(journal),
+            None => folder.join(format!("{}-robot-{}.journal", self.common.mission, self.robot)),
+        }
+    }
 }
 
 impl Common {

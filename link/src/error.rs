@@ -56,6 +56,9 @@ pub enum LinkError {
         /// What is wrong.
         reason: String,
     },
+    /// A robot's journal is not to be had.
+    #[error(transparent)]
+    Journal(#[from] crate::journal::JournalError),
     /// The recording is not whole.
     #[error(transparent)]
     Recording(#[from] dragnet_coordinator::RecordingError),
@@ -80,6 +83,7 @@ impl LinkError {
             Self::Settings { .. }
                 | Self::Open { .. }
                 | Self::Unsupported(_)
+                | Self::Journal(_)
                 | Self::Recording(RecordingError::Create { .. } | RecordingError::Exists { .. })
         )
     }

@@ -3,12 +3,13 @@
 //! Minds ([`dragnet_proto::participant::Mind`]) know no network; here they get one.
 //!
 //! - [`session`], [`link`]: how a session is opened, and what a participant says and hears on it;
-//! - [`live`]: a participant driven by the wall clock, as in the field;
+//! - [`live`]: a participant driven by the wall clock, as in the field; [`journal`]: what it remembers if it starts again;
 //! - [`lockstep`], [`remote_crew`]: participants driven by the simulator, event by event, over the same messages;
 //! - [`world`]: the simulated world for participants driven by the wall clock;
 //! - [`team`]: a whole team in one call; [`config`], [`serve`]: each part as a process of its own.
 
 pub mod config;
+pub mod journal;
 pub mod link;
 pub mod live;
 pub mod lockstep;

@@ -11,6 +11,7 @@ use tokio::sync::mpsc;
 use tokio::time::Instant;
 
 use crate::LinkError;
+use crate::journal::Journal;
 use crate::link::{Heard, Link};
 
 /// Mission time by the wall clock.
@@ -60,6 +61,7 @@ pub struct Log {
 pub type Report = (Option<MissionTime>, Stimulus<Message>);
 
 /// Runs a mind until `stop` is ready or the network closes. `reports` is what its vehicle says: a coordinator has none.
+/// Whatever the mind is to remember is in the journal, if there is one, before it says anything.
 ///
 /// # Errors
 /// If the mind cannot go on.
@@ -67,11 +69,13 @@ pub async fn run(
     link: &mut Link,
     mind: &mut dyn Mind,
     mut clock: Clock,
+    journal: Option<Journal>,
     mut reports: mpsc::Receiver<Report>,
     stop: impl Future<Output = ()>,
 ) -> Result<Log, LinkError> {
     let mut driver = Driver {
         mind,
+        journal,
         published: 0,
         wake_at: MissionTime(u64::MAX),
         log: Log::default(),
@@ -82,10 +86,10 @@ pub async fn run(
     tokio::pin!(stop);
     loop {
         tokio::select! {
-            () = &mut stop => return Ok(driver.log),
+            () = &mut stop => return Ok(driver.finish()),
             heard = link.hear() => match heard {
                 Some(heard) => driver.hear(link, clock.now(), heard).await?,
-                None => return Ok(driver.log),
+                None => return Ok(driver.finish()),
             },
             report = reports.recv(), if has_reports => match report {
                 Some((time, stimulus)) => {
@@ -106,6 +110,7 @@ pub async fn run(
 
 struct Driver<'a> {
     mind: &'a mut dyn Mind,
+    journal: Option<Journal>,
     /// Messages published.
     published: u64,
     wake_at: MissionTime,
@@ -115,6 +120,13 @@ struct Driver<'a> {
 }
 
 impl Driver<'_> {
+    fn finish(mut self) -> Log {
+        if let Some(journal) = &mut self.journal {
+            journal.commit();
+        }
+        self.log
+    }
+
     async fn hear(&mut self, link: &Link, now: MissionTime, heard: Heard) -> Result<(), LinkError> {
         match heard {
             Heard::Message { from, message, .. } => {
@@ -143,8 +155,14 @@ impl Driver<'_> {
         stimulus: Stimulus<Message>,
     ) -> Result<(), LinkError> {
         let reaction = self.mind.experience(now, stimulus);
-        let Reaction { published, wake_at, decision, conflicting, .. } =
+        let Reaction { kept, published, wake_at, decision, conflicting, .. } =
             reaction.map_err(|error| LinkError::Participant { who: link.me(), reason: error.reason })?;
+        if let Some(journal) = &mut self.journal {
+            journal.note(kept);
+            if !published.is_empty() {
+                journal.commit();
+            }
+        }
         for (audience, message) in published {
             // A robot goes on without its network; what is not heard is asked for later.
             if let Err(error) = link.publish(self.published, audience, &message).await {

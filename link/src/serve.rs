@@ -3,11 +3,13 @@
 use std::collections::BTreeMap;
 use std::future::Future;
 use std::path::Path;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use dragnet_agent::agent::{Agent, Orders};
 use dragnet_proto::convert::Codec;
 use dragnet_proto::message::Participant;
 use dragnet_proto::scenario::Scenario;
+use dragnet_proto::time::MissionTime;
 use dragnet_search::observation::RobotId;
 use dragnet_sim::episode::Episode;
 use dragnet_sim::simulation::Spectator;
@@ -17,6 +19,7 @@ use tokio::sync::mpsc;
 
 use crate::LinkError;
 use crate::config::{self, AgentConfig, Checked, CoordinatorConfig, SimConfig, TimeSource};
+use crate::journal::{Journal, Subject};
 use crate::link::Link;
 use crate::live::{self, Clock};
 use crate::lockstep::Puppet;
@@ -54,16 +57,42 @@ pub fn agent(file: &Path) -> Result<(), LinkError> {
             }
             TimeSource::Wall => {
                 let codec = Codec::new(grid);
+                let subject = Subject { mission: &mission, robot, terrain: scenario.terrain() };
+                let (journal, clock) =
+                    resume(&mut agent, &config.journal(file), subject, config.common.pace)?;
                 let reports = world::sensor(&session, &mission, robot, codec).await?;
                 let mut link = Link::join(session, mission, who, codec).await?;
                 link.announce().await?;
                 tell_start(&link, &config.common.zenoh);
-                live::run(&mut link, &mut agent, Clock::new(config.common.pace), reports, stop)
-                    .await
-                    .map(|_| ())
+                live::run(&mut link, &mut agent, clock, Some(journal), reports, stop).await.map(|_| ())
             }
         }
     })
+}
+
+/// A robot recalls what stands in its journal; its clock goes on, as if it had never stopped.
+fn resume(
+    agent: &mut Agent,
+    file: &Path,
+    subject: Subject<'_>,
+    pace: f64,
+) -> Result<(Journal, Clock), LinkError> {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    let now_unix_ns = u64::try_from(now.as_nanos()).unwrap_or(u64::MAX);
+    let (journal, memory) = Journal::open(file, subject, now_unix_ns)?;
+    for observation in &memory.observations {
+        agent.recall(observation);
+    }
+    if !memory.observations.is_empty() {
+        let count = memory.observations.len();
+        tracing::info!("robot {} goes on with {count} observations of {}", subject.robot, file.display());
+    }
+    // The wall's clock may have been set back meanwhile.
+    let latest = memory.observations.iter().map(|observation| MissionTime(observation.time_ns)).max();
+    let elapsed = Duration::from_nanos(now_unix_ns.saturating_sub(memory.started_unix_ns));
+    let mut clock = Clock::new(pace);
+    clock.set(latest.unwrap_or_default().max(MissionTime::START + elapsed.mul_f64(pace)));
+    Ok((journal, clock))
 }
 
 /// Runs the coordinator until it is told to stop; then the recording is finished.
@@ -90,7 +119,7 @@ pub fn coordinator(file: &Path, version: &str) -> Result<(), LinkError> {
         link.announce().await?;
         tell_start(&link, &config.common.zenoh);
         let (_, no_reports) = mpsc::channel(1);
-        live::run(&mut link, &mut desk, clock, no_reports, stop).await
+        live::run(&mut link, &mut desk, clock, None, no_reports, stop).await
     })?;
     desk.finish(clock.now(), BTreeMap::new())?;
     Ok(())

@@ -1,6 +1,6 @@
 //! The simulated world by the wall clock: moves robots along the plans that they publish, and lets them see.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use dragnet_proto::convert::{self, Codec};
@@ -32,7 +32,9 @@ pub struct WorldServer<'a> {
     clock: Clock,
     pace: f64,
     speed: f64,
-    robots: Vec<RobotId>,
+    team: BTreeSet<RobotId>,
+    /// Those who are there.
+    robots: BTreeSet<RobotId>,
     arrivals: BTreeMap<RobotId, MissionTime>,
     heartbeats: BTreeMap<RobotId, Heartbeat>,
     outcome: Outcome,
@@ -53,7 +55,7 @@ impl<'a> WorldServer<'a> {
         spectator: Spectator<'a>,
     ) -> Result<Self, LinkError> {
         let world = World::new(scenario, seed);
-        let robots: Vec<RobotId> = scenario.robots().iter().map(|robot| robot.id).collect();
+        let robots: BTreeSet<RobotId> = scenario.robots().iter().map(|robot| robot.id).collect();
         // It listens as one more participant would who has nothing to say.
         let codec = Codec::new(scenario.terrain().grid());
         let mut link = Link::join(session, mission, Participant::Robot(RobotId(0)), codec).await?;
@@ -66,6 +68,7 @@ impl<'a> WorldServer<'a> {
             clock: Clock::new(pace),
             pace,
             speed: scenario.mission().speed_meters_per_second,
+            team: robots.clone(),
             robots,
             arrivals: BTreeMap::new(),
             heartbeats: BTreeMap::new(),
@@ -74,7 +77,8 @@ impl<'a> WorldServer<'a> {
         })
     }
 
-    /// Runs until every robot rests and all believe the same, or have had the time to.
+    /// Runs until every robot rests and all believe the same, or have had the time to; robots that are gone may come back
+    /// in that time.
     ///
     /// # Errors
     /// If Zenoh refuses, or the network closes.
@@ -90,22 +94,26 @@ impl<'a> WorldServer<'a> {
                 self.outcome.ended = since;
                 self.outcome.digest = self.world.merged().digest();
                 self.outcome.beliefs_equal = self.are_all_equal(self.outcome.digest);
-                if self.outcome.beliefs_equal || now.since(since) > PATIENCE.mul_f64(self.pace) {
+                let patience = PATIENCE.mul_f64(self.pace);
+                if self.outcome.beliefs_equal && !self.robots.is_empty() || now.since(since) >= patience {
                     return Ok(Episode::new(self.world, self.outcome));
                 }
+                self.next(since + patience).await?;
             } else {
                 resting_since = None;
+                self.next(MissionTime(u64::MAX)).await?;
             }
-            self.next().await?;
         }
     }
 
-    async fn next(&mut self) -> Result<(), LinkError> {
-        let next = self.arrivals.iter().map(|(&robot, &due)| (due, robot)).min();
-        let due = next.map_or(MissionTime(u64::MAX), |(due, _)| due);
+    /// Waits for what happens next, but no longer than until then.
+    async fn next(&mut self, until: MissionTime) -> Result<(), LinkError> {
+        let next =
+            self.arrivals.iter().map(|(&robot, &due)| (due, robot)).min().filter(|&(due, _)| due < until);
+        let due = next.map_or(until, |(due, _)| due);
         tokio::select! {
             heard = self.link.hear() => match heard {
-                Some(heard) => self.hear(heard),
+                Some(heard) => self.hear(heard).await?,
                 None => {
                     return Err(LinkError::Zenoh { what: "go on".to_owned(), reason: "the session is closed".to_owned() });
                 }
@@ -123,7 +131,7 @@ impl<'a> WorldServer<'a> {
         Ok(())
     }
 
-    fn hear(&mut self, heard: Heard) {
+    async fn hear(&mut self, heard: Heard) -> Result<(), LinkError> {
         match heard {
             Heard::Message { message: Message::Intent(intent), .. } => {
                 let (now, robot, route) = (self.clock.now(), intent.origin.robot, intent.path);
@@ -135,13 +143,20 @@ impl<'a> WorldServer<'a> {
                 self.heartbeats.insert(heartbeat.robot, heartbeat);
             }
             Heard::Left(Participant::Robot(gone)) => {
-                self.robots.retain(|&robot| robot != gone);
+                self.robots.remove(&gone);
                 self.arrivals.remove(&gone);
                 self.heartbeats.remove(&gone);
+            }
+            // It has started again, wherever it stood.
+            Heard::Came(Participant::Robot(robot)) if self.team.contains(&robot) => {
+                self.robots.insert(robot);
+                self.world.set_route(robot, Vec::new());
+                self.look(self.clock.now(), robot).await?;
             }
             Heard::Message { .. } | Heard::Came(_) | Heard::Left(Participant::Coordinator) => {}
             Heard::Refused { key, reason } => tracing::warn!("refused what came under {key}: {reason}"),
         }
+        Ok(())
     }
 
     fn depart(&mut self, now: MissionTime, robot: RobotId) {

@@ -88,7 +88,7 @@ pub struct Evidence {
     cells: Vec<CellEvidence>,
 }
 
-/// A hash of all evidence: equal evidence has equal digests, on every machine.
+/// A hash, as of all evidence: what is equal has equal digests, on every machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Digest(pub u128);
 

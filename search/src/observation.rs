@@ -20,13 +20,13 @@ impl std::fmt::Display for RobotId {
 
 /// A robot from one of its starts on: what it sees is numbered by it.
 ///
-/// A robot that starts again and remembers its observations goes on under the same origin. One that lost its memory
-/// does not know which numbers it has used, so that it counts anew under another.
+/// One that starts again counts anew under another origin, whatever it remembers: what it remembers last need not be the
+/// last that it told, as when its disk was full, and no name may ever stand for two observations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Origin {
     /// Which robot.
     pub robot: RobotId,
-    /// When it started, nanoseconds of mission time by its own clock.
+    /// When it started, nanoseconds of mission time by its own clock; later than every start that it remembers.
     pub incarnation: u64,
 }
 

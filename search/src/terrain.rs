@@ -1,6 +1,9 @@
 //! What can be crossed and what is searched.
 
+use xxhash_rust::xxh3::Xxh3;
+
 use crate::cell::{Cell, Grid, GridSizeError, Offset, Position};
+use crate::evidence::Digest;
 
 /// The ground of one cell. The two properties are independent: a lake can hold an object that no ground robot
 /// reaches, and the road to the search area holds none.
@@ -149,6 +152,19 @@ impl Terrain {
     #[must_use]
     pub fn is_searched(&self, cell: Cell) -> bool {
         self.ground[cell.index()].searched
+    }
+
+    /// XXH3-128 of size, cell edge and ground, by index: other maps have other digests.
+    #[must_use]
+    pub fn digest(&self) -> Digest {
+        let mut hash = Xxh3::new();
+        hash.update(&self.grid.rows().to_le_bytes());
+        hash.update(&self.grid.columns().to_le_bytes());
+        hash.update(&self.cell_meters.to_le_bytes());
+        for ground in &self.ground {
+            hash.update(&[u8::from(ground.traversable), u8::from(ground.searched)]);
+        }
+        Digest(hash.digest128())
     }
 
     /// Traversable cells, by index.

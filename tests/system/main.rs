@@ -4,10 +4,13 @@
 
 mod architecture;
 mod decisions;
+mod durability;
 mod faults;
+mod field;
 mod policies;
 mod processes;
 mod team;
+mod witness;
 
 use std::path::Path;
 

@@ -1,15 +1,11 @@
 //! Robots, coordinator and world as processes of their own.
 
-use std::io::Read;
 use std::path::PathBuf;
-use std::process::{Child, Command, Stdio};
 
-use dragnet_link::session::free_endpoints;
 use dragnet_link::team::{self, Options};
 
 use crate::committed;
-
-const DRAGNET: &str = env!("CARGO_BIN_EXE_dragnet");
+use crate::field::{DRAGNET, Field, Process};
 
 #[test]
 fn a_run_of_processes_is_the_run_in_one_process() {
@@ -41,92 +37,9 @@ fn a_process_that_dies_fails_the_run_by_name() {
     assert!(error.to_string().contains("ended before the mission"), "{error}");
 }
 
-/// A process that does not outlive the test.
-struct Process(Child);
-
-impl Process {
-    fn start(command: &mut Command) -> Self {
-        Self(command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn().unwrap())
-    }
-
-    /// Asks it to stop, as a person would.
-    fn terminate(mut self) {
-        assert!(Command::new("kill").arg(self.0.id().to_string()).status().unwrap().success());
-        assert!(self.0.wait().unwrap().success());
-    }
-
-    /// What it prints until it ends.
-    fn output(mut self) -> String {
-        let mut text = String::new();
-        self.0.stdout.take().unwrap().read_to_string(&mut text).unwrap();
-        assert!(self.0.wait().unwrap().success(), "{text}");
-        text
-    }
-}
-
-impl Drop for Process {
-    fn drop(&mut self) {
-        // It may have ended already.
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
-/// A mission of two robots by the wall clock, as a field team would start it.
-struct Field {
-    folder: tempfile::TempDir,
-    endpoints: Vec<String>,
-}
-
-impl Field {
-    fn new() -> Self {
-        let folder = tempfile::tempdir().unwrap();
-        let scenario = "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows = 15\ncolumns = 15\n\
-                        [objects]\ncount = 4\n[robots]\ncount = 2\npolicy = \"path\"\n\
-                        [mission]\nbudget_seconds = 3600.0\nexpected_undeclared = 0.001\n";
-        std::fs::write(folder.path().join("field.toml"), scenario).unwrap();
-        Self { folder, endpoints: free_endpoints(4).unwrap() }
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
-    }
-
-    /// Listens at the endpoint of this place, and calls all before it.
-    fn zenoh(&self, place: usize) -> String {
-        format!("listen = [{:?}]\nconnect = {:?}\n", self.endpoints[place], &self.endpoints[..place])
-    }
-
-    fn common(&self, place: usize) -> String {
-        let zenoh = self.zenoh(place);
-        format!(
-            "[common]\nmission = \"field\"\nscenario = \"field.toml\"\nseed = 3\npace = 100.0\n[common.zenoh]\n{zenoh}"
-        )
-    }
-
-    fn start(&self, name: &str, arguments: &[&str], config: &str) -> Process {
-        let file = self.path(name);
-        std::fs::write(&file, config).unwrap();
-        Process::start(Command::new(DRAGNET).args(arguments).arg("--config").arg(file))
-    }
-
-    fn coordinator(&self) -> Process {
-        let recording = self.path("field.mcap");
-        let config = format!("recording = \"{}\"\n{}", recording.display(), self.common(1));
-        self.start("coordinator.toml", &["coordinator"], &config)
-    }
-
-    fn robot(&self, number: usize) -> Process {
-        let config = format!("robot = {number}\n{}", self.common(number + 1));
-        self.start(&format!("robot_{number}.toml"), &["agent"], &config)
-    }
-
-    fn world(&self) -> Process {
-        let config = format!("mission = \"field\"\nseed = 3\npace = 100.0\n[zenoh]\n{}", self.zenoh(0));
-        let scenario = self.path("field.toml");
-        self.start("sim.toml", &["sim", scenario.to_str().unwrap(), "--json"], &config)
-    }
-}
+const SEARCH: &str = "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows = 15\ncolumns = 15\n\
+                      [objects]\ncount = 4\n[robots]\ncount = 2\npolicy = \"path\"\n\
+                      [mission]\nbudget_seconds = 3600.0\nexpected_undeclared = 0.001\n";
 
 fn check_outcome(json: &str) -> serde_json::Value {
     let outcome: serde_json::Value = serde_json::from_str(json).unwrap();
@@ -137,7 +50,7 @@ fn check_outcome(json: &str) -> serde_json::Value {
 
 #[test]
 fn a_mission_started_by_hand_in_any_order_is_searched_and_recorded() {
-    let field = Field::new();
+    let field = Field::new(SEARCH, 2, 3);
     let second = field.robot(2);
     let (coordinator, world) = (field.coordinator(), field.world());
     let first = field.robot(1);
@@ -152,7 +65,7 @@ fn a_mission_started_by_hand_in_any_order_is_searched_and_recorded() {
 
 #[test]
 fn robots_search_on_when_the_coordinator_is_killed() {
-    let field = Field::new();
+    let field = Field::new(SEARCH, 2, 3);
     let coordinator = field.coordinator();
     let robots = [field.robot(1), field.robot(2)];
     let world = field.world();

@@ -1,6 +1,5 @@
 //! Robots in processes of their own.
 
-use std::io::Write;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
@@ -8,7 +7,7 @@ use dragnet_proto::key::Mission;
 use dragnet_proto::message::Participant;
 use dragnet_proto::scenario::Scenario;
 use dragnet_search::observation::RobotId;
-use tempfile::NamedTempFile;
+use tempfile::TempDir;
 
 use crate::LinkError;
 use crate::config::{AgentConfig, Common, TimeSource};
@@ -17,7 +16,8 @@ use crate::session::Endpoints;
 /// Processes that were started. They leave when this is dropped, for their standard input closes.
 #[derive(Default)]
 pub(super) struct Children {
-    running: Vec<(Participant, Child, NamedTempFile)>,
+    /// Each with the folder of its settings and its journal.
+    running: Vec<(Participant, Child, TempDir)>,
 }
 
 /// What is the same for every robot's process.
@@ -41,17 +41,18 @@ impl Children {
         let who = Participant::Robot(robot);
         let failed = |reason: String| LinkError::Process { who, reason };
         let settings = brief.settings(robot, zenoh).map_err(failed)?;
-        let mut file = NamedTempFile::with_suffix(".toml").map_err(|error| failed(error.to_string()))?;
-        file.write_all(settings.as_bytes()).map_err(|error| failed(error.to_string()))?;
+        let folder = tempfile::tempdir().map_err(|error| failed(error.to_string()))?;
+        let file = folder.path().join("robot.toml");
+        std::fs::write(&file, settings).map_err(|error| failed(error.to_string()))?;
         let child = Command::new(brief.program)
             .args(["agent", "--config"])
-            .arg(file.path())
+            .arg(&file)
             .stdin(Stdio::piped())
             .stdout(Stdio::null())
             .env("RUST_LOG", std::env::var("RUST_LOG").unwrap_or_else(|_| "warn,zenoh=error".to_owned()))
             .spawn()
             .map_err(|error| failed(format!("{}: {error}", brief.program.display())))?;
-        self.running.push((who, child, file));
+        self.running.push((who, child, folder));
         Ok(())
     }
 
@@ -82,7 +83,7 @@ impl Brief<'_> {
             pace: self.pace,
             zenoh,
         };
-        let config = AgentConfig { robot: robot.0, time: self.time, attached: true, common };
+        let config = AgentConfig { robot: robot.0, time: self.time, attached: true, journal: None, common };
         toml::to_string(&config).map_err(|error| error.to_string())
     }
 }

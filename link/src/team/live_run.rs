@@ -75,7 +75,7 @@ fn participate<M: Mind + 'static>(
     tokio::spawn(async move {
         link.announce().await?;
         let stop = async move { while stopped.changed().await.is_ok() {} };
-        let log = live::run(&mut link, &mut mind, Clock::new(pace), reports, stop).await?;
+        let log = live::run(&mut link, &mut mind, Clock::new(pace), None, reports, stop).await?;
         Ok((mind, log))
     })
 }

@@ -1,0 +1,288 @@
+//! The journal: what a robot must remember if it starts again, on disk before anybody hears of it.
+//!
+//! One file a robot, of [`redb`](https://docs.rs/redb): each commit is whole or not there at all, whenever the process
+//! or the power dies, which a recording in chunks does not promise; and a second process of the same robot is kept out.
+//! A disk that fails does not stop the robot: what could not be written waits in memory, and is written once it can be.
+
+mod error;
+
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use dragnet_proto::convert::{self, Codec};
+use dragnet_proto::key::Mission;
+use dragnet_proto::message::{Message, MessageKind};
+use dragnet_search::observation::{Observation, RobotId};
+use dragnet_search::terrain::Terrain;
+use redb::backends::InMemoryBackend;
+use redb::{Builder, Database, ReadableDatabase, ReadableTable, StorageBackend, TableDefinition};
+
+pub use error::JournalError;
+
+/// What a journal says of itself, by name: see [`fact`].
+const FACTS: TableDefinition<'_, &str, &str> = TableDefinition::new("facts");
+/// By robot, incarnation and sequence number: the message that tells an observation.
+const OBSERVATIONS: TableDefinition<'_, (u16, u64, u64), &[u8]> = TableDefinition::new("observations");
+
+mod fact {
+    pub(super) const FORMAT: &str = "format";
+    pub(super) const MISSION: &str = "mission";
+    pub(super) const ROBOT: &str = "robot";
+    pub(super) const MAP: &str = "map";
+    pub(super) const STARTED: &str = "started_unix_ns";
+}
+
+/// Raised whenever what is in a journal, or how, changes.
+const FORMAT: &str = "1";
+/// Of the database, bytes: a journal is written on and on, and read once.
+const CACHE: usize = 4 << 20;
+/// A disk that has failed is tried again after so long.
+const RETRY: Duration = Duration::from_secs(1);
+
+/// Whose journal it is: that of another robot, mission or map is not taken for it.
+#[derive(Clone, Copy, Debug)]
+pub struct Subject<'a> {
+    /// Which mission.
+    pub mission: &'a Mission,
+    /// Which robot.
+    pub robot: RobotId,
+    /// Which map.
+    pub terrain: &'a Terrain,
+}
+
+type Facts = [(&'static str, String); 5];
+
+/// What a robot that starts again had before.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Memory {
+    /// When it started for the first time: Unix time, nanoseconds.
+    pub started_unix_ns: u64,
+    /// All that it knew, its own observations in the order in which it made them.
+    pub observations: Vec<Arc<Observation>>,
+}
+
+/// A robot's journal.
+pub struct Journal {
+    path: PathBuf,
+    /// What it says of itself if it is begun now.
+    facts: Facts,
+    /// Absent after the disk failed.
+    database: Option<Database>,
+    /// What is not on disk yet.
+    waiting: Vec<Arc<Observation>>,
+    /// When the disk failed last, since it last did not.
+    failed: Option<Instant>,
+}
+
+impl Journal {
+    /// Opens a robot's journal, and begins one if there is none: the robot starts now, `now_unix_ns` in Unix time.
+    ///
+    /// A robot that searches is worth more than one that does not start: a journal that is damaged is set aside, and a
+    /// new one begun; one on a full disk is read, and written later.
+    ///
+    /// # Errors
+    /// If the file cannot be read or written for another reason, if it is in use, or if it is not this robot's journal.
+    pub fn open(path: &Path, subject: Subject<'_>, now_unix_ns: u64) -> Result<(Self, Memory), JournalError> {
+        let failed = |source: redb::Error| JournalError::of(path, source);
+        let mut journal = Self {
+            path: path.to_owned(),
+            facts: subject.facts(now_unix_ns),
+            database: None,
+            waiting: Vec::new(),
+            failed: None,
+        };
+        let database = match open(path, &journal.facts) {
+            Err(redb::Error::Corrupted(damage)) => {
+                set_aside(path, &damage)?;
+                open(path, &journal.facts)
+            }
+            Err(redb::Error::Io(error)) if is_full(&error) => {
+                journal.fail(&error);
+                let copy = copied(path, &journal.facts).map_err(failed)?;
+                return Ok((journal, remember(&copy, path, subject)?));
+            }
+            database => database,
+        };
+        let database = database.map_err(failed)?;
+        let memory = remember(&database, path, subject)?;
+        journal.database = Some(database);
+        Ok((journal, memory))
+    }
+
+    /// Notes observations; they are on disk after the next [`Journal::commit`].
+    pub fn note(&mut self, observations: Vec<Arc<Observation>>) {
+        self.waiting.extend(observations);
+    }
+
+    /// Writes down all that was noted. If the disk fails, it is noted further: the log says so, and says when it is
+    /// mended.
+    pub fn commit(&mut self) {
+        if self.waiting.is_empty() || self.failed.is_some_and(|failed| failed.elapsed() < RETRY) {
+            return;
+        }
+        if let Err(error) = self.write() {
+            return self.fail(&error);
+        }
+        if self.failed.take().is_some() {
+            let (path, count) = (self.path.display(), self.waiting.len());
+            tracing::info!("{path}: written again, {count} observations that had waited first");
+        }
+        self.waiting.clear();
+    }
+
+    fn fail(&mut self, error: &dyn std::error::Error) {
+        if self.failed.replace(Instant::now()).is_none() {
+            let path = self.path.display();
+            tracing::warn!("{path}: {error}; the robot goes on, and remembers in memory what it sees");
+        }
+    }
+
+    /// Observations that are not on disk.
+    #[must_use]
+    pub fn waiting(&self) -> usize {
+        self.waiting.len()
+    }
+
+    fn write(&mut self) -> Result<(), redb::Error> {
+        let database = match self.database.take() {
+            Some(database) => database,
+            // After an error nothing is known of the file but what is on disk.
+            None => open(&self.path, &self.facts)?,
+        };
+        let transaction = database.begin_write()?;
+        {
+            let mut table = transaction.open_table(OBSERVATIONS)?;
+            for observation in &self.waiting {
+                let name = (observation.origin.robot.0, observation.origin.incarnation, observation.sequence);
+                let bytes = convert::encode(&Message::Observation(Arc::clone(observation)));
+                table.insert(name, bytes.as_slice())?;
+            }
+        }
+        transaction.commit()?;
+        self.database = Some(database);
+        Ok(())
+    }
+}
+
+fn open(path: &Path, facts: &Facts) -> Result<Database, redb::Error> {
+    let database = builder().create(path)?;
+    begin(&database, facts)?;
+    Ok(database)
+}
+
+/// The journal in memory, as it would be opened if its disk had room.
+fn copied(path: &Path, facts: &Facts) -> Result<Database, redb::Error> {
+    let bytes = std::fs::read(path)?;
+    let copy = InMemoryBackend::new();
+    copy.set_len(bytes.len() as u64)?;
+    copy.write(0, &bytes)?;
+    let database = builder().create_with_backend(copy)?;
+    begin(&database, facts)?;
+    Ok(database)
+}
+
+fn builder() -> Builder {
+    let mut builder = Builder::new();
+    // A page that has changed since is found, instead of being believed.
+    builder.set_cache_size(CACHE).set_check_integrity_on_open(true);
+    builder
+}
+
+/// Writes what a new journal says of itself; one that says something is left as it is.
+fn begin(database: &Database, facts: &Facts) -> Result<(), redb::Error> {
+    let transaction = database.begin_write()?;
+    if transaction.list_tables()?.next().is_some() {
+        return Ok(transaction.abort()?);
+    }
+    let mut table = transaction.open_table(FACTS)?;
+    for (name, value) in facts {
+        table.insert(*name, value.as_str())?;
+    }
+    drop(table);
+    transaction.open_table(OBSERVATIONS)?;
+    Ok(transaction.commit()?)
+}
+
+fn is_full(error: &std::io::Error) -> bool {
+    matches!(error.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::ReadOnlyFilesystem)
+}
+
+fn remember(database: &Database, path: &Path, subject: Subject<'_>) -> Result<Memory, JournalError> {
+    let failed = |source: redb::Error| JournalError::of(path, source);
+    let said = |name| said(database, name).map_err(failed);
+    for (name, expected) in subject.named() {
+        let found = said(name)?;
+        if found != expected {
+            return Err(JournalError::Foreign { path: path.to_owned(), what: name, found, expected });
+        }
+    }
+    let bytes = observations(database).map_err(failed)?;
+    let codec = Codec::new(subject.terrain.grid());
+    let observations = bytes.iter().map(|bytes| match codec.decode(MessageKind::Observation, bytes) {
+        Ok(Message::Observation(observation)) => Ok(observation),
+        Ok(message) => Err(format!("a {:?}", message.kind())),
+        Err(error) => Err(error.to_string()),
+    });
+    let observations = observations.collect::<Result<_, String>>();
+    let content = |reason| JournalError::Content { path: path.to_owned(), reason };
+    let started = said(fact::STARTED)?;
+    Ok(Memory {
+        started_unix_ns: started.parse().map_err(|_| content(format!("it began at {started:?}")))?,
+        observations: observations.map_err(content)?,
+    })
+}
+
+fn said(database: &Database, name: &str) -> Result<String, redb::Error> {
+    let facts = database.begin_read()?.open_table(FACTS)?;
+    Ok(facts.get(name)?.map(|value| value.value().to_owned()).unwrap_or_default())
+}
+
+fn observations(database: &Database) -> Result<Vec<Vec<u8>>, redb::Error> {
+    let table = database.begin_read()?.open_table(OBSERVATIONS)?;
+    let mut observations = Vec::new();
+    for entry in table.iter()? {
+        observations.push(entry?.1.value().to_owned());
+    }
+    Ok(observations)
+}
+
+impl Subject<'_> {
+    fn facts(self, now_unix_ns: u64) -> Facts {
+        let [format, mission, robot, map] = self.named();
+        [format, mission, robot, map, (fact::STARTED, now_unix_ns.to_string())]
+    }
+
+    /// In what journals differ.
+    fn named(self) -> [(&'static str, String); 4] {
+        let (grid, digest) = (self.terrain.grid(), self.terrain.digest());
+        let meters = self.terrain.cell_meters();
+        let map = format!("{} x {} cells of {meters} m, {digest}", grid.rows(), grid.columns());
+        [
+            (fact::FORMAT, FORMAT.to_owned()),
+            (fact::MISSION, self.mission.to_string()),
+            (fact::ROBOT, self.robot.to_string()),
+            (fact::MAP, map),
+        ]
+    }
+}
+
+/// Renames a file to the first free of `NAME.damaged`, `NAME.damaged-2` and so on.
+fn set_aside(path: &Path, damage: &str) -> Result<(), JournalError> {
+    let name = |suffix: &str| {
+        let mut name = path.as_os_str().to_owned();
+        name.push(format!(".damaged{suffix}"));
+        PathBuf::from(name)
+    };
+    let numbered = (2_u32..).map(|number| name(&format!("-{number}")));
+    let mut names = std::iter::once(name("")).chain(numbered);
+    let aside = names.find(|name| !name.exists()).unwrap_or_else(|| name(""));
+    std::fs::rename(path, &aside).map_err(|source| JournalError::of(path, redb::Error::Io(source)))?;
+    let (path, aside) = (path.display(), aside.display());
+    tracing::warn!("{path}: damaged ({damage}); it is kept as {aside}, and a new journal begun");
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

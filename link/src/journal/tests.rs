@@ -1,0 +1,103 @@
+use dragnet_search::evidence::Reading;
+use dragnet_search::observation::Origin;
+
+use super::*;
+
+struct Shelf {
+    folder: tempfile::TempDir,
+    mission: Mission,
+    terrain: Terrain,
+}
+
+impl Shelf {
+    fn new() -> Self {
+        let terrain = Terrain::from_ascii("....\n....", 1.0).unwrap();
+        Self { folder: tempfile::tempdir().unwrap(), mission: "cone".parse().unwrap(), terrain }
+    }
+
+    fn path(&self) -> PathBuf {
+        self.folder.path().join("robot.journal")
+    }
+
+    fn open(&self, robot: u16, now_unix_ns: u64) -> Result<(Journal, Memory), JournalError> {
+        let subject = Subject { mission: &self.mission, robot: RobotId(robot), terrain: &self.terrain };
+        Journal::open(&self.path(), subject, now_unix_ns)
+    }
+
+    fn observation(&self, robot: u16, incarnation: u64, sequence: u64) -> Arc<Observation> {
+        let from = self.terrain.grid().cells().next().unwrap();
+        let origin = Origin { robot: RobotId(robot), incarnation };
+        let readings = vec![Reading { cell: from, value: 0.5, variance: 0.25 }];
+        Arc::new(Observation { origin, sequence, time_ns: 7, from, readings })
+    }
+}
+
+#[test]
+fn what_was_committed_is_remembered_and_what_was_only_noted_is_not() {
+    let shelf = Shelf::new();
+    let committed = [(1, 0, 0), (1, 0, 1), (1, 9, 0), (2, 0, 4)]
+        .map(|(robot, incarnation, sequence)| shelf.observation(robot, incarnation, sequence));
+    let (mut journal, memory) = shelf.open(1, 100).unwrap();
+    assert_eq!(memory, Memory { started_unix_ns: 100, observations: Vec::new() });
+    journal.note(committed.iter().rev().cloned().collect());
+    journal.commit();
+    journal.note(vec![shelf.observation(2, 0, 5)]);
+    assert_eq!(journal.waiting(), 1);
+    drop(journal);
+    let (_, memory) = shelf.open(1, 200).unwrap();
+    assert_eq!(memory, Memory { started_unix_ns: 100, observations: committed.to_vec() });
+}
+
+#[test]
+fn a_journal_of_another_robot_mission_or_map_is_refused() {
+    let mut shelf = Shelf::new();
+    drop(shelf.open(1, 0).unwrap());
+    let check = |shelf: &Shelf, robot, expected: &[&str]| {
+        let error = shelf.open(robot, 0).err().unwrap().to_string();
+        assert!(expected.iter().all(|part| error.contains(part)), "{error}");
+    };
+    check(&shelf, 2, &["robot.journal", "robot \"1\", not \"2\""]);
+    let mission = std::mem::replace(&mut shelf.mission, "other".parse().unwrap());
+    check(&shelf, 1, &["mission \"cone\", not \"other\""]);
+    shelf.mission = mission;
+    shelf.terrain = Terrain::from_ascii("....\n...#", 1.0).unwrap();
+    check(&shelf, 1, &["map \"2 x 4 cells of 1 m"]);
+}
+
+#[test]
+fn one_robot_does_not_run_twice() {
+    let shelf = Shelf::new();
+    let _first = shelf.open(1, 0).unwrap();
+    let error = shelf.open(1, 0).err().unwrap().to_string();
+    assert!(error.contains("running already"), "{error}");
+}
+
+#[test]
+fn a_damaged_journal_is_set_aside_and_a_new_one_begun() {
+    let shelf = Shelf::new();
+    let (mut journal, _) = shelf.open(1, 0).unwrap();
+    journal.note((0..200).map(|sequence| shelf.observation(1, 0, sequence)).collect());
+    journal.commit();
+    drop(journal);
+    let mut bytes = std::fs::read(shelf.path()).unwrap();
+    // Neither in the header nor in a page of the end that is empty: each page in use is told by its checksum.
+    let damaged: Vec<usize> = (4096..bytes.len()).filter(|&place| bytes[place] != 0).collect();
+    for &place in &damaged {
+        bytes[place] ^= 0x55;
+    }
+    assert!(!damaged.is_empty());
+    std::fs::write(shelf.path(), &bytes).unwrap();
+    let (_, memory) = shelf.open(1, 5).unwrap();
+    assert_eq!(memory, Memory { started_unix_ns: 5, observations: Vec::new() });
+    assert_eq!(std::fs::read(shelf.folder.path().join("robot.journal.damaged")).unwrap(), bytes);
+}
+
+#[test]
+fn what_is_no_journal_is_left_as_it_is() {
+    let shelf = Shelf::new();
+    let text = "a letter to somebody, which is no journal at all";
+    std::fs::write(shelf.path(), text).unwrap();
+    let error = shelf.open(1, 0).err().unwrap().to_string();
+    assert!(error.contains("robot.journal"), "{error}");
+    assert_eq!(std::fs::read_to_string(shelf.path()).unwrap(), text);
+}

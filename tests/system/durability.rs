@@ -1,0 +1,209 @@
+//! What a robot said survives its death: real processes, killed at any moment, and a disk that is full.
+
+use std::collections::BTreeMap;
+use std::io::{BufRead, BufReader, Write};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::Arc;
+use std::time::Duration;
+
+use dragnet_link::journal::{Journal, Subject};
+use dragnet_search::observation::{Observation, Origin, RobotId};
+use tokio::sync::watch;
+use xxhash_rust::xxh3::xxh3_64_with_seed;
+
+use crate::field::{DRAGNET, Field, Process};
+use crate::witness::{self, Knowledge};
+
+const ROBOTS: usize = 4;
+const KILLS: u64 = 200;
+
+/// A search that nobody ends.
+fn endless(robots: usize) -> String {
+    format!(
+        "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows = 30\ncolumns = 30\n[objects]\ncount = 4\n\
+         [robots]\ncount = {robots}\npolicy = \"greedy\"\n[mission]\nbudget_seconds = 1e6\n"
+    )
+}
+
+/// By which an observation is known.
+type Name = (Origin, u64);
+
+fn by_name(observations: &[Arc<Observation>]) -> BTreeMap<Name, Arc<Observation>> {
+    observations
+        .iter()
+        .map(|observation| ((observation.origin, observation.sequence), Arc::clone(observation)))
+        .collect()
+}
+
+/// Kills a robot again and again, at some moment after it has said something, and starts it anew each time.
+async fn torment(field: &Field, number: usize, mut knowledge: watch::Receiver<Knowledge>) -> Process {
+    let robot = RobotId(u16::try_from(number).unwrap());
+    let mut process = field.robot(number);
+    let mut last = None;
+    for kill in 0..KILLS / ROBOTS as u64 {
+        let heard = knowledge.wait_for(|knowledge| knowledge.latest(robot) > last).await.unwrap();
+        last = heard.latest(robot);
+        drop(heard);
+        let moment = xxh3_64_with_seed(&kill.to_le_bytes(), robot.0.into()) % 40_000;
+        tokio::time::sleep(Duration::from_micros(moment)).await;
+        process.kill();
+        process = field.robot(number);
+    }
+    knowledge.wait_for(|knowledge| knowledge.latest(robot) > last).await.unwrap();
+    process
+}
+
+/// What stands in a robot's journal.
+fn read(field: &Field, number: usize, journal: &Path) -> Vec<Arc<Observation>> {
+    let scenario = field.scenario();
+    let mission = "field".parse().unwrap();
+    let robot = RobotId(u16::try_from(number).unwrap());
+    let subject = Subject { mission: &mission, robot, terrain: scenario.terrain() };
+    Journal::open(journal, subject, 0).unwrap().1.observations
+}
+
+/// What all know, once all know the same.
+async fn settled(knowledge: &mut watch::Receiver<Knowledge>, robots: usize) -> Knowledge {
+    let shared = knowledge.wait_for(|knowledge| knowledge.is_shared_by(robots));
+    let shared = tokio::time::timeout(Duration::from_mins(1), shared).await;
+    shared.expect("beliefs do not become equal").unwrap().clone()
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn robots_that_are_killed_200_times_lose_nothing_that_they_said() {
+    let field = Field::new(&endless(ROBOTS), ROBOTS, 5);
+    let (sender, mut knowledge) = watch::channel(Knowledge::default());
+    let heard = knowledge.clone();
+    let coordinator = witness::coordinate(&field, sender);
+    let tormented = async {
+        let world = field.world();
+        let [one, two, three, four] = [1, 2, 3, 4].map(|number| torment(&field, number, heard.clone()));
+        let robots = tokio::join!(one, two, three, four);
+        // Nothing new is seen from now on.
+        world.kill();
+        let shared = settled(&mut knowledge, ROBOTS).await;
+        drop((knowledge, heard));
+        (robots, shared)
+    };
+    let ((), (robots, shared)) = tokio::join!(coordinator, tormented);
+    <[Process; ROBOTS]>::from(robots).into_iter().for_each(Process::terminate);
+    assert_eq!(shared.conflicting, 0, "a name stands for two observations");
+    let said = by_name(&shared.observations);
+    let lives: std::collections::BTreeSet<Origin> = said.keys().map(|&(origin, _)| origin).collect();
+    assert!(lives.len() as u64 >= KILLS + ROBOTS as u64, "only {} lives", lives.len());
+    for number in 1..=ROBOTS {
+        let journal = read(&field, number, &field.path(&format!("field-robot-{number}.journal")));
+        assert_eq!(by_name(&journal), said, "robot {number}");
+    }
+}
+
+/// A robot whose journal is on a small disk of its own, which can be filled.
+struct Cramped {
+    shell: Child,
+    answers: BufReader<std::process::ChildStdout>,
+}
+
+/// Mounts the disk where only this shell and its children see it, runs the robot, and does what it is told.
+const SHELL: &str = r#"
+disk=$1; log=$2; shift 2
+mount -t tmpfs -o size=2m tmpfs "$disk"
+start() { "$@" 2>> "$log" & robot=$!; }
+start "$@"
+while read -r order; do
+    case $order in
+        fill) dd if=/dev/zero of="$disk/filler" bs=4k 2> /dev/null || true ;;
+        free) rm "$disk/filler" ;;
+        restart) kill -9 $robot; wait $robot || true; start "$@" ;;
+        stop) kill $robot; wait $robot; cp "$disk"/*.journal "$disk.copy" ;;
+    esac
+    echo done
+done
+"#;
+
+impl Cramped {
+    /// Nothing where a process may have no mounts of its own.
+    fn start(field: &Field, number: usize) -> Option<Self> {
+        let mut unshare = Command::new("unshare");
+        unshare.args(["--user", "--map-root-user", "--mount"]);
+        if !unshare.arg("true").status().is_ok_and(|status| status.success()) {
+            return None;
+        }
+        let disk = field.path("disk");
+        std::fs::create_dir(&disk).unwrap();
+        let settings = field.robot_settings(number, Some(&disk.join("robot.journal")));
+        let mut shell = Command::new("unshare")
+            .args(["--user", "--map-root-user", "--mount", "sh", "-ec", SHELL, "sh"])
+            .args([&disk, &field.path("log")])
+            .args([DRAGNET, "agent", "--config"])
+            .arg(settings)
+            .env("RUST_LOG", "info")
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let answers = BufReader::new(shell.stdout.take().unwrap());
+        Some(Self { shell, answers })
+    }
+
+    fn order(&mut self, order: &str) {
+        writeln!(self.shell.stdin.as_mut().unwrap(), "{order}").unwrap();
+        let mut answer = String::new();
+        self.answers.read_line(&mut answer).unwrap();
+        assert_eq!(answer, "done\n", "{order}");
+    }
+}
+
+impl Drop for Cramped {
+    fn drop(&mut self) {
+        drop(self.shell.stdin.take());
+        let _ = self.shell.wait();
+    }
+}
+
+/// Waits until a robot has said something; it is heard to go on searching meanwhile.
+async fn said(log: &Path, words: &str, knowledge: &mut watch::Receiver<Knowledge>) {
+    let says = || std::fs::read_to_string(log).unwrap().contains(words);
+    let waited = async {
+        while !says() {
+            let count = knowledge.borrow().observations.len();
+            knowledge.wait_for(|knowledge| knowledge.observations.len() > count).await.unwrap();
+        }
+    };
+    let waited = tokio::time::timeout(Duration::from_mins(1), waited).await;
+    assert!(waited.is_ok(), "no {words:?} in:\n{}", std::fs::read_to_string(log).unwrap());
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_robot_on_a_full_disk_searches_on_says_so_and_recovers() {
+    let field = Field::new(&endless(2), 2, 6);
+    let Some(mut cramped) = Cramped::start(&field, 1) else {
+        eprintln!("skipped: a disk of its own needs a mount namespace, which this system does not give");
+        return;
+    };
+    let (sender, mut knowledge) = watch::channel(Knowledge::default());
+    let coordinator = witness::coordinate(&field, sender);
+    let mission = async {
+        let (world, other, log, robot) = (field.world(), field.robot(2), field.path("log"), RobotId(1));
+        knowledge.wait_for(|knowledge| knowledge.latest(robot).is_some()).await.unwrap();
+        cramped.order("fill");
+        said(&log, "the robot goes on", &mut knowledge).await;
+        // The disk is as full when it starts again.
+        let first = knowledge.borrow().latest(robot);
+        cramped.order("restart");
+        knowledge.wait_for(|knowledge| knowledge.latest(robot) > first).await.unwrap();
+        said(&log, "robot 1 goes on with", &mut knowledge).await;
+        cramped.order("free");
+        said(&log, "written again", &mut knowledge).await;
+        world.kill();
+        let shared = settled(&mut knowledge, 2).await;
+        cramped.order("stop");
+        other.terminate();
+        drop(knowledge);
+        shared
+    };
+    let ((), shared) = tokio::join!(coordinator, mission);
+    assert_eq!(shared.conflicting, 0);
+    let journal = read(&field, 1, &field.path("disk.copy"));
+    assert_eq!(by_name(&journal), by_name(&shared.observations));
+}

@@ -1,0 +1,133 @@
+//! A mission by the wall clock, as a field team would start it: each part a process of its own.
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+
+use dragnet_link::session::{Endpoints, free_endpoints};
+use dragnet_proto::scenario::Scenario;
+use tempfile::TempDir;
+
+pub(crate) const DRAGNET: &str = env!("CARGO_BIN_EXE_dragnet");
+
+/// Mission seconds a second.
+pub(crate) const PACE: f64 = 100.0;
+
+/// A process that does not outlive the test.
+pub(crate) struct Process(Child);
+
+impl Process {
+    pub(crate) fn start(command: &mut Command) -> Self {
+        // What it says of others that come and go would hide what the test says.
+        let command = command.env("RUST_LOG", "warn,zenoh=error");
+        Self(command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn().unwrap())
+    }
+
+    /// As when the power fails, or the system needs its memory.
+    pub(crate) fn kill(mut self) {
+        self.0.kill().unwrap();
+        self.0.wait().unwrap();
+    }
+
+    /// Asks it to stop, as a person would.
+    pub(crate) fn terminate(mut self) {
+        assert!(Command::new("kill").arg(self.0.id().to_string()).status().unwrap().success());
+        assert!(self.0.wait().unwrap().success());
+    }
+
+    /// What it prints until it ends.
+    pub(crate) fn output(mut self) -> String {
+        let mut text = String::new();
+        self.0.stdout.take().unwrap().read_to_string(&mut text).unwrap();
+        assert!(self.0.wait().unwrap().success(), "{text}");
+        text
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        // It may have ended already.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// Of `mission field`: the world has the first endpoint, the coordinator or who stands for it the second, then the
+/// robots. Each calls all before it.
+pub(crate) struct Field {
+    folder: TempDir,
+    endpoints: Vec<String>,
+    seed: u64,
+}
+
+impl Field {
+    pub(crate) fn new(scenario: &str, robots: usize, seed: u64) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("field.toml"), scenario).unwrap();
+        Self { folder, endpoints: free_endpoints(robots + 2).unwrap(), seed }
+    }
+
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    pub(crate) fn scenario(&self) -> Scenario {
+        Scenario::load(&self.path("field.toml")).unwrap()
+    }
+
+    pub(crate) fn endpoints(&self, place: usize) -> Endpoints {
+        Endpoints {
+            listen: vec![self.endpoints[place].clone()],
+            connect: self.endpoints[..place].to_vec(),
+            config: None,
+        }
+    }
+
+    fn common(&self, place: usize) -> String {
+        let zenoh = self.zenoh(place);
+        let seed = self.seed;
+        format!(
+            "[common]\nmission = \"field\"\nscenario = \"field.toml\"\nseed = {seed}\npace = {PACE:?}\n\
+             [common.zenoh]\n{zenoh}"
+        )
+    }
+
+    fn zenoh(&self, place: usize) -> String {
+        let Endpoints { listen, connect, .. } = self.endpoints(place);
+        format!("listen = {listen:?}\nconnect = {connect:?}\n")
+    }
+
+    fn write(&self, name: &str, config: &str) -> PathBuf {
+        let file = self.path(name);
+        std::fs::write(&file, config).unwrap();
+        file
+    }
+
+    pub(crate) fn coordinator(&self) -> Process {
+        let recording = self.path("field.mcap");
+        let config = format!("recording = \"{}\"\n{}", recording.display(), self.common(1));
+        let file = self.write("coordinator.toml", &config);
+        Process::start(Command::new(DRAGNET).args(["coordinator", "--config"]).arg(file))
+    }
+
+    pub(crate) fn robot(&self, number: usize) -> Process {
+        Process::start(
+            Command::new(DRAGNET).args(["agent", "--config"]).arg(self.robot_settings(number, None)),
+        )
+    }
+
+    /// The settings of a robot, which keeps its journal where they say.
+    pub(crate) fn robot_settings(&self, number: usize, journal: Option<&Path>) -> PathBuf {
+        let journal = journal.map(|path| format!("journal = \"{}\"\n", path.display())).unwrap_or_default();
+        let config = format!("robot = {number}\n{journal}{}", self.common(number + 1));
+        self.write(&format!("robot_{number}.toml"), &config)
+    }
+
+    pub(crate) fn world(&self) -> Process {
+        let seed = self.seed;
+        let config =
+            format!("mission = \"field\"\nseed = {seed}\npace = {PACE:?}\n[zenoh]\n{}", self.zenoh(0));
+        let (file, scenario) = (self.write("sim.toml", &config), self.path("field.toml"));
+        Process::start(Command::new(DRAGNET).arg("sim").arg(scenario).args(["--json", "--config"]).arg(file))
+    }
+}

@@ -1,0 +1,96 @@
+//! The coordinator, in the test's own process: what it hears, the test knows.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use dragnet_coordinator::desk::Desk;
+use dragnet_coordinator::mission::{Mission, MissionOrders};
+use dragnet_link::link::Link;
+use dragnet_link::live::{self, Clock};
+use dragnet_link::session;
+use dragnet_proto::convert::Codec;
+use dragnet_proto::message::{Message, Participant};
+use dragnet_proto::participant::{Mind, MindError, Reaction, Stimulus};
+use dragnet_proto::time::MissionTime;
+use dragnet_search::evidence::Digest;
+use dragnet_search::observation::{Observation, Origin, RobotId};
+use tokio::sync::{mpsc, watch};
+
+use crate::field::{Field, PACE};
+
+/// What was heard so far.
+#[derive(Clone, Default)]
+pub(crate) struct Knowledge {
+    /// Each observation, in the order in which they came.
+    pub(crate) observations: Vec<Arc<Observation>>,
+    /// Observations that came under the name of another one.
+    pub(crate) conflicting: usize,
+    /// Of all evidence.
+    pub(crate) digest: Option<Digest>,
+    /// Of each robot's evidence, as it last said.
+    pub(crate) believed: BTreeMap<RobotId, Digest>,
+}
+
+impl Knowledge {
+    /// Whether all of so many robots believe what was heard.
+    pub(crate) fn is_shared_by(&self, robots: usize) -> bool {
+        self.believed.len() == robots && self.believed.values().all(|&digest| Some(digest) == self.digest)
+    }
+
+    /// The last start of a robot that was heard of.
+    pub(crate) fn latest(&self, robot: RobotId) -> Option<Origin> {
+        let origins = self.observations.iter().map(|observation| observation.origin);
+        origins.filter(|origin| origin.robot == robot).max()
+    }
+}
+
+/// Coordinates a mission until nobody wants to know of it any more.
+pub(crate) async fn coordinate(field: &Field, knowledge: watch::Sender<Knowledge>) {
+    let scenario = field.scenario();
+    let session = session::open(&field.endpoints(1)).await.unwrap();
+    let codec = Codec::new(scenario.terrain().grid());
+    let me = Participant::Coordinator;
+    let mut link = Link::join(session, "field".parse().unwrap(), me, codec).await.unwrap();
+    link.announce().await.unwrap();
+    let desk = Desk::new(Mission::new(MissionOrders::of(&scenario)), None);
+    let unheeded = knowledge.clone();
+    let mut witness = Witness { desk, knowledge };
+    let (_, no_reports) = mpsc::channel(1);
+    let stop = async move { unheeded.closed().await };
+    live::run(&mut link, &mut witness, Clock::new(PACE), None, no_reports, stop).await.unwrap();
+}
+
+/// A coordinator that tells what it learns.
+struct Witness {
+    desk: Desk,
+    knowledge: watch::Sender<Knowledge>,
+}
+
+impl Mind for Witness {
+    fn experience(
+        &mut self,
+        now: MissionTime,
+        stimulus: Stimulus<Message>,
+    ) -> Result<Reaction<Message>, MindError> {
+        let heartbeat = match &stimulus {
+            Stimulus::Delivered { parcel: Message::Heartbeat(beat), .. } => Some((beat.robot, beat.digest)),
+            _ => None,
+        };
+        let reaction = self.desk.experience(now, stimulus)?;
+        self.knowledge.send_modify(|knowledge| {
+            knowledge.observations.extend(reaction.kept.iter().cloned());
+            knowledge.conflicting += reaction.conflicting;
+            knowledge.digest = Some(self.desk.digest());
+            knowledge.believed.extend(heartbeat);
+        });
+        Ok(reaction)
+    }
+
+    fn digest(&self) -> Digest {
+        self.desk.digest()
+    }
+
+    fn observations(&self) -> u64 {
+        self.desk.observations()
+    }
+}
