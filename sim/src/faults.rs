@@ -1,4 +1,4 @@
-//! What goes wrong with the participants themselves: crashes, clocks, slow robots; and links that work one way only.
+//! What goes wrong with the participants themselves: crashes, clocks, slow robots, full disks; and links that work one way only.
 //!
 //! What goes wrong with all messages alike is part of a scenario: [`dragnet_proto::scenario::Network`].
 
@@ -19,6 +19,8 @@ pub struct Faults {
     pub clocks: BTreeMap<Participant, Duration>,
     /// How many times as long as others a robot takes to the next cell, where it does: at least 1.
     pub slowness: BTreeMap<RobotId, f64>,
+    /// When a robot's disk takes nothing, if it ever does, by its own clock.
+    pub full: BTreeMap<RobotId, Range<MissionTime>>,
     /// Links that fail.
     pub mute: Vec<Mute>,
 }
@@ -35,7 +37,7 @@ pub struct Crash {
 /// What a participant still knows when it starts again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Memory {
-    /// All that it was to keep: [`dragnet_proto::participant::Reaction::kept`].
+    /// All that its disk took of what it was to keep: [`dragnet_proto::participant::Reaction::kept`].
     Kept,
     /// Nothing.
     Lost,

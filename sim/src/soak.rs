@@ -3,10 +3,10 @@
 //! An episode is a function of its seed alone, so that a seed that fails is all that is needed to see it fail again.
 
 mod check;
+mod disk;
 mod plan;
 
 use std::ops::AddAssign;
-use std::sync::Arc;
 
 use dragnet_agent::agent::{Agent, Orders};
 use dragnet_proto::message::{Message, Participant};
@@ -14,7 +14,6 @@ use dragnet_proto::participant::{Mind, MindError, Reaction, Stimulus};
 use dragnet_proto::scenario::{Scenario, ScenarioError};
 use dragnet_proto::time::MissionTime;
 use dragnet_search::evidence::Digest;
-use dragnet_search::observation::Observation;
 
 use crate::crew::Crew;
 use crate::episode;
@@ -22,6 +21,7 @@ use crate::faults::{Crash, Faults, Memory};
 use crate::network::Tally;
 use crate::simulation::{Attendance, End, Rules};
 use check::Checks;
+use disk::Disk;
 
 pub use plan::plan;
 
@@ -34,6 +34,8 @@ pub struct Bites {
     pub gone: u64,
     /// Robots that started again and remembered.
     pub returned_with_memory: u64,
+    /// Of these, robots that did not remember what their disks had no room for.
+    pub full_disks: u64,
     /// Robots that started again and did not.
     pub returned_without: u64,
     /// The coordinator, which remembers nothing.
@@ -49,6 +51,7 @@ impl AddAssign for Bites {
         self.network += other.network;
         self.gone += other.gone;
         self.returned_with_memory += other.returned_with_memory;
+        self.full_disks += other.full_disks;
         self.returned_without += other.returned_without;
         self.coordinator_returned += other.coordinator_returned;
         self.clocks += other.clocks;
@@ -130,8 +133,8 @@ struct Crowd<'a, F> {
     faults: &'a Faults,
     orders: Vec<Orders>,
     robots: Vec<Agent>,
-    /// What each robot was to keep, in order.
-    disks: Vec<Vec<Arc<Observation>>>,
+    /// Of each robot.
+    disks: Vec<Disk>,
     coordinator: Box<dyn Mind>,
     new_coordinator: F,
     checks: Checks<'a>,
@@ -145,7 +148,10 @@ impl<'a, F: FnMut(&Scenario) -> Box<dyn Mind>> Crowd<'a, F> {
             scenario,
             faults,
             robots: orders.iter().cloned().map(Agent::new).collect(),
-            disks: vec![Vec::new(); orders.len()],
+            disks: orders
+                .iter()
+                .map(|orders| Disk::new(faults.full.get(&orders.robot.id).cloned()))
+                .collect(),
             orders,
             coordinator: new_coordinator(scenario),
             new_coordinator,
@@ -169,22 +175,23 @@ impl<'a, F: FnMut(&Scenario) -> Box<dyn Mind>> Crowd<'a, F> {
         let Participant::Robot(robot) = who else {
             self.coordinator = (self.new_coordinator)(self.scenario);
             self.bites.coordinator_returned += 1;
-            self.checks.forget(who);
+            self.checks.restart(who, now, &[]);
             return;
         };
         let place = usize::from(robot.0) - 1;
         self.robots[place] = Agent::new(self.orders[place].clone());
         let back = self.faults.crashes.get(&who).and_then(|crash| crash.back);
         if matches!(back, Some((_, Memory::Kept))) {
-            for observation in &self.disks[place] {
-                self.robots[place].recall(observation);
-            }
             self.bites.returned_with_memory += 1;
+            self.bites.full_disks += u64::from(self.disks[place].restart() > 0);
         } else {
-            self.disks[place].clear();
-            self.checks.forget(who);
             self.bites.returned_without += 1;
+            self.disks[place].clear();
         }
+        for observation in self.disks[place].written() {
+            self.robots[place].recall(observation);
+        }
+        self.checks.restart(who, now, self.disks[place].written());
     }
 }
 
@@ -204,7 +211,7 @@ impl<F: FnMut(&Scenario) -> Box<dyn Mind>> Crew for Crowd<'_, F> {
         self.checks.before(who, now, &stimulus);
         let reaction = self.mind(who).experience(now, stimulus)?;
         if let Participant::Robot(robot) = who {
-            self.disks[usize::from(robot.0) - 1].extend(reaction.kept.iter().cloned());
+            self.disks[usize::from(robot.0) - 1].keep(now, &reaction);
         }
         let (digest, observations) = (self.mind(who).digest(), self.mind(who).observations());
         self.checks.after(who, now, &reaction, digest, observations)?;

@@ -101,6 +101,7 @@ impl Total {
             ("overtaken", network.reordered),
             ("robots that crashed for good", self.faults.gone),
             ("robots that started again with their memory", self.faults.returned_with_memory),
+            ("of these, robots whose disks had been full", self.faults.full_disks),
             ("robots that started again without", self.faults.returned_without),
             ("coordinators that started again", self.faults.coordinator_returned),
             ("clocks that were ahead", self.faults.clocks),

@@ -64,9 +64,13 @@ impl<'a> Checks<'a> {
         self.count
     }
 
-    /// A participant starts again and knows nothing.
-    pub(super) fn forget(&mut self, who: Participant) {
+    /// A participant starts again, and knows only these observations.
+    pub(super) fn restart(&mut self, who: Participant, now: MissionTime, known: &[Arc<Observation>]) {
         self.shadows.remove(&who);
+        let shadow = self.shadow(who, now);
+        for observation in known {
+            shadow.count(observation);
+        }
     }
 
     fn shadow(&mut self, who: Participant, now: MissionTime) -> &mut Shadow {
@@ -100,11 +104,8 @@ impl<'a> Checks<'a> {
         let broken = |what: String| Err(Violation::Broken { at: now, who, what });
         let shadow = self.shadow(who, now);
         for observation in &reaction.kept {
-            if !shadow.names.insert((observation.origin, observation.sequence)) {
+            if !shadow.count(observation) {
                 return broken(format!("{} counts twice", name_of(observation)));
-            }
-            for reading in &observation.readings {
-                shadow.belief.add(reading);
             }
         }
         if digest != shadow.belief.digest() || observations != shadow.names.len() as u64 {
@@ -187,6 +188,16 @@ impl<'a> Checks<'a> {
             return Err(Violation::Broken { at: ended, who, what });
         }
         Ok(())
+    }
+}
+
+impl Shadow {
+    /// Whether an observation had not counted before.
+    fn count(&mut self, observation: &Observation) -> bool {
+        for reading in &observation.readings {
+            self.belief.add(reading);
+        }
+        self.names.insert((observation.origin, observation.sequence))
     }
 }
 

@@ -1,6 +1,7 @@
 //! The search of a seed, and what goes wrong in it.
 
 use std::fmt::Write;
+use std::ops::Range;
 use std::path::Path;
 use std::time::Duration;
 
@@ -102,6 +103,9 @@ impl Draw<'_> {
                 faults.clocks.insert(who, Duration::from_millis(self.random.random_range(1..30_000)));
             }
             if self.random.random_bool(0.3) {
+                faults.full.insert(robot, self.interval());
+            }
+            if self.random.random_bool(0.3) {
                 faults.slowness.insert(robot, self.random.random_range(1.0..4.0));
             }
         }
@@ -128,9 +132,13 @@ impl Draw<'_> {
         let other = self.random.random_range(1..self.robots);
         let to = if other < from { other } else { other + 1 };
         let [from, to] = [from, to].map(|number| Participant::Robot(RobotId(number)));
+        Mute { from, to, during: self.interval() }
+    }
+
+    fn interval(&mut self) -> Range<MissionTime> {
         let (begin, end) = interval(self.random, self.budget.as_secs());
         let [begin, end] = [begin, end].map(|time| MissionTime::START + Duration::from_secs_f64(time));
-        Mute { from, to, during: begin..end }
+        begin..end
     }
 }
 
