@@ -14,6 +14,7 @@ mod merge;
 mod output;
 mod paper;
 mod recover;
+mod relay;
 mod run;
 mod scenario;
 mod schema;
@@ -45,6 +46,7 @@ pub(crate) enum Command {
     Agent(agent::Arguments),
     Coordinator(coordinator::Arguments),
     Sim(sim::Arguments),
+    Relay(relay::Arguments),
     Soak(soak::Arguments),
     Completions(completions::Arguments),
 }
@@ -52,7 +54,7 @@ pub(crate) enum Command {
 impl Command {
     /// Whether this is one process of a mission, rather than a task with an end of its own.
     pub(crate) const fn serves(&self) -> bool {
-        matches!(self, Self::Agent(_) | Self::Coordinator(_) | Self::Sim(_))
+        matches!(self, Self::Agent(_) | Self::Coordinator(_) | Self::Sim(_) | Self::Relay(_))
     }
 }
 
@@ -72,6 +74,7 @@ pub(crate) fn execute(command: Command) -> Result<(), Failure> {
         Command::Agent(arguments) => agent::execute(&arguments),
         Command::Coordinator(arguments) => coordinator::execute(&arguments),
         Command::Sim(arguments) => sim::execute(&arguments),
+        Command::Relay(arguments) => relay::execute(&arguments),
         Command::Soak(arguments) => soak::execute(&arguments),
         Command::Completions(arguments) => completions::execute(&arguments),
     }

@@ -5,6 +5,7 @@
 //! - [`session`], [`link`]: how a session is opened, and what a participant says and hears on it;
 //! - [`live`]: a participant driven by the wall clock, as in the field; [`journal`]: what it remembers if it starts again;
 //! - [`lockstep`], [`remote_crew`]: participants driven by the simulator, event by event, over the same messages;
+//! - [`relay`]: a slow link, to try a team on;
 //! - [`world`]: the simulated world for participants driven by the wall clock;
 //! - [`team`]: a whole team in one call; [`config`], [`serve`]: each part as a process of its own.
 
@@ -13,6 +14,7 @@ pub mod journal;
 pub mod link;
 pub mod live;
 pub mod lockstep;
+pub mod relay;
 pub mod remote_crew;
 pub mod serve;
 pub mod session;

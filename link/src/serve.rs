@@ -23,7 +23,7 @@ use crate::journal::{Journal, Subject};
 use crate::link::Link;
 use crate::live::{self, Clock};
 use crate::lockstep::Puppet;
-use crate::session::{Endpoints, open, runtime};
+use crate::session::{Endpoints, Mode, open, runtime};
 use crate::team::{self, Options};
 use crate::world::{self, WorldServer};
 
@@ -95,12 +95,24 @@ fn resume(
     Ok((journal, clock))
 }
 
+/// What a coordinator is besides.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// Nothing, unless its settings say so.
+    AsSet,
+    /// The router through which robots talk to each other that cannot reach one another.
+    Router,
+}
+
 /// Runs the coordinator until it is told to stop; then the recording is finished.
 ///
 /// # Errors
 /// If the settings are not allowed, or not all could be recorded.
-pub fn coordinator(file: &Path, version: &str) -> Result<(), LinkError> {
-    let config: CoordinatorConfig = config::load(file)?;
+pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), LinkError> {
+    let mut config: CoordinatorConfig = config::load(file)?;
+    if role == Role::Router {
+        config.common.zenoh.mode = Some(Mode::Router);
+    }
     let Checked { mission, scenario } = config.common.check(file)?;
     let pace = config.common.pace;
     let options = Options {

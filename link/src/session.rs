@@ -18,8 +18,30 @@ pub struct Endpoints {
     pub listen: Vec<String>,
     /// Zenoh endpoints to call; who does not answer is called again.
     pub connect: Vec<String>,
+    /// How the session takes part in the network: a peer without, or as the file of further settings says.
+    pub mode: Option<Mode>,
     /// Further settings of Zenoh, a JSON5 file.
     pub config: Option<PathBuf>,
+}
+
+/// How a session takes part in the network.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Mode {
+    /// It talks to those whom it is connected with.
+    Peer,
+    /// It also passes on what others say to each other, of those that are routers too: who can reach one of them reaches
+    /// all. (To a Zenoh client or peer a lost router would be the end of the network, or of those behind it.)
+    Router,
+}
+
+impl Mode {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Peer => "peer",
+            Self::Router => "router",
+        }
+    }
 }
 
 /// What sessions and their participants run on.
@@ -43,6 +65,9 @@ pub async fn open(endpoints: &Endpoints) -> Result<Session, LinkError> {
     }
     if !endpoints.connect.is_empty() {
         config.insert_json5("connect/endpoints", &json(&endpoints.connect)).map_err(refused)?;
+    }
+    if let Some(mode) = endpoints.mode {
+        config.insert_json5("mode", &format!("{:?}", mode.name())).map_err(refused)?;
     }
     zenoh::open(config).await.map_err(refused)
 }

@@ -122,6 +122,7 @@ impl Mesh {
             listen: vec![self.listen[place].clone()],
             connect: self.listen[..place].to_vec(),
             config: self.config.clone(),
+            mode: None,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use dragnet_link::serve;
+use dragnet_link::serve::{self, Role};
 
 use super::Failure;
 use crate::VERSION;
@@ -16,8 +16,13 @@ pub(crate) struct Arguments {
     /// What to watch and where to record it (TOML)
     #[arg(long, value_name = "FILE")]
     config: PathBuf,
+    /// Pass on what robots say to each other: for robots that can reach the coordinator alone, with `mode = "router"`
+    /// in their settings as well
+    #[arg(long)]
+    router: bool,
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
-    Ok(serve::coordinator(&arguments.config, VERSION)?)
+    let role = if arguments.router { Role::Router } else { Role::AsSet };
+    Ok(serve::coordinator(&arguments.config, role, VERSION)?)
 }

@@ -79,7 +79,7 @@ impl Field {
         Endpoints {
             listen: vec![self.endpoints[place].clone()],
             connect: self.endpoints[..place].to_vec(),
-            config: None,
+            ..Endpoints::default()
         }
     }
 

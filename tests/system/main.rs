@@ -7,6 +7,8 @@ mod decisions;
 mod durability;
 mod faults;
 mod field;
+mod hosts;
+mod networks;
 mod policies;
 mod processes;
 mod team;

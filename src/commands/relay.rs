@@ -1,0 +1,58 @@
+//! `dragnet relay`: a slow link.
+
+use std::net::SocketAddr;
+use std::time::Duration;
+
+use dragnet_link::relay::{self, Forward, Quality};
+
+use super::Failure;
+
+/// Pass on connections late and slowly, to try a team on a bad radio link.
+///
+/// Robots call the relay where they would call each other. Runs until it is told to stop.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Example: what robot 2 says to robot 1, at 10.0.0.11, takes a fifth of a second, and so does what it hears
+  dragnet relay 10.0.0.9:7447=10.0.0.11:7447 --delay 0.2 --rate 20000")]
+pub(crate) struct Arguments {
+    /// Where to listen, and whom to call for each connection
+    #[arg(required = true, value_name = "LISTEN=TO", value_parser = parse_forward)]
+    forwards: Vec<Forward>,
+    /// How long everything is on its way, in each direction
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = parse_delay)]
+    delay: f64,
+    /// Bytes a second of each connection, in each direction [default: as many as can be]
+    #[arg(long, value_name = "BYTES", value_parser = parse_rate)]
+    rate: Option<f64>,
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
+    let delay = Duration::from_secs_f64(arguments.delay);
+    Ok(relay::run(&arguments.forwards, Quality { delay, bytes_per_second: arguments.rate })?)
+}
+
+fn parse_forward(text: &str) -> Result<Forward, String> {
+    let (listen, to) =
+        text.split_once('=').ok_or("allowed are two addresses, as 10.0.0.9:7447=10.0.0.11:7447")?;
+    let address = |text: &str| {
+        text.parse::<SocketAddr>()
+            .map_err(|_| format!("{text:?} is no address; allowed are those like 10.0.0.9:7447"))
+    };
+    Ok(Forward { listen: address(listen)?, to: address(to)? })
+}
+
+fn parse_delay(text: &str) -> Result<f64, String> {
+    number(text)
+        .filter(|delay| (0.0..=3600.0).contains(delay))
+        .ok_or("allowed are 0 to 3600 seconds".to_owned())
+}
+
+fn parse_rate(text: &str) -> Result<f64, String> {
+    number(text)
+        .filter(|rate| (1.0..=1e12).contains(rate))
+        .ok_or("allowed are 1 to 1e12 bytes a second".to_owned())
+}
+
+fn number(text: &str) -> Option<f64> {
+    text.parse().ok()
+}

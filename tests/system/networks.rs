@@ -1,0 +1,180 @@
+//! A mission on hosts of its own: links that are cut and slow, robots and routers that are killed.
+
+use std::fmt::Write;
+
+use dragnet_coordinator::inspect::inspect;
+
+use crate::hosts::Hosts;
+
+const PACE: f64 = 30.0;
+const ROBOTS: u16 = 4;
+
+const SEARCH: &str = "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows = 30\ncolumns = 30\n\
+                      [objects]\ncount = 6\n[robots]\ncount = 4\npolicy = \"greedy\"\n\
+                      [mission]\nbudget_seconds = 7200.0\nexpected_undeclared = 0.001\n";
+
+/// Who is silent for two seconds is gone; Zenoh's own patience is ten.
+const ZENOH: &str = "{ mode: \"peer\", scouting: { multicast: { enabled: false }, gossip: { enabled: false } },\n\
+                     transport: { link: { tx: { lease: 2000 } } } }\n";
+
+/// How those are connected who take part.
+#[derive(Clone, Copy, PartialEq)]
+enum Shape {
+    /// Each robot calls the coordinator and all robots before it; the last one over the relay.
+    Mesh,
+    /// All call the coordinator alone.
+    Star,
+}
+
+struct Mission {
+    hosts: Hosts,
+    shape: Shape,
+}
+
+impl Mission {
+    /// Robots 1 and 2 are on the left with the coordinator, 3 and 4 on the right with the relay.
+    fn new(shape: Shape) -> Option<Self> {
+        let mut hosts = Hosts::new()?;
+        hosts.write("search.toml", SEARCH);
+        hosts.write("zenoh.json5", ZENOH);
+        for order in ["host sim 1 left", "host coordinator 2 left", "host relay 9 right"] {
+            hosts.order(order);
+        }
+        for robot in 1..=ROBOTS {
+            let side = if robot <= ROBOTS / 2 { "left" } else { "right" };
+            hosts.order(&format!("host robot-{robot} {} {side}", 10 + robot));
+        }
+        Some(Self { hosts, shape })
+    }
+
+    fn zenoh(&self, listen: &str, connect: &[String]) -> String {
+        let config = self.hosts.path("zenoh.json5");
+        let mode = if self.shape == Shape::Star { "mode = \"router\"\n" } else { "" };
+        format!("listen = [{listen:?}]\nconnect = {connect:?}\nconfig = {config:?}\n{mode}")
+    }
+
+    fn common(&self, listen: &str, connect: &[String]) -> String {
+        let zenoh = self.zenoh(listen, connect);
+        format!(
+            "[common]\nmission = \"field\"\nscenario = \"search.toml\"\nseed = 4\npace = {PACE:?}\n\
+             [common.zenoh]\n{zenoh}"
+        )
+    }
+
+    fn start_coordinator(&mut self, recording: &str) {
+        let path = self.hosts.path(recording);
+        let config = format!("recording = {path:?}\n{}", self.common("tcp/10.0.0.2:7447", &[]));
+        self.hosts.write("coordinator.toml", &config);
+        let router = if self.shape == Shape::Star { "--router" } else { "" };
+        let config = self.hosts.path("coordinator.toml");
+        self.hosts.start("coordinator", &format!("coordinator {router} --config {}", config.display()));
+    }
+
+    fn start_robot(&mut self, robot: u16) {
+        let mut connect = vec!["tcp/10.0.0.2:7447".to_owned()];
+        if self.shape == Shape::Mesh {
+            connect.push("tcp/10.9.0.1:7447".to_owned());
+            connect.extend((1..robot).map(|other| format!("tcp/10.0.0.{}:7447", 10 + other)));
+        }
+        if self.shape == Shape::Mesh && robot == ROBOTS {
+            // All but the world, which is no matter of radio.
+            connect = (0..robot).map(|place| format!("tcp/10.0.0.9:{}", 7000 + place)).collect();
+            connect.push("tcp/10.9.0.1:7447".to_owned());
+        }
+        let listen = format!("tcp/10.0.0.{}:7447", 10 + robot);
+        let name = format!("robot-{robot}");
+        self.hosts
+            .write(&format!("{name}.toml"), &format!("robot = {robot}\n{}", self.common(&listen, &connect)));
+        let config = self.hosts.path(&format!("{name}.toml"));
+        self.hosts.start(&name, &format!("agent --config {}", config.display()));
+    }
+
+    /// A fifth of a second each way, and 100 kB a second: port 7000 is the coordinator's, then one a robot.
+    fn start_relay(&mut self) {
+        let mut forwards = "10.0.0.9:7000=10.0.0.2:7447".to_owned();
+        for robot in 1..ROBOTS {
+            write!(forwards, " 10.0.0.9:{}=10.0.0.{}:7447", 7000 + robot, 10 + robot).unwrap();
+        }
+        self.hosts.start("relay", &format!("relay {forwards} --delay 0.2 --rate 100000"));
+    }
+
+    fn start_world(&mut self) {
+        let connect = match self.shape {
+            Shape::Mesh => Vec::new(),
+            Shape::Star => vec!["tcp/10.0.0.2:7447".to_owned()],
+        };
+        let zenoh = self.zenoh("tcp/10.9.0.1:7447", &connect);
+        self.hosts
+            .write("sim.toml", &format!("mission = \"field\"\nseed = 4\npace = {PACE:?}\n[zenoh]\n{zenoh}"));
+        let (scenario, config) = (self.hosts.path("search.toml"), self.hosts.path("sim.toml"));
+        self.hosts.start("sim", &format!("sim {} --json --config {}", scenario.display(), config.display()));
+    }
+
+    /// Waits until so many observations are on the coordinator's disk.
+    fn await_observations(&self, recording: &str, count: u64) {
+        let path = self.hosts.path(recording);
+        let recorded = || inspect(&path).map_or(0, |inspection| inspection.observations);
+        self.hosts.until(&format!("{count} observations in {recording}"), |_| recorded() >= count);
+    }
+
+    /// Waits until somebody has said something so many times.
+    fn await_words(&self, who: &str, words: &str, times: usize) {
+        let count = |hosts: &Hosts| hosts.log(who).matches(words).count();
+        self.hosts.until(&format!("{who} says {words:?}"), |hosts| count(hosts) >= times);
+    }
+
+    /// Ends well, and the last coordinator has it all.
+    fn finish(mut self, recording: &str) {
+        self.hosts.order("wait sim x");
+        let outcome = std::fs::read_to_string(self.hosts.path("sim.out")).unwrap();
+        let outcome: serde_json::Value = serde_json::from_str(&outcome).unwrap_or_else(|error| {
+            panic!("{error}: {outcome} {}", self.hosts.log("sim"));
+        });
+        assert_eq!((&outcome["beliefs_equal"], &outcome["recall"]), (&true.into(), &1.0.into()), "{outcome}");
+        self.hosts.order("kill coordinator TERM");
+        self.hosts.order("wait coordinator x");
+        let recorded = inspect(&self.hosts.path(recording)).unwrap();
+        assert_eq!(Some(recorded.observations), outcome["observations_sent"].as_u64(), "{outcome}");
+    }
+}
+
+#[test]
+fn a_mesh_survives_a_partition_a_slow_link_and_deaths() {
+    let Some(mut mission) = Mission::new(Shape::Mesh) else { return };
+    mission.start_relay();
+    mission.start_coordinator("first.mcap");
+    (1..=ROBOTS).for_each(|robot| mission.start_robot(robot));
+    mission.start_world();
+    mission.await_observations("first.mcap", 20);
+    // Two and two.
+    mission.hosts.order("link trunk down");
+    mission.await_words("robot-1", "robot 3 has left", 1);
+    mission.await_words("robot-3", "robot 1 has left", 1);
+    mission.hosts.order("link trunk up");
+    mission.await_words("robot-1", "robot 3 is back", 1);
+    mission.await_words("robot-4", "robot 2 is back", 1);
+    // A robot dies, and comes back with its journal.
+    mission.hosts.order("kill robot-2 KILL");
+    mission.await_words("robot-1", "robot 2 has left", 1);
+    mission.start_robot(2);
+    mission.await_words("robot-2", "robot 2 goes on with", 1);
+    // A late joiner, who knows nothing.
+    mission.hosts.order("kill coordinator KILL");
+    mission.await_words("robot-1", "the coordinator has left", 1);
+    mission.start_coordinator("second.mcap");
+    mission.finish("second.mcap");
+}
+
+#[test]
+fn a_star_survives_the_death_of_its_router() {
+    let Some(mut mission) = Mission::new(Shape::Star) else { return };
+    mission.start_coordinator("first.mcap");
+    (1..=ROBOTS).for_each(|robot| mission.start_robot(robot));
+    mission.start_world();
+    mission.await_observations("first.mcap", 20);
+    mission.hosts.order("kill coordinator KILL");
+    mission.await_words("robot-1", "robot 2 has left", 1);
+    mission.start_coordinator("second.mcap");
+    mission.await_words("robot-1", "robot 2 is back", 1);
+    mission.finish("second.mcap");
+}
