@@ -393,7 +393,7 @@ impl Agent {
     }
 
     fn choose(&mut self, robot: Cell) -> Vec<Cell> {
-        let promised = self.team.promised(&self.orders.terrain, &self.orders.sensor);
+        let promised = self.team.promised(&self.orders.terrain, &self.orders.sensor, robot);
         let situation = Situation {
             terrain: &self.orders.terrain,
             moves: self.orders.moves,

@@ -67,13 +67,16 @@ impl Team {
         self.mates.keys().copied()
     }
 
-    /// What all plans together promise.
+    /// What all plans together promise a robot: their paths, and what is left to those who will be nearer.
     #[must_use]
-    pub fn promised(&self, terrain: &Terrain, sensor: &Sensor) -> Promised {
+    pub fn promised(&self, terrain: &Terrain, sensor: &Sensor, robot: Cell) -> Promised {
         let mut promised = Promised::nothing(terrain);
-        for plan in self.mates.values().filter_map(|mate| mate.plan.as_ref()) {
+        let plans = || self.mates.values().filter_map(|mate| mate.plan.as_ref());
+        for plan in plans() {
             promised.add_path(terrain, sensor, &plan.path);
         }
+        let waypoints: Vec<Cell> = plans().filter_map(|plan| plan.path.last().copied()).collect();
+        promised.add_shares(terrain, sensor, robot, &waypoints);
         promised
     }
 
@@ -119,8 +122,11 @@ mod tests {
 
         fn check(&self, expected: impl IntoIterator<Item = u32>) {
             let mut promised = Promised::nothing(&self.terrain);
-            promised.add_path(&self.terrain, &self.sensor, &self.cells(expected));
-            assert_eq!(self.team.promised(&self.terrain, &self.sensor), promised);
+            let robot = self.cells([0])[0];
+            let path = self.cells(expected);
+            promised.add_path(&self.terrain, &self.sensor, &path);
+            promised.add_shares(&self.terrain, &self.sensor, robot, &path[path.len().saturating_sub(1)..]);
+            assert_eq!(self.team.promised(&self.terrain, &self.sensor, robot), promised);
         }
     }
 

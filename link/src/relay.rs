@@ -77,8 +77,9 @@ async fn connect(here: TcpStream, to: SocketAddr, quality: Quality) {
             tracing::warn!("{error}");
         }
     }
-    let ((from_here, to_here), (from_there, to_there)) = (here.into_split(), there.into_split());
-    tokio::join!(pass(from_here, to_there, quality), pass(from_there, to_here, quality));
+    let (asked, replies) = here.into_split();
+    let (answered, requests) = there.into_split();
+    tokio::join!(pass(asked, requests, quality), pass(answered, replies, quality));
 }
 
 /// Passes on one direction until either side hangs up.

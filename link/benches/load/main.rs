@@ -1,0 +1,76 @@
+//! What the network holds, measured with real sessions on this machine's loopback interface, by the wall clock:
+//!
+//! ```sh
+//! cargo bench -p dragnet-link --bench load -- ping            # a robot's observation against a bare message
+//! cargo bench -p dragnet-link --bench load -- late            # who joins a mission of 10,000 observations
+//! cargo bench -p dragnet-link --bench load -- team 100 60 300 # robots, side of the map, seconds
+//! ```
+
+#![expect(clippy::unwrap_used, reason = "a benchmark fails by panicking")]
+
+mod late;
+mod ping;
+mod probe;
+mod team;
+
+use std::time::Duration;
+
+use dragnet_link::session::{Endpoints, free_endpoints};
+use dragnet_proto::scenario::Scenario;
+use dragnet_search::cell::Cell;
+use dragnet_search::evidence::Reading;
+
+fn main() {
+    // Cargo adds `--bench`.
+    let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let number = |text: &str| text.parse().unwrap();
+    let runtime = tokio::runtime::Runtime::new().unwrap();
+    match arguments[..] {
+        ["ping"] => runtime.block_on(ping::run()),
+        ["late"] => runtime.block_on(late::run()),
+        ["team", robots, side, seconds] => {
+            runtime.block_on(team::run(number(robots), number(side), u64::from(number(seconds))));
+        }
+        [] => {
+            runtime.block_on(ping::run());
+            runtime.block_on(late::run());
+        }
+        _ => eprintln!("allowed are: ping; late; team ROBOTS SIDE SECONDS"),
+    }
+}
+
+/// Where each of so many sessions listens; each calls all before it.
+fn mesh(sessions: usize) -> Vec<Endpoints> {
+    let listen = free_endpoints(sessions).unwrap();
+    let endpoints = listen.iter().enumerate().map(|(place, own)| Endpoints {
+        listen: vec![own.clone()],
+        connect: listen[..place].to_vec(),
+        ..Endpoints::default()
+    });
+    endpoints.collect()
+}
+
+fn scenario(robots: u32, side: u32) -> Scenario {
+    let text = format!(
+        "name = 'load'\nmap = {{ shape = 'all_traversable', rows = {side}, columns = {side} }}\n\
+         objects.density = 0.01\nrobots = {{ count = {robots}, policy = 'path' }}\n\
+         mission = {{ budget_seconds = 1e6 }}\n"
+    );
+    Scenario::from_text(std::path::Path::new("load.toml"), text).unwrap()
+}
+
+/// What a robot of a scenario sees from a cell where there is nothing.
+fn look(scenario: &Scenario, from: Cell) -> Vec<Reading> {
+    let grid = scenario.terrain().grid();
+    let looks = scenario.sensor().footprint().iter();
+    let seen = looks.filter_map(|look| Some((grid.step(from, look.offset)?, look.variance)));
+    seen.map(|(cell, variance)| Reading { cell, value: 0.0, variance }).collect()
+}
+
+/// The middle one, and the one that 99 of 100 are below, in milliseconds.
+fn percentiles(times: &mut [Duration]) -> (f64, f64) {
+    times.sort_unstable();
+    let at = |percent: usize| times[(times.len() - 1) * percent / 100].as_secs_f64() * 1e3;
+    (at(50), at(99))
+}

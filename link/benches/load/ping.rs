@@ -1,0 +1,75 @@
+//! From publish to merge between two robots, against a bare Zenoh message of the same size between the same sessions.
+
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use dragnet_agent::agent::{Agent, Orders};
+use dragnet_link::link::Link;
+use dragnet_link::live::{self, Clock, Report};
+use dragnet_link::session::open;
+use dragnet_proto::convert::{self, Codec};
+use dragnet_proto::message::{Message, Participant};
+use dragnet_proto::participant::Stimulus;
+use dragnet_search::observation::{Observation, Origin, RobotId};
+use tokio::sync::mpsc;
+use zenoh::qos::CongestionControl;
+
+use crate::probe::{Measured, Probe};
+use crate::{look, mesh, percentiles, scenario};
+
+const ROUNDS: u32 = 2000;
+const BARE: &str = "bare";
+
+pub(crate) async fn run() {
+    let scenario = scenario(2, 60);
+    let codec = Codec::new(scenario.terrain().grid());
+    let cell = scenario.terrain().grid().cells().nth(30 * 60 + 30).unwrap();
+    let readings = look(&scenario, cell);
+    let measured = Arc::new(Mutex::new(Measured::default()));
+    let (mut sessions, mut senders) = (Vec::new(), Vec::new());
+    for (orders, endpoints) in Orders::of_team(&scenario, 1).into_iter().zip(mesh(2)) {
+        let session = open(&endpoints).await.unwrap();
+        sessions.push(session.clone());
+        let robot = orders.robot.id;
+        let mut link =
+            Link::join(session, "ping".parse().unwrap(), Participant::Robot(robot), codec).await.unwrap();
+        link.announce().await.unwrap();
+        let mut probe = Probe { robot, agent: Agent::new(orders), measured: Arc::clone(&measured) };
+        let (sender, reports) = mpsc::channel::<Report>(1);
+        senders.push(sender);
+        tokio::spawn(async move {
+            let never = std::future::pending::<()>();
+            live::run(&mut link, &mut probe, Clock::new(1.0), None, reports, never).await.unwrap();
+        });
+    }
+    let (arrived, mut arrivals) = mpsc::channel::<Instant>(1);
+    let heard = move |_| {
+        let _ = arrived.try_send(Instant::now());
+    };
+    sessions[1].declare_subscriber(BARE).callback(heard).background().await.unwrap();
+    let origin = Origin::first(RobotId(1));
+    let size = Observation { origin, sequence: 0, time_ns: 0, from: cell, readings: readings.clone() };
+    let bytes = convert::encode(&Message::Observation(size.into()));
+    tokio::time::sleep(Duration::from_secs(1)).await;
+    let mut bare = Vec::new();
+    for _ in 0..ROUNDS {
+        let sent = Instant::now();
+        let put = sessions[0].put(BARE, bytes.clone());
+        put.congestion_control(CongestionControl::Block).express(true).await.unwrap();
+        bare.push(arrivals.recv().await.unwrap() - sent);
+        let known = measured.lock().unwrap().merges.len();
+        let report = (None, Stimulus::Sensed { cell, readings: readings.clone() });
+        senders[0].send(report).await.unwrap();
+        while measured.lock().unwrap().merges.len() == known {
+            tokio::time::sleep(Duration::from_millis(1)).await;
+        }
+    }
+    let mut merges = measured.lock().unwrap().merges.clone();
+    let ((bare, bare_p99), (merge, merge_p99)) = (percentiles(&mut bare), percentiles(&mut merges));
+    println!(
+        "{} bytes, {ROUNDS} rounds: bare message median {bare:.3} ms, p99 {bare_p99:.3} ms; publish to merge median \
+         {merge:.3} ms, p99 {merge_p99:.3} ms; ratio of the medians {:.2}",
+        bytes.len(),
+        merge / bare,
+    );
+}

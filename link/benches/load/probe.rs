@@ -1,0 +1,85 @@
+//! A robot whose merges are timed: from the moment at which an observation is published to that at which another robot
+//! believes it.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use dragnet_agent::agent::Agent;
+use dragnet_proto::message::{Message, Participant};
+use dragnet_proto::participant::{Mind, MindError, Reaction, Stimulus};
+use dragnet_proto::time::MissionTime;
+use dragnet_search::evidence::Digest;
+use dragnet_search::observation::{Origin, RobotId};
+
+/// What all probes of a team measured together.
+#[derive(Default)]
+pub(crate) struct Measured {
+    published: HashMap<(Origin, u64), Instant>,
+    pub(crate) merges: Vec<Duration>,
+    pub(crate) delivered: u64,
+    pub(crate) digests: HashMap<RobotId, Digest>,
+    pub(crate) observations: HashMap<RobotId, u64>,
+}
+
+impl Measured {
+    /// Whether so many robots know the same, and so much.
+    pub(crate) fn agree(&self, robots: usize, observations: u64) -> bool {
+        let first = self.digests.values().next();
+        self.digests.len() == robots
+            && self.digests.values().all(|digest| Some(digest) == first)
+            && self.observations.values().all(|&known| known >= observations)
+    }
+
+    pub(crate) fn published(&self) -> u64 {
+        self.published.len() as u64
+    }
+}
+
+pub(crate) struct Probe {
+    pub(crate) robot: RobotId,
+    pub(crate) agent: Agent,
+    pub(crate) measured: Arc<Mutex<Measured>>,
+}
+
+impl Mind for Probe {
+    fn experience(
+        &mut self,
+        now: MissionTime,
+        stimulus: Stimulus<Message>,
+    ) -> Result<Reaction<Message>, MindError> {
+        let is_direct = matches!(
+            &stimulus,
+            Stimulus::Delivered { from: Participant::Robot(_), parcel: Message::Observation(_) }
+        );
+        let is_delivery = matches!(stimulus, Stimulus::Delivered { .. });
+        let reaction = self.agent.experience(now, stimulus)?;
+        let at = Instant::now();
+        let measured = &mut *self.measured.lock().unwrap();
+        measured.delivered += u64::from(is_delivery);
+        for (_, message) in &reaction.published {
+            if let Message::Observation(observation) = message {
+                measured.published.insert((observation.origin, observation.sequence), at);
+            }
+        }
+        let merged = reaction.kept.iter().filter(|observation| observation.origin.robot != self.robot);
+        for observation in merged {
+            // What was repaired took as long as it was missing; it counts as well.
+            let published = measured.published.get(&(observation.origin, observation.sequence));
+            measured.merges.extend(published.map(|&published| at - published));
+        }
+        if is_direct || !reaction.kept.is_empty() {
+            measured.digests.insert(self.robot, self.agent.digest());
+            measured.observations.insert(self.robot, self.agent.observations());
+        }
+        Ok(reaction)
+    }
+
+    fn digest(&self) -> Digest {
+        self.agent.digest()
+    }
+
+    fn observations(&self) -> u64 {
+        self.agent.observations()
+    }
+}

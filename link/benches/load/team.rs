@@ -1,0 +1,105 @@
+//! A large team in one mission by the wall clock.
+
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use dragnet_agent::agent::{Agent, Orders};
+use dragnet_link::link::Link;
+use dragnet_link::live::{self, Clock};
+use dragnet_link::session::{Endpoints, open};
+use dragnet_link::world::{self, WorldServer};
+use dragnet_proto::convert::Codec;
+use dragnet_proto::key::Mission;
+use dragnet_proto::message::Participant;
+use dragnet_proto::scenario::Scenario;
+use tokio::sync::watch;
+use tokio::task::JoinSet;
+
+use crate::probe::{Measured, Probe};
+use crate::{mesh, percentiles, scenario};
+
+pub(crate) async fn run(robots: u32, side: u32, seconds: u64) {
+    let scenario = scenario(robots, side);
+    let mission: Mission = "load".parse().unwrap();
+    let endpoints = mesh(robots as usize + 1);
+    let session = open(&endpoints[0]).await.unwrap();
+    let measured = Arc::new(Mutex::new(Measured::default()));
+    let (stop, stopped) = watch::channel(());
+    let mut team = JoinSet::new();
+    for (orders, endpoints) in Orders::of_team(&scenario, 1).into_iter().zip(&endpoints[1..]) {
+        join(&mut team, orders, endpoints, &scenario, &measured, stopped.clone()).await;
+    }
+    eprintln!("{robots} robots in a mesh, {:.0} MB", resident_megabytes());
+    let mut spectator = |_, _: dragnet_sim::simulation::Scene| ();
+    let server = WorldServer::open(session, mission, &scenario, 1, 1.0, &mut spectator).await.unwrap();
+    let started = Instant::now();
+    let told = async {
+        let mut each = tokio::time::interval(Duration::from_secs(seconds.div_ceil(5).max(1)));
+        each.tick().await;
+        loop {
+            each.tick().await;
+            tell(&measured, started.elapsed());
+        }
+    };
+    // The search is not over in this time.
+    let _ =
+        tokio::time::timeout(Duration::from_secs(seconds), async { tokio::join!(server.run(), told) }).await;
+    let told = measured.lock().unwrap().published();
+    let settled = Instant::now();
+    while !measured.lock().unwrap().agree(robots as usize, told) {
+        assert!(settled.elapsed() < Duration::from_mins(1), "the beliefs do not become equal");
+        tokio::time::sleep(Duration::from_millis(100)).await;
+    }
+    tell(&measured, started.elapsed());
+    println!(
+        "all {told} observations are with all robots, {:.1} s after the last",
+        settled.elapsed().as_secs_f64()
+    );
+    drop(stop);
+    while team.join_next().await.is_some() {}
+}
+
+async fn join(
+    team: &mut JoinSet<()>,
+    orders: Orders,
+    endpoints: &Endpoints,
+    scenario: &Scenario,
+    measured: &Arc<Mutex<Measured>>,
+    mut stopped: watch::Receiver<()>,
+) {
+    let (robot, codec) = (orders.robot.id, Codec::new(scenario.terrain().grid()));
+    let mission: Mission = "load".parse().unwrap();
+    let session = open(endpoints).await.unwrap();
+    let reports = world::sensor(&session, &mission, robot, codec).await.unwrap();
+    let mut link = Link::join(session, mission, Participant::Robot(robot), codec).await.unwrap();
+    link.announce().await.unwrap();
+    let mut probe = Probe { robot, agent: Agent::new(orders), measured: Arc::clone(measured) };
+    team.spawn(async move {
+        let stop = async move { while stopped.changed().await.is_ok() {} };
+        live::run(&mut link, &mut probe, Clock::new(1.0), None, reports, stop).await.unwrap();
+    });
+}
+
+fn tell(measured: &Mutex<Measured>, elapsed: Duration) {
+    let (published, delivered, mut merges) = {
+        let measured = &mut *measured.lock().unwrap();
+        (measured.published(), measured.delivered, measured.merges.clone())
+    };
+    let seconds = elapsed.as_secs_f64();
+    let (median, p99) = percentiles(&mut merges);
+    println!(
+        "{seconds:>6.0} s: {published} observations, {:.0} messages heard a second, publish to merge median \
+         {median:.1} ms, p99 {p99:.1} ms, {:.0} MB",
+        delivered as f64 / seconds,
+        resident_megabytes(),
+    );
+}
+
+/// Of this process.
+fn resident_megabytes() -> f64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+    let kilobytes: f64 =
+        line.and_then(|line| line.split_whitespace().next()?.parse().ok()).unwrap_or(f64::NAN);
+    kilobytes / 1024.0
+}
