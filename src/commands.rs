@@ -9,6 +9,7 @@ mod coordinator;
 mod demonstrate;
 mod inspect;
 mod jobs;
+mod keys;
 mod latency;
 mod merge;
 mod output;
@@ -47,6 +48,7 @@ pub(crate) enum Command {
     Coordinator(coordinator::Arguments),
     Sim(sim::Arguments),
     Relay(relay::Arguments),
+    Keys(keys::Arguments),
     Soak(soak::Arguments),
     Completions(completions::Arguments),
 }
@@ -75,6 +77,7 @@ pub(crate) fn execute(command: Command) -> Result<(), Failure> {
         Command::Coordinator(arguments) => coordinator::execute(&arguments),
         Command::Sim(arguments) => sim::execute(&arguments),
         Command::Relay(arguments) => relay::execute(&arguments),
+        Command::Keys(arguments) => keys::execute(&arguments),
         Command::Soak(arguments) => soak::execute(&arguments),
         Command::Completions(arguments) => completions::execute(&arguments),
     }

@@ -3,6 +3,7 @@
 use dragnet_learn::policy;
 use dragnet_proto::inbox::Inbox;
 use dragnet_proto::message::{Activity, Audience, Heartbeat, Intent, Message, Participant};
+use dragnet_proto::plausible::{Limits, Refused};
 use dragnet_proto::scenario::{self, Mission, Robot, Scenario};
 use dragnet_proto::time::MissionTime;
 use dragnet_search::belief::Belief;
@@ -34,6 +35,8 @@ pub struct Orders {
     pub sensor: Arc<Sensor>,
     /// What is believed before any reading.
     pub prior: Arc<Belief>,
+    /// What of it can be.
+    pub limits: Limits,
     /// When an object counts as found, when to stop, and how to keep in touch.
     pub mission: Mission,
     /// Seed of its random choices.
@@ -46,6 +49,8 @@ impl Orders {
     pub fn of_team(scenario: &Scenario, seed: u64) -> Vec<Self> {
         let (terrain, sensor) = (Arc::new(scenario.terrain().clone()), Arc::new(scenario.sensor().clone()));
         let prior = Arc::new(scenario.prior().clone());
+        let numbers = scenario.robots().iter().map(|robot| robot.id);
+        let limits = Limits::new(Arc::clone(&terrain), Arc::clone(&sensor), numbers, scenario.mission());
         let team = u16::try_from(scenario.robots().len()).unwrap_or(u16::MAX);
         (0..team)
             .zip(scenario.robots())
@@ -56,6 +61,7 @@ impl Orders {
                 moves: scenario.moves(),
                 sensor: Arc::clone(&sensor),
                 prior: Arc::clone(&prior),
+                limits: limits.clone(),
                 mission: scenario.mission().clone(),
                 seed,
             })
@@ -104,6 +110,8 @@ pub enum Action {
     Publish(Audience, Message),
     /// Enter these cells in order, instead of any before; none of them is the robot's own. Without a cell: stay.
     Follow(Vec<Cell>),
+    /// Tell whoever watches what was refused: it cannot be, or not from whom it came.
+    Refuse(Refused),
 }
 
 /// One robot.
@@ -138,8 +146,8 @@ pub struct Agent {
     unused_incarnation: u64,
     /// Observations made.
     observations: u64,
-    /// Observations refused since another of the same name is known.
-    conflicting: usize,
+    /// The date of the last one.
+    dated: MissionTime,
     next_heartbeat: MissionTime,
 }
 
@@ -160,7 +168,7 @@ impl Agent {
             policy,
             random: stream(orders.seed, Purpose::Decision, orders.id().0),
             belief: Belief::clone(&orders.prior),
-            inbox: Inbox::new(participant, orders.mission.heartbeat / 2),
+            inbox: Inbox::new(participant, orders.mission.heartbeat / 2, orders.limits.clone()),
             team: Team::default(),
             activity: Activity::Searching,
             cell: None,
@@ -175,7 +183,7 @@ impl Agent {
             origin: Origin::first(orders.id()),
             unused_incarnation: 0,
             observations: 0,
-            conflicting: 0,
+            dated: MissionTime::START,
             next_heartbeat: MissionTime::START + orders.mission.heartbeat,
             orders,
         }
@@ -195,7 +203,7 @@ impl Agent {
             let used = observation.origin.incarnation;
             self.unused_incarnation = self.unused_incarnation.max(used.saturating_add(1));
         }
-        if self.inbox.record(Arc::clone(observation)) == Entry::New {
+        if self.inbox.record(Arc::clone(observation)) == Ok(Entry::New) {
             self.count(&observation.readings);
         }
     }
@@ -240,12 +248,6 @@ impl Agent {
         self.decisions
     }
 
-    /// Observations refused since another of the same name is known.
-    #[must_use]
-    pub const fn conflicting(&self) -> usize {
-        self.conflicting
-    }
-
     /// All observations known.
     #[must_use]
     pub const fn inbox(&self) -> &Inbox {
@@ -260,23 +262,34 @@ impl Agent {
             self.next_heartbeat = now + self.orders.mission.heartbeat;
         }
         self.move_to(cell);
-        self.count(&readings);
-        let observation = Arc::new(Observation {
-            origin: self.origin,
-            sequence: self.observations,
-            time_ns: now.0,
-            from: cell,
-            readings,
-        });
-        self.observations += 1;
-        self.inbox.record(Arc::clone(&observation));
-        actions.push(Action::Keep(Arc::clone(&observation)));
-        actions.push(Action::Publish(Audience::All, Message::Observation(observation)));
+        self.look(now, cell, readings, actions);
         let is_due = self.orders.robot.policy.replan_after.is_some_and(|cells| self.entered >= cells.get());
         let is_void = self.plan.is_empty() || self.is_overtaken;
         if self.activity == Activity::Searching && (is_void || is_due || self.is_spent(now)) {
             self.decide(now, actions);
         }
+    }
+
+    /// Counts and tells what the robot sees, unless nobody would believe it: then its sensor, or where it says that it
+    /// is, is wrong.
+    fn look(&mut self, now: MissionTime, cell: Cell, readings: Vec<Reading>, actions: &mut Vec<Action>) {
+        // Its clock may be set back meanwhile.
+        self.dated = self.dated.max(now);
+        let observation = Arc::new(Observation {
+            origin: self.origin,
+            sequence: self.observations,
+            time_ns: self.dated.0,
+            from: cell,
+            readings,
+        });
+        if let Err(refused) = self.inbox.record(Arc::clone(&observation)) {
+            actions.push(Action::Refuse(refused));
+            return;
+        }
+        self.observations += 1;
+        self.count(&observation.readings);
+        actions.push(Action::Keep(Arc::clone(&observation)));
+        actions.push(Action::Publish(Audience::All, Message::Observation(observation)));
     }
 
     /// The robot may be off its plan: then the plan is void.
@@ -307,6 +320,11 @@ impl Agent {
     }
 
     fn receive(&mut self, now: MissionTime, from: Participant, message: &Message, actions: &mut Vec<Action>) {
+        let received = self.inbox.receive(now, from, message);
+        actions.extend(received.refused.into_iter().map(Action::Refuse));
+        if !self.orders.limits.knows(from) {
+            return;
+        }
         match message {
             Message::Observation(observation) => {
                 self.team.walked(now, observation.origin.robot, observation.from);
@@ -319,8 +337,6 @@ impl Agent {
                 }
             }
         }
-        let received = self.inbox.receive(now, from, message);
-        self.conflicting += received.conflicting;
         for observation in received.new {
             self.count(&observation.readings);
             actions.push(Action::Keep(observation));

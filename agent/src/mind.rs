@@ -15,7 +15,7 @@ impl Mind for Agent {
         now: MissionTime,
         stimulus: Stimulus<Message>,
     ) -> Result<Reaction<Message>, MindError> {
-        let (decisions, conflicting) = (self.decisions(), self.conflicting());
+        let decisions = self.decisions();
         // Only measured: no decision depends on it.
         let start = Instant::now();
         let actions = match stimulus {
@@ -35,13 +35,14 @@ impl Mind for Agent {
             wake_at: self.wake_at(),
             activity: self.activity(),
             decision: (self.decisions() > decisions).then_some(elapsed),
-            conflicting: self.conflicting() - conflicting,
+            refused: Vec::new(),
         };
         for action in actions {
             match action {
                 Action::Keep(observation) => reaction.kept.push(observation),
                 Action::Publish(audience, message) => reaction.published.push((audience, message)),
                 Action::Follow(route) => reaction.route = Some(route),
+                Action::Refuse(refused) => reaction.refused.push(refused),
             }
         }
         Ok(reaction)

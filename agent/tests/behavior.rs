@@ -22,8 +22,12 @@ struct Field {
 
 impl Field {
     fn new(number: usize, mission: &str) -> Self {
+        Self::with_sensor(number, mission, "radius = 2")
+    }
+
+    fn with_sensor(number: usize, mission: &str, sensor: &str) -> Self {
         let text = format!(
-            "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows = 12\ncolumns = 12\n[sensor]\nradius = 2\n\
+            "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows = 12\ncolumns = 12\n[sensor]\n{sensor}\n\
              [objects]\ncount = 3\n[robots]\ncount = 2\n[mission]\nstagger_seconds = 1.0\n{mission}\n"
         );
         let scenario = Scenario::from_text(Path::new("field.toml"), text).unwrap();
@@ -54,14 +58,14 @@ impl Field {
 fn route(actions: &[Action]) -> Option<&[Cell]> {
     actions.iter().find_map(|action| match action {
         Action::Follow(route) => Some(route.as_slice()),
-        Action::Keep(_) | Action::Publish(..) => None,
+        Action::Keep(_) | Action::Publish(..) | Action::Refuse(_) => None,
     })
 }
 
 fn said(actions: &[Action]) -> Vec<&Message> {
     let to_all = actions.iter().filter_map(|action| match action {
         Action::Publish(Audience::All, message) => Some(message),
-        Action::Keep(_) | Action::Publish(..) | Action::Follow(_) => None,
+        Action::Keep(_) | Action::Publish(..) | Action::Follow(_) | Action::Refuse(_) => None,
     });
     to_all.collect()
 }
@@ -158,12 +162,12 @@ fn a_budget_of_way_or_time_ends_the_search() {
 
 #[test]
 fn a_robot_rests_when_nothing_is_left_and_goes_on_when_doubt_comes_back() {
-    let mut field = Field::new(1, ENDLESS);
+    let mut field = Field::with_sensor(1, ENDLESS, "radius = 12\nsigma2 = 0.0001");
     let clear = |field: &Field, value: f32| -> Vec<Reading> {
         let reading = |cell| Reading { cell, value, variance: 0.05 };
         field.scenario.terrain().grid().cells().map(reading).collect()
     };
-    let (cell, readings) = (field.cell(3, 3), clear(&field, 0.0));
+    let (cell, readings) = (field.cell(6, 6), clear(&field, 0.0));
     let actions = field.robot.handle(MissionTime(0), Event::Sensed { cell, readings });
     assert_eq!(route(&actions), Some(&[][..]));
     assert_eq!(field.robot.activity(), Activity::Cleared);
@@ -220,7 +224,7 @@ fn a_robot_that_starts_again_remembers_what_it_kept_and_reuses_no_name() {
     let mut keep = |actions: Vec<Action>| {
         let new = actions.into_iter().filter_map(|action| match action {
             Action::Keep(observation) => Some(observation),
-            Action::Publish(..) | Action::Follow(_) => None,
+            Action::Publish(..) | Action::Follow(_) | Action::Refuse(_) => None,
         });
         kept.extend(new);
     };

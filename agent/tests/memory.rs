@@ -41,6 +41,7 @@ policy = "path"
 
 [mission]
 budget_seconds = 1000000.0
+speed_meters_per_second = 1000.0
 stagger_seconds = 10000.0
 "#;
 
@@ -143,7 +144,7 @@ impl Search {
             cell: self.lane_cell(400, sequence),
             path_meters: sequence as f64 * 30.0,
             intent,
-            versions: vec![Version { origin: Origin::first(MATE), next: sequence + 1, beyond: 0 }],
+            versions: vec![Version { origin: Origin::first(MATE), next: sequence + 1 }],
             digest: Digest(0),
         }
     }
@@ -157,7 +158,7 @@ impl Search {
 fn route(actions: &[Action]) -> Vec<Cell> {
     let route = actions.iter().find_map(|action| match action {
         Action::Follow(route) => Some(route.clone()),
-        Action::Keep(_) | Action::Publish(..) => None,
+        Action::Keep(_) | Action::Publish(..) | Action::Refuse(_) => None,
     });
     route.unwrap()
 }

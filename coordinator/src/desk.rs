@@ -46,15 +46,22 @@ impl Desk {
     pub fn finish(
         mut self,
         now: MissionTime,
-        summary: BTreeMap<String, String>,
+        mut summary: BTreeMap<String, String>,
     ) -> Result<Mission, RecordingError> {
         self.handle(now, Event::Finished);
+        summary.extend(self.refused());
         match self.recording {
             Some(Ok(recorder)) => recorder.finish(summary)?,
             Some(Err(error)) => return Err(error),
             None => {}
         }
         Ok(self.mission)
+    }
+
+    /// What was refused and how often, for the end of the recording: one entry for each that said it, and why.
+    fn refused(&self) -> impl Iterator<Item = (String, String)> + '_ {
+        let refused = self.mission.inbox().refused();
+        refused.iter().map(|(what, count)| (format!("{what}"), format!("{count} times")))
     }
 
     /// Writes down what is to be recorded; returns what is said, and observations.
@@ -66,7 +73,7 @@ impl Desk {
             {
                 self.recording = Some(Err(error));
             }
-            matches!(action, Action::Publish(..) | Action::Record(Record::Observation(_)))
+            matches!(action, Action::Publish(..) | Action::Refuse(_) | Action::Record(Record::Observation(_)))
         });
         if let Some(Ok(recorder)) = &mut self.recording
             && let Err(error) = recorder.tick(now)
@@ -83,7 +90,6 @@ impl Mind for Desk {
         now: MissionTime,
         stimulus: Stimulus<Message>,
     ) -> Result<Reaction<Message>, MindError> {
-        let conflicting = self.mission.conflicting();
         let actions = match stimulus {
             Stimulus::Start | Stimulus::Sensed { .. } => Vec::new(),
             Stimulus::Delivered { from, parcel } => {
@@ -92,11 +98,12 @@ impl Mind for Desk {
             Stimulus::Woke => self.handle(now, Event::Woke),
             Stimulus::Lost(robot) => self.handle(now, Event::Lost(robot)),
         };
-        let (mut kept, mut published) = (Vec::new(), Vec::new());
+        let (mut kept, mut published, mut refused) = (Vec::new(), Vec::new(), Vec::new());
         for action in actions {
             match action {
                 Action::Publish(audience, message) => published.push((audience, message)),
                 Action::Record(Record::Observation(observation)) => kept.push(observation),
+                Action::Refuse(what) => refused.push(what),
                 Action::Record(_) => {}
             }
         }
@@ -107,7 +114,7 @@ impl Mind for Desk {
             wake_at: self.mission.wake_at(),
             activity: Activity::Searching,
             decision: None,
-            conflicting: self.mission.conflicting() - conflicting,
+            refused,
         })
     }
 

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use dragnet_proto::inbox::Inbox;
 use dragnet_proto::message::{Audience, Detection, Heartbeat, Intent, Message, MissionStatus, Participant};
+use dragnet_proto::plausible::{Limits, Refused};
 use dragnet_proto::scenario::Scenario;
 use dragnet_proto::time::MissionTime;
 use dragnet_search::belief::Belief;
@@ -27,6 +28,8 @@ pub struct MissionOrders {
     pub prior: Belief,
     /// Probability from which an object is declared, above 0.
     pub tau: f64,
+    /// What robots can have seen.
+    pub limits: Limits,
     /// The team.
     pub robots: Vec<RobotId>,
     /// Between two reports of the mission's status, above 0; a question to a robot is repeated after half of it.
@@ -42,11 +45,14 @@ impl MissionOrders {
     #[must_use]
     pub fn of(scenario: &Scenario) -> Self {
         let mission = scenario.mission();
+        let (terrain, sensor) = (Arc::new(scenario.terrain().clone()), Arc::new(scenario.sensor().clone()));
+        let robots: Vec<RobotId> = scenario.robots().iter().map(|robot| robot.id).collect();
         Self {
-            terrain: Arc::new(scenario.terrain().clone()),
+            limits: Limits::new(Arc::clone(&terrain), sensor, robots.iter().copied(), mission),
+            terrain,
             prior: scenario.prior().clone(),
             tau: mission.tau,
-            robots: scenario.robots().iter().map(|robot| robot.id).collect(),
+            robots,
             heartbeat: mission.heartbeat,
             lost_after: mission.lost_after,
             belief_period: scenario.recording().belief_period,
@@ -79,6 +85,8 @@ pub enum Action {
     Publish(Audience, Message),
     /// Write into the recording.
     Record(Record),
+    /// Tell whoever watches what was refused: it cannot be, or not from whom it came.
+    Refuse(Refused),
 }
 
 /// What a recording tells.
@@ -120,8 +128,6 @@ pub struct Mission {
     declarations: Declarations,
     liveness: Liveness,
     tracks: Tracks,
-    /// Observations refused since another of the same name is known.
-    conflicting: usize,
     next_status: MissionTime,
     next_belief: MissionTime,
 }
@@ -134,11 +140,10 @@ impl Mission {
         declarations.review(MissionTime::START, &orders.prior, orders.terrain.searched_cells());
         Self {
             belief: orders.prior.clone(),
-            inbox: Inbox::new(Participant::Coordinator, orders.heartbeat / 2),
+            inbox: Inbox::new(Participant::Coordinator, orders.heartbeat / 2, orders.limits.clone()),
             declarations,
             liveness: Liveness::new(orders.robots.iter().copied(), orders.lost_after),
             tracks: Tracks::default(),
-            conflicting: 0,
             next_status: MissionTime::START + orders.heartbeat,
             next_belief: MissionTime::START + orders.belief_period,
             orders,
@@ -203,13 +208,6 @@ impl Mission {
         self.tracks.robots()
     }
 
-    /// Observations refused since another of the same name is known: two robots share a number, or one has started
-    /// again under its old one.
-    #[must_use]
-    pub const fn conflicting(&self) -> usize {
-        self.conflicting
-    }
-
     /// How the mission stands.
     #[must_use]
     pub fn status(&self, now: MissionTime) -> MissionStatus {
@@ -225,6 +223,11 @@ impl Mission {
     }
 
     fn receive(&mut self, now: MissionTime, from: Participant, message: &Message, actions: &mut Vec<Action>) {
+        let received = self.inbox.receive(now, from, message);
+        actions.extend(received.refused.into_iter().map(Action::Refuse));
+        if !self.orders.limits.knows(from) {
+            return;
+        }
         let has_appeared = matches!(from, Participant::Robot(robot) if self.liveness.heard(now, robot));
         match message {
             Message::Intent(intent) => {
@@ -241,8 +244,6 @@ impl Mission {
             | Message::LogReply(_)
             | Message::MissionStatus(_) => {}
         }
-        let received = self.inbox.receive(now, from, message);
-        self.conflicting += received.conflicting;
         for (whom, reply) in received.replies {
             actions.push(Action::Publish(Audience::One(whom), reply));
         }

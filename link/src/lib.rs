@@ -3,6 +3,7 @@
 //! Minds ([`dragnet_proto::participant::Mind`]) know no network; here they get one.
 //!
 //! - [`session`], [`link`]: how a session is opened, and what a participant says and hears on it;
+//! - [`refusals`]: whom Zenoh turns away, told in plain words;
 //! - [`live`]: a participant driven by the wall clock, as in the field; [`journal`]: what it remembers if it starts again;
 //! - [`lockstep`], [`remote_crew`]: participants driven by the simulator, event by event, over the same messages;
 //! - [`relay`]: a slow link, to try a team on;
@@ -14,6 +15,7 @@ pub mod journal;
 pub mod link;
 pub mod live;
 pub mod lockstep;
+pub mod refusals;
 pub mod relay;
 pub mod remote_crew;
 pub mod serve;

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use dragnet_proto::message::{Message, Participant};
 use dragnet_proto::participant::{Mind, Reaction, Stimulus};
+use dragnet_proto::plausible::Refused;
 use dragnet_proto::time::MissionTime;
 use tokio::sync::mpsc;
 use tokio::time::Instant;
@@ -39,6 +40,13 @@ impl Clock {
     pub fn set(&mut self, now: MissionTime) {
         let since_start = now.since(MissionTime::START).div_f64(self.pace);
         self.start = Instant::now().checked_sub(since_start).unwrap_or(self.start);
+    }
+
+    /// Sets the clock forward to the time of a robot's sign of life; whether it was one.
+    fn follow(&mut self, heard: &Heard) -> bool {
+        let Heard::Message { message: Message::Heartbeat(heartbeat), .. } = heard else { return false };
+        self.set(self.now().max(MissionTime(heartbeat.time_ns)));
+        true
     }
 
     /// When it will be this time, on the wall; within a day.
@@ -80,23 +88,31 @@ pub async fn run(
         wake_at: MissionTime(u64::MAX),
         log: Log::default(),
         gone: BTreeSet::new(),
+        told: Told::default(),
     };
     driver.experience(link, clock.now(), Stimulus::Start).await?;
     let mut has_reports = true;
+    // Nobody tells a coordinator the time, but the first sign of life that it hears.
+    let mut has_time = false;
     tokio::pin!(stop);
     loop {
         tokio::select! {
             () = &mut stop => return Ok(driver.finish()),
             heard = link.hear() => match heard {
-                Some(heard) => driver.hear(link, clock.now(), heard).await?,
+                Some(heard) => {
+                    if !has_reports && !has_time {
+                        has_time = clock.follow(&heard);
+                    }
+                    driver.hear(link, clock.now(), heard).await?;
+                }
                 None => return Ok(driver.finish()),
             },
             report = reports.recv(), if has_reports => match report {
                 Some((time, stimulus)) => {
-                    if let Some(time) = time {
-                        clock.set(time);
-                    }
-                    driver.experience(link, clock.now(), stimulus).await?;
+                    // To the nanosecond as the vehicle says: others hold where it was against when.
+                    let now = time.unwrap_or_else(|| clock.now());
+                    clock.set(now);
+                    driver.experience(link, now, stimulus).await?;
                 }
                 None => has_reports = false,
             },
@@ -117,6 +133,22 @@ struct Driver<'a> {
     log: Log,
     /// Those who left, and have not come back.
     gone: BTreeSet<Participant>,
+    told: Told,
+}
+
+/// What was refused and told: each once, and no more than [`Told::MOST`].
+#[derive(Default)]
+struct Told(BTreeSet<Refused>);
+
+impl Told {
+    /// Who is not of the team may come under any number.
+    const MOST: usize = 1000;
+
+    fn tell(&mut self, refused: Refused) {
+        if self.0.len() < Self::MOST && self.0.insert(refused) {
+            tracing::warn!("{refused}; whatever else of this kind comes is only counted");
+        }
+    }
 }
 
 impl Driver<'_> {
@@ -155,7 +187,7 @@ impl Driver<'_> {
         stimulus: Stimulus<Message>,
     ) -> Result<(), LinkError> {
         let reaction = self.mind.experience(now, stimulus);
-        let Reaction { kept, published, wake_at, decision, conflicting, .. } =
+        let Reaction { kept, published, wake_at, decision, refused, .. } =
             reaction.map_err(|error| LinkError::Participant { who: link.me(), reason: error.reason })?;
         if let Some(journal) = &mut self.journal {
             journal.note(kept);
@@ -170,10 +202,8 @@ impl Driver<'_> {
             }
             self.published += 1;
         }
-        if conflicting > 0 {
-            tracing::warn!(
-                "refused {conflicting} observations: others of the same name are known. Do two robots share a number?"
-            );
+        for refused in refused {
+            self.told.tell(refused);
         }
         self.wake_at = wake_at;
         self.log.decisions.extend(decision);

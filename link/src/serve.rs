@@ -32,7 +32,8 @@ use crate::world::{self, WorldServer};
 /// # Errors
 /// If the settings are not allowed, or the robot cannot go on.
 pub fn agent(file: &Path) -> Result<(), LinkError> {
-    let config: AgentConfig = config::load(file)?;
+    let mut config: AgentConfig = config::load(file)?;
+    config.common.zenoh = config.common.zenoh.named_in(file);
     let Checked { mission, scenario } = config.common.check(file)?;
     let robot = RobotId(config.robot);
     let orders =
@@ -110,6 +111,7 @@ pub enum Role {
 /// If the settings are not allowed, or not all could be recorded.
 pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), LinkError> {
     let mut config: CoordinatorConfig = config::load(file)?;
+    config.common.zenoh = config.common.zenoh.named_in(file);
     if role == Role::Router {
         config.common.zenoh.mode = Some(Mode::Router);
     }
@@ -146,7 +148,8 @@ pub fn world(
     file: &Path,
     spectator: Spectator<'_>,
 ) -> Result<(Episode, u64), LinkError> {
-    let config: SimConfig = config::load(file)?;
+    let mut config: SimConfig = config::load(file)?;
+    config.zenoh = config.zenoh.named_in(file);
     let failed = |reason| LinkError::Settings { file: file.to_owned(), reason };
     config::check_pace(config.pace).map_err(failed)?;
     let mission = config.mission.parse().map_err(|error| failed(format!("mission: {error}")))?;

@@ -20,7 +20,8 @@ pub struct Endpoints {
     pub connect: Vec<String>,
     /// How the session takes part in the network: a peer without, or as the file of further settings says.
     pub mode: Option<Mode>,
-    /// Further settings of Zenoh, a JSON5 file.
+    /// Further settings of Zenoh, a JSON5 file, relative to the file that names it. Certificates and keys that it names
+    /// are relative to itself, so that a folder with all of them works wherever it lies.
     pub config: Option<PathBuf>,
 }
 
@@ -41,6 +42,16 @@ impl Mode {
             Self::Peer => "peer",
             Self::Router => "router",
         }
+    }
+}
+
+impl Endpoints {
+    /// The same, as the settings in this file mean it.
+    #[must_use]
+    pub fn named_in(mut self, file: &Path) -> Self {
+        let folder = file.parent().unwrap_or(Path::new(""));
+        self.config = self.config.map(|config| folder.join(config));
+        self
     }
 }
 
@@ -69,7 +80,44 @@ pub async fn open(endpoints: &Endpoints) -> Result<Session, LinkError> {
     if let Some(mode) = endpoints.mode {
         config.insert_json5("mode", &format!("{:?}", mode.name())).map_err(refused)?;
     }
+    let open_to_all = exposed(&config);
+    if !open_to_all.is_empty() {
+        tracing::warn!(
+            "listening at {} without TLS, not on loopback: whoever reaches this address can take part and pose as \
+             anybody; `dragnet keys` makes certificates",
+            open_to_all.join(", ")
+        );
+    }
     zenoh::open(config).await.map_err(refused)
+}
+
+/// Where a session listens that anybody can reach who is on the same network, without being asked for a certificate.
+fn exposed(config: &Config) -> Vec<String> {
+    let listen = config.get_json("listen/endpoints").unwrap_or_default();
+    let is_private = |endpoint: &str| {
+        let (protocol, rest) = endpoint.split_once('/').unwrap_or(("", endpoint));
+        let address = rest.split(['?', '#']).next().unwrap_or(rest);
+        let host = address.rsplit_once(':').map_or(address, |(host, _)| host).trim_matches(['[', ']']);
+        let is_loopback = host == "localhost"
+            || host.parse::<std::net::IpAddr>().is_ok_and(|address| address.is_loopback());
+        is_loopback || matches!(protocol, "tls" | "quic") && is_mutual(config)
+    };
+    let endpoints = serde_json::from_str(&listen).map_or_else(|_| Vec::new(), |value| strings(&value));
+    endpoints.into_iter().filter(|endpoint| !is_private(endpoint)).collect()
+}
+
+fn is_mutual(config: &Config) -> bool {
+    config.get_json("transport/link/tls/enable_mtls").is_ok_and(|value| value == "true")
+}
+
+/// All strings in a value: endpoints may be listed by mode.
+fn strings(value: &serde_json::Value) -> Vec<String> {
+    match value {
+        serde_json::Value::String(text) => vec![text.clone()],
+        serde_json::Value::Array(values) => values.iter().flat_map(strings).collect(),
+        serde_json::Value::Object(entries) => entries.values().flat_map(strings).collect(),
+        _ => Vec::new(),
+    }
 }
 
 /// A peer that meets only those whom it calls or who call it.
@@ -83,9 +131,34 @@ fn private() -> Result<Config, zenoh::Error> {
 }
 
 fn read(file: &Path) -> Result<Config, LinkError> {
-    Config::from_file(file)
-        .map_err(|error| LinkError::Settings { file: file.to_owned(), reason: error.to_string() })
+    let failed =
+        |error: zenoh::Error| LinkError::Settings { file: file.to_owned(), reason: error.to_string() };
+    let mut config = Config::from_file(file).map_err(failed)?;
+    let listen = "listen/endpoints";
+    let usual = Config::default().get_json(listen).map_err(failed)?;
+    if config.get_json(listen).map_err(failed)? == usual {
+        // Zenoh would listen on every interface.
+        config.insert_json5(listen, "[]").map_err(failed)?;
+    }
+    for name in TLS_FILES {
+        let key = format!("transport/link/tls/{name}");
+        let value = config.get_json(&key).unwrap_or_default();
+        if let Ok(path) = serde_json::from_str::<PathBuf>(&value) {
+            let path = file.parent().unwrap_or(Path::new("")).join(path);
+            config.insert_json5(&key, &format!("{:?}", path.display().to_string())).map_err(failed)?;
+        }
+    }
+    Ok(config)
 }
+
+/// Settings of Zenoh that name files.
+const TLS_FILES: [&str; 5] = [
+    "root_ca_certificate",
+    "listen_certificate",
+    "listen_private_key",
+    "connect_certificate",
+    "connect_private_key",
+];
 
 fn json(endpoints: &[String]) -> String {
     let quoted: Vec<String> = endpoints.iter().map(|endpoint| format!("{endpoint:?}")).collect();
@@ -115,4 +188,41 @@ pub fn free_endpoints(count: usize) -> Result<Vec<String>, LinkError> {
         return Err(LinkError::Open { listen: format!("tcp/127.0.0.1:{PORTS:?}"), reason });
     }
     Ok(sockets.iter().map(|(port, _)| format!("tcp/127.0.0.1:{port}")).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whoever_listens_for_all_without_certificates_is_told_so() {
+        let check = |listen: &str, is_mutual: bool, expected: bool| {
+            let mut config = Config::default();
+            config.insert_json5("listen/endpoints", &format!("[{listen:?}]")).unwrap();
+            config.insert_json5("transport/link/tls/enable_mtls", &is_mutual.to_string()).unwrap();
+            assert_eq!(!exposed(&config).is_empty(), expected, "{listen}");
+        };
+        check("tcp/127.0.0.1:7447", false, false);
+        check("tcp/localhost:7447", false, false);
+        check("tcp/[::1]:7447", false, false);
+        check("tcp/0.0.0.0:7447", false, true);
+        check("tcp/[::]:7447", false, true);
+        check("tcp/192.168.1.7:7447#iface=eth0", true, true);
+        check("tls/192.168.1.7:7447", true, false);
+        check("tls/192.168.1.7:7447", false, true);
+    }
+
+    #[test]
+    fn settings_that_name_no_endpoint_listen_nowhere_and_their_files_lie_beside_them() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("zenoh.json5");
+        let settings = "{ transport: { link: { tls: { listen_private_key: \"a.key\", root_ca_certificate: \"/b.pem\" } } } }";
+        std::fs::write(&file, settings).unwrap();
+        let config = read(&file).unwrap();
+        let value = |key: &str| config.get_json(key).unwrap();
+        assert_eq!(value("listen/endpoints"), "[]");
+        let key = format!("{:?}", folder.path().join("a.key").display().to_string());
+        assert_eq!(value("transport/link/tls/listen_private_key"), key);
+        assert_eq!(value("transport/link/tls/root_ca_certificate"), "\"/b.pem\"");
+    }
 }

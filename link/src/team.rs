@@ -100,7 +100,9 @@ struct Mesh {
 impl Mesh {
     fn new(scenario: &Scenario) -> Result<Self, LinkError> {
         let sessions = scenario.robots().len() + 2;
-        let config = scenario.zenoh_config().map(std::path::Path::to_owned);
+        // A child reads it from settings elsewhere.
+        let config = scenario.zenoh_config().map(std::path::absolute).transpose();
+        let config = config.map_err(|error| LinkError::Unsupported(format!("zenoh.config: {error}")))?;
         Ok(Self { listen: free_endpoints(sessions)?, config })
     }
 

@@ -1,16 +1,30 @@
-//! The inbox: takes in each observation exactly once, and asks for what is missing.
+//! The inbox: takes in each observation exactly once, in the order of its origin, if it can be; and asks for what is
+//! missing.
 //!
 //! Robots and coordinator keep the same kind of inbox. Whoever is heard of having more of any robot's observations,
 //! that robot's or another's, is asked for them, so that what a lost robot saw spreads from whoever heard it.
+//!
+//! What is missing for ever, as when a robot lost its memory before anybody had heard it, ends its log: what came after
+//! it counts nowhere, for one participant as for all.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use dragnet_search::observation::{Entry, Observation, ObservationLog, Origin, Version};
+use dragnet_search::observation::{Entry, Observation, ObservationLog, Origin, RobotId, Version};
 
 use crate::message::{LogReply, LogRequest, Message, Participant};
+use crate::plausible::{Limits, Refusal, Refused};
 use crate::time::MissionTime;
+
+/// From so many starts of one robot observations are taken. Names of starts are numbers of 64 bits: without a limit, who
+/// invents them could fill any memory.
+pub const MAX_STARTS: usize = 1024;
+/// Who was asked so often and brought nothing is not asked again before others had their chance to be: somebody may claim
+/// to know more, and always be the first to claim it.
+const MOST_TRIES: u32 = 3;
+/// So many questions may wait for their answers: whoever invents origins is not asked about all of them.
+const MAX_QUESTIONS: usize = 1024;
 
 /// What one participant knows of all observations.
 #[derive(Clone, Debug)]
@@ -18,8 +32,19 @@ pub struct Inbox {
     owner: Participant,
     /// How long an answer is waited for before the question is asked again.
     patience: Duration,
+    limits: Limits,
     log: ObservationLog,
-    asked: BTreeMap<Origin, MissionTime>,
+    asked: BTreeMap<Origin, Question>,
+    refused: BTreeMap<Refused, u64>,
+}
+
+/// The last question about an origin; one whose answer brought something is no longer kept.
+#[derive(Clone, Copy, Debug)]
+struct Question {
+    at: MissionTime,
+    whom: Participant,
+    /// How often this one was asked, one time after another, and brought nothing.
+    tries: u32,
 }
 
 /// What a message brought.
@@ -29,15 +54,16 @@ pub struct Received {
     pub new: Vec<Arc<Observation>>,
     /// What to answer or to ask, and whom.
     pub replies: Vec<(Participant, Message)>,
-    /// Observations refused since another of the same name is known.
-    pub conflicting: usize,
+    /// What was refused.
+    pub refused: Vec<Refused>,
 }
 
 impl Inbox {
     /// An empty inbox.
     #[must_use]
-    pub fn new(owner: Participant, patience: Duration) -> Self {
-        Self { owner, patience, log: ObservationLog::default(), asked: BTreeMap::new() }
+    pub fn new(owner: Participant, patience: Duration, limits: Limits) -> Self {
+        let (log, asked, refused) = (ObservationLog::default(), BTreeMap::new(), BTreeMap::new());
+        Self { owner, patience, limits, log, asked, refused }
     }
 
     /// All observations known.
@@ -46,18 +72,34 @@ impl Inbox {
         &self.log
     }
 
-    /// Takes in an observation of the owner's own.
-    pub fn record(&mut self, observation: Arc<Observation>) -> Entry {
-        self.log.insert(observation)
+    /// What was refused, and how often.
+    #[must_use]
+    pub const fn refused(&self) -> &BTreeMap<Refused, u64> {
+        &self.refused
+    }
+
+    /// Takes in an observation that the owner made, or has kept. It is held against the same limits as others': what all
+    /// others refuse must not count here either.
+    ///
+    /// # Errors
+    /// Why it does not count.
+    pub fn record(&mut self, observation: Arc<Observation>) -> Result<Entry, Refused> {
+        let of = observation.origin.robot;
+        self.offer(observation).map_err(|why| self.refuse(self.owner, of, why))
     }
 
     /// Takes in a message from another participant.
     pub fn receive(&mut self, now: MissionTime, from: Participant, message: &Message) -> Received {
         let mut received = Received::default();
+        if let Participant::Robot(of) = from
+            && !self.limits.knows(from)
+        {
+            received.refused.push(self.refuse(from, of, Refusal::Stranger));
+            return received;
+        }
         match message {
             Message::Observation(observation) => {
-                self.take(observation, &mut received);
-                if self.log.has_gap(observation.origin) {
+                if self.take(now, from, observation, &mut received) == Some(Entry::Early) {
                     self.ask(now, from, observation.origin, &mut received);
                 }
             }
@@ -79,7 +121,7 @@ impl Inbox {
         received: &mut Received,
     ) {
         for version in versions {
-            if version.may_help(self.log.version(version.origin)) {
+            if version.next > self.log.next(version.origin) {
                 self.ask(now, from, version.origin, received);
             }
         }
@@ -93,61 +135,118 @@ impl Inbox {
         received: &mut Received,
     ) {
         for observation in &reply.observations {
-            self.take(observation, received);
+            self.take(now, from, observation, received);
         }
-        // A full reply may have left some out.
-        if let Some(last) = reply.observations.last()
+        // A full reply may have left some out. One that brought nothing would be asked for without end.
+        if let Some(last) = received.new.last()
             && reply.observations.len() == LogReply::MAX_OBSERVATIONS
         {
-            self.ask_from(now, from, last.origin, last.sequence + 1, received);
+            self.ask_now(now, from, last.origin, received);
         }
     }
 
-    fn take(&mut self, observation: &Arc<Observation>, received: &mut Received) {
-        match self.log.insert(Arc::clone(observation)) {
-            Entry::New => received.new.push(Arc::clone(observation)),
-            Entry::Known => {}
-            Entry::Conflicting => received.conflicting += 1,
+    /// What became of an observation; `None` if it was refused.
+    fn take(
+        &mut self,
+        now: MissionTime,
+        from: Participant,
+        observation: &Arc<Observation>,
+        received: &mut Received,
+    ) -> Option<Entry> {
+        let dated = self.limits.check_date(now, observation);
+        match dated.and_then(|()| self.offer(Arc::clone(observation))) {
+            Ok(entry) => {
+                if entry == Entry::New {
+                    self.asked.remove(&observation.origin);
+                    received.new.push(Arc::clone(observation));
+                }
+                Some(entry)
+            }
+            Err(why) => {
+                received.refused.push(self.refuse(from, observation.origin.robot, why));
+                None
+            }
         }
+    }
+
+    /// Only what can count next is judged: what is early comes again, when what it is held against is known.
+    fn offer(&mut self, observation: Arc<Observation>) -> Result<Entry, Refusal> {
+        match self.log.entry(&observation) {
+            Entry::New => {
+                let log = self.log.of(observation.origin);
+                if log.is_empty() && self.log.incarnations(observation.origin.robot) >= MAX_STARTS {
+                    return Err(Refusal::TooManyStarts);
+                }
+                self.limits.check(&observation, log)?;
+                Ok(self.log.insert(observation))
+            }
+            Entry::Conflicting => Err(Refusal::Conflicting),
+            entry @ (Entry::Known | Entry::Early) => Ok(entry),
+        }
+    }
+
+    fn refuse(&mut self, from: Participant, of: RobotId, why: Refusal) -> Refused {
+        // Who is not of the team is counted as one: there may be any number of them.
+        let known = if why == Refusal::Stranger { RobotId(0) } else { of };
+        let counted = if self.limits.knows(from) { from } else { Participant::Robot(RobotId(0)) };
+        *self.refused.entry(Refused { from: counted, of: known, why }).or_default() += 1;
+        Refused { from, of, why }
     }
 
     fn ask(&mut self, now: MissionTime, whom: Participant, of: Origin, received: &mut Received) {
-        if self.asked.get(&of).is_some_and(|&asked| now < asked + self.patience) {
+        let is_new = self.log.of(of).is_empty();
+        let is_pointless = !self.limits.knows(Participant::Robot(of.robot))
+            || is_new && self.log.incarnations(of.robot) >= MAX_STARTS;
+        if is_pointless
+            || self.asked.get(&of).is_some_and(|question| !question.may_follow(now, whom, self.patience))
+        {
             return;
         }
-        self.ask_from(now, whom, of, self.log.next(of), received);
+        if self.asked.len() >= MAX_QUESTIONS {
+            let patience = self.patience;
+            self.asked.retain(|_, question| now < question.at + patience);
+        }
+        if self.asked.len() < MAX_QUESTIONS {
+            self.ask_now(now, whom, of, received);
+        }
     }
 
-    fn ask_from(
-        &mut self,
-        now: MissionTime,
-        whom: Participant,
-        of: Origin,
-        first: u64,
-        received: &mut Received,
-    ) {
-        self.asked.insert(of, now);
-        let request = LogRequest { from: self.owner, of, first };
+    fn ask_now(&mut self, now: MissionTime, whom: Participant, of: Origin, received: &mut Received) {
+        let before = self.asked.get(&of).filter(|question| question.whom == whom);
+        let tries = before.map_or(1, |question| question.tries.saturating_add(1));
+        self.asked.insert(of, Question { at: now, whom, tries });
+        let request = LogRequest { from: self.owner, of, first: self.log.next(of) };
         received.replies.push((whom, Message::LogRequest(request)));
     }
 
     fn answer(&self, request: LogRequest, received: &mut Received) {
-        let observations: Vec<Arc<Observation>> =
-            self.log.since(request.of, request.first).take(LogReply::MAX_OBSERVATIONS).cloned().collect();
+        let known = self.log.since(request.of, request.first);
+        let observations = known[..known.len().min(LogReply::MAX_OBSERVATIONS)].to_vec();
         if !observations.is_empty() {
             received.replies.push((request.from, Message::LogReply(LogReply { observations })));
         }
     }
 }
 
+impl Question {
+    /// Whether it is time to put the question to this one, after it was put in vain.
+    fn may_follow(&self, now: MissionTime, whom: Participant, patience: Duration) -> bool {
+        // Others are heard within a heartbeat, which is twice the patience.
+        let waits = if self.whom == whom && self.tries >= MOST_TRIES { 3 } else { 1 };
+        now >= self.at + patience * waits
+    }
+}
+
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use dragnet_search::cell::Grid;
     use dragnet_search::evidence::Digest;
-    use dragnet_search::observation::RobotId;
 
     use super::*;
     use crate::message::{Activity, Heartbeat, Intent};
+    use crate::scenario::Scenario;
 
     const SECOND: Duration = Duration::from_secs(1);
 
@@ -155,12 +254,20 @@ mod tests {
         Participant::Robot(RobotId(number))
     }
 
+    fn inbox(number: u16) -> Inbox {
+        let text = "name = 'a'\nmap = { shape = 'all_traversable', rows = 2, columns = 2 }\nobjects.count = 1\nsensor.radius = 1\n\
+                    mission = { budget_seconds = 60.0, speed_meters_per_second = 100.0 }\nrobots.count = 3\n";
+        let scenario = Scenario::from_text(Path::new("a.toml"), text.to_owned()).unwrap();
+        Inbox::new(robot(number), SECOND, Limits::of(&scenario))
+    }
+
+    /// One a second.
     fn observation(robot: u16, sequence: u64) -> Arc<Observation> {
         let from = Grid::new(1, 1).unwrap().cells().next().unwrap();
         Arc::new(Observation {
             origin: Origin::first(RobotId(robot)),
             sequence,
-            time_ns: 0,
+            time_ns: sequence.saturating_mul(1_000_000_000),
             from,
             readings: Vec::new(),
         })
@@ -200,19 +307,20 @@ mod tests {
 
     #[test]
     fn a_gap_is_repaired_by_whoever_has_it_even_for_a_lost_robot() {
-        let mut inboxes = [Inbox::new(robot(1), SECOND), Inbox::new(robot(2), SECOND)];
+        let mut inboxes = [inbox(1), inbox(2)];
         // Robot 3 is lost; robot 2 heard all of it, robot 1 nothing: more than fits one reply.
+        let now = MissionTime::START + 150 * SECOND;
         for sequence in 0..150 {
-            inboxes[1].receive(MissionTime::START, robot(3), &Message::Observation(observation(3, sequence)));
+            inboxes[1].receive(now, robot(3), &Message::Observation(observation(3, sequence)));
         }
         let versions = inboxes[1].log().versions().collect();
-        settle(MissionTime::START, &mut inboxes, vec![(robot(2), robot(1), heartbeat(versions))]);
+        settle(now, &mut inboxes, vec![(robot(2), robot(1), heartbeat(versions))]);
         assert_eq!(inboxes[0].log().next(Origin::first(RobotId(3))), 150);
     }
 
     #[test]
     fn a_question_is_not_repeated_before_its_answer_is_due() {
-        let mut inbox = Inbox::new(robot(1), SECOND);
+        let mut inbox = inbox(1);
         let late = Message::Observation(observation(2, 4));
         let ask = |inbox: &mut Inbox, now| inbox.receive(now, robot(2), &late).replies.len();
         assert_eq!(ask(&mut inbox, MissionTime::START), 1);
@@ -222,9 +330,99 @@ mod tests {
 
     #[test]
     fn what_comes_twice_counts_once() {
-        let mut inbox = Inbox::new(robot(1), SECOND);
+        let mut inbox = inbox(1);
         let message = Message::Observation(observation(2, 0));
         assert_eq!(inbox.receive(MissionTime::START, robot(2), &message).new.len(), 1);
         assert_eq!(inbox.receive(MissionTime::START, robot(2), &message).new.len(), 0);
+    }
+
+    #[test]
+    fn in_whatever_order_they_come_the_same_observations_are_believed() {
+        // The fifth is nowhere that its robot can be by then.
+        let mut said: Vec<Arc<Observation>> = (0..8).map(|sequence| observation(2, sequence)).collect();
+        let mut lie = (*said[4]).clone();
+        lie.origin = said[4].origin;
+        lie.time_ns = 0;
+        said[4] = Arc::new(lie);
+        let believed = |order: &[usize]| {
+            let mut inbox = inbox(1);
+            for _ in 0..said.len() {
+                for &place in order {
+                    inbox.receive(
+                        MissionTime::START,
+                        robot(2),
+                        &Message::Observation(Arc::clone(&said[place])),
+                    );
+                }
+            }
+            (inbox.log().next(said[0].origin), inbox.refused().keys().map(|it| it.why).collect::<Vec<_>>())
+        };
+        for order in [[0, 1, 2, 3, 4, 5, 6, 7], [7, 6, 5, 4, 3, 2, 1, 0], [4, 0, 5, 3, 1, 7, 6, 2]] {
+            assert_eq!(believed(&order), (4, vec![Refusal::Backwards]), "{order:?}");
+        }
+    }
+
+    #[test]
+    fn a_full_reply_that_brings_nothing_is_not_asked_for_again() {
+        let mut inbox = inbox(1);
+        let observations: Vec<_> = (0..64).map(|sequence| observation(2, sequence)).collect();
+        let reply = Message::LogReply(LogReply { observations });
+        let now = MissionTime::START + 64 * SECOND;
+        assert_eq!(inbox.receive(now, robot(3), &reply).replies.len(), 1);
+        assert_eq!(inbox.receive(now, robot(3), &reply).replies.len(), 0);
+    }
+
+    #[test]
+    fn invented_origins_fill_no_memory_and_raise_no_storm_of_questions() {
+        let mut inbox = inbox(1);
+        let invented = |robot| {
+            move |incarnation| Version {
+                origin: Origin { robot: RobotId(robot), incarnation },
+                next: u64::MAX,
+            }
+        };
+        let versions = (0..60_000).map(invented(9)).chain((0..5000).map(invented(2))).collect();
+        let received = inbox.receive(MissionTime::START, robot(2), &heartbeat(versions));
+        assert_eq!((received.replies.len(), inbox.asked.len()), (MAX_QUESTIONS, MAX_QUESTIONS));
+        for incarnation in 0..3000 {
+            let mut start = (*observation(2, 0)).clone();
+            start.origin.incarnation = incarnation;
+            let told = Message::Observation(Arc::new(start));
+            inbox.receive(MissionTime::START, robot(2), &told);
+        }
+        assert_eq!(inbox.log().len(), MAX_STARTS);
+        let counts: Vec<(Refusal, u64)> =
+            inbox.refused().iter().map(|(it, &count)| (it.why, count)).collect();
+        assert_eq!(counts, [(Refusal::TooManyStarts, 3000 - MAX_STARTS as u64)]);
+    }
+
+    #[test]
+    fn who_is_not_of_the_team_is_not_heard() {
+        let mut inbox = inbox(1);
+        for stranger in [0, 4, 5] {
+            let received =
+                inbox.receive(MissionTime::START, robot(stranger), &Message::Observation(observation(2, 0)));
+            assert_eq!(received.refused[0].why, Refusal::Stranger);
+            inbox.receive(MissionTime::START, robot(2), &Message::Observation(observation(stranger, 0)));
+        }
+        assert!(inbox.log().is_empty());
+        assert_eq!(inbox.refused().values().sum::<u64>(), 6);
+        assert_eq!(inbox.refused().len(), 2, "however many there are, they take two entries");
+    }
+
+    #[test]
+    fn who_claims_to_know_more_and_does_not_tell_keeps_nobody_from_being_asked() {
+        let mut inbox = inbox(1);
+        let versions = vec![Version { origin: Origin::first(RobotId(3)), next: 9 }];
+        let mut asked = Vec::new();
+        for beat in 0..20 {
+            // The liar is always first; the other tells the same at the same time.
+            for number in [2, 3] {
+                let now = MissionTime::START + 2 * SECOND * beat;
+                let replies = inbox.receive(now, robot(number), &heartbeat(versions.clone())).replies;
+                asked.extend(replies.into_iter().map(|(whom, _)| whom));
+            }
+        }
+        assert!(asked.iter().filter(|&&whom| whom == robot(3)).count() >= 5, "{asked:?}");
     }
 }

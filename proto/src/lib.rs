@@ -2,7 +2,7 @@
 //! search.
 //!
 //! - [`message`], [`step`], [`wire`], [`cdr`], [`convert`], [`schema`]: what is said, as ROS 2 messages in CDR;
-//! - [`key`], [`time`], [`inbox`]: under which key, when, and exactly once;
+//! - [`key`], [`time`], [`inbox`], [`plausible`]: under which key, when, exactly once, and only if it can be;
 //! - [`participant`]: what drives a participant, and what it answers;
 //! - [`scenario`], [`map_file`]: what is searched, by whom, under which conditions.
 //!
@@ -15,6 +15,7 @@ pub mod key;
 pub mod map_file;
 pub mod message;
 pub mod participant;
+pub mod plausible;
 pub mod scenario;
 pub mod schema;
 pub mod step;

@@ -8,6 +8,7 @@ use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::observation::{Observation, RobotId};
 
 use crate::message::{Activity, Audience, Message, Participant};
+use crate::plausible::Refused;
 use crate::time::MissionTime;
 
 /// A participant without its clock and its network: told what happens, it says what it does.
@@ -79,6 +80,6 @@ pub struct Reaction<P> {
     pub activity: Activity,
     /// How long the decision took that was made just now, if one was.
     pub decision: Option<Duration>,
-    /// Observations refused since others of the same name are known: two robots share a number, or a clock.
-    pub conflicting: usize,
+    /// What it refused: it cannot be, or not from whom it came.
+    pub refused: Vec<Refused>,
 }

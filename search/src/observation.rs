@@ -3,8 +3,6 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use xxhash_rust::xxh3::xxh3_64;
-
 use crate::cell::Cell;
 use crate::evidence::Reading;
 
@@ -60,110 +58,94 @@ pub enum Entry {
     New,
     /// It is known: its readings have counted already.
     Known,
+    /// One before it is missing: it is not kept, and comes again with what is missing.
+    Early,
     /// Another one of the same name is known. The first stays.
     Conflicting,
 }
 
-/// Which observations of an origin are known: all before the first one that is missing, and some later ones.
+/// Which observations of an origin are known: all before the first one that is missing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Version {
     /// Whose observations.
     pub origin: Origin,
     /// The first sequence number that is missing.
     pub next: u64,
-    /// A hash of the later ones that are known; 0 if none is. What is missing may be missing for ever, as when the robot
-    /// that knew it lost its memory: then what came after it is known to some and not to others, and `next` does not tell.
-    pub beyond: u64,
-}
-
-impl Version {
-    /// Whether somebody at this version may know what is missing at another of the same origin.
-    #[must_use]
-    pub const fn may_help(self, other: Self) -> bool {
-        self.next > other.next || self.beyond != 0 && self.beyond != other.beyond
-    }
 }
 
 /// All observations known to a robot, its own and others'.
+///
+/// Those of an origin are known from the first one on, without a gap: what comes after a missing one waits where it came
+/// from. So a log is as long as what it holds, whatever numbers others invent.
 #[derive(Clone, Debug, Default)]
 pub struct ObservationLog {
-    logs: BTreeMap<Origin, Log>,
-}
-
-/// Of one origin.
-#[derive(Clone, Debug, Default)]
-struct Log {
-    next: u64,
-    observations: BTreeMap<u64, Arc<Observation>>,
+    logs: BTreeMap<Origin, Vec<Arc<Observation>>>,
 }
 
 impl ObservationLog {
     /// Offers an observation; it is kept if it is new.
     pub fn insert(&mut self, observation: Arc<Observation>) -> Entry {
-        let log = self.logs.entry(observation.origin).or_default();
-        if let Some(known) = log.observations.get(&observation.sequence) {
-            return if *known == observation { Entry::Known } else { Entry::Conflicting };
+        let entry = self.entry(&observation);
+        if entry == Entry::New {
+            self.logs.entry(observation.origin).or_default().push(observation);
         }
-        log.observations.insert(observation.sequence, observation);
-        while log.observations.contains_key(&log.next) {
-            log.next += 1;
+        entry
+    }
+
+    /// What would become of an observation.
+    #[must_use]
+    pub fn entry(&self, observation: &Observation) -> Entry {
+        let log = self.of(observation.origin);
+        let known = usize::try_from(observation.sequence).ok().and_then(|place| log.get(place));
+        match known {
+            Some(known) if **known == *observation => Entry::Known,
+            Some(_) => Entry::Conflicting,
+            None if observation.sequence == log.len() as u64 => Entry::New,
+            None => Entry::Early,
         }
-        Entry::New
+    }
+
+    /// Known observations of an origin, in order.
+    #[must_use]
+    pub fn of(&self, origin: Origin) -> &[Arc<Observation>] {
+        self.logs.get(&origin).map_or(&[], Vec::as_slice)
     }
 
     /// The first sequence number of an origin that is missing.
     #[must_use]
     pub fn next(&self, origin: Origin) -> u64 {
-        self.logs.get(&origin).map_or(0, |log| log.next)
-    }
-
-    /// Whether later observations of an origin are known than one that is missing.
-    #[must_use]
-    pub fn has_gap(&self, origin: Origin) -> bool {
-        self.logs
-            .get(&origin)
-            .is_some_and(|log| log.observations.last_key_value().is_some_and(|(&last, _)| last >= log.next))
-    }
-
-    /// What is known of an origin.
-    #[must_use]
-    pub fn version(&self, origin: Origin) -> Version {
-        let (next, beyond) = self.logs.get(&origin).map_or((0, 0), |log| (log.next, log.beyond()));
-        Version { origin, next, beyond }
+        self.of(origin).len() as u64
     }
 
     /// What is known, by origin.
     pub fn versions(&self) -> impl Iterator<Item = Version> + '_ {
-        self.logs.keys().map(|&origin| self.version(origin))
+        self.logs.iter().map(|(&origin, log)| Version { origin, next: log.len() as u64 })
+    }
+
+    /// Incarnations of a robot of which something is known.
+    #[must_use]
+    pub fn incarnations(&self, robot: RobotId) -> usize {
+        let [first, last] = [0, u64::MAX].map(|incarnation| Origin { robot, incarnation });
+        self.logs.range(first..=last).count()
     }
 
     /// Known observations of an origin from a sequence number on, in order.
-    pub fn since(&self, origin: Origin, first: u64) -> impl Iterator<Item = &Arc<Observation>> + '_ {
-        self.logs
-            .get(&origin)
-            .into_iter()
-            .flat_map(move |log| log.observations.range(first..).map(|(_, observation)| observation))
+    #[must_use]
+    pub fn since(&self, origin: Origin, first: u64) -> &[Arc<Observation>] {
+        let first = usize::try_from(first).unwrap_or(usize::MAX);
+        self.of(origin).get(first..).unwrap_or_default()
     }
 
     /// Number of observations known.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.logs.values().map(|log| log.observations.len()).sum()
+        self.logs.values().map(Vec::len).sum()
     }
 
     /// Whether none is known.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
-    }
-}
-
-impl Log {
-    /// [`Version::beyond`]: the sum of a hash of each.
-    fn beyond(&self) -> u64 {
-        let later =
-            self.observations.range(self.next..).map(|(sequence, _)| xxh3_64(&sequence.to_le_bytes()));
-        later.fold(0, u64::wrapping_add)
     }
 }
 
@@ -189,37 +171,27 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_beyond_a_gap_is_told() {
-        let of = |sequences: &[u64]| {
-            let mut log = ObservationLog::default();
-            for &sequence in sequences {
-                log.insert(observation(sequence, 0));
-            }
-            log.version(SEVEN)
-        };
-        let [none, five, six, both] = [&[0][..], &[0, 5], &[0, 6], &[0, 5, 6]].map(of);
-        assert_eq!((none.next, none.beyond), (1, 0));
-        assert!(five.may_help(none) && five.may_help(six) && six.may_help(five) && both.may_help(five));
-        assert!(!none.may_help(five) && !five.may_help(five));
-        assert!(five.may_help(of(&[0, 1, 2])) && of(&[0, 1, 2]).may_help(five));
+    fn what_comes_after_a_gap_is_kept_once_the_gap_is_filled() {
+        let mut log = ObservationLog::default();
+        log.insert(observation(0, 0));
+        for early in [2, u64::MAX] {
+            assert_eq!(log.insert(observation(early, 0)), Entry::Early);
+        }
+        assert_eq!((log.next(SEVEN), log.len()), (1, 1));
+        assert_eq!([1, 2].map(|sequence| log.insert(observation(sequence, 0))), [Entry::New; 2]);
+        let since = log.since(SEVEN, 1).iter().map(|known| known.sequence);
+        assert_eq!(since.collect::<Vec<_>>(), [1, 2]);
+        assert!(log.since(SEVEN, 4).is_empty() && log.since(SEVEN, u64::MAX).is_empty());
     }
 
     #[test]
-    fn a_gap_shows_until_it_is_filled() {
+    fn each_incarnation_counts_from_zero() {
         let mut log = ObservationLog::default();
         log.insert(observation(0, 0));
-        log.insert(observation(2, 0));
-        assert_eq!((log.next(SEVEN), log.has_gap(SEVEN)), (1, true));
-        log.insert(observation(1, 0));
-        assert_eq!((log.next(SEVEN), log.has_gap(SEVEN)), (3, false));
-        let since: Vec<u64> = log.since(SEVEN, 1).map(|known| known.sequence).collect();
-        assert_eq!(since, [1, 2]);
         let again = Origin { incarnation: 5, ..SEVEN };
-        assert_eq!(log.next(again), 0);
-        assert_eq!(
-            log.insert(Arc::new(Observation { origin: again, ..(*observation(0, 0)).clone() })),
-            Entry::New
-        );
-        assert_eq!(log.versions().map(|version| version.next).collect::<Vec<_>>(), [3, 1]);
+        let first = Observation { origin: again, ..(*observation(0, 0)).clone() };
+        assert_eq!((log.next(again), log.insert(Arc::new(first))), (0, Entry::New));
+        assert_eq!(log.versions().map(|version| version.next).collect::<Vec<_>>(), [1, 1]);
+        assert_eq!((log.incarnations(RobotId(7)), log.incarnations(RobotId(8))), (2, 0));
     }
 }

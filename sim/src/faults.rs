@@ -23,6 +23,8 @@ pub struct Faults {
     pub full: BTreeMap<RobotId, Range<MissionTime>>,
     /// Links that fail.
     pub mute: Vec<Mute>,
+    /// A robot that lies about what it sees, if one does: nobody waits for others to believe what it believes.
+    pub liar: Option<RobotId>,
 }
 
 /// A participant stops at once, and may start again.

@@ -294,8 +294,10 @@ impl<'a, C: Crew> Simulation<'a, C> {
 
     fn are_beliefs_equal(&mut self, now: MissionTime) -> Result<bool, C::Error> {
         // What a robot saw last before it crashed may be lost with it.
-        let mut expected = self.faults.crashes.is_empty().then(|| self.world.merged().digest());
-        for member in self.members.iter().filter(|member| member.is_up) {
+        let is_whole = self.faults.crashes.is_empty() && self.faults.liar.is_none();
+        let mut expected = is_whole.then(|| self.world.merged().digest());
+        let liar = self.faults.liar.map(Participant::Robot);
+        for member in self.members.iter().filter(|member| member.is_up && Some(member.who) != liar) {
             let digest = self.crew.digest(member.who, now + self.faults.ahead(member.who))?;
             if *expected.get_or_insert(digest) != digest {
                 return Ok(false);

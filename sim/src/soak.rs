@@ -4,6 +4,7 @@
 
 mod check;
 mod disk;
+mod lie;
 mod plan;
 
 use std::ops::AddAssign;
@@ -44,6 +45,10 @@ pub struct Bites {
     pub clocks: u64,
     /// Robots that were slow.
     pub slow: u64,
+    /// Robots that lied.
+    pub liars: u64,
+    /// Lies that were refused.
+    pub lies_refused: u64,
 }
 
 impl AddAssign for Bites {
@@ -56,6 +61,8 @@ impl AddAssign for Bites {
         self.coordinator_returned += other.coordinator_returned;
         self.clocks += other.clocks;
         self.slow += other.slow;
+        self.liars += other.liars;
+        self.lies_refused += other.lies_refused;
     }
 }
 
@@ -121,6 +128,7 @@ pub fn run(seed: u64, coordinator: impl FnMut(&Scenario) -> Box<dyn Mind>) -> Re
         network: outcome.network,
         clocks: faults.clocks.len() as u64,
         slow: faults.slowness.len() as u64,
+        liars: faults.liar.iter().count() as u64,
         ..crew.bites
     };
     let (observations, checked) = (outcome.observations, crew.checks.count());
@@ -209,12 +217,16 @@ impl<F: FnMut(&Scenario) -> Box<dyn Mind>> Crew for Crowd<'_, F> {
             self.start(who, now);
         }
         self.checks.before(who, now, &stimulus);
-        let reaction = self.mind(who).experience(now, stimulus)?;
+        let mut reaction = self.mind(who).experience(now, stimulus)?;
         if let Participant::Robot(robot) = who {
             self.disks[usize::from(robot.0) - 1].keep(now, &reaction);
         }
         let (digest, observations) = (self.mind(who).digest(), self.mind(who).observations());
         self.checks.after(who, now, &reaction, digest, observations)?;
+        self.bites.lies_refused += reaction.refused.len() as u64;
+        if self.faults.liar.map(Participant::Robot) == Some(who) {
+            reaction.published.iter_mut().for_each(|(_, message)| lie::told(message));
+        }
         Ok(reaction)
     }
 

@@ -5,11 +5,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use cargo_metadata::{CargoOpt, DependencyKind, Metadata, MetadataCommand, Package, PackageId};
 
 /// Each crate, and the crates of ours that it may import.
-const ARROWS: [(&str, &[&str]); 9] = [
+const ARROWS: [(&str, &[&str]); 10] = [
     ("dragnet-search", &[]),
     ("dragnet-learn", &["dragnet-search"]),
     ("dragnet-train", &["dragnet-search", "dragnet-learn"]),
     ("dragnet-proto", &["dragnet-search", "dragnet-learn"]),
+    ("dragnet-keys", &["dragnet-search", "dragnet-proto"]),
     ("dragnet-agent", &["dragnet-search", "dragnet-learn", "dragnet-proto"]),
     ("dragnet-coordinator", &["dragnet-search", "dragnet-proto"]),
     ("dragnet-sim", &["dragnet-search", "dragnet-learn", "dragnet-proto", "dragnet-agent"]),
@@ -31,6 +32,7 @@ const ARROWS: [(&str, &[&str]); 9] = [
             "dragnet-learn",
             "dragnet-train",
             "dragnet-proto",
+            "dragnet-keys",
             "dragnet-agent",
             "dragnet-coordinator",
             "dragnet-sim",
@@ -40,11 +42,12 @@ const ARROWS: [(&str, &[&str]); 9] = [
 ];
 
 /// Crates that only the edges may use.
-const EDGES: [(&str, &[&str]); 5] = [
+const EDGES: [(&str, &[&str]); 6] = [
     ("zenoh", &["dragnet-link"]),
     ("tokio", &["dragnet-link"]),
     ("mcap", &["dragnet-coordinator"]),
     ("clap", &["dragnet"]),
+    ("rcgen", &["dragnet-keys"]),
     ("tch", &["dragnet-train"]),
 ];
 

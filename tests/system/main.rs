@@ -7,10 +7,12 @@ mod decisions;
 mod durability;
 mod faults;
 mod field;
+mod hostile;
 mod hosts;
 mod networks;
 mod policies;
 mod processes;
+mod security;
 mod team;
 mod witness;
 

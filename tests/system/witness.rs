@@ -11,6 +11,7 @@ use dragnet_link::session;
 use dragnet_proto::convert::Codec;
 use dragnet_proto::message::{Message, Participant};
 use dragnet_proto::participant::{Mind, MindError, Reaction, Stimulus};
+use dragnet_proto::plausible::Refusal;
 use dragnet_proto::time::MissionTime;
 use dragnet_search::evidence::Digest;
 use dragnet_search::observation::{Observation, Origin, RobotId};
@@ -79,7 +80,8 @@ impl Mind for Witness {
         let reaction = self.desk.experience(now, stimulus)?;
         self.knowledge.send_modify(|knowledge| {
             knowledge.observations.extend(reaction.kept.iter().cloned());
-            knowledge.conflicting += reaction.conflicting;
+            let refused = reaction.refused.iter();
+            knowledge.conflicting += refused.filter(|refused| refused.why == Refusal::Conflicting).count();
             knowledge.digest = Some(self.desk.digest());
             knowledge.believed.extend(heartbeat);
         });

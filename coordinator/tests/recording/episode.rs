@@ -8,11 +8,14 @@ use std::time::Duration;
 use dragnet_coordinator::mission::{Action, Event, Mission, MissionOrders, Record};
 use dragnet_coordinator::record::{Header, Recorder};
 use dragnet_proto::message::{Activity, Heartbeat, Intent, Message, Participant};
+use dragnet_proto::plausible::Limits;
+use dragnet_proto::scenario::Scenario;
 use dragnet_proto::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Reading;
 use dragnet_search::observation::{Observation, Origin, RobotId};
+use dragnet_search::sensor::{Noise, Sensor};
 use dragnet_search::terrain::Terrain;
 
 /// Length of the mission, seconds.
@@ -41,6 +44,16 @@ fn prior() -> Belief {
     Belief::uniform(&terrain(), 0.05).unwrap()
 }
 
+/// So wide that all that is told here can be.
+fn limits() -> Limits {
+    let text = "name = 'a'\nmap = { shape = 'all_traversable', rows = 6, columns = 6 }\nrobots.count = 2\n\
+                objects.count = 1\n\
+                mission = { budget_seconds = 60.0, speed_meters_per_second = 1e6 }\n";
+    let scenario = Scenario::from_text(Path::new("a.toml"), text.to_owned()).unwrap();
+    let sensor = Sensor::new(10, 0.005, Noise::Gaussian).unwrap();
+    Limits::new(terrain(), Arc::new(sensor), ROBOTS, scenario.mission())
+}
+
 /// What its recording begins with.
 pub(crate) fn header() -> Header {
     let facts = [("scenario", "by hand"), ("seed", "7"), ("policy", "path")];
@@ -57,6 +70,7 @@ impl Episode {
     /// Plays it; the second robot is silent for a while and returns.
     pub(crate) fn play() -> Self {
         let mission = Mission::new(MissionOrders {
+            limits: limits(),
             terrain: terrain(),
             prior: prior(),
             tau: 0.95,

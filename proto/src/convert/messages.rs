@@ -60,8 +60,8 @@ impl From<&Heartbeat> for wire::Heartbeat {
 
 impl From<&Version> for wire::Version {
     fn from(version: &Version) -> Self {
-        let Version { origin: Origin { robot, incarnation }, next, beyond } = *version;
-        Self { version: wire::VERSION, robot: robot.0, incarnation, next, beyond }
+        let Version { origin: Origin { robot, incarnation }, next } = *version;
+        Self { version: wire::VERSION, robot: robot.0, incarnation, next }
     }
 }
 
@@ -156,7 +156,7 @@ impl Check {
         let versions = known.iter().enumerate().map(|(index, wire)| {
             self.within(Place::Known(index)).version(wire.version)?;
             let origin = origin(wire.robot, wire.incarnation);
-            Ok(Version { origin, next: wire.next, beyond: wire.beyond })
+            Ok(Version { origin, next: wire.next })
         });
         versions.collect()
     }

@@ -35,7 +35,7 @@ fn heartbeat() -> Heartbeat {
         cell: cell(1),
         path_meters: 60.0,
         intent: intent(7),
-        versions: vec![Version { origin: Origin::first(RobotId(7)), next: 4, beyond: 0 }],
+        versions: vec![Version { origin: Origin::first(RobotId(7)), next: 4 }],
         digest: Digest(0x0123_4567_89ab_cdef_0011_2233_4455_6677),
     }
 }

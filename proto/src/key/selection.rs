@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::Address;
+use super::{Address, Home};
 use crate::message::Participant;
 
 /// Some of the keys of a mission. [`super::Mission::expression`] makes a key expression of it.
@@ -20,6 +20,12 @@ pub enum Selection {
     LogRequestsTo(Participant),
     /// Replies addressed to a participant.
     LogRepliesTo(Participant),
+    /// All that a participant publishes.
+    PublishedBy(Participant),
+    /// All that the simulator publishes and asks.
+    Simulator,
+    /// Whatever there is.
+    Everything,
 }
 
 impl fmt::Display for Selection {
@@ -31,6 +37,9 @@ impl fmt::Display for Selection {
             Self::Alive => formatter.write_str("**/alive"),
             Self::LogRequestsTo(to) => write!(formatter, "**/log_request/{}", Address(to)),
             Self::LogRepliesTo(to) => write!(formatter, "**/log_reply/{}", Address(to)),
+            Self::PublishedBy(who) => write!(formatter, "{}/**", Home(who)),
+            Self::Simulator => formatter.write_str("sim/**"),
+            Self::Everything => formatter.write_str("**"),
         }
     }
 }

@@ -222,7 +222,7 @@ pub struct MissionTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub budget_seconds: Option<f64>,
-    /// Speed of a robot, metres a second, above 0 (simulation only).
+    /// Speed of a robot, metres a second, above 0; whoever claims to be faster is not believed.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub speed_meters_per_second: f64,
     /// Stop when this number of objects or fewer are expected outside the declared cells, at least 0; 0 is
@@ -239,6 +239,9 @@ pub struct MissionTable {
     /// seconds, at least 0.
     #[schemars(range(min = 0.0))]
     pub stagger_seconds: f64,
+    /// Clocks of robots may differ by this: observations that are dated later are not taken yet, seconds, at least 0.
+    #[schemars(range(min = 0.0))]
+    pub clock_tolerance_seconds: f64,
 }
 
 /// What goes wrong between the robots (simulation only).
@@ -347,6 +350,7 @@ impl Default for MissionTable {
             heartbeat_seconds: 10.0,
             lost_after_seconds: 30.0,
             stagger_seconds: 0.1,
+            clock_tolerance_seconds: 60.0,
         }
     }
 }

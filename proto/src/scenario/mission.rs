@@ -15,7 +15,7 @@ pub struct Mission {
     pub tau: f64,
     /// Way and time of each robot.
     pub budget: Budget,
-    /// Speed of a robot in simulation, above 0.
+    /// Speed of a robot in simulation, above 0; whoever claims to be faster is not believed.
     pub speed_meters_per_second: f64,
     /// The search is over when this number of objects or fewer are expected outside the declared cells;
     /// `None` is never.
@@ -26,6 +26,8 @@ pub struct Mission {
     pub lost_after: Duration,
     /// Robot `k` takes its first decision `k - 1` times this after the mission's start.
     pub stagger: Duration,
+    /// By so much may clocks differ: what is dated later is not taken yet.
+    pub clock_tolerance: Duration,
 }
 
 /// Way and time of each robot, at least one of them.
@@ -76,6 +78,10 @@ impl Mission {
             heartbeat,
             lost_after,
             stagger: check::seconds("mission.stagger_seconds", table.stagger_seconds)?,
+            clock_tolerance: check::seconds(
+                "mission.clock_tolerance_seconds",
+                table.clock_tolerance_seconds,
+            )?,
         })
     }
 }

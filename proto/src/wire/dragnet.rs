@@ -73,7 +73,6 @@ pub struct Version {
     pub robot: u16,
     pub incarnation: u64,
     pub next: u64,
-    pub beyond: u64,
 }
 
 /// `dragnet_msgs/msg/Detection`, see `msg/Detection.msg`.

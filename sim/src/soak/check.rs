@@ -246,7 +246,7 @@ mod tests {
             wake_at: MissionTime(u64::MAX),
             activity: Activity::Searching,
             decision: None,
-            conflicting: 0,
+            refused: Vec::new(),
         }
     }
 

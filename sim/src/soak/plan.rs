@@ -116,6 +116,9 @@ impl Draw<'_> {
         if self.random.random_bool(0.5) {
             faults.mute.push(self.mute());
         }
+        if self.random.random_bool(0.25) {
+            faults.liar = Some(RobotId(self.random.random_range(1..=self.robots)));
+        }
         faults
     }
 

@@ -1,0 +1,142 @@
+//! The list of a mission's certificates: which were made, until when they hold, which were revoked.
+
+use std::fmt;
+
+use dragnet_proto::key::Mission;
+use serde::{Deserialize, Serialize};
+use time::OffsetDateTime;
+
+use crate::KeysError;
+use crate::name::Name;
+
+/// What way messages take.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Topology {
+    /// Every pair has a connection: nobody needs to trust anybody to pass on what it did not say.
+    #[default]
+    Mesh,
+    /// Everybody calls the coordinator alone, which passes on what the others say: it must be trusted with all of it.
+    Star,
+}
+
+/// All certificates of a mission, in the order in which they were made.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Register {
+    /// Name of the mission, as in the settings of its processes.
+    pub mission: String,
+    /// What way messages take.
+    pub topology: Topology,
+    /// The certificates.
+    #[serde(default)]
+    pub certificates: Vec<Entry>,
+}
+
+/// One certificate.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Entry {
+    /// Whose.
+    pub name: Name,
+    /// Its number among all of the mission, from 2: the authority's own is 1.
+    pub serial: u64,
+    /// When it ends, seconds since 1970-01-01 UTC.
+    pub valid_until: i64,
+    /// Whether it was revoked.
+    #[serde(default)]
+    pub revoked: bool,
+    /// Names and addresses where its owner listens; none need be known.
+    #[serde(default)]
+    pub hosts: Vec<String>,
+}
+
+/// What a certificate is good for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Standing {
+    /// It holds.
+    Valid,
+    /// Its time is over.
+    Expired,
+    /// It was revoked.
+    Revoked,
+}
+
+impl fmt::Display for Standing {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.pad(match self {
+            Self::Valid => "valid",
+            Self::Expired => "expired",
+            Self::Revoked => "revoked",
+        })
+    }
+}
+
+impl Entry {
+    /// The certificate's common name, by which the others know its owner: `robot-1#2`. A new certificate has another, so
+    /// that one that was revoked can be told from it. No public authority signs such a name: it is none of a host.
+    #[must_use]
+    pub fn common_name(&self) -> String {
+        format!("{}#{}", self.name, self.serial)
+    }
+
+    /// What it is good for.
+    #[must_use]
+    pub fn standing(&self, now: OffsetDateTime) -> Standing {
+        if self.revoked {
+            Standing::Revoked
+        } else if now.unix_timestamp() > self.valid_until {
+            Standing::Expired
+        } else {
+            Standing::Valid
+        }
+    }
+
+    /// The last day on which it holds, UTC.
+    #[must_use]
+    pub fn last_day(&self) -> time::Date {
+        OffsetDateTime::from_unix_timestamp(self.valid_until).map_or(time::Date::MAX, OffsetDateTime::date)
+    }
+}
+
+impl Register {
+    /// No certificate yet.
+    #[must_use]
+    pub fn new(mission: &Mission, topology: Topology) -> Self {
+        Self { mission: mission.to_string(), topology, certificates: Vec::new() }
+    }
+
+    /// The mission.
+    ///
+    /// # Errors
+    /// If there can be none of this name.
+    pub fn mission(&self) -> Result<Mission, KeysError> {
+        Ok(self.mission.parse()?)
+    }
+
+    /// The number of the next certificate: none is used twice.
+    #[must_use]
+    pub fn next_serial(&self) -> u64 {
+        self.certificates.iter().map(|entry| entry.serial).max().unwrap_or(1) + 1
+    }
+
+    /// Certificates that were not revoked, by name: what the others believe. Time makes them invalid without us.
+    #[must_use]
+    pub fn holders(&self) -> Vec<&Entry> {
+        let mut holders: Vec<&Entry> = self.certificates.iter().filter(|entry| !entry.revoked).collect();
+        holders.sort_by_key(|entry| (entry.name, entry.serial));
+        holders
+    }
+
+    /// The certificate of somebody that was not revoked.
+    #[must_use]
+    pub fn holder(&self, name: Name) -> Option<&Entry> {
+        self.certificates.iter().find(|entry| entry.name == name && !entry.revoked)
+    }
+
+    /// Certificates that were revoked.
+    pub fn revoked(&self) -> impl Iterator<Item = &Entry> {
+        self.certificates.iter().filter(|entry| entry.revoked)
+    }
+}

@@ -1,0 +1,94 @@
+use dragnet_search::cell::{Cell, Position};
+use dragnet_search::observation::Origin;
+
+use super::*;
+
+const SECOND: u64 = 1_000_000_000;
+
+/// One robot of 2 m/s that sees 2 cells far, on cells of 10 m, the middle column blocked but for the south.
+fn limits() -> Limits {
+    let terrain = Terrain::from_ascii("...#...\n...#...\n.......", 10.0).unwrap();
+    let text = "name = 'a'\nmap = { shape = 'all_traversable', rows = 3, columns = 3 }\nobjects.count = 1\nsensor.radius = 1\n\
+                mission = { budget_seconds = 60.0, clock_tolerance_seconds = 60.0 }\n";
+    let scenario = Scenario::from_text(std::path::Path::new("a.toml"), text.to_owned()).unwrap();
+    let sensor = Sensor::new(2, 0.005, dragnet_search::sensor::Noise::Gaussian).unwrap();
+    Limits::new(Arc::new(terrain), Arc::new(sensor), [RobotId(1)], scenario.mission())
+}
+
+fn cell(row: u32, column: u32) -> Cell {
+    limits().terrain.grid().cell(Position { row, column }).unwrap()
+}
+
+fn look(sequence: u64, seconds: u64, from: Cell, readings: Vec<Reading>) -> Observation {
+    Observation { origin: Origin::first(RobotId(1)), sequence, time_ns: seconds * SECOND, from, readings }
+}
+
+fn reading(row: u32, column: u32, value: f32, variance: f32) -> Reading {
+    Reading { cell: cell(row, column), value, variance }
+}
+
+#[test]
+fn a_look_is_held_against_map_team_and_sensor() {
+    let limits = limits();
+    let check = |observation: &Observation, expected| {
+        assert_eq!(limits.check(observation, &[]), expected, "{observation:?}");
+    };
+    let from = cell(0, 0);
+    let sees = |readings: Vec<Reading>| look(0, 0, from, readings);
+    // Two cells away the sensor's variance is 0.02.
+    check(&sees(vec![reading(0, 0, 0.1, 0.001), reading(1, 1, 0.9, 0.02)]), Ok(()));
+    check(&sees(vec![reading(1, 1, 0.9, 5.0)]), Ok(()));
+    check(&sees(vec![reading(1, 2, 0.9, 5.0)]), Err(Refusal::OutOfSight));
+    check(&sees(vec![reading(1, 1, 0.9, 0.019)]), Err(Refusal::TooPrecise));
+    check(&sees(vec![reading(1, 1, 2.2, 0.02)]), Err(Refusal::TooFarOff));
+    check(&sees(vec![reading(1, 1, -1.2, 0.02)]), Err(Refusal::TooFarOff));
+    check(&sees(vec![reading(0, 0, 0.1, 0.001), reading(0, 0, 0.1, 0.001)]), Err(Refusal::Repeated));
+    check(&look(0, 0, cell(1, 3), Vec::new()), Err(Refusal::Blocked));
+    let mut stranger = sees(Vec::new());
+    stranger.origin.robot = RobotId(2);
+    check(&stranger, Err(Refusal::Stranger));
+}
+
+#[test]
+fn a_robot_gets_no_further_than_its_speed_carries_it() {
+    let limits = limits();
+    let check = |seconds, column, expected| {
+        let log = [Arc::new(look(0, 100, cell(0, 0), Vec::new()))];
+        let next = look(1, seconds, cell(0, column), Vec::new());
+        assert_eq!(limits.check(&next, &log), expected, "{column} cells by {seconds} s");
+    };
+    // A cell in 5 s, and two because nobody knows where in its cell it was.
+    check(105, 1, Ok(()));
+    check(100, 2, Ok(()));
+    check(100, 3, Err(Refusal::TooFast));
+    check(115, 5, Ok(()));
+    check(115, 6, Err(Refusal::TooFast));
+    check(99, 0, Err(Refusal::Backwards));
+}
+
+#[test]
+fn a_robot_that_stands_still_cannot_look_for_ever() {
+    let limits = limits();
+    let mut log = Vec::new();
+    let mut taken = 0;
+    for sequence in 0..1000 {
+        // A hundred looks a second, for ten seconds.
+        let mut next = look(sequence, 0, cell(0, 0), Vec::new());
+        next.time_ns = sequence * SECOND / 100;
+        if limits.check(&next, &log) == Err(Refusal::TooOften) {
+            break;
+        }
+        log.push(Arc::new(next));
+        taken += 1;
+    }
+    assert_eq!(taken, LOOKS_AT_ONCE + 1);
+}
+
+#[test]
+fn what_is_in_the_future_is_not_taken_yet() {
+    let limits = limits();
+    let check =
+        |seconds| limits.check_date(MissionTime(10 * SECOND), &look(0, seconds, cell(0, 0), Vec::new()));
+    assert_eq!(check(70), Ok(()));
+    assert_eq!(check(71), Err(Refusal::Future));
+}
