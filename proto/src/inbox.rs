@@ -147,6 +147,7 @@ mod tests {
     use dragnet_search::observation::RobotId;
 
     use super::*;
+    use crate::directive::Directive;
     use crate::message::{Activity, Heartbeat, Intent};
 
     const SECOND: Duration = Duration::from_secs(1);
@@ -178,6 +179,7 @@ mod tests {
             intent,
             versions,
             digest: Digest(0),
+            directive: Directive::default(),
         })
     }
 

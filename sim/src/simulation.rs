@@ -446,6 +446,6 @@ impl<'a, C: Crew> Simulation<'a, C> {
 
 impl Member {
     fn is_resting(&self) -> bool {
-        !self.is_up || self.who == Participant::Coordinator || self.activity != Activity::Searching
+        !self.is_up || self.who == Participant::Coordinator || self.activity.is_rest()
     }
 }

@@ -1,3 +1,4 @@
+use dragnet_proto::directive::Directive;
 use dragnet_proto::message::{Activity, LogReply, LogRequest};
 use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::observation::{Origin, Version};
@@ -55,6 +56,7 @@ fn heartbeat(robot: RobotId, now: MissionTime, versions: Vec<Version>) -> Messag
         intent: intent(robot, 1, 1..4),
         versions,
         digest: Digest(0),
+        directive: Directive::default(),
     })
 }
 

@@ -109,6 +109,7 @@ const fn reason(activity: Activity) -> &'static str {
         Activity::Cleared => "nothing is left that is worth a search",
         Activity::Spent => "its budget is spent",
         Activity::Stuck => "there is nowhere to go",
+        Activity::Paused => "the search is paused",
     }
 }
 
