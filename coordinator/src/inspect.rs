@@ -109,7 +109,11 @@ pub fn inspect(path: &Path) -> Result<Inspection, RecordingError> {
         ending: reader.ending(),
         library: reader.header().library.clone(),
         times: inspector.times,
-        robots: inspector.robots().map(|(robot, _)| robot).filter(|&robot| robot != RobotId::BY_HAND.0).collect(),
+        robots: inspector
+            .robots()
+            .map(|(robot, _)| robot)
+            .filter(|&robot| robot != RobotId::BY_HAND.0)
+            .collect(),
         observations: inspector.observations(),
         declared: inspector.declared(),
         topics: inspector.topics(),

@@ -119,8 +119,7 @@ impl Tape {
             self.prior = Some(self.prior_of(&grid)?);
         } else if let Some(kind) = kind(topic) {
             let terrain = self.terrain.as_ref().ok_or("before the map and the first belief")?;
-            let message =
-                Codec::new(terrain.grid()).decode(kind, data).map_err(|error| text(&error))?;
+            let message = Codec::new(terrain.grid()).decode(kind, data).map_err(|error| text(&error))?;
             let time = MissionTime(header.log_time.saturating_sub(self.start_unix_ns));
             self.records.extend(record(message).map(|record| (time, record)));
         }

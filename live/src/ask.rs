@@ -45,7 +45,9 @@ pub enum MarkName {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum AskError {
     /// A cell off the map.
-    #[error("cell [{row}, {column}] is not on the map; allowed are rows 0 to {last_row} and columns 0 to {last_column}")]
+    #[error(
+        "cell [{row}, {column}] is not on the map; allowed are rows 0 to {last_row} and columns 0 to {last_column}"
+    )]
     Cell {
         /// As asked for.
         row: u32,
@@ -57,7 +59,9 @@ pub enum AskError {
         last_column: u32,
     },
     /// A cell in which nothing is searched.
-    #[error("cell [{row}, {column}] is not searched, so that a mark there says nothing: add a polygon around it first")]
+    #[error(
+        "cell [{row}, {column}] is not searched, so that a mark there says nothing: add a polygon around it first"
+    )]
     NotSearched {
         /// As asked for.
         row: u32,

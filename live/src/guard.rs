@@ -14,7 +14,9 @@ pub struct Token(String);
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TokenError {
     /// Too easy to guess, or no good in an address.
-    #[error("a token of {0} characters; allowed are at least {LEAST_CHARACTERS} letters, digits, `-` and `_`, and nothing else")]
+    #[error(
+        "a token of {0} characters; allowed are at least {LEAST_CHARACTERS} letters, digits, `-` and `_`, and nothing else"
+    )]
     Weak(usize),
     /// The operating system gives no random bits.
     #[error("no random bits for a token: {0}")]
@@ -61,8 +63,11 @@ impl Token {
     #[must_use]
     pub fn is_in(&self, authorization: Option<&str>) -> bool {
         let Some(given) = authorization.and_then(|value| value.strip_prefix("Bearer ")) else { return false };
-        let difference =
-            self.0.bytes().zip(given.bytes().chain(std::iter::repeat(0))).fold(0, |sum, (a, b)| sum | (a ^ b));
+        let difference = self
+            .0
+            .bytes()
+            .zip(given.bytes().chain(std::iter::repeat(0)))
+            .fold(0, |sum, (a, b)| sum | (a ^ b));
         std::hint::black_box(difference) == 0 && given.len() == self.0.len()
     }
 }
@@ -126,7 +131,8 @@ mod tests {
 
     #[test]
     fn only_a_page_of_this_server_is_its_own() {
-        let check = |host, origin, expected| assert_eq!(is_own_page(host, origin), expected, "{host:?} {origin:?}");
+        let check =
+            |host, origin, expected| assert_eq!(is_own_page(host, origin), expected, "{host:?} {origin:?}");
         check(Some("127.0.0.1:8080"), None, true);
         check(Some("127.0.0.1:8080"), Some("http://127.0.0.1:8080"), true);
         check(Some("localhost:8080"), Some("http://localhost:8080"), true);

@@ -175,15 +175,19 @@ impl Page {
         listener.set_nonblocking(true).map_err(failed)?;
         let address = listener.local_addr().map_err(failed)?;
         let rights = match show {
-            Show::Running(_) => format!("/#token={}", token.text()),
-            Show::Recorded(_) => "/".to_owned(),
+            Show::Running(_) if settings.token_file.is_none() => format!("/#token={}", token.text()),
+            Show::Running(_) | Show::Recorded(_) => "/".to_owned(),
         };
         let viewers = Arc::new(Semaphore::new(MOST_VIEWERS));
         let shared = Arc::new(Shared { show, viewers, token });
-        let runtime =
-            tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().map_err(failed)?;
+        let runtime = tokio::runtime::Builder::new_multi_thread()
+            .worker_threads(2)
+            .enable_all()
+            .build()
+            .map_err(failed)?;
         let router = router(Arc::clone(&shared));
-        let listener = runtime.block_on(async { tokio::net::TcpListener::from_std(listener) }).map_err(failed)?;
+        let listener =
+            runtime.block_on(async { tokio::net::TcpListener::from_std(listener) }).map_err(failed)?;
         runtime.spawn(async move {
             if let Err(error) = axum::serve(listener, router).await {
                 tracing::warn!("the page is served no more: {error}");
@@ -192,7 +196,8 @@ impl Page {
         Ok(Self { runtime, address: format!("http://{address}{rights}"), shared })
     }
 
-    /// Where the page is, with the token of whoever may change the mission.
+    /// Where the page is, with the token that was drawn for whoever may change the mission; one that was chosen is not
+    /// told again.
     #[must_use]
     pub fn address(&self) -> &str {
         &self.address

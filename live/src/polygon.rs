@@ -15,7 +15,9 @@ pub enum PolygonError {
     #[error("{0} corners; allowed are 3 to {MOST_CORNERS}")]
     Corners(usize),
     /// A corner off the map.
-    #[error("corner {index} is at {east} east, {north} north; allowed is up to {columns} east and {rows} north, cells")]
+    #[error(
+        "corner {index} is at {east} east, {north} north; allowed is up to {columns} east and {rows} north, cells"
+    )]
     Place {
         /// Which, from 1.
         index: usize,
@@ -113,7 +115,10 @@ mod tests {
     #[test]
     fn what_is_surrounded_twice_is_outside() {
         let cross = [[0.0, 0.0], [5.0, 4.0], [5.0, 0.0], [0.0, 4.0]];
-        assert_eq!(drawing(&cross), "#....\n##.##\n##.##\n....#".replace("#....\n", "#...#\n").replace("....#", "#...#"));
+        assert_eq!(
+            drawing(&cross),
+            "#....\n##.##\n##.##\n....#".replace("#....\n", "#...#\n").replace("....#", "#...#")
+        );
     }
 
     #[test]

@@ -113,9 +113,9 @@ impl View {
         let terrain = Terrain::clone(&about.terrain);
         let log_odds = about.prior.iter().map(|&p| f64::from(p)).map(|p| (p / (1.0 - p)).ln());
         let searched = terrain.grid().cells().map(|cell| terrain.is_searched(cell));
-        let log_odds = log_odds.zip(searched).map(|(it, is_searched)| {
-            if is_searched && !it.is_nan() { it } else { f64::NEG_INFINITY }
-        });
+        let log_odds = log_odds
+            .zip(searched)
+            .map(|(it, is_searched)| if is_searched && !it.is_nan() { it } else { f64::NEG_INFINITY });
         // A prior of another length than the map is none: nothing is believed then.
         let belief = Belief::from_log_odds(&terrain, log_odds.collect())
             .or_else(|_| Belief::uniform(&terrain, 0.0))

@@ -127,15 +127,17 @@ fn mission_statuses() -> impl Strategy<Value = MissionStatus> {
     );
     let known = (versions(), digests(), directives());
     (any::<u64>(), declared, 0.0..1e6, vec(robots(), 0..9), any::<u64>(), known).prop_map(
-        |(time_ns, declared, expected_undeclared, alive, observations, (versions, digest, directive))| MissionStatus {
-            time_ns,
-            declared,
-            expected_undeclared,
-            alive,
-            observations,
-            versions,
-            digest,
-            directive,
+        |(time_ns, declared, expected_undeclared, alive, observations, (versions, digest, directive))| {
+            MissionStatus {
+                time_ns,
+                declared,
+                expected_undeclared,
+                alive,
+                observations,
+                versions,
+                digest,
+                directive,
+            }
         },
     )
 }
