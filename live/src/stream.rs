@@ -63,9 +63,12 @@ async fn show_running(socket: &mut WebSocket, running: &Running) -> Result<(), G
         while Instant::now() < due {
             listen(socket, due - Instant::now()).await?;
         }
-        while !news.has_changed().unwrap_or(false) {
+        loop {
             tokio::select! {
-                changed = news.changed() => if changed.is_err() { break },
+                changed = news.changed() => match changed {
+                    Ok(()) => break,
+                    Err(_) => return Err(Gone),
+                },
                 heard = hear(socket) => { heard?; }
             }
         }

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use dragnet_proto::command::Command;
 use dragnet_proto::message::{Activity, Audience, Participant};
 use dragnet_proto::participant::{Reaction, Stimulus};
 use dragnet_proto::scenario::Scenario;
@@ -134,6 +135,7 @@ enum Happening<P> {
     Waking { who: Participant, number: u64 },
     Crash { who: Participant },
     Return { who: Participant },
+    Command(Command),
 }
 
 /// One episode under way.
@@ -212,6 +214,11 @@ impl<'a, C: Crew> Simulation<'a, C> {
             if let Some((time, _)) = crash.back {
                 self.queue.plan(time, Happening::Return { who });
                 self.returns += 1;
+            }
+        }
+        if self.rules.coordinator == Attendance::Present {
+            for (time, command) in &faults.commands {
+                self.queue.plan(*time, Happening::Command(command.clone()));
             }
         }
         self.faults = faults;
@@ -293,8 +300,9 @@ impl<'a, C: Crew> Simulation<'a, C> {
     }
 
     fn are_beliefs_equal(&mut self, now: MissionTime) -> Result<bool, C::Error> {
-        // What a robot saw last before it crashed may be lost with it.
-        let mut expected = self.faults.crashes.is_empty().then(|| self.world.merged().digest());
+        // What a robot saw last before it crashed may be lost with it, and the world sees no marks of a person.
+        let is_all_seen = self.faults.crashes.is_empty() && self.faults.commands.is_empty();
+        let mut expected = is_all_seen.then(|| self.world.merged().digest());
         for member in self.members.iter().filter(|member| member.is_up) {
             let digest = self.crew.digest(member.who, now + self.faults.ahead(member.who))?;
             if *expected.get_or_insert(digest) != digest {
@@ -325,7 +333,18 @@ impl<'a, C: Crew> Simulation<'a, C> {
             }
             Happening::Crash { who } => self.crash(who),
             Happening::Return { who } => self.bring_back(now, who)?,
+            Happening::Command(command) => self.command(now, command)?,
         }
+        Ok(())
+    }
+
+    /// A person asks for something, once there is a coordinator to ask.
+    fn command(&mut self, now: MissionTime, command: Command) -> Result<(), C::Error> {
+        let who = Participant::Coordinator;
+        if self.members[self.place(who)].is_up {
+            return self.tell(now, who, Stimulus::Commanded(command));
+        }
+        self.queue.plan(now + self.heartbeat, Happening::Command(command));
         Ok(())
     }
 

@@ -44,6 +44,8 @@ pub struct Bites {
     pub clocks: u64,
     /// Robots that were slow.
     pub slow: u64,
+    /// What a person asked for: pauses, marks, cells to be searched too.
+    pub commands: u64,
 }
 
 impl AddAssign for Bites {
@@ -56,6 +58,7 @@ impl AddAssign for Bites {
         self.coordinator_returned += other.coordinator_returned;
         self.clocks += other.clocks;
         self.slow += other.slow;
+        self.commands += other.commands;
     }
 }
 
@@ -207,6 +210,9 @@ impl<F: FnMut(&Scenario) -> Box<dyn Mind>> Crew for Crowd<'_, F> {
     ) -> Result<Reaction<Message>, Violation> {
         if stimulus == Stimulus::Start {
             self.start(who, now);
+        }
+        if matches!(stimulus, Stimulus::Commanded(_)) {
+            self.bites.commands += 1;
         }
         self.checks.before(who, now, &stimulus);
         let reaction = self.mind(who).experience(now, stimulus)?;

@@ -22,14 +22,15 @@ fn missing() -> Option<String> {
 }
 
 /// Plays one case of the script; screenshots go to `live/screenshots`.
-fn play(case: &str, served: &Served) {
+fn play(case: &str, served: Served) {
     let screenshots = root().join("live/screenshots");
     std::fs::create_dir_all(&screenshots).unwrap();
     let script = root().join("live/page/test/browser.mjs");
     let output =
         Command::new("node").arg(script).args([case, &served.address]).arg(screenshots).output().unwrap();
     let told = [output.stdout, output.stderr].concat();
-    assert!(output.status.success(), "{case}: {}", String::from_utf8_lossy(&told));
+    let told = String::from_utf8_lossy(&told);
+    assert!(output.status.success(), "{case}: {told}\n{}", served.complaints());
 }
 
 /// Says why nothing was tested, where that is so.
@@ -42,17 +43,17 @@ fn in_browser(test: impl FnOnce()) {
 
 #[test]
 fn a_person_watches_pauses_marks_and_adds_an_area() {
-    in_browser(|| play("live", &Served::run()));
+    in_browser(|| play("live", Served::run()));
 }
 
 #[test]
 fn without_the_token_the_page_is_read_only() {
-    in_browser(|| play("readOnly", &Served::run()));
+    in_browser(|| play("readOnly", Served::run()));
 }
 
 #[test]
 fn the_page_fits_a_phone() {
-    in_browser(|| play("phone", &Served::run()));
+    in_browser(|| play("phone", Served::run()));
 }
 
 #[test]
@@ -65,6 +66,6 @@ fn a_recording_is_sought_both_ways_to_the_same_picture() {
             .output()
             .unwrap();
         assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
-        play("replay", &Served::start_in(folder, &["replay", "hall.mcap", "--live"]));
+        play("replay", Served::start_in(folder, &["replay", "hall.mcap", "--live"]));
     });
 }

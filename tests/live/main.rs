@@ -7,9 +7,9 @@
 mod browser;
 mod http;
 
-use std::io::{BufRead, BufReader};
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+use std::process::{Child, ChildStderr, Command, Stdio};
 
 use tempfile::TempDir;
 
@@ -51,8 +51,10 @@ lost_after_seconds = 60.0
 
 /// The program, serving a page from a folder of its own. Both go when this is dropped.
 struct Served {
-    folder: TempDir,
+    _folder: TempDir,
     program: Child,
+    /// Kept open: whoever writes there must find it.
+    said: BufReader<ChildStderr>,
     address: String,
 }
 
@@ -76,10 +78,11 @@ impl Served {
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
-        let mut said = String::new();
-        BufReader::new(program.stderr.take().unwrap()).read_line(&mut said).unwrap();
-        let address = said.trim().strip_prefix("live page: ").unwrap_or_else(|| panic!("{said}")).to_owned();
-        Self { folder, program, address }
+        let mut said = BufReader::new(program.stderr.take().unwrap());
+        let mut line = String::new();
+        said.read_line(&mut line).unwrap();
+        let address = line.trim().strip_prefix("live page: ").unwrap_or_else(|| panic!("{line}")).to_owned();
+        Self { _folder: folder, program, said, address }
     }
 
     /// `127.0.0.1:12345`
@@ -91,8 +94,12 @@ impl Served {
         self.address.split_once("#token=").unwrap().1
     }
 
-    fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
+    /// What it said on stderr until it was ended.
+    fn complaints(mut self) -> String {
+        let _ = self.program.kill();
+        let mut text = String::new();
+        let _ = self.said.read_to_string(&mut text);
+        text
     }
 }
 
