@@ -45,7 +45,7 @@ pub struct Settings {
     /// Address and port; port 0 is any that is free. Only this machine can see the page unless it is another address
     /// than 127.0.0.1.
     pub listen: SocketAddr,
-    /// A file with the token, at least 16 characters; a new one is drawn without.
+    /// A file with the token, at least 16 characters, relative to the working directory; a new one is drawn without.
     pub token_file: Option<PathBuf>,
 }
 

@@ -88,6 +88,24 @@ fn a_page_listens_on_this_machine_alone_unless_told_otherwise() {
 }
 
 #[test]
+fn a_coordinator_in_the_field_serves_a_page_with_the_token_of_a_file() {
+    let folder = folder();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    write("token.txt", "a-token_of_a-person\n");
+    write(
+        "coordinator.toml",
+        "[live]\nlisten = '127.0.0.1:0'\ntoken_file = 'token.txt'\n[common]\nmission = 'hall'\nscenario = 'hall.toml'\n",
+    );
+    let served = Served::start_in(folder, &["coordinator", "--config", "coordinator.toml"]);
+    assert!(!served.address.contains("token"), "{}", served.address);
+    let rights = |header: &str| ask(&served, "GET /rights", &[header], "").0;
+    assert_eq!(rights("Authorization: Bearer a-token_of_a-person"), 204);
+    assert_eq!(rights("Authorization: Bearer another_token_of_another"), 401);
+    let (status, ..) = ask(&served, "POST /command", &["Authorization: Bearer a-token_of_a-person"], PAUSE);
+    assert_eq!(status, 200);
+}
+
+#[test]
 fn a_recording_cannot_be_changed() {
     let folder = folder();
     let run = std::process::Command::new(env!("CARGO_BIN_EXE_dragnet"))

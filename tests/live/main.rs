@@ -79,9 +79,11 @@ impl Served {
             .spawn()
             .unwrap();
         let mut said = BufReader::new(program.stderr.take().unwrap());
-        let mut line = String::new();
-        said.read_line(&mut line).unwrap();
-        let address = line.trim().strip_prefix("live page: ").unwrap_or_else(|| panic!("{line}")).to_owned();
+        let mut lines = String::new();
+        while !lines.contains("live page: ") {
+            assert!(said.read_line(&mut lines).unwrap() > 0, "{lines}");
+        }
+        let address = lines.rsplit("live page: ").next().unwrap().trim().to_owned();
         Self { _folder: folder, program, said, address }
     }
 

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use cargo_metadata::{CargoOpt, DependencyKind, Metadata, MetadataCommand, Package, PackageId};
 
 /// Each crate, and the crates of ours that it may import.
-const ARROWS: [(&str, &[&str]); 9] = [
+const ARROWS: [(&str, &[&str]); 10] = [
     ("dragnet-search", &[]),
     ("dragnet-learn", &["dragnet-search"]),
     ("dragnet-train", &["dragnet-search", "dragnet-learn"]),
@@ -13,6 +13,7 @@ const ARROWS: [(&str, &[&str]); 9] = [
     ("dragnet-agent", &["dragnet-search", "dragnet-learn", "dragnet-proto"]),
     ("dragnet-coordinator", &["dragnet-search", "dragnet-proto"]),
     ("dragnet-sim", &["dragnet-search", "dragnet-learn", "dragnet-proto", "dragnet-agent"]),
+    ("dragnet-live", &["dragnet-search", "dragnet-proto", "dragnet-coordinator"]),
     (
         "dragnet-link",
         &[
@@ -22,6 +23,7 @@ const ARROWS: [(&str, &[&str]); 9] = [
             "dragnet-agent",
             "dragnet-coordinator",
             "dragnet-sim",
+            "dragnet-live",
         ],
     ),
     (
@@ -34,15 +36,17 @@ const ARROWS: [(&str, &[&str]); 9] = [
             "dragnet-agent",
             "dragnet-coordinator",
             "dragnet-sim",
+            "dragnet-live",
             "dragnet-link",
         ],
     ),
 ];
 
 /// Crates that only the edges may use.
-const EDGES: [(&str, &[&str]); 5] = [
+const EDGES: [(&str, &[&str]); 6] = [
     ("zenoh", &["dragnet-link"]),
-    ("tokio", &["dragnet-link"]),
+    ("tokio", &["dragnet-link", "dragnet-live"]),
+    ("axum", &["dragnet-live"]),
     ("mcap", &["dragnet-coordinator"]),
     ("clap", &["dragnet"]),
     ("tch", &["dragnet-train"]),
