@@ -7,7 +7,8 @@ use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use dragnet_agent::agent::{Agent, Orders};
-use dragnet_live::page::Page;
+use dragnet_coordinator::desk::Listener;
+use dragnet_live::page::{Page, Settings};
 use dragnet_live::view::About;
 use dragnet_proto::convert::Codec;
 use dragnet_proto::message::Participant;
@@ -124,13 +125,7 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), LinkErr
         version: version.to_owned(),
         processes: None,
     };
-    let page = config.live.map(|settings| Page::of_mission(&settings, about(&scenario))).transpose();
-    let page =
-        page.map_err(|error| LinkError::Settings { file: file.to_owned(), reason: error.to_string() })?;
-    let (page, listener, commands) = match page {
-        Some((page, listener, commands)) => (Some(page), Some(listener), commands),
-        None => (None, None, mpsc::channel(1).1),
-    };
+    let (shown, listener, commands) = show(config.live.as_ref(), &scenario, file)?;
     let mut desk = team::recording::desk(&scenario, config.common.seed, &options)?.told_to(listener);
     let codec = Codec::new(scenario.terrain().grid());
     let clock = Clock::new(pace);
@@ -140,13 +135,25 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), LinkErr
         let mut link = Link::join(session, mission, Participant::Coordinator, codec).await?;
         link.announce().await?;
         tell_start(&link, &config.common.zenoh);
-        if let Some(page) = &page {
+        if let Some(page) = &shown {
             tracing::info!("live page: {}", page.address());
         }
         live::run(&mut link, &mut desk, clock, None, commands, stop).await
     })?;
     desk.finish(clock.now(), BTreeMap::new())?;
     Ok(())
+}
+
+/// The page of a mission in the field, if the settings want one; whom the coordinator tells, and what it is asked for.
+fn show(
+    settings: Option<&Settings>,
+    scenario: &Scenario,
+    file: &Path,
+) -> Result<(Option<Page>, Option<Listener>, mpsc::Receiver<live::Report>), LinkError> {
+    let Some(settings) = settings else { return Ok((None, None, mpsc::channel(1).1)) };
+    let (page, listener, commands) = Page::of_mission(settings, about(scenario))
+        .map_err(|error| LinkError::Settings { file: file.to_owned(), reason: format!("live: {error}") })?;
+    Ok((Some(page), Some(listener), commands))
 }
 
 /// What the page knows of a mission in the field.

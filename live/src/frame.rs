@@ -179,8 +179,11 @@ fn belief(view: &View, shown: &mut Vec<u8>) -> (Option<String>, Vec<(u32, u8)>) 
     let terrain: &Terrain = view.terrain();
     let levels: Vec<u8> = terrain.grid().cells().map(|cell| level(view, cell)).collect();
     let before = std::mem::replace(shown, levels);
-    let changed = (0..).zip(shown.iter().zip(&before)).filter(|(_, (now, before))| now != before);
-    let changes: Vec<(u32, u8)> = changed.map(|(number, (&level, _))| (number, level)).collect();
+    let pairs = (0..).zip(shown.iter().zip(&before));
+    let changes: Vec<(u32, u8)> = pairs
+        .filter(|(_, (now, before))| now != before)
+        .map(|(number, (&level, _))| (number, level))
+        .collect();
     if before.is_empty() || changes.len() > shown.len() / SHARE {
         (Some(STANDARD.encode(&*shown)), Vec::new())
     } else {

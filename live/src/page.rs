@@ -99,7 +99,7 @@ pub(crate) struct Shared {
 /// What is shown.
 pub(crate) enum Show {
     /// A mission that is running, or has just ended.
-    Running(Running),
+    Running(Box<Running>),
     /// A recording; each viewer has a place of its own in it.
     Recorded(Arc<Playback>),
 }
@@ -149,7 +149,7 @@ impl Page {
         let (commands, commanded) = mpsc::channel(MOST_WAITING);
         let view = Mutex::new(View::new(Arc::new(about)));
         let running = Running { view, news: watch::Sender::default(), commands };
-        let page = Self::serve(settings, Show::Running(running))?;
+        let page = Self::serve(settings, Show::Running(Box::new(running)))?;
         let teller = Teller(Arc::clone(&page.shared));
         let listener: Listener = Box::new(move |now, record| {
             if let Show::Running(running) = &teller.0.show {

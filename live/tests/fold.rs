@@ -13,7 +13,7 @@ use dragnet_coordinator::playback::Playback;
 use dragnet_coordinator::record::{Header, Recorder};
 use dragnet_live::frame::{Frame, Hello, Shown};
 use dragnet_live::replay::{Replay, about};
-use dragnet_live::view::{About, View};
+use dragnet_live::view::{About, State, View};
 use dragnet_proto::command::{Command, Mark};
 use dragnet_proto::message::Message;
 use dragnet_proto::message::Participant;
@@ -201,4 +201,27 @@ fn what_is_no_recording_of_a_mission_is_refused_by_name() {
     let file = tempfile::NamedTempFile::new().unwrap();
     std::fs::write(file.path(), "no recording").unwrap();
     assert!(Playback::read(file.path()).is_err());
+}
+
+#[test]
+fn a_robot_that_is_heard_no_more_is_shown_as_lost_and_has_no_plan() {
+    let Played { records, playback, .. } = play();
+    let mut view = View::new(Arc::new(about(&playback)));
+    assert!(view.robots().all(|(.., state)| state == State::Awaited));
+    let middle = records.len() / 4;
+    for (time, record) in &records[..middle] {
+        view.take(*time, record);
+    }
+    let planned = |view: &View| view.robots().filter(|(_, _, track, _)| track.plan.is_some()).count();
+    assert_eq!(planned(&view), 2);
+    let status = records[..middle].iter().rev().find_map(|(_, record)| match record {
+        Record::Status(status) => Some(status.clone()),
+        _ => None,
+    });
+    let mut status = status.unwrap();
+    status.alive.retain(|robot| robot.0 == 2);
+    view.take(view.now(), &Record::Status(status));
+    let is_lost: Vec<bool> = view.robots().map(|(.., state)| state == State::Lost).collect();
+    assert_eq!(is_lost, [true, false]);
+    assert_eq!(planned(&view), 1);
 }

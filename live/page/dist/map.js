@@ -191,8 +191,9 @@ class Pen {
         if (robot.cell === null)
             return;
         const { context } = this;
-        const [x, y] = this.middle(robot.cell);
         const half = this.sign * 0.75;
+        const [middle, y] = this.middle(robot.cell);
+        const x = middle + 1.6 * half * this.mates(robot);
         const isMoving = robot.state === "searching";
         context.beginPath();
         if (isMoving || robot.state === "lost")
@@ -218,6 +219,10 @@ class Pen {
             this.cross(x, y, half);
         if (robot.state === "paused")
             this.bars(x + half, y - half);
+    }
+    mates(robot) {
+        const robots = this.mission.frame?.robots ?? [];
+        return robots.filter((other) => other.cell === robot.cell && other.robot < robot.robot).length;
     }
     cross(x, y, half) {
         this.context.beginPath();

@@ -212,8 +212,9 @@ class Pen {
   robot(robot: RobotFrame): void {
     if (robot.cell === null) return;
     const { context } = this;
-    const [x, y] = this.middle(robot.cell);
     const half = this.sign * 0.75;
+    const [middle, y] = this.middle(robot.cell);
+    const x = middle + 1.6 * half * this.mates(robot);
     const isMoving = robot.state === "searching";
     context.beginPath();
     if (isMoving || robot.state === "lost") context.arc(x, y, half, 0, 2 * Math.PI);
@@ -235,6 +236,12 @@ class Pen {
     context.fillText(String(robot.robot), x, y + 0.5);
     if (robot.state === "lost") this.cross(x, y, half);
     if (robot.state === "paused") this.bars(x + half, y - half);
+  }
+
+  /** Robots of lower numbers in the same cell: they stand side by side. */
+  private mates(robot: RobotFrame): number {
+    const robots = this.mission.frame?.robots ?? [];
+    return robots.filter((other) => other.cell === robot.cell && other.robot < robot.robot).length;
   }
 
   private cross(x: number, y: number, half: number): void {
