@@ -418,11 +418,13 @@ impl<'a, C: Crew> Simulation<'a, C> {
         let place = self.place(who);
         let member = &mut self.members[place];
         member.activity = reaction.activity;
-        if member.wake_at != reaction.wake_at {
-            member.wake_at = reaction.wake_at;
+        // Who starts again may ask for a time that has passed: it is woken now, for time never goes back.
+        let wake_at = reaction.wake_at.max(now);
+        if member.wake_at != wake_at {
+            member.wake_at = wake_at;
             member.waking += 1;
-            if reaction.wake_at < MissionTime(u64::MAX) {
-                self.queue.plan(reaction.wake_at, Happening::Waking { who, number: member.waking });
+            if wake_at < MissionTime(u64::MAX) {
+                self.queue.plan(wake_at, Happening::Waking { who, number: member.waking });
             }
         }
         self.outcome.decisions.extend(reaction.decision);
