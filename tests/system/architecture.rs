@@ -46,7 +46,7 @@ const ARROWS: [(&str, &[&str]); 10] = [
 const EDGES: [(&str, &[&str]); 6] = [
     ("zenoh", &["dragnet-link"]),
     ("tokio", &["dragnet-link", "dragnet-live"]),
-    ("axum", &["dragnet-live"]),
+    ("axum", &["dragnet-link", "dragnet-live"]),
     ("mcap", &["dragnet-coordinator"]),
     ("clap", &["dragnet"]),
     ("tch", &["dragnet-train"]),
