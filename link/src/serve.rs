@@ -125,7 +125,11 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), LinkErr
         version: version.to_owned(),
         processes: None,
     };
-    let (shown, listener, commands) = show(config.live.as_ref(), &scenario, file)?;
+    let shown = config.live.as_ref().map(|settings| show(settings, &scenario, file)).transpose()?;
+    let (shown, listener, commands) = match shown {
+        Some((server, listener, commands)) => (Some(server), Some(listener), commands),
+        None => (None, None, mpsc::channel(1).1),
+    };
     let mut desk = team::recording::desk(&scenario, config.common.seed, &options)?.told_to(listener);
     let codec = Codec::new(scenario.terrain().grid());
     let clock = Clock::new(pace);
@@ -135,8 +139,8 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), LinkErr
         let mut link = Link::join(session, mission, Participant::Coordinator, codec).await?;
         link.announce().await?;
         tell_start(&link, &config.common.zenoh);
-        if let Some(page) = &shown {
-            tracing::info!("live page: {}", page.address());
+        if let Some(server) = &shown {
+            tracing::info!("live page: {}", server.address());
         }
         live::run(&mut link, &mut desk, clock, None, commands, stop).await
     })?;
@@ -144,16 +148,14 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), LinkErr
     Ok(())
 }
 
-/// The page of a mission in the field, if the settings want one; whom the coordinator tells, and what it is asked for.
+/// The page of a mission in the field, and what ties the coordinator to it.
 fn show(
-    settings: Option<&Settings>,
+    settings: &Settings,
     scenario: &Scenario,
     file: &Path,
-) -> Result<(Option<Page>, Option<Listener>, mpsc::Receiver<live::Report>), LinkError> {
-    let Some(settings) = settings else { return Ok((None, None, mpsc::channel(1).1)) };
-    let (page, listener, commands) = Page::of_mission(settings, about(scenario))
-        .map_err(|error| LinkError::Settings { file: file.to_owned(), reason: format!("live: {error}") })?;
-    Ok((Some(page), Some(listener), commands))
+) -> Result<(Page, Listener, mpsc::Receiver<live::Report>), LinkError> {
+    Page::of_mission(settings, about(scenario))
+        .map_err(|error| LinkError::Settings { file: file.to_owned(), reason: format!("live: {error}") })
 }
 
 /// What the page knows of a mission in the field.
