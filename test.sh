@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Runs all tests. Sets up what they need beyond cargo: libtorch, and a Python environment with independent readers of
-# recordings, Ray and PyTorch Geometric.
+# Runs all tests. Sets up what they need beyond cargo: libtorch, a Python environment with independent readers of
+# recordings, Ray and PyTorch Geometric, and a browser for the live page.
 set -euo pipefail
 cd "$(dirname "$0")"
 
@@ -18,6 +18,18 @@ if [[ $wanted != "$(cat .venv/installed 2>/dev/null)" ]]; then
     install --no-deps --requirement train/libtorch.txt
     .venv/bin/python tests/python/without_cuda.py
     echo "$wanted" > .venv/installed
+fi
+
+# Of Debian, where that can be installed; without them the tests of the live page say that they tested nothing in a browser.
+if [[ ! -x /usr/bin/chromium || ! $(command -v npm) ]]; then
+    if [[ $(id -u) == 0 && $(command -v apt-get) ]]; then
+        apt-get update --quiet && apt-get install --quiet --yes --no-install-recommends chromium nodejs npm
+    else
+        echo "test.sh: chromium, nodejs and npm are missing, so that the live page is not tested in a browser" >&2
+    fi
+fi
+if [[ $(command -v npm) && live/page/package-lock.json -nt live/page/node_modules/.package-lock.json ]]; then
+    npm ci --silent --prefix live/page
 fi
 
 cargo test --workspace --features train "$@"

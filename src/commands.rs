@@ -11,11 +11,13 @@ mod inspect;
 mod jobs;
 mod keys;
 mod latency;
+mod live;
 mod merge;
 mod output;
 mod paper;
 mod recover;
 mod relay;
+mod replay;
 mod run;
 mod scenario;
 mod schema;
@@ -44,6 +46,7 @@ pub(crate) enum Command {
     Schema(schema::Arguments),
     Inspect(inspect::Arguments),
     Recover(recover::Arguments),
+    Replay(replay::Arguments),
     Agent(agent::Arguments),
     Coordinator(coordinator::Arguments),
     Sim(sim::Arguments),
@@ -73,6 +76,7 @@ pub(crate) fn execute(command: Command) -> Result<(), Failure> {
         Command::Schema(arguments) => schema::execute(&arguments),
         Command::Inspect(arguments) => inspect::execute(&arguments),
         Command::Recover(arguments) => recover::execute(&arguments),
+        Command::Replay(arguments) => replay::execute(&arguments),
         Command::Agent(arguments) => agent::execute(&arguments),
         Command::Coordinator(arguments) => coordinator::execute(&arguments),
         Command::Sim(arguments) => sim::execute(&arguments),

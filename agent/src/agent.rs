@@ -1,8 +1,9 @@
 //! The robot's mind: what happened goes in, what to do comes out.
 
 use dragnet_learn::policy;
+use dragnet_proto::directive::{Directive, added_prior};
 use dragnet_proto::inbox::Inbox;
-use dragnet_proto::message::{Activity, Audience, Heartbeat, Intent, Message, Participant};
+use dragnet_proto::message::{Activity, Audience, Heartbeat, Intent, Message, MissionStatus, Participant};
 use dragnet_proto::plausible::{Limits, Refused};
 use dragnet_proto::scenario::{self, Mission, Robot, Scenario};
 use dragnet_proto::time::MissionTime;
@@ -149,6 +150,10 @@ pub struct Agent {
     /// The date of the last one.
     dated: MissionTime,
     next_heartbeat: MissionTime,
+    /// What a person has ordered, as far as it has heard.
+    directive: Directive,
+    /// Prior probability in cells that a person adds.
+    added_prior: f64,
 }
 
 impl Agent {
@@ -185,6 +190,8 @@ impl Agent {
             observations: 0,
             dated: MissionTime::START,
             next_heartbeat: MissionTime::START + orders.mission.heartbeat,
+            directive: Directive::default(),
+            added_prior: added_prior(&orders.prior, &orders.terrain),
             orders,
         }
     }
@@ -327,7 +334,9 @@ impl Agent {
         }
         match message {
             Message::Observation(observation) => {
-                self.team.walked(now, observation.origin.robot, observation.from);
+                if observation.origin.robot != RobotId::BY_HAND {
+                    self.team.walked(now, observation.origin.robot, observation.from);
+                }
             }
             Message::Intent(intent) => self.learn_plan(now, intent),
             Message::Heartbeat(heartbeat) => self.learn_plan(now, &heartbeat.intent),
@@ -343,6 +352,24 @@ impl Agent {
         }
         for (whom, reply) in received.replies {
             actions.push(Action::Publish(Audience::One(whom), reply));
+        }
+        match message {
+            Message::Heartbeat(Heartbeat { directive, .. })
+            | Message::MissionStatus(MissionStatus { directive, .. }) => self.obey(now, directive, actions),
+            _ => {}
+        }
+    }
+
+    /// Does what a person has ordered, if it is news: pauses, goes on, or counts cells as searched.
+    fn obey(&mut self, now: MissionTime, directive: &Directive, actions: &mut Vec<Action>) {
+        if !self.directive.merge(directive) {
+            return;
+        }
+        let terrain = Arc::make_mut(&mut self.orders.terrain);
+        self.belief.search_also(terrain, self.directive.added.iter().copied(), self.added_prior);
+        let is_paused = self.activity == Activity::Paused;
+        if is_paused != self.directive.is_paused || self.activity.is_rest() {
+            self.decide(now, actions);
         }
     }
 
@@ -360,7 +387,7 @@ impl Agent {
     fn wake(&mut self, now: MissionTime, actions: &mut Vec<Action>) {
         self.team.forget_silent(now, self.orders.mission.lost_after);
         let is_first = self.plans == 0;
-        let is_running_out = self.activity == Activity::Searching && self.is_spent(now);
+        let is_running_out = !self.activity.is_rest() && self.is_spent(now);
         // What teammates saw may have withdrawn what was found.
         let is_cleared = self.activity == Activity::Cleared;
         if is_first || is_running_out || is_cleared {
@@ -388,6 +415,8 @@ impl Agent {
         let Some(cell) = self.cell.filter(|_| now >= self.orders.first_decision()) else { return };
         let resting = if self.is_spent(now) {
             Some(Activity::Spent)
+        } else if self.directive.is_paused {
+            Some(Activity::Paused)
         } else if self.is_cleared() {
             Some(Activity::Cleared)
         } else {
@@ -438,6 +467,7 @@ impl Agent {
             intent: self.intent(),
             versions: self.inbox.log().versions().collect(),
             digest: self.belief.digest(),
+            directive: self.directive.clone(),
         };
         actions.push(Action::Publish(Audience::All, Message::Heartbeat(heartbeat)));
     }

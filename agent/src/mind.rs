@@ -19,7 +19,8 @@ impl Mind for Agent {
         // Only measured: no decision depends on it.
         let start = Instant::now();
         let actions = match stimulus {
-            Stimulus::Start => Vec::new(),
+            // A person speaks to the coordinator.
+            Stimulus::Start | Stimulus::Commanded(_) => Vec::new(),
             Stimulus::Sensed { cell, readings } => self.handle(now, Event::Sensed { cell, readings }),
             Stimulus::Delivered { from, parcel } => {
                 self.handle(now, Event::Received { from, message: parcel })

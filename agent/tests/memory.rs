@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use dragnet_agent::agent::{Action, Agent, Event, Orders};
+use dragnet_proto::directive::Directive;
 use dragnet_proto::message::{Activity, Heartbeat, Intent, Message, Participant};
 use dragnet_proto::scenario::Scenario;
 use dragnet_proto::time::MissionTime;
@@ -146,6 +147,7 @@ impl Search {
             intent,
             versions: vec![Version { origin: Origin::first(MATE), next: sequence + 1 }],
             digest: Digest(0),
+            directive: Directive::default(),
         }
     }
 

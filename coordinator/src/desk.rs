@@ -18,13 +18,23 @@ use crate::record::Recorder;
 pub struct Desk {
     mission: Mission,
     recording: Option<Result<Recorder, RecordingError>>,
+    listener: Option<Listener>,
 }
+
+/// Who is told of each record as it is made, with its mission time.
+pub type Listener = Box<dyn FnMut(MissionTime, &Record) + Send>;
 
 impl Desk {
     /// A mission, recorded if there is a recorder.
     #[must_use]
     pub fn new(mission: Mission, recorder: Option<Recorder>) -> Self {
-        Self { mission, recording: recorder.map(Ok) }
+        Self { mission, recording: recorder.map(Ok), listener: None }
+    }
+
+    /// The same, telling a listener of each record from now on.
+    #[must_use]
+    pub fn told_to(self, listener: Option<Listener>) -> Self {
+        Self { listener, ..self }
     }
 
     /// The mission.
@@ -68,6 +78,9 @@ impl Desk {
     fn handle(&mut self, now: MissionTime, event: Event) -> Vec<Action> {
         let mut actions = self.mission.handle(now, event);
         actions.retain(|action| {
+            if let (Action::Record(record), Some(listener)) = (action, &mut self.listener) {
+                listener(now, record);
+            }
             if let (Action::Record(record), Some(Ok(recorder))) = (action, &mut self.recording)
                 && let Err(error) = recorder.record(now, record)
             {
@@ -97,6 +110,7 @@ impl Mind for Desk {
             }
             Stimulus::Woke => self.handle(now, Event::Woke),
             Stimulus::Lost(robot) => self.handle(now, Event::Lost(robot)),
+            Stimulus::Commanded(command) => self.handle(now, Event::Commanded(command)),
         };
         let (mut kept, mut published, mut refused) = (Vec::new(), Vec::new(), Vec::new());
         for action in actions {

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use dragnet_proto::cdr;
 use dragnet_proto::wire::dragnet::MissionStatus;
+use dragnet_search::observation::RobotId;
 use mcap::records::{MessageHeader, Record};
 use serde::Serialize;
 
@@ -108,7 +109,11 @@ pub fn inspect(path: &Path) -> Result<Inspection, RecordingError> {
         ending: reader.ending(),
         library: reader.header().library.clone(),
         times: inspector.times,
-        robots: inspector.robots().map(|(robot, _)| robot).collect(),
+        robots: inspector
+            .robots()
+            .map(|(robot, _)| robot)
+            .filter(|&robot| robot != RobotId::BY_HAND.0)
+            .collect(),
         observations: inspector.observations(),
         declared: inspector.declared(),
         topics: inspector.topics(),

@@ -2,7 +2,8 @@
 //!
 //! - [`mission`]: the state machine, made of [`declaration`], [`liveness`] and [`track`];
 //! - [`record`]: the recording, an MCAP file that ROS 2 tools and viewers read;
-//! - [`inspect`], [`recover`]: what a recording holds, and how one that was cut off is mended.
+//! - [`inspect`], [`recover`]: what a recording holds, and how one that was cut off is mended;
+//! - [`playback`]: a recording as the records that made it.
 //!
 //! Robots search on without any of this.
 
@@ -12,6 +13,7 @@ pub mod inspect;
 pub mod liveness;
 mod mcap_file;
 pub mod mission;
+pub mod playback;
 pub mod record;
 pub mod recover;
 pub mod track;

@@ -1,10 +1,15 @@
 //! The mission's mind: what happened goes in, what to do and what to record comes out.
 //!
-//! It merges what robots saw, declares objects and notices who is lost. It knows no clock, network or file.
+//! It merges what robots saw, declares objects, notices who is lost and passes on what a person asks for. It knows no
+//! clock, network or file.
+
+mod command;
 
 use std::sync::Arc;
 use std::time::Duration;
 
+use dragnet_proto::command::Command;
+use dragnet_proto::directive::{Directive, added_prior};
 use dragnet_proto::inbox::Inbox;
 use dragnet_proto::message::{Audience, Detection, Heartbeat, Intent, Message, MissionStatus, Participant};
 use dragnet_proto::plausible::{Limits, Refused};
@@ -12,7 +17,7 @@ use dragnet_proto::scenario::Scenario;
 use dragnet_proto::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
-use dragnet_search::observation::{Observation, RobotId};
+use dragnet_search::observation::{Observation, Origin, RobotId};
 use dragnet_search::terrain::Terrain;
 
 use crate::declaration::Declarations;
@@ -74,6 +79,8 @@ pub enum Event {
     Woke,
     /// A robot has left the network.
     Lost(RobotId),
+    /// A person asks for something.
+    Commanded(Command),
     /// The mission ends: the last event.
     Finished,
 }
@@ -130,6 +137,12 @@ pub struct Mission {
     tracks: Tracks,
     next_status: MissionTime,
     next_belief: MissionTime,
+    /// What a person has ordered.
+    directive: Directive,
+    /// Prior probability in cells that a person adds.
+    added_prior: f64,
+    /// Under which marks by hand are numbered, once there is one.
+    by_hand: Option<Origin>,
 }
 
 impl Mission {
@@ -146,6 +159,9 @@ impl Mission {
             tracks: Tracks::default(),
             next_status: MissionTime::START + orders.heartbeat,
             next_belief: MissionTime::START + orders.belief_period,
+            directive: Directive::default(),
+            added_prior: added_prior(&orders.prior, &orders.terrain),
+            by_hand: None,
             orders,
         }
     }
@@ -162,6 +178,7 @@ impl Mission {
                     self.report(now, &mut actions);
                 }
             }
+            Event::Commanded(command) => self.command(now, command, &mut actions),
             Event::Finished => {
                 self.report(now, &mut actions);
                 self.snapshot(now, &mut actions);
@@ -219,6 +236,7 @@ impl Mission {
             observations: self.inbox.log().len() as u64,
             versions: self.inbox.log().versions().collect(),
             digest: self.belief.digest(),
+            directive: self.directive.clone(),
         }
     }
 
@@ -238,6 +256,7 @@ impl Mission {
                 actions.push(Action::Record(Record::Heartbeat(heartbeat.clone())));
                 self.locate(heartbeat.robot, heartbeat.cell, MissionTime(heartbeat.time_ns), actions);
                 self.plan(&heartbeat.intent, actions);
+                self.learn(now, &heartbeat.directive, actions);
             }
             Message::Observation(_)
             | Message::LogRequest(_)
@@ -262,12 +281,10 @@ impl Mission {
     ) -> bool {
         for observation in observations {
             actions.push(Action::Record(Record::Observation(Arc::clone(observation))));
-            self.locate(
-                observation.origin.robot,
-                observation.from,
-                MissionTime(observation.time_ns),
-                actions,
-            );
+            let Observation { origin, from, time_ns, .. } = **observation;
+            if origin.robot != RobotId::BY_HAND {
+                self.locate(origin.robot, from, MissionTime(time_ns), actions);
+            }
             for reading in &observation.readings {
                 self.belief.add(reading);
             }

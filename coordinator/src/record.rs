@@ -7,6 +7,7 @@
 //! /tf, /robots/<robot>/pose  where robots are, when they move
 //! /robots/<robot>/path       their plans, when they change
 //! /robots/<robot>/{observation,intent,heartbeat}
+//! /robots/0/observation      what a person marked by hand
 //! /objects                   each declaration of an object
 //! /mission/status            with all that is declared
 //! ```

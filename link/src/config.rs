@@ -70,6 +70,9 @@ pub struct CoordinatorConfig {
     /// The recording, a file that does not exist yet, relative to the working directory; nothing is recorded without.
     #[serde(default)]
     pub recording: Option<PathBuf>,
+    /// Where the mission is shown as a page; nowhere without.
+    #[serde(default)]
+    pub live: Option<dragnet_live::page::Settings>,
     /// What every process has.
     pub common: Common,
 }

@@ -1,4 +1,4 @@
-//! Zenoh: the only crate with sockets.
+//! Zenoh: the only crate that speaks it, and all sockets but those of the live page.
 //!
 //! Minds ([`dragnet_proto::participant::Mind`]) know no network; here they get one.
 //!

@@ -68,9 +68,9 @@ impl Link {
         let (sender, heard) = mpsc::channel(WAITING);
         let to_all = [Selection::Observations, Selection::Intents, Selection::Heartbeats];
         let to_me = [Selection::LogRequestsTo(me), Selection::LogRepliesTo(me)];
-        let status = mission.key(Topic::Status).to_string();
+        let coordinator = [Topic::Status, Topic::ByHand].map(|topic| mission.key(topic).to_string());
         let expressions = to_all.iter().chain(&to_me).map(|&selection| mission.expression(selection));
-        for expression in expressions.chain([status]) {
+        for expression in expressions.chain(coordinator) {
             let (sender, what) = (sender.clone(), format!("subscribe to {expression}"));
             session
                 .declare_subscriber(expression)

@@ -114,7 +114,7 @@ impl Crew for RemoteCrew {
         now: MissionTime,
         stimulus: Stimulus<u64>,
     ) -> Result<Reaction<u64>, LinkError> {
-        let reply = self.ask(who, now, event(stimulus))?;
+        let reply = self.ask(who, now, event(stimulus)?)?;
         Ok(Reaction {
             kept: Vec::new(),
             published: reply.published.iter().map(|parcel| (parcel.to, parcel.number)).collect(),
@@ -131,12 +131,16 @@ impl Crew for RemoteCrew {
     }
 }
 
-fn event(stimulus: Stimulus<u64>) -> StepEvent {
-    match stimulus {
+fn event(stimulus: Stimulus<u64>) -> Result<StepEvent, LinkError> {
+    Ok(match stimulus {
         Stimulus::Start => StepEvent::Start,
         Stimulus::Sensed { cell, readings } => StepEvent::Sensed { from: cell, readings },
         Stimulus::Delivered { from, parcel } => StepEvent::Deliver { sender: from, parcel },
         Stimulus::Woke => StepEvent::Wake,
         Stimulus::Lost(robot) => StepEvent::Lost(robot),
-    }
+        Stimulus::Commanded(_) => {
+            let why = "nobody gives commands in simulated time: run by the wall clock";
+            return Err(LinkError::Unsupported(why.to_owned()));
+        }
+    })
 }

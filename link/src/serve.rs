@@ -3,9 +3,13 @@
 use std::collections::BTreeMap;
 use std::future::Future;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use dragnet_agent::agent::{Agent, Orders};
+use dragnet_coordinator::desk::Listener;
+use dragnet_live::page::{Page, Settings};
+use dragnet_live::view::About;
 use dragnet_proto::convert::Codec;
 use dragnet_proto::message::Participant;
 use dragnet_proto::scenario::Scenario;
@@ -123,7 +127,12 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), LinkErr
         version: version.to_owned(),
         processes: None,
     };
-    let mut desk = team::recording::desk(&scenario, config.common.seed, &options)?;
+    let shown = config.live.as_ref().map(|settings| show(settings, &scenario, file)).transpose()?;
+    let (shown, listener, commands) = match shown {
+        Some((server, listener, commands)) => (Some(server), Some(listener), commands),
+        None => (None, None, mpsc::channel(1).1),
+    };
+    let mut desk = team::recording::desk(&scenario, config.common.seed, &options)?.told_to(listener);
     let codec = Codec::new(scenario.terrain().grid());
     let clock = Clock::new(pace);
     runtime()?.block_on(async {
@@ -132,11 +141,35 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), LinkErr
         let mut link = Link::join(session, mission, Participant::Coordinator, codec).await?;
         link.announce().await?;
         tell_start(&link, &config.common.zenoh);
-        let (_, no_reports) = mpsc::channel(1);
-        live::run(&mut link, &mut desk, clock, None, no_reports, stop).await
+        if let Some(server) = &shown {
+            tracing::info!("live page: {}", server.address());
+        }
+        live::run(&mut link, &mut desk, clock, None, commands, stop).await
     })?;
     desk.finish(clock.now(), BTreeMap::new())?;
     Ok(())
+}
+
+/// The page of a mission in the field, and what ties the coordinator to it.
+fn show(
+    settings: &Settings,
+    scenario: &Scenario,
+    file: &Path,
+) -> Result<(Page, Listener, mpsc::Receiver<live::Report>), LinkError> {
+    Page::of_mission(settings, about(scenario))
+        .map_err(|error| LinkError::Settings { file: file.to_owned(), reason: format!("live: {error}") })
+}
+
+/// What the page knows of a mission in the field.
+fn about(scenario: &Scenario) -> About {
+    About {
+        name: scenario.name().to_owned(),
+        terrain: Arc::new(scenario.terrain().clone()),
+        prior: About::prior_of(scenario.terrain(), scenario.prior()),
+        tau: scenario.mission().tau,
+        team: scenario.robots().iter().map(|robot| robot.id).collect(),
+        objects: None,
+    }
 }
 
 /// Runs the simulated world of a scenario for robots elsewhere, until all of them rest.

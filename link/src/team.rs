@@ -7,16 +7,19 @@ pub(crate) mod recording;
 
 use std::path::PathBuf;
 
+use dragnet_coordinator::desk::Listener;
 use dragnet_proto::key::Mission;
 use dragnet_proto::message::Participant;
 use dragnet_proto::scenario::{Network, Scenario};
 use dragnet_sim::episode::Episode;
 use dragnet_sim::simulation::Spectator;
+use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
 use zenoh::Session;
 
 use crate::LinkError;
 use crate::config::check_pace;
+use crate::live::Report;
 use crate::session::{Endpoints, free_endpoints, open, runtime};
 
 /// How a team is run.
@@ -56,8 +59,34 @@ pub fn run(
     options: &Options,
     spectator: Spectator<'_>,
 ) -> Result<Run, LinkError> {
+    run_watched(scenario, seed, options, None, spectator)
+}
+
+/// Who looks on while a team searches by the wall clock, and may speak to its coordinator.
+pub struct Onlooker {
+    /// Told of each record of the coordinator.
+    pub listener: Listener,
+    /// What the coordinator is asked for.
+    pub commands: mpsc::Receiver<Report>,
+}
+
+/// The same, with somebody looking on.
+///
+/// # Errors
+/// As [`run`], and if somebody looks on in simulated time.
+pub fn run_watched(
+    scenario: &Scenario,
+    seed: u64,
+    options: &Options,
+    onlooker: Option<Onlooker>,
+    spectator: Spectator<'_>,
+) -> Result<Run, LinkError> {
     let runtime = runtime()?;
     match options.pace {
+        None if onlooker.is_some() => {
+            let why = "a search that is watched runs by the wall clock: give it a pace";
+            Err(LinkError::Unsupported(why.to_owned()))
+        }
         None => lockstep_run::run(&runtime, scenario, seed, options, spectator),
         Some(pace) => {
             check_pace(pace).map_err(LinkError::Unsupported)?;
@@ -65,7 +94,7 @@ pub fn run(
                 let why = "[network] faults are simulated in simulated time only: run without a pace, or remove them";
                 return Err(LinkError::Unsupported(why.to_owned()));
             }
-            runtime.block_on(live_run::run(scenario, seed, pace, options, spectator))
+            runtime.block_on(live_run::run(scenario, seed, pace, options, onlooker, spectator))
         }
     }
 }

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::key::{Mission, Topic};
-use dragnet_proto::message::{Activity, Heartbeat, Message, Participant};
+use dragnet_proto::message::{Heartbeat, Message, Participant};
 use dragnet_proto::participant::Stimulus;
 use dragnet_proto::scenario::Scenario;
 use dragnet_proto::step::Sensed;
@@ -142,6 +142,11 @@ impl<'a> WorldServer<'a> {
             Heard::Message { message: Message::Heartbeat(heartbeat), .. } => {
                 self.heartbeats.insert(heartbeat.robot, heartbeat);
             }
+            Heard::Message { message: Message::Observation(mark), .. }
+                if mark.origin.robot == RobotId::BY_HAND =>
+            {
+                self.world.take_in(&mark.readings);
+            }
             Heard::Left(Participant::Robot(gone)) => {
                 self.robots.remove(&gone);
                 self.arrivals.remove(&gone);
@@ -187,7 +192,7 @@ impl<'a> WorldServer<'a> {
     }
 
     fn are_all_resting(&self) -> bool {
-        self.heartbeats.values().all(|heartbeat| heartbeat.activity != Activity::Searching)
+        self.heartbeats.values().all(|heartbeat| heartbeat.activity.is_rest())
     }
 
     fn are_all_equal(&self, digest: Digest) -> bool {

@@ -4,6 +4,7 @@
 //! become cells. [`viewer`] makes the messages that only viewers read.
 
 mod check;
+mod directive;
 mod error;
 mod messages;
 mod steps;
@@ -12,6 +13,7 @@ pub mod viewer;
 use std::sync::Arc;
 
 use dragnet_search::cell::Grid;
+use dragnet_search::observation::RobotId;
 use serde::de::DeserializeOwned;
 
 pub use error::{ConvertError, Field};
@@ -60,6 +62,9 @@ pub fn encode_sensed(sensed: &Sensed) -> Vec<u8> {
 /// If the message names another participant as its author.
 pub fn check_sender(message: &Message, sender: Participant) -> Result<(), ConvertError> {
     let author = match message {
+        Message::Observation(observation) if observation.origin.robot == RobotId::BY_HAND => {
+            Participant::Coordinator
+        }
         Message::Observation(observation) => Participant::Robot(observation.origin.robot),
         Message::Intent(intent) => Participant::Robot(intent.origin.robot),
         Message::Heartbeat(heartbeat) => Participant::Robot(heartbeat.robot),

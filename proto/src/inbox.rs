@@ -195,8 +195,8 @@ impl Inbox {
 
     fn ask(&mut self, now: MissionTime, whom: Participant, of: Origin, received: &mut Received) {
         let is_new = self.log.of(of).is_empty();
-        let is_pointless = !self.limits.knows(Participant::Robot(of.robot))
-            || is_new && self.log.incarnations(of.robot) >= MAX_STARTS;
+        let is_pointless =
+            !self.limits.counts(of.robot) || is_new && self.log.incarnations(of.robot) >= MAX_STARTS;
         if is_pointless
             || self.asked.get(&of).is_some_and(|question| !question.may_follow(now, whom, self.patience))
         {
@@ -245,6 +245,7 @@ mod tests {
     use dragnet_search::evidence::Digest;
 
     use super::*;
+    use crate::directive::Directive;
     use crate::message::{Activity, Heartbeat, Intent};
     use crate::scenario::Scenario;
 
@@ -285,6 +286,7 @@ mod tests {
             intent,
             versions,
             digest: Digest(0),
+            directive: Directive::default(),
         })
     }
 

@@ -3,7 +3,7 @@
 //! ```text
 //! dragnet/<mission>/robots/<robot>/{observation,intent,heartbeat,alive}
 //! dragnet/<mission>/robots/<from>/{log_request,log_reply}/<to>
-//! dragnet/<mission>/coordinator/{status,alive}
+//! dragnet/<mission>/coordinator/{status,alive,observation}
 //! dragnet/<mission>/coordinator/{log_request,log_reply}/<to>
 //! dragnet/<mission>/sim/step/<participant>
 //! dragnet/<mission>/sim/sensed/<robot>
@@ -64,6 +64,8 @@ pub enum Topic {
     },
     /// The coordinator's view, [`MessageKind::MissionStatus`].
     Status,
+    /// What a person marks by hand at the coordinator, [`MessageKind::Observation`].
+    ByHand,
     /// Queries of the simulator to a participant, [`crate::step::Step`].
     SimStep(Participant),
     /// What a robot's simulated sensor has seen, [`crate::step::Sensed`].
@@ -85,6 +87,7 @@ impl Topic {
             (MessageKind::LogRequest, from, Audience::One(to)) => Some(Self::LogRequest { from, to }),
             (MessageKind::LogReply, from, Audience::One(to)) => Some(Self::LogReply { from, to }),
             (MessageKind::MissionStatus, Participant::Coordinator, Audience::All) => Some(Self::Status),
+            (MessageKind::Observation, Participant::Coordinator, Audience::All) => Some(Self::ByHand),
             _ => None,
         }
     }
@@ -99,6 +102,7 @@ impl Topic {
             Self::LogRequest { from, .. } => Some((MessageKind::LogRequest, from)),
             Self::LogReply { from, .. } => Some((MessageKind::LogReply, from)),
             Self::Status => Some((MessageKind::MissionStatus, Participant::Coordinator)),
+            Self::ByHand => Some((MessageKind::Observation, Participant::Coordinator)),
             Self::Alive(_) | Self::SimStep(_) | Self::SimSensed(_) => None,
         }
     }
@@ -119,6 +123,7 @@ impl fmt::Display for Key {
                 write!(formatter, "{}/log_reply/{}", Home(from), Address(to))
             }
             Topic::Status => write!(formatter, "{COORDINATOR}/status"),
+            Topic::ByHand => write!(formatter, "{COORDINATOR}/observation"),
             Topic::SimStep(participant) => write!(formatter, "sim/step/{}", Address(participant)),
             Topic::SimSensed(robot) => write!(formatter, "sim/sensed/{robot}"),
         }
@@ -210,6 +215,7 @@ fn topic(chunks: &[&str]) -> Result<Option<Topic>, NotARobot> {
             Topic::LogReply { from: Participant::Robot(number(from)?), to: address(to)? }
         }
         [COORDINATOR, "status"] => Topic::Status,
+        [COORDINATOR, "observation"] => Topic::ByHand,
         [COORDINATOR, "alive"] => Topic::Alive(Participant::Coordinator),
         [COORDINATOR, "log_request", to] => Topic::LogRequest { from: from_coordinator, to: address(to)? },
         [COORDINATOR, "log_reply", to] => Topic::LogReply { from: from_coordinator, to: address(to)? },

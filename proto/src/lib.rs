@@ -3,13 +3,16 @@
 //!
 //! - [`message`], [`step`], [`wire`], [`cdr`], [`convert`], [`schema`]: what is said, as ROS 2 messages in CDR;
 //! - [`key`], [`time`], [`inbox`], [`plausible`]: under which key, when, exactly once, and only if it can be;
+//! - [`command`], [`directive`]: what a person asks for, and how it reaches every robot;
 //! - [`participant`]: what drives a participant, and what it answers;
 //! - [`scenario`], [`map_file`]: what is searched, by whom, under which conditions.
 //!
 //! Only this crate knows wire bytes and key expressions.
 
 pub mod cdr;
+pub mod command;
 pub mod convert;
+pub mod directive;
 pub mod inbox;
 pub mod key;
 pub mod map_file;

@@ -10,6 +10,8 @@ use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;
 use dragnet_search::observation::{Observation, Origin, RobotId, Version};
 
+use crate::directive::Directive;
+
 /// Somebody with a part in the mission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Participant {
@@ -40,7 +42,7 @@ pub enum Audience {
 /// A message of one participant to the others.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Message {
-    /// To all: what a robot saw.
+    /// To all: what a robot saw, or a person marked.
     Observation(Arc<Observation>),
     /// To all: where a robot is going.
     Intent(Intent),
@@ -150,6 +152,8 @@ pub struct Heartbeat {
     pub versions: Vec<Version>,
     /// Digest of its evidence.
     pub digest: Digest,
+    /// What a person has ordered, as far as it has heard.
+    pub directive: Directive,
 }
 
 /// What a robot does.
@@ -163,6 +167,19 @@ pub enum Activity {
     Spent,
     /// There is nowhere to go.
     Stuck,
+    /// A person has paused the search.
+    Paused,
+}
+
+impl Activity {
+    /// Whether the robot has come to rest by itself: one that a person has paused will go on.
+    #[must_use]
+    pub const fn is_rest(self) -> bool {
+        match self {
+            Self::Cleared | Self::Spent | Self::Stuck => true,
+            Self::Searching | Self::Paused => false,
+        }
+    }
 }
 
 /// A request to repeat observations.
@@ -205,6 +222,8 @@ pub struct MissionStatus {
     pub versions: Vec<Version>,
     /// Digest of the merged evidence.
     pub digest: Digest,
+    /// What a person has ordered.
+    pub directive: Directive,
 }
 
 /// A declared object.

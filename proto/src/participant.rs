@@ -7,6 +7,7 @@ use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::observation::{Observation, RobotId};
 
+use crate::command::Command;
 use crate::message::{Activity, Audience, Message, Participant};
 use crate::plausible::Refused;
 use crate::time::MissionTime;
@@ -63,6 +64,8 @@ pub enum Stimulus<P> {
     Woke,
     /// A robot has left the network.
     Lost(RobotId),
+    /// A person asks for something, at the coordinator.
+    Commanded(Command),
 }
 
 /// What a participant does.

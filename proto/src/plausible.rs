@@ -156,11 +156,21 @@ impl Limits {
         }
     }
 
+    /// Whether anybody may tell observations of a robot: of the team's, and what a person has marked.
+    #[must_use]
+    pub fn counts(&self, robot: RobotId) -> bool {
+        robot == RobotId::BY_HAND || self.team.contains(&robot)
+    }
+
     /// Whether an observation can be: by itself, after the one before it, and by the first of its log.
     ///
     /// # Errors
     /// Why it cannot.
     pub fn check(&self, observation: &Observation, log: &[Arc<Observation>]) -> Result<(), Refusal> {
+        if observation.origin.robot == RobotId::BY_HAND {
+            // A person marks any cell, at any time, as surely as they like.
+            return Ok(());
+        }
         self.check_look(observation)?;
         let (Some(first), Some(before)) = (log.first(), log.last()) else { return Ok(()) };
         self.check_way(before, observation)?;
@@ -179,7 +189,7 @@ impl Limits {
     }
 
     fn check_look(&self, observation: &Observation) -> Result<(), Refusal> {
-        if !self.knows(Participant::Robot(observation.origin.robot)) {
+        if !self.counts(observation.origin.robot) {
             return Err(Refusal::Stranger);
         }
         if !self.terrain.is_traversable(observation.from) {

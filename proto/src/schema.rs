@@ -13,7 +13,7 @@ use crate::wire::{dragnet as ours, standard as others};
 const SEPARATOR_WIDTH: usize = 80;
 
 /// Our own definitions, by package and name.
-const OURS: [(&str, &str); 11] = [
+const OURS: [(&str, &str); 12] = [
     ("dragnet_msgs/Observation", include_str!("../msg/Observation.msg")),
     ("dragnet_msgs/Intent", include_str!("../msg/Intent.msg")),
     ("dragnet_msgs/Heartbeat", include_str!("../msg/Heartbeat.msg")),
@@ -22,6 +22,7 @@ const OURS: [(&str, &str); 11] = [
     ("dragnet_msgs/Version", include_str!("../msg/Version.msg")),
     ("dragnet_msgs/Detection", include_str!("../msg/Detection.msg")),
     ("dragnet_msgs/MissionStatus", include_str!("../msg/MissionStatus.msg")),
+    ("dragnet_msgs/Directive", include_str!("../msg/Directive.msg")),
     ("dragnet_msgs/Step", include_str!("../msg/Step.msg")),
     ("dragnet_msgs/StepReply", include_str!("../msg/StepReply.msg")),
     ("dragnet_msgs/Sensed", include_str!("../msg/Sensed.msg")),
@@ -75,6 +76,7 @@ ros_messages! {
     ours::Version => "dragnet_msgs/msg/Version",
     ours::Detection => "dragnet_msgs/msg/Detection",
     ours::MissionStatus => "dragnet_msgs/msg/MissionStatus",
+    ours::Directive => "dragnet_msgs/msg/Directive",
     ours::Step => "dragnet_msgs/msg/Step",
     ours::StepReply => "dragnet_msgs/msg/StepReply",
     ours::Sensed => "dragnet_msgs/msg/Sensed",

@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use dragnet_proto::convert::{self, Codec};
+use dragnet_proto::directive::Directive;
 use dragnet_proto::message::{
     Activity, Audience, Detection, Heartbeat, Intent, LogReply, LogRequest, Message, MessageKind,
     MissionStatus, Participant,
@@ -52,6 +53,7 @@ fn activities() -> impl Strategy<Value = Activity> {
         Just(Activity::Cleared),
         Just(Activity::Spent),
         Just(Activity::Stuck),
+        Just(Activity::Paused),
     ]
 }
 
@@ -81,10 +83,19 @@ fn versions() -> impl Strategy<Value = Vec<Version>> {
     vec((origins(), any::<u64>()).prop_map(|(origin, next)| Version { origin, next }), 0..5)
 }
 
+fn directives() -> impl Strategy<Value = Directive> {
+    let added = proptest::collection::btree_set(cells(), 0..20);
+    (any::<u64>(), any::<bool>(), added).prop_map(|(number, is_paused, added)| Directive {
+        number,
+        is_paused,
+        added,
+    })
+}
+
 fn heartbeats() -> impl Strategy<Value = Heartbeat> {
     let place = (any::<u64>(), activities(), cells(), 0.0..1e9);
-    (intents(), place, versions(), digests()).prop_map(
-        |(intent, (time_ns, activity, cell, path_meters), versions, digest)| Heartbeat {
+    (intents(), place, versions(), digests(), directives()).prop_map(
+        |(intent, (time_ns, activity, cell, path_meters), versions, digest, directive)| Heartbeat {
             robot: intent.origin.robot,
             time_ns,
             activity,
@@ -93,6 +104,7 @@ fn heartbeats() -> impl Strategy<Value = Heartbeat> {
             intent,
             versions,
             digest,
+            directive,
         },
     )
 }
@@ -112,15 +124,19 @@ fn mission_statuses() -> impl Strategy<Value = MissionStatus> {
         detection.prop_map(|(cell, probability, time_ns)| Detection { cell, probability, time_ns }),
         0..9,
     );
-    (any::<u64>(), declared, 0.0..1e6, vec(robots(), 0..9), any::<u64>(), (versions(), digests())).prop_map(
-        |(time_ns, declared, expected_undeclared, alive, observations, (versions, digest))| MissionStatus {
-            time_ns,
-            declared,
-            expected_undeclared,
-            alive,
-            observations,
-            versions,
-            digest,
+    let known = (versions(), digests(), directives());
+    (any::<u64>(), declared, 0.0..1e6, vec(robots(), 0..9), any::<u64>(), known).prop_map(
+        |(time_ns, declared, expected_undeclared, alive, observations, (versions, digest, directive))| {
+            MissionStatus {
+                time_ns,
+                declared,
+                expected_undeclared,
+                alive,
+                observations,
+                versions,
+                digest,
+                directive,
+            }
         },
     )
 }

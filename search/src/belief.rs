@@ -79,6 +79,31 @@ impl Belief {
         Self::new(terrain, &vec![probability; terrain.grid().cell_count()])
     }
 
+    /// Mean prior probability of the cells that a terrain searches; 0 if it searches none.
+    #[must_use]
+    pub fn mean_prior(&self, terrain: &Terrain) -> f64 {
+        let prior = |cell: Cell| 1.0 / (1.0 + (-self.prior_log_odds_nats[cell.index()]).exp());
+        let sum: f64 = terrain.searched_cells().map(prior).sum();
+        sum / (terrain.searched_cells().count().max(1) as f64)
+    }
+
+    /// These cells are searched from now on, with this prior probability, strictly between 0 and 1; those that are
+    /// searched already stay as they are. Readings of them from before count too. Returns those that were not.
+    pub fn search_also(
+        &mut self,
+        terrain: &mut Terrain,
+        cells: impl IntoIterator<Item = Cell>,
+        probability: f64,
+    ) -> Vec<Cell> {
+        let prior_log_odds_nats = (probability / (1.0 - probability)).ln();
+        let new: Vec<Cell> = cells.into_iter().filter(|&cell| !terrain.is_searched(cell)).collect();
+        for &cell in &new {
+            terrain.search(cell);
+            self.prior_log_odds_nats[cell.index()] = prior_log_odds_nats;
+        }
+        new
+    }
+
     /// Takes a reading in.
     pub fn add(&mut self, reading: &Reading) {
         self.evidence.add(reading);
@@ -169,6 +194,31 @@ mod tests {
         assert!(belief.probability(cells[0]).abs() < f64::MIN_POSITIVE);
         assert!(belief.is_found(cells[1], 0.95));
         assert!(belief.expected_undeclared(&terrain, 0.95).abs() < f64::MIN_POSITIVE);
+    }
+
+    #[test]
+    fn cells_that_are_added_count_like_any_whenever_they_were_seen() {
+        let drawn = Terrain::from_ascii(".,,", 1.0).unwrap();
+        let cells: Vec<Cell> = drawn.grid().cells().collect();
+        let see = |belief: &mut Belief| belief.add(&Reading { cell: cells[1], value: 1.0, variance: 0.1 });
+        let beliefs = [true, false].map(|is_seen_first| {
+            let (mut terrain, mut belief) = (drawn.clone(), Belief::uniform(&drawn, 0.2).unwrap());
+            if is_seen_first {
+                see(&mut belief);
+            }
+            let mean = belief.mean_prior(&terrain);
+            assert!((mean - 0.2).abs() < 1e-12);
+            assert_eq!(belief.search_also(&mut terrain, cells[..2].to_vec(), mean), [cells[1]]);
+            assert!(belief.search_also(&mut terrain, cells[..2].to_vec(), 0.5).is_empty());
+            assert_eq!(terrain.searched_cells().collect::<Vec<_>>(), cells[..2]);
+            if !is_seen_first {
+                see(&mut belief);
+            }
+            belief
+        });
+        assert_eq!(beliefs[0], beliefs[1]);
+        assert!(beliefs[0].is_found(cells[1], 0.95));
+        assert!(beliefs[0].probability(cells[2]).abs() < f64::MIN_POSITIVE);
     }
 
     #[test]

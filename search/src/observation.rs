@@ -10,6 +10,11 @@ use crate::evidence::Reading;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct RobotId(pub u16);
 
+impl RobotId {
+    /// Not a robot: a person, who marks cells by hand. Robots count from 1.
+    pub const BY_HAND: Self = Self(0);
+}
+
 impl std::fmt::Display for RobotId {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(formatter, "{}", self.0)

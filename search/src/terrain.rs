@@ -172,6 +172,11 @@ impl Terrain {
         self.grid.cells().filter(|&cell| self.is_traversable(cell))
     }
 
+    /// From now on an object can be in this cell.
+    pub(crate) fn search(&mut self, cell: Cell) {
+        self.ground[cell.index()].searched = true;
+    }
+
     /// Searched cells, by index.
     pub fn searched_cells(&self) -> impl Iterator<Item = Cell> + '_ {
         self.grid.cells().filter(|&cell| self.is_searched(cell))

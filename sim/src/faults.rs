@@ -1,4 +1,5 @@
-//! What goes wrong with the participants themselves: crashes, clocks, slow robots, full disks; and links that work one way only.
+//! What goes wrong with the participants themselves: crashes, clocks, slow robots, full disks; and links that work one
+//! way only. And a person, who interferes.
 //!
 //! What goes wrong with all messages alike is part of a scenario: [`dragnet_proto::scenario::Network`].
 
@@ -6,6 +7,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::time::Duration;
 
+use dragnet_proto::command::Command;
 use dragnet_proto::message::Participant;
 use dragnet_proto::time::MissionTime;
 use dragnet_search::observation::RobotId;
@@ -25,6 +27,8 @@ pub struct Faults {
     pub mute: Vec<Mute>,
     /// A robot that lies about what it sees, if one does: nobody waits for others to believe what it believes.
     pub liar: Option<RobotId>,
+    /// What a person asks of the coordinator, and when; while there is none, later.
+    pub commands: Vec<(MissionTime, Command)>,
 }
 
 /// A participant stops at once, and may start again.

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use dragnet_proto::command::Command;
 use dragnet_proto::message::{Activity, Audience, Participant};
 use dragnet_proto::participant::{Reaction, Stimulus};
 use dragnet_proto::scenario::Scenario;
@@ -134,6 +135,7 @@ enum Happening<P> {
     Waking { who: Participant, number: u64 },
     Crash { who: Participant },
     Return { who: Participant },
+    Command(Command),
 }
 
 /// One episode under way.
@@ -212,6 +214,11 @@ impl<'a, C: Crew> Simulation<'a, C> {
             if let Some((time, _)) = crash.back {
                 self.queue.plan(time, Happening::Return { who });
                 self.returns += 1;
+            }
+        }
+        if self.rules.coordinator == Attendance::Present {
+            for (time, command) in &faults.commands {
+                self.queue.plan(*time, Happening::Command(command.clone()));
             }
         }
         self.faults = faults;
@@ -293,10 +300,11 @@ impl<'a, C: Crew> Simulation<'a, C> {
     }
 
     fn are_beliefs_equal(&mut self, now: MissionTime) -> Result<bool, C::Error> {
-        // What a robot saw last before it crashed may be lost with it.
-        let is_whole = self.faults.crashes.is_empty() && self.faults.liar.is_none();
-        let mut expected = is_whole.then(|| self.world.merged().digest());
-        let liar = self.faults.liar.map(Participant::Robot);
+        // What a robot saw last before it crashed may be lost with it, and the world sees no marks of a person.
+        let Faults { crashes, commands, liar, .. } = &self.faults;
+        let is_all_seen = crashes.is_empty() && commands.is_empty() && liar.is_none();
+        let mut expected = is_all_seen.then(|| self.world.merged().digest());
+        let liar = liar.map(Participant::Robot);
         for member in self.members.iter().filter(|member| member.is_up && Some(member.who) != liar) {
             let digest = self.crew.digest(member.who, now + self.faults.ahead(member.who))?;
             if *expected.get_or_insert(digest) != digest {
@@ -327,7 +335,18 @@ impl<'a, C: Crew> Simulation<'a, C> {
             }
             Happening::Crash { who } => self.crash(who),
             Happening::Return { who } => self.bring_back(now, who)?,
+            Happening::Command(command) => self.command(now, command)?,
         }
+        Ok(())
+    }
+
+    /// A person asks for something, once there is a coordinator to ask.
+    fn command(&mut self, now: MissionTime, command: Command) -> Result<(), C::Error> {
+        let who = Participant::Coordinator;
+        if self.members[self.place(who)].is_up {
+            return self.tell(now, who, Stimulus::Commanded(command));
+        }
+        self.queue.plan(now + self.heartbeat, Happening::Command(command));
         Ok(())
     }
 
@@ -401,11 +420,13 @@ impl<'a, C: Crew> Simulation<'a, C> {
         let place = self.place(who);
         let member = &mut self.members[place];
         member.activity = reaction.activity;
-        if member.wake_at != reaction.wake_at {
-            member.wake_at = reaction.wake_at;
+        // Who starts again may ask for a time that has passed: it is woken now, for time never goes back.
+        let wake_at = reaction.wake_at.max(now);
+        if member.wake_at != wake_at {
+            member.wake_at = wake_at;
             member.waking += 1;
-            if reaction.wake_at < MissionTime(u64::MAX) {
-                self.queue.plan(reaction.wake_at, Happening::Waking { who, number: member.waking });
+            if wake_at < MissionTime(u64::MAX) {
+                self.queue.plan(wake_at, Happening::Waking { who, number: member.waking });
             }
         }
         self.outcome.decisions.extend(reaction.decision);
@@ -448,6 +469,6 @@ impl<'a, C: Crew> Simulation<'a, C> {
 
 impl Member {
     fn is_resting(&self) -> bool {
-        !self.is_up || self.who == Participant::Coordinator || self.activity != Activity::Searching
+        !self.is_up || self.who == Participant::Coordinator || self.activity.is_rest()
     }
 }

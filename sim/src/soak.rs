@@ -49,6 +49,8 @@ pub struct Bites {
     pub liars: u64,
     /// Lies that were refused.
     pub lies_refused: u64,
+    /// What a person asked for: pauses, marks, cells to be searched too.
+    pub commands: u64,
 }
 
 impl AddAssign for Bites {
@@ -63,6 +65,7 @@ impl AddAssign for Bites {
         self.slow += other.slow;
         self.liars += other.liars;
         self.lies_refused += other.lies_refused;
+        self.commands += other.commands;
     }
 }
 
@@ -215,6 +218,9 @@ impl<F: FnMut(&Scenario) -> Box<dyn Mind>> Crew for Crowd<'_, F> {
     ) -> Result<Reaction<Message>, Violation> {
         if stimulus == Stimulus::Start {
             self.start(who, now);
+        }
+        if matches!(stimulus, Stimulus::Commanded(_)) {
+            self.bites.commands += 1;
         }
         self.checks.before(who, now, &stimulus);
         let mut reaction = self.mind(who).experience(now, stimulus)?;

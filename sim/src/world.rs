@@ -169,6 +169,13 @@ impl World {
         (readings, found)
     }
 
+    /// Takes in what a person says by hand: it counts in the merged belief.
+    pub fn take_in(&mut self, readings: &[Reading]) {
+        for reading in readings {
+            self.merge(reading);
+        }
+    }
+
     /// Whether a cell is found now that was not before.
     fn merge(&mut self, reading: &Reading) -> bool {
         let before = self.merged.is_found(reading.cell, self.tau);

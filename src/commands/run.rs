@@ -1,16 +1,24 @@
 //! `dragnet run`: one search, watched and recorded.
 
+use std::net::SocketAddr;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use dragnet_learn::policy::PolicyName;
 use dragnet_link::config::check_pace;
-use dragnet_link::team::{self, Options};
+use dragnet_link::team::{self, Onlooker, Options};
+use dragnet_live::page::Page;
+use dragnet_live::view::About;
 use dragnet_proto::scenario::Scenario;
 use dragnet_sim::simulation::Spectator;
+use dragnet_sim::world::World;
 
 use super::search::{self, Ended, Style};
-use super::{Failure, complain, latency, output, scenario};
+use super::{Failure, complain, latency, live, output, scenario};
 use crate::VERSION;
+
+/// Mission seconds a second of a search that is watched on its page.
+const LIVE_PACE: f64 = 10.0;
 
 /// Run one search in simulation, and record it.
 ///
@@ -21,6 +29,7 @@ use crate::VERSION;
 Examples:
   dragnet run scenarios/ice_cream_cone.toml
   dragnet run scenarios/team.toml --policy greedy --robots 4 --seed 7 --json
+  dragnet run scenarios/team.toml --live
   dragnet run scenarios/team.toml --policy gnn --weights mine.safetensors")]
 pub(crate) struct Arguments {
     /// What is searched, by whom, with what (TOML)
@@ -43,6 +52,10 @@ pub(crate) struct Arguments {
     /// Let a second of the mission take 1/X seconds; without, as little as it can
     #[arg(long, value_name = "X", value_parser = parse_pace, allow_negative_numbers = true)]
     real_time: Option<f64>,
+    /// Show the search as a page in a browser, there, and stay until Ctrl-C; the search then runs by the wall clock, ten
+    /// times as fast as in the field unless --real-time says otherwise
+    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, require_equals = true, default_missing_value = live::ANYWHERE, value_parser = live::parse_address)]
+    live: Option<SocketAddr>,
     /// Record to this file, which must not exist [default: that of the scenario, or else NAME-SEED.mcap here, with
     /// a number added if that exists]
     #[arg(long, value_name = "FILE")]
@@ -66,23 +79,47 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     }
     latency::warm_up();
     let style = if arguments.json { Style::Json } else { Style::Text };
-    search::tell(&scenario, style, |spectator| run(&scenario, arguments, recording, spectator))
+    let Some(listen) = arguments.live else {
+        return search::tell(&scenario, style, |spectator| {
+            run(&scenario, arguments, recording, None, spectator)
+        });
+    };
+    let about = about(&scenario, arguments.seed);
+    let (page, listener, commands) = Page::of_mission(&live::settings(listen), about)?;
+    let page = live::announce(page);
+    let onlooker = Some(Onlooker { listener, commands });
+    search::tell(&scenario, style, |spectator| run(&scenario, arguments, recording, onlooker, spectator))?;
+    page.stay();
+    Ok(())
+}
+
+/// What the page knows of a search: where the objects are too, for it is simulated.
+fn about(scenario: &Scenario, seed: u64) -> About {
+    About {
+        name: scenario.name().to_owned(),
+        terrain: Arc::new(scenario.terrain().clone()),
+        prior: About::prior_of(scenario.terrain(), scenario.prior()),
+        tau: scenario.mission().tau,
+        team: scenario.robots().iter().map(|robot| robot.id).collect(),
+        objects: Some(World::new(scenario, seed).truth().objects().to_vec()),
+    }
 }
 
 fn run(
     scenario: &Scenario,
     arguments: &Arguments,
     recording: PathBuf,
+    onlooker: Option<Onlooker>,
     spectator: Spectator<'_>,
 ) -> Result<Ended, Failure> {
     let processes = arguments.processes.then(std::env::current_exe).transpose();
     let options = Options {
         recording: Some(recording),
         processes: processes.map_err(|error| Failure::Run(format!("cannot find this program: {error}")))?,
-        pace: arguments.real_time,
+        pace: arguments.real_time.or(onlooker.is_some().then_some(LIVE_PACE)),
         version: VERSION.to_owned(),
     };
-    let run = team::run(scenario, arguments.seed, &options, spectator)?;
+    let run = team::run_watched(scenario, arguments.seed, &options, onlooker, spectator)?;
     Ok(Ended {
         seed: arguments.seed,
         episode: run.episode,

@@ -12,6 +12,7 @@ use dragnet_sim::simulation::Spectator;
 use super::{Failure, scenario};
 use crate::terminal::{self, progress};
 use narrator::Narrator;
+pub(super) use narrator::place;
 use report::Report;
 
 /// How a search is told.

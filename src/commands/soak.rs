@@ -18,7 +18,8 @@ const ROUND: usize = 200;
 ///
 /// Each seed is another search on a small generated map: robots and a coordinator that lose, delay, repeat and overtake
 /// messages, are cut off, in one direction or both, crash, and start again with or without their memory, with clocks that
-/// are ahead, wheels that are slow, and now and then one among them that lies about what it sees. After every step of every participant is checked that each reading counts once, that no
+/// are ahead, wheels that are slow, now and then one among them that lies about what it sees, and a person who pauses the
+/// search, marks cells and adds some. After every step of every participant is checked that each reading counts once, that no
 /// name is used twice, that nothing is told before it is kept, that what is declared stays declared unless the evidence
 /// says otherwise, and that no robot waits for another; in the end, that all believe the same to the bit and the mission is
 /// over. Nothing depends on the clock of this machine: a seed that fails once fails always.
@@ -108,6 +109,7 @@ impl Total {
             ("slow robots", self.faults.slow),
             ("robots that lied", self.faults.liars),
             ("lies that were refused", self.faults.lies_refused),
+            ("commands of a person", self.faults.commands),
         ];
         let rows = rows.map(|(what, count)| format!("{count:>12}  {what}\n"));
         format!(

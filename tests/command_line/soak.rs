@@ -5,8 +5,8 @@ use super::Place;
 #[test]
 fn teams_survive_and_every_fault_has_bitten() {
     let place = Place::new();
-    let total = place.json(&["soak", "--seeds", "300", "--json"]);
-    assert_eq!(total["episodes"], 300);
+    let total = place.json(&["soak", "--seeds", "400", "--json"]);
+    assert_eq!(total["episodes"], 400);
     assert!(total["steps_checked"].as_u64() > Some(100_000), "{total}");
     let faults = total["faults"].as_object().unwrap();
     let network = faults["network"].as_object().unwrap();

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use cargo_metadata::{CargoOpt, DependencyKind, Metadata, MetadataCommand, Package, PackageId};
 
 /// Each crate, and the crates of ours that it may import.
-const ARROWS: [(&str, &[&str]); 10] = [
+const ARROWS: [(&str, &[&str]); 11] = [
     ("dragnet-search", &[]),
     ("dragnet-learn", &["dragnet-search"]),
     ("dragnet-train", &["dragnet-search", "dragnet-learn"]),
@@ -14,6 +14,7 @@ const ARROWS: [(&str, &[&str]); 10] = [
     ("dragnet-agent", &["dragnet-search", "dragnet-learn", "dragnet-proto"]),
     ("dragnet-coordinator", &["dragnet-search", "dragnet-proto"]),
     ("dragnet-sim", &["dragnet-search", "dragnet-learn", "dragnet-proto", "dragnet-agent"]),
+    ("dragnet-live", &["dragnet-search", "dragnet-proto", "dragnet-coordinator"]),
     (
         "dragnet-link",
         &[
@@ -23,6 +24,7 @@ const ARROWS: [(&str, &[&str]); 10] = [
             "dragnet-agent",
             "dragnet-coordinator",
             "dragnet-sim",
+            "dragnet-live",
         ],
     ),
     (
@@ -36,15 +38,17 @@ const ARROWS: [(&str, &[&str]); 10] = [
             "dragnet-agent",
             "dragnet-coordinator",
             "dragnet-sim",
+            "dragnet-live",
             "dragnet-link",
         ],
     ),
 ];
 
 /// Crates that only the edges may use.
-const EDGES: [(&str, &[&str]); 6] = [
+const EDGES: [(&str, &[&str]); 7] = [
     ("zenoh", &["dragnet-link"]),
-    ("tokio", &["dragnet-link"]),
+    ("tokio", &["dragnet-link", "dragnet-live"]),
+    ("axum", &["dragnet-live"]),
     ("mcap", &["dragnet-coordinator"]),
     ("clap", &["dragnet"]),
     ("rcgen", &["dragnet-keys"]),

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use dragnet_agent::agent::{Agent, Event, Orders};
 use dragnet_coordinator::mission::{self, Mission, MissionOrders};
 use dragnet_proto::convert::{self, Codec};
+use dragnet_proto::directive::Directive;
 use dragnet_proto::inbox::Inbox;
 use dragnet_proto::message::{
     Activity, Heartbeat, Intent, LogReply, LogRequest, Message, MessageKind, Participant,
@@ -61,6 +62,7 @@ fn honest(scenario: &Scenario, kind: u8, sequence: u64) -> Message {
             intent,
             versions: vec![Version { origin: MATE, next: sequence }],
             digest: Digest(1),
+            directive: Directive::default(),
         }),
         3 => Message::LogRequest(LogRequest {
             from: Participant::Robot(MATE.robot),

@@ -50,7 +50,8 @@ impl Mission {
     fn zenoh(&self, listen: &str, connect: &[String]) -> String {
         let config = self.hosts.path("zenoh.json5");
         let mode = if self.shape == Shape::Star { "mode = \"router\"\n" } else { "" };
-        format!("listen = [{listen:?}]\nconnect = {connect:?}\nconfig = {config:?}\n{mode}")
+        let config = config.display();
+        format!("listen = [{listen:?}]\nconnect = {connect:?}\nconfig = \"{config}\"\n{mode}")
     }
 
     fn common(&self, listen: &str, connect: &[String]) -> String {
@@ -63,7 +64,7 @@ impl Mission {
 
     fn start_coordinator(&mut self, recording: &str) {
         let path = self.hosts.path(recording);
-        let config = format!("recording = {path:?}\n{}", self.common("tcp/10.0.0.2:7447", &[]));
+        let config = format!("recording = \"{}\"\n{}", path.display(), self.common("tcp/10.0.0.2:7447", &[]));
         self.hosts.write("coordinator.toml", &config);
         let router = if self.shape == Shape::Star { "--router" } else { "" };
         let config = self.hosts.path("coordinator.toml");

@@ -48,6 +48,14 @@ pub enum RecordingError {
         /// What it is instead.
         found: String,
     },
+    /// Something in it is not what this program records.
+    #[error("{}: cannot be played back: {reason}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// What, and where.
+        reason: String,
+    },
 }
 
 /// The crate's own text says only that input or output failed.

@@ -1,3 +1,5 @@
+use dragnet_proto::command::Mark;
+use dragnet_proto::directive::Directive;
 use dragnet_proto::message::{Activity, LogReply, LogRequest};
 use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::observation::{Origin, Version};
@@ -64,6 +66,7 @@ fn heartbeat(robot: RobotId, now: MissionTime, versions: Vec<Version>) -> Messag
         intent: intent(robot, 1, 1..4),
         versions,
         digest: Digest(0),
+        directive: Directive::default(),
     })
 }
 
@@ -267,4 +270,76 @@ fn a_robot_that_reuses_numbers_is_noticed() {
     let before = mission.belief().digest();
     assert_eq!(observations(&see(&mut mission, at(1), &observation(ONE, 0, 3, 1.0))), []);
     assert_eq!((mission.inbox().refused().values().sum::<u64>(), mission.belief().digest()), (1, before));
+}
+
+fn command(mission: &mut Mission, now: MissionTime, command: Command) -> Vec<Action> {
+    mission.handle(now, Event::Commanded(command))
+}
+
+#[test]
+fn a_pause_is_told_at_once_and_the_newest_order_counts() {
+    let mut mission = mission();
+    let told = command(&mut mission, at(3), Command::Pause);
+    assert!(statuses(&told)[0].directive.is_paused);
+    assert_eq!(command(&mut mission, at(4), Command::Pause), [], "it is paused already");
+    assert!(!statuses(&command(&mut mission, at(5), Command::Resume))[0].directive.is_paused);
+    assert_eq!(mission.directive().number, at(5).0);
+}
+
+#[test]
+fn a_coordinator_that_starts_again_learns_of_a_pause_and_can_end_it() {
+    let mut before = mission();
+    command(&mut before, at(100), Command::Pause);
+    let mut again = mission();
+    let Message::Heartbeat(beat) = heartbeat(ONE, at(1), Vec::new()) else { panic!("no heartbeat") };
+    let beat = Heartbeat { directive: before.directive().clone(), ..beat };
+    let learned = hear(&mut again, at(1), ONE, Message::Heartbeat(beat));
+    assert!(statuses(&learned)[0].directive.is_paused, "a pause is not lifted by a restart");
+    // Its clock is far behind that of the one before.
+    command(&mut again, at(2), Command::Resume);
+    let mut robot = before.directive().clone();
+    assert!(robot.merge(again.directive()) && !robot.is_paused);
+}
+
+#[test]
+fn marks_are_observations_under_names_of_their_own() {
+    let mut mission = mission();
+    let told = command(&mut mission, at(7), Command::Mark(Mark::Clue, cell(2)));
+    let published = |actions: &[Action]| -> Vec<Arc<Observation>> {
+        let of = actions.iter().filter_map(|action| match action {
+            Action::Publish(Audience::All, Message::Observation(observation)) => {
+                Some(Arc::clone(observation))
+            }
+            _ => None,
+        });
+        of.collect()
+    };
+    let [mark] = &published(&told)[..] else { panic!("{told:?}") };
+    assert_eq!(mark.origin, Origin { robot: RobotId::BY_HAND, incarnation: at(7).0 });
+    assert_eq!(observations(&told), [(RobotId::BY_HAND, 0)], "recorded once");
+    assert_eq!(
+        observations(&command(&mut mission, at(8), Command::Mark(Mark::Searched, cell(2)))),
+        [(RobotId::BY_HAND, 1)]
+    );
+    assert_eq!(mission.tracks().count(), 0, "a person is no robot");
+    assert_eq!(mission.robots().count(), 2);
+
+    // Started again at the very same time, and told by a robot of the mark before.
+    let mut again = self::mission();
+    let reply = LogReply { observations: vec![Arc::clone(mark)] };
+    hear(&mut again, at(7), ONE, Message::LogReply(reply));
+    let [other] = &published(&command(&mut again, at(7), Command::Mark(Mark::Clue, cell(3))))[..] else {
+        panic!("no mark")
+    };
+    assert_ne!((other.origin, other.sequence), (mark.origin, mark.sequence));
+}
+
+#[test]
+fn a_clue_may_declare_an_object_and_cells_that_are_searched_stay_as_they_are() {
+    let mut mission = mission();
+    see(&mut mission, at(0), &observation(ONE, 0, 5, 2.0));
+    let declaring = command(&mut mission, at(1), Command::Mark(Mark::Clue, cell(5)));
+    assert_eq!(statuses(&declaring)[0].declared.len(), 1);
+    assert_eq!(command(&mut mission, at(2), Command::Search(vec![cell(1), cell(5)])), []);
+    assert!(mission.directive().added.is_empty());
 }

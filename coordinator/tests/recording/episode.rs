@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use dragnet_coordinator::mission::{Action, Event, Mission, MissionOrders, Record};
 use dragnet_coordinator::record::{Header, Recorder};
+use dragnet_proto::directive::Directive;
 use dragnet_proto::message::{Activity, Heartbeat, Intent, Message, Participant};
 use dragnet_proto::plausible::Limits;
 use dragnet_proto::scenario::Scenario;
@@ -168,6 +169,7 @@ fn heartbeat(now: MissionTime, robot: RobotId, half: u64) -> Message {
         intent: intent(now, robot, half / 6 * 6),
         versions: Vec::new(),
         digest: prior().digest(),
+        directive: Directive::default(),
     })
 }
 

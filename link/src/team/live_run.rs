@@ -11,7 +11,7 @@ use tokio::sync::{mpsc, watch};
 use tokio::task::JoinHandle;
 
 use super::children::{Brief, Children};
-use super::{Mesh, Options, Run, joined, mission, recording};
+use super::{Mesh, Onlooker, Options, Run, joined, mission, recording};
 use crate::LinkError;
 use crate::config::TimeSource;
 use crate::link::Link;
@@ -23,19 +23,23 @@ pub(super) async fn run(
     seed: u64,
     pace: f64,
     options: &Options,
+    onlooker: Option<Onlooker>,
     spectator: Spectator<'_>,
 ) -> Result<Run, LinkError> {
     let mission = mission(scenario)?;
     let codec = Codec::new(scenario.terrain().grid());
-    let desk = recording::desk(scenario, seed, options)?;
+    let (listener, commands) = match onlooker {
+        Some(Onlooker { listener, commands }) => (Some(listener), commands),
+        None => (None, mpsc::channel(1).1),
+    };
+    let desk = recording::desk(scenario, seed, options)?.told_to(listener);
     let mesh = Mesh::new(scenario)?;
     let world = mesh.open_world().await?;
     let (stop, stopped) = watch::channel(());
     let session = mesh.open_participant(Participant::Coordinator).await?;
     let link = Link::join(session, mission.clone(), Participant::Coordinator, codec).await?;
-    let (_, no_reports) = mpsc::channel(1);
     let desk: JoinHandle<Result<(Desk, Log), LinkError>> =
-        participate(link, desk, pace, no_reports, stopped.clone());
+        participate(link, desk, pace, commands, stopped.clone());
     let mut children = Children::default();
     let mut robots = Vec::new();
     for orders in Orders::of_team(scenario, seed) {

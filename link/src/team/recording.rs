@@ -48,6 +48,7 @@ fn run_metadata(scenario: &Scenario, seed: u64, options: &Options) -> BTreeMap<S
         ("version", options.version.clone()),
         ("robots", policies.len().to_string()),
         ("policies", policies.join(",")),
+        ("tau", scenario.mission().tau.to_string()),
     ])
 }
 

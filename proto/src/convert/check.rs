@@ -34,6 +34,8 @@ pub(super) enum Place {
     Declared(usize),
     /// An entry of `known`.
     Known(usize),
+    /// What a person has ordered.
+    Directive,
 }
 
 impl fmt::Display for Place {
@@ -44,6 +46,7 @@ impl fmt::Display for Place {
             Self::Observation(index) => write!(formatter, "observations[{index}]."),
             Self::Declared(index) => write!(formatter, "declared[{index}]."),
             Self::Known(index) => write!(formatter, "known[{index}]."),
+            Self::Directive => write!(formatter, "directive."),
         }
     }
 }
@@ -156,8 +159,9 @@ impl Check {
             1 => Ok(Activity::Cleared),
             2 => Ok(Activity::Spent),
             3 => Ok(Activity::Stuck),
+            4 => Ok(Activity::Paused),
             _ => {
-                let allowed = "0 searching, 1 cleared, 2 spent, 3 stuck";
+                let allowed = "0 searching, 1 cleared, 2 spent, 3 stuck, 4 paused";
                 Err(ConvertError::Alternative { at: self.at("activity"), found, allowed })
             }
         }
@@ -186,6 +190,7 @@ pub(super) const fn activity_number(activity: Activity) -> u8 {
         Activity::Cleared => 1,
         Activity::Spent => 2,
         Activity::Stuck => 3,
+        Activity::Paused => 4,
     }
 }
 

@@ -54,6 +54,7 @@ impl From<&Heartbeat> for wire::Heartbeat {
             intent: (&heartbeat.intent).into(),
             known: heartbeat.versions.iter().map(Into::into).collect(),
             digest: digest_halves(heartbeat.digest),
+            directive: (&heartbeat.directive).into(),
         }
     }
 }
@@ -108,6 +109,7 @@ impl From<&MissionStatus> for wire::MissionStatus {
             observations: status.observations,
             known: status.versions.iter().map(Into::into).collect(),
             digest: digest_halves(status.digest),
+            directive: (&status.directive).into(),
         }
     }
 }
@@ -148,6 +150,7 @@ impl Check {
             intent: inner.intent(&wire.intent)?,
             versions: self.versions(&wire.known)?,
             digest: digest(wire.digest),
+            directive: self.directive(&wire.directive)?,
         })
     }
 
@@ -224,6 +227,7 @@ impl Check {
             observations: wire.observations,
             versions: self.versions(&wire.known)?,
             digest: digest(wire.digest),
+            directive: self.directive(&wire.directive)?,
         })
     }
 }

@@ -3,6 +3,7 @@ use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::observation::{Observation, Origin, RobotId, Version};
 
 use super::*;
+use crate::directive::Directive;
 use crate::message::{Activity, Heartbeat, Intent, LogReply};
 
 fn grid() -> Grid {
@@ -37,6 +38,7 @@ fn heartbeat() -> Heartbeat {
         intent: intent(7),
         versions: vec![Version { origin: Origin::first(RobotId(7)), next: 4 }],
         digest: Digest(0x0123_4567_89ab_cdef_0011_2233_4455_6677),
+        directive: Directive { number: 5, is_paused: true, added: [0, 1, 4].into_iter().map(cell).collect() },
     }
 }
 
@@ -47,7 +49,7 @@ fn refusal<T: RosMessage>(kind: MessageKind, message: &T) -> String {
 
 #[test]
 fn an_observation_has_the_bytes_that_its_definition_gives_it() {
-    let mut expected = vec![0, 1, 0, 0, 2, 0]; // header; version and its padding
+    let mut expected = vec![0, 1, 0, 0, 3, 0]; // header; version and its padding
     expected.extend([2, 1, 0, 0, 0, 0]); // robot 258 and padding to 8
     expected.extend([0, 0, 0, 0, 0, 0, 0, 0]); // incarnation
     expected.extend([3, 0, 0, 0, 0, 0, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0]); // sequence, time
@@ -76,7 +78,7 @@ fn an_observation_out_of_range_is_refused_by_field() {
             format!("dragnet_msgs/msg/Observation: {expected}")
         );
     };
-    check(|wire| wire.version = 1, "version: 1; this program speaks version 2");
+    check(|wire| wire.version = 1, "version: 1; this program speaks version 3");
     check(|wire| wire.cell = 6, "cell: cell 6 is not on the map; allowed are 0 to 5");
     check(|wire| wire.cells[0] = 99, "cells[0]: cell 99 is not on the map; allowed are 0 to 5");
     check(
@@ -97,7 +99,7 @@ fn an_observation_out_of_range_is_refused_by_field() {
 #[test]
 fn another_version_is_named_even_if_its_fields_are_others() {
     let error = Codec::new(grid()).decode(MessageKind::LogRequest, &[0, 1, 0, 0, 9, 8, 7]);
-    let expected = "dragnet_msgs/msg/LogRequest: version: 9; this program speaks version 2";
+    let expected = "dragnet_msgs/msg/LogRequest: version: 9; this program speaks version 3";
     assert_eq!(error.unwrap_err().to_string(), expected);
 }
 
@@ -108,13 +110,43 @@ fn a_heartbeat_out_of_range_is_refused_by_field() {
         change(&mut wire);
         assert_eq!(refusal(MessageKind::Heartbeat, &wire), format!("dragnet_msgs/msg/Heartbeat: {expected}"));
     };
-    check(|wire| wire.activity = 4, "activity: 4; allowed are 0 searching, 1 cleared, 2 spent, 3 stuck");
+    check(
+        |wire| wire.activity = 5,
+        "activity: 5; allowed are 0 searching, 1 cleared, 2 spent, 3 stuck, 4 paused",
+    );
     check(|wire| wire.path_meters = f64::INFINITY, "path_meters: inf; allowed are finite numbers from 0");
     check(|wire| wire.intent.robot = 8, "intent.robot: of robot 8; allowed is robot 7 only");
-    check(|wire| wire.intent.version = 0, "intent.version: 0; this program speaks version 2");
+    check(|wire| wire.intent.version = 0, "intent.version: 0; this program speaks version 3");
     check(|wire| wire.intent.path = vec![0; 7], "intent.path: 7 entries; allowed are at most 6");
     check(|wire| wire.intent.path[1] = 6, "intent.path[1]: cell 6 is not on the map; allowed are 0 to 5");
-    check(|wire| wire.known[0].version = 1, "known[0].version: 1; this program speaks version 2");
+    check(|wire| wire.known[0].version = 1, "known[0].version: 1; this program speaks version 3");
+}
+
+#[test]
+fn a_directive_travels_in_runs_and_is_refused_by_field() {
+    let wire = wire::Heartbeat::from(&heartbeat()).directive;
+    assert_eq!((&wire.firsts[..], &wire.counts[..]), (&[0, 4][..], &[2, 1][..]));
+    let check = |firsts: &[u32], counts: &[u32], expected: &str| {
+        let mut wire = wire::Heartbeat::from(&heartbeat());
+        (wire.directive.firsts, wire.directive.counts) = (firsts.to_vec(), counts.to_vec());
+        let expected = format!("dragnet_msgs/msg/Heartbeat: directive.{expected}");
+        assert_eq!(refusal(MessageKind::Heartbeat, &wire), expected);
+    };
+    check(&[0, 4], &[1], "counts: 1 entries; allowed are 2, as many as `firsts` has");
+    check(&[0, 1], &[2, 1], "firsts[1]: 1 after 2; allowed are ascending numbers");
+    check(&[6], &[1], "firsts[0]: cell 6 is not on the map; allowed are 0 to 5");
+    check(&[4], &[3], "counts[0]: cell 6 is not on the map; allowed are 0 to 5");
+    check(&[4], &[u32::MAX], "counts[0]: cell 4294967295 is not on the map; allowed are 0 to 5");
+    check(&[4], &[0], "counts[0]: 0; allowed are runs of at least 1 cell");
+}
+
+#[test]
+fn a_mark_by_hand_comes_from_the_coordinator_alone() {
+    let mark = Message::Observation(Arc::new(observation(RobotId::BY_HAND.0, 0)));
+    assert!(check_sender(&mark, Participant::Coordinator).is_ok());
+    assert!(check_sender(&mark, Participant::Robot(RobotId::BY_HAND)).is_err());
+    let seen = Message::Observation(Arc::new(observation(7, 0)));
+    assert!(check_sender(&seen, Participant::Coordinator).is_err());
 }
 
 #[test]

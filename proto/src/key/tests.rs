@@ -24,6 +24,7 @@ fn topics() -> impl Strategy<Value = Topic> {
         pair().prop_map(|(from, to)| Topic::LogRequest { from, to }),
         pair().prop_map(|(from, to)| Topic::LogReply { from, to }),
         Just(Topic::Status),
+        Just(Topic::ByHand),
         participants().prop_map(Topic::SimStep),
         robot().prop_map(Topic::SimSensed),
     ]
@@ -77,6 +78,7 @@ fn keys_are_spelled_as_documented() {
     );
     check(Topic::LogReply { from: Participant::Coordinator, to: three }, "coordinator/log_reply/3");
     check(Topic::Status, "coordinator/status");
+    check(Topic::ByHand, "coordinator/observation");
     check(Topic::SimStep(Participant::Coordinator), "sim/step/coordinator");
     check(Topic::SimStep(three), "sim/step/3");
     check(Topic::SimSensed(robot), "sim/sensed/12");
@@ -105,7 +107,7 @@ fn a_wrong_key_is_refused_with_what_is_allowed() {
 fn nobody_publishes_what_is_not_theirs() {
     let robot = Participant::Robot(RobotId(0));
     let of = |kind, from, to| Topic::of(kind, from, to);
-    assert_eq!(of(MessageKind::Observation, Participant::Coordinator, Audience::All), None);
+    assert_eq!(of(MessageKind::Intent, Participant::Coordinator, Audience::All), None);
     assert_eq!(of(MessageKind::MissionStatus, robot, Audience::All), None);
     assert_eq!(of(MessageKind::LogReply, robot, Audience::All), None);
     assert_eq!(of(MessageKind::Intent, robot, Audience::One(robot)), None);

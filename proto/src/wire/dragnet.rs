@@ -7,7 +7,7 @@
 use serde::{Deserialize, Serialize};
 
 /// The version of all messages that this program speaks.
-pub const VERSION: u8 = 2;
+pub const VERSION: u8 = 3;
 
 /// `dragnet_msgs/msg/Observation`, see `msg/Observation.msg`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -46,6 +46,7 @@ pub struct Heartbeat {
     pub intent: Intent,
     pub known: Vec<Version>,
     pub digest: [u64; 2],
+    pub directive: Directive,
 }
 
 /// `dragnet_msgs/msg/LogRequest`, see `msg/LogRequest.msg`.
@@ -95,6 +96,17 @@ pub struct MissionStatus {
     pub observations: u64,
     pub known: Vec<Version>,
     pub digest: [u64; 2],
+    pub directive: Directive,
+}
+
+/// `dragnet_msgs/msg/Directive`, see `msg/Directive.msg`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Directive {
+    pub version: u8,
+    pub number: u64,
+    pub paused: bool,
+    pub firsts: Vec<u32>,
+    pub counts: Vec<u32>,
 }
 
 /// `dragnet_msgs/msg/Step`, see `msg/Step.msg`.

@@ -115,6 +115,9 @@ impl<'a> Checks<'a> {
         if reaction.activity != Activity::Searching || who == Participant::Coordinator {
             shadow.moved = now;
         }
+        if reaction.activity == Activity::Paused && reaction.route.as_ref().is_some_and(|it| !it.is_empty()) {
+            return broken("it is paused, and goes".to_owned());
+        }
         let waited = now.since(shadow.moved);
         if waited > self.patience {
             return broken(format!("it searches, and has stood still for {:.1} s", waited.as_secs_f64()));
@@ -283,6 +286,10 @@ mod tests {
         check(&[], &[(NOW, reaction(Vec::new(), vec![told(0.5)]))], "and did not keep it");
         let another = (NOW, reaction(Vec::new(), vec![told(0.7)]));
         check(&[0.5], &[good.clone(), another], "it published another observation 0");
+        let cell = scenario.terrain().grid().cells().next();
+        let paused =
+            Reaction { activity: Activity::Paused, route: cell.map(|cell| vec![cell]), ..good.1.clone() };
+        check(&[0.5], &[(NOW, paused)], "it is paused, and goes");
         let late = (MissionTime(3_600_000_000_000), reaction(Vec::new(), Vec::new()));
         check(&[0.5], &[good, late], "it searches, and has stood still for 3599.0 s");
     }

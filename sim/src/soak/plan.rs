@@ -5,9 +5,11 @@ use std::ops::Range;
 use std::path::Path;
 use std::time::Duration;
 
+use dragnet_proto::command::{Command, Mark};
 use dragnet_proto::message::Participant;
 use dragnet_proto::scenario::{Scenario, ScenarioError};
 use dragnet_proto::time::MissionTime;
+use dragnet_search::cell::{Cell, Grid};
 use dragnet_search::generated::Generated;
 use dragnet_search::observation::RobotId;
 use dragnet_search::policy::PolicyName;
@@ -31,7 +33,9 @@ pub fn plan(seed: u64) -> Result<(Scenario, Faults), ScenarioError> {
     let (robots, budget) = (random.random_range(ROBOTS), random.random_range(BUDGET));
     let text = scenario(&mut random, robots, budget);
     let scenario = Scenario::from_text(Path::new(&format!("soak-{seed}.toml")), text)?;
-    let faults = Draw { random: &mut random, robots, budget: Duration::from_secs(budget) }.faults();
+    let mut draw = Draw { random: &mut random, robots, budget: Duration::from_secs(budget) };
+    let mut faults = draw.faults();
+    faults.commands = draw.commands(scenario.terrain().grid());
     Ok((scenario, faults))
 }
 
@@ -90,7 +94,7 @@ struct Draw<'a> {
 }
 
 impl Draw<'_> {
-    fn faults(mut self) -> Faults {
+    fn faults(&mut self) -> Faults {
         let mut faults = Faults::default();
         for robot in (1..=self.robots).map(RobotId) {
             let who = Participant::Robot(robot);
@@ -122,6 +126,40 @@ impl Draw<'_> {
         faults
     }
 
+    /// A person who pauses the search for a while, marks cells and adds some, or does nothing at all.
+    fn commands(&mut self, grid: Grid) -> Vec<(MissionTime, Command)> {
+        let mut commands = Vec::new();
+        if self.random.random_bool(0.5) {
+            let (pause, resume) = interval(self.random, self.budget.as_secs());
+            commands.push((pause, Command::Pause));
+            commands.push((resume, Command::Resume));
+        }
+        if self.random.random_bool(0.5) {
+            for _ in 0..self.random.random_range(1..=6) {
+                let mark = if self.random.random() { Mark::Clue } else { Mark::Searched };
+                let command = Command::Mark(mark, self.cells(grid, 1)[0]);
+                commands.push((self.time(), command));
+            }
+        }
+        if self.random.random_bool(0.3) {
+            let command = Command::Search(self.cells(grid, 40));
+            commands.push((self.time(), command));
+        }
+        let at = |seconds| MissionTime::START + Duration::from_secs_f64(seconds);
+        commands.into_iter().map(|(seconds, command)| (at(seconds), command)).collect()
+    }
+
+    /// Some time of a mission, seconds.
+    fn time(&mut self) -> f64 {
+        interval(self.random, self.budget.as_secs()).0
+    }
+
+    fn cells(&mut self, grid: Grid, count: usize) -> Vec<Cell> {
+        let last = u32::try_from(grid.cell_count()).unwrap_or(u32::MAX);
+        let any = |_| grid.cell_numbered(self.random.random_range(0..last));
+        (0..count).filter_map(any).collect()
+    }
+
     fn crash(&mut self, will_return: bool) -> Crash {
         let at = MissionTime::START + self.budget.mul_f64(self.random.random_range(0.02..0.7));
         let away = Duration::from_millis(self.random.random_range(1_000..200_000));
@@ -151,14 +189,15 @@ mod tests {
 
     #[test]
     fn every_seed_is_a_search_with_faults_of_its_own() {
-        let (mut crashes, mut mute) = (0, 0);
+        let (mut crashes, mut mute, mut commands) = (0, 0, 0);
         for seed in 0..200 {
             let (scenario, faults) = plan(seed).unwrap();
             assert!((2..=5).contains(&scenario.robots().len()));
             crashes += faults.crashes.len();
             mute += faults.mute.len();
+            commands += faults.commands.len();
             assert_eq!(plan(seed).unwrap().1, faults);
         }
-        assert!(crashes > 200 && mute > 50, "{crashes} {mute}");
+        assert!(crashes > 200 && mute > 50 && commands > 300, "{crashes} {mute} {commands}");
     }
 }

@@ -98,7 +98,7 @@ impl Narrator {
 }
 
 /// Where a cell lies, as scenarios write it: `[row, column]`, from the south-west.
-pub(super) fn place(grid: Grid, cell: Cell) -> String {
+pub(in crate::commands) fn place(grid: Grid, cell: Cell) -> String {
     let Position { row, column } = grid.position(cell);
     format!("[{row}, {column}]")
 }
@@ -109,6 +109,7 @@ const fn reason(activity: Activity) -> &'static str {
         Activity::Cleared => "nothing is left that is worth a search",
         Activity::Spent => "its budget is spent",
         Activity::Stuck => "there is nowhere to go",
+        Activity::Paused => "the search is paused",
     }
 }
 

@@ -1,0 +1,79 @@
+//! What a person asks for, made what the robots understand: marks are observations, the rest is the directive.
+
+use std::sync::Arc;
+
+use dragnet_proto::command::{Command, Mark};
+use dragnet_proto::directive::Directive;
+use dragnet_proto::message::{Audience, Message};
+use dragnet_proto::time::MissionTime;
+use dragnet_search::cell::Cell;
+use dragnet_search::observation::{Observation, Origin, RobotId};
+
+use super::{Action, Mission};
+
+impl Mission {
+    /// What a person has ordered so far.
+    #[must_use]
+    pub const fn directive(&self) -> &Directive {
+        &self.directive
+    }
+
+    pub(super) fn command(&mut self, now: MissionTime, command: Command, actions: &mut Vec<Action>) {
+        let mut directive = self.directive.clone();
+        match command {
+            Command::Mark(mark, cell) => return self.mark(now, mark, cell, actions),
+            Command::Pause if directive.is_paused => {}
+            Command::Pause => directive.order_pause(now.0, true),
+            Command::Resume if !directive.is_paused => {}
+            Command::Resume => directive.order_pause(now.0, false),
+            Command::Search(cells) => {
+                let terrain = &self.orders.terrain;
+                directive.added.extend(cells.into_iter().filter(|&cell| !terrain.is_searched(cell)));
+            }
+        }
+        self.learn(now, &directive, actions);
+    }
+
+    /// A directive, from here or from a robot that has heard of it; all are told if any of it is news.
+    pub(super) fn learn(&mut self, now: MissionTime, directive: &Directive, actions: &mut Vec<Action>) {
+        if !self.directive.merge(directive) {
+            return;
+        }
+        let terrain = Arc::make_mut(&mut self.orders.terrain);
+        let added = self.directive.added.iter().copied();
+        let new = self.belief.search_also(terrain, added, self.added_prior);
+        self.declarations.review(now, &self.belief, new);
+        self.report(now, actions);
+    }
+
+    /// One reading of one cell, under a name that no other has: it is kept, told and repaired like those of robots.
+    fn mark(&mut self, now: MissionTime, mark: Mark, cell: Cell, actions: &mut Vec<Action>) {
+        let origin = *self.by_hand.get_or_insert_with(|| unused(&self.inbox, now));
+        let observation = Arc::new(Observation {
+            origin,
+            sequence: self.inbox.log().next(origin),
+            time_ns: now.0,
+            from: cell,
+            readings: vec![mark.reading(cell)],
+        });
+        if let Err(refused) = self.inbox.record(Arc::clone(&observation)) {
+            return actions.push(Action::Refuse(refused));
+        }
+        let has_declared = self.merge(now, &[Arc::clone(&observation)], actions);
+        actions.push(Action::Publish(Audience::All, Message::Observation(observation)));
+        if has_declared {
+            self.report(now, actions);
+        }
+    }
+}
+
+/// A coordinator that has started again does not know which names it has used; the time of its first mark, to the
+/// nanosecond, is none of them.
+fn unused(inbox: &dragnet_proto::inbox::Inbox, now: MissionTime) -> Origin {
+    let known: Vec<Origin> = inbox.log().versions().map(|version| version.origin).collect();
+    let mut origin = Origin { robot: RobotId::BY_HAND, incarnation: now.0 };
+    while known.contains(&origin) {
+        origin.incarnation += 1;
+    }
+    origin
+}

@@ -1,0 +1,175 @@
+//! A recording as the records that made it, in order: what somebody needs who wants to see the mission again.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use dragnet_proto::cdr;
+use dragnet_proto::convert::Codec;
+use dragnet_proto::message::{Message, MessageKind};
+use dragnet_proto::time::MissionTime;
+use dragnet_proto::wire::standard::{Grid as WireGrid, OccupancyGrid};
+use dragnet_search::cell::Grid;
+use dragnet_search::terrain::{Ground, Terrain};
+use mcap::records::{MessageHeader, Record as McapRecord};
+
+use crate::mcap_file::read::McapReader;
+use crate::mcap_file::{Ending, RecordingError};
+use crate::mission::Record;
+use crate::record::topic::{RobotTopic, Topic};
+use crate::record::{RUN_METADATA, SCENARIO_ATTACHMENT, SUMMARY_METADATA};
+
+/// A mission as it was recorded. Of the records those that tell what came and how the mission stood:
+/// [`Record::Observation`], [`Record::Intent`], [`Record::Heartbeat`] and [`Record::Status`]; all else follows from them.
+#[derive(Clone, Debug)]
+pub struct Playback {
+    /// The map at the start.
+    pub terrain: Arc<Terrain>,
+    /// The prior probability of an object, shape `[cells]`; 0 where nothing is searched.
+    pub prior: Vec<f32>,
+    /// What came, and when the coordinator knew it, in that order.
+    pub records: Vec<(MissionTime, Record)>,
+    /// How the run was made.
+    pub run: BTreeMap<String, String>,
+    /// How it went; empty in a recording that was cut off.
+    pub summary: BTreeMap<String, String>,
+    /// How the recording ends.
+    pub ending: Ending,
+}
+
+impl Playback {
+    /// Reads a recording through. One that was cut off or is damaged is read as far as it is whole.
+    ///
+    /// # Errors
+    /// If the file cannot be read, is no recording of ours, or has messages of another version.
+    pub fn read(path: &Path) -> Result<Self, RecordingError> {
+        let mut reader = McapReader::open(path)?;
+        let mut tape = Tape::default();
+        for record in &mut reader {
+            tape.take(record?)
+                .map_err(|reason| RecordingError::Unreadable { path: path.to_owned(), reason })?;
+        }
+        let ending = reader.ending();
+        let unreadable = |reason: &str| RecordingError::Unreadable {
+            path: path.to_owned(),
+            reason: format!("{reason}: it is no recording of a mission, or was cut off at its start"),
+        };
+        let terrain = tape.terrain.ok_or_else(|| unreadable("it has no map"))?;
+        Ok(Self {
+            terrain: Arc::new(terrain),
+            prior: tape.prior.ok_or_else(|| unreadable("it has no belief"))?,
+            records: tape.records,
+            run: tape.metadata.remove(RUN_METADATA).unwrap_or_default(),
+            summary: tape.metadata.remove(SUMMARY_METADATA).unwrap_or_default(),
+            ending,
+        })
+    }
+
+    /// When the last record came.
+    #[must_use]
+    pub fn end(&self) -> MissionTime {
+        self.records.last().map_or(MissionTime::START, |(time, _)| *time)
+    }
+}
+
+/// What was read so far.
+#[derive(Default)]
+struct Tape {
+    start_unix_ns: u64,
+    topics: BTreeMap<u16, String>,
+    map: Option<OccupancyGrid>,
+    terrain: Option<Terrain>,
+    prior: Option<Vec<f32>>,
+    records: Vec<(MissionTime, Record)>,
+    metadata: BTreeMap<String, BTreeMap<String, String>>,
+}
+
+impl Tape {
+    fn take(&mut self, record: McapRecord<'_>) -> Result<(), String> {
+        match record {
+            McapRecord::Channel(channel) => {
+                self.topics.insert(channel.id, channel.topic);
+            }
+            McapRecord::Attachment { header, .. } if header.name == SCENARIO_ATTACHMENT => {
+                self.start_unix_ns = header.log_time;
+            }
+            McapRecord::Metadata(metadata) => {
+                self.metadata.insert(metadata.name, metadata.metadata);
+            }
+            McapRecord::Message { header, data } => {
+                if let Some(topic) = self.topics.get(&header.channel_id).cloned() {
+                    self.message(&topic, header, &data).map_err(|reason| format!("{topic}: {reason}"))?;
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn message(&mut self, topic: &str, header: MessageHeader, data: &[u8]) -> Result<(), String> {
+        let text = |error: &dyn std::fmt::Display| error.to_string();
+        if topic == Topic::Map.to_string() {
+            self.map = Some(cdr::decode(data).map_err(|error| text(&error))?);
+        } else if topic == Topic::Belief.to_string() && self.terrain.is_none() {
+            let belief = cdr::decode(data).map_err(|error| text(&error))?;
+            let map = self.map.take().ok_or("before the map")?;
+            self.terrain = Some(terrain(&map, &belief)?);
+        } else if topic == Topic::BeliefProbability.to_string() && self.prior.is_none() {
+            let grid = cdr::decode(data).map_err(|error| text(&error))?;
+            self.prior = Some(self.prior_of(&grid)?);
+        } else if let Some(kind) = kind(topic) {
+            let terrain = self.terrain.as_ref().ok_or("before the map and the first belief")?;
+            let message = Codec::new(terrain.grid()).decode(kind, data).map_err(|error| text(&error))?;
+            let time = MissionTime(header.log_time.saturating_sub(self.start_unix_ns));
+            self.records.extend(record(message).map(|record| (time, record)));
+        }
+        Ok(())
+    }
+
+    fn prior_of(&self, grid: &WireGrid) -> Result<Vec<f32>, String> {
+        let cells = self.terrain.as_ref().map_or(0, |terrain| terrain.grid().cell_count());
+        let (floats, rest) = grid.data.as_chunks::<4>();
+        if floats.len() != cells || !rest.is_empty() {
+            return Err(format!("{} bytes for {cells} cells", grid.data.len()));
+        }
+        Ok(floats.iter().map(|&bytes| f32::from_le_bytes(bytes)).collect())
+    }
+}
+
+/// The ground: the map tells where robots can be, the first belief what is searched.
+fn terrain(map: &OccupancyGrid, belief: &OccupancyGrid) -> Result<Terrain, String> {
+    const BLOCKED: i8 = 100;
+    const NOT_SEARCHED: i8 = -1;
+    let grid = Grid::new(map.info.height, map.info.width).map_err(|error| error.to_string())?;
+    if belief.data.len() != map.data.len() {
+        return Err(format!("{} cells, the map has {}", belief.data.len(), map.data.len()));
+    }
+    let ground = map.data.iter().zip(&belief.data).map(|(&ground, &percent)| Ground {
+        traversable: ground != BLOCKED,
+        searched: percent != NOT_SEARCHED,
+    });
+    Terrain::new(grid, f64::from(map.info.resolution), ground.collect()).map_err(|error| error.to_string())
+}
+
+/// What stands under a topic, if it is what others follow from.
+fn kind(topic: &str) -> Option<MessageKind> {
+    if topic == Topic::MISSION_STATUS {
+        return Some(MessageKind::MissionStatus);
+    }
+    match RobotTopic::parse(topic)?.1 {
+        RobotTopic::Observation => Some(MessageKind::Observation),
+        RobotTopic::Intent => Some(MessageKind::Intent),
+        RobotTopic::Heartbeat => Some(MessageKind::Heartbeat),
+        RobotTopic::Pose | RobotTopic::Path => None,
+    }
+}
+
+fn record(message: Message) -> Option<Record> {
+    match message {
+        Message::Observation(observation) => Some(Record::Observation(observation)),
+        Message::Intent(intent) => Some(Record::Intent(intent)),
+        Message::Heartbeat(heartbeat) => Some(Record::Heartbeat(heartbeat)),
+        Message::MissionStatus(status) => Some(Record::Status(status)),
+        Message::LogRequest(_) | Message::LogReply(_) => None,
+    }
+}

@@ -1,0 +1,150 @@
+import { element } from "./panel.js";
+const BUTTONS = ["pause", "searched", "clue", "area", "corner", "close"];
+export class Controls {
+    map;
+    redraw;
+    mission;
+    lock = "asking for leave …";
+    isDrawing = false;
+    token = new URLSearchParams(location.hash.slice(1)).get("token");
+    constructor(map, redraw) {
+        this.map = map;
+        this.redraw = redraw;
+        const act = {
+            pause: () => this.pause(),
+            searched: () => this.mark("searched"),
+            clue: () => this.mark("clue"),
+            area: () => this.draw(!this.isDrawing),
+            corner: () => this.corner(map.cursorSpot()),
+            close: () => this.close(),
+        };
+        for (const id of BUTTONS)
+            element(id, HTMLButtonElement).addEventListener("click", act[id]);
+        document.addEventListener("keydown", (event) => this.key(event));
+    }
+    async begin() {
+        element("controls", HTMLElement).hidden = false;
+        const readOnly = "Read-only: open the address with its token to change the mission.";
+        if (this.token === null) {
+            this.lock = readOnly;
+        }
+        else {
+            const answer = await fetch("rights", { headers: this.headers() }).catch(() => undefined);
+            this.lock = answer?.ok === true ? undefined : `${readOnly} The token in this address is not the one.`;
+        }
+        this.say(this.lock ?? "");
+        this.show();
+    }
+    update(mission) {
+        this.mission = mission;
+        if (mission.isOver && this.lock === undefined) {
+            this.lock = "The mission is over.";
+            this.draw(false);
+            this.say(this.lock);
+        }
+        this.show();
+    }
+    show() {
+        const isPaused = this.mission?.frame?.is_paused === true;
+        const hasCursor = this.map.cursor !== undefined;
+        const needs = {
+            pause: true,
+            searched: hasCursor,
+            clue: hasCursor,
+            area: true,
+            corner: hasCursor,
+            close: this.map.corners.length > 2,
+        };
+        for (const id of BUTTONS) {
+            const button = element(id, HTMLButtonElement);
+            button.disabled = this.lock !== undefined || !needs[id];
+            button.title = this.lock ?? (needs[id] ? "" : id === "close" ? "An area has three corners at least" : "Choose a cell first");
+        }
+        const pause = element("pause", HTMLButtonElement);
+        const text = isPaused ? "Let all robots go on" : "Pause all robots";
+        if (pause.textContent !== text)
+            pause.textContent = text;
+        element("area", HTMLButtonElement).setAttribute("aria-pressed", String(this.isDrawing));
+        element("corner", HTMLButtonElement).hidden = !this.isDrawing;
+        element("close", HTMLButtonElement).hidden = !this.isDrawing;
+    }
+    tapped(spot) {
+        if (this.isDrawing)
+            this.corner(spot);
+    }
+    key(event) {
+        const target = event.target;
+        const isTyping = target instanceof HTMLInputElement || target instanceof HTMLSelectElement;
+        if (this.lock !== undefined || isTyping || event.ctrlKey || event.altKey || event.metaKey)
+            return;
+        const act = {
+            p: () => this.pause(),
+            s: () => this.mark("searched"),
+            c: () => this.mark("clue"),
+            a: () => this.draw(!this.isDrawing),
+            f: () => this.close(),
+            Escape: () => this.draw(false),
+        };
+        const isOnMap = target instanceof HTMLElement && target.id === "ground";
+        if (event.key === "Enter" && isOnMap)
+            this.corner(this.map.cursorSpot());
+        else
+            act[event.key]?.();
+    }
+    pause() {
+        void this.ask({ do: this.mission?.frame?.is_paused === true ? "resume" : "pause" });
+    }
+    mark(as) {
+        if (this.map.cursor === undefined || this.mission === undefined) {
+            this.say("Choose a cell on the map first.");
+            return;
+        }
+        const [row, column] = this.mission.place(this.map.cursor);
+        void this.ask({ do: "mark", row, column, as });
+    }
+    draw(isDrawing) {
+        this.isDrawing = isDrawing;
+        this.map.corners = [];
+        this.say(isDrawing ? "Tap the corners of the area, or move the cursor and press Enter at each; then search inside." : "");
+        this.show();
+        this.redraw();
+    }
+    corner(spot) {
+        if (!this.isDrawing || spot === undefined)
+            return;
+        this.map.corners.push(spot);
+        const count = this.map.corners.length;
+        this.say(`${count} corner${count === 1 ? "" : "s"}.`);
+        this.show();
+        this.redraw();
+    }
+    close() {
+        if (!this.isDrawing)
+            return;
+        const corners = this.map.corners;
+        if (corners.length < 3) {
+            this.say("An area has three corners at least.");
+            return;
+        }
+        this.draw(false);
+        void this.ask({ do: "search", corners });
+    }
+    headers() {
+        return { Authorization: `Bearer ${this.token ?? ""}` };
+    }
+    async ask(command) {
+        if (this.lock !== undefined)
+            return;
+        try {
+            const answer = await fetch("command", { method: "POST", headers: this.headers(), body: JSON.stringify(command) });
+            const { said, error } = (await answer.json());
+            this.say(said ?? `Not done: ${error ?? answer.statusText}.`);
+        }
+        catch {
+            this.say("Not done: the coordinator is not reached.");
+        }
+    }
+    say(text) {
+        element("answer", HTMLElement).textContent = text;
+    }
+}

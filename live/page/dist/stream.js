@@ -1,0 +1,28 @@
+const FIRST_WAIT = 500;
+const LAST_WAIT = 8000;
+export class Stream {
+    listener;
+    socket;
+    wait = FIRST_WAIT;
+    constructor(listener) {
+        this.listener = listener;
+        this.open();
+    }
+    say(message) {
+        if (this.socket?.readyState === WebSocket.OPEN)
+            this.socket.send(JSON.stringify(message));
+    }
+    open() {
+        const socket = new WebSocket(new URL("stream", location.href.replace(/^http/, "ws").split("#")[0]));
+        socket.onmessage = (event) => {
+            this.wait = FIRST_WAIT;
+            this.listener.heard(JSON.parse(String(event.data)));
+        };
+        socket.onclose = () => {
+            this.listener.lost(this.wait / 1000);
+            setTimeout(() => this.open(), this.wait);
+            this.wait = Math.min(2 * this.wait, LAST_WAIT);
+        };
+        this.socket = socket;
+    }
+}

@@ -1,0 +1,163 @@
+// What changes the mission: buttons and keys, for whoever has the token.
+
+import type { MapView } from "./map.js";
+import type { Mission } from "./mission.js";
+import { element } from "./panel.js";
+
+/** Why the controls do nothing; nothing if they do. */
+export type Lock = string | undefined;
+
+const BUTTONS = ["pause", "searched", "clue", "area", "corner", "close"] as const;
+
+export class Controls {
+  private mission: Mission | undefined;
+  private lock: Lock = "asking for leave …";
+  private isDrawing = false;
+  private readonly token = new URLSearchParams(location.hash.slice(1)).get("token");
+
+  constructor(
+    private readonly map: MapView,
+    private readonly redraw: () => void,
+  ) {
+    const act: Record<(typeof BUTTONS)[number], () => void> = {
+      pause: () => this.pause(),
+      searched: () => this.mark("searched"),
+      clue: () => this.mark("clue"),
+      area: () => this.draw(!this.isDrawing),
+      corner: () => this.corner(map.cursorSpot()),
+      close: () => this.close(),
+    };
+    for (const id of BUTTONS) element(id, HTMLButtonElement).addEventListener("click", act[id]);
+    document.addEventListener("keydown", (event) => this.key(event));
+  }
+
+  /** Asks whether the token is the right one. */
+  async begin(): Promise<void> {
+    element("controls", HTMLElement).hidden = false;
+    const readOnly = "Read-only: open the address with its token to change the mission.";
+    if (this.token === null) {
+      this.lock = readOnly;
+    } else {
+      const answer = await fetch("rights", { headers: this.headers() }).catch(() => undefined);
+      this.lock = answer?.ok === true ? undefined : `${readOnly} The token in this address is not the one.`;
+    }
+    this.say(this.lock ?? "");
+    this.show();
+  }
+
+  update(mission: Mission): void {
+    this.mission = mission;
+    if (mission.isOver && this.lock === undefined) {
+      this.lock = "The mission is over.";
+      this.draw(false);
+      this.say(this.lock);
+    }
+    this.show();
+  }
+
+  private show(): void {
+    const isPaused = this.mission?.frame?.is_paused === true;
+    const hasCursor = this.map.cursor !== undefined;
+    const needs: Record<(typeof BUTTONS)[number], boolean> = {
+      pause: true,
+      searched: hasCursor,
+      clue: hasCursor,
+      area: true,
+      corner: hasCursor,
+      close: this.map.corners.length > 2,
+    };
+    for (const id of BUTTONS) {
+      const button = element(id, HTMLButtonElement);
+      button.disabled = this.lock !== undefined || !needs[id];
+      button.title = this.lock ?? (needs[id] ? "" : id === "close" ? "An area has three corners at least" : "Choose a cell first");
+    }
+    const pause = element("pause", HTMLButtonElement);
+    const text = isPaused ? "Let all robots go on" : "Pause all robots";
+    if (pause.textContent !== text) pause.textContent = text;
+    element("area", HTMLButtonElement).setAttribute("aria-pressed", String(this.isDrawing));
+    element("corner", HTMLButtonElement).hidden = !this.isDrawing;
+    element("close", HTMLButtonElement).hidden = !this.isDrawing;
+  }
+
+  /** A place on the map was tapped: a corner, while an area is drawn. */
+  tapped(spot: [number, number]): void {
+    if (this.isDrawing) this.corner(spot);
+  }
+
+  private key(event: KeyboardEvent): void {
+    const target = event.target;
+    const isTyping = target instanceof HTMLInputElement || target instanceof HTMLSelectElement;
+    if (this.lock !== undefined || isTyping || event.ctrlKey || event.altKey || event.metaKey) return;
+    const act: Record<string, () => void> = {
+      p: () => this.pause(),
+      s: () => this.mark("searched"),
+      c: () => this.mark("clue"),
+      a: () => this.draw(!this.isDrawing),
+      f: () => this.close(),
+      Escape: () => this.draw(false),
+    };
+    const isOnMap = target instanceof HTMLElement && target.id === "ground";
+    if (event.key === "Enter" && isOnMap) this.corner(this.map.cursorSpot());
+    else act[event.key]?.();
+  }
+
+  private pause(): void {
+    void this.ask({ do: this.mission?.frame?.is_paused === true ? "resume" : "pause" });
+  }
+
+  private mark(as: "searched" | "clue"): void {
+    if (this.map.cursor === undefined || this.mission === undefined) {
+      this.say("Choose a cell on the map first.");
+      return;
+    }
+    const [row, column] = this.mission.place(this.map.cursor);
+    void this.ask({ do: "mark", row, column, as });
+  }
+
+  private draw(isDrawing: boolean): void {
+    this.isDrawing = isDrawing;
+    this.map.corners = [];
+    this.say(isDrawing ? "Tap the corners of the area, or move the cursor and press Enter at each; then search inside." : "");
+    this.show();
+    this.redraw();
+  }
+
+  private corner(spot: [number, number] | undefined): void {
+    if (!this.isDrawing || spot === undefined) return;
+    this.map.corners.push(spot);
+    const count = this.map.corners.length;
+    this.say(`${count} corner${count === 1 ? "" : "s"}.`);
+    this.show();
+    this.redraw();
+  }
+
+  private close(): void {
+    if (!this.isDrawing) return;
+    const corners = this.map.corners;
+    if (corners.length < 3) {
+      this.say("An area has three corners at least.");
+      return;
+    }
+    this.draw(false);
+    void this.ask({ do: "search", corners });
+  }
+
+  private headers(): HeadersInit {
+    return { Authorization: `Bearer ${this.token ?? ""}` };
+  }
+
+  private async ask(command: unknown): Promise<void> {
+    if (this.lock !== undefined) return;
+    try {
+      const answer = await fetch("command", { method: "POST", headers: this.headers(), body: JSON.stringify(command) });
+      const { said, error } = (await answer.json()) as { said?: string; error?: string };
+      this.say(said ?? `Not done: ${error ?? answer.statusText}.`);
+    } catch {
+      this.say("Not done: the coordinator is not reached.");
+    }
+  }
+
+  private say(text: string): void {
+    element("answer", HTMLElement).textContent = text;
+  }
+}

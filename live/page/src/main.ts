@@ -1,0 +1,96 @@
+// The page: what comes over the stream is taken in and drawn, at most once a picture of the screen.
+
+import { Controls } from "./controls.js";
+import { MapView, describe, drawScale } from "./map.js";
+import { type Frame, type Hello, Mission, type Over } from "./mission.js";
+import { element, forget, showPanel } from "./panel.js";
+import { Player } from "./player.js";
+import { Stream } from "./stream.js";
+
+let mission: Mission | undefined;
+let isLost = false;
+let isDue = false;
+
+const map = new MapView(element("ground", HTMLElement), element("canvas", HTMLCanvasElement), {
+  moved: () => draw(),
+  tapped: (spot) => controls.tapped(spot),
+});
+const controls = new Controls(map, draw);
+const stream = new Stream({ heard, lost });
+const player = new Player(stream);
+
+function heard(message: Hello | Frame | Over): void {
+  isLost = false;
+  if (message.kind === "hello") begin(message);
+  else if (message.kind === "over") over();
+  else mission?.take(message);
+  draw();
+}
+
+function begin(hello: Hello): void {
+  mission = new Mission(hello);
+  forget();
+  document.body.dataset["shows"] = hello.end === null ? "live" : "replay";
+  if (hello.end === null) void controls.begin();
+  else player.begin(hello.end);
+}
+
+function over(): void {
+  if (mission !== undefined) mission.isOver = true;
+}
+
+function lost(seconds: number): void {
+  isLost = true;
+  const again = `trying again in ${seconds} s`;
+  trouble(`The connection to the coordinator is lost; ${again}. What is shown is what was last heard. The robots search on.`);
+  badge("off", "not connected");
+}
+
+function trouble(text: string | undefined): void {
+  const place = element("trouble", HTMLElement);
+  place.hidden = text === undefined;
+  place.textContent = text ?? "";
+}
+
+function badge(is: string, text: string): void {
+  const place = element("state", HTMLElement);
+  place.dataset["is"] = is;
+  if (place.textContent !== text) place.textContent = text;
+}
+
+function draw(): void {
+  if (isDue) return;
+  isDue = true;
+  requestAnimationFrame(() => {
+    isDue = false;
+    if (mission?.frame !== undefined) show(mission);
+  });
+}
+
+function show(mission: Mission): void {
+  map.show(mission);
+  showPanel(mission);
+  const cell = element("cell", HTMLElement);
+  if (map.cursor !== undefined) {
+    const text = describe(mission, map.cursor);
+    if (cell.textContent !== text) cell.textContent = text;
+  }
+  if (mission.hello.end === null) controls.update(mission);
+  else player.update(mission);
+  if (!isLost) showState(mission);
+}
+
+function showState(mission: Mission): void {
+  trouble(undefined);
+  if (mission.hello.end !== null) badge("replay", "recording");
+  else if (mission.isOver) badge("over", "mission over");
+  else if (mission.frame?.is_paused === true) badge("paused", "paused");
+  else badge("live", "live");
+}
+
+drawScale(element("scale", HTMLCanvasElement));
+addEventListener("resize", () => {
+  drawScale(element("scale", HTMLCanvasElement));
+  draw();
+});
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);

@@ -1,0 +1,119 @@
+// What the page knows of the mission: filled by what the server sends, as `live/src/frame.rs` defines it.
+
+export interface Hello {
+  kind: "hello";
+  name: string;
+  rows: number;
+  columns: number;
+  cell_meters: number;
+  ground: string;
+  tau: number;
+  objects: number | null;
+  end: number | null;
+}
+
+export interface Frame {
+  kind: "frame";
+  is_whole: boolean;
+  time: number;
+  levels?: string;
+  changes?: [number, number][];
+  robots: RobotFrame[];
+  declared: Declared[];
+  expected: number;
+  entropy: number;
+  progress: number;
+  messages: number;
+  observations: number;
+  marks: number;
+  is_paused: boolean;
+  added: number;
+  curve?: Point[];
+}
+
+export type State = "awaited" | "lost" | "searching" | "paused" | "cleared" | "spent" | "stuck";
+
+export interface RobotFrame {
+  robot: number;
+  state: State;
+  cell: number | null;
+  trail: number[];
+  plan: number[];
+  meters: number;
+}
+
+export interface Declared {
+  cell: number;
+  probability: number;
+  since: number;
+}
+
+/** Seconds, entropy in nats, and recall or the number of objects declared. */
+export type Point = [number, number, number];
+
+export interface Over {
+  kind: "over";
+}
+
+/** Cells of a robot's way that are kept. */
+const TRAIL_CELLS = 400;
+/** Points of a curve that are kept: more than there are pixels to draw them. */
+const MOST_POINTS = 2000;
+
+/** One mission, running or recorded. */
+export class Mission {
+  readonly hello: Hello;
+  readonly isTraversable: Uint8Array;
+  /** The belief, one level a cell: 0 not searched, otherwise 1 to 255 over the log-odds. */
+  levels: Uint8Array;
+  frame: Frame | undefined;
+  trails = new Map<number, number[]>();
+  curve: Point[] = [];
+  isOver = false;
+
+  constructor(hello: Hello) {
+    this.hello = hello;
+    this.isTraversable = bytes(hello.ground);
+    this.levels = new Uint8Array(hello.rows * hello.columns);
+  }
+
+  take(frame: Frame): void {
+    if (frame.is_whole) {
+      this.trails.clear();
+      this.curve = frame.curve ?? [];
+    } else {
+      this.curve.push([frame.time, frame.entropy, frame.progress]);
+      if (this.curve.length > MOST_POINTS) this.curve = this.curve.filter((_, index) => index % 2 === 0);
+    }
+    if (frame.levels !== undefined) this.levels = bytes(frame.levels);
+    for (const [cell, level] of frame.changes ?? []) this.levels[cell] = level;
+    for (const robot of frame.robots) {
+      const trail = [...(this.trails.get(robot.robot) ?? []), ...robot.trail];
+      this.trails.set(robot.robot, trail.slice(-TRAIL_CELLS));
+    }
+    this.frame = frame;
+  }
+
+  /** `[row, column]` of a cell's number, from the south-west. */
+  place(cell: number): [number, number] {
+    return [Math.floor(cell / this.hello.columns), cell % this.hello.columns];
+  }
+
+  /** A cell as scenarios write it. */
+  name(cell: number): string {
+    const [row, column] = this.place(cell);
+    return `[${row}, ${column}]`;
+  }
+}
+
+function bytes(base64: string): Uint8Array {
+  return Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));
+}
+
+/** `1:02:03`, or `2:03` within the first hour. */
+export function clock(seconds: number): string {
+  const whole = Math.floor(seconds);
+  const [hours, minutes, rest] = [Math.floor(whole / 3600), Math.floor(whole / 60) % 60, whole % 60];
+  const two = (number: number) => String(number).padStart(2, "0");
+  return hours > 0 ? `${hours}:${two(minutes)}:${two(rest)}` : `${minutes}:${two(rest)}`;
+}

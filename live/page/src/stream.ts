@@ -1,0 +1,40 @@
+// The stream of frames: opened again whenever it breaks, and plain about it.
+
+import type { Frame, Hello, Over } from "./mission.js";
+
+/** Before the stream is opened again, milliseconds; twice as long after each time in vain, up to the last. */
+const FIRST_WAIT = 500;
+const LAST_WAIT = 8000;
+
+export interface Listener {
+  heard(message: Hello | Frame | Over): void;
+  /** The stream has broken and is opened again after so many seconds. */
+  lost(seconds: number): void;
+}
+
+export class Stream {
+  private socket: WebSocket | undefined;
+  private wait = FIRST_WAIT;
+
+  constructor(private readonly listener: Listener) {
+    this.open();
+  }
+
+  say(message: unknown): void {
+    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
+  }
+
+  private open(): void {
+    const socket = new WebSocket(new URL("stream", location.href.replace(/^http/, "ws").split("#")[0]));
+    socket.onmessage = (event) => {
+      this.wait = FIRST_WAIT;
+      this.listener.heard(JSON.parse(String(event.data)));
+    };
+    socket.onclose = () => {
+      this.listener.lost(this.wait / 1000);
+      setTimeout(() => this.open(), this.wait);
+      this.wait = Math.min(2 * this.wait, LAST_WAIT);
+    };
+    this.socket = socket;
+  }
+}

@@ -1,0 +1,123 @@
+//! What a page asks for, checked, and what it is answered.
+
+use dragnet_proto::command::{Command, Mark};
+use dragnet_search::cell::Position;
+use serde::Deserialize;
+
+use crate::polygon::{self, Corner, PolygonError};
+use crate::view::View;
+
+/// What a page asks for, JSON: `{"do": "mark", "row": 3, "column": 4, "as": "clue"}`.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Ask {
+    /// The robots stay where they are.
+    Pause {},
+    /// They go on.
+    Resume {},
+    /// A person says what a cell holds.
+    Mark {
+        /// From the south.
+        row: u32,
+        /// From the west.
+        column: u32,
+        /// What it holds.
+        r#as: MarkName,
+    },
+    /// A polygon is searched too.
+    Search {
+        /// Its corners.
+        corners: Vec<Corner>,
+    },
+}
+
+/// Names of marks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MarkName {
+    /// [`Mark::Searched`].
+    Searched,
+    /// [`Mark::Clue`].
+    Clue,
+}
+
+/// Why something cannot be asked for.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum AskError {
+    /// A cell off the map.
+    #[error(
+        "cell [{row}, {column}] is not on the map; allowed are rows 0 to {last_row} and columns 0 to {last_column}"
+    )]
+    Cell {
+        /// As asked for.
+        row: u32,
+        /// As asked for.
+        column: u32,
+        /// The map's last.
+        last_row: u32,
+        /// The map's last.
+        last_column: u32,
+    },
+    /// A cell in which nothing is searched.
+    #[error(
+        "cell [{row}, {column}] is not searched, so that a mark there says nothing: add a polygon around it first"
+    )]
+    NotSearched {
+        /// As asked for.
+        row: u32,
+        /// As asked for.
+        column: u32,
+    },
+    /// No polygon.
+    #[error(transparent)]
+    Polygon(#[from] PolygonError),
+    /// A polygon that changes nothing.
+    #[error("all {0} cells in it are searched already")]
+    NothingNew(usize),
+}
+
+impl Ask {
+    /// The command that this is for the mission of a view, and what to answer.
+    ///
+    /// # Errors
+    /// If it cannot be done.
+    pub fn command(self, view: &View) -> Result<(Command, String), AskError> {
+        match self {
+            Self::Pause {} => Ok((Command::Pause, "The robots are told to stay where they are.".to_owned())),
+            Self::Resume {} => Ok((Command::Resume, "The robots are told to go on.".to_owned())),
+            Self::Mark { row, column, r#as } => mark(view, Position { row, column }, r#as),
+            Self::Search { corners } => search(view, &corners),
+        }
+    }
+}
+
+fn mark(view: &View, at: Position, name: MarkName) -> Result<(Command, String), AskError> {
+    let (grid, Position { row, column }) = (view.terrain().grid(), at);
+    let (last_row, last_column) = (grid.rows() - 1, grid.columns() - 1);
+    let cell = grid.cell(at).ok_or(AskError::Cell { row, column, last_row, last_column })?;
+    if !view.terrain().is_searched(cell) {
+        return Err(AskError::NotSearched { row, column });
+    }
+    let (mark, what) = match name {
+        MarkName::Searched => (Mark::Searched, "searched"),
+        MarkName::Clue => (Mark::Clue, "a clue"),
+    };
+    let by = Mark::STRENGTH_NATS;
+    let answer = format!("Cell [{row}, {column}] is marked as {what}: its log-odds move by {by:.0} nats.");
+    Ok((Command::Mark(mark, cell), answer))
+}
+
+fn search(view: &View, corners: &[Corner]) -> Result<(Command, String), AskError> {
+    let cells = polygon::cells_within(view.terrain().grid(), corners)?;
+    let is_new = |&&cell: &&_| !view.terrain().is_searched(cell);
+    let new = cells.iter().filter(is_new).count();
+    if new == 0 {
+        return Err(AskError::NothingNew(cells.len()));
+    }
+    let known = match cells.len() - new {
+        0 => String::new(),
+        known => format!(" {known} more in it were searched already and stay as they are."),
+    };
+    let answer = format!("{new} cells are searched from now on.{known}");
+    Ok((Command::Search(cells), answer))
+}

@@ -1,0 +1,219 @@
+//! Frames: what is sent to a page, JSON. Whoever connects gets all, then what has changed.
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use dragnet_search::cell::Cell;
+use dragnet_search::observation::RobotId;
+use dragnet_search::terrain::Terrain;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+use crate::view::{State, View};
+
+/// Log-odds beyond this are shown as this, nats: a probability of 0.9997.
+pub const MOST_NATS: f64 = 8.0;
+/// More changed cells than this share are sent as a whole map.
+const SHARE: usize = 8;
+
+/// What a page is told first.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Hello {
+    /// `hello`.
+    pub kind: &'static str,
+    /// The mission's name.
+    pub name: String,
+    /// Rows of the map, from the south.
+    pub rows: u32,
+    /// Columns, from the west.
+    pub columns: u32,
+    /// Edge of a cell, metres.
+    pub cell_meters: f64,
+    /// One byte a cell, 1 where a robot can be; Base64.
+    pub ground: String,
+    /// Probability from which an object is found.
+    pub tau: f64,
+    /// Objects, where somebody knows.
+    pub objects: Option<usize>,
+    /// When a recording ends, seconds; nothing of a running mission.
+    pub end: Option<f64>,
+}
+
+impl Hello {
+    /// Of a view, and of when its recording ends.
+    #[must_use]
+    pub fn new(view: &View, end: Option<f64>) -> Self {
+        let (about, terrain) = (view.about(), view.terrain());
+        let ground: Vec<u8> =
+            terrain.grid().cells().map(|cell| u8::from(terrain.is_traversable(cell))).collect();
+        Self {
+            kind: "hello",
+            name: about.name.clone(),
+            rows: terrain.grid().rows(),
+            columns: terrain.grid().columns(),
+            cell_meters: terrain.cell_meters(),
+            ground: STANDARD.encode(ground),
+            tau: about.tau,
+            objects: about.objects.as_ref().map(Vec::len),
+            end,
+        }
+    }
+}
+
+/// What a page is told from then on. What is left out has not changed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Frame {
+    /// `frame`.
+    pub kind: &'static str,
+    /// Whether all is in it: what was shown before is void.
+    pub is_whole: bool,
+    /// Mission time, seconds.
+    pub time: f64,
+    /// The belief, one [`level`] a cell; Base64.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub levels: Option<String>,
+    /// Cells whose level has changed: `[number, level]`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub changes: Vec<(u32, u8)>,
+    /// Robots, by number.
+    pub robots: Vec<RobotFrame>,
+    /// Objects that are declared.
+    pub declared: Vec<DeclaredFrame>,
+    /// Objects that are expected beyond them.
+    pub expected: f64,
+    /// Entropy of the map, nats.
+    pub entropy: f64,
+    /// Recall where the objects are known, 0 to 1; otherwise objects declared.
+    pub progress: f64,
+    /// Messages of robots, a second of mission time.
+    pub messages: f64,
+    /// Observations of robots so far.
+    pub observations: u64,
+    /// Marks by hand so far.
+    pub marks: u64,
+    /// Whether a person has paused the search.
+    pub is_paused: bool,
+    /// Cells that a person has added.
+    pub added: usize,
+    /// The curves up to here, `[seconds, entropy, progress]`; only in a whole frame.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub curve: Vec<[f64; 3]>,
+}
+
+/// A robot, as it is now.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RobotFrame {
+    /// Its number.
+    pub robot: u16,
+    /// How it is.
+    pub state: State,
+    /// Where it is, a cell's number; unknown before it was heard.
+    pub cell: Option<u32>,
+    /// Cells that it was in since the last frame, or the last ones in a whole frame.
+    pub trail: Vec<u32>,
+    /// Cells still to be entered.
+    pub plan: Vec<u32>,
+    /// Way covered, metres.
+    pub meters: f64,
+}
+
+/// An object that is declared.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DeclaredFrame {
+    /// Where, a cell's number.
+    pub cell: u32,
+    /// Its probability now.
+    pub probability: f64,
+    /// Since when, seconds.
+    pub since: f64,
+}
+
+/// What a page has been told.
+#[derive(Clone, Debug, Default)]
+pub struct Shown {
+    /// Shape `[cells]`; empty before the first frame.
+    levels: Vec<u8>,
+    steps: BTreeMap<RobotId, u64>,
+}
+
+/// The belief in a cell, in 255 steps of its log-odds from -[`MOST_NATS`] (1) to [`MOST_NATS`] (255); 0 where nothing is
+/// searched.
+#[must_use]
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+pub fn level(view: &View, cell: Cell) -> u8 {
+    if !view.terrain().is_searched(cell) {
+        return 0;
+    }
+    let log_odds = view.belief().log_odds_nats(cell).clamp(-MOST_NATS, MOST_NATS);
+    1 + ((log_odds + MOST_NATS) / (2.0 * MOST_NATS) * 254.0).round() as u8
+}
+
+impl Frame {
+    /// What a page must be told that has been shown this.
+    pub fn next(view: &View, shown: &mut Shown) -> Self {
+        let is_whole = shown.levels.is_empty();
+        let (levels, changes) = belief(view, &mut shown.levels);
+        let status = view.status();
+        let (observations, marks) = view.counts();
+        Self {
+            kind: "frame",
+            is_whole,
+            time: view.now().as_seconds(),
+            levels,
+            changes,
+            robots: robots(view, &mut shown.steps),
+            declared: declared(view),
+            expected: status.map_or(0.0, |status| status.expected_undeclared),
+            entropy: view.entropy_nats(),
+            progress: view.progress(),
+            messages: view.messages_per_second(),
+            observations,
+            marks,
+            is_paused: status.is_some_and(|status| status.directive.is_paused),
+            added: status.map_or(0, |status| status.directive.added.len()),
+            curve: if is_whole { view.curve().to_vec() } else { Vec::new() },
+        }
+    }
+}
+
+fn belief(view: &View, shown: &mut Vec<u8>) -> (Option<String>, Vec<(u32, u8)>) {
+    let terrain: &Terrain = view.terrain();
+    let levels: Vec<u8> = terrain.grid().cells().map(|cell| level(view, cell)).collect();
+    let before = std::mem::replace(shown, levels);
+    let pairs = (0..).zip(shown.iter().zip(&before));
+    let changes: Vec<(u32, u8)> = pairs
+        .filter(|(_, (now, before))| now != before)
+        .map(|(number, (&level, _))| (number, level))
+        .collect();
+    if before.is_empty() || changes.len() > shown.len() / SHARE {
+        (Some(STANDARD.encode(&*shown)), Vec::new())
+    } else {
+        (None, changes)
+    }
+}
+
+fn robots(view: &View, shown: &mut BTreeMap<RobotId, u64>) -> Vec<RobotFrame> {
+    let numbers = |cells: &mut dyn Iterator<Item = Cell>| cells.map(Cell::number).collect();
+    let frame = |(robot, walk, track, state): (RobotId, &crate::view::Walk, _, State)| {
+        let track: dragnet_coordinator::track::Track = track;
+        let before = shown.insert(robot, walk.steps).unwrap_or(0);
+        let new = usize::try_from(walk.steps - before).unwrap_or(usize::MAX).min(walk.trail.len());
+        RobotFrame {
+            robot: robot.0,
+            state,
+            cell: track.pose.map(|(cell, _)| cell.number()),
+            trail: numbers(&mut walk.trail.iter().skip(walk.trail.len() - new).copied()),
+            plan: numbers(&mut track.plan.iter().flat_map(|plan| plan.path.iter().copied())),
+            meters: walk.path_meters,
+        }
+    };
+    view.robots().map(frame).collect()
+}
+
+fn declared(view: &View) -> Vec<DeclaredFrame> {
+    let declared = view.declared().iter().map(|object| DeclaredFrame {
+        cell: object.cell.number(),
+        probability: view.belief().probability(object.cell),
+        since: object.time_ns as f64 / 1e9,
+    });
+    declared.collect()
+}

@@ -1,0 +1,147 @@
+//! Who may do what: a token for those who change the mission, and pages of this server only.
+
+use std::fmt::Write;
+use std::net::IpAddr;
+
+/// The least length of a token that somebody chooses.
+const LEAST_CHARACTERS: usize = 16;
+
+/// What allows its bearer to change the mission.
+#[derive(Clone, PartialEq, Eq)]
+pub struct Token(String);
+
+/// A token that cannot be.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum TokenError {
+    /// Too easy to guess, or no good in an address.
+    #[error(
+        "a token of {0} characters; allowed are at least {LEAST_CHARACTERS} letters, digits, `-` and `_`, and nothing else"
+    )]
+    Weak(usize),
+    /// The operating system gives no random bits.
+    #[error("no random bits for a token: {0}")]
+    NoRandomness(String),
+}
+
+impl Token {
+    /// One that nobody has had: 128 random bits.
+    ///
+    /// # Errors
+    /// If the operating system gives none.
+    pub fn random() -> Result<Self, TokenError> {
+        let mut bytes = [0_u8; 16];
+        getrandom::fill(&mut bytes).map_err(|error| TokenError::NoRandomness(error.to_string()))?;
+        let mut text = String::with_capacity(2 * bytes.len());
+        for byte in bytes {
+            // A string takes all that is written to it.
+            let _ = write!(text, "{byte:02x}");
+        }
+        Ok(Self(text))
+    }
+
+    /// One that somebody has chosen.
+    ///
+    /// # Errors
+    /// If it is too short, or has other characters than an address takes.
+    pub fn chosen(text: &str) -> Result<Self, TokenError> {
+        let text = text.trim();
+        let is_plain = text.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"-_".contains(&byte));
+        if text.len() >= LEAST_CHARACTERS && is_plain {
+            Ok(Self(text.to_owned()))
+        } else {
+            Err(TokenError::Weak(text.len()))
+        }
+    }
+
+    /// Its text, to be told to whoever may have it.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.0
+    }
+
+    /// Whether the header `Authorization: Bearer TOKEN` has it. Takes as long wherever the two differ.
+    #[must_use]
+    pub fn is_in(&self, authorization: Option<&str>) -> bool {
+        let Some(given) = authorization.and_then(|value| value.strip_prefix("Bearer ")) else { return false };
+        let difference = self
+            .0
+            .bytes()
+            .zip(given.bytes().chain(std::iter::repeat(0)))
+            .fold(0, |sum, (a, b)| sum | (a ^ b));
+        std::hint::black_box(difference) == 0 && given.len() == self.0.len()
+    }
+}
+
+/// Keeps the token out of logs.
+impl std::fmt::Debug for Token {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str("Token(..)")
+    }
+}
+
+/// Whether a request is for this server by an address that no name can be made to point to, and from a page of its own,
+/// if it is from a page: `Host` is a number or `localhost`, and `Origin`, where there is one, is that host.
+#[must_use]
+pub fn is_own_page(host: Option<&str>, origin: Option<&str>) -> bool {
+    let Some(host) = host else { return false };
+    let is_origin = origin.is_none_or(|origin| origin.strip_prefix("http://") == Some(host));
+    is_literal(host) && is_origin
+}
+
+fn is_literal(host: &str) -> bool {
+    let is_port = |port: &str| !port.is_empty() && port.bytes().all(|byte| byte.is_ascii_digit());
+    let name = match host.strip_prefix('[') {
+        Some(rest) => match rest.split_once(']') {
+            Some((name, "")) => name,
+            Some((name, port)) if port.strip_prefix(':').is_some_and(is_port) => name,
+            _ => return false,
+        },
+        None => match host.split_once(':') {
+            Some((name, port)) if is_port(port) => name,
+            Some(_) => return false,
+            None => host,
+        },
+    };
+    name == "localhost" || name.parse::<IpAddr>().is_ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_the_whole_token_is_the_token() {
+        let token = Token::random().unwrap();
+        assert_eq!(token.text().len(), 32);
+        assert_ne!(token, Token::random().unwrap());
+        let text = token.text();
+        assert!(token.is_in(Some(&format!("Bearer {text}"))));
+        for wrong in ["", "Bearer ", &format!("Bearer {text}0"), &format!("Bearer {}", &text[1..]), text] {
+            assert!(!token.is_in(Some(wrong)), "{wrong}");
+        }
+        assert!(!token.is_in(None));
+    }
+
+    #[test]
+    fn a_weak_token_is_refused() {
+        assert!(Token::chosen("correct-horse_battery").is_ok());
+        assert!(Token::chosen("short").unwrap_err().to_string().contains("at least 16"));
+        assert!(Token::chosen("sixteen letters?").is_err());
+    }
+
+    #[test]
+    fn only_a_page_of_this_server_is_its_own() {
+        let check =
+            |host, origin, expected| assert_eq!(is_own_page(host, origin), expected, "{host:?} {origin:?}");
+        check(Some("127.0.0.1:8080"), None, true);
+        check(Some("127.0.0.1:8080"), Some("http://127.0.0.1:8080"), true);
+        check(Some("localhost:8080"), Some("http://localhost:8080"), true);
+        check(Some("[::1]:8080"), Some("http://[::1]:8080"), true);
+        check(Some("127.0.0.1:8080"), Some("http://127.0.0.1:8081"), false);
+        check(Some("127.0.0.1:8080"), Some("https://127.0.0.1:8080"), false);
+        check(Some("127.0.0.1:8080"), Some("null"), false);
+        check(Some("evil.example:8080"), Some("http://evil.example:8080"), false);
+        check(Some("127.0.0.1.evil.example"), None, false);
+        check(None, None, false);
+    }
+}

@@ -1,0 +1,301 @@
+//! The server of the page: its files, a stream of frames to each viewer, and commands of whoever has the token.
+
+use std::io;
+use std::net::{SocketAddr, TcpListener};
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use axum::extract::{DefaultBodyLimit, Request, State};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
+use axum::middleware::{self, Next};
+use axum::response::{IntoResponse, Response};
+use axum::routing::{get, post};
+use axum::{Json, Router};
+use dragnet_coordinator::desk::Listener;
+use dragnet_coordinator::playback::Playback;
+use dragnet_proto::message::Message;
+use dragnet_proto::participant::Stimulus;
+use dragnet_proto::time::MissionTime;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+use tokio::runtime::Runtime;
+use tokio::sync::{Semaphore, mpsc, watch};
+
+use crate::ask::Ask;
+use crate::assets::ASSETS;
+use crate::guard::{Token, TokenError, is_own_page};
+use crate::stream;
+use crate::view::{About, View};
+
+/// So many may watch at a time.
+const MOST_VIEWERS: usize = 32;
+/// The longest command, bytes: a polygon of [`crate::polygon::MOST_CORNERS`].
+const MOST_BYTES: usize = 64 * 1024;
+/// Commands that may wait for the coordinator.
+const MOST_WAITING: usize = 64;
+
+/// What a page may load and who may frame it: itself, and nobody.
+const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; \
+                      base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+/// Where a page is served.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Settings {
+    /// Address and port; port 0 is any that is free. Only this machine can see the page unless it is another address
+    /// than 127.0.0.1.
+    pub listen: SocketAddr,
+    /// A file with the token, at least 16 characters, relative to the working directory; a new one is drawn without.
+    pub token_file: Option<PathBuf>,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { listen: SocketAddr::from(([127, 0, 0, 1], 0)), token_file: None }
+    }
+}
+
+/// Why there is no page.
+#[derive(Debug, thiserror::Error)]
+pub enum PageError {
+    /// Nothing can listen there.
+    #[error("cannot serve a page at {listen}: {source}")]
+    Listen {
+        /// Where.
+        listen: SocketAddr,
+        /// Why.
+        source: io::Error,
+    },
+    /// The token's file.
+    #[error("{}: {reason}", file.display())]
+    TokenFile {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
+    /// The token.
+    #[error(transparent)]
+    Token(#[from] TokenError),
+}
+
+/// What a person asks for, as the coordinator's driver takes it: no time of its own, and what happens.
+pub type Commanded = (Option<MissionTime>, Stimulus<Message>);
+
+/// A page that is served as long as this is there.
+pub struct Page {
+    runtime: Runtime,
+    address: String,
+    shared: Arc<Shared>,
+}
+
+/// What all requests share.
+pub(crate) struct Shared {
+    pub(crate) show: Show,
+    pub(crate) viewers: Arc<Semaphore>,
+    token: Token,
+}
+
+/// What is shown.
+pub(crate) enum Show {
+    /// A mission that is running, or has just ended.
+    Running(Box<Running>),
+    /// A recording; each viewer has a place of its own in it.
+    Recorded(Arc<Playback>),
+}
+
+/// A mission that is running.
+pub(crate) struct Running {
+    view: Mutex<View>,
+    /// Counts records, so that viewers know when to look; and says whether there will be more.
+    pub(crate) news: watch::Sender<News>,
+    commands: mpsc::Sender<Commanded>,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct News {
+    pub(crate) records: u64,
+    pub(crate) is_over: bool,
+}
+
+impl Running {
+    pub(crate) fn view(&self) -> MutexGuard<'_, View> {
+        // A view whose fold panicked is still a view.
+        self.view.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Says that the mission is over when the coordinator lets go of it.
+struct Teller(Arc<Shared>);
+
+impl Drop for Teller {
+    fn drop(&mut self) {
+        if let Show::Running(running) = &self.0.show {
+            running.news.send_modify(|news| news.is_over = true);
+        }
+    }
+}
+
+impl Page {
+    /// Serves a mission that is about to run; returns the page, whom the coordinator tells of its records, and what it
+    /// is asked for.
+    ///
+    /// # Errors
+    /// If nothing can listen there, or there is no token.
+    pub fn of_mission(
+        settings: &Settings,
+        about: About,
+    ) -> Result<(Self, Listener, mpsc::Receiver<Commanded>), PageError> {
+        let (commands, commanded) = mpsc::channel(MOST_WAITING);
+        let view = Mutex::new(View::new(Arc::new(about)));
+        let running = Running { view, news: watch::Sender::default(), commands };
+        let page = Self::serve(settings, Show::Running(Box::new(running)))?;
+        let teller = Teller(Arc::clone(&page.shared));
+        let listener: Listener = Box::new(move |now, record| {
+            if let Show::Running(running) = &teller.0.show {
+                running.view().take(now, record);
+                running.news.send_modify(|news| news.records += 1);
+            }
+        });
+        Ok((page, listener, commanded))
+    }
+
+    /// Serves a recording.
+    ///
+    /// # Errors
+    /// If nothing can listen there.
+    pub fn of_recording(settings: &Settings, playback: Playback) -> Result<Self, PageError> {
+        Self::serve(settings, Show::Recorded(Arc::new(playback)))
+    }
+
+    fn serve(settings: &Settings, show: Show) -> Result<Self, PageError> {
+        let failed = |source| PageError::Listen { listen: settings.listen, source };
+        let token = token(settings)?;
+        let listener = TcpListener::bind(settings.listen).map_err(failed)?;
+        listener.set_nonblocking(true).map_err(failed)?;
+        let address = listener.local_addr().map_err(failed)?;
+        let rights = match show {
+            Show::Running(_) if settings.token_file.is_none() => format!("/#token={}", token.text()),
+            Show::Running(_) | Show::Recorded(_) => "/".to_owned(),
+        };
+        let viewers = Arc::new(Semaphore::new(MOST_VIEWERS));
+        let shared = Arc::new(Shared { show, viewers, token });
+        let runtime = tokio::runtime::Builder::new_multi_thread()
+            .worker_threads(2)
+            .enable_all()
+            .build()
+            .map_err(failed)?;
+        let router = router(Arc::clone(&shared));
+        let listener =
+            runtime.block_on(async { tokio::net::TcpListener::from_std(listener) }).map_err(failed)?;
+        runtime.spawn(async move {
+            if let Err(error) = axum::serve(listener, router).await {
+                tracing::warn!("the page is served no more: {error}");
+            }
+        });
+        Ok(Self { runtime, address: format!("http://{address}{rights}"), shared })
+    }
+
+    /// Where the page is, with the token that was drawn for whoever may change the mission; one that was chosen is not
+    /// told again.
+    #[must_use]
+    pub fn address(&self) -> &str {
+        &self.address
+    }
+
+    /// Serves on until somebody interrupts the program.
+    pub fn until_interrupted(self) {
+        if let Err(error) = self.runtime.block_on(tokio::signal::ctrl_c()) {
+            tracing::warn!("cannot wait for Ctrl-C: {error}");
+        }
+        self.runtime.shutdown_background();
+    }
+}
+
+fn token(settings: &Settings) -> Result<Token, PageError> {
+    let Some(file) = &settings.token_file else { return Ok(Token::random()?) };
+    let failed = |reason: String| PageError::TokenFile { file: file.clone(), reason };
+    let text = std::fs::read_to_string(file).map_err(|error| failed(error.to_string()))?;
+    Token::chosen(&text).map_err(|error| failed(error.to_string()))
+}
+
+fn router(shared: Arc<Shared>) -> Router {
+    let mut router = Router::new();
+    for asset in ASSETS {
+        let reply = move || async move { ([(header::CONTENT_TYPE, asset.media_type)], asset.body) };
+        router = router.route(asset.path, get(reply));
+    }
+    router
+        .route("/stream", get(stream::open))
+        .route("/rights", get(rights))
+        .route("/command", post(command))
+        .layer(DefaultBodyLimit::max(MOST_BYTES))
+        .layer(middleware::from_fn(guard))
+        .with_state(shared)
+}
+
+/// Refuses what is not from a page of this server, and tells browsers what the page may do.
+async fn guard(request: Request, next: Next) -> Response {
+    let is_own = {
+        let value = |name: HeaderName| request.headers().get(name).and_then(|value| value.to_str().ok());
+        is_own_page(value(header::HOST), value(header::ORIGIN))
+    };
+    let mut response = if is_own {
+        next.run(request).await
+    } else {
+        refusal(StatusCode::FORBIDDEN, "only a page of this server, by its number or localhost, is answered")
+    };
+    let headers = response.headers_mut();
+    headers.insert(header::CONTENT_SECURITY_POLICY, HeaderValue::from_static(POLICY));
+    headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
+    headers.insert(header::REFERRER_POLICY, HeaderValue::from_static("no-referrer"));
+    headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+    response
+}
+
+/// Whether the token that is sent is the token: what a page asks before it offers controls.
+async fn rights(State(shared): State<Arc<Shared>>, headers: HeaderMap) -> Response {
+    match allowed(&shared, &headers) {
+        Ok(_) => StatusCode::NO_CONTENT.into_response(),
+        Err(refusal) => *refusal,
+    }
+}
+
+async fn command(State(shared): State<Arc<Shared>>, headers: HeaderMap, body: String) -> Response {
+    let running = match allowed(&shared, &headers) {
+        Ok(running) => running,
+        Err(refusal) => return *refusal,
+    };
+    let ask: Ask = match serde_json::from_str(&body) {
+        Ok(ask) => ask,
+        Err(error) => return refusal(StatusCode::BAD_REQUEST, &format!("no command: {error}")),
+    };
+    let (command, answer) = match ask.command(&running.view()) {
+        Ok(answered) => answered,
+        Err(error) => return refusal(StatusCode::UNPROCESSABLE_ENTITY, &error.to_string()),
+    };
+    match running.commands.try_send((None, Stimulus::Commanded(command))) {
+        Ok(()) => Json(json!({ "said": answer })).into_response(),
+        Err(mpsc::error::TrySendError::Closed(_)) => refusal(StatusCode::CONFLICT, "the mission is over"),
+        Err(mpsc::error::TrySendError::Full(_)) => {
+            refusal(StatusCode::TOO_MANY_REQUESTS, "the coordinator has more to do than it can; try again")
+        }
+    }
+}
+
+/// The mission, if it can be changed, and by whoever sends this.
+fn allowed<'a>(shared: &'a Shared, headers: &HeaderMap) -> Result<&'a Running, Box<Response>> {
+    let refused = |status, why| Err(Box::new(refusal(status, why)));
+    let Show::Running(running) = &shared.show else {
+        return refused(StatusCode::CONFLICT, "a recording cannot be changed");
+    };
+    let authorization = headers.get(header::AUTHORIZATION).and_then(|value| value.to_str().ok());
+    if !shared.token.is_in(authorization) {
+        return refused(StatusCode::UNAUTHORIZED, "only whoever has the token can change the mission");
+    }
+    Ok(running)
+}
+
+pub(crate) fn refusal(status: StatusCode, why: &str) -> Response {
+    (status, Json(json!({ "error": why }))).into_response()
+}

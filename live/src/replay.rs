@@ -1,0 +1,82 @@
+//! A recording, at any time of it.
+
+use std::sync::Arc;
+
+use dragnet_coordinator::playback::Playback;
+use dragnet_proto::time::MissionTime;
+use dragnet_search::cell::Cell;
+use dragnet_search::observation::RobotId;
+
+use crate::view::{About, View};
+
+/// Probability from which an object is found, where the recording does not say.
+const USUAL_TAU: f64 = 0.95;
+
+/// What a recording says of the mission.
+#[must_use]
+pub fn about(playback: &Playback) -> About {
+    let fact = |name: &str| playback.run.get(name).map(String::as_str);
+    let robots = fact("robots").and_then(|count| count.parse().ok()).unwrap_or(0);
+    About {
+        name: fact("scenario").unwrap_or("recording").to_owned(),
+        terrain: Arc::clone(&playback.terrain),
+        prior: playback.prior.clone(),
+        tau: fact("tau").and_then(|tau| tau.parse().ok()).unwrap_or(USUAL_TAU),
+        team: (1..=robots).map(RobotId).collect(),
+        objects: objects(playback),
+    }
+}
+
+/// Where the objects were, if whoever recorded it knew.
+fn objects(playback: &Playback) -> Option<Vec<Cell>> {
+    let cells = playback.summary.get("object_cells")?;
+    let grid = playback.terrain.grid();
+    let numbers = cells.split(',').filter(|number| !number.is_empty());
+    numbers.map(|number| number.parse().ok().and_then(|number| grid.cell_numbered(number))).collect()
+}
+
+/// A view of a recording that can go to any time.
+#[derive(Clone, Debug)]
+pub struct Replay {
+    playback: Arc<Playback>,
+    about: Arc<About>,
+    view: View,
+    /// Records that the view has taken in.
+    taken: usize,
+}
+
+impl Replay {
+    /// A recording at its start.
+    #[must_use]
+    pub fn new(playback: Arc<Playback>) -> Self {
+        let about = Arc::new(about(&playback));
+        Self { view: View::new(Arc::clone(&about)), about, playback, taken: 0 }
+    }
+
+    /// Goes to a time, forward or back.
+    pub fn seek(&mut self, time: MissionTime) {
+        if time < self.view.now() {
+            self.view = View::new(Arc::clone(&self.about));
+            self.taken = 0;
+        }
+        while let Some((due, record)) = self.playback.records.get(self.taken)
+            && *due <= time
+        {
+            self.view.take(*due, record);
+            self.taken += 1;
+        }
+        self.view.pass(time);
+    }
+
+    /// What the page shows then.
+    #[must_use]
+    pub const fn view(&self) -> &View {
+        &self.view
+    }
+
+    /// When the recording ends.
+    #[must_use]
+    pub fn end(&self) -> MissionTime {
+        self.playback.end()
+    }
+}

@@ -1,0 +1,160 @@
+//! The stream of frames to one viewer.
+//!
+//! A frame is made when the one before has been sent, from what has changed since: a viewer that is slow gets fewer
+//! frames, and nothing waits for it.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::extract::State;
+use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
+use axum::http::StatusCode;
+use axum::response::Response;
+use dragnet_coordinator::playback::Playback;
+use dragnet_proto::time::MissionTime;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+use tokio::time::{Instant, timeout};
+
+use crate::frame::{Frame, Hello, Shown};
+use crate::page::{Running, Shared, Show, refusal};
+use crate::replay::Replay;
+
+/// Between two frames.
+const PERIOD: Duration = Duration::from_millis(100);
+/// Who takes longer for a frame is not there any more.
+const PATIENCE: Duration = Duration::from_secs(10);
+/// The longest message of a viewer, bytes.
+const MOST_BYTES: usize = 4096;
+
+/// Why a stream ends: the viewer is gone.
+struct Gone;
+
+pub(crate) async fn open(State(shared): State<Arc<Shared>>, upgrade: WebSocketUpgrade) -> Response {
+    let Ok(place) = Arc::clone(&shared.viewers).try_acquire_owned() else {
+        return refusal(StatusCode::SERVICE_UNAVAILABLE, "too many are watching; try again later");
+    };
+    upgrade.max_message_size(MOST_BYTES).on_upgrade(async move |mut socket| {
+        // A viewer that goes ends its stream: that is no failure.
+        let _gone = match &shared.show {
+            Show::Running(running) => show_running(&mut socket, running).await,
+            Show::Recorded(playback) => show_recorded(&mut socket, playback).await,
+        };
+        drop(place);
+    })
+}
+
+async fn show_running(socket: &mut WebSocket, running: &Running) -> Result<(), Gone> {
+    let mut shown = Shown::default();
+    let mut news = running.news.subscribe();
+    let hello = Hello::new(&running.view(), None);
+    send(socket, &hello).await?;
+    let mut was_over = false;
+    loop {
+        let now = *news.borrow_and_update();
+        tracing::trace!("a viewer sees {} records", now.records);
+        let frame = Frame::next(&running.view(), &mut shown);
+        send(socket, &frame).await?;
+        if now.is_over && !was_over {
+            was_over = true;
+            send(socket, &json!({ "kind": "over" })).await?;
+        }
+        let due = Instant::now() + PERIOD;
+        while Instant::now() < due {
+            listen(socket, due - Instant::now()).await?;
+        }
+        loop {
+            tokio::select! {
+                changed = news.changed() => match changed {
+                    Ok(()) => break,
+                    Err(_) => return Err(Gone),
+                },
+                heard = hear(socket) => { heard?; }
+            }
+        }
+    }
+}
+
+/// What a viewer of a recording wants.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct Wish {
+    /// To see this time, seconds.
+    seek: Option<f64>,
+    /// That so many seconds of the mission pass a second; 0 stops.
+    speed: Option<f64>,
+}
+
+/// The most seconds of a mission that pass a second.
+const MOST_SPEED: f64 = 1000.0;
+
+/// Where a viewer of a recording is, and since when.
+struct Place {
+    seconds: f64,
+    speed: f64,
+    since: Instant,
+    end: f64,
+}
+
+impl Place {
+    fn now(&self) -> f64 {
+        (self.seconds + self.since.elapsed().as_secs_f64() * self.speed).min(self.end)
+    }
+
+    /// Whether it was moved to another time.
+    fn grant(&mut self, wish: Wish) -> bool {
+        self.seconds = self.now();
+        self.since = Instant::now();
+        if let Some(speed) = wish.speed.filter(|speed| speed.is_finite()) {
+            self.speed = speed.clamp(0.0, MOST_SPEED);
+        }
+        let seek = wish.seek.filter(|seconds| seconds.is_finite());
+        if let Some(seconds) = seek {
+            self.seconds = seconds.clamp(0.0, self.end);
+        }
+        seek.is_some()
+    }
+}
+
+async fn show_recorded(socket: &mut WebSocket, playback: &Arc<Playback>) -> Result<(), Gone> {
+    let mut replay = Replay::new(Arc::clone(playback));
+    let end = replay.end().as_seconds();
+    send(socket, &Hello::new(replay.view(), Some(end))).await?;
+    let mut shown = Shown::default();
+    let mut place = Place { seconds: 0.0, speed: 0.0, since: Instant::now(), end };
+    loop {
+        replay.seek(MissionTime::START + Duration::from_secs_f64(place.now()));
+        let frame = Frame::next(replay.view(), &mut shown);
+        send(socket, &frame).await?;
+        let is_still = place.speed == 0.0 || place.now() >= end;
+        let wish = if is_still { hear(socket).await? } else { listen(socket, PERIOD).await? };
+        if wish.is_some_and(|wish| place.grant(wish)) {
+            shown = Shown::default();
+        }
+    }
+}
+
+/// What the viewer says within a time, if it says something.
+async fn listen(socket: &mut WebSocket, most: Duration) -> Result<Option<Wish>, Gone> {
+    match timeout(most, hear(socket)).await {
+        Ok(heard) => heard,
+        Err(_) => Ok(None),
+    }
+}
+
+/// What the viewer says next; nothing if that is no wish.
+async fn hear(socket: &mut WebSocket) -> Result<Option<Wish>, Gone> {
+    match socket.recv().await {
+        None | Some(Err(_) | Ok(Message::Close(_))) => Err(Gone),
+        Some(Ok(Message::Text(text))) => Ok(serde_json::from_str(&text).ok()),
+        Some(Ok(_)) => Ok(None),
+    }
+}
+
+async fn send(socket: &mut WebSocket, message: &impl Serialize) -> Result<(), Gone> {
+    let text = serde_json::to_string(message).map_err(|_| Gone)?;
+    match timeout(PATIENCE, socket.send(Message::Text(text.into()))).await {
+        Ok(Ok(())) => Ok(()),
+        Ok(Err(_)) | Err(_) => Err(Gone),
+    }
+}

@@ -1,0 +1,321 @@
+//! The view: what the page shows of a mission, folded from the coordinator's records one by one.
+//!
+//! It knows no socket and no clock. A running mission and a recorded one go through the same fold, so that the page shows
+//! of both the same at the same time. It reads of the records those that tell what came and how the mission stands, and
+//! makes the rest itself.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::Arc;
+use std::time::Duration;
+
+use dragnet_coordinator::mission::Record;
+use dragnet_coordinator::track::{Track, Tracks};
+use dragnet_proto::directive::added_prior;
+use dragnet_proto::message::{Activity, Detection, Heartbeat, Intent, MissionStatus};
+use dragnet_proto::time::MissionTime;
+use dragnet_search::belief::{Belief, entropy_nats};
+use dragnet_search::cell::Cell;
+use dragnet_search::observation::{Observation, RobotId};
+use dragnet_search::terrain::Terrain;
+
+use crate::curve::Curve;
+
+/// Over so much mission time messages are counted.
+const MESSAGE_SPAN: Duration = Duration::from_secs(10);
+/// So many cells of each robot's way are kept.
+const TRAIL_CELLS: usize = 400;
+
+/// What is known of a mission before it starts.
+#[derive(Clone, Debug)]
+pub struct About {
+    /// Its name.
+    pub name: String,
+    /// The map.
+    pub terrain: Arc<Terrain>,
+    /// The prior probability of an object, shape `[cells]`: as a recording has it, in single precision.
+    pub prior: Vec<f32>,
+    /// Probability from which an object is found.
+    pub tau: f64,
+    /// The robots that belong to it.
+    pub team: Vec<RobotId>,
+    /// Where the objects are, where somebody knows: a simulation does.
+    pub objects: Option<Vec<Cell>>,
+}
+
+impl About {
+    /// The prior of a belief, as [`About::prior`] has it.
+    #[must_use]
+    #[expect(clippy::cast_possible_truncation, reason = "recordings have single precision")]
+    pub fn prior_of(terrain: &Terrain, prior: &Belief) -> Vec<f32> {
+        terrain.grid().cells().map(|cell| prior.probability(cell) as f32).collect()
+    }
+}
+
+/// What the page shows of a mission.
+#[derive(Clone, Debug)]
+pub struct View {
+    about: Arc<About>,
+    /// The map, with the cells that a person has added.
+    terrain: Terrain,
+    belief: Belief,
+    added_prior: f64,
+    now: MissionTime,
+    tracks: Tracks,
+    robots: BTreeMap<RobotId, Walk>,
+    status: Option<MissionStatus>,
+    entropy_nats: f64,
+    curve: Curve,
+    observations: u64,
+    marks: u64,
+    /// When messages came, in the last [`MESSAGE_SPAN`].
+    heard: VecDeque<MissionTime>,
+}
+
+/// A robot's way, and what it said of itself.
+#[derive(Clone, Debug, Default)]
+pub struct Walk {
+    /// The last cells that it was in.
+    pub trail: VecDeque<Cell>,
+    /// Cells that it was in, those forgotten too.
+    pub steps: u64,
+    /// Way covered, metres.
+    pub path_meters: f64,
+    /// What it does.
+    pub activity: Option<Activity>,
+    /// By its own clock, nanoseconds, when it said so.
+    told_ns: u64,
+}
+
+/// How a robot is, as a person wants to know it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum State {
+    /// It belongs to the team and was not heard yet.
+    Awaited,
+    /// It was heard, and is not any more.
+    Lost,
+    /// It follows a plan.
+    Searching,
+    /// A person has paused the search.
+    Paused,
+    /// Nothing is left that is worth a search.
+    Cleared,
+    /// Its budget is spent.
+    Spent,
+    /// There is nowhere to go.
+    Stuck,
+}
+
+impl View {
+    /// Of a mission that has not started.
+    #[must_use]
+    pub fn new(about: Arc<About>) -> Self {
+        let terrain = Terrain::clone(&about.terrain);
+        let log_odds = about.prior.iter().map(|&p| f64::from(p)).map(|p| (p / (1.0 - p)).ln());
+        let searched = terrain.grid().cells().map(|cell| terrain.is_searched(cell));
+        let log_odds = log_odds
+            .zip(searched)
+            .map(|(it, is_searched)| if is_searched && !it.is_nan() { it } else { f64::NEG_INFINITY });
+        // A prior of another length than the map is none: nothing is believed then.
+        let belief = Belief::from_log_odds(&terrain, log_odds.collect())
+            .or_else(|_| Belief::uniform(&terrain, 0.0))
+            .unwrap_or_else(|_| unreachable!("0 is a probability"));
+        let mut view = Self {
+            added_prior: added_prior(&belief, &terrain),
+            entropy_nats: belief.entropy_nats(&terrain),
+            now: MissionTime::START,
+            tracks: Tracks::default(),
+            robots: about.team.iter().map(|&robot| (robot, Walk::default())).collect(),
+            status: None,
+            curve: Curve::default(),
+            observations: 0,
+            marks: 0,
+            heard: VecDeque::new(),
+            terrain,
+            belief,
+            about,
+        };
+        view.plot();
+        view
+    }
+
+    /// Takes in what the coordinator recorded, and when.
+    pub fn take(&mut self, now: MissionTime, record: &Record) {
+        self.pass(now);
+        match record {
+            Record::Observation(observation) => self.observe(observation),
+            Record::Intent(intent) => self.plan(intent),
+            Record::Heartbeat(heartbeat) => self.hear(heartbeat),
+            Record::Status(status) => self.stand(status),
+            // They follow from those above.
+            Record::Pose { .. } | Record::Plan { .. } | Record::Belief(_) => {}
+        }
+    }
+
+    /// Time passes; it never goes back.
+    pub fn pass(&mut self, now: MissionTime) {
+        self.now = self.now.max(now);
+        while self.heard.front().is_some_and(|&heard| heard + MESSAGE_SPAN <= self.now) {
+            self.heard.pop_front();
+        }
+    }
+
+    fn observe(&mut self, observation: &Observation) {
+        if observation.origin.robot == RobotId::BY_HAND {
+            self.marks += 1;
+        } else {
+            self.heard.push_back(self.now);
+            self.observations += 1;
+            self.walk(observation.origin.robot, observation.from, observation.time_ns);
+        }
+        for reading in &observation.readings {
+            let before = self.entropy_of(reading.cell);
+            self.belief.add(reading);
+            self.entropy_nats += self.entropy_of(reading.cell) - before;
+        }
+        self.plot();
+    }
+
+    fn entropy_of(&self, cell: Cell) -> f64 {
+        if self.terrain.is_searched(cell) { entropy_nats(self.belief.log_odds_nats(cell)) } else { 0.0 }
+    }
+
+    fn walk(&mut self, robot: RobotId, cell: Cell, time_ns: u64) {
+        let walk = self.robots.entry(robot).or_default();
+        if self.tracks.at(robot, cell, MissionTime(time_ns)) {
+            walk.trail.push_back(cell);
+            walk.steps += 1;
+            if walk.trail.len() > TRAIL_CELLS {
+                walk.trail.pop_front();
+            }
+        }
+    }
+
+    fn plan(&mut self, intent: &Intent) {
+        self.heard.push_back(self.now);
+        self.tracks.plans(intent);
+    }
+
+    fn hear(&mut self, heartbeat: &Heartbeat) {
+        self.heard.push_back(self.now);
+        self.tracks.plans(&heartbeat.intent);
+        self.walk(heartbeat.robot, heartbeat.cell, heartbeat.time_ns);
+        let walk = self.robots.entry(heartbeat.robot).or_default();
+        if heartbeat.time_ns >= walk.told_ns {
+            walk.told_ns = heartbeat.time_ns;
+            walk.activity = Some(heartbeat.activity);
+            walk.path_meters = heartbeat.path_meters;
+        }
+    }
+
+    fn stand(&mut self, status: &MissionStatus) {
+        let added = status.directive.added.iter().copied();
+        let new = self.belief.search_also(&mut self.terrain, added, self.added_prior);
+        for cell in new {
+            self.entropy_nats += self.entropy_of(cell);
+        }
+        let lost: Vec<RobotId> =
+            self.tracks.robots().map(|(robot, _)| robot).filter(|it| !status.alive.contains(it)).collect();
+        for robot in lost {
+            self.tracks.lapses(robot);
+        }
+        self.status = Some(status.clone());
+        self.plot();
+    }
+
+    fn plot(&mut self) {
+        self.curve.push(self.now.as_seconds(), [self.entropy_nats, self.progress()]);
+    }
+
+    /// Recall where the objects are known; otherwise how many are declared.
+    pub(crate) fn progress(&self) -> f64 {
+        match &self.about.objects {
+            Some(objects) if objects.is_empty() => 1.0,
+            Some(objects) => {
+                let is_found = |cell: &&Cell| self.belief.is_found(**cell, self.about.tau);
+                objects.iter().filter(is_found).count() as f64 / objects.len() as f64
+            }
+            None => self.declared().len() as f64,
+        }
+    }
+
+    /// What was known before.
+    #[must_use]
+    pub fn about(&self) -> &About {
+        &self.about
+    }
+
+    /// The map, with the cells that a person has added.
+    #[must_use]
+    pub const fn terrain(&self) -> &Terrain {
+        &self.terrain
+    }
+
+    /// What is believed.
+    #[must_use]
+    pub const fn belief(&self) -> &Belief {
+        &self.belief
+    }
+
+    /// The mission's time.
+    #[must_use]
+    pub const fn now(&self) -> MissionTime {
+        self.now
+    }
+
+    /// Entropy of the whole map, nats.
+    #[must_use]
+    pub const fn entropy_nats(&self) -> f64 {
+        self.entropy_nats
+    }
+
+    /// The last status.
+    #[must_use]
+    pub const fn status(&self) -> Option<&MissionStatus> {
+        self.status.as_ref()
+    }
+
+    /// Observations of robots, and marks by hand.
+    #[must_use]
+    pub const fn counts(&self) -> (u64, u64) {
+        (self.observations, self.marks)
+    }
+
+    /// What is declared.
+    #[must_use]
+    pub fn declared(&self) -> &[Detection] {
+        self.status.as_ref().map_or(&[], |status| &status.declared)
+    }
+
+    /// Each robot, by number: its way, where it goes, and how it is.
+    pub fn robots(&self) -> impl Iterator<Item = (RobotId, &Walk, Track, State)> + '_ {
+        self.robots.iter().map(|(&robot, walk)| {
+            let track = self.tracks.robots().find(|(it, _)| *it == robot).map(|(_, track)| track.clone());
+            (robot, walk, track.unwrap_or_default(), self.state(robot, walk))
+        })
+    }
+
+    fn state(&self, robot: RobotId, walk: &Walk) -> State {
+        let is_alive = self.status.as_ref().is_none_or(|status| status.alive.contains(&robot));
+        match walk.activity {
+            None if walk.steps == 0 => State::Awaited,
+            _ if !is_alive => State::Lost,
+            None | Some(Activity::Searching) => State::Searching,
+            Some(Activity::Paused) => State::Paused,
+            Some(Activity::Cleared) => State::Cleared,
+            Some(Activity::Spent) => State::Spent,
+            Some(Activity::Stuck) => State::Stuck,
+        }
+    }
+
+    /// Messages of robots that came, a second of mission time.
+    #[must_use]
+    pub fn messages_per_second(&self) -> f64 {
+        let span = self.now.as_seconds().clamp(1.0, MESSAGE_SPAN.as_secs_f64());
+        self.heard.len() as f64 / span
+    }
+
+    pub(crate) fn curve(&self) -> &[[f64; 3]] {
+        self.curve.points()
+    }
+}

@@ -1,0 +1,227 @@
+//! What the page shows of a mission that runs and of its recording is the same at every time.
+#![expect(clippy::unwrap_used, reason = "a test fails by panic")]
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use dragnet_agent::agent::Agent;
+use dragnet_coordinator::desk::Desk;
+use dragnet_coordinator::mission::{Mission, MissionOrders, Record};
+use dragnet_coordinator::playback::Playback;
+use dragnet_coordinator::record::{Header, Recorder};
+use dragnet_live::frame::{Frame, Hello, Shown};
+use dragnet_live::replay::{Replay, about};
+use dragnet_live::view::{About, State, View};
+use dragnet_proto::command::{Command, Mark};
+use dragnet_proto::message::Message;
+use dragnet_proto::message::Participant;
+use dragnet_proto::participant::{Mind, Stimulus};
+use dragnet_proto::participant::{MindError, Reaction};
+use dragnet_proto::scenario::Scenario;
+use dragnet_proto::time::MissionTime;
+use dragnet_search::cell::Cell;
+use dragnet_search::evidence::Digest;
+use dragnet_sim::crew::{Crew, LocalCrew};
+use dragnet_sim::episode;
+use dragnet_sim::simulation::{Attendance, End, Rules};
+
+const SCENARIO: &str = "name = 'a'\nmap.file = 'map.txt'\nsensor.radius = 2\nobjects.count = 3\nrobots.count = 2\n\
+                        [mission]\nbudget_seconds = 900.0\nheartbeat_seconds = 5.0\nlost_after_seconds = 20.0\n";
+const MAP: &str =
+    "..........,,,\n..........,,,\n...##.....,,,\n..........,,,\n..........,,,\n..........,,,\n";
+
+type Records = Arc<Mutex<Vec<(MissionTime, Record)>>>;
+
+/// A crew whose coordinator is asked for something at some of its steps.
+struct Commanded<'a> {
+    crew: LocalCrew<'a>,
+    /// What is asked for, and not before when, the last first.
+    commands: Vec<(u64, Command)>,
+}
+
+impl Crew for Commanded<'_> {
+    type Parcel = Message;
+    type Error = MindError;
+
+    fn step(
+        &mut self,
+        who: Participant,
+        now: MissionTime,
+        stimulus: Stimulus<Message>,
+    ) -> Result<Reaction<Message>, MindError> {
+        let mut reaction = self.crew.step(who, now, stimulus)?;
+        if who == Participant::Coordinator
+            && self.commands.last().is_some_and(|it| now.as_seconds() >= it.0 as f64)
+        {
+            let (_, command) = self.commands.pop().unwrap();
+            let more = self.crew.step(who, now, Stimulus::Commanded(command))?;
+            reaction.published.extend(more.published);
+            reaction.wake_at = more.wake_at;
+        }
+        Ok(reaction)
+    }
+
+    fn digest(&mut self, who: Participant, now: MissionTime) -> Result<Digest, MindError> {
+        self.crew.digest(who, now)
+    }
+}
+
+struct Played {
+    scenario: Scenario,
+    records: Vec<(MissionTime, Record)>,
+    playback: Playback,
+    added: Vec<Cell>,
+}
+
+/// A mission with a pause, marks and cells that a person adds, told to a listener and recorded.
+fn play() -> Played {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("map.txt"), MAP).unwrap();
+    let scenario = Scenario::from_text(&folder.path().join("a.toml"), SCENARIO.to_owned()).unwrap();
+    let file = folder.path().join("a.mcap");
+    let orders = MissionOrders::of(&scenario);
+    let run = [("scenario", "a"), ("robots", "2"), ("tau", "0.95")];
+    let header = Header {
+        start_unix_ns: 946_684_800_000_000_000,
+        terrain: Arc::clone(&orders.terrain),
+        prior: scenario.prior().clone(),
+        scenario: SCENARIO.to_owned(),
+        run: run.into_iter().map(|(name, value)| (name.to_owned(), value.to_owned())).collect(),
+    };
+    let records = Records::default();
+    let told = Arc::clone(&records);
+    let listener = Box::new(move |now, record: &Record| told.lock().unwrap().push((now, record.clone())));
+    let recorder = Recorder::create(&file, header).unwrap();
+    let mut desk = Desk::new(Mission::new(orders), Some(recorder)).told_to(Some(listener));
+    let grid = scenario.terrain().grid();
+    let added: Vec<Cell> =
+        grid.cells().filter(|&cell| !scenario.terrain().is_searched(cell)).take(4).collect();
+    let mut robots = episode::team(&scenario, 5, Agent::new);
+    let commands = vec![
+        (500, Command::Resume),
+        (400, Command::Pause),
+        (300, Command::Mark(Mark::Clue, added[0])),
+        (250, Command::Search(added.clone())),
+        (200, Command::Mark(Mark::Searched, grid.cell_numbered(3).unwrap())),
+    ];
+    let crew = LocalCrew::new(&mut robots, Some(&mut desk));
+    let mut crew = Commanded { crew, commands };
+    let rules = Rules { end: End::Resting, coordinator: Attendance::Present };
+    let episode = episode::run_with(&scenario, 5, rules, &mut crew, &mut |_, _| ()).unwrap();
+    assert!(crew.commands.is_empty(), "all commands were given");
+    let objects: Vec<String> = episode.truth.objects().iter().map(|cell| cell.number().to_string()).collect();
+    let digests: Vec<Digest> = robots.iter().map(|robot| robot.belief().digest()).collect();
+    assert!(digests.iter().all(|&digest| digest == desk.digest()), "all believe the same, marks too");
+    let summary = BTreeMap::from([("object_cells".to_owned(), objects.join(","))]);
+    desk.finish(episode.outcome.ended, summary).unwrap();
+    let records = std::mem::take(&mut *records.lock().unwrap());
+    Played { scenario, records, playback: Playback::read(&file).unwrap(), added }
+}
+
+fn whole(view: &View) -> String {
+    serde_json::to_string(&Frame::next(view, &mut Shown::default())).unwrap()
+}
+
+#[test]
+fn a_recording_shows_at_every_time_what_the_running_mission_showed() {
+    let Played { scenario, records, playback, .. } = play();
+    let live_about = About {
+        name: "a".to_owned(),
+        terrain: Arc::new(scenario.terrain().clone()),
+        prior: About::prior_of(scenario.terrain(), scenario.prior()),
+        tau: scenario.mission().tau,
+        team: scenario.robots().iter().map(|robot| robot.id).collect(),
+        objects: about(&playback).objects,
+    };
+    let mut live = View::new(Arc::new(live_about));
+    let mut replay = Replay::new(Arc::new(playback));
+    let end = replay.end();
+    assert_eq!(Hello::new(&live, None), Hello::new(replay.view(), None));
+    let mut taken = 0;
+    let times: Vec<MissionTime> = (0..=60)
+        .map(|part| MissionTime::START + Duration::from_nanos(end.0).mul_f64(f64::from(part) / 60.0))
+        .collect();
+    let mut shown = Vec::new();
+    for &time in &times {
+        while let Some((due, record)) = records.get(taken).filter(|(due, _)| *due <= time) {
+            live.take(*due, record);
+            taken += 1;
+        }
+        live.pass(time);
+        replay.seek(time);
+        assert_eq!(whole(&live), whole(replay.view()), "at {} s", time.as_seconds());
+        shown.push(whole(&live));
+    }
+    for (&time, expected) in times.iter().zip(&shown).rev() {
+        replay.seek(time);
+        assert_eq!(&whole(replay.view()), expected, "back at {} s", time.as_seconds());
+    }
+    assert!(shown.iter().any(|frame| frame.contains("\"is_paused\":true") && frame.contains("\"paused\"")));
+    assert!(shown[60].contains("\"marks\":2") && shown[60].contains("\"added\":4"), "{}", shown[60]);
+}
+
+#[test]
+fn changes_and_a_whole_frame_come_to_the_same_picture() {
+    let Played { records, playback, added, .. } = play();
+    let mut view = View::new(Arc::new(about(&playback)));
+    let mut shown = Shown::default();
+    let first = Frame::next(&view, &mut shown);
+    assert!(first.is_whole && first.levels.is_some());
+    let decode =
+        |text: &str| base64::Engine::decode(&base64::engine::general_purpose::STANDARD, text).unwrap();
+    let mut levels = decode(first.levels.as_ref().unwrap());
+    let (mut trail, mut deltas, mut wholes) = (0, 0, 0);
+    for (time, record) in &records {
+        view.take(*time, record);
+        let frame = Frame::next(&view, &mut shown);
+        assert!(!frame.is_whole);
+        trail += frame.robots.iter().map(|robot| robot.trail.len()).sum::<usize>();
+        if let Some(whole) = &frame.levels {
+            levels = decode(whole);
+            wholes += 1;
+        }
+        deltas += frame.changes.len();
+        for (cell, level) in frame.changes {
+            levels[cell as usize] = level;
+        }
+    }
+    let last = Frame::next(&view, &mut Shown::default());
+    assert_eq!(decode(&last.levels.unwrap()), levels);
+    assert!(levels[added[1].index()] > 0, "a cell that was added is searched");
+    assert_eq!(last.robots.iter().map(|robot| robot.trail.len()).sum::<usize>(), trail);
+    assert!(deltas > 20 && wholes > 0 && trail > 10, "{deltas} {wholes} {trail}");
+}
+
+#[test]
+fn what_is_no_recording_of_a_mission_is_refused_by_name() {
+    let error = Playback::read(Path::new("/no/such.mcap")).unwrap_err().to_string();
+    assert!(error.contains("/no/such.mcap"), "{error}");
+    let file = tempfile::NamedTempFile::new().unwrap();
+    std::fs::write(file.path(), "no recording").unwrap();
+    assert!(Playback::read(file.path()).is_err());
+}
+
+#[test]
+fn a_robot_that_is_heard_no_more_is_shown_as_lost_and_has_no_plan() {
+    let Played { records, playback, .. } = play();
+    let mut view = View::new(Arc::new(about(&playback)));
+    assert!(view.robots().all(|(.., state)| state == State::Awaited));
+    let middle = records.len() / 4;
+    for (time, record) in &records[..middle] {
+        view.take(*time, record);
+    }
+    let planned = |view: &View| view.robots().filter(|(_, _, track, _)| track.plan.is_some()).count();
+    assert_eq!(planned(&view), 2);
+    let status = records[..middle].iter().rev().find_map(|(_, record)| match record {
+        Record::Status(status) => Some(status.clone()),
+        _ => None,
+    });
+    let mut status = status.unwrap();
+    status.alive.retain(|robot| robot.0 == 2);
+    view.take(view.now(), &Record::Status(status));
+    let is_lost: Vec<bool> = view.robots().map(|(.., state)| state == State::Lost).collect();
+    assert_eq!(is_lost, [true, false]);
+    assert_eq!(planned(&view), 1);
+}

@@ -1,0 +1,61 @@
+//! What a person asks of a running mission, at the coordinator.
+
+use dragnet_search::cell::Cell;
+use dragnet_search::evidence::Reading;
+
+/// What a person asks for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Command {
+    /// Every robot stays where it is.
+    Pause,
+    /// Every robot goes on.
+    Resume,
+    /// A person says what a cell holds.
+    Mark(Mark, Cell),
+    /// These cells are searched too, those that are not yet.
+    Search(Vec<Cell>),
+}
+
+/// What a person says of a cell. It counts as one reading of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mark {
+    /// Somebody has looked there and found nothing: the log-odds fall by [`Mark::STRENGTH_NATS`].
+    Searched,
+    /// Something points there: they rise by as much.
+    Clue,
+}
+
+impl Mark {
+    /// How far one mark moves the log-odds of its cell, nats: the odds change by a factor of 55.
+    pub const STRENGTH_NATS: f64 = 4.0;
+    /// A reading of 0 or 1 moves the log-odds by `1 / (2 variance)`.
+    const VARIANCE: f32 = 0.125;
+
+    /// The mark as a reading of its cell.
+    #[must_use]
+    pub const fn reading(self, cell: Cell) -> Reading {
+        let value = match self {
+            Self::Searched => 0.0,
+            Self::Clue => 1.0,
+        };
+        Reading { cell, value, variance: Self::VARIANCE }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use dragnet_search::cell::Grid;
+
+    use super::*;
+
+    #[test]
+    fn a_mark_moves_the_log_odds_as_far_as_it_says() {
+        let cell = Grid::new(1, 1).unwrap().cells().next().unwrap();
+        for (mark, expected) in [(Mark::Searched, -Mark::STRENGTH_NATS), (Mark::Clue, Mark::STRENGTH_NATS)] {
+            let reading = mark.reading(cell);
+            assert!(reading.is_valid());
+            let moved = reading.evidence().log_likelihood_ratio_nats();
+            assert!((moved - expected).abs() < 1e-9, "{mark:?} {moved}");
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! The directive to the wire and back: its cells travel as runs.
+
+use std::collections::BTreeSet;
+
+use dragnet_search::cell::Cell;
+
+use super::check::{Check, Place};
+use super::error::ConvertError;
+use crate::directive::Directive;
+use crate::wire::dragnet as wire;
+
+impl From<&Directive> for wire::Directive {
+    fn from(directive: &Directive) -> Self {
+        let Directive { number, is_paused, added } = directive;
+        let (mut firsts, mut counts) = (Vec::new(), Vec::<u32>::new());
+        let mut after = None;
+        for cell in added.iter().map(|cell| cell.number()) {
+            match counts.last_mut() {
+                Some(count) if after == Some(cell) => *count += 1,
+                _ => {
+                    firsts.push(cell);
+                    counts.push(1);
+                }
+            }
+            after = Some(cell + 1);
+        }
+        Self { version: wire::VERSION, number: *number, paused: *is_paused, firsts, counts }
+    }
+}
+
+impl Check {
+    pub(super) fn directive(self, wire: &wire::Directive) -> Result<Directive, ConvertError> {
+        let check = self.within(Place::Directive);
+        check.version(wire.version)?;
+        check.same_length("counts", wire.counts.len(), "firsts", wire.firsts.len())?;
+        let mut added = BTreeSet::new();
+        // Runs that ascend and stay on the map are no more cells than it has.
+        let mut next = 0;
+        for (index, (&first, &count)) in wire.firsts.iter().zip(&wire.counts).enumerate() {
+            next = check.run(index, next..first, count, &mut added)?;
+        }
+        Ok(Directive { number: wire.number, is_paused: wire.paused, added })
+    }
+
+    /// Adds one run of cells; returns where the next may begin. `gap` reaches from where this one might have begun.
+    fn run(
+        self,
+        index: usize,
+        gap: std::ops::Range<u32>,
+        count: u32,
+        added: &mut BTreeSet<Cell>,
+    ) -> Result<u32, ConvertError> {
+        let first = gap.end;
+        if first < gap.start {
+            let (found, before) = (first.into(), gap.start.into());
+            return Err(ConvertError::Order { at: self.at_entry("firsts", index), found, before });
+        }
+        let last = first.saturating_add(count.saturating_sub(1));
+        self.cell(self.at_entry("firsts", index), first)?;
+        self.cell(self.at_entry("counts", index), last)?;
+        if count == 0 {
+            let at = self.at_entry("counts", index);
+            return Err(ConvertError::Number { at, found: 0.0, allowed: "runs of at least 1 cell" });
+        }
+        added.extend((first..=last).filter_map(|number| self.grid.cell_numbered(number)));
+        Ok(last + 1)
+    }
+}

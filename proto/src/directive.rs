@@ -1,0 +1,92 @@
+//! The directive: what a person has ordered so far, passed on by everybody who has heard of it.
+//!
+//! It travels in every status of the coordinator and in every robot's heartbeats, so that it also reaches whoever does
+//! not hear the coordinator, and a coordinator that starts again learns it from the robots. Merging is the same in any
+//! order and any number of times: of pauses the newest counts, and cells that were added stay.
+
+use std::collections::BTreeSet;
+
+use dragnet_search::belief::Belief;
+use dragnet_search::cell::Cell;
+use dragnet_search::terrain::Terrain;
+
+/// All that a person has ordered. The default is nothing.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Directive {
+    /// When the search was last paused or let go on: nanoseconds of mission time, or one more than the number before if
+    /// the coordinator's clock is behind; 0 if never.
+    pub number: u64,
+    /// Whether the robots stay where they are.
+    pub is_paused: bool,
+    /// Cells that are searched although the scenario does not search them.
+    pub added: BTreeSet<Cell>,
+}
+
+impl Directive {
+    /// Takes in what somebody else knows; whether any of it was news.
+    pub fn merge(&mut self, other: &Self) -> bool {
+        if self == other {
+            return false;
+        }
+        let is_newer = other.order() > self.order();
+        if is_newer {
+            (self.number, self.is_paused) = other.order();
+        }
+        let before = self.added.len();
+        self.added.extend(&other.added);
+        is_newer || self.added.len() > before
+    }
+
+    /// Pauses the search or lets it go on, as of a time in nanoseconds.
+    pub fn order_pause(&mut self, time_ns: u64, is_paused: bool) {
+        self.number = time_ns.max(self.number + 1);
+        self.is_paused = is_paused;
+    }
+
+    /// Of two coordinators that ordered at once the one that pauses is obeyed.
+    const fn order(&self) -> (u64, bool) {
+        (self.number, self.is_paused)
+    }
+}
+
+/// Prior probability of an object in a cell that a person adds: the mean over the cells that the scenario searches, or
+/// the nearest to it from 0.001 to 0.999, so that readings can change it.
+#[must_use]
+pub fn added_prior(prior: &Belief, terrain: &Terrain) -> f64 {
+    prior.mean_prior(terrain).clamp(0.001, 0.999)
+}
+
+#[cfg(test)]
+mod tests {
+    use dragnet_search::cell::Grid;
+
+    use super::*;
+
+    fn directive(number: u64, is_paused: bool, added: impl IntoIterator<Item = u32>) -> Directive {
+        let grid = Grid::new(1, 9).unwrap();
+        let added = added.into_iter().map(|number| grid.cell_numbered(number).unwrap()).collect();
+        Directive { number, is_paused, added }
+    }
+
+    #[test]
+    fn any_order_of_arrival_gives_the_same_directive() {
+        let told = [directive(5, true, 0..2), directive(5, false, 4..6), directive(3, false, 1..3)];
+        let expected = directive(5, true, [0, 1, 2, 4, 5]);
+        for order in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
+            let mut known = Directive::default();
+            for index in order {
+                known.merge(&told[index]);
+            }
+            assert_eq!(known, expected, "{order:?}");
+            assert!(told.iter().all(|old| !known.merge(old)), "nothing is news twice");
+        }
+    }
+
+    #[test]
+    fn a_coordinator_whose_clock_is_behind_is_obeyed_all_the_same() {
+        let mut known = directive(1_000, true, []);
+        known.order_pause(7, false);
+        assert!(directive(1_000, true, []).merge(&known));
+        assert!(!known.is_paused);
+    }
+}

@@ -1,0 +1,70 @@
+//! `--live`: the page of a mission in a browser.
+
+use std::io::{self, IsTerminal, Write};
+use std::net::{IpAddr, SocketAddr};
+use std::process::{Command, Stdio};
+
+use dragnet_live::page::{Page, PageError, Settings};
+use tempfile::NamedTempFile;
+
+use super::Failure;
+
+/// Where a page is served that nobody gave a place: here, on any port.
+pub(super) const ANYWHERE: &str = "127.0.0.1:0";
+
+impl From<PageError> for Failure {
+    fn from(error: PageError) -> Self {
+        Self::input(error)
+    }
+}
+
+/// An address and a port, or one of the two.
+pub(super) fn parse_address(text: &str) -> Result<SocketAddr, String> {
+    let address = text.parse::<SocketAddr>().ok();
+    let ip = || text.parse::<IpAddr>().ok().map(|ip| SocketAddr::from((ip, 0)));
+    let port = || text.parse::<u16>().ok().map(|port| SocketAddr::from(([127, 0, 0, 1], port)));
+    address.or_else(ip).or_else(port).ok_or_else(|| {
+        format!(
+            "{text:?} is no address; allowed are such as 127.0.0.1:8080, 0.0.0.0:8080, [::1]:8080 and 8080"
+        )
+    })
+}
+
+/// Settings of a page at an address.
+pub(super) fn settings(listen: SocketAddr) -> Settings {
+    Settings { listen, token_file: None }
+}
+
+/// A page that somebody has been told of.
+pub(super) struct Announced {
+    page: Page,
+    /// Leads a browser to the page; kept as long as it may be read.
+    _door: Option<NamedTempFile>,
+}
+
+/// Says where a page is, and opens it where somebody sits at a terminal.
+pub(super) fn announce(page: Page) -> Announced {
+    // If stderr is closed there is nobody to tell.
+    let _ = writeln!(io::stderr(), "live page: {}", page.address());
+    let door = if io::stderr().is_terminal() { open(page.address()) } else { None };
+    Announced { page, _door: door }
+}
+
+impl Announced {
+    /// Serves the page until Ctrl-C.
+    pub(super) fn stay(self) {
+        let _ = writeln!(io::stderr(), "the page stays at {} until Ctrl-C", self.page.address());
+        self.page.until_interrupted();
+    }
+}
+
+/// The token must not be an argument, which every process of the machine can read: a browser is led to it by a file that
+/// only this user can.
+fn open(address: &str) -> Option<NamedTempFile> {
+    let mut door = NamedTempFile::with_suffix(".html").ok()?;
+    let page = format!("<!doctype html><meta http-equiv=\"refresh\" content=\"0; url={address}\">");
+    door.write_all(page.as_bytes()).ok()?;
+    let mut command = Command::new("xdg-open");
+    command.arg(door.path()).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    command.spawn().ok().map(|_| door)
+}

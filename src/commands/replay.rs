@@ -1,0 +1,165 @@
+//! `dragnet replay`: a recorded mission, seen again.
+
+use std::collections::BTreeSet;
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use dragnet_coordinator::Ending;
+use dragnet_coordinator::mission::Record;
+use dragnet_coordinator::playback::Playback;
+use dragnet_coordinator::track::Tracks;
+use dragnet_live::page::Page;
+use dragnet_live::replay;
+use dragnet_live::view::{About, View};
+use dragnet_proto::message::MissionStatus;
+use dragnet_proto::time::MissionTime;
+use dragnet_search::cell::Cell;
+use dragnet_search::measures::Truth;
+use dragnet_search::observation::RobotId;
+
+use super::search::place;
+use super::{Failure, complain, live};
+use crate::terminal::map::Picture;
+use crate::terminal::{self, counted};
+
+/// See a recorded mission again.
+///
+/// Prints each decision and each declared object, then the map as it was believed at the end. With --live it is served as
+/// a page instead, with a slider for its time. A recording that was cut off is shown as far as it is whole.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  dragnet replay ice_cream_cone-0.mcap\n  dragnet replay ice_cream_cone-0.mcap --live"
+)]
+pub(crate) struct Arguments {
+    /// A recording (MCAP)
+    file: PathBuf,
+    /// Serve it as a page in a browser, there, until Ctrl-C
+    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, require_equals = true, default_missing_value = live::ANYWHERE, value_parser = live::parse_address)]
+    live: Option<SocketAddr>,
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
+    let playback = Playback::read(&arguments.file).map_err(Failure::input)?;
+    if playback.ending != Ending::Complete {
+        let what = "was cut off or is damaged, and is shown as far as it is whole";
+        complain("warning", &format!("{}: {what}", arguments.file.display()));
+    }
+    if let Some(listen) = arguments.live {
+        live::announce(Page::of_recording(&live::settings(listen), playback)?).stay();
+        return Ok(());
+    }
+    let mut teller = Teller::new(Arc::new(replay::about(&playback)));
+    for (time, record) in &playback.records {
+        for line in teller.take(*time, record) {
+            terminal::print(&format!("{:>9.1} s  {line}\n", time.as_seconds()))?;
+        }
+    }
+    Ok(terminal::print(&teller.end())?)
+}
+
+/// Tells a mission from its records.
+struct Teller {
+    view: View,
+    tracks: Tracks,
+    declared: BTreeSet<Cell>,
+    alive: BTreeSet<RobotId>,
+    is_paused: bool,
+    /// Cells that each robot was in; robots by number.
+    ways: Vec<Vec<Cell>>,
+}
+
+impl Teller {
+    fn new(about: Arc<About>) -> Self {
+        Self {
+            ways: vec![Vec::new(); about.team.len()],
+            view: View::new(about),
+            tracks: Tracks::default(),
+            declared: BTreeSet::new(),
+            alive: BTreeSet::new(),
+            is_paused: false,
+        }
+    }
+
+    /// Takes in a record; what there is to tell of it.
+    fn take(&mut self, time: MissionTime, record: &Record) -> Vec<String> {
+        self.view.take(time, record);
+        let grid = self.view.terrain().grid();
+        match record {
+            Record::Intent(intent) if self.tracks.plans(intent) => {
+                let what = match intent.path.last() {
+                    Some(&waypoint) => {
+                        let way = counted(intent.path.len(), "cell");
+                        format!("goes to {}, {way}", place(grid, waypoint))
+                    }
+                    None => "stays".to_owned(),
+                };
+                vec![format!("robot {}  {what}", intent.origin.robot)]
+            }
+            Record::Observation(observation) if observation.origin.robot == RobotId::BY_HAND => {
+                vec![format!("a person marks {}", place(grid, observation.from))]
+            }
+            Record::Observation(observation) => {
+                let robot = usize::from(observation.origin.robot.0) - 1;
+                if let Some(way) = self.ways.get_mut(robot) {
+                    way.push(observation.from);
+                }
+                Vec::new()
+            }
+            Record::Status(status) => self.stand(status),
+            _ => Vec::new(),
+        }
+    }
+
+    fn stand(&mut self, status: &MissionStatus) -> Vec<String> {
+        let grid = self.view.terrain().grid();
+        let mut lines = Vec::new();
+        if std::mem::replace(&mut self.is_paused, status.directive.is_paused) != self.is_paused {
+            let what = if self.is_paused { "pauses the search" } else { "lets the search go on" };
+            lines.push(format!("a person {what}"));
+        }
+        let alive: BTreeSet<RobotId> = status.alive.iter().copied().collect();
+        lines.extend(self.alive.difference(&alive).map(|robot| format!("robot {robot}  is lost")));
+        self.alive = alive;
+        let declared: BTreeSet<Cell> = status.declared.iter().map(|object| object.cell).collect();
+        let new = status.declared.iter().filter(|object| !self.declared.contains(&object.cell));
+        lines.extend(new.map(|object| {
+            format!(
+                "an object is declared at {}, probability {:.4}",
+                place(grid, object.cell),
+                object.probability
+            )
+        }));
+        let withdrawn = self.declared.difference(&declared);
+        lines.extend(withdrawn.map(|&cell| format!("the object at {} is withdrawn", place(grid, cell))));
+        self.declared = declared;
+        lines
+    }
+
+    /// The map at the end, and what was declared.
+    fn end(&self) -> String {
+        let about = self.view.about();
+        let known = about.objects.clone();
+        let objects = known.clone().unwrap_or_else(|| self.declared.iter().copied().collect());
+        let terrain = self.view.terrain();
+        let picture = Picture {
+            terrain,
+            belief: self.view.belief(),
+            truth: &Truth::new(terrain, objects),
+            tau: about.tau,
+            tracks: &self.ways,
+        };
+        let declared = counted(self.declared.len(), "object");
+        let of = known.map_or_else(String::new, |objects| format!(" of {}", objects.len()));
+        let (observations, marks) = self.view.counts();
+        format!(
+            "\n{}\n{} after {:.1} s: {declared} declared{of}, {} and {}, {:.1} nats of entropy left\n",
+            picture.draw(terminal::columns()),
+            about.name,
+            self.view.now().as_seconds(),
+            counted(usize::try_from(observations).unwrap_or(usize::MAX), "observation"),
+            counted(usize::try_from(marks).unwrap_or(usize::MAX), "mark"),
+            self.view.entropy_nats(),
+        )
+    }
+}

@@ -1,0 +1,71 @@
+//! The page in headless Chromium, driven by `live/page/test/browser.mjs`.
+
+use std::path::PathBuf;
+use std::process::Command;
+
+use super::{Served, folder, root};
+
+/// What a browser test needs and this machine lacks; `test.sh` brings it.
+fn missing() -> Option<String> {
+    let chromium = std::env::var("CHROMIUM").unwrap_or_else(|_| "/usr/bin/chromium".to_owned());
+    let modules = root().join("live/page/node_modules/playwright-core");
+    let node = Command::new("node").arg("--version").output();
+    if node.is_err() {
+        Some("node is missing (on Debian: apt-get install nodejs npm)".to_owned())
+    } else if !PathBuf::from(&chromium).exists() {
+        Some(format!("{chromium} is missing (on Debian: apt-get install chromium)"))
+    } else if !modules.exists() {
+        Some("live/page/node_modules is missing: npm ci --prefix live/page".to_owned())
+    } else {
+        None
+    }
+}
+
+/// Plays one case of the script; screenshots go to `live/screenshots`.
+fn play(case: &str, served: Served) {
+    let screenshots = root().join("live/screenshots");
+    std::fs::create_dir_all(&screenshots).unwrap();
+    let script = root().join("live/page/test/browser.mjs");
+    let output =
+        Command::new("node").arg(script).args([case, &served.address]).arg(screenshots).output().unwrap();
+    let told = [output.stdout, output.stderr].concat();
+    let told = String::from_utf8_lossy(&told);
+    assert!(output.status.success(), "{case}: {told}\n{}", served.complaints());
+}
+
+/// Says why nothing was tested, where that is so.
+fn in_browser(test: impl FnOnce()) {
+    match missing() {
+        None => test(),
+        Some(what) => eprintln!("not tested in a browser: {what}"),
+    }
+}
+
+#[test]
+fn a_person_watches_pauses_marks_and_adds_an_area() {
+    in_browser(|| play("live", Served::run()));
+}
+
+#[test]
+fn without_the_token_the_page_is_read_only() {
+    in_browser(|| play("readOnly", Served::run()));
+}
+
+#[test]
+fn the_page_fits_a_phone() {
+    in_browser(|| play("phone", Served::run()));
+}
+
+#[test]
+fn a_recording_is_sought_both_ways_to_the_same_picture() {
+    in_browser(|| {
+        let folder = folder();
+        let run = Command::new(env!("CARGO_BIN_EXE_dragnet"))
+            .args(["run", "short.toml", "--seed", "3", "--record", "hall.mcap"])
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+        play("replay", Served::start_in(folder, &["replay", "hall.mcap", "--live"]));
+    });
+}

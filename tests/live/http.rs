@@ -1,0 +1,120 @@
+//! Who may do what, asked with plain sockets.
+
+use std::io::{Read, Write};
+use std::net::TcpStream;
+
+use super::{Served, folder};
+
+/// The answer to a request with these header lines: its status, its head and its body.
+fn ask(served: &Served, line: &str, headers: &[&str], body: &str) -> (u16, String, String) {
+    let mut socket = TcpStream::connect(served.host()).unwrap();
+    let host = format!("Host: {}", served.host());
+    let given = headers.iter().any(|header| header.starts_with("Host:"));
+    let mut head = vec![format!("{line} HTTP/1.1"), "Connection: close".to_owned()];
+    head.extend((!given).then_some(host));
+    head.extend(headers.iter().map(|&header| header.to_owned()));
+    head.push(format!("Content-Length: {}", body.len()));
+    // The server may refuse before it has read all.
+    let _ = socket.write_all(format!("{}\r\n\r\n{body}", head.join("\r\n")).as_bytes());
+    let mut answer = Vec::new();
+    let _ = socket.read_to_end(&mut answer);
+    let answer = String::from_utf8_lossy(&answer).into_owned();
+    let (head, body) = answer.split_once("\r\n\r\n").unwrap();
+    let status = head.split(' ').nth(1).unwrap().parse().unwrap();
+    (status, head.to_lowercase(), body.to_owned())
+}
+
+const PAUSE: &str = r#"{"do":"pause"}"#;
+
+#[test]
+fn only_whoever_has_the_token_changes_the_mission() {
+    let served = Served::run();
+    let bearer = format!("Authorization: Bearer {}", served.token());
+    let command = |headers: &[&str], body: &str| {
+        let (status, _, said) = ask(&served, "POST /command", headers, body);
+        (status, said)
+    };
+    assert_eq!(served.token().len(), 32);
+    assert_eq!(command(&[], PAUSE).0, 401);
+    assert_eq!(command(&["Authorization: Bearer 0123456789abcdef0123456789abcdef"], PAUSE).0, 401);
+    assert_eq!(command(&[&bearer], PAUSE).0, 200);
+    let refused = |body: &str, status: u16, said: &str| {
+        let (found, text) = command(&[&bearer], body);
+        assert!(found == status && text.contains(said), "{body}: {found} {text}");
+    };
+    refused("pause", 400, "no command");
+    refused(r#"{"do":"pause","now":true}"#, 400, "now");
+    refused(
+        r#"{"do":"mark","row":99,"column":0,"as":"clue"}"#,
+        422,
+        "allowed are rows 0 to 17 and columns 0 to 25",
+    );
+    refused(r#"{"do":"mark","row":0,"column":25,"as":"clue"}"#, 422, "is not searched");
+    refused(r#"{"do":"search","corners":[[0,0],[3,3]]}"#, 422, "2 corners; allowed are 3 to 1000");
+    refused(r#"{"do":"search","corners":[[0,0],[3,0],[3,3]]}"#, 422, "searched already");
+    let (status, ..) = ask(&served, "POST /command", &[&bearer], &"x".repeat(100_000));
+    assert_eq!(status, 413);
+}
+
+#[test]
+fn pages_of_others_are_not_answered() {
+    let served = Served::run();
+    let bearer = format!("Authorization: Bearer {}", served.token());
+    let host = served.host();
+    let upgrade = [
+        "Upgrade: websocket",
+        "Connection: Upgrade",
+        "Sec-WebSocket-Version: 13",
+        "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==",
+    ];
+    for (line, body) in [("GET /", ""), ("GET /stream", ""), ("POST /command", PAUSE), ("GET /rights", "")] {
+        for wrong in ["Host: evil.example", "Origin: http://evil.example", "Origin: null"] {
+            let headers = [&[wrong, &bearer][..], &upgrade].concat();
+            assert_eq!(ask(&served, line, &headers, body).0, 403, "{line} {wrong}");
+        }
+    }
+    let (status, head, page) = ask(&served, "GET /", &[&format!("Origin: http://{host}")], "");
+    assert_eq!(status, 200);
+    assert!(page.contains("<title>Dragnet</title>") && !page.contains(served.token()));
+    for part in ["default-src 'none'", "frame-ancestors 'none'", "nosniff", "no-store"] {
+        assert!(head.contains(part), "{part}\n{head}");
+    }
+}
+
+#[test]
+fn a_page_listens_on_this_machine_alone_unless_told_otherwise() {
+    let served = Served::run();
+    assert!(served.host().starts_with("127.0.0.1:"), "{}", served.address);
+}
+
+#[test]
+fn a_coordinator_in_the_field_serves_a_page_with_the_token_of_a_file() {
+    let folder = folder();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    write("token.txt", "a-token_of_a-person\n");
+    write(
+        "coordinator.toml",
+        "[live]\nlisten = '127.0.0.1:0'\ntoken_file = 'token.txt'\n[common]\nmission = 'hall'\nscenario = 'hall.toml'\n",
+    );
+    let served = Served::start_in(folder, &["coordinator", "--config", "coordinator.toml"]);
+    assert!(!served.address.contains("token"), "{}", served.address);
+    let rights = |header: &str| ask(&served, "GET /rights", &[header], "").0;
+    assert_eq!(rights("Authorization: Bearer a-token_of_a-person"), 204);
+    assert_eq!(rights("Authorization: Bearer another_token_of_another"), 401);
+    let (status, ..) = ask(&served, "POST /command", &["Authorization: Bearer a-token_of_a-person"], PAUSE);
+    assert_eq!(status, 200);
+}
+
+#[test]
+fn a_recording_cannot_be_changed() {
+    let folder = folder();
+    let run = std::process::Command::new(env!("CARGO_BIN_EXE_dragnet"))
+        .args(["run", "short.toml", "--record", "hall.mcap"])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    assert!(run.status.success());
+    let served = Served::start_in(folder, &["replay", "hall.mcap", "--live"]);
+    assert!(!served.address.contains("token"));
+    assert_eq!(ask(&served, "POST /command", &[], PAUSE).0, 409);
+}

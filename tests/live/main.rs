@@ -1,0 +1,127 @@
+//! The live page as a user has it: the real program, in a real browser.
+#![expect(
+    clippy::unwrap_used,
+    reason = "a test fails by a panic; Clippy knows only functions marked as tests"
+)]
+
+mod browser;
+mod http;
+
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+use std::process::{Child, ChildStderr, Command, Stdio};
+
+use tempfile::TempDir;
+
+/// A hall with a pillar; its eastern strip is crossed and not searched.
+const MAP: &str = "\
+.....................,,,,,
+.....................,,,,,
+.....................,,,,,
+.....................,,,,,
+.....................,,,,,
+.....................,,,,,
+........####.........,,,,,
+........####.........,,,,,
+........####.........,,,,,
+........####.........,,,,,
+.....................,,,,,
+.....................,,,,,
+.....................,,,,,
+.....................,,,,,
+.....................,,,,,
+.....................,,,,,
+.....................,,,,,
+.....................,,,,,
+";
+
+/// A search that lasts longer than anybody watches it.
+const LONG: &str = "\
+name = 'hall'
+map.file = 'hall.txt'
+sensor.radius = 3
+objects.count = 5
+robots.count = 3
+[mission]
+budget_seconds = 36000.0
+expected_undeclared = 0.0
+heartbeat_seconds = 2.0
+lost_after_seconds = 60.0
+";
+
+/// The program, serving a page from a folder of its own. Both go when this is dropped.
+struct Served {
+    _folder: TempDir,
+    program: Child,
+    /// Kept open: whoever writes there must find it.
+    said: BufReader<ChildStderr>,
+    address: String,
+}
+
+impl Served {
+    /// A search that runs.
+    fn run() -> Self {
+        Self::start(&["run", "hall.toml", "--live", "--record", "hall.mcap"])
+    }
+
+    fn start(arguments: &[&str]) -> Self {
+        let folder = folder();
+        Self::start_in(folder, arguments)
+    }
+
+    fn start_in(folder: TempDir, arguments: &[&str]) -> Self {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_dragnet"))
+            .args(arguments)
+            .current_dir(folder.path())
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut said = BufReader::new(program.stderr.take().unwrap());
+        let mut lines = String::new();
+        while !lines.contains("live page: ") {
+            assert!(said.read_line(&mut lines).unwrap() > 0, "{lines}");
+        }
+        let address = lines.rsplit("live page: ").next().unwrap().trim().to_owned();
+        Self { _folder: folder, program, said, address }
+    }
+
+    /// `127.0.0.1:12345`
+    fn host(&self) -> &str {
+        self.address.trim_start_matches("http://").split('/').next().unwrap()
+    }
+
+    fn token(&self) -> &str {
+        self.address.split_once("#token=").unwrap().1
+    }
+
+    /// What it said on stderr until it was ended.
+    fn complaints(mut self) -> String {
+        let _ = self.program.kill();
+        let mut text = String::new();
+        let _ = self.said.read_to_string(&mut text);
+        text
+    }
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        // It may have ended already.
+        let _ = self.program.kill();
+        let _ = self.program.wait();
+    }
+}
+
+fn folder() -> TempDir {
+    let folder = TempDir::new().unwrap();
+    std::fs::write(folder.path().join("hall.txt"), MAP).unwrap();
+    std::fs::write(folder.path().join("hall.toml"), LONG).unwrap();
+    std::fs::write(folder.path().join("short.toml"), LONG.replace("36000.0", "900.0")).unwrap();
+    folder
+}
+
+/// The repository.
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
