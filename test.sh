@@ -20,12 +20,12 @@ if [[ $wanted != "$(cat .venv/installed 2>/dev/null)" ]]; then
     echo "$wanted" > .venv/installed
 fi
 
-# Of Debian, where that can be installed; without them the tests of the live page say that they tested nothing in a browser.
-if [[ ! -x /usr/bin/chromium || ! $(command -v npm) ]]; then
+# Of Debian, where that can be installed; without them tests say what they did not test.
+if [[ ! -x /usr/bin/chromium || ! $(command -v npm) || ! $(command -v ip) ]]; then
     if [[ $(id -u) == 0 && $(command -v apt-get) ]]; then
-        apt-get update --quiet && apt-get install --quiet --yes --no-install-recommends chromium nodejs npm
+        apt-get update --quiet && apt-get install --quiet --yes --no-install-recommends chromium nodejs npm iproute2
     else
-        echo "test.sh: chromium, nodejs and npm are missing, so that the live page is not tested in a browser" >&2
+        echo "test.sh: chromium, npm or iproute2 is missing: no test in a browser, or none with hosts of their own" >&2
     fi
 fi
 if [[ $(command -v npm) && live/page/package-lock.json -nt live/page/node_modules/.package-lock.json ]]; then

@@ -35,6 +35,8 @@ pub struct WorldServer<'a> {
     team: BTreeSet<RobotId>,
     /// Those who are there.
     robots: BTreeSet<RobotId>,
+    /// Whether somebody was away: what it was shown then, nobody may have seen.
+    has_missed: bool,
     arrivals: BTreeMap<RobotId, MissionTime>,
     heartbeats: BTreeMap<RobotId, Heartbeat>,
     outcome: Outcome,
@@ -70,6 +72,7 @@ impl<'a> WorldServer<'a> {
             speed: scenario.mission().speed_meters_per_second,
             team: robots.clone(),
             robots,
+            has_missed: false,
             arrivals: BTreeMap::new(),
             heartbeats: BTreeMap::new(),
             outcome,
@@ -92,7 +95,7 @@ impl<'a> WorldServer<'a> {
             if self.heartbeats.len() == self.robots.len() && self.are_all_resting() {
                 let since = *resting_since.get_or_insert(now);
                 self.outcome.ended = since;
-                self.outcome.digest = self.world.merged().digest();
+                self.outcome.digest = self.expected_digest();
                 self.outcome.beliefs_equal = self.are_all_equal(self.outcome.digest);
                 let patience = PATIENCE.mul_f64(self.pace);
                 if self.outcome.beliefs_equal && !self.robots.is_empty() || now.since(since) >= patience {
@@ -140,7 +143,9 @@ impl<'a> WorldServer<'a> {
                 self.depart(now, robot);
             }
             Heard::Message { message: Message::Heartbeat(heartbeat), .. } => {
-                self.heartbeats.insert(heartbeat.robot, heartbeat);
+                if self.robots.contains(&heartbeat.robot) {
+                    self.heartbeats.insert(heartbeat.robot, heartbeat);
+                }
             }
             Heard::Message { message: Message::Observation(mark), .. }
                 if mark.origin.robot == RobotId::BY_HAND =>
@@ -148,6 +153,7 @@ impl<'a> WorldServer<'a> {
                 self.world.take_in(&mark.readings);
             }
             Heard::Left(Participant::Robot(gone)) => {
+                self.has_missed = true;
                 self.robots.remove(&gone);
                 self.arrivals.remove(&gone);
                 self.heartbeats.remove(&gone);
@@ -193,6 +199,12 @@ impl<'a> WorldServer<'a> {
 
     fn are_all_resting(&self) -> bool {
         self.heartbeats.values().all(|heartbeat| heartbeat.activity.is_rest())
+    }
+
+    /// Of all that was shown, or of what one robot has seen of it.
+    fn expected_digest(&self) -> Digest {
+        let seen = self.heartbeats.values().next().filter(|_| self.has_missed);
+        seen.map_or_else(|| self.world.merged().digest(), |heartbeat| heartbeat.digest)
     }
 
     fn are_all_equal(&self, digest: Digest) -> bool {

@@ -26,6 +26,9 @@ pub enum Mark {
 }
 
 impl Mark {
+    /// Every kind.
+    pub const ALL: [Self; 2] = [Self::Searched, Self::Clue];
+
     /// How far one mark moves the log-odds of its cell, nats: the odds change by a factor of 55.
     pub const STRENGTH_NATS: f64 = 4.0;
     /// A reading of 0 or 1 moves the log-odds by `1 / (2 variance)`.

@@ -21,6 +21,7 @@ use dragnet_search::observation::{Observation, RobotId};
 use dragnet_search::sensor::Sensor;
 use dragnet_search::terrain::Terrain;
 
+use crate::command::Mark;
 use crate::message::Participant;
 use crate::scenario::{Mission, Scenario};
 use crate::time::MissionTime;
@@ -65,6 +66,8 @@ pub enum Refusal {
     TooFast,
     /// The robot looks more often than it can enter cells.
     TooOften,
+    /// It is told as a person's, and no person can mark a cell so.
+    NoMark,
     /// The robot has started anew too often.
     TooManyStarts,
 }
@@ -89,6 +92,7 @@ impl fmt::Display for Refusal {
             Self::Backwards => "it is dated before the one before it",
             Self::TooFast => "the robot cannot be there yet at mission.speed_meters_per_second",
             Self::TooOften => "the robot looks more often than it can enter cells",
+            Self::NoMark => "it is told as a person's, and no person can mark a cell so",
             Self::TooManyStarts => "the robot has started anew too often",
         })
     }
@@ -168,8 +172,7 @@ impl Limits {
     /// Why it cannot.
     pub fn check(&self, observation: &Observation, log: &[Arc<Observation>]) -> Result<(), Refusal> {
         if observation.origin.robot == RobotId::BY_HAND {
-            // A person marks any cell, at any time, as surely as they like.
-            return Ok(());
+            return check_mark(observation, log);
         }
         self.check_look(observation)?;
         let (Some(first), Some(before)) = (log.first(), log.last()) else { return Ok(()) };
@@ -244,6 +247,18 @@ impl Limits {
     fn cells_in(&self, from: &Observation, to: &Observation) -> f64 {
         let time = MissionTime(to.time_ns).since(MissionTime(from.time_ns));
         time.as_secs_f64() * self.speed_meters_per_second / self.terrain.cell_meters()
+    }
+}
+
+/// A person marks any cell, one at a time, whatever is there; one mark after another.
+fn check_mark(observation: &Observation, log: &[Arc<Observation>]) -> Result<(), Refusal> {
+    let is_mark = |mark: Mark| observation.readings[..] == [mark.reading(observation.from)];
+    if !Mark::ALL.into_iter().any(is_mark) {
+        return Err(Refusal::NoMark);
+    }
+    match log.last() {
+        Some(before) if observation.time_ns < before.time_ns => Err(Refusal::Backwards),
+        _ => Ok(()),
     }
 }
 

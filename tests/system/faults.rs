@@ -1,8 +1,15 @@
 //! Bad networks: nothing observed is lost, and in the end all believe the same.
 
-use dragnet_sim::episode;
+use dragnet_agent::agent::Agent;
+use dragnet_proto::message::Participant;
+use dragnet_proto::scenario::Scenario;
+use dragnet_proto::time::MissionTime;
+use dragnet_search::observation::RobotId;
+use dragnet_sim::crew::LocalCrew;
+use dragnet_sim::episode::{self, Episode};
+use dragnet_sim::faults::{Crash, Faults};
 use dragnet_sim::network::Tally;
-use dragnet_sim::simulation::End;
+use dragnet_sim::simulation::{Attendance, End, Rules};
 
 use crate::scenario;
 
@@ -64,28 +71,49 @@ fn the_same_seed_gives_the_same_storm() {
     assert_ne!(run(7).0, run(8).0);
 }
 
-/// Eight robots leave one cell of a 60 x 60 map; cells of the farthest until all is found.
-fn mean_cells(robots: u32, loss: f64) -> f64 {
-    let team = format!(
+/// Robots that leave one cell of a 60 x 60 map where one cell in a hundred holds an object.
+fn team(robots: u32, loss: f64) -> Scenario {
+    scenario(&format!(
         "name = \"team\"\n[map]\nshape = \"all_traversable\"\nrows = 60\ncolumns = 60\n\
          [objects]\ndensity = 0.01\n[robots]\ncount = {robots}\npolicy = \"path\"\n\
          [mission]\nbudget_meters = 200000.0\nexpected_undeclared = 0.0\n[network]\nloss = {loss:?}\n"
-    );
-    let team = scenario(&team);
-    let cells = |seed| {
-        let episode = episode::run(&team, seed, End::AllFound).unwrap();
-        assert!(episode.outcome.beliefs_equal, "seed {seed}");
-        episode.outcome.cells_to_full_recall.unwrap()
-    };
+    ))
+}
+
+fn search(team: &Scenario, seed: u64, faults: Faults) -> Episode {
+    let rules = Rules { end: End::AllFound, coordinator: Attendance::Absent };
+    let mut robots = episode::team(team, seed, Agent::new);
+    let mut crew = LocalCrew::new(&mut robots, None);
+    let episode = episode::run_with_faults(team, seed, rules, faults, &mut crew).unwrap();
+    assert!(episode.outcome.beliefs_equal, "seed {seed}");
+    episode
+}
+
+/// Cells of the farthest robot until all is found, a mean.
+fn mean_cells(cells: impl Fn(u64) -> Episode) -> f64 {
     let seeds = 2000..2020;
-    seeds.clone().map(cells).sum::<f64>() / seeds.count() as f64
+    let all: f64 = seeds.clone().map(|seed| cells(seed).outcome.cells_to_full_recall.unwrap()).sum();
+    all / seeds.count() as f64
+}
+
+/// One of the team is lost when a third of the search is over.
+fn search_with_a_death(team: &Scenario, seed: u64) -> Episode {
+    let third = MissionTime(search(team, seed, Faults::default()).outcome.ended.0 / 3);
+    let lost = Participant::Robot(RobotId(u16::try_from(1 + seed % 8).unwrap()));
+    let crashes = [(lost, Crash { at: third, back: None })].into();
+    search(team, seed, Faults { crashes, ..Faults::default() })
 }
 
 #[test]
-fn eight_robots_are_five_and_a_half_times_as_fast_as_one_and_lost_messages_cost_little() {
-    let one = mean_cells(1, 0.0);
-    let (eight, eight_with_loss) = (mean_cells(8, 0.0), mean_cells(8, 0.5));
-    println!("one {one}, eight {eight}, eight at 50 % loss {eight_with_loss}");
-    assert!(eight <= one / 5.5, "{one} and {eight}: {}", one / eight);
-    assert!(eight_with_loss <= one / 4.5, "{one} and {eight_with_loss}: {}", one / eight_with_loss);
+fn eight_robots_take_little_more_than_an_eighth_of_the_way_also_when_half_is_lost_or_one_dies() {
+    let (one, eight, lossy) = (team(1, 0.0), team(8, 0.0), team(8, 0.5));
+    let alone = mean_cells(|seed| search(&one, seed, Faults::default()));
+    let check = |what, cells: f64, least: f64| {
+        let times = alone / cells;
+        println!("{what}: {cells} cells, {times:.2} times as fast as one with {alone}");
+        assert!(times >= least, "{what}: {times} times as fast");
+    };
+    check("eight", mean_cells(|seed| search(&eight, seed, Faults::default())), 6.5);
+    check("half of all messages lost", mean_cells(|seed| search(&lossy, seed, Faults::default())), 5.0);
+    check("one lost at a third", mean_cells(|seed| search_with_a_death(&eight, seed)), 5.5);
 }

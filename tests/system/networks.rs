@@ -3,6 +3,9 @@
 use std::fmt::Write;
 
 use dragnet_coordinator::inspect::inspect;
+use dragnet_link::journal::{Journal, Subject};
+use dragnet_proto::scenario::Scenario;
+use dragnet_search::observation::RobotId;
 
 use crate::hosts::Hosts;
 
@@ -124,6 +127,15 @@ impl Mission {
         self.hosts.until(&format!("{who} says {words:?}"), |hosts| count(hosts) >= times);
     }
 
+    /// How many observations stand in a robot's journal.
+    fn journal(&self, robot: u16) -> u64 {
+        let scenario = Scenario::load(&self.hosts.path("search.toml")).unwrap();
+        let (mission, terrain) = ("field".parse().unwrap(), scenario.terrain());
+        let subject = Subject { mission: &mission, robot: RobotId(robot), terrain };
+        let path = self.hosts.path(&format!("field-robot-{robot}.journal"));
+        Journal::open(&path, subject, 0).unwrap().1.observations.len() as u64
+    }
+
     /// Ends well, and the last coordinator has it all.
     fn finish(mut self, recording: &str) {
         self.hosts.order("wait sim x");
@@ -135,7 +147,14 @@ impl Mission {
         self.hosts.order("kill coordinator TERM");
         self.hosts.order("wait coordinator x");
         let recorded = inspect(&self.hosts.path(recording)).unwrap();
-        assert_eq!(Some(recorded.observations), outcome["observations_sent"].as_u64(), "{outcome}");
+        for robot in 1..=ROBOTS {
+            self.hosts.order(&format!("kill robot-{robot} TERM"));
+            self.hosts.order(&format!("wait robot-{robot} x"));
+            assert_eq!(self.journal(robot), recorded.observations, "robot {robot}");
+        }
+        // What a robot was shown at the moment at which it was away is lost with that moment.
+        let sent = outcome["observations_sent"].as_u64().unwrap();
+        assert!((sent - u64::from(ROBOTS)..=sent).contains(&recorded.observations), "{outcome}");
     }
 }
 
