@@ -21,6 +21,9 @@ use std::sync::Arc;
 
 use crate::team::Team;
 
+/// Those who come are told what is known within such a part of the time between two heartbeats.
+const WELCOMES: u32 = 16;
+
 /// All that a robot is told before it starts.
 #[derive(Clone, Debug)]
 pub struct Orders {
@@ -331,6 +334,10 @@ impl Agent {
         actions.extend(received.refused.into_iter().map(Action::Refuse));
         if !self.orders.limits.knows(from) {
             return;
+        }
+        if matches!(from, Participant::Robot(robot) if !self.team.is_alive(robot)) {
+            // Who has come, or come back, may miss much: by a heartbeat it knows what. One does for all who come together.
+            self.next_heartbeat = self.next_heartbeat.min(now + self.orders.mission.heartbeat / WELCOMES);
         }
         match message {
             Message::Observation(observation) => {

@@ -25,6 +25,12 @@ struct Teammate {
 }
 
 impl Team {
+    /// Whether a teammate is alive, as far as is known.
+    #[must_use]
+    pub fn is_alive(&self, robot: RobotId) -> bool {
+        self.mates.contains_key(&robot)
+    }
+
     /// A teammate has been heard.
     pub fn heard(&mut self, now: MissionTime, robot: RobotId) {
         self.mate(now, robot);

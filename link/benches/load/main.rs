@@ -1,7 +1,7 @@
 //! What the network holds, measured with real sessions on this machine's loopback interface, by the wall clock:
 //!
 //! ```sh
-//! cargo bench -p dragnet-link --bench load -- ping            # a robot's observation against a bare message
+//! cargo bench -p dragnet-link --bench load -- ping            # a robot's observation against a bare ping
 //! cargo bench -p dragnet-link --bench load -- late            # who joins a mission of 10,000 observations
 //! cargo bench -p dragnet-link --bench load -- team 100 60 300 # robots, side of the map, seconds
 //! ```
@@ -52,10 +52,14 @@ fn mesh(sessions: usize) -> Vec<Endpoints> {
 }
 
 fn scenario(robots: u32, side: u32) -> Scenario {
+    scenario_at_speed(robots, side, 2.0)
+}
+
+fn scenario_at_speed(robots: u32, side: u32, meters_per_second: f64) -> Scenario {
     let text = format!(
         "name = 'load'\nmap = {{ shape = 'all_traversable', rows = {side}, columns = {side} }}\n\
          objects.density = 0.01\nrobots = {{ count = {robots}, policy = 'path' }}\n\
-         mission = {{ budget_seconds = 1e6 }}\n"
+         mission = {{ budget_seconds = 1e6, speed_meters_per_second = {meters_per_second:?} }}\n"
     );
     Scenario::from_text(std::path::Path::new("load.toml"), text).unwrap()
 }
@@ -68,8 +72,11 @@ fn look(scenario: &Scenario, from: Cell) -> Vec<Reading> {
     seen.map(|(cell, variance)| Reading { cell, value: 0.0, variance }).collect()
 }
 
-/// The middle one, and the one that 99 of 100 are below, in milliseconds.
+/// The middle one, and the one that 99 of 100 are below, in milliseconds; no numbers if there is none.
 fn percentiles(times: &mut [Duration]) -> (f64, f64) {
+    if times.is_empty() {
+        return (f64::NAN, f64::NAN);
+    }
     times.sort_unstable();
     let at = |percent: usize| times[(times.len() - 1) * percent / 100].as_secs_f64() * 1e3;
     (at(50), at(99))

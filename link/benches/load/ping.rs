@@ -1,4 +1,4 @@
-//! From publish to merge between two robots, against a bare Zenoh message of the same size between the same sessions.
+//! From publish to merge between two robots, against a bare Zenoh ping of the same size between the same sessions.
 
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
@@ -12,16 +12,22 @@ use dragnet_proto::message::{Message, Participant};
 use dragnet_proto::participant::Stimulus;
 use dragnet_search::observation::{Observation, Origin, RobotId};
 use tokio::sync::mpsc;
+use zenoh::bytes::ZBytes;
 use zenoh::qos::CongestionControl;
+use zenoh::sample::Sample;
+use zenoh::session::SessionPutBuilder;
+use zenoh::{Session, Wait};
 
 use crate::probe::{Measured, Probe};
-use crate::{look, mesh, percentiles, scenario};
+use crate::{look, mesh, percentiles, scenario_at_speed};
 
 const ROUNDS: u32 = 2000;
-const BARE: &str = "bare";
+const PING: &str = "ping";
+const PONG: &str = "pong";
 
 pub(crate) async fn run() {
-    let scenario = scenario(2, 60);
+    // So fast that it may look as often as this.
+    let scenario = scenario_at_speed(2, 60, 1e6);
     let codec = Codec::new(scenario.terrain().grid());
     let cell = scenario.terrain().grid().cells().nth(30 * 60 + 30).unwrap();
     let readings = look(&scenario, cell);
@@ -46,17 +52,19 @@ pub(crate) async fn run() {
     let heard = move |_| {
         let _ = arrived.try_send(Instant::now());
     };
-    sessions[1].declare_subscriber(BARE).callback(heard).background().await.unwrap();
+    sessions[0].declare_subscriber(PONG).callback(heard).background().await.unwrap();
+    let echo = sessions[1].clone();
+    let answer = move |ping: Sample| bare(&echo, PONG, ping.payload().clone()).wait().unwrap();
+    sessions[1].declare_subscriber(PING).callback(answer).background().await.unwrap();
     let origin = Origin::first(RobotId(1));
     let size = Observation { origin, sequence: 0, time_ns: 0, from: cell, readings: readings.clone() };
     let bytes = convert::encode(&Message::Observation(size.into()));
     tokio::time::sleep(Duration::from_secs(1)).await;
-    let mut bare = Vec::new();
+    let mut pings = Vec::new();
     for _ in 0..ROUNDS {
         let sent = Instant::now();
-        let put = sessions[0].put(BARE, bytes.clone());
-        put.congestion_control(CongestionControl::Block).express(true).await.unwrap();
-        bare.push(arrivals.recv().await.unwrap() - sent);
+        bare(&sessions[0], PING, bytes.clone()).await.unwrap();
+        pings.push(arrivals.recv().await.unwrap() - sent);
         let known = measured.lock().unwrap().merges.len();
         let report = (None, Stimulus::Sensed { cell, readings: readings.clone() });
         senders[0].send(report).await.unwrap();
@@ -65,11 +73,16 @@ pub(crate) async fn run() {
         }
     }
     let mut merges = measured.lock().unwrap().merges.clone();
-    let ((bare, bare_p99), (merge, merge_p99)) = (percentiles(&mut bare), percentiles(&mut merges));
+    let ((ping, ping_p99), (merge, merge_p99)) = (percentiles(&mut pings), percentiles(&mut merges));
     println!(
-        "{} bytes, {ROUNDS} rounds: bare message median {bare:.3} ms, p99 {bare_p99:.3} ms; publish to merge median \
-         {merge:.3} ms, p99 {merge_p99:.3} ms; ratio of the medians {:.2}",
+        "{} bytes, {ROUNDS} rounds: bare ping, there and back, median {ping:.3} ms, p99 {ping_p99:.3} ms; publish to \
+         merge median {merge:.3} ms, p99 {merge_p99:.3} ms; ratio of the medians {:.2}",
         bytes.len(),
-        merge / bare,
+        merge / ping,
     );
+}
+
+/// A message as robots send theirs.
+fn bare<'a>(session: &'a Session, key: &'a str, bytes: impl Into<ZBytes>) -> SessionPutBuilder<'a, 'a> {
+    session.put(key, bytes).congestion_control(CongestionControl::Block).express(true)
 }

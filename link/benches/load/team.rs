@@ -80,10 +80,11 @@ async fn join(
     });
 }
 
+/// What was measured since it was last told; messages since the start.
 fn tell(measured: &Mutex<Measured>, elapsed: Duration) {
     let (published, delivered, mut merges) = {
         let measured = &mut *measured.lock().unwrap();
-        (measured.published(), measured.delivered, measured.merges.clone())
+        (measured.published(), measured.delivered, std::mem::take(&mut measured.merges))
     };
     let seconds = elapsed.as_secs_f64();
     let (median, p99) = percentiles(&mut merges);
