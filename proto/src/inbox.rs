@@ -401,7 +401,7 @@ mod tests {
     #[test]
     fn who_is_not_of_the_team_is_not_heard() {
         let mut inbox = inbox(1);
-        for stranger in [0, 4, 5] {
+        for stranger in [4, 5, 6] {
             let received =
                 inbox.receive(MissionTime::START, robot(stranger), &Message::Observation(observation(2, 0)));
             assert_eq!(received.refused[0].why, Refusal::Stranger);

@@ -92,3 +92,24 @@ fn what_is_in_the_future_is_not_taken_yet() {
     assert_eq!(check(70), Ok(()));
     assert_eq!(check(71), Err(Refusal::Future));
 }
+
+#[test]
+fn a_mark_is_one_that_a_person_can_make_after_the_one_before_it() {
+    let limits = limits();
+    let mark = |seconds, readings| {
+        let origin = Origin::first(RobotId::BY_HAND);
+        Observation { origin, sequence: 0, time_ns: seconds * SECOND, from: cell(0, 3), readings }
+    };
+    let clue = mark(5, vec![Mark::Clue.reading(cell(0, 3))]);
+    let check = |observation: &Observation, log: &[Arc<Observation>], expected| {
+        assert_eq!(limits.check(observation, log), expected, "{observation:?}");
+    };
+    check(&clue, &[], Ok(()));
+    check(&clue, &[Arc::new(mark(5, Vec::new()))], Ok(()));
+    check(&clue, &[Arc::new(mark(6, Vec::new()))], Err(Refusal::Backwards));
+    check(&mark(5, Vec::new()), &[], Err(Refusal::NoMark));
+    check(&mark(5, vec![Mark::Clue.reading(cell(0, 0))]), &[], Err(Refusal::NoMark));
+    let mut surer = clue;
+    surer.readings[0].variance /= 2.0;
+    check(&surer, &[], Err(Refusal::NoMark));
+}
