@@ -93,16 +93,14 @@ pub async fn run(
     driver.experience(link, clock.now(), Stimulus::Start).await?;
     let mut has_reports = true;
     // Nobody tells a coordinator the time, but the first sign of life that it hears.
-    let mut has_time = false;
+    let mut has_time = link.me() != Participant::Coordinator;
     tokio::pin!(stop);
     loop {
         tokio::select! {
             () = &mut stop => return Ok(driver.finish()),
             heard = link.hear() => match heard {
                 Some(heard) => {
-                    if !has_reports && !has_time {
-                        has_time = clock.follow(&heard);
-                    }
+                    has_time = has_time || clock.follow(&heard);
                     driver.hear(link, clock.now(), heard).await?;
                 }
                 None => return Ok(driver.finish()),

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::future::Future;
 use std::path::Path;
-use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use dragnet_agent::agent::{Agent, Orders};
@@ -156,20 +155,8 @@ fn show(
     scenario: &Scenario,
     file: &Path,
 ) -> Result<(Page, Listener, mpsc::Receiver<live::Report>), LinkError> {
-    Page::of_mission(settings, about(scenario))
+    Page::of_mission(settings, About::of(scenario, None))
         .map_err(|error| LinkError::Settings { file: file.to_owned(), reason: format!("live: {error}") })
-}
-
-/// What the page knows of a mission in the field.
-fn about(scenario: &Scenario) -> About {
-    About {
-        name: scenario.name().to_owned(),
-        terrain: Arc::new(scenario.terrain().clone()),
-        prior: About::prior_of(scenario.terrain(), scenario.prior()),
-        tau: scenario.mission().tau,
-        team: scenario.robots().iter().map(|robot| robot.id).collect(),
-        objects: None,
-    }
 }
 
 /// Runs the simulated world of a scenario for robots elsewhere, until all of them rest.

@@ -12,6 +12,7 @@ use dragnet_coordinator::mission::Record;
 use dragnet_coordinator::track::{Track, Tracks};
 use dragnet_proto::directive::added_prior;
 use dragnet_proto::message::{Activity, Detection, Heartbeat, Intent, MissionStatus};
+use dragnet_proto::scenario::Scenario;
 use dragnet_proto::time::MissionTime;
 use dragnet_search::belief::{Belief, entropy_nats};
 use dragnet_search::cell::Cell;
@@ -43,6 +44,19 @@ pub struct About {
 }
 
 impl About {
+    /// Of a scenario's mission; where the objects are if somebody knows.
+    #[must_use]
+    pub fn of(scenario: &Scenario, objects: Option<Vec<Cell>>) -> Self {
+        Self {
+            name: scenario.name().to_owned(),
+            terrain: Arc::new(scenario.terrain().clone()),
+            prior: Self::prior_of(scenario.terrain(), scenario.prior()),
+            tau: scenario.mission().tau,
+            team: scenario.robots().iter().map(|robot| robot.id).collect(),
+            objects,
+        }
+    }
+
     /// The prior of a belief, as [`About::prior`] has it.
     #[must_use]
     #[expect(clippy::cast_possible_truncation, reason = "recordings have single precision")]

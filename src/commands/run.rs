@@ -2,7 +2,6 @@
 
 use std::net::SocketAddr;
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use dragnet_learn::policy::PolicyName;
 use dragnet_link::config::check_pace;
@@ -84,25 +83,15 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
             run(&scenario, arguments, recording, None, spectator)
         });
     };
-    let about = about(&scenario, arguments.seed);
+    // The search is simulated: where the objects are is known too.
+    let objects = World::new(&scenario, arguments.seed).truth().objects().to_vec();
+    let about = About::of(&scenario, Some(objects));
     let (page, listener, commands) = Page::of_mission(&live::settings(listen), about)?;
     let page = live::announce(page);
     let onlooker = Some(Onlooker { listener, commands });
     search::tell(&scenario, style, |spectator| run(&scenario, arguments, recording, onlooker, spectator))?;
     page.stay();
     Ok(())
-}
-
-/// What the page knows of a search: where the objects are too, for it is simulated.
-fn about(scenario: &Scenario, seed: u64) -> About {
-    About {
-        name: scenario.name().to_owned(),
-        terrain: Arc::new(scenario.terrain().clone()),
-        prior: About::prior_of(scenario.terrain(), scenario.prior()),
-        tau: scenario.mission().tau,
-        team: scenario.robots().iter().map(|robot| robot.id).collect(),
-        objects: Some(World::new(scenario, seed).truth().objects().to_vec()),
-    }
 }
 
 fn run(
