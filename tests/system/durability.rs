@@ -18,12 +18,22 @@ use crate::witness::{self, Knowledge};
 const ROBOTS: usize = 4;
 const KILLS: u64 = 200;
 
-/// A search that nobody ends.
+/// A search that goes on when all is found, and by robots who never lack a goal.
 fn endless(robots: usize) -> String {
     format!(
         "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows = 30\ncolumns = 30\n[objects]\ncount = 4\n\
-         [robots]\ncount = {robots}\npolicy = \"greedy\"\n[mission]\nbudget_seconds = 1e6\n"
+         [robots]\ncount = {robots}\npolicy = \"random\"\n[mission]\nbudget_seconds = 1e6\nexpected_undeclared = 0\n"
     )
+}
+
+/// Waits until the coordinator knows what is asked for, and no longer than a person would.
+async fn learned<'a>(
+    knowledge: &'a mut watch::Receiver<Knowledge>,
+    what: &str,
+    is_known: impl FnMut(&Knowledge) -> bool,
+) -> watch::Ref<'a, Knowledge> {
+    let known = tokio::time::timeout(Duration::from_mins(1), knowledge.wait_for(is_known)).await;
+    known.unwrap_or_else(|_| panic!("the coordinator waits in vain: {what}")).unwrap()
 }
 
 /// By which an observation is known.
@@ -42,15 +52,14 @@ async fn torment(field: &Field, number: usize, mut knowledge: watch::Receiver<Kn
     let mut process = field.robot(number);
     let mut last = None;
     for kill in 0..KILLS / ROBOTS as u64 {
-        let heard = knowledge.wait_for(|knowledge| knowledge.latest(robot) > last).await.unwrap();
-        last = heard.latest(robot);
-        drop(heard);
+        let what = format!("robot {number} after {kill} deaths");
+        last = learned(&mut knowledge, &what, |knowledge| knowledge.latest(robot) > last).await.latest(robot);
         let moment = xxh3_64_with_seed(&kill.to_le_bytes(), robot.0.into()) % 40_000;
         tokio::time::sleep(Duration::from_micros(moment)).await;
         process.kill();
         process = field.robot(number);
     }
-    knowledge.wait_for(|knowledge| knowledge.latest(robot) > last).await.unwrap();
+    learned(&mut knowledge, "a robot after its last death", |knowledge| knowledge.latest(robot) > last).await;
     process
 }
 
@@ -65,9 +74,7 @@ fn read(field: &Field, number: usize, journal: &Path) -> Vec<Arc<Observation>> {
 
 /// What all know, once all know the same.
 async fn settled(knowledge: &mut watch::Receiver<Knowledge>, robots: usize) -> Knowledge {
-    let shared = knowledge.wait_for(|knowledge| knowledge.is_shared_by(robots));
-    let shared = tokio::time::timeout(Duration::from_mins(1), shared).await;
-    shared.expect("beliefs do not become equal").unwrap().clone()
+    learned(knowledge, "equal beliefs", |knowledge| knowledge.is_shared_by(robots)).await.clone()
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -185,13 +192,14 @@ async fn a_robot_on_a_full_disk_searches_on_says_so_and_recovers() {
     let coordinator = witness::coordinate(&field, sender);
     let mission = async {
         let (world, other, log, robot) = (field.world(), field.robot(2), field.path("log"), RobotId(1));
-        knowledge.wait_for(|knowledge| knowledge.latest(robot).is_some()).await.unwrap();
+        learned(&mut knowledge, "a robot", |knowledge| knowledge.latest(robot).is_some()).await;
         cramped.order("fill");
         said(&log, "the robot goes on", &mut knowledge).await;
         // The disk is as full when it starts again.
         let first = knowledge.borrow().latest(robot);
         cramped.order("restart");
-        knowledge.wait_for(|knowledge| knowledge.latest(robot) > first).await.unwrap();
+        learned(&mut knowledge, "a robot that starts again", |knowledge| knowledge.latest(robot) > first)
+            .await;
         said(&log, "robot 1 goes on with", &mut knowledge).await;
         cramped.order("free");
         said(&log, "written again", &mut knowledge).await;

@@ -24,6 +24,8 @@ use crate::field::{Field, PACE};
 pub(crate) struct Knowledge {
     /// Each observation, in the order in which they came.
     pub(crate) observations: Vec<Arc<Observation>>,
+    /// The last start of each robot that was heard of.
+    latest: BTreeMap<RobotId, Origin>,
     /// Observations that came under the name of another one.
     pub(crate) conflicting: usize,
     /// Of all evidence.
@@ -40,8 +42,14 @@ impl Knowledge {
 
     /// The last start of a robot that was heard of.
     pub(crate) fn latest(&self, robot: RobotId) -> Option<Origin> {
-        let origins = self.observations.iter().map(|observation| observation.origin);
-        origins.filter(|origin| origin.robot == robot).max()
+        self.latest.get(&robot).copied()
+    }
+
+    fn add(&mut self, observation: &Arc<Observation>) {
+        let origin = observation.origin;
+        let latest = self.latest.entry(origin.robot).or_insert(origin);
+        *latest = origin.max(*latest);
+        self.observations.push(Arc::clone(observation));
     }
 }
 
@@ -79,7 +87,7 @@ impl Mind for Witness {
         };
         let reaction = self.desk.experience(now, stimulus)?;
         self.knowledge.send_modify(|knowledge| {
-            knowledge.observations.extend(reaction.kept.iter().cloned());
+            reaction.kept.iter().for_each(|observation| knowledge.add(observation));
             let refused = reaction.refused.iter();
             knowledge.conflicting += refused.filter(|refused| refused.why == Refusal::Conflicting).count();
             knowledge.digest = Some(self.desk.digest());
