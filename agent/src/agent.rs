@@ -18,6 +18,7 @@ use dragnet_search::sensor::Sensor;
 use dragnet_search::situation::{Place, Situation};
 use dragnet_search::terrain::Terrain;
 use std::sync::Arc;
+use std::time::Duration;
 
 use crate::team::Team;
 
@@ -79,6 +80,20 @@ impl Orders {
     /// Robots decide for the first time one after the other, so that each knows the plans of those before it.
     fn first_decision(&self) -> MissionTime {
         MissionTime::START + self.mission.stagger * u32::from(self.place.member)
+    }
+
+    /// The robot's place in a period that the team shares: if all robots of a large team spoke at once, what they see
+    /// would wait behind it.
+    fn turn(&self, period: Duration) -> Duration {
+        period * (u32::from(self.place.member) + 1) / u32::from(self.place.team)
+    }
+
+    /// When it is due to give a sign of life, after now.
+    fn next_turn(&self, now: MissionTime) -> MissionTime {
+        let since_start = now.since(MissionTime::START).as_nanos();
+        let (period, turn) = (self.mission.heartbeat, self.turn(self.mission.heartbeat));
+        let since_turn = (since_start + period.as_nanos() - turn.as_nanos()) % period.as_nanos().max(1);
+        now + (period - Duration::from_nanos(u64::try_from(since_turn).unwrap_or_default()))
     }
 }
 
@@ -192,7 +207,7 @@ impl Agent {
             unused_incarnation: 0,
             observations: 0,
             dated: MissionTime::START,
-            next_heartbeat: MissionTime::START + orders.mission.heartbeat,
+            next_heartbeat: orders.next_turn(MissionTime::START),
             directive: Directive::default(),
             added_prior: added_prior(&orders.prior, &orders.terrain),
             orders,
@@ -269,7 +284,7 @@ impl Agent {
             // The numbers that it used before it started again, if it did, are taken.
             self.origin.incarnation = now.0.max(self.unused_incarnation);
             // The vehicle's clock may be set only now, and back.
-            self.next_heartbeat = now + self.orders.mission.heartbeat;
+            self.next_heartbeat = self.orders.next_turn(now);
         }
         self.move_to(cell);
         self.look(now, cell, readings, actions);
@@ -337,7 +352,8 @@ impl Agent {
         }
         if matches!(from, Participant::Robot(robot) if !self.team.is_alive(robot)) {
             // Who has come, or come back, may miss much: by a heartbeat it knows what. One does for all who come together.
-            self.next_heartbeat = self.next_heartbeat.min(now + self.orders.mission.heartbeat / WELCOMES);
+            let welcome = self.orders.turn(self.orders.mission.heartbeat / WELCOMES);
+            self.next_heartbeat = self.next_heartbeat.min(now + welcome);
         }
         match message {
             Message::Observation(observation) => {
@@ -401,7 +417,7 @@ impl Agent {
             self.decide(now, actions);
         }
         if now >= self.next_heartbeat {
-            self.next_heartbeat = now + self.orders.mission.heartbeat;
+            self.next_heartbeat = self.orders.next_turn(now);
             self.beat(now, actions);
         }
     }

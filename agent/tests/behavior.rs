@@ -184,11 +184,11 @@ fn a_robot_rests_when_nothing_is_left_and_goes_on_when_doubt_comes_back() {
 }
 
 #[test]
-fn a_heartbeat_is_due_every_period_and_says_what_is_known() {
+fn a_heartbeat_is_due_every_period_in_turn_and_says_what_is_known() {
     let mut field = Field::new(1, ENDLESS);
     field.sense(0, field.cell(0, 0));
-    assert_eq!(field.robot.wake_at(), MissionTime(10 * SECOND));
-    let actions = field.wake(10);
+    assert_eq!(field.robot.wake_at(), MissionTime(5 * SECOND));
+    let actions = field.wake(6);
     match said(&actions)[..] {
         [Message::Heartbeat(heartbeat)] => {
             assert_eq!(heartbeat.versions.len(), 1);
@@ -198,7 +198,13 @@ fn a_heartbeat_is_due_every_period_and_says_what_is_known() {
         }
         ref other => panic!("{other:?}"),
     }
-    assert_eq!(field.robot.wake_at(), MissionTime(20 * SECOND));
+    assert_eq!(field.robot.wake_at(), MissionTime(15 * SECOND));
+
+    let mut second = Field::new(2, ENDLESS);
+    second.sense(1, second.cell(0, 0));
+    assert_eq!(second.robot.wake_at(), MissionTime(10 * SECOND));
+    second.wake(10);
+    assert_eq!(second.robot.wake_at(), MissionTime(20 * SECOND));
 }
 
 #[test]
@@ -214,7 +220,7 @@ fn a_clock_that_is_set_back_by_the_first_look_delays_no_heartbeat() {
     let mut field = Field::new(1, ENDLESS);
     assert!(field.wake(500).is_empty());
     field.sense(0, field.cell(0, 0));
-    assert_eq!(field.robot.wake_at(), MissionTime(10 * SECOND));
+    assert_eq!(field.robot.wake_at(), MissionTime(5 * SECOND));
 }
 
 #[test]

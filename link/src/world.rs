@@ -32,6 +32,8 @@ pub struct WorldServer<'a> {
     clock: Clock,
     pace: f64,
     speed: f64,
+    /// Time between the first looks of two robots.
+    stagger: Duration,
     team: BTreeSet<RobotId>,
     /// Those who are there.
     robots: BTreeSet<RobotId>,
@@ -70,6 +72,7 @@ impl<'a> WorldServer<'a> {
             clock: Clock::new(pace),
             pace,
             speed: scenario.mission().speed_meters_per_second,
+            stagger: scenario.mission().stagger,
             team: robots.clone(),
             robots,
             has_missed: false,
@@ -86,8 +89,9 @@ impl<'a> WorldServer<'a> {
     /// # Errors
     /// If Zenoh refuses, or the network closes.
     pub async fn run(mut self) -> Result<Episode, LinkError> {
-        for robot in self.robots.clone() {
-            self.look(MissionTime::START, robot).await?;
+        // Each stands where it starts until it may decide: a large team does not see all at the same moment.
+        for (turn, &robot) in (0..).zip(&self.team) {
+            self.arrivals.insert(robot, MissionTime::START + self.stagger * turn);
         }
         let mut resting_since = None;
         loop {
