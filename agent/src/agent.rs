@@ -116,6 +116,8 @@ pub enum Event {
     },
     /// The time that [`Agent::wake_at`] named has come.
     Woke,
+    /// Somebody has come to the network.
+    Came,
     /// A teammate has left the network.
     Lost(RobotId),
 }
@@ -240,6 +242,7 @@ impl Agent {
             Event::Sensed { cell, readings } => self.sense(now, cell, readings, &mut actions),
             Event::Received { from, message } => self.receive(now, from, &message, &mut actions),
             Event::Woke => self.wake(now, &mut actions),
+            Event::Came => self.welcome(now),
             Event::Lost(robot) => self.team.lost(robot),
         }
         actions
@@ -351,9 +354,7 @@ impl Agent {
             return;
         }
         if matches!(from, Participant::Robot(robot) if !self.team.is_alive(robot)) {
-            // Who has come, or come back, may miss much: by a heartbeat it knows what. One does for all who come together.
-            let welcome = self.orders.turn(self.orders.mission.heartbeat / WELCOMES);
-            self.next_heartbeat = self.next_heartbeat.min(now + welcome);
+            self.welcome(now);
         }
         match message {
             Message::Observation(observation) => {
@@ -381,6 +382,12 @@ impl Agent {
             | Message::MissionStatus(MissionStatus { directive, .. }) => self.obey(now, directive, actions),
             _ => {}
         }
+    }
+
+    /// Who has come, or come back, may miss much: by a heartbeat it knows what. One does for all who come together.
+    fn welcome(&mut self, now: MissionTime) {
+        let soon = self.orders.turn(self.orders.mission.heartbeat / WELCOMES);
+        self.next_heartbeat = self.next_heartbeat.min(now + soon);
     }
 
     /// Does what a person has ordered, if it is news: pauses, goes on, or counts cells as searched.

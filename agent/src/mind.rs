@@ -26,6 +26,7 @@ impl Mind for Agent {
                 self.handle(now, Event::Received { from, message: parcel })
             }
             Stimulus::Woke => self.handle(now, Event::Woke),
+            Stimulus::Came => self.handle(now, Event::Came),
             Stimulus::Lost(robot) => self.handle(now, Event::Lost(robot)),
         };
         let elapsed = start.elapsed();

@@ -208,6 +208,18 @@ fn a_heartbeat_is_due_every_period_in_turn_and_says_what_is_known() {
 }
 
 #[test]
+fn whoever_comes_is_soon_told_what_there_is_to_know() {
+    let mut field = Field::new(1, ENDLESS);
+    field.sense(0, field.cell(0, 0));
+    field.wake(5);
+    field.robot.handle(MissionTime(6 * SECOND), Event::Came);
+    // Half of a sixteenth of a heartbeat, and then in turn again.
+    assert_eq!(field.robot.wake_at(), MissionTime(6 * SECOND + SECOND * 5 / 16));
+    assert!(matches!(said(&field.wake(7))[..], [Message::Heartbeat(_)]));
+    assert_eq!(field.robot.wake_at(), MissionTime(15 * SECOND));
+}
+
+#[test]
 fn a_robot_that_is_off_its_plan_decides_anew() {
     let mut field = Field::new(1, ENDLESS);
     field.sense(0, field.cell(0, 0));

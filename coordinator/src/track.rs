@@ -54,6 +54,12 @@ impl Tracks {
     pub fn robots(&self) -> impl Iterator<Item = (RobotId, &Track)> + '_ {
         self.robots.iter().map(|(&robot, track)| (robot, track))
     }
+
+    /// What is known of a robot.
+    #[must_use]
+    pub fn of(&self, robot: RobotId) -> Option<&Track> {
+        self.robots.get(&robot)
+    }
 }
 
 #[cfg(test)]

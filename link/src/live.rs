@@ -166,6 +166,7 @@ impl Driver<'_> {
             Heard::Came(who) => {
                 let what = if self.gone.remove(&who) { "is back" } else { "is here" };
                 tracing::info!("{who} {what}");
+                self.experience(link, now, Stimulus::Came).await?;
             }
             Heard::Left(who) => {
                 self.gone.insert(who);
@@ -208,3 +209,6 @@ impl Driver<'_> {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -304,8 +304,8 @@ impl View {
     /// Each robot, by number: its way, where it goes, and how it is.
     pub fn robots(&self) -> impl Iterator<Item = (RobotId, &Walk, Track, State)> + '_ {
         self.robots.iter().map(|(&robot, walk)| {
-            let track = self.tracks.robots().find(|(it, _)| *it == robot).map(|(_, track)| track.clone());
-            (robot, walk, track.unwrap_or_default(), self.state(robot, walk))
+            let track = self.tracks.of(robot).cloned().unwrap_or_default();
+            (robot, walk, track, self.state(robot, walk))
         })
     }
 

@@ -62,6 +62,8 @@ pub enum Stimulus<P> {
     },
     /// The time that it asked for has come.
     Woke,
+    /// Somebody has come to the network.
+    Came,
     /// A robot has left the network.
     Lost(RobotId),
     /// A person asks for something, at the coordinator.

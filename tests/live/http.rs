@@ -118,3 +118,38 @@ fn a_recording_cannot_be_changed() {
     assert!(!served.address.contains("token"));
     assert_eq!(ask(&served, "POST /command", &[], PAUSE).0, 409);
 }
+
+/// A viewer: the status that its call is answered with, and the socket with whatever comes next.
+fn watch(served: &Served) -> (u16, TcpStream) {
+    let mut socket = TcpStream::connect(served.host()).unwrap();
+    let head = [
+        "GET /stream HTTP/1.1",
+        &format!("Host: {}", served.host()),
+        "Connection: Upgrade",
+        "Upgrade: websocket",
+        "Sec-WebSocket-Version: 13",
+        "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==",
+    ];
+    write!(socket, "{}\r\n\r\n", head.join("\r\n")).unwrap();
+    let mut status = [0; 12];
+    socket.read_exact(&mut status).unwrap();
+    (std::str::from_utf8(&status[9..]).unwrap().parse().unwrap(), socket)
+}
+
+#[test]
+fn there_are_so_many_viewers_at_most_and_who_leaves_makes_room() {
+    let served = Served::run();
+    let idle: Vec<(u16, TcpStream)> = (0..31).map(|_| watch(&served)).collect();
+    assert!(idle.iter().all(|&(status, _)| status == 101));
+    let (status, mut reading) = watch(&served);
+    assert_eq!(status, 101);
+    assert_eq!(watch(&served).0, 503);
+    // It sees the search go on, whether the others look or not.
+    reading.read_exact(&mut [0; 1 << 15]).unwrap();
+    drop(idle);
+    let mut tries = (0..100).map(|_| {
+        std::thread::sleep(std::time::Duration::from_millis(100));
+        watch(&served).0
+    });
+    assert!(tries.any(|status| status == 101));
+}

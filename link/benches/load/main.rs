@@ -3,12 +3,14 @@
 //! ```sh
 //! cargo bench -p dragnet-link --bench load -- ping            # a robot's observation against a bare ping
 //! cargo bench -p dragnet-link --bench load -- late            # who joins a mission of 10,000 observations
+//! cargo bench -p dragnet-link --bench load -- lost            # how soon a robot that is lost is known to be
 //! cargo bench -p dragnet-link --bench load -- team 100 60 300 # robots, side of the map, seconds
 //! ```
 
 #![expect(clippy::unwrap_used, reason = "a benchmark fails by panicking")]
 
 mod late;
+mod lost;
 mod ping;
 mod probe;
 mod team;
@@ -29,14 +31,16 @@ fn main() {
     match arguments[..] {
         ["ping"] => runtime.block_on(ping::run()),
         ["late"] => runtime.block_on(late::run()),
+        ["lost"] => runtime.block_on(lost::run()),
         ["team", robots, side, seconds] => {
             runtime.block_on(team::run(number(robots), number(side), u64::from(number(seconds))));
         }
         [] => {
             runtime.block_on(ping::run());
             runtime.block_on(late::run());
+            runtime.block_on(lost::run());
         }
-        _ => eprintln!("allowed are: ping; late; team ROBOTS SIDE SECONDS"),
+        _ => eprintln!("allowed are: ping; late; lost; team ROBOTS SIDE SECONDS"),
     }
 }
 

@@ -1,0 +1,85 @@
+use dragnet_agent::agent::{Agent, Orders};
+use dragnet_coordinator::desk::Desk;
+use dragnet_coordinator::mission::{Mission, MissionOrders};
+use dragnet_proto::convert::Codec;
+use dragnet_proto::participant::MindError;
+use dragnet_proto::scenario::Scenario;
+use dragnet_search::evidence::{Digest, Reading};
+use dragnet_search::observation::RobotId;
+
+use super::*;
+use crate::session::{Endpoints, free_endpoints, open};
+
+/// A coordinator that tells when it hears a sign of life: its own time, and the robot's.
+struct Listener {
+    desk: Desk,
+    heard: mpsc::UnboundedSender<(MissionTime, MissionTime)>,
+}
+
+impl Mind for Listener {
+    fn experience(
+        &mut self,
+        now: MissionTime,
+        stimulus: Stimulus<Message>,
+    ) -> Result<Reaction<Message>, MindError> {
+        if let Stimulus::Delivered { parcel: Message::Heartbeat(heartbeat), .. } = &stimulus {
+            let _ = self.heard.send((now, MissionTime(heartbeat.time_ns)));
+        }
+        self.desk.experience(now, stimulus)
+    }
+
+    fn digest(&self) -> Digest {
+        self.desk.digest()
+    }
+
+    fn observations(&self) -> u64 {
+        self.desk.observations()
+    }
+}
+
+async fn join(scenario: &Scenario, me: Participant, endpoints: &Endpoints) -> Link {
+    let session = open(endpoints).await.unwrap();
+    let codec = Codec::new(scenario.terrain().grid());
+    let mut link = Link::join(session, "late".parse().unwrap(), me, codec).await.unwrap();
+    link.announce().await.unwrap();
+    link
+}
+
+/// The mission began long before this coordinator did.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_coordinator_that_starts_late_is_told_at_once_and_takes_its_robots_time() {
+    let text = "name = 'late'\nmap = { shape = 'all_traversable', rows = 12, columns = 12 }\nobjects.count = 1\n\
+                mission = { budget_seconds = 1e6, heartbeat_seconds = 100.0, lost_after_seconds = 200.0 }\n";
+    let scenario = Scenario::from_text(std::path::Path::new("late.toml"), text.to_owned()).unwrap();
+    let listen = free_endpoints(1).unwrap();
+    let long_after = MissionTime(5_000_000_000_000);
+
+    let endpoints = Endpoints { listen: listen.clone(), ..Endpoints::default() };
+    let mut robot = join(&scenario, Participant::Robot(RobotId(1)), &endpoints).await;
+    let mut agent = Agent::new(Orders::of_team(&scenario, 1).remove(0));
+    let (sender, reports) = mpsc::channel(1);
+    let cell = scenario.terrain().grid().cells().next().unwrap();
+    let variance = scenario.sensor().variance(0);
+    let readings = vec![Reading { cell, value: 0.0, variance }];
+    sender.send((Some(long_after), Stimulus::Sensed { cell, readings })).await.unwrap();
+    let searching = tokio::spawn(async move {
+        let never = std::future::pending::<()>();
+        run(&mut robot, &mut agent, Clock::new(1.0), None, reports, never).await
+    });
+
+    let endpoints = Endpoints { connect: listen, ..Endpoints::default() };
+    let mut link = join(&scenario, Participant::Coordinator, &endpoints).await;
+    let (heard, mut times) = mpsc::unbounded_channel();
+    let mut listener = Listener { desk: Desk::new(Mission::new(MissionOrders::of(&scenario)), None), heard };
+    let (_, no_reports) = mpsc::channel(1);
+    let never = std::future::pending::<()>();
+    let listening = run(&mut link, &mut listener, Clock::new(1.0), None, no_reports, never);
+    let (own, robots) = tokio::select! {
+        ended = listening => panic!("{ended:?}"),
+        // Long before the next heartbeat that is due.
+        times = tokio::time::timeout(Duration::from_secs(60), times.recv()) => times.unwrap().unwrap(),
+    };
+    assert!(robots >= long_after);
+    assert!(own >= robots, "{own:?} {robots:?}");
+    searching.abort();
+}
