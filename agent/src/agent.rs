@@ -91,7 +91,8 @@ impl Orders {
     /// When it is due to give a sign of life, after now.
     fn next_turn(&self, now: MissionTime) -> MissionTime {
         let since_start = now.since(MissionTime::START).as_nanos();
-        let (period, turn) = (self.mission.heartbeat.as_nanos(), self.turn(self.mission.heartbeat).as_nanos());
+        let (period, turn) =
+            (self.mission.heartbeat.as_nanos(), self.turn(self.mission.heartbeat).as_nanos());
         let since_turn = (since_start + period - turn) % period.max(1);
         now + Duration::from_nanos_u128(period - since_turn)
     }
