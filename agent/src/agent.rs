@@ -18,12 +18,9 @@ use dragnet_search::sensor::Sensor;
 use dragnet_search::situation::{Place, Situation};
 use dragnet_search::terrain::Terrain;
 use std::sync::Arc;
-use std::time::Duration;
 
+use crate::pulse::Pulse;
 use crate::team::Team;
-
-/// Those who come are told what is known within such a part of the time between two heartbeats.
-const WELCOMES: u32 = 16;
 
 /// All that a robot is told before it starts.
 #[derive(Clone, Debug)]
@@ -80,21 +77,6 @@ impl Orders {
     /// Robots decide for the first time one after the other, so that each knows the plans of those before it.
     fn first_decision(&self) -> MissionTime {
         MissionTime::START + self.mission.stagger * u32::from(self.place.member)
-    }
-
-    /// The robot's place in a period that the team shares: if all robots of a large team spoke at once, what they see
-    /// would wait behind it.
-    fn turn(&self, period: Duration) -> Duration {
-        period * (u32::from(self.place.member) + 1) / u32::from(self.place.team)
-    }
-
-    /// When it is due to give a sign of life, after now.
-    fn next_turn(&self, now: MissionTime) -> MissionTime {
-        let since_start = now.since(MissionTime::START).as_nanos();
-        let (period, turn) =
-            (self.mission.heartbeat.as_nanos(), self.turn(self.mission.heartbeat).as_nanos());
-        let since_turn = (since_start + period - turn) % period.max(1);
-        now + Duration::from_nanos_u128(period - since_turn)
     }
 }
 
@@ -170,7 +152,7 @@ pub struct Agent {
     observations: u64,
     /// The date of the last one.
     dated: MissionTime,
-    next_heartbeat: MissionTime,
+    pulse: Pulse,
     /// What a person has ordered, as far as it has heard.
     directive: Directive,
     /// Prior probability in cells that a person adds.
@@ -210,7 +192,7 @@ impl Agent {
             unused_incarnation: 0,
             observations: 0,
             dated: MissionTime::START,
-            next_heartbeat: orders.next_turn(MissionTime::START),
+            pulse: Pulse::new(orders.place, orders.mission.heartbeat),
             directive: Directive::default(),
             added_prior: added_prior(&orders.prior, &orders.terrain),
             orders,
@@ -243,7 +225,7 @@ impl Agent {
             Event::Sensed { cell, readings } => self.sense(now, cell, readings, &mut actions),
             Event::Received { from, message } => self.receive(now, from, &message, &mut actions),
             Event::Woke => self.wake(now, &mut actions),
-            Event::Came => self.welcome(now),
+            Event::Came => self.pulse.welcome(now),
             Event::Lost(robot) => self.team.lost(robot),
         }
         actions
@@ -252,11 +234,8 @@ impl Agent {
     /// When to be woken, if nothing else happens before.
     #[must_use]
     pub fn wake_at(&self) -> MissionTime {
-        if self.plans == 0 && self.cell.is_some() {
-            self.next_heartbeat.min(self.orders.first_decision())
-        } else {
-            self.next_heartbeat
-        }
+        let due = self.pulse.due();
+        if self.plans == 0 && self.cell.is_some() { due.min(self.orders.first_decision()) } else { due }
     }
 
     /// What the robot believes.
@@ -288,7 +267,7 @@ impl Agent {
             // The numbers that it used before it started again, if it did, are taken.
             self.origin.incarnation = now.0.max(self.unused_incarnation);
             // The vehicle's clock may be set only now, and back.
-            self.next_heartbeat = self.orders.next_turn(now);
+            self.pulse.restart(now);
         }
         self.move_to(cell);
         self.look(now, cell, readings, actions);
@@ -355,7 +334,7 @@ impl Agent {
             return;
         }
         if matches!(from, Participant::Robot(robot) if !self.team.is_alive(robot)) {
-            self.welcome(now);
+            self.pulse.welcome(now);
         }
         match message {
             Message::Observation(observation) => {
@@ -379,16 +358,13 @@ impl Agent {
             actions.push(Action::Publish(Audience::One(whom), reply));
         }
         match message {
-            Message::Heartbeat(Heartbeat { directive, .. })
-            | Message::MissionStatus(MissionStatus { directive, .. }) => self.obey(now, directive, actions),
+            Message::Heartbeat(Heartbeat { directive, versions, .. })
+            | Message::MissionStatus(MissionStatus { directive, versions, .. }) => {
+                self.pulse.overhears(|| self.inbox.log().is_known_to(versions));
+                self.obey(now, directive, actions);
+            }
             _ => {}
         }
-    }
-
-    /// Who has come, or come back, may miss much: by a heartbeat it knows what. One does for all who come together.
-    fn welcome(&mut self, now: MissionTime) {
-        let soon = self.orders.turn(self.orders.mission.heartbeat / WELCOMES);
-        self.next_heartbeat = self.next_heartbeat.min(now + soon);
     }
 
     /// Does what a person has ordered, if it is news: pauses, goes on, or counts cells as searched.
@@ -424,8 +400,7 @@ impl Agent {
         if is_first || is_running_out || is_cleared {
             self.decide(now, actions);
         }
-        if now >= self.next_heartbeat {
-            self.next_heartbeat = self.orders.next_turn(now);
+        if self.pulse.beats(now) {
             self.beat(now, actions);
         }
     }

@@ -127,6 +127,13 @@ impl ObservationLog {
         self.logs.iter().map(|(&origin, log)| Version { origin, next: log.len() as u64 })
     }
 
+    /// Whether somebody who tells these versions knows all that is known here.
+    #[must_use]
+    pub fn is_known_to(&self, told: &[Version]) -> bool {
+        let told: BTreeMap<Origin, u64> = told.iter().map(|version| (version.origin, version.next)).collect();
+        self.versions().all(|own| told.get(&own.origin).is_some_and(|&next| next >= own.next))
+    }
+
     /// Incarnations of a robot of which something is known.
     #[must_use]
     pub fn incarnations(&self, robot: RobotId) -> usize {
@@ -198,5 +205,17 @@ mod tests {
         assert_eq!((log.next(again), log.insert(Arc::new(first))), (0, Entry::New));
         assert_eq!(log.versions().map(|version| version.next).collect::<Vec<_>>(), [1, 1]);
         assert_eq!((log.incarnations(RobotId(7)), log.incarnations(RobotId(8))), (2, 0));
+    }
+
+    #[test]
+    fn who_knows_more_knows_all() {
+        let mut log = ObservationLog::default();
+        assert!(log.is_known_to(&[]));
+        log.insert(observation(0, 0));
+        let version = |origin, next| Version { origin, next };
+        let other = Origin::first(RobotId(8));
+        assert!(log.is_known_to(&[version(other, 9), version(SEVEN, 1)]));
+        assert!(!log.is_known_to(&[version(other, 9), version(SEVEN, 0)]));
+        assert!(!log.is_known_to(&[version(other, 9)]));
     }
 }
