@@ -54,23 +54,24 @@ impl Mind for Probe {
         );
         let is_delivery = matches!(stimulus, Stimulus::Delivered { .. });
         let reaction = self.agent.experience(now, stimulus)?;
-        let at = Instant::now();
+        let merged = Instant::now();
         let measured = &mut *self.measured.lock().unwrap();
         measured.delivered += u64::from(is_delivery);
-        for (_, message) in &reaction.published {
-            if let Message::Observation(observation) = message {
-                measured.published.insert((observation.origin, observation.sequence), at);
-            }
-        }
-        let merged = reaction.kept.iter().filter(|observation| observation.origin.robot != self.robot);
-        for observation in merged {
+        for observation in reaction.kept.iter().filter(|observation| observation.origin.robot != self.robot) {
             // What was repaired took as long as it was missing; it counts as well.
             let published = measured.published.get(&(observation.origin, observation.sequence));
-            measured.merges.extend(published.map(|&published| at - published));
+            measured.merges.extend(published.map(|&published| merged - published));
         }
         if is_direct || !reaction.kept.is_empty() {
             measured.digests.insert(self.robot, self.agent.digest());
             measured.observations.insert(self.robot, self.agent.observations());
+        }
+        // From here on it is the robot's time again, not that of the measurement.
+        let published = Instant::now();
+        for (_, message) in &reaction.published {
+            if let Message::Observation(observation) = message {
+                measured.published.insert((observation.origin, observation.sequence), published);
+            }
         }
         Ok(reaction)
     }
