@@ -145,7 +145,7 @@ fn there_are_so_many_viewers_at_most_and_who_leaves_makes_room() {
     assert_eq!(status, 101);
     assert_eq!(watch(&served).0, 503);
     // It sees the search go on, whether the others look or not.
-    reading.read_exact(&mut [0; 1 << 15]).unwrap();
+    reading.read_exact(&mut [0; 1 << 14]).unwrap();
     drop(idle);
     let mut tries = (0..100).map(|_| {
         std::thread::sleep(std::time::Duration::from_millis(100));
