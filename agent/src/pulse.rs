@@ -5,8 +5,10 @@ use std::time::Duration;
 use dragnet_proto::time::MissionTime;
 use dragnet_search::situation::Place;
 
-/// Those who come are told within such a part of the time between two heartbeats.
-const WELCOMES: u32 = 16;
+/// Whoever comes within such a part of the time between two heartbeats is welcomed with others,
+const TOGETHER: u32 = 32;
+/// and within such a further part, of which each robot of the team has its share: long enough to hear the one before.
+const WELCOMES: u32 = 8;
 
 /// The beat of a robot. All robots of a team have a turn in each period: if all of a large team spoke at once, what they
 /// see would wait behind it.
@@ -55,7 +57,7 @@ impl Pulse {
     /// Somebody has come, or come back, who may miss much. One beat tells all who come together, and that of one robot is
     /// enough for its team.
     pub fn welcome(&mut self, now: MissionTime) {
-        let soon = now + self.turn(self.period / WELCOMES);
+        let soon = now + self.period / TOGETHER + self.turn(self.period / WELCOMES);
         self.welcome = Some(self.welcome.map_or(soon, |due| due.min(soon)));
     }
 
@@ -105,7 +107,7 @@ mod tests {
     fn one_welcome_is_for_all_who_come_together_and_one_robot_gives_it() {
         let mut pulse = second();
         pulse.welcome(at(1));
-        let soon = MissionTime(SECOND + SECOND / 2);
+        let soon = MissionTime(SECOND + SECOND / 2 + SECOND);
         assert_eq!(pulse.due(), soon);
         pulse.welcome(MissionTime(SECOND + 1));
         pulse.overhears(|| false);

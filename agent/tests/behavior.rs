@@ -213,8 +213,8 @@ fn whoever_comes_is_soon_told_what_there_is_to_know() {
     field.sense(0, field.cell(0, 0));
     field.wake(5);
     field.robot.handle(MissionTime(6 * SECOND), Event::Came);
-    // Half of a sixteenth of a heartbeat, and then in turn again.
-    assert_eq!(field.robot.wake_at(), MissionTime(6 * SECOND + SECOND * 5 / 16));
+    // A 32nd of a heartbeat and half of an eighth, and then in turn again.
+    assert_eq!(field.robot.wake_at(), MissionTime(6 * SECOND + SECOND * 30 / 32));
     assert!(matches!(said(&field.wake(7))[..], [Message::Heartbeat(_)]));
     assert_eq!(field.robot.wake_at(), MissionTime(15 * SECOND));
 }
