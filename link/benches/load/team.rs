@@ -36,9 +36,10 @@ pub(crate) async fn run(robots: u32, side: u32, seconds: u64) {
     let told = async {
         let mut each = tokio::time::interval(Duration::from_secs(seconds.div_ceil(5).max(1)));
         each.tick().await;
+        let mut before = 0;
         loop {
             each.tick().await;
-            tell(&measured, started.elapsed());
+            before = tell(&measured, started.elapsed(), before);
         }
     };
     // The search is not over in this time.
@@ -50,7 +51,8 @@ pub(crate) async fn run(robots: u32, side: u32, seconds: u64) {
         assert!(settled.elapsed() < Duration::from_mins(1), "the beliefs do not become equal");
         tokio::time::sleep(Duration::from_millis(100)).await;
     }
-    tell(&measured, started.elapsed());
+    print!("in all ");
+    tell(&measured, started.elapsed(), 0);
     println!(
         "all {told} observations are with all robots, {:.1} s after the last",
         settled.elapsed().as_secs_f64()
@@ -80,11 +82,11 @@ async fn join(
     });
 }
 
-/// What was measured since it was last told; messages since the start.
-fn tell(measured: &Mutex<Measured>, elapsed: Duration) {
+/// What was measured from the merge of this number on; messages since the start. Returns the number of merges.
+fn tell(measured: &Mutex<Measured>, elapsed: Duration, first: usize) -> usize {
     let (published, delivered, mut merges) = {
-        let measured = &mut *measured.lock().unwrap();
-        (measured.published(), measured.delivered, std::mem::take(&mut measured.merges))
+        let measured = &*measured.lock().unwrap();
+        (measured.published(), measured.delivered, measured.merges[first..].to_vec())
     };
     let seconds = elapsed.as_secs_f64();
     let (median, p99) = percentiles(&mut merges);
@@ -94,6 +96,7 @@ fn tell(measured: &Mutex<Measured>, elapsed: Duration) {
         delivered as f64 / seconds,
         resident_megabytes(),
     );
+    first + merges.len()
 }
 
 /// Of this process.
