@@ -1,1 +1,8 @@
 //! A robot's own side: from what its cameras detect to evidence, and from a waypoint to motion.
+//!
+//! Nothing here knows a clock, socket, file, thread or unseeded randomness. What a robot sees goes this way:
+//!
+//! 1. [`plane`], [`camera`]: from the boxes of a detector to bearings.
+
+pub mod camera;
+pub mod plane;
