@@ -2,7 +2,9 @@
 //!
 //! Nothing here knows a clock, socket, file, thread or unseeded randomness. What a robot sees goes this way:
 //!
-//! 1. [`plane`], [`camera`]: from the boxes of a detector to bearings.
+//! 1. [`plane`], [`camera`]: from the boxes of a detector to bearings;
+//! 2. [`assignment`]: from bearings to the tracks that they belong to.
 
+pub mod assignment;
 pub mod camera;
 pub mod plane;
