@@ -3,8 +3,10 @@
 //! Nothing here knows a clock, socket, file, thread or unseeded randomness. What a robot sees goes this way:
 //!
 //! 1. [`plane`], [`camera`]: from the boxes of a detector to bearings;
-//! 2. [`assignment`]: from bearings to the tracks that they belong to.
+//! 2. [`assignment`]: from bearings to the tracks that they belong to;
+//! 3. [`tracker`]: from bearings over time to where things are.
 
 pub mod assignment;
 pub mod camera;
 pub mod plane;
+pub mod tracker;

@@ -81,10 +81,10 @@ impl View {
         self.farthest_meters
     }
 
-    /// Whether a direction, radians counter-clockwise from east, lies between its edges.
+    /// How far a direction, radians counter-clockwise from east, lies beyond the nearer edge, radians; not above 0 in view.
     #[must_use]
-    pub fn contains_bearing(&self, bearing_radians: f64) -> bool {
-        wrapped_radians(bearing_radians - self.camera.heading_radians).abs() <= self.half_radians
+    pub fn radians_beyond(&self, bearing_radians: f64) -> f64 {
+        wrapped_radians(bearing_radians - self.camera.heading_radians).abs() - self.half_radians
     }
 
     /// Whether a point of the map is in view.
@@ -92,6 +92,6 @@ impl View {
     pub fn contains(&self, point_meters: Vector2<f64>) -> bool {
         let range_meters = (point_meters - self.camera.position_meters).norm();
         (self.nearest_meters..=self.farthest_meters).contains(&range_meters)
-            && self.contains_bearing(bearing_radians(self.camera.position_meters, point_meters))
+            && self.radians_beyond(bearing_radians(self.camera.position_meters, point_meters)) <= 0.0
     }
 }
