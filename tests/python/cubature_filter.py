@@ -2,14 +2,15 @@
 
 Usage: cubature_filter.py < scenarios.json > estimates.json
 
-A list of scenarios, each: "settings" (members, velocity_deviation, acceleration_density, nearest_meters, farthest_meters,
-deviation_radians), "alone" (mean, covariance) and "sights", a list of [seconds, east, north, bearing]. The first sight
-begins the range-parameterised filter; both filters take in all others. The estimates: for each scenario and each of
-those others what "alone" and "mixture" hold after it, and the mixture's "weights".
+A list of scenarios, each: "settings" (members, velocity_deviation, acceleration_density, nearest_meters,
+farthest_meters, deviation_radians), "alone" (mean, covariance) and "sights", a list of [seconds, east, north,
+bearing]. The first sight begins the range-parameterised filter; both filters take in all others. The
+estimates: for each scenario and each of those others what "alone" and "mixture" hold after it, and the
+mixture's "weights".
 
-filterpy moves its points through the motion and uses the same points for the measurement, without the process noise.
-Arasaratnam and Haykin draw them anew from the predicted distribution, so that is done here before each update. Bearings
-are told as differences from the bearing of the mean, since a bearing has no order across pi.
+filterpy moves its points through the motion and uses the same points for the measurement, without the process
+noise. Arasaratnam and Haykin draw them anew from the predicted distribution, so that is done here before each
+update. Bearings are told as differences from the bearing of the mean, since a bearing has no order across pi.
 """
 
 import json
@@ -80,7 +81,8 @@ def born(observer, seen, settings):
 
 def step_mixture(mixture, *sight):
     densities = [step(kalman, *sight) for _, kalman in mixture]
-    weighed = [[weight * exp(density - max(densities)), kalman] for (weight, kalman), density in zip(mixture, densities)]
+    likelihoods = [exp(density - max(densities)) for density in densities]
+    weighed = [[weight * likelihood, kalman] for (weight, kalman), likelihood in zip(mixture, likelihoods)]
     total = sum(weight for weight, _ in weighed)
     kept = [[weight / total, kalman] for weight, kalman in weighed if weight / total >= LEAST_WEIGHT]
     total = sum(weight for weight, _ in kept)

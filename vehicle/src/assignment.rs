@@ -1,9 +1,9 @@
 //! Which bearing belongs to which track: the assignment of the least total angle.
 //!
-//! Kuhn (1955) and Munkres (1957), on the absolute wrapped angle between where a track should be seen and where something
-//! was seen. To leave a track and a bearing without each other costs as much as a pair at the gate. So of all
-//! assignments the one is chosen that has the least sum of angles with a gate's worth for every pair that is not made; a
-//! good pair is never given up to make two bad ones.
+//! Kuhn (1955) and Munkres (1957), on the absolute wrapped angle between where a track should be seen and
+//! where something was seen. To leave a track and a bearing without each other costs as much as a pair at the
+//! gate. So of all assignments the one is chosen that has the least sum of angles with a gate's worth for
+//! every pair that is not made; a good pair is never given up to make two bad ones.
 
 use pathfinding::kuhn_munkres::kuhn_munkres_min;
 use pathfinding::matrix::Matrix;
@@ -53,10 +53,12 @@ pub enum AssignmentError {
 /// So many predicted and so many observed bearings can be assigned: the time grows with the third power.
 pub const MAX_ASSIGNED: usize = 512;
 
-/// Assigns observed to predicted bearings, all in radians in one frame; pairs are at most `gate_radians` apart.
+/// Assigns observed to predicted bearings, all in radians in one frame; pairs are at most `gate_radians`
+/// apart.
 ///
 /// # Errors
-/// If an angle is no number, the gate is not above 0 and at most pi, or one list is longer than [`MAX_ASSIGNED`].
+/// If an angle is no number, the gate is not above 0 and at most pi, or one list is longer than
+/// [`MAX_ASSIGNED`].
 pub fn assign(
     predicted_radians: &[f64],
     observed_radians: &[f64],

@@ -1,8 +1,8 @@
 //! A camera on the vehicle: which column of its image looks where, and what is in its view.
 //!
-//! A pinhole: a column `u` looks `atan((u - width / 2) / f)` to the right of the middle, with the focal length
-//! `f = (width / 2) / tan(field_of_view / 2)` in pixels. Lens distortion is taken to be removed before, and heights are
-//! not used: a camera tells bearings only.
+//! A pinhole: a column `u` looks `atan((u - width / 2) / f)` to the right of the middle, with the focal
+//! length `f = (width / 2) / tan(field_of_view / 2)` in pixels. Lens distortion is taken to be removed
+//! before, and heights are not used: a camera tells bearings only.
 
 mod boxes;
 mod view;
@@ -128,8 +128,8 @@ impl Camera {
         self.focal_length_pixels
     }
 
-    /// Where a column looks: radians in the vehicle's frame, from where the camera is. Columns go from 0 at the left edge
-    /// of the first pixel to the width at the right edge of the last.
+    /// Where a column looks: radians in the vehicle's frame, from where the camera is. Columns go from 0 at
+    /// the left edge of the first pixel to the width at the right edge of the last.
     #[must_use]
     pub fn bearing_radians(&self, column_pixels: f64) -> f64 {
         let right_pixels = column_pixels - f64::from(self.settings.width_pixels) / 2.0;
@@ -137,7 +137,8 @@ impl Camera {
         wrapped_radians(self.settings.mounting.heading_radians - right_radians)
     }
 
-    /// The column that looks there, if any does: `0.0..=width`, for a bearing in radians in the vehicle's frame.
+    /// The column that looks there, if any does: `0.0..=width`, for a bearing in radians in the vehicle's
+    /// frame.
     #[must_use]
     pub fn column_pixels(&self, bearing_radians: f64) -> Option<f64> {
         let right_radians = wrapped_radians(self.settings.mounting.heading_radians - bearing_radians);
@@ -147,16 +148,16 @@ impl Camera {
         in_view.then(|| middle_pixels + self.focal_length_pixels * right_radians.tan())
     }
 
-    /// Whether something is in view: its bearing in radians in the vehicle's frame and its range in metres, both from
-    /// where the camera is.
+    /// Whether something is in view: its bearing in radians in the vehicle's frame and its range in metres,
+    /// both from where the camera is.
     #[must_use]
     pub fn sees(&self, bearing_radians: f64, range_meters: f64) -> bool {
         let ranges = self.settings.nearest_meters..=self.settings.farthest_meters;
         ranges.contains(&range_meters) && self.column_pixels(bearing_radians).is_some()
     }
 
-    /// Standard deviation of a bearing, radians, for one of a column in pixels: in the middle of the image, where a pixel
-    /// is widest.
+    /// Standard deviation of a bearing, radians, for one of a column in pixels: in the middle of the image,
+    /// where a pixel is widest.
     #[must_use]
     pub fn bearing_deviation_radians(&self, column_deviation_pixels: f64) -> f64 {
         column_deviation_pixels.atan2(self.focal_length_pixels)

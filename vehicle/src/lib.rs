@@ -4,9 +4,11 @@
 //!
 //! 1. [`plane`], [`camera`]: from the boxes of a detector to bearings;
 //! 2. [`assignment`]: from bearings to the tracks that they belong to;
-//! 3. [`tracker`]: from bearings over time to where things are.
+//! 3. [`tracker`]: from bearings over time to where things are;
+//! 4. [`calibration`]: how precise such evidence is, from looks of which one knows what was there.
 
 pub mod assignment;
+pub mod calibration;
 pub mod camera;
 pub mod plane;
 pub mod tracker;

@@ -1,7 +1,7 @@
 //! The plane that a robot drives on: angles, and where something stands on the map.
 //!
-//! Map frame: metres east and north of the map's south-western corner. Angles are radians, counter-clockwise from east.
-//! A vehicle's own frame has x forward and y to the left, angles counter-clockwise from forward.
+//! Map frame: metres east and north of the map's south-western corner. Angles are radians, counter-clockwise
+//! from east. A vehicle's own frame has x forward and y to the left, angles counter-clockwise from forward.
 
 use std::f64::consts::{PI, TAU};
 
@@ -51,7 +51,8 @@ impl Pose {
     }
 }
 
-/// Direction from one point to another, radians in `-pi..=pi`, counter-clockwise from east. Between equal points it is 0.
+/// Direction from one point to another, radians in `-pi..=pi`, counter-clockwise from east. Between equal
+/// points it is 0.
 #[must_use]
 pub fn bearing_radians(from_meters: Vector2<f64>, to_meters: Vector2<f64>) -> f64 {
     let offset = to_meters - from_meters;

@@ -1,10 +1,12 @@
 //! Where the things are that cameras see, from bearings alone, seen from a vehicle that moves.
 //!
-//! Each track is a range-parameterised cubature Kalman filter ([`mixture`]). A frame is what one camera saw at one time.
-//! Its bearings go to tracks by their angles ([`crate::assignment`]); those that no track explains become new tracks. A
-//! track is confirmed once it was seen in enough of its first frames, and lost when it is missed too often ([`track`]).
+//! Each track is a range-parameterised cubature Kalman filter ([`mixture`]). A frame is what one camera saw
+//! at one time. Its bearings go to tracks by their angles ([`crate::assignment`]); those that no track
+//! explains become new tracks. A track is confirmed once it was seen in enough of its first frames, and lost
+//! when it is missed too often ([`track`]).
 //!
-//! The only way anything changes is [`Tracker::handle`]: what cannot be is refused there, and then nothing has changed.
+//! The only way anything changes is [`Tracker::handle`]: what cannot be is refused there, and then nothing
+//! has changed.
 
 pub mod cubature;
 pub mod frame;
@@ -79,7 +81,8 @@ impl Tracker {
     /// Takes in what one camera saw at one time. Several cameras may have frames of one time.
     ///
     /// # Errors
-    /// If the frame cannot be, is older than the latest, or is its camera's second of one time. Nothing has changed then.
+    /// If the frame cannot be, is older than the latest, or is its camera's second of one time.
+    /// Nothing has changed then.
     pub fn handle(&mut self, frame: &Frame) -> Result<Outcome, FrameError> {
         frame.check()?;
         self.check_order(frame)?;

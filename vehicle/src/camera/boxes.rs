@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use super::Camera;
 
-/// What a detector marks in an image. Pixels count from the left and upper edge; edges lie within `0..=width` and
-/// `0..=height`.
+/// What a detector marks in an image. Pixels count from the left and upper edge; edges lie within `0..=width`
+/// and `0..=height`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DetectionBox {
     /// Left edge, pixels.
@@ -25,16 +25,19 @@ pub enum BoxRefusal {
     NotANumber,
     /// It has no area.
     Empty,
-    /// An edge lies outside the image. Detectors cut their boxes at the edge, so this one is of another image size.
+    /// An edge lies outside the image. Detectors cut their boxes at the edge, so this one is of another image
+    /// size.
     OutsideImage,
-    /// Another box before it has its middle in the very same column: one bearing says no more when it is told twice.
+    /// Another box before it has its middle in the very same column: one bearing says no more when it is told
+    /// twice.
     SameColumn,
 }
 
 /// What the boxes of one image say.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Detections {
-    /// Where the boxes' middles are: radians in the vehicle's frame, from where the camera is, in the boxes' order.
+    /// Where the boxes' middles are: radians in the vehicle's frame, from where the camera is, in the boxes'
+    /// order.
     pub bearings_radians: Vec<f64>,
     /// Boxes that were left out: their number in the image, and why.
     pub refused: Vec<(usize, BoxRefusal)>,

@@ -43,7 +43,8 @@ impl View {
     /// The view of a camera at a pose on the map, to both sides of its heading.
     ///
     /// # Errors
-    /// If the pose is no number, the angle is not above 0 and at most pi, or the ranges are not `0 < nearest < farthest`.
+    /// If the pose is no number, the angle is not above 0 and at most pi, or the ranges are not
+    /// `0 < nearest < farthest`.
     pub fn new(
         camera: Pose,
         half_radians: f64,
@@ -81,7 +82,8 @@ impl View {
         self.farthest_meters
     }
 
-    /// How far a direction, radians counter-clockwise from east, lies beyond the nearer edge, radians; not above 0 in view.
+    /// How far a direction, radians counter-clockwise from east, lies beyond the nearer edge, radians; not
+    /// above 0 in view.
     #[must_use]
     pub fn radians_beyond(&self, bearing_radians: f64) -> f64 {
         wrapped_radians(bearing_radians - self.camera.heading_radians).abs() - self.half_radians

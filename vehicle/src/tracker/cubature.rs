@@ -1,13 +1,15 @@
-//! One cubature Kalman filter of bearings: Arasaratnam and Haykin, IEEE Transactions on Automatic Control 54(6), 2009.
+//! One cubature Kalman filter of bearings: Arasaratnam and Haykin, IEEE Transactions on Automatic Control
+//! 54(6), 2009.
 //!
-//! State `[x, y, vx, vy]`, metres east and north and metres per second, of constant velocity with white acceleration.
+//! State `[x, y, vx, vy]`, metres east and north and metres per second, of constant velocity with white
+//! acceleration.
 //!
 //! Where we depart from the paper, and why:
 //! - the motion is linear, where the rule is exact: the prediction is `F m` and `F P F' + Q`, without points;
-//! - the points' bearings are averaged as deviations from the bearing of the mean, wrapped, and so is the innovation:
-//!   a bearing has no order across `pi`;
-//! - the covariance is summed up anew as `sum (dx - K dz)(dx - K dz)' / 2n + K R K'`, which equals the paper's
-//!   `P - K S K'` and is symmetric and not negative whatever is rounded.
+//! - the points' bearings are averaged as deviations from the bearing of the mean, wrapped, and so is the
+//!   innovation: a bearing has no order across `pi`;
+//! - the covariance is summed up anew as `sum (dx - K dz)(dx - K dz)' / 2n + K R K'`, which equals the
+//!   paper's `P - K S K'` and is symmetric and not negative whatever is rounded.
 
 use nalgebra::{Matrix4, RowVector4, SVector, Vector2, Vector4};
 
@@ -50,8 +52,8 @@ impl Gaussian {
         self.mean.iter().all(|value| value.is_finite()) && self.covariance.cholesky().is_some()
     }
 
-    /// Moves on by some seconds. White acceleration of spectral density `q` (m^2/s^3) adds, for each coordinate,
-    /// `q [[t^3/3, t^2/2], [t^2/2, t]]`: the same after one step as after many short ones.
+    /// Moves on by some seconds. White acceleration of spectral density `q` (m^2/s^3) adds, for each
+    /// coordinate, `q [[t^3/3, t^2/2], [t^2/2, t]]`: the same after one step as after many short ones.
     pub fn predict(&mut self, elapsed_seconds: f64, acceleration_density: f64) {
         let (t, q) = (elapsed_seconds, acceleration_density);
         let mut motion = Matrix4::identity();
@@ -68,8 +70,8 @@ impl Gaussian {
         self.covariance = (covariance + covariance.transpose()) / 2.0;
     }
 
-    /// Takes in a bearing. Returns the natural logarithm of its density under what was expected, `ln N(z; z', S)`; none if
-    /// rounding has left no distribution, which is then not to be used any more.
+    /// Takes in a bearing. Returns the natural logarithm of its density under what was expected,
+    /// `ln N(z; z', S)`; none if rounding has left no distribution, which is then not to be used any more.
     #[must_use]
     pub fn update(&mut self, sight: &Sight) -> Option<f64> {
         let offsets = self.point_offsets()?;

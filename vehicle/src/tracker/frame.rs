@@ -21,7 +21,8 @@ pub struct Frame {
     pub view: View,
     /// What it saw: radians on the map, counter-clockwise from east. All within the view, none twice.
     pub bearings_radians: Vec<f64>,
-    /// Standard deviation of a bearing, radians, `1e-6..=0.5`: of the detector's boxes and of the vehicle's heading together.
+    /// Standard deviation of a bearing, radians, `1e-6..=0.5`: of the detector's boxes and of the vehicle's
+    /// heading together.
     pub bearing_deviation_radians: f64,
 }
 

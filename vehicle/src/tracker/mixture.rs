@@ -1,13 +1,15 @@
-//! A range-parameterised filter: Peach, IEE Proceedings - Control Theory and Applications 142(1), 1995, with cubature
-//! filters in place of his extended Kalman filters.
+//! A range-parameterised filter: Peach, IEE Proceedings - Control Theory and Applications 142(1), 1995, with
+//! cubature filters in place of his extended Kalman filters.
 //!
-//! One bearing tells nothing of the range. So the ranges `R_min..R_max` are cut into N parts that each are as long as they
-//! are far away (by the same factor `rho`), each with a filter of its own; what is seen later weighs them.
+//! One bearing tells nothing of the range. So the ranges `R_min..R_max` are cut into N parts that each are as
+//! long as they are far away (by the same factor `rho`), each with a filter of its own; what is seen later
+//! weighs them.
 //!
-//! Limits: the range is found only as the camera moves across the bearing, and no filter can tell a thing that moves along
-//! with it from one that is farther away. Estimates are as uncertain as they say while things are passed at 10 m or more
-//! (`vehicle/tests/tracker/consistency.rs`); what is passed more closely, at standard deviations of its place as large as its
-//! range, is in one run of some thousands believed to be where it is not, until it is seen again from elsewhere.
+//! Limits: the range is found only as the camera moves across the bearing, and no filter can tell a thing
+//! that moves along with it from one that is farther away. Estimates are as uncertain as they say while
+//! things are passed at 10 m or more (`vehicle/tests/tracker/consistency.rs`); what is passed more closely,
+//! at standard deviations of its place as large as its range, is in one run of some thousands believed to be
+//! where it is not, until it is seen again from elsewhere.
 
 use nalgebra::{Matrix2, Matrix4, Vector2, Vector4};
 
@@ -43,9 +45,10 @@ pub struct Mixture {
 }
 
 impl Mixture {
-    /// Of something that one bearing has shown, within reach of the camera. With `rho = (R_max / R_min)^(1/N)` member `i`
-    /// of `1..=N` has the mean range `R_min (rho^i + rho^(i-1)) / 2` and the standard deviation of a uniform distribution
-    /// over its part, which is that mean times `2 (rho - 1) / ((rho + 1) sqrt(12))`; all weights are equal.
+    /// Of something that one bearing has shown, within reach of the camera. With
+    /// `rho = (R_max / R_min)^(1/N)` member `i` of `1..=N` has the mean range
+    /// `R_min (rho^i + rho^(i-1)) / 2` and the standard deviation of a uniform distribution over its part,
+    /// which is that mean times `2 (rho - 1) / ((rho + 1) sqrt(12))`; all weights are equal.
     #[must_use]
     pub fn born(sight: &Sight, reach: Reach, settings: &Settings) -> Self {
         let weight = 1.0 / f64::from(settings.members);
@@ -74,8 +77,8 @@ impl Mixture {
         }
     }
 
-    /// The same after a bearing: `w_i <- w_i N(z; z_i, S_i)`, normalised; members that rounding has spoilt or that weigh
-    /// less than 1e-3 are dropped. None if no member is left.
+    /// The same after a bearing: `w_i <- w_i N(z; z_i, S_i)`, normalised; members that rounding has spoilt or
+    /// that weigh less than 1e-3 are dropped. None if no member is left.
     #[must_use]
     pub fn updated(&self, sight: &Sight) -> Option<Self> {
         let mut members = self.members.clone();
@@ -108,7 +111,8 @@ impl Mixture {
         Gaussian { mean, covariance: self.members.iter().map(spread).sum() }
     }
 
-    /// Where it should be seen from a place: radians on the map, the weighted circular mean of its members' bearings.
+    /// Where it should be seen from a place: radians on the map, the weighted circular mean of its members'
+    /// bearings.
     #[must_use]
     pub fn bearing_radians(&self, from_meters: Vector2<f64>) -> f64 {
         let direction = |member: &Member| {

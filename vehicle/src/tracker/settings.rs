@@ -9,7 +9,8 @@ pub struct Settings {
     pub members: u32,
     /// Standard deviation of each component of a new track's velocity, m/s, above 0. Its mean is 0.
     pub velocity_deviation: f64,
-    /// Spectral density of the white acceleration, m^2/s^3, at least 0: in a second a velocity wanders by its root.
+    /// Spectral density of the white acceleration, m^2/s^3, at least 0: in a second a velocity wanders by its
+    /// root.
     pub acceleration_density: f64,
     /// A bearing may be so far from where its track is expected, radians, above 0 and at most pi.
     pub gate_radians: f64,
@@ -57,7 +58,8 @@ pub enum SettingsError {
     },
     /// Never confirmed, or at once lost.
     #[error(
-        "confirmed by {confirming_hits} of {first_looks} looks, lost by {losing_misses} misses: needed is 1 <= hits <= looks and 1 <= misses"
+        "{confirming_hits} of {first_looks} looks confirm, {losing_misses} misses lose: \
+         needed is 1 <= hits <= looks, and at least one miss"
     )]
     Counts {
         /// As given.

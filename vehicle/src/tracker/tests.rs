@@ -8,7 +8,7 @@ use super::frame::{Frame, FrameError};
 use super::settings::Settings;
 use super::track::{Standing, TrackId};
 use super::{Outcome, Tracker};
-use crate::camera::View;
+use crate::camera::{Camera, CameraSettings, DetectionBox, View};
 use crate::plane::{Pose, bearing_radians};
 
 const SECOND: u64 = 1_000_000_000;
@@ -85,6 +85,33 @@ fn two_cameras_may_see_at_the_same_time() {
     assert_eq!(tracker.handle(&other).unwrap().seen, [(TrackId(0), 0)]);
     let error = tracker.handle(&other).unwrap_err();
     assert_eq!(error, FrameError::Repeated { time_ns: SECOND, camera: 1 });
+}
+
+#[test]
+fn a_box_of_a_turned_camera_points_at_its_thing() {
+    let camera = Camera::new(CameraSettings {
+        name: "left".to_owned(),
+        width_pixels: 2660,
+        height_pixels: 1516,
+        field_of_view_radians: 63_f64.to_radians(),
+        mounting: Pose::new(0.5, 0.3, 1.2),
+        nearest_meters: 2.0,
+        farthest_meters: 100.0,
+    });
+    let (camera, vehicle) = (camera.unwrap(), Pose::new(20.0, 30.0, 2.5));
+    let eye = vehicle.of_part(&camera.settings().mounting);
+    let thing = eye.position_meters
+        + Vector2::new((eye.heading_radians + 0.3).cos(), (eye.heading_radians + 0.3).sin()) * 40.0;
+    let column = camera.column_pixels(1.2 + 0.3).unwrap();
+    let detection_box = DetectionBox { left: column - 9.0, top: 100.0, right: column + 9.0, bottom: 150.0 };
+    let detections = camera.detections(&[detection_box]).unwrap();
+    let frame = Frame::of_camera(&camera, 0, &vehicle, &detections, SECOND, 0.005).unwrap();
+    assert!(frame.view.contains(thing));
+    let expected = bearing_radians(eye.position_meters, thing);
+    assert!((frame.bearings_radians[0] - expected).abs() < 1e-12, "{frame:?} {expected}");
+    assert_eq!(tracker().handle(&frame).unwrap().born, [TrackId(0)]);
+    let lost = Pose::new(20.0, 30.0, f64::NAN);
+    assert!(Frame::of_camera(&camera, 0, &lost, &detections, SECOND, 0.005).is_err());
 }
 
 #[test]
@@ -168,5 +195,6 @@ fn settings_that_cannot_be_say_why() {
     check(|settings| settings.acceleration_density = -1.0, "acceleration_density = -1");
     check(|settings| settings.gate_radians = 4.0, "gate_radians = 4");
     check(|settings| settings.forgetting_seconds = 0.0, "forgetting_seconds = 0");
-    check(|settings| settings.confirming_hits = 6, "6 of 5");
+    check(|settings| settings.confirming_hits = 6, "6 of 5 looks");
+    check(|settings| settings.losing_misses = 0, "0 misses lose: needed is");
 }

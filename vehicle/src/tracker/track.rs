@@ -1,4 +1,5 @@
-//! The life of a track: born of one bearing, confirmed or given up after its first looks, lost when it is missed.
+//! The life of a track: born of one bearing, confirmed or given up after its first looks, lost when it is
+//! missed.
 //!
 //! A look counts where the camera could see the track: one out of view is neither seen nor missed.
 

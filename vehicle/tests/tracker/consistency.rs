@@ -1,13 +1,14 @@
-//! Estimates are as uncertain as they say: the normalised estimation error squared (NEES) of `[x, y, vx, vy]`, averaged
-//! over seeded runs, lies within its 95 % interval (Bar-Shalom, Li and Kirubarajan, Estimation with Applications to
-//! Tracking and Navigation, 2001, section 5.4.2).
+//! Estimates are as uncertain as they say: the normalised estimation error squared (NEES) of
+//! `[x, y, vx, vy]`, averaged over seeded runs, lies within its 95 % interval (Bar-Shalom, Li and Kirubarajan, Estimation
+//! with Applications to Tracking and Navigation, 2001, section 5.4.2).
 //!
-//! The vehicle drives a circle of 10 m, which makes the range observable. Things start anywhere in a part of the ranges
-//! that is drawn, all directions alike, at least 10 m away from that circle, and drift as slowly as something that lies
-//! about and is not quite still. Over 20,000 runs the averages are 3.98 to 4.06.
+//! The vehicle drives a circle of 10 m, which makes the range observable. Things start anywhere in a part of
+//! the ranges that is drawn, all directions alike, at least 10 m away from that circle, and drift as slowly
+//! as something that lies about and is not quite still. Over 20,000 runs the averages are 3.98 to 4.06.
 //!
-//! Without the 10 m they are not: of things that can be anywhere from 5 m on, one run in some thousands passes one so
-//! closely that a bearing turns faster than its filter's points can tell, and its NEES is tens of thousands.
+//! Without the 10 m they are not: of things that can be anywhere from 5 m on, one run in some thousands
+//! passes one so closely that a bearing turns faster than its filter's points can tell, and its NEES is tens
+//! of thousands.
 
 use std::f64::consts::PI;
 
@@ -25,8 +26,8 @@ const STEP_SECONDS: f64 = 0.2;
 const SECONDS: [u32; 6] = [5, 10, 20, 30, 40, 60];
 const DEVIATION_RADIANS: f64 = 0.01;
 const REACH: Reach = Reach { nearest_meters: 30.0, farthest_meters: 150.0 };
-/// So many runs, from the first seed on, and the quantiles 0.025 and 0.975 of chi-square with 4 degrees of freedom for each
-/// of them, over their number.
+/// So many runs, from the first seed on, and the quantiles 0.025 and 0.975 of chi-square with 4 degrees of
+/// freedom for each of them, over their number.
 const BOUNDS: [(usize, [f64; 2]); 2] = [(200, [3.617_563, 4.401_376]), (1000, [3.826_598, 4.177_191])];
 
 fn settings() -> Settings {

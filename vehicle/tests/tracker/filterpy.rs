@@ -26,7 +26,8 @@ fn interpreter() -> PathBuf {
     let interpreter = given.unwrap_or_else(|| Path::new(WORKSPACE).join(".venv/bin/python"));
     assert!(
         interpreter.exists(),
-        "{} is missing; make it with\n  python3 -m venv .venv && .venv/bin/pip install -r tests/python/requirements.txt\n\
+        "{} is missing; make it with\n  \
+         python3 -m venv .venv && .venv/bin/pip install -r tests/python/requirements.txt\n\
          at the workspace root, or name another interpreter in DRAGNET_PYTHON",
         interpreter.display()
     );
@@ -43,7 +44,8 @@ fn estimates_of_filterpy(scenarios: &Value) -> Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
-/// A thing in the west walks across the direction pi, seen from a vehicle that winds its way; uneven steps of time.
+/// A thing in the west walks across the direction pi, seen from a vehicle that winds its way; uneven steps of
+/// time.
 fn sights(random: &mut Stream) -> Vec<(f64, Sight)> {
     let mut seconds = 0.0;
     let sight = |step: u32| {
