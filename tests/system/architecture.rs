@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use cargo_metadata::{CargoOpt, DependencyKind, Metadata, MetadataCommand, Package, PackageId};
 
 /// Each crate, and the crates of ours that it may import.
-const ARROWS: [(&str, &[&str]); 11] = [
+const ARROWS: [(&str, &[&str]); 12] = [
     ("dragnet-search", &[]),
     ("dragnet-learn", &["dragnet-search"]),
     ("dragnet-train", &["dragnet-search", "dragnet-learn"]),
@@ -14,6 +14,7 @@ const ARROWS: [(&str, &[&str]); 11] = [
     ("dragnet-agent", &["dragnet-search", "dragnet-learn", "dragnet-proto"]),
     ("dragnet-coordinator", &["dragnet-search", "dragnet-proto"]),
     ("dragnet-sim", &["dragnet-search", "dragnet-learn", "dragnet-proto", "dragnet-agent"]),
+    ("dragnet-vehicle", &["dragnet-search"]),
     ("dragnet-live", &["dragnet-search", "dragnet-proto", "dragnet-coordinator"]),
     (
         "dragnet-link",

@@ -1,0 +1,61 @@
+//! One frame of a tracker: 50 things that are followed, and 50 bearings.
+//!
+//! `cargo bench -p dragnet-vehicle --bench tracker`
+#![expect(clippy::unwrap_used, reason = "a benchmark fails by panicking")]
+
+use std::f64::consts::PI;
+use std::hint::black_box;
+
+use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
+use dragnet_search::seed::{Purpose, stream};
+use dragnet_vehicle::camera::View;
+use dragnet_vehicle::plane::{Pose, bearing_radians};
+use dragnet_vehicle::tracker::Tracker;
+use dragnet_vehicle::tracker::frame::Frame;
+use dragnet_vehicle::tracker::settings::Settings;
+use nalgebra::Vector2;
+use rand::RngExt;
+
+const THINGS: usize = 50;
+
+fn frame(number: u64, things: &[Vector2<f64>]) -> Frame {
+    let seconds = number as f64 / 5.0;
+    let camera = Pose::new(seconds, 5.0 * (seconds / 5.0).sin(), 0.0);
+    Frame {
+        time_ns: number * 200_000_000,
+        camera: 0,
+        view: View::new(camera, PI, 5.0, 200.0).unwrap(),
+        bearings_radians: things
+            .iter()
+            .map(|&thing| bearing_radians(camera.position_meters, thing))
+            .collect(),
+        bearing_deviation_radians: 0.005,
+    }
+}
+
+/// Of tracks with all their members, as they are born, and later, when bearings have weighed those.
+fn frames(criterion: &mut Criterion) {
+    let mut random = stream(1, Purpose::Truth, 0);
+    let mut place = |index: usize| {
+        let (sin, cos) = (index as f64 / THINGS as f64 * 2.0 * PI - PI).sin_cos();
+        Vector2::new(cos, sin) * random.random_range(20.0..150.0)
+    };
+    let things: Vec<_> = (0..THINGS).map(&mut place).collect();
+    let mut group = criterion.benchmark_group("frame");
+    for (name, count) in [("second", 1), ("hundredth", 99)] {
+        let mut tracker = Tracker::new(Settings::default()).unwrap();
+        (0..count).for_each(|number| drop(tracker.handle(&frame(number, &things)).unwrap()));
+        let next = frame(count, &things);
+        group.bench_function(name, |bencher| {
+            let handle = |mut tracker: Tracker| {
+                let outcome = tracker.handle(black_box(&next)).unwrap();
+                (tracker, outcome)
+            };
+            bencher.iter_batched(|| tracker.clone(), handle, BatchSize::SmallInput);
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, frames);
+criterion_main!(benches);

@@ -1,0 +1,183 @@
+//! A camera on the vehicle: which column of its image looks where, and what is in its view.
+//!
+//! A pinhole: a column `u` looks `atan((u - width / 2) / f)` to the right of the middle, with the focal
+//! length `f = (width / 2) / tan(field_of_view / 2)` in pixels. Lens distortion is taken to be removed
+//! before, and heights are not used: a camera tells bearings only.
+
+mod boxes;
+mod view;
+
+pub use boxes::{BoxRefusal, DetectionBox, Detections, TooManyBoxes};
+pub use view::{View, ViewError};
+
+use std::f64::consts::PI;
+
+use crate::plane::{Pose, wrapped_radians};
+
+/// What a camera is, before it is checked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CameraSettings {
+    /// What people call it; not empty.
+    pub name: String,
+    /// Columns of the image that detections are given in, at least 1.
+    pub width_pixels: u32,
+    /// Rows of that image, at least 1.
+    pub height_pixels: u32,
+    /// Angle between its left and its right edge, radians, above 0 and below pi.
+    pub field_of_view_radians: f64,
+    /// Where it is in the vehicle's frame (x forward, y left), and its yaw, counter-clockwise from forward.
+    pub mounting: Pose,
+    /// Objects are detected from here on, metres, above 0.
+    pub nearest_meters: f64,
+    /// And up to here, metres, above `nearest_meters`.
+    pub farthest_meters: f64,
+}
+
+/// A camera that can be.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Camera {
+    settings: CameraSettings,
+    focal_length_pixels: f64,
+}
+
+/// A camera that cannot be.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CameraError {
+    /// Nothing to call it by.
+    #[error("a camera has no name")]
+    NoName,
+    /// No pixel.
+    #[error("camera {name}: an image of {width} x {height} pixels holds nothing")]
+    NoPixels {
+        /// Of the camera.
+        name: String,
+        /// Columns.
+        width: u32,
+        /// Rows.
+        height: u32,
+    },
+    /// No pinhole sees that.
+    #[error(
+        "camera {name}: a field of view of {radians} radians: allowed is above 0 and below pi (180 degrees)"
+    )]
+    FieldOfView {
+        /// Of the camera.
+        name: String,
+        /// As given.
+        radians: f64,
+    },
+    /// Not a place.
+    #[error("camera {name}: its mounting is not a number: {mounting:?}")]
+    Mounting {
+        /// Of the camera.
+        name: String,
+        /// As given.
+        mounting: Pose,
+    },
+    /// Ranges that are none.
+    #[error("camera {name}: it sees from {nearest} m to {farthest} m: needed is 0 < nearest < farthest")]
+    Ranges {
+        /// Of the camera.
+        name: String,
+        /// As given, metres.
+        nearest: f64,
+        /// As given, metres.
+        farthest: f64,
+    },
+}
+
+impl Camera {
+    /// A camera with these settings.
+    ///
+    /// # Errors
+    /// If one of them is out of its range.
+    pub fn new(settings: CameraSettings) -> Result<Self, CameraError> {
+        let name = || settings.name.clone();
+        if settings.name.is_empty() {
+            return Err(CameraError::NoName);
+        }
+        let (width, height) = (settings.width_pixels, settings.height_pixels);
+        if width == 0 || height == 0 {
+            return Err(CameraError::NoPixels { name: name(), width, height });
+        }
+        let radians = settings.field_of_view_radians;
+        let focal_length_pixels = f64::from(width) / 2.0 / (radians / 2.0).tan();
+        // Written so that NaN fails as well.
+        if !(radians > 0.0 && radians < PI && focal_length_pixels.is_finite()) {
+            return Err(CameraError::FieldOfView { name: name(), radians });
+        }
+        if !settings.mounting.is_finite() {
+            return Err(CameraError::Mounting { name: name(), mounting: settings.mounting });
+        }
+        let (nearest, farthest) = (settings.nearest_meters, settings.farthest_meters);
+        if !view::are_ranges(nearest, farthest) {
+            return Err(CameraError::Ranges { name: name(), nearest, farthest });
+        }
+        Ok(Self { settings, focal_length_pixels })
+    }
+
+    /// As it was given.
+    #[must_use]
+    pub const fn settings(&self) -> &CameraSettings {
+        &self.settings
+    }
+
+    /// Distance of the image from the pinhole, pixels.
+    #[must_use]
+    pub const fn focal_length_pixels(&self) -> f64 {
+        self.focal_length_pixels
+    }
+
+    /// Where a column looks: radians in the vehicle's frame, from where the camera is. Columns go from 0 at
+    /// the left edge of the first pixel to the width at the right edge of the last.
+    #[must_use]
+    pub fn bearing_radians(&self, column_pixels: f64) -> f64 {
+        let right_pixels = column_pixels - f64::from(self.settings.width_pixels) / 2.0;
+        let right_radians = right_pixels.atan2(self.focal_length_pixels);
+        wrapped_radians(self.settings.mounting.heading_radians - right_radians)
+    }
+
+    /// The column that looks there, if any does: `0.0..=width`, for a bearing in radians in the vehicle's
+    /// frame.
+    #[must_use]
+    pub fn column_pixels(&self, bearing_radians: f64) -> Option<f64> {
+        let right_radians = wrapped_radians(self.settings.mounting.heading_radians - bearing_radians);
+        // Behind a camera the tangent comes back from the other side.
+        let in_view = right_radians.abs() <= self.settings.field_of_view_radians / 2.0;
+        let middle_pixels = f64::from(self.settings.width_pixels) / 2.0;
+        in_view.then(|| middle_pixels + self.focal_length_pixels * right_radians.tan())
+    }
+
+    /// Whether something is in view: its bearing in radians in the vehicle's frame and its range in metres,
+    /// both from where the camera is.
+    #[must_use]
+    pub fn sees(&self, bearing_radians: f64, range_meters: f64) -> bool {
+        let ranges = self.settings.nearest_meters..=self.settings.farthest_meters;
+        ranges.contains(&range_meters) && self.column_pixels(bearing_radians).is_some()
+    }
+
+    /// Standard deviation of a bearing, radians, for one of a column in pixels: in the middle of the image,
+    /// where a pixel is widest.
+    #[must_use]
+    pub fn bearing_deviation_radians(&self, column_deviation_pixels: f64) -> f64 {
+        column_deviation_pixels.atan2(self.focal_length_pixels)
+    }
+
+    /// What it sees of the map from a vehicle that stands there.
+    ///
+    /// # Errors
+    /// If the vehicle's pose is no number.
+    pub fn view(&self, vehicle: &Pose) -> Result<View, ViewError> {
+        let settings = &self.settings;
+        let half_radians = settings.field_of_view_radians / 2.0;
+        View::new(
+            vehicle.of_part(&settings.mounting),
+            half_radians,
+            settings.nearest_meters,
+            settings.farthest_meters,
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests;

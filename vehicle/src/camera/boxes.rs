@@ -1,0 +1,91 @@
+//! From a detector's boxes to bearings: what is no box is left out and counted.
+
+use std::collections::BTreeSet;
+
+use super::Camera;
+
+/// What a detector marks in an image. Pixels count from the left and upper edge; edges lie within `0..=width`
+/// and `0..=height`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DetectionBox {
+    /// Left edge, pixels.
+    pub left: f64,
+    /// Upper edge, pixels.
+    pub top: f64,
+    /// Right edge, pixels, beyond the left one.
+    pub right: f64,
+    /// Lower edge, pixels, below the upper one.
+    pub bottom: f64,
+}
+
+/// Why a box does not count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BoxRefusal {
+    /// An edge is not a number.
+    NotANumber,
+    /// It has no area.
+    Empty,
+    /// An edge lies outside the image. Detectors cut their boxes at the edge, so this one is of another image
+    /// size.
+    OutsideImage,
+    /// Another box before it has its middle in the very same column: one bearing says no more when it is told
+    /// twice.
+    SameColumn,
+}
+
+/// What the boxes of one image say.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Detections {
+    /// Where the boxes' middles are: radians in the vehicle's frame, from where the camera is, in the boxes'
+    /// order.
+    pub bearings_radians: Vec<f64>,
+    /// Boxes that were left out: their number in the image, and why.
+    pub refused: Vec<(usize, BoxRefusal)>,
+}
+
+/// More boxes than an image can hold objects: the detector is at fault, and none of its boxes counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0} boxes in one image: at most {max} can be objects", max = Camera::MAX_BOXES)]
+pub struct TooManyBoxes(pub usize);
+
+impl Camera {
+    /// So many boxes may one image have.
+    pub const MAX_BOXES: usize = 256;
+
+    /// Where the middles of boxes are.
+    ///
+    /// # Errors
+    /// If there are more than [`Camera::MAX_BOXES`]. Single boxes that cannot be are left out and counted.
+    pub fn detections(&self, boxes: &[DetectionBox]) -> Result<Detections, TooManyBoxes> {
+        if boxes.len() > Self::MAX_BOXES {
+            return Err(TooManyBoxes(boxes.len()));
+        }
+        let mut detections = Detections::default();
+        let mut columns = BTreeSet::new();
+        for (number, detection_box) in boxes.iter().enumerate() {
+            match self.column_of(detection_box) {
+                Ok(column) if !columns.insert(column.to_bits()) => {
+                    detections.refused.push((number, BoxRefusal::SameColumn));
+                }
+                Ok(column) => detections.bearings_radians.push(self.bearing_radians(column)),
+                Err(refusal) => detections.refused.push((number, refusal)),
+            }
+        }
+        Ok(detections)
+    }
+
+    fn column_of(&self, detection_box: &DetectionBox) -> Result<f64, BoxRefusal> {
+        let &DetectionBox { left, top, right, bottom } = detection_box;
+        if ![left, top, right, bottom].into_iter().all(f64::is_finite) {
+            return Err(BoxRefusal::NotANumber);
+        }
+        if right <= left || bottom <= top {
+            return Err(BoxRefusal::Empty);
+        }
+        let (width, height) = (f64::from(self.settings.width_pixels), f64::from(self.settings.height_pixels));
+        if left < 0.0 || top < 0.0 || right > width || bottom > height {
+            return Err(BoxRefusal::OutsideImage);
+        }
+        Ok(f64::midpoint(left, right))
+    }
+}

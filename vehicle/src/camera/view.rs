@@ -1,0 +1,99 @@
+//! What a camera sees of the map: a sector of a ring.
+
+use std::f64::consts::PI;
+
+use nalgebra::Vector2;
+
+use crate::plane::{Pose, bearing_radians, wrapped_radians};
+
+/// A sector of a ring on the map, around where a camera is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    camera: Pose,
+    half_radians: f64,
+    nearest_meters: f64,
+    farthest_meters: f64,
+}
+
+/// A view that cannot be.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum ViewError {
+    /// Where the camera is was not told.
+    #[error("the camera's pose is not a number: {0:?}")]
+    Pose(Pose),
+    /// No angle.
+    #[error("half a field of view of {0} radians: allowed is above 0, up to pi")]
+    Angle(f64),
+    /// No ranges.
+    #[error("a view from {nearest} m to {farthest} m: needed is 0 < nearest < farthest")]
+    Ranges {
+        /// As given, metres.
+        nearest: f64,
+        /// As given, metres.
+        farthest: f64,
+    },
+}
+
+/// Whether a view can reach from here to there, metres.
+pub(super) fn are_ranges(nearest_meters: f64, farthest_meters: f64) -> bool {
+    nearest_meters > 0.0 && nearest_meters < farthest_meters && farthest_meters.is_finite()
+}
+
+impl View {
+    /// The view of a camera at a pose on the map, to both sides of its heading.
+    ///
+    /// # Errors
+    /// If the pose is no number, the angle is not above 0 and at most pi, or the ranges are not
+    /// `0 < nearest < farthest`.
+    pub fn new(
+        camera: Pose,
+        half_radians: f64,
+        nearest_meters: f64,
+        farthest_meters: f64,
+    ) -> Result<Self, ViewError> {
+        if !camera.is_finite() {
+            return Err(ViewError::Pose(camera));
+        }
+        // Written so that NaN fails as well.
+        if !(half_radians > 0.0 && half_radians <= PI) {
+            return Err(ViewError::Angle(half_radians));
+        }
+        if !are_ranges(nearest_meters, farthest_meters) {
+            return Err(ViewError::Ranges { nearest: nearest_meters, farthest: farthest_meters });
+        }
+        Ok(Self { camera, half_radians, nearest_meters, farthest_meters })
+    }
+
+    /// Where the camera is on the map.
+    #[must_use]
+    pub const fn camera(&self) -> Pose {
+        self.camera
+    }
+
+    /// Objects are detected from here on, metres.
+    #[must_use]
+    pub const fn nearest_meters(&self) -> f64 {
+        self.nearest_meters
+    }
+
+    /// And up to here, metres.
+    #[must_use]
+    pub const fn farthest_meters(&self) -> f64 {
+        self.farthest_meters
+    }
+
+    /// How far a direction, radians counter-clockwise from east, lies beyond the nearer edge, radians; not
+    /// above 0 in view.
+    #[must_use]
+    pub fn radians_beyond(&self, bearing_radians: f64) -> f64 {
+        wrapped_radians(bearing_radians - self.camera.heading_radians).abs() - self.half_radians
+    }
+
+    /// Whether a point of the map is in view.
+    #[must_use]
+    pub fn contains(&self, point_meters: Vector2<f64>) -> bool {
+        let range_meters = (point_meters - self.camera.position_meters).norm();
+        (self.nearest_meters..=self.farthest_meters).contains(&range_meters)
+            && self.radians_beyond(bearing_radians(self.camera.position_meters, point_meters)) <= 0.0
+    }
+}

@@ -1,0 +1,87 @@
+//! The plane that a robot drives on: angles, and where something stands on the map.
+//!
+//! Map frame: metres east and north of the map's south-western corner. Angles are radians, counter-clockwise
+//! from east. A vehicle's own frame has x forward and y to the left, angles counter-clockwise from forward.
+
+use std::f64::consts::{PI, TAU};
+
+use nalgebra::Vector2;
+
+/// The same angle within `-pi..=pi`, radians. What is there already is returned to the bit.
+#[must_use]
+pub fn wrapped_radians(angle_radians: f64) -> f64 {
+    if angle_radians.abs() <= PI {
+        return angle_radians;
+    }
+    angle_radians - TAU * (angle_radians / TAU).round()
+}
+
+/// Where something stands on the map, and where it looks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// Metres east and north of the map's south-western corner.
+    pub position_meters: Vector2<f64>,
+    /// Radians, counter-clockwise from east.
+    pub heading_radians: f64,
+}
+
+impl Pose {
+    /// A pose at these metres east and north.
+    #[must_use]
+    pub const fn new(east_meters: f64, north_meters: f64, heading_radians: f64) -> Self {
+        Self { position_meters: Vector2::new(east_meters, north_meters), heading_radians }
+    }
+
+    /// Whether all of it are numbers.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        self.position_meters.iter().all(|value| value.is_finite()) && self.heading_radians.is_finite()
+    }
+
+    /// The pose of what stands at `part` in this one's own frame.
+    #[must_use]
+    pub fn of_part(&self, part: &Self) -> Self {
+        let (sin, cos) = self.heading_radians.sin_cos();
+        let (forward, left) = (part.position_meters.x, part.position_meters.y);
+        let turned = Vector2::new(cos * forward - sin * left, sin * forward + cos * left);
+        Self {
+            position_meters: self.position_meters + turned,
+            heading_radians: wrapped_radians(self.heading_radians + part.heading_radians),
+        }
+    }
+}
+
+/// Direction from one point to another, radians in `-pi..=pi`, counter-clockwise from east. Between equal
+/// points it is 0.
+#[must_use]
+pub fn bearing_radians(from_meters: Vector2<f64>, to_meters: Vector2<f64>) -> f64 {
+    let offset = to_meters - from_meters;
+    offset.y.atan2(offset.x)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
+    use super::*;
+
+    #[test]
+    fn wrapping_turns_by_whole_turns_only() {
+        for (angle, expected) in
+            [(0.5, 0.5), (PI, PI), (-PI, -PI), (PI + 0.5, 0.5 - PI), (-7.0 * PI, PI), (9.0, 9.0 - TAU)]
+        {
+            let wrapped = wrapped_radians(angle);
+            assert!((wrapped.abs() - f64::abs(expected)).abs() < 1e-12, "{angle} {wrapped}");
+            assert!((wrapped.sin() - angle.sin()).abs() < 1e-12, "{angle} {wrapped}");
+        }
+        assert!(wrapped_radians(f64::NAN).is_nan());
+    }
+
+    #[test]
+    fn a_part_turns_with_its_vehicle() {
+        let vehicle = Pose::new(10.0, 20.0, FRAC_PI_2);
+        let camera = vehicle.of_part(&Pose::new(2.0, 1.0, 0.25));
+        assert!((camera.position_meters - Vector2::new(9.0, 22.0)).norm() < 1e-12);
+        assert!((camera.heading_radians - (FRAC_PI_2 + 0.25)).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,183 @@
+//! Where the things are that cameras see, from bearings alone, seen from a vehicle that moves.
+//!
+//! Each track is a range-parameterised cubature Kalman filter ([`mixture`]). A frame is what one camera saw
+//! at one time. Its bearings go to tracks by their angles ([`crate::assignment`]); those that no track
+//! explains become new tracks. A track is confirmed once it was seen in enough of its first frames, and lost
+//! when it is missed too often ([`track`]).
+//!
+//! The only way anything changes is [`Tracker::handle`]: what cannot be is refused there, and then nothing
+//! has changed.
+
+pub mod cubature;
+pub mod frame;
+pub mod mixture;
+pub mod settings;
+pub mod track;
+
+use std::collections::BTreeSet;
+
+use crate::assignment::{Assignment, assign};
+use frame::{Frame, FrameError};
+use mixture::Mixture;
+use settings::{Settings, SettingsError};
+use track::{Fate, Track, TrackId};
+
+/// All tracks of a vehicle.
+#[derive(Clone, Debug)]
+pub struct Tracker {
+    settings: Settings,
+    tracks: Vec<Track>,
+    next_id: u64,
+    latest: Option<Latest>,
+}
+
+/// The latest time that frames were taken at.
+#[derive(Clone, Debug)]
+struct Latest {
+    time_ns: u64,
+    cameras: BTreeSet<u16>,
+}
+
+/// What a frame changed.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Outcome {
+    /// Tracks that were seen, each with the place of its bearing in the frame.
+    pub seen: Vec<(TrackId, usize)>,
+    /// Tracks that begin with a bearing of the frame.
+    pub born: Vec<TrackId>,
+    /// Tracks that are confirmed from now on.
+    pub confirmed: Vec<TrackId>,
+    /// Tracks that are no more.
+    pub lost: Vec<TrackId>,
+    /// Bearings that would have begun a track beyond [`Tracker::MAX_TRACKS`].
+    pub refused_births: usize,
+}
+
+impl Tracker {
+    /// So many tracks are kept: more come of a detector at fault.
+    pub const MAX_TRACKS: usize = 256;
+
+    /// A tracker that has seen nothing yet.
+    ///
+    /// # Errors
+    /// If a setting is out of its range.
+    pub fn new(settings: Settings) -> Result<Self, SettingsError> {
+        settings.check()?;
+        Ok(Self { settings, tracks: Vec::new(), next_id: 0, latest: None })
+    }
+
+    /// All tracks, oldest first, as of the latest frame.
+    #[must_use]
+    pub fn tracks(&self) -> &[Track] {
+        &self.tracks
+    }
+
+    /// When the latest frame was taken, nanoseconds of mission time; none before the first.
+    #[must_use]
+    pub fn latest_ns(&self) -> Option<u64> {
+        self.latest.as_ref().map(|latest| latest.time_ns)
+    }
+
+    /// Takes in what one camera saw at one time. Several cameras may have frames of one time.
+    ///
+    /// # Errors
+    /// If the frame cannot be, is older than the latest, or is its camera's second of one time.
+    /// Nothing has changed then.
+    pub fn handle(&mut self, frame: &Frame) -> Result<Outcome, FrameError> {
+        frame.check()?;
+        self.check_order(frame)?;
+        let tracks = self.predicted(frame.time_ns);
+        let bearing = |track: &Track| track.mixture.bearing_radians(frame.position_meters());
+        let predicted: Vec<f64> = tracks.iter().map(bearing).collect();
+        let assignment = assign(&predicted, &frame.bearings_radians, self.settings.gate_radians)?;
+
+        let mut outcome = Outcome::default();
+        self.tracks = tracks;
+        self.judge(frame, &assignment, &mut outcome);
+        self.give_birth(frame, &assignment.observed_alone, &mut outcome);
+        self.note(frame);
+        Ok(outcome)
+    }
+
+    fn check_order(&self, frame: &Frame) -> Result<(), FrameError> {
+        let Some(latest) = &self.latest else { return Ok(()) };
+        if frame.time_ns < latest.time_ns {
+            return Err(FrameError::Backwards { time_ns: frame.time_ns, latest_ns: latest.time_ns });
+        }
+        if frame.time_ns == latest.time_ns && latest.cameras.contains(&frame.camera) {
+            return Err(FrameError::Repeated { time_ns: frame.time_ns, camera: frame.camera });
+        }
+        Ok(())
+    }
+
+    fn note(&mut self, frame: &Frame) {
+        match &mut self.latest {
+            Some(latest) if latest.time_ns == frame.time_ns => {
+                latest.cameras.insert(frame.camera);
+            }
+            latest => {
+                let cameras = BTreeSet::from([frame.camera]);
+                *latest = Some(Latest { time_ns: frame.time_ns, cameras });
+            }
+        }
+    }
+
+    /// The tracks as they are expected to be at a time that is not before the latest.
+    fn predicted(&self, time_ns: u64) -> Vec<Track> {
+        let elapsed_seconds = seconds_between(self.latest_ns().unwrap_or(time_ns), time_ns);
+        let mut tracks = self.tracks.clone();
+        for track in &mut tracks {
+            track.mixture.predict(elapsed_seconds, self.settings.acceleration_density);
+        }
+        tracks
+    }
+
+    /// Tells each track whether it was seen, and parts with the lost ones.
+    fn judge(&mut self, frame: &Frame, assignment: &Assignment, outcome: &mut Outcome) {
+        let mut bearing_of = vec![None; self.tracks.len()];
+        assignment.pairs.iter().for_each(|&(track, bearing)| bearing_of[track] = Some(bearing));
+        let settings = &self.settings;
+        let mut bearing_of = bearing_of.into_iter();
+        self.tracks.retain_mut(|track| {
+            let fate = match bearing_of.next().flatten() {
+                Some(bearing) => {
+                    outcome.seen.push((track.id(), bearing));
+                    track.seen(&frame.sight(bearing), frame.time_ns, settings)
+                }
+                None if frame.view.contains(track.estimate().position_meters()) => {
+                    track.missed(frame.time_ns, settings)
+                }
+                None => track.out_of_view(frame.time_ns, settings),
+            };
+            match fate {
+                Fate::Confirmed => outcome.confirmed.push(track.id()),
+                Fate::Lost => outcome.lost.push(track.id()),
+                Fate::AsBefore => {}
+            }
+            fate != Fate::Lost
+        });
+    }
+
+    fn give_birth(&mut self, frame: &Frame, bearings: &[usize], outcome: &mut Outcome) {
+        let room = Self::MAX_TRACKS - self.tracks.len();
+        outcome.refused_births = bearings.len().saturating_sub(room);
+        for &bearing in bearings.iter().take(room) {
+            let id = TrackId(self.next_id);
+            self.next_id += 1;
+            let mixture = Mixture::born(&frame.sight(bearing), frame.reach(), &self.settings);
+            let (track, fate) = Track::born(id, mixture, frame.time_ns, &self.settings);
+            outcome.born.push(id);
+            if fate == Fate::Confirmed {
+                outcome.confirmed.push(id);
+            }
+            self.tracks.push(track);
+        }
+    }
+}
+
+pub(crate) fn seconds_between(from_ns: u64, to_ns: u64) -> f64 {
+    to_ns.saturating_sub(from_ns) as f64 / 1e9
+}
+
+#[cfg(test)]
+mod tests;

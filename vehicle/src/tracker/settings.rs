@@ -1,0 +1,102 @@
+//! How a tracker behaves.
+
+use std::f64::consts::PI;
+
+/// Settings of a tracker.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Members of a new track, each with its own part of the ranges, `1..=64`.
+    pub members: u32,
+    /// Standard deviation of each component of a new track's velocity, m/s, above 0. Its mean is 0.
+    pub velocity_deviation: f64,
+    /// Spectral density of the white acceleration, m^2/s^3, at least 0: in a second a velocity wanders by its
+    /// root.
+    pub acceleration_density: f64,
+    /// A bearing may be so far from where its track is expected, radians, above 0 and at most pi.
+    pub gate_radians: f64,
+    /// A track is confirmed once it is seen in so many of its first [`Settings::first_looks`], at least 1.
+    pub confirming_hits: u32,
+    /// See there; at least [`Settings::confirming_hits`]. The frame that begins a track is the first.
+    pub first_looks: u32,
+    /// A confirmed track is lost after so many misses in a row, at least 1.
+    pub losing_misses: u32,
+    /// Any track is lost when it was not seen for so long, in view or not, seconds, above 0.
+    pub forgetting_seconds: f64,
+}
+
+impl Default for Settings {
+    /// For people on foot and things that lie about, seen some times a second.
+    fn default() -> Self {
+        Self {
+            members: 6,
+            velocity_deviation: 0.5,
+            acceleration_density: 0.01,
+            gate_radians: 0.05,
+            confirming_hits: 3,
+            first_looks: 5,
+            losing_misses: 10,
+            forgetting_seconds: 60.0,
+        }
+    }
+}
+
+/// Settings that cannot be.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum SettingsError {
+    /// None, or so many that an equal share is next to nothing.
+    #[error("{0} members of a track: allowed are 1 to 64")]
+    Members(u32),
+    /// A quantity out of its range.
+    #[error("{name} = {value}: needed is {needed}")]
+    Quantity {
+        /// Of the setting.
+        name: &'static str,
+        /// As given.
+        value: f64,
+        /// What is allowed.
+        needed: &'static str,
+    },
+    /// Never confirmed, or at once lost.
+    #[error(
+        "{confirming_hits} of {first_looks} looks confirm, {losing_misses} misses lose: \
+         needed is 1 <= hits <= looks, and at least one miss"
+    )]
+    Counts {
+        /// As given.
+        confirming_hits: u32,
+        /// As given.
+        first_looks: u32,
+        /// As given.
+        losing_misses: u32,
+    },
+}
+
+impl Settings {
+    /// # Errors
+    /// If a setting is out of its range.
+    pub(super) fn check(&self) -> Result<(), SettingsError> {
+        if !(1..=64).contains(&self.members) {
+            return Err(SettingsError::Members(self.members));
+        }
+        let quantity = |name, value: f64, is_good: bool, needed| {
+            let is_good = is_good && value.is_finite();
+            is_good.then_some(()).ok_or(SettingsError::Quantity { name, value, needed })
+        };
+        let (velocity, density) = (self.velocity_deviation, self.acceleration_density);
+        let (gate, forgetting) = (self.gate_radians, self.forgetting_seconds);
+        quantity(
+            "velocity_deviation",
+            velocity,
+            velocity > 0.0 && velocity <= 1e3,
+            "above 0 m/s, at most 1000",
+        )?;
+        quantity("acceleration_density", density, (0.0..=1e6).contains(&density), "0 to 10^6 m^2/s^3")?;
+        quantity("gate_radians", gate, gate > 0.0 && gate <= PI, "above 0, at most pi")?;
+        quantity("forgetting_seconds", forgetting, forgetting > 0.0, "above 0 seconds")?;
+        let Self { confirming_hits, first_looks, losing_misses, .. } = *self;
+        if confirming_hits == 0 || confirming_hits > first_looks || losing_misses == 0 {
+            return Err(SettingsError::Counts { confirming_hits, first_looks, losing_misses });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,200 @@
+//! Lives of tracks, and frames that cannot be.
+
+use std::f64::consts::PI;
+
+use nalgebra::Vector2;
+
+use super::frame::{Frame, FrameError};
+use super::settings::Settings;
+use super::track::{Standing, TrackId};
+use super::{Outcome, Tracker};
+use crate::camera::{Camera, CameraSettings, DetectionBox, View};
+use crate::plane::{Pose, bearing_radians};
+
+const SECOND: u64 = 1_000_000_000;
+
+fn tracker() -> Tracker {
+    Tracker::new(Settings::default()).unwrap()
+}
+
+/// From a camera that looks around itself, 2 to 200 m.
+fn frame(seconds: u64, bearings: &[f64]) -> Frame {
+    seen_from(Pose::new(0.0, 0.0, 0.0), PI, seconds, bearings)
+}
+
+fn seen_from(camera: Pose, half_radians: f64, seconds: u64, bearings: &[f64]) -> Frame {
+    Frame {
+        time_ns: seconds * SECOND,
+        camera: 0,
+        view: View::new(camera, half_radians, 2.0, 200.0).unwrap(),
+        bearings_radians: bearings.to_vec(),
+        bearing_deviation_radians: 0.005,
+    }
+}
+
+fn outcomes(tracker: &mut Tracker, frames: &[&[f64]]) -> Vec<Outcome> {
+    (0..).zip(frames).map(|(second, bearings)| tracker.handle(&frame(second, bearings)).unwrap()).collect()
+}
+
+#[test]
+fn three_sights_of_five_confirm() {
+    let mut tracker = tracker();
+    let outcomes = outcomes(&mut tracker, &[&[1.0], &[], &[1.0], &[], &[1.0]]);
+    assert_eq!(outcomes[0].born, [TrackId(0)]);
+    assert_eq!(outcomes[2].seen, [(TrackId(0), 0)]);
+    assert_eq!(outcomes[4].confirmed, [TrackId(0)]);
+    assert!(outcomes.iter().all(|outcome| outcome.lost.is_empty()));
+    assert_eq!(tracker.tracks()[0].standing(), Standing::Confirmed);
+}
+
+#[test]
+fn what_cannot_be_confirmed_any_more_is_given_up() {
+    let outcomes = outcomes(&mut tracker(), &[&[1.0], &[], &[], &[]]);
+    assert_eq!(outcomes[3].lost, [TrackId(0)]);
+}
+
+#[test]
+fn a_confirmed_track_outlives_misses_but_not_ten_in_a_row() {
+    let mut tracker = tracker();
+    let mut frames: Vec<&[f64]> = vec![&[1.0], &[1.0], &[1.0]];
+    frames.extend([&[] as &[f64]; 9]);
+    frames.push(&[1.0]);
+    frames.extend([&[] as &[f64]; 10]);
+    let outcomes = outcomes(&mut tracker, &frames);
+    let lost: Vec<usize> = (0..frames.len()).filter(|&index| !outcomes[index].lost.is_empty()).collect();
+    assert_eq!(lost, [22]);
+    assert!(tracker.tracks().is_empty());
+}
+
+#[test]
+fn out_of_view_is_not_missed() {
+    let mut tracker = tracker();
+    outcomes(&mut tracker, &[&[1.0], &[1.0], &[1.0]]);
+    let away = |second| seen_from(Pose::new(0.0, 0.0, -2.0), 0.5, second, &[]);
+    for second in 3..=62 {
+        assert_eq!(tracker.handle(&away(second)).unwrap().lost, [], "{second}");
+    }
+    assert_eq!(tracker.handle(&away(63)).unwrap().lost, [TrackId(0)], "forgotten after 60 s");
+}
+
+#[test]
+fn two_cameras_may_see_at_the_same_time() {
+    let mut tracker = tracker();
+    tracker.handle(&frame(1, &[1.0])).unwrap();
+    let other = Frame { camera: 1, ..frame(1, &[1.01]) };
+    assert_eq!(tracker.handle(&other).unwrap().seen, [(TrackId(0), 0)]);
+    let error = tracker.handle(&other).unwrap_err();
+    assert_eq!(error, FrameError::Repeated { time_ns: SECOND, camera: 1 });
+}
+
+#[test]
+fn a_box_of_a_turned_camera_points_at_its_thing() {
+    let camera = Camera::new(CameraSettings {
+        name: "left".to_owned(),
+        width_pixels: 2660,
+        height_pixels: 1516,
+        field_of_view_radians: 63_f64.to_radians(),
+        mounting: Pose::new(0.5, 0.3, 1.2),
+        nearest_meters: 2.0,
+        farthest_meters: 100.0,
+    });
+    let (camera, vehicle) = (camera.unwrap(), Pose::new(20.0, 30.0, 2.5));
+    let eye = vehicle.of_part(&camera.settings().mounting);
+    let thing = eye.position_meters
+        + Vector2::new((eye.heading_radians + 0.3).cos(), (eye.heading_radians + 0.3).sin()) * 40.0;
+    let column = camera.column_pixels(1.2 + 0.3).unwrap();
+    let detection_box = DetectionBox { left: column - 9.0, top: 100.0, right: column + 9.0, bottom: 150.0 };
+    let detections = camera.detections(&[detection_box]).unwrap();
+    let frame = Frame::of_camera(&camera, 0, &vehicle, &detections, SECOND, 0.005).unwrap();
+    assert!(frame.view.contains(thing));
+    let expected = bearing_radians(eye.position_meters, thing);
+    assert!((frame.bearings_radians[0] - expected).abs() < 1e-12, "{frame:?} {expected}");
+    assert_eq!(tracker().handle(&frame).unwrap().born, [TrackId(0)]);
+    let lost = Pose::new(20.0, 30.0, f64::NAN);
+    assert!(Frame::of_camera(&camera, 0, &lost, &detections, SECOND, 0.005).is_err());
+}
+
+#[test]
+fn crossing_things_keep_their_tracks_as_the_camera_moves() {
+    let things = [Vector2::new(20.0, 30.0), Vector2::new(24.0, 60.0), Vector2::new(-30.0, 20.0)];
+    let still = Settings { velocity_deviation: 0.05, acceleration_density: 1e-6, ..Settings::default() };
+    let mut tracker = Tracker::new(still).unwrap();
+    for step in 0..300_u64 {
+        let seconds = step as f64 / 5.0;
+        let camera = Pose::new(seconds, 3.0 * (seconds / 6.0).sin(), 0.0);
+        let bearings = things.map(|thing| bearing_radians(camera.position_meters, thing));
+        let frame = Frame { time_ns: step * SECOND / 5, ..seen_from(camera, PI, 0, &bearings) };
+        let outcome = tracker.handle(&frame).unwrap();
+        assert!(step == 0 || (outcome.born.is_empty() && outcome.seen.len() == 3), "{step} {outcome:?}");
+    }
+    for (track, thing) in tracker.tracks().iter().zip(things) {
+        let estimate = track.estimate();
+        let off = estimate.position_meters() - thing;
+        let sigma = (estimate.covariance[(0, 0)] + estimate.covariance[(1, 1)]).sqrt();
+        assert!(off.norm() < 3.0 * sigma && off.norm() < 3.0, "{off} {sigma}");
+    }
+}
+
+#[test]
+fn what_cannot_be_changes_nothing() {
+    let mut tracker = tracker();
+    outcomes(&mut tracker, &[&[1.0, -1.0], &[1.0]]);
+    let before = format!("{tracker:?}");
+    let view = View::new(Pose::new(0.0, 0.0, 0.0), 0.5, 2.0, 200.0).unwrap();
+    let many: Vec<f64> = (0..10_000).map(|index| f64::from(index) * 1e-4).collect();
+    let refused = [
+        (frame(0, &[1.0]), "backwards"),
+        (frame(1, &[1.0]), "second frame"),
+        (frame(2, &[0.0, f64::NAN]), "bearing 1 is NaN"),
+        (frame(2, &[f64::INFINITY]), "bearing 0 is inf"),
+        (frame(2, &[1.0, 2.0, 1.0]), "bearing 2, 1 radians, is in the frame twice"),
+        (frame(2, &many), "10000 bearings"),
+        (Frame { view, ..frame(2, &[0.6]) }, "outside of the camera's view"),
+        (Frame { bearing_deviation_radians: f64::NAN, ..frame(2, &[1.0]) }, "NaN radians"),
+        (Frame { bearing_deviation_radians: 0.0, ..frame(2, &[1.0]) }, "0 radians"),
+    ];
+    for (frame, message) in refused {
+        let error = tracker.handle(&frame).unwrap_err().to_string();
+        assert!(error.contains(message), "{error}");
+        assert_eq!(format!("{tracker:?}"), before);
+    }
+}
+
+#[test]
+fn beyond_the_most_tracks_none_is_born_and_that_is_counted() {
+    let mut tracker = tracker();
+    let bearings: Vec<f64> = (0..250).map(|index| f64::from(index) * 0.025 - 3.1).collect();
+    tracker.handle(&frame(0, &bearings)).unwrap();
+    let between: Vec<f64> = bearings.iter().map(|bearing| bearing + 0.0125).take(200).collect();
+    let settings = Settings { gate_radians: 0.001, ..Settings::default() };
+    tracker.settings = settings;
+    let outcome = tracker.handle(&frame(1, &between)).unwrap();
+    assert_eq!((outcome.born.len(), outcome.refused_births), (6, 194));
+}
+
+#[test]
+fn a_gap_of_centuries_is_no_panic() {
+    let mut tracker = tracker();
+    outcomes(&mut tracker, &[&[1.0], &[1.0]]);
+    let late = Frame { time_ns: u64::MAX, ..frame(0, &[1.0]) };
+    tracker.handle(&late).unwrap();
+    assert!(tracker.tracks().iter().all(|track| track.estimate().mean.iter().all(|value| value.is_finite())));
+}
+
+#[test]
+fn settings_that_cannot_be_say_why() {
+    let check = |change: fn(&mut Settings), message: &str| {
+        let mut settings = Settings::default();
+        change(&mut settings);
+        let error = Tracker::new(settings).unwrap_err().to_string();
+        assert!(error.contains(message), "{error}");
+    };
+    check(|settings| settings.members = 0, "0 members");
+    check(|settings| settings.members = 1000, "1000 members");
+    check(|settings| settings.velocity_deviation = f64::NAN, "velocity_deviation = NaN");
+    check(|settings| settings.acceleration_density = -1.0, "acceleration_density = -1");
+    check(|settings| settings.gate_radians = 4.0, "gate_radians = 4");
+    check(|settings| settings.forgetting_seconds = 0.0, "forgetting_seconds = 0");
+    check(|settings| settings.confirming_hits = 6, "6 of 5 looks");
+    check(|settings| settings.losing_misses = 0, "0 misses lose: needed is");
+}

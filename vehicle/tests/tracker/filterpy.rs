@@ -1,0 +1,147 @@
+//! An implementation that is not ours, filterpy's, tracks the same bearings to the same estimates.
+
+use std::env;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use dragnet_search::seed::{Purpose, Stream, stream};
+use dragnet_vehicle::plane::bearing_radians;
+use dragnet_vehicle::tracker::cubature::{Gaussian, Sight};
+use dragnet_vehicle::tracker::mixture::{Mixture, Reach};
+use dragnet_vehicle::tracker::settings::Settings;
+use nalgebra::{Matrix4, Vector2, Vector4};
+use rand_distr::{Distribution, StandardNormal};
+use serde_json::{Value, json};
+
+const WORKSPACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+const REACH: Reach = Reach { nearest_meters: 5.0, farthest_meters: 150.0 };
+const DEVIATION_RADIANS: f64 = 0.01;
+/// Of a mean by its own standard deviation, and of a covariance by both.
+const TOLERANCE: f64 = 1e-9;
+
+/// Without the interpreter the test fails: to skip it would look like a filter that another has checked.
+fn interpreter() -> PathBuf {
+    let given = env::var_os("DRAGNET_PYTHON").map(PathBuf::from);
+    let interpreter = given.unwrap_or_else(|| Path::new(WORKSPACE).join(".venv/bin/python"));
+    assert!(
+        interpreter.exists(),
+        "{} is missing; make it with\n  \
+         python3 -m venv .venv && .venv/bin/pip install -r tests/python/requirements.txt\n\
+         at the workspace root, or name another interpreter in DRAGNET_PYTHON",
+        interpreter.display()
+    );
+    interpreter
+}
+
+fn estimates_of_filterpy(scenarios: &Value) -> Value {
+    let script = Path::new(WORKSPACE).join("tests/python/cubature_filter.py");
+    let (stdin, stdout) = (Stdio::piped(), Stdio::piped());
+    let mut child = Command::new(interpreter()).arg(script).stdin(stdin).stdout(stdout).spawn().unwrap();
+    child.stdin.take().unwrap().write_all(scenarios.to_string().as_bytes()).unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert!(output.status.success(), "the script failed; its message stands above");
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// A thing in the west walks across the direction pi, seen from a vehicle that winds its way; uneven steps of
+/// time.
+fn sights(random: &mut Stream) -> Vec<(f64, Sight)> {
+    let mut seconds = 0.0;
+    let sight = |step: u32| {
+        seconds += 0.3 + 0.2 * f64::from(step % 3);
+        let thing = Vector2::new(-40.0 - 0.2 * seconds, 12.0 - 0.8 * seconds);
+        let from_meters = Vector2::new(0.5 * seconds, 6.0 * (seconds / 4.0).sin());
+        let noise: f64 = StandardNormal.sample(random);
+        let bearing = bearing_radians(from_meters, thing) + DEVIATION_RADIANS * noise;
+        (seconds, Sight { from_meters, bearing_radians: bearing, deviation_radians: DEVIATION_RADIANS })
+    };
+    (0..60).map(sight).collect()
+}
+
+fn rows(matrix: &Matrix4<f64>) -> Vec<Vec<f64>> {
+    matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
+}
+
+/// The largest difference, in standard deviations of what filterpy found.
+fn difference(ours: &Gaussian, theirs: &Value) -> f64 {
+    let mean = Vector4::from_fn(|i, _| theirs["mean"][i].as_f64().unwrap());
+    let covariance = Matrix4::from_fn(|i, j| theirs["covariance"][i][j].as_f64().unwrap());
+    let deviation = |i: usize| covariance[(i, i)].sqrt();
+    let of_mean = (0..4).map(|i| (ours.mean[i] - mean[i]).abs() / deviation(i));
+    let of_covariance = (0..16).map(|place| {
+        let (i, j) = (place / 4, place % 4);
+        (ours.covariance[(i, j)] - covariance[(i, j)]).abs() / (deviation(i) * deviation(j))
+    });
+    let all: Vec<f64> = of_mean.chain(of_covariance).collect();
+    // `max` would pass over NaN.
+    assert!(all.iter().all(|difference| difference.is_finite()), "{ours:?}");
+    all.into_iter().fold(0.0, f64::max)
+}
+
+fn settings() -> Settings {
+    Settings { acceleration_density: 0.02, ..Settings::default() }
+}
+
+fn alone() -> Gaussian {
+    Gaussian {
+        mean: Vector4::new(-60.0, 10.0, 0.0, 0.0),
+        covariance: Matrix4::from_diagonal(&Vector4::new(400.0, 100.0, 1.0, 1.0)),
+    }
+}
+
+fn scenario(sights: &[(f64, Sight)]) -> Value {
+    let (settings, alone) = (settings(), alone());
+    let numbers = |(seconds, sight): &(f64, Sight)| {
+        json!([seconds, sight.from_meters.x, sight.from_meters.y, sight.bearing_radians])
+    };
+    json!({
+        "settings": {
+            "members": settings.members,
+            "velocity_deviation": settings.velocity_deviation,
+            "acceleration_density": settings.acceleration_density,
+            "nearest_meters": REACH.nearest_meters,
+            "farthest_meters": REACH.farthest_meters,
+            "deviation_radians": DEVIATION_RADIANS,
+        },
+        "alone": {"mean": alone.mean.as_slice(), "covariance": rows(&alone.covariance)},
+        "sights": sights.iter().map(numbers).collect::<Vec<_>>(),
+    })
+}
+
+fn check(seed: usize, sights: &[(f64, Sight)], theirs: &Value) {
+    let (settings, mut alone) = (settings(), alone());
+    let mut mixture = Mixture::born(&sights[0].1, REACH, &settings);
+    let mut largest: f64 = 0.0;
+    assert_eq!(theirs.as_array().unwrap().len(), sights.len() - 1);
+    for (pair, theirs) in sights.windows(2).zip(theirs.as_array().unwrap()) {
+        let (elapsed_seconds, sight) = (pair[1].0 - pair[0].0, pair[1].1);
+        alone.predict(elapsed_seconds, settings.acceleration_density);
+        alone.update(&sight).unwrap();
+        mixture.predict(elapsed_seconds, settings.acceleration_density);
+        mixture = mixture.updated(&sight).unwrap();
+        largest = largest.max(difference(&alone, &theirs["alone"]));
+        largest = largest.max(difference(&mixture.estimate(), &theirs["mixture"]));
+        let weights = theirs["weights"].as_array().unwrap();
+        assert_eq!(mixture.members().len(), weights.len());
+        for (member, weight) in mixture.members().iter().zip(weights) {
+            largest = largest.max((member.weight - weight.as_f64().unwrap()).abs());
+        }
+    }
+    println!("seed {seed}: at most {largest:.1e} apart, {} members left", mixture.members().len());
+    assert!(largest < TOLERANCE, "seed {seed}: {largest}");
+    // The hard cases: members were dropped, and bearings lie on both sides of pi.
+    assert!(mixture.members().len() < 6);
+    assert!(sights.iter().any(|(_, sight)| sight.bearing_radians > 3.0));
+    assert!(sights.iter().any(|(_, sight)| sight.bearing_radians < -3.0));
+}
+
+#[test]
+fn filterpy_finds_the_same_estimates() {
+    let sights: Vec<_> = (0..5).map(|seed| sights(&mut stream(seed, Purpose::Noise, 0))).collect();
+    let scenarios: Vec<Value> = sights.iter().map(|sights| scenario(sights)).collect();
+    let theirs = estimates_of_filterpy(&json!(scenarios));
+    for (seed, sights) in (0..).zip(&sights) {
+        check(seed, sights, &theirs[seed]);
+    }
+}

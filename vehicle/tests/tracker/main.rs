@@ -1,0 +1,5 @@
+//! The tracker against another's, and against the truth.
+#![expect(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
+
+mod consistency;
+mod filterpy;
