@@ -1,6 +1,7 @@
 //! The subcommands, one file each, and how they fail.
 
 mod agent;
+mod calibrate;
 mod check;
 mod compare;
 mod comparison;
@@ -46,6 +47,7 @@ pub(crate) enum Command {
     Schema(schema::Arguments),
     Inspect(inspect::Arguments),
     Recover(recover::Arguments),
+    Calibrate(calibrate::Arguments),
     Replay(replay::Arguments),
     Agent(agent::Arguments),
     Coordinator(coordinator::Arguments),
@@ -76,6 +78,7 @@ pub(crate) fn execute(command: Command) -> Result<(), Failure> {
         Command::Schema(arguments) => schema::execute(&arguments),
         Command::Inspect(arguments) => inspect::execute(&arguments),
         Command::Recover(arguments) => recover::execute(&arguments),
+        Command::Calibrate(arguments) => calibrate::execute(&arguments),
         Command::Replay(arguments) => replay::execute(&arguments),
         Command::Agent(arguments) => agent::execute(&arguments),
         Command::Coordinator(arguments) => coordinator::execute(&arguments),

@@ -39,6 +39,7 @@ const ARROWS: [(&str, &[&str]); 12] = [
             "dragnet-agent",
             "dragnet-coordinator",
             "dragnet-sim",
+            "dragnet-vehicle",
             "dragnet-live",
             "dragnet-link",
         ],

@@ -1,0 +1,123 @@
+//! `dragnet calibrate`: fits the sensor model to labelled looks.
+
+use std::path::{Path, PathBuf};
+
+use csv::Reader;
+use dragnet_vehicle::calibration::{self, Calibration, Estimate, LabelledLook};
+use serde::Deserialize;
+
+use super::{Failure, output};
+use crate::plot::{Figure, Line, Look};
+use crate::terminal;
+use crate::terminal::table::Table;
+
+/// Fit the sensor model to what a detector said of cells where it is known what was there.
+///
+/// The file is a CSV table with the columns distance (cells, Manhattan), object (1 if one was there, else 0) and value (what
+/// the detector said: 1 is an object, 0 an empty cell). The model is a variance of sigma2 d^2 at distance d.
+#[derive(clap::Args)]
+#[command(after_help = "Example:\n  dragnet calibrate looks.csv --plot fit.svg")]
+pub(crate) struct Arguments {
+    /// The labelled looks (CSV)
+    file: PathBuf,
+    /// Draw the variance by distance and the fit (SVG); the file must not exist
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
+    let plot =
+        arguments.plot.as_deref().map(|path| output::free("--plot", path, "no drawing is")).transpose()?;
+    let looks = read(&arguments.file)?;
+    let failed = |error| Failure::Input(format!("{}: {error}", arguments.file.display()));
+    let calibration = calibration::calibrate(&looks).map_err(failed)?;
+    terminal::print(&tell(&calibration))?;
+    if let Some(path) = plot {
+        let svg = draw(&calibration).map_err(Failure::run)?;
+        output::write(&path, svg.as_bytes())?;
+        terminal::print(&format!("written: {}\n", path.display()))?;
+    }
+    Ok(())
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Row {
+    distance: u32,
+    object: u8,
+    value: f32,
+}
+
+fn read(path: &Path) -> Result<Vec<LabelledLook>, Failure> {
+    let failed = |reason: String| Failure::Input(format!("{}: {reason}", path.display()));
+    let mut reader = Reader::from_path(path).map_err(|error| failed(format!("cannot read it: {error}")))?;
+    let rows = reader.deserialize::<Row>().map(|row| {
+        let Row { distance, object, value } = row.map_err(|error| failed(error.to_string()))?;
+        if object > 1 {
+            return Err(failed(format!("object is {object}; allowed are 0 and 1")));
+        }
+        Ok(LabelledLook { distance, is_object: object == 1, value })
+    });
+    rows.collect()
+}
+
+fn tell(calibration: &Calibration) -> String {
+    let model = |distance: u32| match distance {
+        0 => calibration.sigma2.value / 5.0,
+        _ => calibration.sigma2.value * f64::from(distance).powi(2),
+    };
+    let mut table = Table::new(["distance", "looks", "bias", "variance", "model"]);
+    for at in &calibration.by_distance {
+        let (bias, variance) = (show(at.bias), show(at.variance));
+        table.push([
+            at.distance.to_string(),
+            at.looks.to_string(),
+            bias,
+            variance,
+            format!("{:.5}", model(at.distance)),
+        ]);
+    }
+    let own = calibration.own_cell_variance.map_or_else(
+        || "of the own cell there were too few looks for a variance".to_owned(),
+        |own| format!("the own cell's variance is {}, the model's {:.5}", show(own), model(0)),
+    );
+    format!(
+        "{}\n[sensor]\nsigma2 = {:.6} # standard error {:.6}\n\n{own}\n",
+        table.draw(0),
+        calibration.sigma2.value,
+        calibration.sigma2.standard_error
+    )
+}
+
+fn show(estimate: Estimate) -> String {
+    format!("{:.5} ± {:.5}", estimate.value, estimate.standard_error)
+}
+
+fn draw(calibration: &Calibration) -> Result<String, String> {
+    let around: Vec<_> = calibration.by_distance.iter().filter(|at| at.distance > 0).collect();
+    let distances: Vec<f64> = around.iter().map(|at| f64::from(at.distance)).collect();
+    let measured: Vec<f64> = around.iter().map(|at| at.variance.value).collect();
+    let errors: Vec<Option<f64>> = around.iter().map(|at| Some(at.variance.standard_error)).collect();
+    let fitted = |sigma2: f64| distances.iter().map(|distance| sigma2 * distance.powi(2)).collect::<Vec<_>>();
+    let (model, model_errors) = (fitted(calibration.sigma2.value), fitted(calibration.sigma2.standard_error));
+    let model_errors: Vec<Option<f64>> = model_errors.into_iter().map(Some).collect();
+    let length = distances.last().copied().unwrap_or(1.0);
+    let line = |label, color, mean, standard_error| Line {
+        label,
+        look: Look { color, dashes: 0 },
+        lengths: &distances,
+        mean,
+        standard_error,
+    };
+    let most = measured.iter().chain(&model).copied().fold(0.0, f64::max);
+    Figure {
+        title: "Sensor model".to_owned(),
+        subtitle: format!("sigma2 = {}", show(calibration.sigma2)),
+        horizontal: "Distance (cells)",
+        vertical: "Variance of a reading",
+        length,
+        height: most * 1.1,
+        lines: vec![line("measured", 6, &measured, &errors), line("fitted", 4, &model, &model_errors)],
+    }
+    .draw()
+}

@@ -1,0 +1,46 @@
+//! `dragnet calibrate`: from labelled looks to the sensor of a scenario.
+
+use super::Place;
+
+/// Looks of a detector that is off by as much to both sides: by the square root of the model's variance.
+fn looks(sigma2: f64) -> String {
+    let mut text = "distance,object,value\n".to_owned();
+    for distance in 0..6_u32 {
+        let variance = if distance == 0 { sigma2 / 5.0 } else { sigma2 * f64::from(distance.pow(2)) };
+        for object in [0.0, 1.0] {
+            for off in [-1.0, 1.0] {
+                let row = format!("{distance},{object},{}\n", object + off * variance.sqrt());
+                text += &row.repeat(10);
+            }
+        }
+    }
+    text
+}
+
+#[test]
+fn the_sensor_of_labelled_looks_is_told_and_drawn() {
+    let place = Place::new();
+    place.write("looks.csv", &looks(0.02));
+    let told = place.succeed(&["calibrate", "looks.csv", "--plot", "fit.svg"]);
+    assert!(told.contains("[sensor]\nsigma2 = 0.020000 # standard error 0.0000"), "{told}");
+    assert!(told.contains("the own cell's variance is 0.00400"), "{told}");
+    let drawn = std::fs::read_to_string(place.path("fit.svg")).unwrap();
+    assert!(drawn.contains("Variance of a reading") && drawn.contains("fitted"));
+    place.refuse(&["calibrate", "looks.csv", "--plot", "fit.svg"], &["fit.svg", "exists already"]);
+}
+
+#[test]
+fn looks_that_cannot_be_fitted_are_refused_by_name() {
+    let place = Place::new();
+    let refused = |text: &str, said: &[&str]| {
+        place.write("looks.csv", text);
+        place.refuse(&["calibrate", "looks.csv"], &[&["looks.csv"], said].concat());
+    };
+    refused("", &["0 looks"]);
+    refused("distance,object,value\n1,0,0.1\n", &["1 looks", "at least 30"]);
+    refused("distance,object,value\n1,2,0.1\n", &["object is 2", "0 and 1"]);
+    refused("distance,object,value\n1,0,much\n", &["line: 2", "invalid float"]);
+    refused("distance,object,value\n1,0,NaN\n", &["NaN", "allowed"]);
+    refused("distance,value\n1,0.1\n", &["missing field `object`"]);
+    place.refuse(&["calibrate", "absent.csv"], &["absent.csv", "cannot read it"]);
+}
