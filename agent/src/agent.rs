@@ -369,7 +369,7 @@ impl Agent {
 
     /// Does what a person has ordered, if it is news: pauses, goes on, or counts cells as searched.
     fn obey(&mut self, now: MissionTime, directive: &Directive, actions: &mut Vec<Action>) {
-        if !self.directive.merge(directive) {
+        if !self.directive.merge(now, directive) {
             return;
         }
         let terrain = Arc::make_mut(&mut self.orders.terrain);

@@ -1,8 +1,8 @@
 //! Files of tensors: safetensors, whose header carries one text of ours, so that the same content gives the same bytes.
 
 use std::collections::HashMap;
-use std::fs::{self, File};
-use std::io::{self, Write};
+use std::fs::File;
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
 use safetensors::tensor::{Dtype, TensorView};
@@ -21,6 +21,8 @@ pub struct Kind {
     pub name: &'static str,
     /// Stands in the header as `format`.
     pub format: &'static str,
+    /// Longer files are not read.
+    pub most_bytes: u64,
 }
 
 /// Why a file cannot be used.
@@ -71,12 +73,26 @@ pub fn read<T>(
     path: &Path,
     parse: impl FnOnce(&[u8]) -> Result<T, String>,
 ) -> Result<T, FileError> {
-    let bytes = fs::read(path).map_err(|source| FileError::Read {
+    let bytes = read_at_most(path, kind.most_bytes).map_err(|source| FileError::Read {
         path: path.to_owned(),
         kind: kind.name,
         source,
     })?;
     parse(&bytes).map_err(|reason| FileError::content(path, reason))
+}
+
+/// The bytes of a file, of which no more is ever in memory: a pipe or a device does not say how long it is.
+///
+/// # Errors
+/// If it cannot be read, or is longer.
+pub fn read_at_most(path: &Path, most_bytes: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    File::open(path)?.take(most_bytes.saturating_add(1)).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > most_bytes {
+        let reason = format!("longer than the {most_bytes} bytes that are read");
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, reason));
+    }
+    Ok(bytes)
 }
 
 /// Writes a file as a whole or not at all: under its name is all of it, or the one before, even after a power cut.

@@ -5,10 +5,17 @@
 //! order and any number of times: of pauses the newest counts, and cells that were added stay.
 
 use std::collections::BTreeSet;
+use std::time::Duration;
 
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::terrain::Terrain;
+
+use crate::time::MissionTime;
+
+/// An order that is dated later than this after it is heard counts as dated so. No honest clock is as far ahead, and
+/// after an order at the end of time nobody could give another one.
+const MOST_AHEAD: Duration = Duration::from_hours(365 * 24);
 
 /// All that a person has ordered. The default is nothing.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -24,13 +31,14 @@ pub struct Directive {
 
 impl Directive {
     /// Takes in what somebody else knows; whether any of it was news.
-    pub fn merge(&mut self, other: &Self) -> bool {
+    pub fn merge(&mut self, now: MissionTime, other: &Self) -> bool {
         if self == other {
             return false;
         }
-        let is_newer = other.order() > self.order();
+        let order = (other.number.min((now + MOST_AHEAD).0), other.is_paused);
+        let is_newer = order > self.order();
         if is_newer {
-            (self.number, self.is_paused) = other.order();
+            (self.number, self.is_paused) = order;
         }
         let before = self.added.len();
         self.added.extend(&other.added);
@@ -39,7 +47,7 @@ impl Directive {
 
     /// Pauses the search or lets it go on, as of a time in nanoseconds.
     pub fn order_pause(&mut self, time_ns: u64, is_paused: bool) {
-        self.number = time_ns.max(self.number + 1);
+        self.number = time_ns.max(self.number.saturating_add(1));
         self.is_paused = is_paused;
     }
 
@@ -75,10 +83,10 @@ mod tests {
         for order in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
             let mut known = Directive::default();
             for index in order {
-                known.merge(&told[index]);
+                known.merge(MissionTime::START, &told[index]);
             }
             assert_eq!(known, expected, "{order:?}");
-            assert!(told.iter().all(|old| !known.merge(old)), "nothing is news twice");
+            assert!(told.iter().all(|old| !known.merge(MissionTime(9), old)), "nothing is news twice");
         }
     }
 
@@ -86,7 +94,25 @@ mod tests {
     fn a_coordinator_whose_clock_is_behind_is_obeyed_all_the_same() {
         let mut known = directive(1_000, true, []);
         known.order_pause(7, false);
-        assert!(directive(1_000, true, []).merge(&known));
+        assert!(directive(1_000, true, []).merge(MissionTime(7), &known));
         assert!(!known.is_paused);
+    }
+
+    #[test]
+    fn an_order_at_the_end_of_time_can_be_followed_by_another() {
+        let last = directive(u64::MAX, true, []);
+        let [mut coordinator, mut robot] = [Directive::default(), Directive::default()];
+        assert!(coordinator.merge(MissionTime(5), &last) && robot.merge(MissionTime(3), &last));
+        assert!(coordinator.is_paused && robot.is_paused);
+        coordinator.order_pause(7, false);
+        assert!(robot.merge(MissionTime(9), &coordinator));
+        assert!(!robot.is_paused);
+    }
+
+    #[test]
+    fn at_the_end_of_time_itself_no_number_follows() {
+        let mut known = directive(u64::MAX, true, []);
+        known.order_pause(u64::MAX, false);
+        assert_eq!(known, directive(u64::MAX, false, []));
     }
 }

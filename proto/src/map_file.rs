@@ -19,9 +19,9 @@ mod raster;
 mod ros;
 mod scanline;
 
-use std::fs;
 use std::path::Path;
 
+use dragnet_learn::file::read_at_most;
 use dragnet_search::terrain::Terrain;
 
 pub use error::MapFileError;
@@ -98,13 +98,8 @@ fn read_text(file: &Path) -> Result<String, MapFileError> {
 }
 
 fn read_bytes(file: &Path) -> Result<Vec<u8>, MapFileError> {
-    let read = |source| MapFileError::Read { file: file.to_owned(), source };
-    let bytes = fs::metadata(file).map_err(read)?.len();
-    if bytes > MapFile::MAX_BYTES {
-        let allowed = format!("at most {} bytes", MapFile::MAX_BYTES);
-        return Err(MapFileError::value(file, "size", format!("{bytes} bytes"), allowed));
-    }
-    fs::read(file).map_err(read)
+    read_at_most(file, MapFile::MAX_BYTES)
+        .map_err(|source| MapFileError::Read { file: file.to_owned(), source })
 }
 
 #[cfg(test)]

@@ -15,11 +15,12 @@ mod schema;
 mod warning;
 mod world;
 
-use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
+use dragnet_learn::file::read_at_most;
 use dragnet_learn::policy::{PolicyName, Shipped};
 use dragnet_search::belief::Belief;
 use dragnet_search::route::Moves;
@@ -77,13 +78,18 @@ pub struct Recording {
 }
 
 impl Scenario {
+    /// The longest text, bytes: room for 300,000 objects. Read, a text takes up to 125 times as much memory.
+    pub const MAX_BYTES: usize = 1 << 22;
+
     /// Reads a scenario file and the files that it names.
     ///
     /// # Errors
     /// If one cannot be read, is not what its format says, or a value is out of range or contradicts another.
     pub fn load(path: &Path) -> Result<Self, ScenarioError> {
-        let text = fs::read_to_string(path)
-            .map_err(|source| ScenarioError::Read { file: path.to_owned(), source })?;
+        let read = |source| ScenarioError::Read { file: path.to_owned(), source };
+        let no_text = |error| io::Error::new(io::ErrorKind::InvalidData, format!("no UTF-8 text: {error}"));
+        let bytes = read_at_most(path, Self::MAX_BYTES as u64).map_err(read)?;
+        let text = String::from_utf8(bytes).map_err(|error| read(no_text(error)))?;
         Self::from_text(path, text)
     }
 
@@ -93,6 +99,7 @@ impl Scenario {
     /// # Errors
     /// As [`Scenario::load`].
     pub fn from_text(path: &Path, text: String) -> Result<Self, ScenarioError> {
+        check_length(path, text.len())?;
         let source = Source { path: path.to_owned(), text };
         let file: ScenarioFile = toml::Deserializer::parse(&source.text)
             .map_err(|error| source.toml_error(&error, None))
@@ -300,6 +307,15 @@ impl Source {
     fn folder(&self) -> &Path {
         self.path.parent().unwrap_or(Path::new(""))
     }
+}
+
+fn check_length(path: &Path, bytes: usize) -> Result<(), ScenarioError> {
+    if bytes <= Scenario::MAX_BYTES {
+        return Ok(());
+    }
+    let allowed = format!("at most {} bytes", Scenario::MAX_BYTES);
+    let invalid = Invalid::new("the text", format!("{bytes} bytes long"), allowed);
+    Err(ScenarioError::Value { place: path.display().to_string(), invalid })
 }
 
 fn check_name(name: &str) -> Result<(), Invalid> {

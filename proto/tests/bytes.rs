@@ -10,6 +10,7 @@ use dragnet_proto::message::{
     MissionStatus, Participant,
 };
 use dragnet_proto::step::{Parcel, Sensed, Step, StepEvent, StepReply};
+use dragnet_proto::wire::dragnet::VERSION;
 use dragnet_search::cell::{Cell, Grid};
 use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::observation::{Observation, Origin, RobotId, Version};
@@ -253,14 +254,14 @@ proptest! {
     #[test]
     fn any_bytes_are_refused_or_a_message(body in vec(any::<u8>(), 0..200)) {
         decode_as_everything(&body);
-        let mut bytes = vec![0, 1, 0, 0, 2];
+        let mut bytes = vec![0, 1, 0, 0, VERSION];
         bytes.extend(body);
         decode_as_everything(&bytes);
     }
 
     #[test]
     fn small_numbers_are_refused_or_a_message(body in vec(0_u8..3, 0..200)) {
-        let mut bytes = vec![0, 1, 0, 0, 2];
+        let mut bytes = vec![0, 1, 0, 0, VERSION];
         bytes.extend(body);
         decode_as_everything(&bytes);
     }

@@ -22,6 +22,8 @@ const CAVE_OPEN_SHARE: f64 = 0.56;
 const CAVE_ROUNDS: u32 = 4;
 /// A block for so many cells of the map.
 const CELLS_A_BLOCK: usize = 60;
+/// The longest side of a block, cells: on the largest of maps as well about half of the cells stay open.
+const LONGEST_BLOCK: u32 = 12;
 /// Rooms are divided until a side is below this, cells.
 const LEAST_ROOM: u32 = 9;
 /// Doors are so wide, cells.
@@ -82,7 +84,7 @@ fn caves(grid: Grid, random: &mut Stream) -> Vec<bool> {
 
 fn blocks(grid: Grid, random: &mut Stream) -> Vec<bool> {
     let mut is_open = vec![true; grid.cell_count()];
-    let longest = (grid.rows().min(grid.columns()) / 5).max(2);
+    let longest = (grid.rows().min(grid.columns()) / 5).clamp(2, LONGEST_BLOCK);
     for _ in 0..grid.cell_count() / CELLS_A_BLOCK {
         let (rows, columns) = (random.random_range(1..=longest), random.random_range(1..=longest));
         let (south, west) = (random.random_range(0..grid.rows()), random.random_range(0..grid.columns()));
@@ -158,6 +160,14 @@ mod tests {
                 assert_eq!(terrain, draw(kind, 30, 24, seed));
             }
             assert_ne!(draw(kind, 30, 24, 1), draw(kind, 30, 24, 2));
+        }
+    }
+
+    #[test]
+    fn a_large_map_is_as_open_as_a_small_one() {
+        for kind in Generated::ALL {
+            let open = draw(kind, 400, 300, 1).traversable_cells().count();
+            assert!((30_000..110_000).contains(&open), "{kind:?}: {open}");
         }
     }
 

@@ -15,6 +15,9 @@ use dragnet_search::terrain::Terrain;
 use rand::RngExt;
 use rand::seq::IndexedRandom;
 
+/// A robot that would take longer to its next cell gets there when no clock counts any more.
+const LONGEST_SECONDS: f64 = 1e10;
+
 /// Objects and robots on the map, and the belief that all readings together support.
 pub struct World {
     terrain: Terrain,
@@ -128,9 +131,8 @@ impl World {
     pub fn travel_time(&self, robot: RobotId, speed: f64) -> Option<Duration> {
         let body = self.body(robot);
         let next = *body.route.last()?;
-        Some(Duration::from_secs_f64(
-            self.distance_cells(body.cell, next) * self.terrain.cell_meters() / speed,
-        ))
+        let seconds = self.distance_cells(body.cell, next) * self.terrain.cell_meters() / speed;
+        Some(Duration::from_secs_f64(seconds.min(LONGEST_SECONDS)))
     }
 
     /// A robot enters the next cell of its route.
@@ -215,4 +217,25 @@ fn draw_starts(scenario: &Scenario, seed: u64) -> Vec<Cell> {
             Start::Cell(cell) => cell,
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    #[test]
+    fn however_slow_a_robot_is_its_way_takes_some_time() {
+        let text = "name = 'a'\nmap = { shape = 'all_traversable', rows = 1, columns = 2, cell_meters = 10.0 }\n\
+                    sensor.radius = 1\nobjects.count = 1\nrobots.start = [0, 0]\nmission.budget_seconds = 60.0\n";
+        let scenario = Scenario::from_text(Path::new("a.toml"), text.to_owned()).unwrap();
+        let mut world = World::new(&scenario, 1);
+        assert_eq!(world.travel_time(RobotId(1), 2.0), None);
+        world.set_route(RobotId(1), scenario.terrain().grid().cells().skip(1).collect());
+        for (speed, seconds) in [(2.0, 5.0), (5e-324, LONGEST_SECONDS)] {
+            let time = world.travel_time(RobotId(1), speed);
+            assert_eq!(time, Some(Duration::from_secs_f64(seconds)), "{speed}");
+        }
+    }
 }

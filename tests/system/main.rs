@@ -7,7 +7,6 @@ mod decisions;
 mod durability;
 mod faults;
 mod field;
-mod hostile;
 mod hosts;
 mod networks;
 mod policies;

@@ -36,7 +36,7 @@ impl Mission {
 
     /// A directive, from here or from a robot that has heard of it; all are told if any of it is news.
     pub(super) fn learn(&mut self, now: MissionTime, directive: &Directive, actions: &mut Vec<Action>) {
-        if !self.directive.merge(directive) {
+        if !self.directive.merge(now, directive) {
             return;
         }
         let terrain = Arc::make_mut(&mut self.orders.terrain);
@@ -73,7 +73,8 @@ fn unused(inbox: &dragnet_proto::inbox::Inbox, now: MissionTime) -> Origin {
     let known: Vec<Origin> = inbox.log().versions().map(|version| version.origin).collect();
     let mut origin = Origin { robot: RobotId::BY_HAND, incarnation: now.0 };
     while known.contains(&origin) {
-        origin.incarnation += 1;
+        // Its clock may be at the end of time: somebody's was whom it heard first.
+        origin.incarnation = origin.incarnation.wrapping_add(1);
     }
     origin
 }

@@ -298,7 +298,7 @@ fn a_coordinator_that_starts_again_learns_of_a_pause_and_can_end_it() {
     // Its clock is far behind that of the one before.
     command(&mut again, at(2), Command::Resume);
     let mut robot = before.directive().clone();
-    assert!(robot.merge(again.directive()) && !robot.is_paused);
+    assert!(robot.merge(at(2), again.directive()) && !robot.is_paused);
 }
 
 #[test]
@@ -332,6 +332,14 @@ fn marks_are_observations_under_names_of_their_own() {
         panic!("no mark")
     };
     assert_ne!((other.origin, other.sequence), (mark.origin, mark.sequence));
+
+    // The same at the end of time, where a clock may be that somebody has set.
+    let end = MissionTime(u64::MAX);
+    let last = command(&mut self::mission(), end, Command::Mark(Mark::Clue, cell(2)));
+    let mut again = self::mission();
+    hear(&mut again, end, ONE, Message::LogReply(LogReply { observations: published(&last) }));
+    let other = published(&command(&mut again, end, Command::Mark(Mark::Clue, cell(3))));
+    assert_ne!(other[0].origin, published(&last)[0].origin);
 }
 
 #[test]

@@ -14,7 +14,9 @@ use serde::{Deserialize, Serialize};
 use super::{Demonstration, Source, Trajectory};
 use crate::file::{self, FileError, Kind, Tensor, Tensors};
 
-pub(super) const KIND: Kind = Kind { name: "demonstrations", format: "dragnet-demonstrations-1" };
+/// They are as long as the map is large and the search is long.
+pub(super) const KIND: Kind =
+    Kind { name: "demonstrations", format: "dragnet-demonstrations-1", most_bytes: u64::MAX };
 
 #[derive(Serialize, Deserialize)]
 struct Header {

@@ -183,6 +183,10 @@ fn what_is_wrong_with_a_file_names_the_file() {
     let path = folder.path().join("mine.safetensors");
     let error = Weights::load(&path).unwrap_err().to_string();
     assert!(error.contains("mine.safetensors: cannot read the weights: No such file"), "{error}");
+    fs::File::create(&path).unwrap().set_len((1 << 26) + 1).unwrap();
+    let error = Weights::load(&path).unwrap_err().to_string();
+    let expected = "mine.safetensors: cannot read the weights: longer than the 67108864 bytes that are read";
+    assert!(error.contains(expected), "{error}");
     fs::write(&path, &file()[..1000]).unwrap();
     let error = Weights::load(&path).unwrap_err().to_string();
     assert!(error.contains("mine.safetensors: no weights file, or a truncated one"), "{error}");

@@ -145,6 +145,15 @@ impl Check {
         }
     }
 
+    /// A time that fits any clock: no more than the thirty years of a scenario.
+    pub(super) fn seconds(self, name: &'static str, found: f64) -> Result<f64, ConvertError> {
+        if (0.0..=1e9).contains(&found) {
+            Ok(found)
+        } else {
+            Err(ConvertError::Number { at: self.at(name), found, allowed: "0 to 1000000000 seconds" })
+        }
+    }
+
     pub(super) fn probability(self, name: &'static str, found: f64) -> Result<f64, ConvertError> {
         if (0.0..=1.0).contains(&found) {
             Ok(found)

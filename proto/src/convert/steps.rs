@@ -108,7 +108,7 @@ impl Check {
             route: wire.has_route.then_some(route),
             wake_at_ns: (wire.wake_at_ns > 0).then_some(wire.wake_at_ns),
             activity: self.activity(wire.activity)?,
-            decision_seconds: self.not_negative("decision_seconds", wire.decision_seconds)?,
+            decision_seconds: self.seconds("decision_seconds", wire.decision_seconds)?,
             digest: digest(wire.digest),
             observations: wire.observations,
             error: wire.error,

@@ -199,3 +199,16 @@ fn a_step_of_an_unknown_kind_is_refused() {
     let error = codec.decode_step_reply(&cdr::encode(&reply)).unwrap_err().to_string();
     assert!(error.contains("kinds: 0 entries; allowed are 1"), "{error}");
 }
+
+#[test]
+fn a_decision_of_more_seconds_than_any_clock_counts_is_refused() {
+    for seconds in [-1.0, 1.1e9, 1e300, f64::INFINITY, f64::NAN] {
+        let reply = wire::StepReply {
+            version: wire::VERSION,
+            decision_seconds: seconds,
+            ..wire::StepReply::default()
+        };
+        let error = Codec::new(grid()).decode_step_reply(&cdr::encode(&reply)).unwrap_err().to_string();
+        assert!(error.contains("decision_seconds: ") && error.contains("0 to 1000000000 seconds"), "{error}");
+    }
+}

@@ -48,8 +48,8 @@ impl Raster {
         if ratio >= 1.0 {
             Ok(ratio)
         } else {
-            let found = format!("{cell_meters} m");
-            let allowed = format!("at least the map's pixel of {} m", self.pixel_meters);
+            let found = format!("{cell_meters:?} m");
+            let allowed = format!("at least the map's pixel of {:?} m", self.pixel_meters);
             Err(MapFileError::value(file, "cell edge", found, allowed))
         }
     }

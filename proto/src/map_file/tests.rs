@@ -1,3 +1,5 @@
+use std::fs;
+
 use proptest::prelude::*;
 
 use super::*;
@@ -37,6 +39,9 @@ fn a_missing_file_and_bytes_that_are_no_text_are_refused() {
     fs::write(&file, [0xff, 0xfe]).unwrap();
     let error = MapFile::load(&file, 1.0).unwrap_err().to_string();
     assert!(error.contains("a.map: no UTF-8 text"), "{error}");
+    fs::File::create(&file).unwrap().set_len(MapFile::MAX_BYTES + 1).unwrap();
+    let error = MapFile::load(&file, 1.0).unwrap_err().to_string();
+    assert!(error.contains("a.map: longer than the 268435456 bytes that are read"), "{error}");
 }
 
 proptest! {

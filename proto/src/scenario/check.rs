@@ -19,8 +19,22 @@ pub struct Invalid {
 
 impl Invalid {
     pub(super) fn new(key: impl Display, found: impl Display, allowed: impl Display) -> Self {
-        Self { key: key.to_string(), found: found.to_string(), allowed: allowed.to_string() }
+        Self { key: key.to_string(), found: shortened(&found.to_string()), allowed: allowed.to_string() }
     }
+}
+
+/// The most characters of a message about one value.
+const MOST_CHARACTERS: usize = 400;
+
+/// Of what is too long to be read, the beginning and the end.
+pub(super) fn shortened(text: &str) -> String {
+    let characters: Vec<char> = text.chars().collect();
+    if characters.len() <= MOST_CHARACTERS {
+        return text.to_owned();
+    }
+    let (beginning, rest) = characters.split_at(MOST_CHARACTERS / 2);
+    let end = &rest[rest.len() - MOST_CHARACTERS / 2..];
+    format!("{} ... {}", beginning.iter().collect::<String>(), end.iter().collect::<String>())
 }
 
 /// The longest time in a scenario, seconds: thirty years.
@@ -81,5 +95,11 @@ fn check(
     is_valid: bool,
     allowed: impl Fn() -> String,
 ) -> Result<f64, Invalid> {
-    if is_valid { Ok(value) } else { Err(Invalid::new(key, value, allowed())) }
+    if is_valid { Ok(value) } else { Err(Invalid::new(key, written(value), allowed())) }
+}
+
+/// A number as somebody would write it: without hundreds of zeros.
+pub(super) fn written(value: f64) -> String {
+    let plain = value.to_string();
+    if plain.len() > 20 { format!("{value:e}") } else { plain }
 }

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use dragnet_learn::file::FileError;
 
 use super::Source;
-use super::check::Invalid;
-use super::locate::{line_at, line_of_key};
+use super::check::{Invalid, shortened};
+use super::locate::{line_at, line_of_key, line_of_longest_key};
 use crate::map_file::MapFileError;
 
 /// A scenario that cannot be run. Each message names the file, the place, what is there and what is allowed.
@@ -87,9 +87,15 @@ impl Source {
     ) -> ScenarioError {
         let line = error.span().map(|span| line_at(&self.text, span.start));
         let message = error.message().trim_end();
-        let key = key.map(ToString::to_string).filter(|key| key != ".");
-        let message = key.map_or_else(|| message.to_owned(), |key| format!("{key}: {message}"));
-        ScenarioError::Syntax { place: self.place(line), message }
+        let (line, message) = match (line, key.map(ToString::to_string).filter(|key| key != ".")) {
+            (line, Some(key)) => (line, format!("{key}: {message}")),
+            // Of a key that has too many parts the parser says neither that nor where.
+            (None, None) => {
+                (Some(line_of_longest_key(&self.text)), format!("a key of too many parts: {message}"))
+            }
+            (line, None) => (line, message.to_owned()),
+        };
+        ScenarioError::Syntax { place: self.place(line), message: shortened(&message) }
     }
 
     pub(super) fn error(&self, fault: Fault) -> ScenarioError {

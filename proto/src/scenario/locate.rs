@@ -23,6 +23,12 @@ pub(super) fn line_of_key(text: &str, key: &str) -> Option<usize> {
     found.map(|span| line_at(text, span.start))
 }
 
+/// The line, from 1, that holds the most dots: the key of the most parts stands there.
+pub(super) fn line_of_longest_key(text: &str) -> usize {
+    let dots = |line: &str| line.bytes().filter(|&byte| byte == b'.').count();
+    (1..).zip(text.lines()).max_by_key(|(_, line)| dots(line)).map_or(1, |(number, _)| number)
+}
+
 /// The line, from 1, of a byte of the text.
 pub(super) fn line_at(text: &str, byte: usize) -> usize {
     1 + text.bytes().take(byte).filter(|&byte| byte == b'\n').count()

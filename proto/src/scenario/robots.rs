@@ -106,7 +106,7 @@ fn policy_table(key: &str, table: &PolicyTable, folder: &Path) -> Result<Policy,
     let mut policy = Policy::from(name);
     if let Some(weight) = table.length_weight {
         let key = format!("{key}.length_weight");
-        check_is_of(&key, weight, name, &[Exact::Path.into(), Exact::PathAdditive.into()])?;
+        check_is_of(&key, check::written(weight), name, &[Exact::Path.into(), Exact::PathAdditive.into()])?;
         policy.parameters.length_weight = check::at_least_zero(key, weight, 1000.0)?;
     }
     if let Some(cells) = table.lane_cells {

@@ -1,3 +1,4 @@
+use std::fs;
 use std::time::Duration;
 
 use dragnet_search::cell::Position;
@@ -313,6 +314,40 @@ fn what_is_no_scenario_names_line_key_and_what_is_allowed() {
         "[[network.partitions]]\nfrom_seconds = 1",
         ["line 10: network.partitions[0]", "missing field"],
     );
+}
+
+#[test]
+fn what_is_too_deep_too_long_or_too_large_to_be_read_is_said_in_few_words() {
+    let check = |line: &str, message: &str| {
+        let error = load(&format!("{SMALL}{line}\n")).unwrap_err();
+        assert!(error.contains(message) && error.len() < 700, "{error}");
+    };
+    let [parts, letters] = ["a.", "x"].map(|unit| unit.repeat(5000));
+    check(&format!("{parts}a = 1"), "a.toml, line 10: a key of too many parts: recursion limit");
+    check(&format!("[{parts}a]"), "a.toml, line 10: a key of too many parts: recursion limit");
+    check(&format!("tau = {0}1{1}", "[".repeat(5000), "]".repeat(5000)), "a.toml, line 10: cannot recurse");
+    check(&format!("{letters} = 1"), "a.toml, line 10: mission.xxx");
+    check(&format!("[robots]\npolicy = '{letters}'"), "xxx\"; allowed is random, ");
+    check("tau = 1e308", "a.toml, line 10: mission.tau is 1e308; allowed is above 0.5 and below 1");
+    check(
+        "speed_meters_per_second = -5e-324",
+        "mission.speed_meters_per_second is -5e-324; allowed is above 0",
+    );
+    let sigma = load(&SMALL.replace("radius = 1", "radius = 1\nsigma2 = 1e300")).unwrap_err();
+    assert!(sigma.contains("sensor.sigma2 is 1e300; allowed is from"), "{sigma}");
+    check(&"#".repeat(Scenario::MAX_BYTES), "longer than the 4194304 bytes that are read");
+    let error = Scenario::from_text(Path::new("a.toml"), " ".repeat(Scenario::MAX_BYTES + 1)).unwrap_err();
+    assert_eq!(error.to_string(), "a.toml: the text is 4194305 bytes long; allowed is at most 4194304 bytes");
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_device_without_an_end_is_no_scenario_and_no_weights() {
+    let error = Scenario::load(Path::new("/dev/zero")).unwrap_err().to_string();
+    assert_eq!(error, "/dev/zero: longer than the 4194304 bytes that are read");
+    let weights = "[robots]\npolicy = { name = 'gnn', weights = '/dev/zero' }\n";
+    let error = load(&format!("{SMALL}{weights}")).unwrap_err();
+    assert!(error.contains("/dev/zero: cannot read the weights: longer than the 67108864 bytes"), "{error}");
 }
 
 #[test]

@@ -117,6 +117,6 @@ pub(super) fn sensor(table: &SensorTable, grid: Grid) -> Result<Sensor, Invalid>
         let least = 5.0 * f64::from(MIN_VARIANCE);
         let most = f64::from(MAX_VARIANCE) / f64::from(radius * radius);
         let allowed = format!("from {least:.6} to {most:.3} at this radius");
-        Invalid::new("sensor.sigma2", table.sigma2, allowed)
+        Invalid::new("sensor.sigma2", check::written(table.sigma2), allowed)
     })
 }

@@ -1,26 +1,40 @@
-//! Whatever bytes come, nobody falls over, and nothing counts that cannot be.
+//! Whatever bytes come to a robot and to the coordinator, nobody falls over, and nothing counts that cannot be.
 
 use std::sync::Arc;
 
 use dragnet_agent::agent::{Agent, Event, Orders};
 use dragnet_coordinator::mission::{self, Mission, MissionOrders};
+use dragnet_proto::cdr::{self, MAX_BYTES};
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::directive::Directive;
-use dragnet_proto::inbox::Inbox;
 use dragnet_proto::message::{
     Activity, Heartbeat, Intent, LogReply, LogRequest, Message, MessageKind, Participant,
 };
 use dragnet_proto::plausible::Limits;
 use dragnet_proto::scenario::Scenario;
 use dragnet_proto::time::MissionTime;
-use dragnet_search::belief::Belief;
+use dragnet_proto::wire::dragnet as wire;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::observation::{Observation, Origin, RobotId, Version};
 use proptest::collection::vec;
 use proptest::prelude::*;
 
-use crate::scenario;
+use crate::alone::{alone, begin};
+use crate::spoil_bytes::BEGINNING;
+use crate::world::{Tally, World};
+use crate::{check, scenario};
+
+/// So many worlds live for so many spoiled messages each: a million together.
+const WORLDS: u64 = 10;
+const MESSAGES_A_WORLD: u64 = 100_000;
+/// After so many messages all evidence is summed again.
+const CHECK_EVERY: u64 = 5000;
+/// What robot, coordinator and page may take, bytes: four times what the program and all that they know in the end take.
+const WORLD_BYTES: u64 = 64 << 20;
+/// What it may take to refuse a message of the greatest length, bytes. Its smallest parts are twice as long in memory, and
+/// a list that grows is there one and a half times: with the message itself, four to five times its length.
+const LONGEST_BYTES: u64 = 8 * MAX_BYTES as u64;
 
 const MATE: Origin = Origin::first(RobotId(2));
 const NOW: MissionTime = MissionTime(3_600_000_000_000);
@@ -90,19 +104,6 @@ fn arrive(scenario: &Scenario, codec: Codec, (kind, sequence, changes, _): &Muta
     codec.decode(message.kind(), &bytes).ok()
 }
 
-/// The evidence is that of what is known, and all of that can be.
-fn check(inbox: &Inbox, belief: &Belief, scenario: &Scenario, limits: &Limits) {
-    let mut expected = scenario.prior().clone();
-    for version in inbox.log().versions() {
-        let known = inbox.log().of(version.origin);
-        for (place, observation) in known.iter().enumerate() {
-            assert_eq!(limits.check(observation, &known[..place]), Ok(()));
-            observation.readings.iter().for_each(|reading| expected.add(reading));
-        }
-    }
-    assert_eq!(belief.digest(), expected.digest());
-}
-
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(512))]
 
@@ -127,7 +128,7 @@ proptest! {
         bytes in vec(any::<u8>(), 0..300), kind in 0..MessageKind::ALL.len(), header in any::<bool>(),
     ) {
         let scenario = small();
-        let bytes = if header { [&[0, 1, 0, 0, 2][..], &bytes].concat() } else { bytes };
+        let bytes = if header { [&BEGINNING[..], &bytes].concat() } else { bytes };
         let codec = Codec::new(scenario.terrain().grid());
         if let Ok(message) = codec.decode(MessageKind::ALL[kind], &bytes) {
             let mut agent = Agent::new(Orders::of_team(&scenario, 1).remove(0));
@@ -150,4 +151,65 @@ fn the_honest_of_these_messages_count() {
     assert_eq!(mission.inbox().log().len(), 12);
     assert_ne!(mission.belief().digest(), scenario.prior().digest());
     assert!(mission.inbox().refused().is_empty());
+}
+
+#[test]
+fn of_a_million_spoiled_messages_none_brings_evidence_that_cannot_be() {
+    let name = "messages::of_a_million_spoiled_messages_none_brings_evidence_that_cannot_be";
+    alone(name, WORLD_BYTES, || {
+        let (mut tally, mut decisions) = (Tally::default(), 0);
+        for seed in 0..WORLDS {
+            let mut world = World::new(seed);
+            for number in 0..MESSAGES_A_WORLD {
+                begin(format_args!("message {number} of world {seed}"));
+                world.step(&mut tally);
+                if number % CHECK_EVERY == 0 {
+                    world.check();
+                }
+            }
+            world.check();
+            decisions += world.decisions();
+        }
+        println!("{tally:#?}, {decisions} decisions");
+        assert!(decisions >= 5000, "the robots go on");
+        check_has_met_all(&tally);
+    });
+}
+
+/// Messages of each kind came through and were believed, and nothing was refused for one reason alone.
+fn check_has_met_all(tally: &Tally) {
+    let decoded: u64 = tally.decoded.values().sum();
+    assert_eq!(decoded + tally.undecoded, WORLDS * MESSAGES_A_WORLD);
+    assert!(tally.undecoded >= 300_000);
+    for kind in MessageKind::ALL {
+        assert!(tally.decoded[&kind] >= 30_000, "{kind:?}");
+    }
+    assert!(tally.misattributed >= 20_000);
+    assert!(tally.counted >= 50_000);
+    assert_eq!(tally.refused.len(), 13, "of all reasons");
+    assert!(tally.refused.values().all(|&count| count >= 50));
+}
+
+/// A list at the end claims to have no end, and is as long as a message can be.
+#[test]
+fn a_message_of_the_greatest_length_takes_a_few_times_as_much_memory() {
+    let name = "messages::a_message_of_the_greatest_length_takes_a_few_times_as_much_memory";
+    let version = wire::VERSION;
+    alone(name, LONGEST_BYTES, || {
+        let codec = Codec::new(small().terrain().grid());
+        for (kind, mut bytes) in [
+            (MessageKind::Observation, cdr::encode(&wire::Observation { version, ..Default::default() })),
+            (MessageKind::Intent, cdr::encode(&wire::Intent { version, ..Default::default() })),
+            (MessageKind::Heartbeat, cdr::encode(&wire::Heartbeat { version, ..Default::default() })),
+            (MessageKind::LogReply, cdr::encode(&wire::LogReply { version, ..Default::default() })),
+            (MessageKind::MissionStatus, cdr::encode(&wire::MissionStatus { version, ..Default::default() })),
+        ] {
+            begin(format_args!("{kind:?}"));
+            let length = bytes.len() - 4..;
+            bytes[length].fill(0xff);
+            bytes.resize(MAX_BYTES, 0);
+            let error = codec.decode(kind, &bytes).unwrap_err().to_string();
+            assert!(error.contains("unexpected end of input"), "{error}");
+        }
+    });
 }

@@ -1,0 +1,61 @@
+//! A test in a process of its own: what it takes of memory is its own, and if it ends in whatever way, one knows at which
+//! case.
+
+use std::env;
+use std::fmt::Display;
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::process::{Command, Stdio};
+
+/// Set in a process that runs one test.
+const ALONE: &str = "DRAGNET_TEST_ALONE";
+/// Begins the line that tells which case comes next.
+const CASE: &str = "case: ";
+/// Begins the line that tells how much memory was resident at the peak, bytes.
+const PEAK: &str = "peak: ";
+
+/// Runs a test of this binary in a process of its own, of which at most so many bytes may ever be resident.
+///
+/// Where the system does not tell (it is Linux that does), the memory is not looked at.
+pub(crate) fn alone(test: &str, most_bytes: u64, run: impl FnOnce()) {
+    if env::var_os(ALONE).is_some() {
+        run();
+        println!("{PEAK}{}", peak_bytes().unwrap_or_default());
+    } else {
+        watch(test, most_bytes);
+    }
+}
+
+/// Tells which case comes next: the last one that was told is the one that failed.
+pub(crate) fn begin(case: impl Display) {
+    println!("{CASE}{case}");
+}
+
+fn watch(test: &str, most_bytes: u64) {
+    let mut child = Command::new(env::current_exe().unwrap())
+        .args([test, "--exact", "--nocapture"])
+        .env(ALONE, "1")
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let (mut case, mut peak_bytes) = (String::new(), None);
+    for line in BufReader::new(child.stdout.take().unwrap()).lines() {
+        let line = line.unwrap();
+        match (line.strip_prefix(CASE), line.strip_prefix(PEAK)) {
+            (Some(next), _) => next.clone_into(&mut case),
+            (_, Some(peak)) => peak_bytes = Some(peak.parse::<u64>().unwrap()),
+            _ => println!("{line}"),
+        }
+    }
+    let status = child.wait().unwrap();
+    assert!(status.success(), "{status}, case {case}");
+    let peak_bytes = peak_bytes.expect("there is a test of this name, and it has run");
+    println!("at most {} MB were resident", peak_bytes / 1_000_000);
+    assert!(peak_bytes <= most_bytes, "{peak_bytes} bytes were resident; stated are {most_bytes}");
+}
+
+fn peak_bytes() -> Option<u64> {
+    let status = fs::read_to_string("/proc/self/status").ok()?;
+    let kibibytes = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?.split_whitespace().next()?;
+    kibibytes.parse::<u64>().ok().map(|kibibytes| kibibytes * 1024)
+}

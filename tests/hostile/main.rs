@@ -1,0 +1,35 @@
+//! Whatever comes, nobody falls over, nothing counts that cannot be, and memory stays within what is stated.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod alone;
+mod messages;
+mod scenarios;
+mod spoil_bytes;
+mod spoil_text;
+mod world;
+
+use std::path::Path;
+
+use dragnet_proto::inbox::Inbox;
+use dragnet_proto::plausible::Limits;
+use dragnet_proto::scenario::Scenario;
+use dragnet_search::belief::Belief;
+
+/// A scenario from its text.
+fn scenario(text: &str) -> Scenario {
+    Scenario::from_text(Path::new("test.toml"), text.to_owned()).unwrap()
+}
+
+/// The evidence is that of what is known, and all of that can be.
+fn check(inbox: &Inbox, belief: &Belief, scenario: &Scenario, limits: &Limits) {
+    let mut expected = scenario.prior().clone();
+    for version in inbox.log().versions() {
+        let known = inbox.log().of(version.origin);
+        for (place, observation) in known.iter().enumerate() {
+            assert_eq!(limits.check(observation, &known[..place]), Ok(()));
+            observation.readings.iter().for_each(|reading| expected.add(reading));
+        }
+    }
+    assert_eq!(belief.digest(), expected.digest());
+}

@@ -1,0 +1,267 @@
+//! One robot and one coordinator with its page, to whom other robots speak over a line that somebody spoils.
+
+mod speech;
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use dragnet_agent::agent::{Agent, Orders};
+use dragnet_coordinator::desk::Desk;
+use dragnet_coordinator::mission::{Mission, MissionOrders};
+use dragnet_live::view::{About, View};
+use dragnet_proto::command::{Command, Mark};
+use dragnet_proto::convert::{self, Codec};
+use dragnet_proto::message::{Audience, Message, MessageKind, Participant};
+use dragnet_proto::participant::{Mind, Stimulus};
+use dragnet_proto::plausible::{Limits, Refusal};
+use dragnet_proto::scenario::Scenario;
+use dragnet_proto::time::MissionTime;
+use dragnet_search::cell::Cell;
+use dragnet_search::observation::{Origin, RobotId};
+use dragnet_search::seed::{Purpose, Stream, stream};
+use rand::RngExt;
+use rand::seq::IndexedRandom;
+
+use crate::spoil_bytes::spoil;
+use crate::{check, scenario};
+
+/// The robot that hears all this.
+const ROBOT: Participant = Participant::Robot(RobotId(1));
+/// So many of the last messages may be spliced into others.
+const REMEMBERED: usize = 64;
+/// In the world of this seed a robot starts again and again, more often than is believed.
+const RESTLESS: u64 = 0;
+/// The world of this seed is at the end of time: clocks count no further.
+const LAST: u64 = 1;
+
+/// A small map with blocked cells, and a search that goes on.
+const SCENARIO: &str = "name = 'hostile'
+map = { shape = 'ice_cream_cone', rows = 6, columns = 6, cell_meters = 5.0 }
+sensor.radius = 1
+objects.count = 1
+robots.count = 3
+mission = { budget_meters = 1e9, expected_undeclared = 0.0 }
+";
+
+/// A message on its way.
+pub(crate) struct Said {
+    pub(crate) from: Participant,
+    pub(crate) kind: MessageKind,
+    pub(crate) bytes: Vec<u8>,
+}
+
+/// What became of the spoiled messages.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Tally {
+    /// Bytes that are no message.
+    pub(crate) undecoded: u64,
+    /// Messages, by kind.
+    pub(crate) decoded: BTreeMap<MessageKind, u64>,
+    /// Of these, those of somebody else than their key says.
+    pub(crate) misattributed: u64,
+    /// Observations that counted, at the robot or at the coordinator.
+    pub(crate) counted: u64,
+    /// Observations that were refused there, and why.
+    pub(crate) refused: BTreeMap<Refusal, u64>,
+}
+
+/// What a message brought those who heard it.
+#[derive(Default)]
+struct Heard {
+    counted: u64,
+    refused: Vec<Refusal>,
+}
+
+/// Everything in it depends on its seed alone.
+pub(crate) struct World {
+    scenario: Scenario,
+    codec: Codec,
+    limits: Limits,
+    agent: Agent,
+    desk: Desk,
+    page: Arc<Mutex<View>>,
+    now: MissionTime,
+    /// Messages spoiled so far.
+    number: u64,
+    /// Where the robot is, and the cells that it has yet to enter.
+    cell: Cell,
+    route: VecDeque<Cell>,
+    /// The other robots.
+    mates: [Origin; 2],
+    /// After so many messages the first of them starts again.
+    restart_every: u64,
+    random: Stream,
+    /// The last messages.
+    said: VecDeque<Said>,
+}
+
+impl World {
+    pub(crate) fn new(seed: u64) -> Self {
+        let scenario = scenario(SCENARIO);
+        let page = Arc::new(Mutex::new(View::new(Arc::new(About::of(&scenario, None)))));
+        let shown = Arc::clone(&page);
+        let listener = move |now, record: &_| shown.lock().unwrap().take(now, record);
+        let desk = Desk::new(Mission::new(MissionOrders::of(&scenario)), None);
+        let cell = scenario.terrain().traversable_cells().next().unwrap();
+        let mut world = Self {
+            codec: Codec::new(scenario.terrain().grid()),
+            limits: Limits::of(&scenario),
+            agent: Agent::new(Orders::of_team(&scenario, seed).remove(0)),
+            desk: desk.told_to(Some(Box::new(listener))),
+            page,
+            now: if seed == LAST { MissionTime(u64::MAX - 3_600_000_000_000) } else { MissionTime::START },
+            number: 0,
+            cell,
+            route: VecDeque::new(),
+            mates: [2, 3].map(|number| Origin::first(RobotId(number))),
+            restart_every: if seed == RESTLESS { 60 } else { 2000 },
+            random: stream(seed, Purpose::Soak, 0),
+            said: VecDeque::new(),
+            scenario,
+        };
+        for kind in MessageKind::ALL {
+            let said = world.speak(kind);
+            world.remember(said);
+        }
+        world
+    }
+
+    /// Some time passes, somebody speaks, and what arrives is not what was said; sometimes that arrives as well.
+    pub(crate) fn step(&mut self, tally: &mut Tally) {
+        self.now = self.now + Duration::from_millis(self.random.random_range(0..1000));
+        self.live();
+        self.number += 1;
+        let kind = *MessageKind::ALL.choose(&mut self.random).unwrap();
+        let said = self.speak(kind);
+        if self.random.random_ratio(1, 4) {
+            self.arrive(&said, &mut Tally::default());
+        }
+        let spoiled = self.spoil(&said);
+        self.remember(said);
+        self.arrive(&spoiled, tally);
+    }
+
+    /// How often the robot has chosen a waypoint.
+    pub(crate) fn decisions(&self) -> u64 {
+        self.agent.decisions()
+    }
+
+    /// What is known can be, all of it counts, and nothing else does.
+    pub(crate) fn check(&self) {
+        let mission = self.desk.mission();
+        check(self.agent.inbox(), self.agent.belief(), &self.scenario, &self.limits);
+        check(mission.inbox(), mission.belief(), &self.scenario, &self.limits);
+        assert_eq!(self.page.lock().unwrap().belief().digest(), mission.belief().digest());
+    }
+
+    /// What the robot does by itself, a person asks for, and the network tells.
+    fn live(&mut self) {
+        if self.now >= self.agent.wake_at().min(self.desk.mission().wake_at()) {
+            self.tell(ROBOT, Stimulus::Woke);
+            self.tell(Participant::Coordinator, Stimulus::Woke);
+        }
+        if self.number.is_multiple_of(40) {
+            self.cell = self.route.pop_front().unwrap_or(self.cell);
+            let readings = self.readings(self.cell);
+            self.tell(ROBOT, Stimulus::Sensed { cell: self.cell, readings });
+        }
+        if self.number.is_multiple_of(300) {
+            let command = self.command();
+            self.tell(Participant::Coordinator, Stimulus::Commanded(command));
+        }
+        if self.number.is_multiple_of(500) {
+            let robot = RobotId(self.random.random_range(0..5));
+            self.tell(ROBOT, Stimulus::Lost(robot));
+            self.tell(Participant::Coordinator, Stimulus::Lost(robot));
+            self.tell(ROBOT, Stimulus::Came);
+        }
+        if self.number.is_multiple_of(self.restart_every) {
+            self.mates[0].incarnation = self.now.0;
+        }
+    }
+
+    fn command(&mut self) -> Command {
+        let cell = self.any_cell();
+        match self.random.random_range(0..5) {
+            0 => Command::Pause,
+            1 => Command::Resume,
+            2 => Command::Search(vec![cell]),
+            _ => Command::Mark(*Mark::ALL.choose(&mut self.random).unwrap(), cell),
+        }
+    }
+
+    fn spoil(&mut self, said: &Said) -> Said {
+        let other = &self.said[self.random.random_range(0..self.said.len())];
+        let strangers = [ROBOT, Participant::Coordinator, Participant::Robot(RobotId(9)), other.from];
+        let is_forged = self.random.random_ratio(1, 16);
+        let from = if is_forged { *strangers.choose(&mut self.random).unwrap() } else { said.from };
+        let (kind, bytes) = spoil(&mut self.random, said, other);
+        Said { from, kind, bytes }
+    }
+
+    /// As bytes arrive under a key: decoded, attributed, and heard by all others.
+    fn arrive(&mut self, said: &Said, tally: &mut Tally) {
+        let message = match self.codec.decode(said.kind, &said.bytes) {
+            Ok(message) => message,
+            Err(error) => {
+                assert!(error.to_string().starts_with("dragnet_msgs/msg/"), "{error}");
+                tally.undecoded += 1;
+                return;
+            }
+        };
+        *tally.decoded.entry(said.kind).or_default() += 1;
+        if convert::check_sender(&message, said.from).is_err() {
+            tally.misattributed += 1;
+            return;
+        }
+        for whom in [ROBOT, Participant::Coordinator].into_iter().filter(|&whom| whom != said.from) {
+            let heard = self.tell(whom, Stimulus::Delivered { from: said.from, parcel: message.clone() });
+            tally.counted += heard.counted;
+            for why in heard.refused {
+                *tally.refused.entry(why).or_default() += 1;
+            }
+        }
+    }
+
+    /// Tells one what happens, and the other what it says to that, until both are silent. Returns what it brought the
+    /// first.
+    fn tell(&mut self, whom: Participant, stimulus: Stimulus<Message>) -> Heard {
+        let mut first = None;
+        let mut waiting = VecDeque::from([(whom, stimulus)]);
+        while let Some((whom, stimulus)) = waiting.pop_front() {
+            let (mind, other): (&mut dyn Mind, _) = match whom {
+                ROBOT => (&mut self.agent, Participant::Coordinator),
+                _ => (&mut self.desk, ROBOT),
+            };
+            let reaction = mind.experience(self.now, stimulus).unwrap();
+            first.get_or_insert_with(|| Heard {
+                counted: reaction.kept.len() as u64,
+                refused: reaction.refused.iter().map(|refused| refused.why).collect(),
+            });
+            if let Some(route) = reaction.route {
+                self.route = route.into();
+            }
+            for (audience, parcel) in reaction.published {
+                if audience == Audience::All || audience == Audience::One(other) {
+                    let bytes = convert::encode(&parcel);
+                    self.remember(Said { from: whom, kind: parcel.kind(), bytes });
+                    waiting.push_back((other, Stimulus::Delivered { from: whom, parcel }));
+                }
+            }
+        }
+        first.unwrap_or_default()
+    }
+
+    fn remember(&mut self, said: Said) {
+        if self.said.len() == REMEMBERED {
+            self.said.pop_front();
+        }
+        self.said.push_back(said);
+    }
+
+    fn any_cell(&mut self) -> Cell {
+        let grid = self.scenario.terrain().grid();
+        grid.cells().nth(self.random.random_range(0..grid.cell_count())).unwrap()
+    }
+}

@@ -1,0 +1,141 @@
+//! What honest robots, and the coordinator, might say now; a few of them are careless.
+
+use std::sync::Arc;
+
+use dragnet_proto::command::Mark;
+use dragnet_proto::convert;
+use dragnet_proto::directive::Directive;
+use dragnet_proto::message::{
+    Activity, Heartbeat, Intent, LogReply, LogRequest, Message, MessageKind, Participant,
+};
+use dragnet_search::cell::Cell;
+use dragnet_search::evidence::{Digest, Reading};
+use dragnet_search::observation::{Observation, Origin, RobotId, Version};
+use rand::RngExt;
+use rand::seq::IndexedRandom;
+
+use super::{Said, World};
+
+/// What a person has marked so far is numbered under this.
+const BY_HAND: Origin = Origin::first(RobotId::BY_HAND);
+
+impl World {
+    pub(super) fn speak(&mut self, kind: MessageKind) -> Said {
+        let mate = *self.mates.choose(&mut self.random).unwrap();
+        let robot = Participant::Robot(mate.robot);
+        let (from, message) = match kind {
+            MessageKind::Observation if self.random.random_ratio(1, 8) => {
+                (Participant::Coordinator, Message::Observation(self.mark()))
+            }
+            MessageKind::Observation => (robot, Message::Observation(self.some_look(mate))),
+            MessageKind::Intent => (robot, Message::Intent(self.intent(mate))),
+            MessageKind::Heartbeat => (robot, Message::Heartbeat(self.heartbeat(mate))),
+            MessageKind::LogRequest => (robot, Message::LogRequest(self.request(robot))),
+            MessageKind::LogReply => (robot, Message::LogReply(self.reply(mate))),
+            MessageKind::MissionStatus => {
+                let mut status = self.desk.mission().status(self.now);
+                status.versions = self.versions();
+                (Participant::Coordinator, Message::MissionStatus(status))
+            }
+        };
+        Said { from, kind, bytes: convert::encode(&message) }
+    }
+
+    /// Mostly the next one; sometimes one that is known, or early.
+    fn some_look(&mut self, of: Origin) -> Arc<Observation> {
+        let next = self.agent.inbox().log().next(of);
+        let sequence = match self.random.random_range(0..8) {
+            0 => next.saturating_sub(1),
+            1 => next + self.random.random_range(1..4),
+            _ => next,
+        };
+        self.look(of, sequence)
+    }
+
+    /// What the robot that hears all this knows, or what follows. Few robots are where they cannot be so soon.
+    fn look(&mut self, origin: Origin, sequence: u64) -> Arc<Observation> {
+        let place = usize::try_from(sequence).unwrap();
+        if let Some(known) = self.agent.inbox().log().of(origin).get(place) {
+            return Arc::clone(known);
+        }
+        let cells: Vec<Cell> = self.scenario.terrain().traversable_cells().collect();
+        let is_far = self.random.random_ratio(1, 20);
+        let from = if is_far { *cells.choose(&mut self.random).unwrap() } else { cells[place % 2] };
+        Arc::new(Observation { origin, sequence, time_ns: self.now.0, from, readings: self.readings(from) })
+    }
+
+    fn mark(&mut self) -> Arc<Observation> {
+        let from = self.any_cell();
+        let readings = vec![Mark::Searched.reading(from)];
+        let sequence = self.agent.inbox().log().next(BY_HAND);
+        Arc::new(Observation { origin: BY_HAND, sequence, time_ns: self.now.0, from, readings })
+    }
+
+    /// Of all cells in sight: nothing is there but noise.
+    pub(super) fn readings(&mut self, from: Cell) -> Vec<Reading> {
+        let (grid, sensor) = (self.scenario.terrain().grid(), self.scenario.sensor());
+        let in_sight = grid.cells().filter(|&cell| grid.manhattan(from, cell) <= sensor.radius());
+        let reading = |cell| Reading {
+            cell,
+            value: self.random.random_range(-0.1..0.1),
+            variance: sensor.variance(grid.manhattan(from, cell)),
+        };
+        in_sight.map(reading).collect()
+    }
+
+    fn intent(&mut self, origin: Origin) -> Intent {
+        let path = (0..self.random.random_range(0..5)).map(|_| self.any_cell()).collect();
+        Intent { origin, decision: self.number, time_ns: self.now.0, path }
+    }
+
+    fn heartbeat(&mut self, mate: Origin) -> Heartbeat {
+        Heartbeat {
+            robot: mate.robot,
+            time_ns: self.now.0,
+            activity: Activity::Searching,
+            cell: self.any_cell(),
+            path_meters: self.now.as_seconds(),
+            intent: self.intent(mate),
+            versions: self.versions(),
+            digest: Digest(self.now.0.into()),
+            directive: self.directive(),
+        }
+    }
+
+    /// What the coordinator has told; sometimes another one has told more.
+    fn directive(&mut self) -> Directive {
+        let mut directive = self.desk.mission().directive().clone();
+        if self.random.random_ratio(1, 20) {
+            directive.order_pause(self.now.0, self.random.random());
+            directive.added.insert(self.any_cell());
+        }
+        directive
+    }
+
+    /// Of a few origins, some of which somebody knows more of.
+    fn versions(&mut self) -> Vec<Version> {
+        let mut versions: Vec<Version> = self.agent.inbox().log().versions().take(6).collect();
+        for version in &mut versions {
+            version.next += self.random.random_range(0..2);
+        }
+        versions
+    }
+
+    fn request(&mut self, from: Participant) -> LogRequest {
+        let of = *self.mates.choose(&mut self.random).unwrap();
+        let next = self.agent.inbox().log().next(of);
+        LogRequest { from, of, first: self.random.random_range(0..=next) }
+    }
+
+    /// The last looks of a robot and what follows; sometimes a full reply, or more than it can have seen.
+    fn reply(&mut self, of: Origin) -> LogReply {
+        let next = self.agent.inbox().log().next(of);
+        let (known, new) = match self.random.random_range(0..30) {
+            0 => (LogReply::MAX_OBSERVATIONS as u64, 0),
+            1..=3 => (0, 30),
+            _ => (self.random.random_range(0..4), self.random.random_range(1..3)),
+        };
+        let sequences = next.saturating_sub(known)..next + new;
+        LogReply { observations: sequences.map(|sequence| self.look(of, sequence)).collect() }
+    }
+}
