@@ -10,9 +10,30 @@
 
 use std::f64::consts::{PI, TAU};
 
+mod ara;
+mod bits;
+mod buckets;
+pub mod costmap;
+pub mod footprint;
+mod goal;
+mod guidance;
+mod guide;
+mod heuristic;
+mod layers;
 pub mod maneuvers;
+mod metric;
+mod motions;
 pub mod mprim;
+pub mod plan;
+pub mod planner;
 pub mod primitives;
+mod queue;
+mod run;
+mod states;
+#[cfg(test)]
+mod tests;
+
+pub use motions::UNITS_PER_CELL;
 
 /// Where a vehicle's reference point is, and where its front points.
 #[derive(Clone, Copy, Debug, PartialEq)]
