@@ -1,6 +1,7 @@
 //! Plans over 300 m at 10 cm: how soon there is a first way, and how good it is after a second.
 //!
-//! A plain program, since what counts is one plan from a clean start: `cargo bench -p dragnet-vehicle --bench lattice`.
+//! A plain program, since what counts is one plan from a clean start: `cargo bench -p dragnet-vehicle --bench
+//! lattice`.
 
 #![expect(clippy::unwrap_used, reason = "a benchmark that cannot run should say so and end")]
 
@@ -86,8 +87,8 @@ fn map(obstacles: Obstacles, seed: u64) -> CostMap {
     CostMap::new(Grid::new(SIDE, SIDE).unwrap(), RESOLUTION_METERS, (0.0, 0.0), costs).unwrap()
 }
 
-/// Time that this program, of one thread, has had a core: other programs on the machine do not count. By the wall clock
-/// where the system does not tell.
+/// Time that this program, of one thread, has had a core: other programs on the machine do not count. By the
+/// wall clock where the system does not tell.
 fn computed() -> Duration {
     static BEGIN: OnceLock<Instant> = OnceLock::new();
     let text = std::fs::read_to_string("/proc/self/schedstat").ok();

@@ -1,8 +1,9 @@
 //! ARA*: weighted A* that is repeated with less and less inflation, and reuses what it knows.
 //!
-//! Likhachev, Gordon and Thrun (2003), "ARA*: Anytime A* with Provable Bounds on Sub-Optimality". OPEN, CLOSED and
-//! INCONS are theirs. Departures:
-//! - The goal is not a state: it may be several, and none is expanded. Its cost is that of the best way found.
+//! Likhachev, Gordon and Thrun (2003), "ARA*: Anytime A* with Provable Bounds on Sub-Optimality". OPEN,
+//! CLOSED and INCONS are theirs. Departures:
+//! - The goal is not a state: it may be several, and none is expanded. Its cost is that of the best way
+//!   found.
 //! - Once a way is known, states from which no cheaper one can lead to the goal are left out.
 //! - OPEN holds entries of states rather than states; those that no longer hold are skipped when they come.
 
@@ -72,6 +73,8 @@ pub(super) enum Until {
     First,
     /// When no state in OPEN can lead to a cheaper way, as far as the inflation tells.
     Proven,
+    /// Likewise, and at the latest when so many states have been expanded in all.
+    Expanded(u64),
 }
 
 impl<'a> Search<'a> {
@@ -140,8 +143,8 @@ impl<'a> Search<'a> {
         open.chain(inconsistent.filter(move |&(state, cost)| states.record(state).cost == cost))
     }
 
-    /// Raises the lower bound to what this guidance, which must never estimate too much, says of OPEN and INCONS: the
-    /// best way leads through one of them, reached as cheaply as can be.
+    /// Raises the lower bound to what this guidance, which must never estimate too much, says of OPEN and
+    /// INCONS: the best way leads through one of them, reached as cheaply as can be.
     pub(super) fn raise_lower_bound<G: Guidance>(&mut self, guidance: &G) {
         debug_assert!(G::IS_LOWER_BOUND);
         let least = self
@@ -186,7 +189,12 @@ impl<'a> Search<'a> {
             record.closed = self.iteration;
             self.expand(entry, guidance);
             self.expansions += 1;
-            if until == Until::First && self.best.is_some() {
+            let is_done = match until {
+                Until::First => self.best.is_some(),
+                Until::Proven => false,
+                Until::Expanded(most) => self.expansions >= most,
+            };
+            if is_done {
                 return Ok(());
             }
             if self.expansions.is_multiple_of(EXPANSIONS_PER_QUESTION) && !go_on(self.expansions) {
@@ -200,7 +208,9 @@ impl<'a> Search<'a> {
         let (at, heading) = self.space.states.place(from.state);
         let motions = self.motions;
         let is_near_lethal = self.layers.is_near_lethal(at);
-        let is_near_cost = self.layers.is_near_cost(at);
+        let is_near_change = self.layers.is_near_change(at);
+        let own =
+            1 + u64::from(self.map.costs()[at.row as usize * self.layers.columns() + at.column as usize]);
         for motion in motions.starting_with(usize::from(heading)) {
             let to = Position {
                 row: at.row.wrapping_add_signed(motion.north),
@@ -219,8 +229,11 @@ impl<'a> Search<'a> {
             if is_near_lethal && !self.layers.is_free(at, motions.swept(motion)) {
                 continue;
             }
-            let step =
-                if is_near_cost { costly(self.map, motions, motion, at) } else { u64::from(motion.cost) };
+            let step = if is_near_change {
+                costly(self.map, motions, motion, at)
+            } else {
+                u64::from(motion.cost) * own
+            };
             let Ok(cost) = u32::try_from(u64::from(from.cost) + step) else {
                 self.too_costly = true;
                 continue;
@@ -276,8 +289,9 @@ impl<'a> Search<'a> {
     }
 }
 
-/// What a motion costs where it starts in a cell: one more than the largest cost on its way, times its cost over free
-/// ground. Departure from SBPL: the cells are those that the reference point crosses, not all that are swept.
+/// What a motion costs where it starts in a cell: one more than the largest cost on its way, times its cost
+/// over free ground. Departure from SBPL: the cells are those that the reference point crosses, not all that
+/// are swept.
 fn costly(map: &CostMap, motions: &Motions, motion: &Motion, at: Position) -> u64 {
     let columns = map.grid().columns() as usize;
     let cell = |&(north, east): &(i32, i32)| {

@@ -1,11 +1,19 @@
 //! Dijkstra's queue for whole numbers, without a heap.
 
-/// Cells by their distance, in buckets no wider than the shortest edge: within a bucket no cell can shorten the way of
-/// another, so that any order among them is right (Dinitz 1978). The buckets form a ring longer than the longest edge.
+/// A cell, and the step by which the way to it enters it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Waiting {
+    pub(super) cell: u32,
+    pub(super) entered: u8,
+}
+
+/// Cells by their distance, in buckets no wider than the shortest edge: within a bucket no cell can shorten
+/// the way of another, so that any order among them is right (Dinitz 1978). The buckets form a ring longer
+/// than the longest edge.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Ring {
     shift: u32,
-    buckets: Vec<Vec<u32>>,
+    buckets: Vec<Vec<Waiting>>,
     current: usize,
     waiting: usize,
 }
@@ -22,15 +30,16 @@ impl Ring {
     }
 
     #[inline]
-    pub(super) fn push(&mut self, distance: u32, cell: u32) {
+    pub(super) fn push(&mut self, distance: u32, cell: Waiting) {
         let count = self.buckets.len();
         self.buckets[(distance >> self.shift) as usize & (count - 1)].push(cell);
         self.waiting += 1;
     }
 
-    /// The next cell. A cell that was pushed more than once comes more than once.
+    /// The next cell. A cell that was pushed more than once comes more than once, first with its smallest
+    /// distance.
     #[inline]
-    pub(super) fn pop(&mut self) -> Option<u32> {
+    pub(super) fn pop(&mut self) -> Option<Waiting> {
         if self.waiting == 0 {
             return None;
         }
@@ -44,9 +53,9 @@ impl Ring {
         }
     }
 
-    /// Whether a popped cell was pushed once more since, with a distance of an earlier bucket: then it is done.
+    /// No cell that waits is nearer.
     #[inline]
-    pub(super) fn is_stale(&self, distance: u32) -> bool {
-        ((distance >> self.shift) as usize) < self.current
+    pub(super) fn least(&self) -> u32 {
+        u32::try_from(self.current << self.shift).unwrap_or(u32::MAX)
     }
 }

@@ -6,7 +6,8 @@ use dragnet_search::terrain::Terrain;
 /// From this cost on nothing of the vehicle may be in a cell.
 pub const LETHAL: u8 = 253;
 
-/// The cost of each cell of a rectangle of ground. A way of length `l` through cells of cost `c` costs `l (1 + c)`.
+/// The cost of each cell of a rectangle of ground. A way of length `l` through cells of cost `c` costs
+/// `l (1 + c)`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CostMap {
     grid: Grid,
@@ -71,7 +72,8 @@ pub enum CostMapError {
 }
 
 impl CostMap {
-    /// A map from the cost of each cell, shape `[cells]`, by index: rows from south to north, each from west to east.
+    /// A map from the cost of each cell, shape `[cells]`, by index: rows from south to north, each from west
+    /// to east.
     ///
     /// # Errors
     /// If the list does not fit the grid, or resolution or origin are no numbers.
@@ -93,8 +95,8 @@ impl CostMap {
         Ok(Self { grid, resolution_meters, origin_meters, costs })
     }
 
-    /// The map of a terrain, each of its cells cut into `parts x parts`: free where it can be crossed, else lethal.
-    /// Its origin is the terrain's south-western corner.
+    /// The map of a terrain, each of its cells cut into `parts x parts`: free where it can be crossed, else
+    /// lethal. Its origin is the terrain's south-western corner.
     ///
     /// # Errors
     /// If `parts` is 0, or the map had too many cells.

@@ -131,8 +131,8 @@ pub(super) fn nearest(cells: f64) -> i32 {
 
 type Point = (f64, f64);
 
-/// Whether a polygon and the unit square around a point have more than a border in common: an edge enters the square,
-/// or the square lies wholly inside.
+/// Whether a polygon and the unit square around a point have more than a border in common: an edge enters the
+/// square, or the square lies wholly inside.
 fn covers(corners: &[Point], east: f64, north: f64) -> bool {
     let half = 0.5 - TOUCH;
     let edges = || corners.iter().zip(corners.iter().cycle().skip(1));

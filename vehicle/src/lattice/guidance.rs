@@ -16,8 +16,8 @@ pub(super) trait Guidance {
     fn at(&self, at: Position) -> u32;
 }
 
-/// Distance over free ground, to the nearest place around the goal that counts as the goal. It is consistent, and needs
-/// no map: a lower bound before there is a better one.
+/// Distance over free ground, to the nearest place around the goal that counts as the goal. It is consistent,
+/// and needs no map: a lower bound before there is a better one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FreeGround {
     pub(super) metric: Metric,

@@ -1,14 +1,15 @@
 //! A coarse map of a large one, for a first way soon.
 //!
-//! Blocks of 4 x 4 cells are neighbors if a step leads from a free cell of one to a free cell of the other, so that no
-//! wall of three cells or more is seen through, and every way that there is leads from neighbor to neighbor. The
-//! distances are no lower bound: they tell a search where to look, and are never part of a bound.
+//! Blocks of 4 x 4 cells are neighbors if a step leads from a free cell of one to a free cell of the other,
+//! so that no wall of three cells or more is seen through, and every way that there is leads from neighbor to
+//! neighbor. The distances are no lower bound: they tell a search where to look, and are never part of a
+//! bound.
 
 use std::ops::Range;
 
 use dragnet_search::cell::Position;
 
-use super::buckets::Ring;
+use super::buckets::{Ring, Waiting};
 use super::costmap::{CostMap, LETHAL};
 use super::guidance::{Guidance, OUT_OF_REACH};
 use super::layers::Layers;
@@ -126,14 +127,15 @@ impl Guide {
         for goal in goals {
             let block = goal.row as usize / EDGE * self.columns + goal.column as usize / EDGE;
             self.distance[block] = 0;
-            self.ring.push(0, block as u32);
+            self.ring.push(0, Waiting { cell: block as u32, entered: 0 });
         }
-        while let Some(block) = self.ring.pop() {
-            let block = block as usize;
-            let here = self.distance[block];
-            if self.ring.is_stale(here) {
+        let mut done = vec![false; self.links.len()];
+        while let Some(Waiting { cell, .. }) = self.ring.pop() {
+            let block = cell as usize;
+            if std::mem::replace(&mut done[block], true) {
                 continue;
             }
+            let here = self.distance[block];
             for direction in 0..NEIGHBORS.len() {
                 if self.links[block] >> direction & 1 == 0 {
                     continue;
@@ -144,7 +146,7 @@ impl Guide {
                 let length = here.saturating_add(weight * (1 + cost));
                 if length < self.distance[next] {
                     self.distance[next] = length;
-                    self.ring.push(length, next as u32);
+                    self.ring.push(length, Waiting { cell: next as u32, entered: 0 });
                 }
             }
         }

@@ -1,5 +1,5 @@
-//! What a cost map means for a set of motions, as bits: where nothing may be, where no motion leads, and where there
-//! is nothing to look at.
+//! What a cost map means for a set of motions, as bits: where nothing may be, where no motion leads, and
+//! where there is nothing to look at.
 
 use std::ops::Range;
 
@@ -18,9 +18,10 @@ pub(super) struct Layers {
     lethal: Bits,
     /// A motion from here may sweep a lethal cell.
     near_lethal: Bits,
-    /// A motion from here may lead over a cell that costs more than 0.
-    near_cost: Bits,
-    cost: Bits,
+    /// A motion from here may lead over cells of other costs than this one's.
+    near_change: Bits,
+    /// Another cost than to the west or to the south; a lethal cell counts as 0.
+    change: Bits,
     /// No motion leads over this cell: a cell of the motions' core is lethal.
     blocked: Bits,
 }
@@ -36,8 +37,8 @@ impl Layers {
             columns,
             lethal: bits(),
             near_lethal: bits(),
-            near_cost: bits(),
-            cost: bits(),
+            near_change: bits(),
+            change: bits(),
             blocked: bits(),
         };
         for row in (0..frame).chain(frame + rows..rows + 2 * frame) {
@@ -50,16 +51,20 @@ impl Layers {
     /// Takes in rows of the map that have changed.
     pub(super) fn refresh(&mut self, map: &CostMap, motions: &Motions, changed: Range<usize>) {
         let frame = self.frame;
-        for row in changed.clone() {
+        // The row to the north is compared with the last of them.
+        let read = changed.start..(changed.end + 1).min(self.rows);
+        for row in read.clone() {
             self.read_row(map, row);
         }
-        let first = changed.start.saturating_sub(frame);
-        let last = (changed.end + frame).min(self.rows);
+        let first = read.start.saturating_sub(frame);
+        let last = (read.end + frame).min(self.rows);
         let width = 2 * frame + 1;
         let from = -frame.cast_signed();
         for row in first..last {
             let framed = row + frame;
-            for (source, near) in [(&self.lethal, &mut self.near_lethal), (&self.cost, &mut self.near_cost)] {
+            for (source, near) in
+                [(&self.lethal, &mut self.near_lethal), (&self.change, &mut self.near_change)]
+            {
                 let mut all = vec![0; source.row(0).len()];
                 for beside in row..row + width {
                     or_shifted(&mut all, source.row(beside), 0);
@@ -78,16 +83,20 @@ impl Layers {
     fn read_row(&mut self, map: &CostMap, row: usize) {
         let framed = row + self.frame;
         self.lethal.row_mut(framed).fill(u64::MAX);
-        self.cost.row_mut(framed).fill(0);
-        let first = row * self.columns;
-        for (column, &cost) in map.costs()[first..first + self.columns].iter().enumerate() {
+        self.change.row_mut(framed).fill(0);
+        let row_of = |row: usize| &map.costs()[row * self.columns..(row + 1) * self.columns];
+        let (own, south) = (row_of(row), row_of(row.saturating_sub(1)));
+        let price = |cost: u8| if cost < LETHAL { cost } else { 0 };
+        let mut west = price(own[0]);
+        for (column, (&cost, &south)) in own.iter().zip(south).enumerate() {
             let framed_column = column + self.frame;
             if cost < LETHAL {
                 self.lethal.row_mut(framed)[framed_column / 64] &= !(1 << (framed_column % 64));
             }
-            if (1..LETHAL).contains(&cost) {
-                self.cost.set(framed, framed_column);
+            if price(cost) != west || price(cost) != price(south) {
+                self.change.set(framed, framed_column);
             }
+            west = price(cost);
         }
     }
 
@@ -105,13 +114,32 @@ impl Layers {
     }
 
     #[inline]
-    pub(super) fn is_near_cost(&self, at: Position) -> bool {
-        self.near_cost.get(at.row as usize + self.frame, at.column as usize + self.frame)
+    pub(super) fn is_near_change(&self, at: Position) -> bool {
+        self.near_change.get(at.row as usize + self.frame, at.column as usize + self.frame)
+    }
+
+    /// Whether all cells within motions' reach are free and cost the same.
+    #[inline]
+    pub(super) fn is_plain(&self, at: Position) -> bool {
+        !self.is_near_lethal(at) && !self.is_near_change(at)
     }
 
     #[inline]
     pub(super) fn is_blocked(&self, row: usize, column: usize) -> bool {
         self.blocked.get(row + self.frame, column + self.frame)
+    }
+
+    /// Calls with each blocked column of a row.
+    pub(super) fn for_blocked(&self, row: usize, mut call: impl FnMut(usize)) {
+        let words = self.blocked.row(row + self.frame).iter().enumerate();
+        for (index, &word) in words.filter(|(_, word)| **word != 0) {
+            for bit in (0..64).filter(|bit| word >> bit & 1 == 1) {
+                let column = (index * 64 + bit).wrapping_sub(self.frame);
+                if column < self.columns {
+                    call(column);
+                }
+            }
+        }
     }
 
     /// Whether none of these cells around one is lethal. They are of a motion, so that the frame holds them.
@@ -129,7 +157,8 @@ impl Layers {
     }
 }
 
-/// `out[i]`: whether a bit of `row[i + from..i + from + width]` is set. Doubling, as the sum of a window is found.
+/// `out[i]`: whether a bit of `row[i + from..i + from + width]` is set. Doubling, as the sum of a window is
+/// found.
 fn window(row: &[u64], from: isize, width: usize) -> Vec<u64> {
     let mut all = row.to_vec();
     let mut covered = 1;

@@ -1,9 +1,10 @@
 //! Primitives made for a vehicle: forward, and to either side in arcs that it can drive.
 //!
-//! Each heading points at a cell, as in Pivtoraiko, Knepper and Kelly (2009), so that driving straight on leads from
-//! center to center exactly; the steps between headings are therefore unequal. A turn from one heading to the next is
-//! straight, an arc, straight: `n` steps along the old heading and `m` along the new one meet in a corner, and the
-//! arc rounds it, as wide as both legs allow. Nothing is fitted or rounded: the radius holds exactly.
+//! Each heading points at a cell, as in Pivtoraiko, Knepper and Kelly (2009), so that driving straight on
+//! leads from center to center exactly; the steps between headings are therefore unequal. A turn from one
+//! heading to the next is straight, an arc, straight: `n` steps along the old heading and `m` along the new
+//! one meet in a corner, and the arc rounds it, as wide as both legs allow. Nothing is fitted or rounded: the
+//! radius holds exactly.
 
 use std::f64::consts::TAU;
 
@@ -72,7 +73,8 @@ pub enum ManeuversError {
     /// Not a radius, or one that no primitive can hold.
     #[error(
         "a turning radius of {given_meters} m: allowed are lengths above 0, and at a resolution of \
-         {resolution_meters} m at most about {most_meters} m, for which a turn is {MAX_REACH_CELLS} cells long"
+         {resolution_meters} m at most about {most_meters} m, for which a turn is {MAX_REACH_CELLS} cells \
+         long"
     )]
     TurningRadius {
         /// As given.
@@ -85,9 +87,9 @@ pub enum ManeuversError {
 }
 
 impl Maneuvers {
-    /// The primitives: for each heading a short and a long one straight on, and an arc to either side; with `reverse`
-    /// the short one and the arcs backwards; with `turn_in_place` a turn to either side. [`super::mprim::write`] makes
-    /// the text of them.
+    /// The primitives: for each heading a short and a long one straight on, and an arc to either side; with
+    /// `reverse` the short one and the arcs backwards; with `turn_in_place` a turn to either side.
+    /// [`super::mprim::write`] makes the text of them.
     ///
     /// # Errors
     /// If a number is out of its range.

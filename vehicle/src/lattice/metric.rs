@@ -2,8 +2,8 @@
 
 use super::motions::UNITS_PER_CELL;
 
-/// Kinds of steps: all others are their mirror images. Neighboring directions span a unit area each, so that between
-/// them every cell is reached by a whole number of both.
+/// Kinds of steps: all others are their mirror images. Neighboring directions span a unit area each, so that
+/// between them every cell is reached by a whole number of both.
 const KINDS: [(i32, i32); 5] = [(1, 0), (3, 1), (2, 1), (3, 2), (1, 1)];
 
 /// A step to a cell, and its kind.
@@ -17,7 +17,7 @@ pub(super) struct Step {
 /// How far steps reach along an axis, in cells.
 pub(super) const STEP_REACH: usize = 3;
 
-/// The 32 steps.
+/// The 32 steps, counterclockwise.
 pub(super) fn steps() -> Vec<Step> {
     let mut steps = Vec::with_capacity(32);
     for (kind, &(long, short)) in KINDS.iter().enumerate() {
@@ -29,6 +29,8 @@ pub(super) fn steps() -> Vec<Step> {
             }
         }
     }
+    let angle = |step: &Step| f64::from(step.north).atan2(f64::from(step.east));
+    steps.sort_by(|a, b| angle(a).total_cmp(&angle(b)));
     steps
 }
 

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use super::footprint::{Footprint, nearest};
-use super::metric::{Metric, length_cells, steps};
+use super::metric::{Metric, STEP_REACH, length_cells, steps};
 use super::primitives::{Primitive, PrimitiveSet};
 use super::{Pose, turn_radians};
 
@@ -170,9 +170,9 @@ impl Motions {
         &self.standing[heading]
     }
 
-    /// Cells that the footprint covers at every sample of every motion, relative to the cell that the reference point
-    /// is in then: the inscribed circle as it is on this grid. If one of them is lethal around a cell, no motion
-    /// leads over that cell.
+    /// Cells that the footprint covers at every sample of every motion, relative to the cell that the
+    /// reference point is in then: the inscribed circle as it is on this grid. If one of them is lethal
+    /// around a cell, no motion leads over that cell.
     pub(super) fn core(&self) -> &[Shift] {
         &self.core
     }
@@ -181,8 +181,14 @@ impl Motions {
         self.reach_cells
     }
 
-    /// Steps over the grid that no motion undercuts: each motion costs at least as much as some chain of steps from
-    /// its start to its end, over cells that its reference point crosses.
+    /// Where all cells within motions' reach are free, no cell within a step is blocked.
+    pub(super) fn reach_beyond_core(&self) -> bool {
+        let far = |&(north, east): &Shift| north.unsigned_abs().max(east.unsigned_abs()) as usize;
+        self.core.iter().map(far).max().unwrap_or(0) + STEP_REACH <= self.reach_cells
+    }
+
+    /// Steps over the grid that no motion undercuts: each motion costs at least as much as some chain of
+    /// steps from its start to its end, over cells that its reference point crosses.
     pub(super) const fn metric(&self) -> Metric {
         self.metric
     }
@@ -194,8 +200,9 @@ impl Motions {
     }
 }
 
-/// What it costs over free ground: its length in cells times [`UNITS_PER_CELL`] and its multiplier. Its length is at
-/// least the distance from center to center; of a turn on the spot, it is how far the footprint's farthest point moves.
+/// What it costs over free ground: its length in cells times [`UNITS_PER_CELL`] and its multiplier. Its
+/// length is at least the distance from center to center; of a turn on the spot, it is how far the
+/// footprint's farthest point moves.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -249,7 +256,8 @@ fn runs(cells: &BTreeSet<Shift>) -> Vec<Run> {
     runs
 }
 
-/// Length of the shortest chain of grid steps from the origin to a cell, over the given cells only; 0 if there is none.
+/// Length of the shortest chain of grid steps from the origin to a cell, over the given cells only; 0 if
+/// there is none.
 fn chain_cells(cells: &BTreeSet<Shift>, to: Shift) -> f64 {
     let steps = steps();
     let mut length: BTreeMap<Shift, f64> = BTreeMap::from([((0, 0), 0.0)]);

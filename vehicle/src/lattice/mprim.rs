@@ -67,8 +67,8 @@ pub enum MprimProblem {
 /// Reads a set.
 ///
 /// # Errors
-/// If a field is missing or out of its range, a count is not what follows, a primitive's poses do not lead from its
-/// start to its end, or a heading has no primitive: with the line.
+/// If a field is missing or out of its range, a count is not what follows, a primitive's poses do not lead
+/// from its start to its end, or a heading has no primitive: with the line.
 pub fn read(text: &str) -> Result<PrimitiveSet, MprimError> {
     let mut reader = Reader::new(text);
     let resolution_meters = reader.float("resolution_m:")?;
@@ -251,7 +251,8 @@ mod tests {
 
     use super::*;
 
-    /// Four headings, one step forward each. As SBPL's generators write: headings backwards from 0, rounded numbers.
+    /// Four headings, one step forward each. As SBPL's generators write: headings backwards from 0, rounded
+    /// numbers.
     fn cross() -> String {
         let mut text = "resolution_m: 0.100000\nnumberofangles: 4\ntotalnumberofprimitives: 4\n".to_owned();
         for (heading, (east, north)) in [(1, 0), (0, 1), (-1, 0), (0, -1)].into_iter().enumerate() {

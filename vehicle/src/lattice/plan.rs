@@ -29,8 +29,8 @@ pub struct Goal {
 pub struct Effort {
     /// Of the first search, 1 to [`MAX_INFLATION`].
     pub first_inflation: f64,
-    /// How much less each next search has, [`MIN_INFLATION_STEP`] or more. If the bound is better than that already,
-    /// the next inflation is halfway between the bound and 1.
+    /// How much less each next search has, [`MIN_INFLATION_STEP`] or more. If the bound is better than that
+    /// already, the next inflation is halfway between the bound and 1.
     pub inflation_step: f64,
 }
 
@@ -43,8 +43,8 @@ impl Default for Effort {
 /// A way as it was found or proven better.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solution {
-    /// Of the search that found it.
-    pub inflation: f64,
+    /// Of the search that found it; `None` if a coarse map led there, which promises nothing by itself.
+    pub inflation: Option<f64>,
     /// In units: [`super::UNITS_PER_CELL`] for a cell's edge over free ground.
     pub cost: u32,
     /// No way costs less than `cost / bound`; 1 if none is cheaper.
@@ -65,11 +65,12 @@ pub struct Progress {
 /// One primitive of a path.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Step {
-    /// Index in [`PrimitiveSet::primitives`].
+    /// Index in [`super::primitives::PrimitiveSet::primitives`].
     pub primitive: usize,
     /// In units.
     pub cost: u64,
-    /// Which of the plan's poses it leads along, both ends included: the end of a step is the start of the next.
+    /// Which of the plan's poses it leads along, both ends included: the end of a step is the start of the
+    /// next.
     pub poses: Range<usize>,
 }
 
@@ -103,7 +104,8 @@ pub enum PlannerError {
     Map(#[from] CostMapError),
     /// Primitives for other cells.
     #[error(
-        "primitives for cells of {primitives_meters} m on a map with cells of {map_meters} m: both must be equal"
+        "primitives for cells of {primitives_meters} m on a map with cells of {map_meters} m: both must be \
+         equal"
     )]
     Resolution {
         /// Of the primitives.
@@ -141,7 +143,8 @@ pub enum PlanError {
     GoalOutside(f64, f64),
     /// The vehicle could not stand there.
     #[error(
-        "at the goal ({0} m, {1} m), everywhere within its tolerance, the footprint covers a lethal cell, or ground beside the map"
+        "at the goal ({0} m, {1} m), everywhere within its tolerance, the footprint covers a lethal cell, or \
+         ground beside the map"
     )]
     GoalBlocked(f64, f64),
     /// All that can be reached was looked at.

@@ -1,11 +1,12 @@
 //! Plans: from where a vehicle stands to where it should be.
 //!
-//! On a large map a coarse [`super::guide`] leads to a first way; its cost then limits where the
-//! [`super::heuristic`] need be known. From there on, and on small maps from the start, it is ARA* ([`super::ara`]).
+//! On a large map a coarse `guide` leads to first ways; the cost of the best then limits where the
+//! `heuristic` need be known. From there on, and on small maps from the start, it is ARA* (`ara`; Likhachev,
+//! Gordon and Thrun 2003).
 //!
-//! After the map has changed, or from another start, a plan is made anew. What is kept: the motions with the ground
-//! that they sweep; the bits of rows that have not changed; all memory; and, for the same goal on the same map, the
-//! guide's distances and those of a small map's heuristic.
+//! After the map has changed, or from another start, a plan is made anew. What is kept: the motions with the
+//! ground that they sweep; the bits of rows that have not changed; all memory; and, for the same goal on the
+//! same map, the guide's distances and those of a small map's heuristic.
 
 use dragnet_search::cell::{Cell, Position};
 
@@ -21,9 +22,10 @@ use super::layers::Layers;
 use super::motions::Motions;
 use super::plan::{Effort, Goal, Plan, PlanError, PlannerError, Progress, Solution, check_numbers};
 use super::primitives::PrimitiveSet;
-use super::run::{Run, pose};
+use super::run::{Run, Stopped, pose};
 
-/// From so many cells on a guide pays for itself: below, the whole heuristic is computed in a few milliseconds.
+/// From so many cells on a guide pays for itself: below, the whole heuristic is computed in a few
+/// milliseconds.
 const GUIDED_CELLS: usize = 1 << 18;
 
 /// A vehicle on a map.
@@ -92,7 +94,8 @@ impl Planner {
             + self.space.bytes()
     }
 
-    /// Sets costs of cells. Work grows with the rows between the first and the last of them, and the reach of motions.
+    /// Sets costs of cells. Work grows with the rows between the first and the last of them, and the reach of
+    /// motions.
     ///
     /// # Errors
     /// If a cell is not on the map: then none is set. A map of another size is a whole new one
@@ -145,14 +148,15 @@ impl Planner {
         self.heuristic_goals.clear();
     }
 
-    /// The cheapest path from a pose to a goal, or the best one found while there was time. `go_on` is asked every
-    /// few hundred microseconds whether there is more; what it hears tells how far the plan is.
+    /// The cheapest path from a pose to a goal, or the best one found while there was time. `go_on` is asked
+    /// about every millisecond of work whether there is more, on large maps with some tens of milliseconds
+    /// between one search and the next; what it hears tells how far the plan is.
     ///
     /// The start counts as the center of its cell and the nearest heading of the lattice.
     ///
     /// # Errors
-    /// If the start or the goal is off the map or blocked, or no way leads there; or if `go_on` said no before there
-    /// was a first way.
+    /// If the start or the goal is off the map or blocked, or no way leads there; or if `go_on` said no
+    /// before there was a first way.
     pub fn plan(
         &mut self,
         start: Pose,
@@ -174,20 +178,17 @@ impl Planner {
         let metric = motions.metric();
         let mut limit = None;
         if let Some(guide) = guide {
-            run.first(guide, from, effort.first_inflation)?;
             let tolerance = goals.tolerance_units(&cells, metric);
-            let ended =
-                run.solved(&FreeGround { metric, goal: goals.cell(), tolerance }, effort.first_inflation);
-            limit = run.search.best.map(|best| Limit { start: from, cost: best.cost });
-            if ended.is_err() {
+            let free_ground = FreeGround { metric, goal: goals.cell(), tolerance };
+            if run.follow(guide, &free_ground, from, effort.first_inflation)? == Err(Stopped) {
                 return Ok(run.plan(set, from, heading));
             }
+            limit = run.search.best.map(|best| Limit { start: from, cost: best.cost });
         }
         if limit.is_some() || *heuristic_goals != cells {
             heuristic_goals.clear();
-            let computed = heuristic.compute(map, layers, metric, &cells, limit, &mut || run.ask());
-            if computed.is_err() {
-                return run.stopped(set, from, heading);
+            if heuristic.compute(map, layers, motions, &cells, limit, &mut || run.ask()) == Err(Stopped) {
+                return run.stopped(heuristic.at_least(from)).map(|()| run.plan(set, from, heading));
             }
             if limit.is_none() {
                 heuristic_goals.clone_from(&cells);
@@ -238,7 +239,7 @@ impl Planner {
             cost: 0,
             length_meters: 0.0,
             bound: 1.0,
-            solutions: vec![Solution { inflation: 1.0, cost: 0, bound: 1.0, expansions: 0 }],
+            solutions: vec![Solution { inflation: Some(1.0), cost: 0, bound: 1.0, expansions: 0 }],
             expansions: 0,
         }
     }

@@ -30,8 +30,8 @@ pub struct Primitive {
     pub north_cells: i32,
     /// Its cost counts this often, 1 to [`MAX_COST_MULTIPLIER`].
     pub cost_multiplier: u32,
-    /// Poses along the motion, the first at its start, the last at its end, positions relative to the center of the
-    /// cell it starts in; at least 2.
+    /// Poses along the motion, the first at its start, the last at its end, positions relative to the center
+    /// of the cell it starts in; at least 2.
     pub poses: Vec<Pose>,
 }
 
@@ -54,7 +54,8 @@ fn distance_meters(a: Pose, b: Pose) -> f64 {
     (b.x_meters - a.x_meters).hypot(b.y_meters - a.y_meters)
 }
 
-/// Primitives for all headings, at one resolution. Every one of them is sound: [`Unsound`] says what that means.
+/// Primitives for all headings, at one resolution. Every one of them is sound: [`Unsound`] says what that
+/// means.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PrimitiveSet {
     resolution_meters: f64,

@@ -12,7 +12,8 @@ pub(super) struct Entry {
 }
 
 impl Ord for Entry {
-    /// The best is the greatest: small keys, of equal keys the one farther from the start, then the older state.
+    /// The best is the greatest: small keys, of equal keys the one farther from the start, then the older
+    /// state.
     fn cmp(&self, other: &Self) -> Ordering {
         (other.key, self.cost, other.state).cmp(&(self.key, other.cost, self.state))
     }

@@ -5,7 +5,7 @@ use dragnet_search::cell::Position;
 use super::Pose;
 use super::ara::{Best, Search, Until};
 use super::costmap::CostMap;
-use super::guidance::{Guidance, OUT_OF_REACH};
+use super::guidance::{FreeGround, Guidance, OUT_OF_REACH};
 use super::guide::Guide;
 use super::heuristic::Heuristic;
 use super::plan::{Effort, Plan, PlanError, Progress, Solution, Step};
@@ -13,6 +13,11 @@ use super::primitives::PrimitiveSet;
 
 /// Below this the next search is the last one: nothing is gained by stopping so near to 1.
 const LAST_INFLATION: f64 = 1.002;
+
+/// With a guide: it estimates a little too much, so that little inflation finds good ways already.
+const GUIDED_INFLATIONS: [f64; 2] = [1.1, 1.0];
+/// States expanded at most with each of them: some tens of milliseconds.
+const GUIDED_EXPANSIONS: u64 = 1 << 15;
 
 /// The caller has no more time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,8 +51,14 @@ impl Run<'_, '_> {
             .improve(guidance, until, &mut |expansions| (self.go_on)(&Progress { expansions, solution }))
     }
 
-    /// The first way, with a guide.
-    pub(super) fn first(&mut self, guide: &Guide, from: Position, inflation: f64) -> Result<(), PlanError> {
+    /// First ways, by a guide: one soon, then better ones as long as they come fast.
+    pub(super) fn follow(
+        &mut self,
+        guide: &Guide,
+        free_ground: &FreeGround,
+        from: Position,
+        inflation: f64,
+    ) -> Result<Result<(), Stopped>, PlanError> {
         if guide.at(from) == OUT_OF_REACH {
             return Err(self.none());
         }
@@ -55,7 +66,19 @@ impl Run<'_, '_> {
         if self.search(guide, Until::First) == Err(Stopped) {
             return Err(PlanError::Stopped { expansions: self.search.expansions });
         }
-        if self.search.best.is_none() { Err(self.none()) } else { Ok(()) }
+        if self.search.best.is_none() {
+            return Err(self.none());
+        }
+        let mut ended = self.solved(free_ground, None);
+        for inflation in GUIDED_INFLATIONS {
+            if ended.is_ok() && inflation < self.bound {
+                self.search.reopen(guide, inflation);
+                let until = Until::Expanded(self.search.expansions + GUIDED_EXPANSIONS);
+                let stopped = self.search(guide, until);
+                ended = self.solved(free_ground, None).and(stopped);
+            }
+        }
+        Ok(ended)
     }
 
     /// ARA*: searches with less and less inflation.
@@ -85,7 +108,7 @@ impl Run<'_, '_> {
             if stopped.is_ok() {
                 self.bound = self.bound.min(inflation);
             }
-            if self.solved(heuristic, inflation).is_err() || stopped.is_err() {
+            if self.solved(heuristic, Some(inflation)).is_err() || stopped.is_err() {
                 break;
             }
             inflation = self.next_inflation(inflation - effort.inflation_step);
@@ -100,15 +123,17 @@ impl Run<'_, '_> {
     }
 
     /// Notes the best way and its bound, and asks whether to go on.
-    pub(super) fn solved<G: Guidance>(&mut self, lower_bound: &G, inflation: f64) -> Result<(), Stopped> {
+    pub(super) fn solved<G: Guidance>(
+        &mut self,
+        lower_bound: &G,
+        inflation: Option<f64>,
+    ) -> Result<(), Stopped> {
         if let Some(best) = self.search.best {
             // Cheaper ways to states on the path may have been found since.
             let cost = u32::try_from(self.way(best).1).unwrap_or(best.cost).min(best.cost);
             self.search.best = Some(Best { cost, ..best });
             self.search.raise_lower_bound(lower_bound);
-            self.bound = self.bound.min(self.search.bound());
-            let expansions = self.search.expansions;
-            self.solutions.push(Solution { inflation, cost, bound: self.bound, expansions });
+            self.note(cost, inflation);
         }
         if self.ask() { Ok(()) } else { Err(Stopped) }
     }
@@ -136,12 +161,20 @@ impl Run<'_, '_> {
         }
     }
 
-    pub(super) fn stopped(&self, set: &PrimitiveSet, from: Position, heading: u8) -> Result<Plan, PlanError> {
-        if self.search.best.is_some() {
-            Ok(self.plan(set, from, heading))
-        } else {
-            Err(PlanError::Stopped { expansions: self.search.expansions })
-        }
+    /// Stopped while the heuristic was computed: the start is at least so far from the goal.
+    pub(super) fn stopped(&mut self, at_least: u32) -> Result<(), PlanError> {
+        let Some(best) = self.search.best else {
+            return Err(PlanError::Stopped { expansions: self.search.expansions });
+        };
+        self.search.lower_bound = self.search.lower_bound.max(u64::from(at_least.min(best.cost)));
+        self.note(best.cost, None);
+        Ok(())
+    }
+
+    fn note(&mut self, cost: u32, inflation: Option<f64>) {
+        self.bound = self.bound.min(self.search.bound());
+        let expansions = self.search.expansions;
+        self.solutions.push(Solution { inflation, cost, bound: self.bound, expansions });
     }
 
     pub(super) fn plan(&self, set: &PrimitiveSet, from: Position, heading: u8) -> Plan {

@@ -19,8 +19,8 @@ pub(super) struct Record {
 
 const FRESH: Record = Record { cost: u32::MAX, primitive: 0, closed: 0 };
 
-/// States in tiles of 8 x 8 cells with all their headings, in the order in which the search came to them. A state's
-/// name holds its tile, its cell in the tile and its heading as bits.
+/// States in tiles of 8 x 8 cells with all their headings, in the order in which the search came to them. A
+/// state's name holds its tile, its cell in the tile and its heading as bits.
 #[derive(Clone, Debug, Default)]
 pub(super) struct States {
     heading_bits: u32,
