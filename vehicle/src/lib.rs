@@ -7,10 +7,13 @@
 //! 3. [`tracker`]: from bearings over time to where things are;
 //! 4. [`evidence`]: from where things are to what the search believes of its cells;
 //! 5. [`calibration`]: how precise such evidence is, from looks of which one knows what was there.
+//!
+//! And where it goes, [`lattice`] plans, in motions that it can drive.
 
 pub mod assignment;
 pub mod calibration;
 pub mod camera;
 pub mod evidence;
+pub mod lattice;
 pub mod plane;
 pub mod tracker;

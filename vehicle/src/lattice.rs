@@ -1,0 +1,65 @@
+//! Motion planning on a state lattice: from a pose to a pose by motions that the vehicle can drive.
+//!
+//! A state is a cell of the cost map and one of the primitives' headings; a [`primitives::Primitive`] leads
+//! from one state to another. [`planner::Planner`] finds the cheapest chain of them that the footprint can
+//! follow, by ARA* (Likhachev, Gordon and Thrun 2003). Primitives come from SBPL's `.mprim` text ([`mprim`])
+//! or are made for a turning radius ([`maneuvers`]).
+//!
+//! Memory: about 8 bytes for each cell of the map, and 8 more for each state near to where a search has
+//! looked: 60 to 135 MB on 3000 x 3000 cells.
+//!
+//! The library reads no clock and no file: the caller hands over the text, and says before each batch of work
+//! whether there is time for it.
+
+use std::f64::consts::{PI, TAU};
+
+mod ara;
+mod bits;
+mod buckets;
+pub mod costmap;
+pub mod footprint;
+mod goal;
+mod guidance;
+mod guide;
+mod heuristic;
+mod layers;
+pub mod maneuvers;
+mod metric;
+mod motions;
+pub mod mprim;
+pub mod plan;
+pub mod planner;
+pub mod primitives;
+mod queue;
+mod run;
+mod states;
+#[cfg(test)]
+mod tests;
+
+pub use motions::UNITS_PER_CELL;
+
+/// Where a vehicle's reference point is, and where its front points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// Metres to the east.
+    pub x_meters: f64,
+    /// Metres to the north.
+    pub y_meters: f64,
+    /// Counterclockwise from east, radians.
+    pub heading_radians: f64,
+}
+
+impl Pose {
+    /// All three numbers are finite.
+    #[must_use]
+    pub const fn is_finite(self) -> bool {
+        self.x_meters.is_finite() && self.y_meters.is_finite() && self.heading_radians.is_finite()
+    }
+}
+
+/// The turn from one heading to another by the shorter way, in -pi to pi; counterclockwise is positive.
+#[must_use]
+pub fn turn_radians(from_radians: f64, to_radians: f64) -> f64 {
+    let turn = (to_radians - from_radians).rem_euclid(TAU);
+    if turn > PI { turn - TAU } else { turn }
+}

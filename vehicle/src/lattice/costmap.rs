@@ -1,0 +1,236 @@
+//! What the ground costs at each place, and where a vehicle cannot be.
+
+use dragnet_search::cell::{Cell, Grid, GridSizeError, Position};
+use dragnet_search::terrain::Terrain;
+
+/// From this cost on nothing of the vehicle may be in a cell.
+pub const LETHAL: u8 = 253;
+
+/// The cost of each cell of a rectangle of ground. A way of length `l` through cells of cost `c` costs
+/// `l (1 + c)`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CostMap {
+    grid: Grid,
+    resolution_meters: f64,
+    /// Position of the south-western corner.
+    origin_meters: (f64, f64),
+    /// 0 to 252, or [`LETHAL`] and above, shape `[cells]`, by index.
+    costs: Vec<u8>,
+}
+
+/// What the bytes of an occupancy grid mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OccupancyRule {
+    /// From this percentage on a cell is [`LETHAL`]; below it costs its percentage. 1 to 100.
+    pub lethal_percent: u8,
+    /// Cost of cells of which nothing is known, 0 to 255.
+    pub unknown_cost: u8,
+}
+
+/// Why a cost map cannot be.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CostMapError {
+    /// No cell, or too many.
+    #[error(transparent)]
+    Size(#[from] GridSizeError),
+    /// Not a length.
+    #[error("a resolution of {0} m: allowed is a finite length above 0")]
+    Resolution(f64),
+    /// Not a position.
+    #[error("an origin of ({0} m, {1} m): allowed are finite numbers")]
+    Origin(f64, f64),
+    /// A cell list of another length than the grid.
+    #[error("costs of {given} cells for a grid of {expected}; a map of another size is a new map")]
+    CellCount {
+        /// Cells given.
+        given: usize,
+        /// Cells of the grid.
+        expected: usize,
+    },
+    /// A terrain's cells cut into nothing.
+    #[error("each cell of the terrain cut into {0} x {0}: allowed is 1 or more")]
+    Parts(u32),
+    /// A percentage of no meaning.
+    #[error("lethal from {0} % on: allowed are 1 to 100")]
+    LethalPercent(u8),
+    /// A byte that is no occupancy.
+    #[error("occupancy {value} of cell {index}: allowed are 0 to 100, and -1 for unknown")]
+    Occupancy {
+        /// Row-major index.
+        index: usize,
+        /// As given.
+        value: i8,
+    },
+    /// A cell that is not on this map.
+    #[error("cell {number} of a map of {cells} cells: a map of another size is a new map")]
+    Cell {
+        /// Row-major number.
+        number: u32,
+        /// Cells of the map.
+        cells: usize,
+    },
+}
+
+impl CostMap {
+    /// A map from the cost of each cell, shape `[cells]`, by index: rows from south to north, each from west
+    /// to east.
+    ///
+    /// # Errors
+    /// If the list does not fit the grid, or resolution or origin are no numbers.
+    pub fn new(
+        grid: Grid,
+        resolution_meters: f64,
+        origin_meters: (f64, f64),
+        costs: Vec<u8>,
+    ) -> Result<Self, CostMapError> {
+        if !(resolution_meters.is_finite() && resolution_meters > 0.0) {
+            return Err(CostMapError::Resolution(resolution_meters));
+        }
+        if !(origin_meters.0.is_finite() && origin_meters.1.is_finite()) {
+            return Err(CostMapError::Origin(origin_meters.0, origin_meters.1));
+        }
+        if costs.len() != grid.cell_count() {
+            return Err(CostMapError::CellCount { given: costs.len(), expected: grid.cell_count() });
+        }
+        Ok(Self { grid, resolution_meters, origin_meters, costs })
+    }
+
+    /// The map of a terrain, each of its cells cut into `parts x parts`: free where it can be crossed, else
+    /// lethal. Its origin is the terrain's south-western corner.
+    ///
+    /// # Errors
+    /// If `parts` is 0, or the map had too many cells.
+    pub fn from_terrain(terrain: &Terrain, parts: u32) -> Result<Self, CostMapError> {
+        if parts == 0 {
+            return Err(CostMapError::Parts(parts));
+        }
+        let coarse = terrain.grid();
+        let grid = Grid::new(coarse.rows().saturating_mul(parts), coarse.columns().saturating_mul(parts))?;
+        let cost = |cell| {
+            let Position { row, column } = grid.position(cell);
+            let ground = coarse.cell(Position { row: row / parts, column: column / parts });
+            if ground.is_some_and(|ground| terrain.is_traversable(ground)) { 0 } else { LETHAL }
+        };
+        let costs = grid.cells().map(cost).collect();
+        Self::new(grid, terrain.cell_meters() / f64::from(parts), (0.0, 0.0), costs)
+    }
+
+    /// The map of an occupancy grid as ROS has it: percent, -1 where unknown, rows from south to north.
+    ///
+    /// # Errors
+    /// As [`CostMap::new`], and if a byte or the rule is out of its range.
+    pub fn from_occupancy(
+        grid: Grid,
+        resolution_meters: f64,
+        origin_meters: (f64, f64),
+        occupancy: &[i8],
+        rule: OccupancyRule,
+    ) -> Result<Self, CostMapError> {
+        if !(1..=100).contains(&rule.lethal_percent) {
+            return Err(CostMapError::LethalPercent(rule.lethal_percent));
+        }
+        let cost = |(index, &value): (usize, &i8)| match u8::try_from(value) {
+            Ok(percent) if percent > 100 => Err(CostMapError::Occupancy { index, value }),
+            Ok(percent) if percent >= rule.lethal_percent => Ok(LETHAL),
+            Ok(percent) => Ok(percent),
+            Err(_) if value == -1 => Ok(rule.unknown_cost),
+            Err(_) => Err(CostMapError::Occupancy { index, value }),
+        };
+        let costs = occupancy.iter().enumerate().map(cost).collect::<Result<_, _>>()?;
+        Self::new(grid, resolution_meters, origin_meters, costs)
+    }
+
+    /// The grid of cells.
+    #[must_use]
+    pub const fn grid(&self) -> Grid {
+        self.grid
+    }
+
+    /// Edge of a cell, metres.
+    #[must_use]
+    pub const fn resolution_meters(&self) -> f64 {
+        self.resolution_meters
+    }
+
+    /// Costs by index, shape `[cells]`.
+    #[must_use]
+    pub fn costs(&self) -> &[u8] {
+        &self.costs
+    }
+
+    /// Whether nothing of a vehicle may be there.
+    #[must_use]
+    pub fn is_lethal(&self, cell: Cell) -> bool {
+        self.costs[cell.index()] >= LETHAL
+    }
+
+    /// The cell at a position in metres, if it is on the map.
+    #[must_use]
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a cast saturates, and a map ends"
+    )]
+    pub fn cell_at(&self, x_meters: f64, y_meters: f64) -> Option<Cell> {
+        let column = ((x_meters - self.origin_meters.0) / self.resolution_meters).floor();
+        let row = ((y_meters - self.origin_meters.1) / self.resolution_meters).floor();
+        let is_on = row >= 0.0 && column >= 0.0;
+        is_on.then(|| self.grid.cell(Position { row: row as u32, column: column as u32 })).flatten()
+    }
+
+    /// Center of a cell, metres.
+    #[must_use]
+    pub fn center_meters(&self, cell: Cell) -> (f64, f64) {
+        let Position { row, column } = self.grid.position(cell);
+        (
+            self.origin_meters.0 + (f64::from(column) + 0.5) * self.resolution_meters,
+            self.origin_meters.1 + (f64::from(row) + 0.5) * self.resolution_meters,
+        )
+    }
+
+    /// Sets the cost of one cell.
+    ///
+    /// # Errors
+    /// If the cell is of a larger map.
+    pub fn set(&mut self, cell: Cell, cost: u8) -> Result<(), CostMapError> {
+        let cells = self.costs.len();
+        let known = self.costs.get_mut(cell.index());
+        *known.ok_or(CostMapError::Cell { number: cell.number(), cells })? = cost;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_terrain_is_cut_finer() {
+        let terrain = Terrain::from_ascii("#.\n,~\n", 30.0).unwrap();
+        let map = CostMap::from_terrain(&terrain, 2).unwrap();
+        let south = [0, 0, LETHAL, LETHAL];
+        let north = [LETHAL, LETHAL, 0, 0];
+        assert_eq!(map.costs(), [south, south, north, north].concat());
+        assert!((map.resolution_meters() - 15.0).abs() < 1e-12);
+        assert_eq!(map.cell_at(31.0, 1.0).unwrap().index(), 2);
+        assert_eq!(map.center_meters(map.cell_at(31.0, 16.0).unwrap()), (37.5, 22.5));
+        assert_eq!(map.cell_at(60.0, 1.0), None);
+        assert_eq!(map.cell_at(-0.1, 1.0), None);
+        assert_eq!(map.cell_at(f64::NAN, 1.0), None);
+        assert!(CostMap::from_terrain(&terrain, 0).is_err());
+        assert!(CostMap::from_terrain(&terrain, u32::MAX).is_err());
+    }
+
+    #[test]
+    fn occupancy_is_percent() {
+        let grid = Grid::new(1, 4).unwrap();
+        let rule = OccupancyRule { lethal_percent: 65, unknown_cost: 10 };
+        let map = |bytes: &[i8]| CostMap::from_occupancy(grid, 0.1, (-1.0, 2.0), bytes, rule);
+        assert_eq!(map(&[-1, 0, 64, 65]).unwrap().costs(), [10, 0, 64, LETHAL]);
+        let message = |bytes: &[i8]| map(bytes).unwrap_err().to_string();
+        let allowed = "allowed are 0 to 100, and -1 for unknown";
+        assert_eq!(message(&[0, 101, 0, 0]), format!("occupancy 101 of cell 1: {allowed}"));
+        assert_eq!(message(&[0, 0, -2, 0]), format!("occupancy -2 of cell 2: {allowed}"));
+        assert_eq!(message(&[0]), "costs of 1 cells for a grid of 4; a map of another size is a new map");
+    }
+}
