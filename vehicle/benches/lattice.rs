@@ -9,12 +9,12 @@ use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use dragnet_search::cell::{Grid, Position};
-use dragnet_vehicle::lattice::Pose;
 use dragnet_vehicle::lattice::costmap::{CostMap, LETHAL};
 use dragnet_vehicle::lattice::footprint::Footprint;
 use dragnet_vehicle::lattice::maneuvers::{Headings, Maneuvers};
 use dragnet_vehicle::lattice::plan::{Effort, Goal, Plan};
 use dragnet_vehicle::lattice::planner::Planner;
+use dragnet_vehicle::plane::Pose;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -27,7 +27,7 @@ fn frame(number: u64, things: &[Vector2<f64>]) -> Frame {
         view: View::new(camera, PI, 5.0, 200.0).unwrap(),
         bearings_radians: things
             .iter()
-            .map(|&thing| bearing_radians(camera.position_meters, thing))
+            .map(|&thing| bearing_radians(camera.position_meters(), thing))
             .collect(),
         bearing_deviation_radians: 0.005,
     }

@@ -132,9 +132,9 @@ fn standing_cell(terrain: &Terrain, vehicle: &Pose) -> Result<Cell, EvidenceErro
     if !vehicle.is_finite() {
         return Err(EvidenceError::Pose(*vehicle));
     }
-    let Some(cell) = spread::cell_at(terrain, vehicle.position_meters) else {
+    let Some(cell) = spread::cell_at(terrain, vehicle.position_meters()) else {
         let (grid, edge) = (terrain.grid(), terrain.cell_meters());
-        let (east, north) = (vehicle.position_meters.x, vehicle.position_meters.y);
+        let (east, north) = (vehicle.x_meters, vehicle.y_meters);
         let (width, height) = (f64::from(grid.columns()) * edge, f64::from(grid.rows()) * edge);
         return Err(EvidenceError::OutsideMap { east, north, width, height });
     };

@@ -11,8 +11,6 @@
 //! The library reads no clock and no file: the caller hands over the text, and says before each batch of work
 //! whether there is time for it.
 
-use std::f64::consts::{PI, TAU};
-
 mod ara;
 mod bits;
 mod buckets;
@@ -37,29 +35,3 @@ mod states;
 mod tests;
 
 pub use motions::UNITS_PER_CELL;
-
-/// Where a vehicle's reference point is, and where its front points.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pose {
-    /// Metres to the east.
-    pub x_meters: f64,
-    /// Metres to the north.
-    pub y_meters: f64,
-    /// Counterclockwise from east, radians.
-    pub heading_radians: f64,
-}
-
-impl Pose {
-    /// All three numbers are finite.
-    #[must_use]
-    pub const fn is_finite(self) -> bool {
-        self.x_meters.is_finite() && self.y_meters.is_finite() && self.heading_radians.is_finite()
-    }
-}
-
-/// The turn from one heading to another by the shorter way, in -pi to pi; counterclockwise is positive.
-#[must_use]
-pub fn turn_radians(from_radians: f64, to_radians: f64) -> f64 {
-    let turn = (to_radians - from_radians).rem_euclid(TAU);
-    if turn > PI { turn - TAU } else { turn }
-}

@@ -16,11 +16,19 @@ pub fn wrapped_radians(angle_radians: f64) -> f64 {
     angle_radians - TAU * (angle_radians / TAU).round()
 }
 
+/// The turn from one heading to another by the shorter way, in `-pi..=pi`; counter-clockwise is positive.
+#[must_use]
+pub fn turn_radians(from_radians: f64, to_radians: f64) -> f64 {
+    wrapped_radians(to_radians - from_radians)
+}
+
 /// Where something stands on the map, and where it looks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
-    /// Metres east and north of the map's south-western corner.
-    pub position_meters: Vector2<f64>,
+    /// Metres east of the map's south-western corner.
+    pub x_meters: f64,
+    /// Metres north of it.
+    pub y_meters: f64,
     /// Radians, counter-clockwise from east.
     pub heading_radians: f64,
 }
@@ -29,23 +37,29 @@ impl Pose {
     /// A pose at these metres east and north.
     #[must_use]
     pub const fn new(east_meters: f64, north_meters: f64, heading_radians: f64) -> Self {
-        Self { position_meters: Vector2::new(east_meters, north_meters), heading_radians }
+        Self { x_meters: east_meters, y_meters: north_meters, heading_radians }
+    }
+
+    /// Metres east and north of the map's south-western corner.
+    #[must_use]
+    pub const fn position_meters(&self) -> Vector2<f64> {
+        Vector2::new(self.x_meters, self.y_meters)
     }
 
     /// Whether all of it are numbers.
     #[must_use]
-    pub fn is_finite(&self) -> bool {
-        self.position_meters.iter().all(|value| value.is_finite()) && self.heading_radians.is_finite()
+    pub const fn is_finite(&self) -> bool {
+        self.x_meters.is_finite() && self.y_meters.is_finite() && self.heading_radians.is_finite()
     }
 
     /// The pose of what stands at `part` in this one's own frame.
     #[must_use]
     pub fn of_part(&self, part: &Self) -> Self {
         let (sin, cos) = self.heading_radians.sin_cos();
-        let (forward, left) = (part.position_meters.x, part.position_meters.y);
-        let turned = Vector2::new(cos * forward - sin * left, sin * forward + cos * left);
+        let (forward, left) = (part.x_meters, part.y_meters);
         Self {
-            position_meters: self.position_meters + turned,
+            x_meters: self.x_meters + (cos * forward - sin * left),
+            y_meters: self.y_meters + (sin * forward + cos * left),
             heading_radians: wrapped_radians(self.heading_radians + part.heading_radians),
         }
     }
@@ -81,7 +95,7 @@ mod tests {
     fn a_part_turns_with_its_vehicle() {
         let vehicle = Pose::new(10.0, 20.0, FRAC_PI_2);
         let camera = vehicle.of_part(&Pose::new(2.0, 1.0, 0.25));
-        assert!((camera.position_meters - Vector2::new(9.0, 22.0)).norm() < 1e-12);
+        assert!((camera.position_meters() - Vector2::new(9.0, 22.0)).norm() < 1e-12);
         assert!((camera.heading_radians - (FRAC_PI_2 + 0.25)).abs() < 1e-12);
     }
 }

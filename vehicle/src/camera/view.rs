@@ -92,8 +92,8 @@ impl View {
     /// Whether a point of the map is in view.
     #[must_use]
     pub fn contains(&self, point_meters: Vector2<f64>) -> bool {
-        let range_meters = (point_meters - self.camera.position_meters).norm();
+        let range_meters = (point_meters - self.camera.position_meters()).norm();
         (self.nearest_meters..=self.farthest_meters).contains(&range_meters)
-            && self.radians_beyond(bearing_radians(self.camera.position_meters, point_meters)) <= 0.0
+            && self.radians_beyond(bearing_radians(self.camera.position_meters(), point_meters)) <= 0.0
     }
 }

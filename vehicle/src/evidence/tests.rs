@@ -65,7 +65,7 @@ fn tracks(thing: Vector2<f64>, frames: u64) -> Vec<Track> {
             time_ns: number * SECOND / 5,
             camera: 0,
             view: View::new(vehicle, PI, 2.0, 60.0).unwrap(),
-            bearings_radians: vec![bearing_radians(vehicle.position_meters, thing)],
+            bearings_radians: vec![bearing_radians(vehicle.position_meters(), thing)],
             bearing_deviation_radians: 0.005,
         };
         tracker.handle(&frame).unwrap();

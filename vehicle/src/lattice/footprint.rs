@@ -1,6 +1,6 @@
 //! The ground that a vehicle covers.
 
-use super::Pose;
+use crate::plane::Pose;
 
 /// Squares that are only touched are not covered; without this, rounding would decide.
 const TOUCH: f64 = 1e-6;

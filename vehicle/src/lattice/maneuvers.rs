@@ -9,7 +9,7 @@
 use std::f64::consts::TAU;
 
 use super::primitives::{MAX_COST_MULTIPLIER, MAX_REACH_CELLS, Primitive, PrimitiveSet, Unsound};
-use super::{Pose, turn_radians};
+use crate::plane::{Pose, turn_radians};
 
 /// How long the long straight primitives are at least, in cells.
 const LONG_CELLS: f64 = 8.0;

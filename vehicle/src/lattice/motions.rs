@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::footprint::{Footprint, nearest};
 use super::metric::{Metric, STEP_REACH, length_cells, steps};
 use super::primitives::{Primitive, PrimitiveSet};
-use super::{Pose, turn_radians};
+use crate::plane::{Pose, turn_radians};
 
 /// Costs are whole numbers: so many units for a way of a cell's edge over free ground.
 pub const UNITS_PER_CELL: u32 = 1_000;

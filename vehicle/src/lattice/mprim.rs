@@ -21,11 +21,11 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use super::Pose;
 use super::primitives::{
     MAX_COST_MULTIPLIER, MAX_HEADINGS, MAX_POSES, MAX_PRIMITIVES, MAX_REACH_CELLS, Part, Primitive,
     PrimitiveSet, Unsound, check,
 };
+use crate::plane::Pose;
 
 /// Where a text is no set of primitives, and why.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

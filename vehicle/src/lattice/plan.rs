@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use super::Pose;
 use super::costmap::CostMapError;
 use super::footprint::FootprintError;
+use crate::plane::Pose;
 
 /// Largest inflation.
 pub const MAX_INFLATION: f64 = 100.0;

@@ -10,7 +10,6 @@
 
 use dragnet_search::cell::{Cell, Position};
 
-use super::Pose;
 use super::ara::{Search, Space};
 use super::costmap::{CostMap, CostMapError};
 use super::footprint::Footprint;
@@ -23,6 +22,7 @@ use super::motions::Motions;
 use super::plan::{Effort, Goal, Plan, PlanError, PlannerError, Progress, Solution, check_numbers};
 use super::primitives::PrimitiveSet;
 use super::run::{Run, Stopped, pose};
+use crate::plane::Pose;
 
 /// From so many cells on a guide pays for itself: below, the whole heuristic is computed in a few
 /// milliseconds.

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::{Pose, turn_radians};
+use crate::plane::{Pose, turn_radians};
 
 /// Most headings of a set.
 pub const MAX_HEADINGS: usize = 256;

@@ -2,7 +2,6 @@
 
 use dragnet_search::cell::Position;
 
-use super::Pose;
 use super::ara::{Best, Search, Until};
 use super::costmap::CostMap;
 use super::guidance::{FreeGround, Guidance, OUT_OF_REACH};
@@ -10,6 +9,7 @@ use super::guide::Guide;
 use super::heuristic::Heuristic;
 use super::plan::{Effort, Plan, PlanError, Progress, Solution, Step};
 use super::primitives::PrimitiveSet;
+use crate::plane::Pose;
 
 /// Below this the next search is the last one: nothing is gained by stopping so near to 1.
 const LAST_INFLATION: f64 = 1.002;

@@ -14,7 +14,7 @@ use super::maneuvers::{Headings, Maneuvers};
 use super::plan::{Effort, Goal, Plan, PlanError, Solution};
 use super::planner::Planner;
 use super::primitives::{Primitive, PrimitiveSet};
-use super::{Pose, turn_radians};
+use crate::plane::{Pose, turn_radians};
 
 const RESOLUTION_METERS: f64 = 0.5;
 

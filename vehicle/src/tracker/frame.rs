@@ -107,7 +107,7 @@ impl Frame {
     }
 
     pub(super) fn position_meters(&self) -> Vector2<f64> {
-        self.view.camera().position_meters
+        self.view.camera().position_meters()
     }
 
     pub(super) fn sight(&self, bearing: usize) -> Sight {

@@ -100,14 +100,14 @@ fn a_box_of_a_turned_camera_points_at_its_thing() {
     });
     let (camera, vehicle) = (camera.unwrap(), Pose::new(20.0, 30.0, 2.5));
     let eye = vehicle.of_part(&camera.settings().mounting);
-    let thing = eye.position_meters
+    let thing = eye.position_meters()
         + Vector2::new((eye.heading_radians + 0.3).cos(), (eye.heading_radians + 0.3).sin()) * 40.0;
     let column = camera.column_pixels(1.2 + 0.3).unwrap();
     let detection_box = DetectionBox { left: column - 9.0, top: 100.0, right: column + 9.0, bottom: 150.0 };
     let detections = camera.detections(&[detection_box]).unwrap();
     let frame = Frame::of_camera(&camera, 0, &vehicle, &detections, SECOND, 0.005).unwrap();
     assert!(frame.view.contains(thing));
-    let expected = bearing_radians(eye.position_meters, thing);
+    let expected = bearing_radians(eye.position_meters(), thing);
     assert!((frame.bearings_radians[0] - expected).abs() < 1e-12, "{frame:?} {expected}");
     assert_eq!(tracker().handle(&frame).unwrap().born, [TrackId(0)]);
     let lost = Pose::new(20.0, 30.0, f64::NAN);
@@ -122,7 +122,7 @@ fn crossing_things_keep_their_tracks_as_the_camera_moves() {
     for step in 0..300_u64 {
         let seconds = step as f64 / 5.0;
         let camera = Pose::new(seconds, 3.0 * (seconds / 6.0).sin(), 0.0);
-        let bearings = things.map(|thing| bearing_radians(camera.position_meters, thing));
+        let bearings = things.map(|thing| bearing_radians(camera.position_meters(), thing));
         let frame = Frame { time_ns: step * SECOND / 5, ..seen_from(camera, PI, 0, &bearings) };
         let outcome = tracker.handle(&frame).unwrap();
         assert!(step == 0 || (outcome.born.is_empty() && outcome.seen.len() == 3), "{step} {outcome:?}");
