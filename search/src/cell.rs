@@ -112,6 +112,20 @@ impl Grid {
         }
     }
 
+    /// The cell at a point so many cells east and north of the map's south-western corner, if it is on the map; no
+    /// number is nowhere.
+    #[must_use]
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a cast saturates, and a map ends"
+    )]
+    pub fn cell_at(self, east_cells: f64, north_cells: f64) -> Option<Cell> {
+        let (row, column) = (north_cells.floor(), east_cells.floor());
+        let is_on = row >= 0.0 && column >= 0.0;
+        is_on.then(|| self.cell(Position { row: row as u32, column: column as u32 })).flatten()
+    }
+
     /// The cell of a row-major number, as it comes from a message.
     #[must_use]
     pub const fn cell_numbered(self, number: u32) -> Option<Cell> {
@@ -168,6 +182,17 @@ mod tests {
         assert_eq!(grid.cell(Position { row: 2, column: 0 }).unwrap().index(), 10);
         assert_eq!(grid.cell(Position { row: 0, column: 5 }), None);
         assert_eq!(grid.cell_numbered(15), None);
+    }
+
+    #[test]
+    fn a_point_lies_in_a_cell_or_beside_the_map() {
+        let grid = Grid::new(3, 5).unwrap();
+        let at = |east, north| grid.cell_at(east, north).map(|cell| grid.position(cell));
+        assert_eq!(at(4.9, 2.0), Some(Position { row: 2, column: 4 }));
+        assert_eq!(at(0.0, 0.0), Some(Position { row: 0, column: 0 }));
+        for (east, north) in [(-0.1, 1.0), (5.0, 1.0), (1.0, 3.0), (1.0, f64::NAN), (f64::INFINITY, 1.0)] {
+            assert_eq!(at(east, north), None, "{east} {north}");
+        }
     }
 
     #[test]

@@ -138,8 +138,10 @@ impl Default for Sensor {
     }
 }
 
+/// The law of the model: the variance of a reading at so many cells, of a sensor with this `sigma2`.
+#[must_use]
 #[expect(clippy::cast_possible_truncation, reason = "variances travel as f32")]
-fn variance(sigma2: f64, distance: u32) -> f32 {
+pub fn variance(sigma2: f64, distance: u32) -> f32 {
     match distance {
         0 => (sigma2 / 5.0) as f32,
         _ => (sigma2 * f64::from(distance * distance)) as f32,

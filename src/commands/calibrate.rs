@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use csv::Reader;
-use dragnet_vehicle::calibration::{self, Calibration, Estimate, LabelledLook};
+use dragnet_search::sensor;
+use dragnet_vehicle::calibration::{self, AtDistance, Calibration, Estimate, LabelledLook};
 use serde::Deserialize;
 
 use super::{Failure, output};
@@ -62,10 +63,7 @@ fn read(path: &Path) -> Result<Vec<LabelledLook>, Failure> {
 }
 
 fn tell(calibration: &Calibration) -> String {
-    let model = |distance: u32| match distance {
-        0 => calibration.sigma2.value / 5.0,
-        _ => calibration.sigma2.value * f64::from(distance).powi(2),
-    };
+    let model = |distance| sensor::variance(calibration.sigma2.value, distance);
     let mut table = Table::new(["distance", "looks", "bias", "variance", "model"]);
     for at in &calibration.by_distance {
         let (bias, variance) = (show(at.bias), show(at.variance));
@@ -98,7 +96,10 @@ fn draw(calibration: &Calibration) -> Result<String, String> {
     let distances: Vec<f64> = around.iter().map(|at| f64::from(at.distance)).collect();
     let measured: Vec<f64> = around.iter().map(|at| at.variance.value).collect();
     let errors: Vec<Option<f64>> = around.iter().map(|at| Some(at.variance.standard_error)).collect();
-    let fitted = |sigma2: f64| distances.iter().map(|distance| sigma2 * distance.powi(2)).collect::<Vec<_>>();
+    let fitted = |sigma2| {
+        let variance = |at: &&AtDistance| f64::from(sensor::variance(sigma2, at.distance));
+        around.iter().map(variance).collect::<Vec<_>>()
+    };
     let (model, model_errors) = (fitted(calibration.sigma2.value), fitted(calibration.sigma2.standard_error));
     let model_errors: Vec<Option<f64>> = model_errors.into_iter().map(Some).collect();
     let length = distances.last().copied().unwrap_or(1.0);

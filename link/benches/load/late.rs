@@ -4,11 +4,9 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use dragnet_agent::agent::{Agent, Orders};
-use dragnet_link::link::Link;
 use dragnet_link::live::{self, Clock, Report};
 use dragnet_link::session::{Endpoints, open};
 use dragnet_proto::convert::Codec;
-use dragnet_proto::message::Participant;
 use dragnet_proto::participant::Stimulus;
 use dragnet_proto::scenario::Scenario;
 use dragnet_proto::time::MissionTime;
@@ -17,7 +15,7 @@ use dragnet_search::observation::{Observation, Origin, RobotId};
 use tokio::sync::mpsc;
 
 use crate::probe::{Measured, Probe};
-use crate::{look, mesh, scenario};
+use crate::{join, look, mesh, scenario};
 
 const OBSERVATIONS: u32 = 10_000;
 const ROUNDS: usize = 5;
@@ -86,9 +84,7 @@ fn snake(scenario: &Scenario) -> Vec<Cell> {
 async fn take_part(mut probe: Probe, endpoints: Endpoints, report: Report) {
     let session = open(&endpoints).await.unwrap();
     let codec = Codec::new(scenario(3, 60).terrain().grid());
-    let me = Participant::Robot(probe.robot);
-    let mut link = Link::join(session, "late".parse().unwrap(), me, codec).await.unwrap();
-    link.announce().await.unwrap();
+    let mut link = join(session, "late", probe.robot, codec).await;
     let (sender, reports) = mpsc::channel(1);
     sender.send(report).await.unwrap();
     let never = std::future::pending::<()>();

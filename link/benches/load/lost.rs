@@ -69,9 +69,5 @@ async fn until_lost(cut: Cut) -> Duration {
 
 async fn join(robot: u16, endpoints: &Endpoints) -> Link {
     let codec = Codec::new(scenario(2, 12).terrain().grid());
-    let session = open(endpoints).await.unwrap();
-    let me = Participant::Robot(RobotId(robot));
-    let mut link = Link::join(session, "lost".parse().unwrap(), me, codec).await.unwrap();
-    link.announce().await.unwrap();
-    link
+    crate::join(open(endpoints).await.unwrap(), "lost", RobotId(robot), codec).await
 }

@@ -17,10 +17,15 @@ mod team;
 
 use std::time::Duration;
 
+use dragnet_link::link::Link;
 use dragnet_link::session::{Endpoints, free_endpoints};
+use dragnet_proto::convert::Codec;
+use dragnet_proto::message::Participant;
 use dragnet_proto::scenario::Scenario;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Reading;
+use dragnet_search::observation::RobotId;
+use zenoh::Session;
 
 fn main() {
     // Cargo adds `--bench`.
@@ -53,6 +58,14 @@ fn mesh(sessions: usize) -> Vec<Endpoints> {
         ..Endpoints::default()
     });
     endpoints.collect()
+}
+
+/// A robot's place on the network, of which the others know.
+async fn join(session: Session, mission: &str, robot: RobotId, codec: Codec) -> Link {
+    let me = Participant::Robot(robot);
+    let mut link = Link::join(session, mission.parse().unwrap(), me, codec).await.unwrap();
+    link.announce().await.unwrap();
+    link
 }
 
 fn scenario(robots: u32, side: u32) -> Scenario {

@@ -4,11 +4,10 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use dragnet_agent::agent::{Agent, Orders};
-use dragnet_link::link::Link;
 use dragnet_link::live::{self, Clock, Report};
 use dragnet_link::session::open;
 use dragnet_proto::convert::{self, Codec};
-use dragnet_proto::message::{Message, Participant};
+use dragnet_proto::message::Message;
 use dragnet_proto::participant::Stimulus;
 use dragnet_search::observation::{Observation, Origin, RobotId};
 use tokio::sync::mpsc;
@@ -19,7 +18,7 @@ use zenoh::session::SessionPutBuilder;
 use zenoh::{Session, Wait};
 
 use crate::probe::{Measured, Probe};
-use crate::{look, mesh, percentiles, scenario_at_speed};
+use crate::{join, look, mesh, percentiles, scenario_at_speed};
 
 const ROUNDS: u32 = 2000;
 const PING: &str = "ping";
@@ -37,9 +36,7 @@ pub(crate) async fn run() {
         let session = open(&endpoints).await.unwrap();
         sessions.push(session.clone());
         let robot = orders.robot.id;
-        let mut link =
-            Link::join(session, "ping".parse().unwrap(), Participant::Robot(robot), codec).await.unwrap();
-        link.announce().await.unwrap();
+        let mut link = join(session, "ping", robot, codec).await;
         let mut probe = Probe { robot, agent: Agent::new(orders), measured: Arc::clone(&measured) };
         let (sender, reports) = mpsc::channel::<Report>(1);
         senders.push(sender);

@@ -4,13 +4,11 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use dragnet_agent::agent::{Agent, Orders};
-use dragnet_link::link::Link;
 use dragnet_link::live::{self, Clock};
 use dragnet_link::session::{Endpoints, open};
 use dragnet_link::world::{self, WorldServer};
 use dragnet_proto::convert::Codec;
 use dragnet_proto::key::Mission;
-use dragnet_proto::message::Participant;
 use dragnet_proto::scenario::Scenario;
 use tokio::sync::watch;
 use tokio::task::JoinSet;
@@ -18,9 +16,11 @@ use tokio::task::JoinSet;
 use crate::probe::{Measured, Probe};
 use crate::{mesh, percentiles, scenario};
 
+const MISSION: &str = "load";
+
 pub(crate) async fn run(robots: u32, side: u32, seconds: u64) {
     let scenario = scenario(robots, side);
-    let mission: Mission = "load".parse().unwrap();
+    let mission: Mission = MISSION.parse().unwrap();
     let endpoints = mesh(robots as usize + 1);
     let session = open(&endpoints[0]).await.unwrap();
     let measured = Arc::new(Mutex::new(Measured::default()));
@@ -70,11 +70,10 @@ async fn join(
     mut stopped: watch::Receiver<()>,
 ) {
     let (robot, codec) = (orders.robot.id, Codec::new(scenario.terrain().grid()));
-    let mission: Mission = "load".parse().unwrap();
+    let mission: Mission = MISSION.parse().unwrap();
     let session = open(endpoints).await.unwrap();
     let reports = world::sensor(&session, &mission, robot, codec).await.unwrap();
-    let mut link = Link::join(session, mission, Participant::Robot(robot), codec).await.unwrap();
-    link.announce().await.unwrap();
+    let mut link = crate::join(session, MISSION, robot, codec).await;
     let mut probe = Probe { robot, agent: Agent::new(orders), measured: Arc::clone(measured) };
     team.spawn(async move {
         let stop = async move { while stopped.changed().await.is_ok() {} };

@@ -7,7 +7,7 @@
 
 use std::collections::BTreeMap;
 
-use dragnet_search::cell::{Cell, Position};
+use dragnet_search::cell::Cell;
 use dragnet_search::terrain::Terrain;
 use nalgebra::{Matrix2, Vector2};
 
@@ -63,14 +63,9 @@ impl Spread {
 
 /// The cell at metres east and north of the map's corner, if it is on the map.
 #[must_use]
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "held against the grid before")]
 pub(super) fn cell_at(terrain: &Terrain, point_meters: Vector2<f64>) -> Option<Cell> {
-    let grid = terrain.grid();
-    let (column, row) =
-        ((point_meters.x / terrain.cell_meters()).floor(), (point_meters.y / terrain.cell_meters()).floor());
-    let is_on_map =
-        (0.0..f64::from(grid.columns())).contains(&column) && (0.0..f64::from(grid.rows())).contains(&row);
-    if is_on_map { grid.cell(Position { row: row as u32, column: column as u32 }) } else { None }
+    let point_cells = point_meters / terrain.cell_meters();
+    terrain.grid().cell_at(point_cells.x, point_cells.y)
 }
 
 /// Points of the standard normal distribution of two dimensions.

@@ -166,16 +166,9 @@ impl CostMap {
 
     /// The cell at a position in metres, if it is on the map.
     #[must_use]
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a cast saturates, and a map ends"
-    )]
     pub fn cell_at(&self, x_meters: f64, y_meters: f64) -> Option<Cell> {
-        let column = ((x_meters - self.origin_meters.0) / self.resolution_meters).floor();
-        let row = ((y_meters - self.origin_meters.1) / self.resolution_meters).floor();
-        let is_on = row >= 0.0 && column >= 0.0;
-        is_on.then(|| self.grid.cell(Position { row: row as u32, column: column as u32 })).flatten()
+        let (east_meters, north_meters) = (x_meters - self.origin_meters.0, y_meters - self.origin_meters.1);
+        self.grid.cell_at(east_meters / self.resolution_meters, north_meters / self.resolution_meters)
     }
 
     /// Center of a cell, metres.
