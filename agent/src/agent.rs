@@ -3,7 +3,9 @@
 use dragnet_learn::policy;
 use dragnet_proto::directive::{Directive, added_prior};
 use dragnet_proto::inbox::Inbox;
-use dragnet_proto::message::{Activity, Audience, Heartbeat, Intent, Message, MissionStatus, Participant};
+use dragnet_proto::message::{
+    Activity, Audience, Heartbeat, Intent, LogRequest, Message, MissionStatus, Participant,
+};
 use dragnet_proto::plausible::{Limits, Refused};
 use dragnet_proto::scenario::{self, Mission, Robot, Scenario};
 use dragnet_proto::time::MissionTime;
@@ -17,6 +19,7 @@ use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_search::sensor::Sensor;
 use dragnet_search::situation::{Place, Situation};
 use dragnet_search::terrain::Terrain;
+use std::num::NonZeroUsize;
 use std::sync::Arc;
 
 use crate::pulse::Pulse;
@@ -114,6 +117,8 @@ pub enum Action {
     Publish(Audience, Message),
     /// Enter these cells in order, instead of any before; none of them is the robot's own. Without a cell: stay.
     Follow(Vec<Cell>),
+    /// Answer a question for observations that were released: see [`Agent::release`].
+    Repeat(LogRequest),
     /// Tell whoever watches what was refused: it cannot be, or not from whom it came.
     Refuse(Refused),
 }
@@ -218,7 +223,13 @@ impl Agent {
         }
     }
 
-    /// The only way anything changes; `now` comes from the caller.
+    /// All that was to be kept is kept: no more than the last so many observations of each origin are held in memory.
+    /// What it believes stays as it is.
+    pub fn release(&mut self, held: NonZeroUsize) {
+        self.inbox.release(held);
+    }
+
+    /// The only way the robot's mind changes; `now` comes from the caller.
     pub fn handle(&mut self, now: MissionTime, event: Event) -> Vec<Action> {
         let mut actions = Vec::new();
         match event {
@@ -354,6 +365,7 @@ impl Agent {
             self.count(&observation.readings);
             actions.push(Action::Keep(observation));
         }
+        actions.extend(received.repeats.into_iter().map(Action::Repeat));
         for (whom, reply) in received.replies {
             actions.push(Action::Publish(Audience::One(whom), reply));
         }

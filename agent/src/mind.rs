@@ -1,5 +1,6 @@
 //! The agent as a participant that a clock and a network, real or simulated, can drive.
 
+use std::num::NonZeroUsize;
 use std::time::Instant;
 
 use dragnet_proto::message::Message;
@@ -37,12 +38,14 @@ impl Mind for Agent {
             wake_at: self.wake_at(),
             activity: self.activity(),
             decision: (self.decisions() > decisions).then_some(elapsed),
+            repeats: Vec::new(),
             refused: Vec::new(),
         };
         for action in actions {
             match action {
                 Action::Keep(observation) => reaction.kept.push(observation),
                 Action::Publish(audience, message) => reaction.published.push((audience, message)),
+                Action::Repeat(request) => reaction.repeats.push(request),
                 Action::Follow(route) => reaction.route = Some(route),
                 Action::Refuse(refused) => reaction.refused.push(refused),
             }
@@ -50,11 +53,15 @@ impl Mind for Agent {
         Ok(reaction)
     }
 
+    fn release(&mut self, held: NonZeroUsize) {
+        Agent::release(self, held);
+    }
+
     fn digest(&self) -> Digest {
         self.belief().digest()
     }
 
     fn observations(&self) -> u64 {
-        self.inbox().log().len() as u64
+        self.inbox().log().len()
     }
 }

@@ -58,14 +58,14 @@ impl Field {
 fn route(actions: &[Action]) -> Option<&[Cell]> {
     actions.iter().find_map(|action| match action {
         Action::Follow(route) => Some(route.as_slice()),
-        Action::Keep(_) | Action::Publish(..) | Action::Refuse(_) => None,
+        Action::Keep(_) | Action::Publish(..) | Action::Repeat(_) | Action::Refuse(_) => None,
     })
 }
 
 fn said(actions: &[Action]) -> Vec<&Message> {
     let to_all = actions.iter().filter_map(|action| match action {
         Action::Publish(Audience::All, message) => Some(message),
-        Action::Keep(_) | Action::Publish(..) | Action::Follow(_) | Action::Refuse(_) => None,
+        Action::Keep(_) | Action::Publish(..) | Action::Follow(_) | Action::Repeat(_) | Action::Refuse(_) => None,
     });
     to_all.collect()
 }
@@ -242,7 +242,7 @@ fn a_robot_that_starts_again_remembers_what_it_kept_and_reuses_no_name() {
     let mut keep = |actions: Vec<Action>| {
         let new = actions.into_iter().filter_map(|action| match action {
             Action::Keep(observation) => Some(observation),
-            Action::Publish(..) | Action::Follow(_) | Action::Refuse(_) => None,
+            Action::Publish(..) | Action::Follow(_) | Action::Repeat(_) | Action::Refuse(_) => None,
         });
         kept.extend(new);
     };

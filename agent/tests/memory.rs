@@ -54,7 +54,7 @@ fn a_robot_on_a_million_cells_needs_less_than_200_megabytes() {
         search.sense(now, search.lane_cell(300, sequence));
         search.hear_mate(now, sequence);
     }
-    assert_eq!(search.agent.inbox().log().len() as u64, 2 * OBSERVATIONS);
+    assert_eq!(search.agent.inbox().log().len(), 2 * OBSERVATIONS);
     assert_eq!(search.agent.decisions(), 0);
 
     let mut now = MissionTime::START + FIRST_DECISION;
@@ -160,7 +160,7 @@ impl Search {
 fn route(actions: &[Action]) -> Vec<Cell> {
     let route = actions.iter().find_map(|action| match action {
         Action::Follow(route) => Some(route.clone()),
-        Action::Keep(_) | Action::Publish(..) | Action::Refuse(_) => None,
+        Action::Keep(_) | Action::Publish(..) | Action::Repeat(_) | Action::Refuse(_) => None,
     });
     route.unwrap()
 }

@@ -128,6 +128,8 @@ impl Mind for Desk {
             wake_at: self.mission.wake_at(),
             activity: Activity::Searching,
             decision: None,
+            // It releases nothing.
+            repeats: Vec::new(),
             refused,
         })
     }
@@ -137,6 +139,6 @@ impl Mind for Desk {
     }
 
     fn observations(&self) -> u64 {
-        self.mission.inbox().log().len() as u64
+        self.mission.inbox().log().len()
     }
 }

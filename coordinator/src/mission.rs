@@ -233,7 +233,7 @@ impl Mission {
             declared: self.declared().collect(),
             expected_undeclared: self.declarations.expected_undeclared(&self.orders.terrain, &self.belief),
             alive: self.alive().collect(),
-            observations: self.inbox.log().len() as u64,
+            observations: self.inbox.log().len(),
             versions: self.inbox.log().versions().collect(),
             digest: self.belief.digest(),
             directive: self.directive.clone(),

@@ -7,6 +7,7 @@
 mod error;
 
 use std::io::ErrorKind;
+use std::ops::RangeBounds;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -14,17 +15,19 @@ use std::time::{Duration, Instant};
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::key::Mission;
 use dragnet_proto::message::{Message, MessageKind};
-use dragnet_search::observation::{Observation, RobotId};
+use dragnet_search::observation::{Observation, Origin, RobotId};
 use dragnet_search::terrain::Terrain;
 use redb::backends::InMemoryBackend;
-use redb::{Builder, Database, ReadableDatabase, ReadableTable, StorageBackend, TableDefinition};
+use redb::{Builder, Database, ReadableDatabase, StorageBackend, TableDefinition};
 
 pub use error::JournalError;
 
 /// What a journal says of itself, by name: see [`fact`].
 const FACTS: TableDefinition<'_, &str, &str> = TableDefinition::new("facts");
-/// By robot, incarnation and sequence number: the message that tells an observation.
-const OBSERVATIONS: TableDefinition<'_, (u16, u64, u64), &[u8]> = TableDefinition::new("observations");
+/// Of an observation: robot, incarnation and sequence number.
+type Name = (u16, u64, u64);
+/// By name: the message that tells an observation.
+const OBSERVATIONS: TableDefinition<'_, Name, &[u8]> = TableDefinition::new("observations");
 
 mod fact {
     pub(super) const FORMAT: &str = "format";
@@ -36,8 +39,8 @@ mod fact {
 
 /// Raised whenever what is in a journal, or how, changes.
 const FORMAT: &str = "1";
-/// Of the database, bytes: a journal is written on and on, and read once.
-const CACHE: usize = 4 << 20;
+/// Of the database, bytes: a journal is written on and on, and seldom read.
+const CACHE: usize = 256 << 10;
 /// A disk that has failed is tried again after so long.
 const RETRY: Duration = Duration::from_secs(1);
 
@@ -66,6 +69,7 @@ pub struct Memory {
 /// A robot's journal.
 pub struct Journal {
     path: PathBuf,
+    codec: Codec,
     /// What it says of itself if it is begun now.
     facts: Facts,
     /// Absent after the disk failed.
@@ -88,6 +92,7 @@ impl Journal {
         let failed = |source: redb::Error| JournalError::of(path, source);
         let mut journal = Self {
             path: path.to_owned(),
+            codec: Codec::new(subject.terrain.grid()),
             facts: subject.facts(now_unix_ns),
             database: None,
             waiting: Vec::new(),
@@ -137,6 +142,18 @@ impl Journal {
             let path = self.path.display();
             tracing::warn!("{path}: {error}; the robot goes on, and remembers in memory what it sees");
         }
+    }
+
+    /// Observations of an origin from a sequence number on, in order, at most so many; none while the disk fails.
+    ///
+    /// # Errors
+    /// If what was written cannot be read.
+    pub fn since(&self, of: Origin, first: u64, most: usize) -> Result<Vec<Arc<Observation>>, JournalError> {
+        let Some(database) = &self.database else { return Ok(Vec::new()) };
+        let names = [first, u64::MAX].map(|sequence| (of.robot.0, of.incarnation, sequence));
+        let bytes = read(database, names[0]..=names[1], most);
+        decode(self.codec, &bytes.map_err(|source| JournalError::of(&self.path, source))?)
+            .map_err(|reason| JournalError::Content { path: self.path.clone(), reason })
     }
 
     /// Observations that are not on disk.
@@ -218,14 +235,8 @@ fn remember(database: &Database, path: &Path, subject: Subject<'_>) -> Result<Me
             return Err(JournalError::Foreign { path: path.to_owned(), what: name, found, expected });
         }
     }
-    let bytes = observations(database).map_err(failed)?;
-    let codec = Codec::new(subject.terrain.grid());
-    let observations = bytes.iter().map(|bytes| match codec.decode(MessageKind::Observation, bytes) {
-        Ok(Message::Observation(observation)) => Ok(observation),
-        Ok(message) => Err(format!("a {:?}", message.kind())),
-        Err(error) => Err(error.to_string()),
-    });
-    let observations = observations.collect::<Result<_, String>>();
+    let bytes = read(database, .., usize::MAX).map_err(failed)?;
+    let observations = decode(Codec::new(subject.terrain.grid()), &bytes);
     let content = |reason| JournalError::Content { path: path.to_owned(), reason };
     let started = said(fact::STARTED)?;
     Ok(Memory {
@@ -239,13 +250,27 @@ fn said(database: &Database, name: &str) -> Result<String, redb::Error> {
     Ok(facts.get(name)?.map(|value| value.value().to_owned()).unwrap_or_default())
 }
 
-fn observations(database: &Database) -> Result<Vec<Vec<u8>>, redb::Error> {
+/// The first so many of these names, as they were written.
+fn read(
+    database: &Database,
+    names: impl RangeBounds<Name>,
+    most: usize,
+) -> Result<Vec<Vec<u8>>, redb::Error> {
     let table = database.begin_read()?.open_table(OBSERVATIONS)?;
     let mut observations = Vec::new();
-    for entry in table.iter()? {
+    for entry in table.range(names)?.take(most) {
         observations.push(entry?.1.value().to_owned());
     }
     Ok(observations)
+}
+
+fn decode(codec: Codec, observations: &[Vec<u8>]) -> Result<Vec<Arc<Observation>>, String> {
+    let one = |bytes: &Vec<u8>| match codec.decode(MessageKind::Observation, bytes) {
+        Ok(Message::Observation(observation)) => Ok(observation),
+        Ok(message) => Err(format!("a {:?}", message.kind())),
+        Err(error) => Err(error.to_string()),
+    };
+    observations.iter().map(one).collect()
 }
 
 impl Subject<'_> {

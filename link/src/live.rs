@@ -2,9 +2,10 @@
 
 use std::collections::BTreeSet;
 use std::future::Future;
+use std::num::NonZeroUsize;
 use std::time::Duration;
 
-use dragnet_proto::message::{Message, Participant};
+use dragnet_proto::message::{Audience, LogReply, LogRequest, Message, Participant};
 use dragnet_proto::participant::{Mind, Reaction, Stimulus};
 use dragnet_proto::plausible::Refused;
 use dragnet_proto::time::MissionTime;
@@ -14,6 +15,10 @@ use tokio::time::Instant;
 use crate::LinkError;
 use crate::journal::Journal;
 use crate::link::{Heard, Link};
+
+/// A robot with a journal holds so many observations of each origin in memory, the last ones: what was lost on its way to
+/// others is repeated from there. Older ones are in the journal, for those who come late.
+const HELD: NonZeroUsize = NonZeroUsize::new(4).expect("above 0");
 
 /// Mission time by the wall clock.
 #[derive(Clone, Copy, Debug)]
@@ -122,6 +127,18 @@ pub async fn run(
     }
 }
 
+/// What a journal answers to a question for what its robot has released.
+fn repeat(journal: &Journal, request: LogRequest) -> Option<(Audience, Message)> {
+    match journal.since(request.of, request.first, LogReply::MAX_OBSERVATIONS) {
+        Ok(observations) if observations.is_empty() => None,
+        Ok(observations) => Some((Audience::One(request.from), Message::LogReply(LogReply { observations }))),
+        Err(error) => {
+            tracing::warn!("{error}");
+            None
+        }
+    }
+}
+
 struct Driver<'a> {
     mind: &'a mut dyn Mind,
     journal: Option<Journal>,
@@ -186,13 +203,17 @@ impl Driver<'_> {
         stimulus: Stimulus<Message>,
     ) -> Result<(), LinkError> {
         let reaction = self.mind.experience(now, stimulus);
-        let Reaction { kept, published, wake_at, decision, refused, .. } =
+        let Reaction { kept, mut published, wake_at, decision, repeats, refused, .. } =
             reaction.map_err(|error| LinkError::Participant { who: link.me(), reason: error.reason })?;
         if let Some(journal) = &mut self.journal {
             journal.note(kept);
             if !published.is_empty() {
                 journal.commit();
+                if journal.waiting() == 0 {
+                    self.mind.release(HELD);
+                }
             }
+            published.extend(repeats.into_iter().filter_map(|request| repeat(journal, request)));
         }
         for (audience, message) in published {
             // A robot goes on without its network; what is not heard is asked for later.

@@ -122,6 +122,7 @@ impl Crew for RemoteCrew {
             wake_at: MissionTime(reply.wake_at_ns.unwrap_or(u64::MAX)),
             activity: reply.activity,
             decision: (reply.decision_seconds > 0.0).then(|| Duration::from_secs_f64(reply.decision_seconds)),
+            repeats: Vec::new(),
             refused: Vec::new(),
         })
     }

@@ -8,6 +8,7 @@
 //! it counts nowhere, for one participant as for all.
 
 use std::collections::BTreeMap;
+use std::num::NonZeroUsize;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -54,6 +55,8 @@ pub struct Received {
     pub new: Vec<Arc<Observation>>,
     /// What to answer or to ask, and whom.
     pub replies: Vec<(Participant, Message)>,
+    /// Questions for what was released: whoever keeps it is to answer them.
+    pub repeats: Vec<LogRequest>,
     /// What was refused.
     pub refused: Vec<Refused>,
 }
@@ -70,6 +73,12 @@ impl Inbox {
     #[must_use]
     pub const fn log(&self) -> &ObservationLog {
         &self.log
+    }
+
+    /// Holds no more than the last so many observations of each origin: the others are kept elsewhere, from where
+    /// questions for them, [`Received::repeats`], can be answered.
+    pub fn release(&mut self, held: NonZeroUsize) {
+        self.log.release(held);
     }
 
     /// What was refused, and how often.
@@ -173,11 +182,11 @@ impl Inbox {
     fn offer(&mut self, observation: Arc<Observation>) -> Result<Entry, Refusal> {
         match self.log.entry(&observation) {
             Entry::New => {
-                let log = self.log.of(observation.origin);
-                if log.is_empty() && self.log.incarnations(observation.origin.robot) >= MAX_STARTS {
+                let known = self.log.ends(observation.origin);
+                if known.is_none() && self.log.incarnations(observation.origin.robot) >= MAX_STARTS {
                     return Err(Refusal::TooManyStarts);
                 }
-                self.limits.check(&observation, log)?;
+                self.limits.check(&observation, known)?;
                 Ok(self.log.insert(observation))
             }
             Entry::Conflicting => Err(Refusal::Conflicting),
@@ -194,7 +203,7 @@ impl Inbox {
     }
 
     fn ask(&mut self, now: MissionTime, whom: Participant, of: Origin, received: &mut Received) {
-        let is_new = self.log.of(of).is_empty();
+        let is_new = self.log.next(of) == 0;
         let is_pointless =
             !self.limits.counts(of.robot) || is_new && self.log.incarnations(of.robot) >= MAX_STARTS;
         if is_pointless
@@ -220,10 +229,12 @@ impl Inbox {
     }
 
     fn answer(&self, request: LogRequest, received: &mut Received) {
-        let known = self.log.since(request.of, request.first);
-        let observations = known[..known.len().min(LogReply::MAX_OBSERVATIONS)].to_vec();
+        let held = self.log.since(request.of, request.first);
+        let observations = held[..held.len().min(LogReply::MAX_OBSERVATIONS)].to_vec();
         if !observations.is_empty() {
             received.replies.push((request.from, Message::LogReply(LogReply { observations })));
+        } else if request.first < self.log.next(request.of) {
+            received.repeats.push(request);
         }
     }
 }
@@ -321,6 +332,24 @@ mod tests {
     }
 
     #[test]
+    fn what_was_released_is_handed_to_whoever_keeps_it() {
+        let mut inbox = inbox(1);
+        for sequence in 0..10 {
+            inbox.record(observation(1, sequence)).unwrap();
+        }
+        inbox.release(NonZeroUsize::new(4).unwrap());
+        let mut ask = |first| {
+            let request = LogRequest { from: robot(2), of: Origin::first(RobotId(1)), first };
+            let received = inbox.receive(MissionTime::START, robot(2), &Message::LogRequest(request));
+            (received.replies.len(), received.repeats == [request])
+        };
+        assert_eq!(
+            [0, 5, 6, 9, 10, 11].map(&mut ask),
+            [(0, true), (0, true), (1, false), (1, false), (0, false), (0, false)]
+        );
+    }
+
+    #[test]
     fn a_question_is_not_repeated_before_its_answer_is_due() {
         let mut inbox = inbox(1);
         let late = Message::Observation(observation(2, 4));
@@ -392,7 +421,7 @@ mod tests {
             let told = Message::Observation(Arc::new(start));
             inbox.receive(MissionTime::START, robot(2), &told);
         }
-        assert_eq!(inbox.log().len(), MAX_STARTS);
+        assert_eq!(inbox.log().len(), MAX_STARTS as u64);
         let counts: Vec<(Refusal, u64)> =
             inbox.refused().iter().map(|(it, &count)| (it.why, count)).collect();
         assert_eq!(counts, [(Refusal::TooManyStarts, 3000 - MAX_STARTS as u64)]);

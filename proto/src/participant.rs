@@ -1,5 +1,6 @@
 //! The contract between whoever drives a participant, real time or a simulator, and the participant's mind.
 
+use std::num::NonZeroUsize;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -8,7 +9,7 @@ use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::observation::{Observation, RobotId};
 
 use crate::command::Command;
-use crate::message::{Activity, Audience, Message, Participant};
+use crate::message::{Activity, Audience, LogRequest, Message, Participant};
 use crate::plausible::Refused;
 use crate::time::MissionTime;
 
@@ -23,6 +24,10 @@ pub trait Mind: Send {
         now: MissionTime,
         stimulus: Stimulus<Message>,
     ) -> Result<Reaction<Message>, MindError>;
+
+    /// All that it was to keep is kept: it need not hold more than the last so many observations of each origin, if
+    /// whoever keeps the others answers for them ([`Reaction::repeats`]). One that nobody keeps anything for holds all.
+    fn release(&mut self, _held: NonZeroUsize) {}
 
     /// Digest of its evidence.
     fn digest(&self) -> Digest;
@@ -85,6 +90,8 @@ pub struct Reaction<P> {
     pub activity: Activity,
     /// How long the decision took that was made just now, if one was.
     pub decision: Option<Duration>,
+    /// Questions for observations that it has released, to be answered from where they are kept.
+    pub repeats: Vec<LogRequest>,
     /// What it refused: it cannot be, or not from whom it came.
     pub refused: Vec<Refused>,
 }

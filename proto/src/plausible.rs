@@ -17,7 +17,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use dragnet_search::evidence::Reading;
-use dragnet_search::observation::{Observation, RobotId};
+use dragnet_search::observation::{Ends, Observation, RobotId};
 use dragnet_search::sensor::Sensor;
 use dragnet_search::terrain::Terrain;
 
@@ -166,18 +166,18 @@ impl Limits {
         robot == RobotId::BY_HAND || self.team.contains(&robot)
     }
 
-    /// Whether an observation can be: by itself, after the one before it, and by the first of its log.
+    /// Whether an observation can be: by itself, and after those that are known of its origin, if any are.
     ///
     /// # Errors
     /// Why it cannot.
-    pub fn check(&self, observation: &Observation, log: &[Arc<Observation>]) -> Result<(), Refusal> {
+    pub fn check(&self, observation: &Observation, known: Option<Ends<'_>>) -> Result<(), Refusal> {
         if observation.origin.robot == RobotId::BY_HAND {
-            return check_mark(observation, log);
+            return check_mark(observation, known);
         }
         self.check_look(observation)?;
-        let (Some(first), Some(before)) = (log.first(), log.last()) else { return Ok(()) };
-        self.check_way(before, observation)?;
-        self.check_pace(first, observation)
+        let Some(known) = known else { return Ok(()) };
+        self.check_way(known.last, observation)?;
+        self.check_pace(known.first, observation)
     }
 
     /// Whether an observation may be dated so.
@@ -251,13 +251,13 @@ impl Limits {
 }
 
 /// A person marks any cell, one at a time, whatever is there; one mark after another.
-fn check_mark(observation: &Observation, log: &[Arc<Observation>]) -> Result<(), Refusal> {
+fn check_mark(observation: &Observation, known: Option<Ends<'_>>) -> Result<(), Refusal> {
     let is_mark = |mark: Mark| observation.readings[..] == [mark.reading(observation.from)];
     if !Mark::ALL.into_iter().any(is_mark) {
         return Err(Refusal::NoMark);
     }
-    match log.last() {
-        Some(before) if observation.time_ns < before.time_ns => Err(Refusal::Backwards),
+    match known {
+        Some(known) if observation.time_ns < known.last.time_ns => Err(Refusal::Backwards),
         _ => Ok(()),
     }
 }

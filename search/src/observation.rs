@@ -1,6 +1,8 @@
 //! Observations, and the log that counts each exactly once.
 
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
+use std::num::NonZeroUsize;
 use std::sync::Arc;
 
 use crate::cell::Cell;
@@ -81,50 +83,88 @@ pub struct Version {
 /// All observations known to a robot, its own and others'.
 ///
 /// Those of an origin are known from the first one on, without a gap: what comes after a missing one waits where it came
-/// from. So a log is as long as what it holds, whatever numbers others invent.
+/// from. So a log is as long as what it holds, whatever numbers others invent. What is written down elsewhere may be
+/// released: it stays known, and takes no memory.
 #[derive(Clone, Debug, Default)]
 pub struct ObservationLog {
-    logs: BTreeMap<Origin, Vec<Arc<Observation>>>,
+    logs: BTreeMap<Origin, Known>,
+}
+
+/// The first and the last known observation of an origin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ends<'a> {
+    /// The first.
+    pub first: &'a Observation,
+    /// The last; the first, if it is the only one.
+    pub last: &'a Observation,
+}
+
+/// The observations of one origin; one at least is known.
+#[derive(Clone, Debug)]
+struct Known {
+    first: Arc<Observation>,
+    /// So many, from the first on, are known and no longer held.
+    released: u64,
+    /// Those after them; the last is always held.
+    held: Vec<Arc<Observation>>,
+}
+
+impl Known {
+    fn next(&self) -> u64 {
+        self.released + self.held.len() as u64
+    }
+
+    /// Those held from a sequence number on; `None` if it is not held.
+    fn since(&self, first: u64) -> Option<&[Arc<Observation>]> {
+        let place = usize::try_from(first.checked_sub(self.released)?).ok()?;
+        self.held.get(place..).filter(|held| !held.is_empty())
+    }
 }
 
 impl ObservationLog {
-    /// Offers an observation; it is kept if it is new.
+    /// Offers an observation; it is held if it is new.
     pub fn insert(&mut self, observation: Arc<Observation>) -> Entry {
         let entry = self.entry(&observation);
         if entry == Entry::New {
-            self.logs.entry(observation.origin).or_default().push(observation);
+            let known = self.logs.entry(observation.origin);
+            let begin = || Known { first: Arc::clone(&observation), released: 0, held: Vec::new() };
+            known.or_insert_with(begin).held.push(observation);
         }
         entry
     }
 
-    /// What would become of an observation.
+    /// What would become of an observation. One whose name is that of a released one is not compared with it.
     #[must_use]
     pub fn entry(&self, observation: &Observation) -> Entry {
-        let log = self.of(observation.origin);
-        let known = usize::try_from(observation.sequence).ok().and_then(|place| log.get(place));
-        match known {
-            Some(known) if **known == *observation => Entry::Known,
+        let known = self.logs.get(&observation.origin);
+        let held = known.and_then(|known| known.since(observation.sequence)?.first());
+        match held {
+            Some(held) if **held == *observation => Entry::Known,
             Some(_) => Entry::Conflicting,
-            None if observation.sequence == log.len() as u64 => Entry::New,
-            None => Entry::Early,
+            None => match observation.sequence.cmp(&self.next(observation.origin)) {
+                Ordering::Less => Entry::Known,
+                Ordering::Equal => Entry::New,
+                Ordering::Greater => Entry::Early,
+            },
         }
     }
 
-    /// Known observations of an origin, in order.
+    /// The ends of what is known of an origin; `None` if nothing is.
     #[must_use]
-    pub fn of(&self, origin: Origin) -> &[Arc<Observation>] {
-        self.logs.get(&origin).map_or(&[], Vec::as_slice)
+    pub fn ends(&self, origin: Origin) -> Option<Ends<'_>> {
+        let known = self.logs.get(&origin)?;
+        Some(Ends { first: &known.first, last: known.held.last()? })
     }
 
     /// The first sequence number of an origin that is missing.
     #[must_use]
     pub fn next(&self, origin: Origin) -> u64 {
-        self.of(origin).len() as u64
+        self.logs.get(&origin).map_or(0, Known::next)
     }
 
     /// What is known, by origin.
     pub fn versions(&self) -> impl Iterator<Item = Version> + '_ {
-        self.logs.iter().map(|(&origin, log)| Version { origin, next: log.len() as u64 })
+        self.logs.iter().map(|(&origin, known)| Version { origin, next: known.next() })
     }
 
     /// Whether somebody who tells these versions knows all that is known here.
@@ -141,23 +181,31 @@ impl ObservationLog {
         self.logs.range(first..=last).count()
     }
 
-    /// Known observations of an origin from a sequence number on, in order.
+    /// Observations of an origin from a sequence number on, in order; none if that one is missing or released.
     #[must_use]
     pub fn since(&self, origin: Origin, first: u64) -> &[Arc<Observation>] {
-        let first = usize::try_from(first).unwrap_or(usize::MAX);
-        self.of(origin).get(first..).unwrap_or_default()
+        self.logs.get(&origin).and_then(|known| known.since(first)).unwrap_or_default()
+    }
+
+    /// Holds no more than the last so many of each origin, and one at least.
+    pub fn release(&mut self, held: NonZeroUsize) {
+        for known in self.logs.values_mut() {
+            let surplus = known.held.len().saturating_sub(held.get());
+            known.held.drain(..surplus);
+            known.released += surplus as u64;
+        }
     }
 
     /// Number of observations known.
     #[must_use]
-    pub fn len(&self) -> usize {
-        self.logs.values().map(Vec::len).sum()
+    pub fn len(&self) -> u64 {
+        self.logs.values().map(Known::next).sum()
     }
 
     /// Whether none is known.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.len() == 0
+        self.logs.is_empty()
     }
 }
 
@@ -194,6 +242,24 @@ mod tests {
         let since = log.since(SEVEN, 1).iter().map(|known| known.sequence);
         assert_eq!(since.collect::<Vec<_>>(), [1, 2]);
         assert!(log.since(SEVEN, 4).is_empty() && log.since(SEVEN, u64::MAX).is_empty());
+    }
+
+    #[test]
+    fn what_is_released_stays_known_and_is_held_no_more() {
+        let mut log = ObservationLog::default();
+        (0..5).for_each(|sequence| assert_eq!(log.insert(observation(sequence, sequence)), Entry::New));
+        log.release(NonZeroUsize::new(2).unwrap());
+        log.release(NonZeroUsize::new(3).unwrap());
+        assert_eq!((log.next(SEVEN), log.len()), (5, 5));
+        let held = |first| log.since(SEVEN, first).iter().map(|held| held.sequence).collect::<Vec<_>>();
+        assert_eq!([2, 3, 4, 5].map(held), [vec![], vec![3, 4], vec![4], vec![]]);
+        let ends = log.ends(SEVEN).map(|ends| (ends.first.sequence, ends.last.sequence));
+        assert_eq!(ends, Some((0, 4)));
+        let offered = [(2, 2), (2, 9), (3, 3), (3, 9), (5, 5), (6, 6)];
+        let entries = offered.map(|(sequence, time_ns)| log.entry(&observation(sequence, time_ns)));
+        let again = [Entry::Known, Entry::Known, Entry::Known, Entry::Conflicting];
+        assert_eq!(entries[..4], again, "what is released cannot be compared");
+        assert_eq!(entries[4..], [Entry::New, Entry::Early]);
     }
 
     #[test]

@@ -7,14 +7,16 @@ mod disk;
 mod lie;
 mod plan;
 
+use std::num::NonZeroUsize;
 use std::ops::AddAssign;
 
 use dragnet_agent::agent::{Agent, Orders};
-use dragnet_proto::message::{Message, Participant};
+use dragnet_proto::message::{Audience, Message, Participant};
 use dragnet_proto::participant::{Mind, MindError, Reaction, Stimulus};
 use dragnet_proto::scenario::{Scenario, ScenarioError};
 use dragnet_proto::time::MissionTime;
 use dragnet_search::evidence::Digest;
+use dragnet_search::observation::RobotId;
 
 use crate::crew::Crew;
 use crate::episode;
@@ -25,6 +27,9 @@ use check::Checks;
 use disk::Disk;
 
 pub use plan::plan;
+
+/// So few observations of each origin does a robot hold in memory, that it is asked for others.
+const HELD: NonZeroUsize = NonZeroUsize::new(2).expect("above 0");
 
 /// How often each fault has bitten.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
@@ -49,6 +54,8 @@ pub struct Bites {
     pub liars: u64,
     /// Lies that were refused.
     pub lies_refused: u64,
+    /// Questions for what a robot has released, answered from its disk.
+    pub repeated: u64,
     /// What a person asked for: pauses, marks, cells to be searched too.
     pub commands: u64,
 }
@@ -65,6 +72,7 @@ impl AddAssign for Bites {
         self.slow += other.slow;
         self.liars += other.liars;
         self.lies_refused += other.lies_refused;
+        self.repeated += other.repeated;
         self.commands += other.commands;
     }
 }
@@ -178,6 +186,20 @@ impl<'a, F: FnMut(&Scenario) -> Box<dyn Mind>> Crowd<'a, F> {
         }
     }
 
+    /// A robot's disk takes what it is to keep, and answers for what it releases then.
+    fn keep(&mut self, robot: RobotId, now: MissionTime, reaction: &mut Reaction<Message>) {
+        let place = usize::from(robot.0) - 1;
+        let disk = &mut self.disks[place];
+        disk.keep(now, reaction);
+        if disk.is_level() {
+            self.robots[place].release(HELD);
+        }
+        for request in std::mem::take(&mut reaction.repeats) {
+            self.bites.repeated += 1;
+            reaction.published.push((Audience::One(request.from), disk.answer(request)));
+        }
+    }
+
     /// The simulator's start of a participant is its return, if it has crashed before.
     fn start(&mut self, who: Participant, now: MissionTime) {
         if now == MissionTime::START + self.faults.ahead(who) {
@@ -225,7 +247,7 @@ impl<F: FnMut(&Scenario) -> Box<dyn Mind>> Crew for Crowd<'_, F> {
         self.checks.before(who, now, &stimulus);
         let mut reaction = self.mind(who).experience(now, stimulus)?;
         if let Participant::Robot(robot) = who {
-            self.disks[usize::from(robot.0) - 1].keep(now, &reaction);
+            self.keep(robot, now, &mut reaction);
         }
         let (digest, observations) = (self.mind(who).digest(), self.mind(who).observations());
         self.checks.after(who, now, &reaction, digest, observations)?;

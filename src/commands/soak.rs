@@ -109,6 +109,7 @@ impl Total {
             ("slow robots", self.faults.slow),
             ("robots that lied", self.faults.liars),
             ("lies that were refused", self.faults.lies_refused),
+            ("questions that a robot answered from its disk", self.faults.repeated),
             ("commands of a person", self.faults.commands),
         ];
         let rows = rows.map(|(what, count)| format!("{count:>12}  {what}\n"));

@@ -15,6 +15,7 @@ use dragnet_proto::inbox::Inbox;
 use dragnet_proto::plausible::Limits;
 use dragnet_proto::scenario::Scenario;
 use dragnet_search::belief::Belief;
+use dragnet_search::observation::Ends;
 
 /// A scenario from its text.
 fn scenario(text: &str) -> Scenario {
@@ -25,10 +26,14 @@ fn scenario(text: &str) -> Scenario {
 fn check(inbox: &Inbox, belief: &Belief, scenario: &Scenario, limits: &Limits) {
     let mut expected = scenario.prior().clone();
     for version in inbox.log().versions() {
-        let known = inbox.log().of(version.origin);
-        for (place, observation) in known.iter().enumerate() {
-            assert_eq!(limits.check(observation, &known[..place]), Ok(()));
+        let known = inbox.log().since(version.origin, 0);
+        assert_eq!(known.len() as u64, version.next, "nothing is released");
+        let mut before = None;
+        for observation in known {
+            let ends = before.map(|last| Ends { first: &known[0], last });
+            assert_eq!(limits.check(observation, ends), Ok(()));
             observation.readings.iter().for_each(|reading| expected.add(reading));
+            before = Some(&**observation);
         }
     }
     assert_eq!(belief.digest(), expected.digest());

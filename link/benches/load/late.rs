@@ -4,6 +4,7 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use dragnet_agent::agent::{Agent, Orders};
+use dragnet_link::journal::Journal;
 use dragnet_link::live::{self, Clock, Report};
 use dragnet_link::session::{Endpoints, open};
 use dragnet_proto::convert::Codec;
@@ -15,8 +16,9 @@ use dragnet_search::observation::{Observation, Origin, RobotId};
 use tokio::sync::mpsc;
 
 use crate::probe::{Measured, Probe};
-use crate::{join, look, mesh, scenario};
+use crate::{join, journal, look, mesh, scenario};
 
+const MISSION: &str = "late";
 const OBSERVATIONS: u32 = 10_000;
 const ROUNDS: usize = 5;
 /// From one cell to the next.
@@ -35,6 +37,8 @@ async fn round() {
     let measured = Arc::new(Mutex::new(Measured::default()));
     let mut orders = Orders::of_team(&scenario, 1).into_iter();
     let mut veteran = Agent::new(orders.next().unwrap());
+    let journals = tempfile::tempdir().unwrap();
+    let mut kept = journal(journals.path(), MISSION, RobotId(1), &scenario);
     let there: Vec<Cell> = snake(&scenario);
     // There and back, so that each step is to a neighbor.
     let way = there.iter().chain(there.iter().rev()).cycle();
@@ -42,13 +46,15 @@ async fn round() {
         for robot in [1, 3] {
             let (origin, time_ns) = (Origin::first(RobotId(robot)), STEP_NS * sequence);
             let readings = look(&scenario, from);
-            veteran.recall(&Arc::new(Observation { origin, sequence, time_ns, from, readings }));
+            let observation = Arc::new(Observation { origin, sequence, time_ns, from, readings });
+            veteran.recall(&observation);
+            kept.note(vec![observation]);
         }
     }
     let stand = |_: &Agent| Stimulus::Sensed { cell: there[0], readings: look(&scenario, there[0]) };
     let report = stand(&veteran);
     let veteran = Probe { robot: RobotId(1), agent: veteran, measured: Arc::clone(&measured) };
-    let first = tokio::spawn(take_part(veteran, endpoints[0].clone(), (None, report)));
+    let first = tokio::spawn(take_part(veteran, endpoints[0].clone(), kept, (None, report)));
     // Until it has looked for the first time.
     while measured.lock().unwrap().published() == 0 {
         tokio::task::yield_now().await;
@@ -56,8 +62,9 @@ async fn round() {
     let late = Agent::new(orders.next().unwrap());
     let report = stand(&late);
     let late = Probe { robot: RobotId(2), agent: late, measured: Arc::clone(&measured) };
+    let kept = journal(journals.path(), MISSION, RobotId(2), &scenario);
     let started = Instant::now();
-    let second = tokio::spawn(take_part(late, endpoints[1].clone(), (None, report)));
+    let second = tokio::spawn(take_part(late, endpoints[1].clone(), kept, (None, report)));
     while !measured.lock().unwrap().agree(2, u64::from(OBSERVATIONS) + 2) {
         tokio::time::sleep(Duration::from_millis(1)).await;
     }
@@ -81,14 +88,14 @@ fn snake(scenario: &Scenario) -> Vec<Cell> {
     .collect()
 }
 
-async fn take_part(mut probe: Probe, endpoints: Endpoints, report: Report) {
+async fn take_part(mut probe: Probe, endpoints: Endpoints, journal: Journal, report: Report) {
     let session = open(&endpoints).await.unwrap();
     let codec = Codec::new(scenario(3, 60).terrain().grid());
-    let mut link = join(session, "late", probe.robot, codec).await;
+    let mut link = join(session, MISSION, probe.robot, codec).await;
     let (sender, reports) = mpsc::channel(1);
     sender.send(report).await.unwrap();
     let never = std::future::pending::<()>();
     let mut clock = Clock::new(1.0);
     clock.set(MissionTime::START + STEP * OBSERVATIONS);
-    live::run(&mut link, &mut probe, clock, None, reports, never).await.unwrap();
+    live::run(&mut link, &mut probe, clock, Some(journal), reports, never).await.unwrap();
 }

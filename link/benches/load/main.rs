@@ -15,8 +15,10 @@ mod ping;
 mod probe;
 mod team;
 
+use std::path::Path;
 use std::time::Duration;
 
+use dragnet_link::journal::{Journal, Subject};
 use dragnet_link::link::Link;
 use dragnet_link::session::{Endpoints, free_endpoints};
 use dragnet_proto::convert::Codec;
@@ -58,6 +60,13 @@ fn mesh(sessions: usize) -> Vec<Endpoints> {
         ..Endpoints::default()
     });
     endpoints.collect()
+}
+
+/// A new journal of a robot in a folder.
+fn journal(folder: &Path, mission: &str, robot: RobotId, scenario: &Scenario) -> Journal {
+    let mission = mission.parse().unwrap();
+    let subject = Subject { mission: &mission, robot, terrain: scenario.terrain() };
+    Journal::open(&folder.join(format!("{robot}.journal")), subject, 0).unwrap().0
 }
 
 /// A robot's place on the network, of which the others know.

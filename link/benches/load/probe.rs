@@ -2,6 +2,7 @@
 //! believes it.
 
 use std::collections::HashMap;
+use std::num::NonZeroUsize;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
@@ -74,6 +75,10 @@ impl Mind for Probe {
             }
         }
         Ok(reaction)
+    }
+
+    fn release(&mut self, held: NonZeroUsize) {
+        self.agent.release(held);
     }
 
     fn digest(&self) -> Digest {

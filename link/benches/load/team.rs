@@ -4,17 +4,17 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use dragnet_agent::agent::{Agent, Orders};
+use dragnet_link::journal::Journal;
 use dragnet_link::live::{self, Clock};
 use dragnet_link::session::{Endpoints, open};
 use dragnet_link::world::{self, WorldServer};
 use dragnet_proto::convert::Codec;
 use dragnet_proto::key::Mission;
-use dragnet_proto::scenario::Scenario;
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 
 use crate::probe::{Measured, Probe};
-use crate::{mesh, percentiles, scenario};
+use crate::{journal, mesh, percentiles, scenario};
 
 const MISSION: &str = "load";
 
@@ -25,9 +25,11 @@ pub(crate) async fn run(robots: u32, side: u32, seconds: u64) {
     let session = open(&endpoints[0]).await.unwrap();
     let measured = Arc::new(Mutex::new(Measured::default()));
     let (stop, stopped) = watch::channel(());
+    let journals = tempfile::tempdir().unwrap();
     let mut team = JoinSet::new();
     for (orders, endpoints) in Orders::of_team(&scenario, 1).into_iter().zip(&endpoints[1..]) {
-        join(&mut team, orders, endpoints, &scenario, &measured, stopped.clone()).await;
+        let journal = journal(journals.path(), MISSION, orders.robot.id, &scenario);
+        join(&mut team, orders, endpoints, journal, &measured, stopped.clone()).await;
     }
     eprintln!("{robots} robots in a mesh, {:.0} MB", resident_megabytes());
     let mut spectator = |_, _: dragnet_sim::simulation::Scene| ();
@@ -65,11 +67,11 @@ async fn join(
     team: &mut JoinSet<()>,
     orders: Orders,
     endpoints: &Endpoints,
-    scenario: &Scenario,
+    journal: Journal,
     measured: &Arc<Mutex<Measured>>,
     mut stopped: watch::Receiver<()>,
 ) {
-    let (robot, codec) = (orders.robot.id, Codec::new(scenario.terrain().grid()));
+    let (robot, codec) = (orders.robot.id, Codec::new(orders.terrain.grid()));
     let mission: Mission = MISSION.parse().unwrap();
     let session = open(endpoints).await.unwrap();
     let reports = world::sensor(&session, &mission, robot, codec).await.unwrap();
@@ -77,7 +79,7 @@ async fn join(
     let mut probe = Probe { robot, agent: Agent::new(orders), measured: Arc::clone(measured) };
     team.spawn(async move {
         let stop = async move { while stopped.changed().await.is_ok() {} };
-        live::run(&mut link, &mut probe, Clock::new(1.0), None, reports, stop).await.unwrap();
+        live::run(&mut link, &mut probe, Clock::new(1.0), Some(journal), reports, stop).await.unwrap();
     });
 }
 

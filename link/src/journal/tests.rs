@@ -49,6 +49,25 @@ fn what_was_committed_is_remembered_and_what_was_only_noted_is_not() {
 }
 
 #[test]
+fn what_is_on_disk_is_found_again_by_its_name() {
+    let shelf = Shelf::new();
+    let (mut journal, _) = shelf.open(1, 0).unwrap();
+    let [ones, again, twos] = [(1, 0), (1, 9), (2, 0)].map(|(robot, incarnation)| {
+        (0..100).map(|sequence| shelf.observation(robot, incarnation, sequence)).collect::<Vec<_>>()
+    });
+    journal.note([ones.clone(), again.clone(), twos.clone()].concat());
+    let found =
+        |journal: &Journal, of: &Arc<Observation>, most| journal.since(of.origin, of.sequence, most).unwrap();
+    assert_eq!(found(&journal, &ones[0], 10), [], "it is noted only");
+    journal.commit();
+    assert_eq!(found(&journal, &ones[0], 64), ones[..64]);
+    assert_eq!(found(&journal, &again[90], 64), again[90..]);
+    assert_eq!(found(&journal, &twos[99], 64), twos[99..]);
+    assert_eq!(found(&journal, &shelf.observation(2, 0, 100), 64), []);
+    assert_eq!(found(&journal, &shelf.observation(3, 0, 0), 64), []);
+}
+
+#[test]
 fn a_journal_of_another_robot_mission_or_map_is_refused() {
     let mut shelf = Shelf::new();
     drop(shelf.open(1, 0).unwrap());

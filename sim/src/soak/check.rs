@@ -249,6 +249,7 @@ mod tests {
             wake_at: MissionTime(u64::MAX),
             activity: Activity::Searching,
             decision: None,
+            repeats: Vec::new(),
             refused: Vec::new(),
         }
     }

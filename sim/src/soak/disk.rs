@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use dragnet_proto::message::Message;
+use dragnet_proto::message::{LogReply, LogRequest, Message};
 use dragnet_proto::participant::Reaction;
 use dragnet_proto::time::MissionTime;
 use dragnet_search::observation::Observation;
@@ -29,6 +29,20 @@ impl Disk {
         if !reaction.published.is_empty() && !self.full.contains(&now) {
             self.written.append(&mut self.waiting);
         }
+    }
+
+    /// Whether all that was to be kept is written.
+    pub(super) fn is_level(&self) -> bool {
+        self.waiting.is_empty()
+    }
+
+    /// What its robot answers who asks for what it has released.
+    pub(super) fn answer(&self, request: LogRequest) -> Message {
+        let asked = |observation: &&Arc<Observation>| {
+            observation.origin == request.of && observation.sequence >= request.first
+        };
+        let found = self.written.iter().filter(asked).take(LogReply::MAX_OBSERVATIONS);
+        Message::LogReply(LogReply { observations: found.cloned().collect() })
     }
 
     /// Its robot starts again: so many observations are lost.

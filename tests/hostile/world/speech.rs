@@ -54,13 +54,12 @@ impl World {
 
     /// What the robot that hears all this knows, or what follows. Few robots are where they cannot be so soon.
     fn look(&mut self, origin: Origin, sequence: u64) -> Arc<Observation> {
-        let place = usize::try_from(sequence).unwrap();
-        if let Some(known) = self.agent.inbox().log().of(origin).get(place) {
+        if let Some(known) = self.agent.inbox().log().since(origin, sequence).first() {
             return Arc::clone(known);
         }
         let cells: Vec<Cell> = self.scenario.terrain().traversable_cells().collect();
         let is_far = self.random.random_ratio(1, 20);
-        let from = if is_far { *cells.choose(&mut self.random).unwrap() } else { cells[place % 2] };
+        let from = if is_far { *cells.choose(&mut self.random).unwrap() } else { cells[usize::from(sequence % 2 == 1)] };
         Arc::new(Observation { origin, sequence, time_ns: self.now.0, from, readings: self.readings(from) })
     }
 
