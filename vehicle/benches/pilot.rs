@@ -112,7 +112,7 @@ fn pilot(criterion: &mut Criterion) {
     // The next cell of a route: the pose that enters it ends the look.
     let next = Grid::new(30, 30).unwrap().cell(Position { row: 15, column: 15 }).unwrap();
     ride.pilot.handle(ride.now_ns(), Event::Route(vec![next]));
-    ride.drive(2);
+    ride.drive(1);
     ride.step += 1;
     group.bench_function("look", |bencher| {
         let handle = |mut pilot: Pilot| {
