@@ -190,7 +190,7 @@ impl World {
     }
 }
 
-fn draw_truth(terrain: &Terrain, objects: &Objects, random: &mut Stream) -> Truth {
+pub(crate) fn draw_truth(terrain: &Terrain, objects: &Objects, random: &mut Stream) -> Truth {
     let searched: Vec<Cell> = terrain.searched_cells().collect();
     let cells = match objects {
         Objects::Count(count) => searched.sample(random, *count as usize).copied().collect(),
@@ -202,7 +202,7 @@ fn draw_truth(terrain: &Terrain, objects: &Objects, random: &mut Stream) -> Trut
     Truth::new(terrain, cells)
 }
 
-fn draw_starts(scenario: &Scenario, seed: u64) -> Vec<Cell> {
+pub(crate) fn draw_starts(scenario: &Scenario, seed: u64) -> Vec<Cell> {
     let area = scenario.terrain().largest_area();
     let any = |robot: RobotId| {
         let mut random = stream(seed, Purpose::Start, robot.0);

@@ -1,4 +1,4 @@
-//! `dragnet paper`: the paper's simulated experiments, run again, as one page.
+//! `dragnet paper`: the paper's experiments, run again in simulation, as one page.
 //!
 //! Each table and figure is a [`section::Section`] of a file of its own; [`study`] runs the comparisons that several of
 //! them show, [`page`] puts them together.
@@ -21,6 +21,7 @@ mod setup;
 mod study;
 mod table_1;
 mod table_2;
+mod table_3;
 mod trace;
 
 use std::path::{Path, PathBuf};
@@ -39,7 +40,7 @@ const FIRST_SEED: u64 = 1000;
 /// The file that holds the report.
 const REPORT: &str = "report.html";
 
-/// Run the paper's simulated experiments again and report them beside its own figures.
+/// Run the paper's experiments again, in simulation, and report them beside its own figures.
 ///
 /// Writes one page, report.html, which needs neither script nor network, and the numbers behind it as CSV files. It says
 /// which claims of the paper hold, and where this set-up differs. The default seeds are none that anything was tuned or
@@ -48,7 +49,8 @@ const REPORT: &str = "report.html";
 #[command(after_help = "\
 Examples:
   dragnet paper --out report
-  dragnet paper table-2 --seeds 1000..1050 --out report")]
+  dragnet paper table-2 --seeds 1000..1050 --out report
+  dragnet paper table-3 --seeds 50 --out report")]
 pub(crate) struct Arguments {
     /// The table or figure to repeat
     #[arg(value_name = "EXPERIMENT", default_value = "all", value_parser = Choice::parser())]
@@ -91,10 +93,15 @@ fn sections(parts: &[Part], seeds: Seeds, threads: Option<u16>) -> Result<Vec<Se
     let mut studies: Vec<Study> = parts.iter().filter_map(|part| part.study()).collect();
     studies.dedup();
     let comparisons = study::run(&studies, seeds, threads)?;
-    parts.iter().map(|&part| section(part, &comparisons, seeds)).collect()
+    parts.iter().map(|&part| section(part, &comparisons, seeds, threads)).collect()
 }
 
-fn section(part: Part, comparisons: &[Comparison], seeds: Seeds) -> Result<Section, Failure> {
+fn section(
+    part: Part,
+    comparisons: &[Comparison],
+    seeds: Seeds,
+    threads: Option<u16>,
+) -> Result<Section, Failure> {
     match part {
         Part::Table1 => table_1::section(seeds),
         Part::Figure5 => figure_5::section(find(comparisons, Study::Imitation)),
@@ -103,6 +110,7 @@ fn section(part: Part, comparisons: &[Comparison], seeds: Seeds) -> Result<Secti
         Part::Table2 => table_2::section(find(comparisons, Study::Density)),
         Part::Figure8 => figure_8::section(seeds),
         Part::Figure9 => figure_9::section(find(comparisons, Study::PathExpert)),
+        Part::Table3 => table_3::section(seeds, threads),
     }
 }
 

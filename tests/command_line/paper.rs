@@ -92,6 +92,28 @@ fn figure_8_shows_beliefs_and_ways_on_a_page_that_is_whole_by_itself() {
 }
 
 #[test]
+fn table_3_is_driven_again_to_the_byte_by_any_number_of_threads() {
+    let (page, files) = report("table-3");
+    check(&page, "table-3");
+    for said in
+        ["<td>05:15</td>", "<td>2.86</td>", "<code>path</code>, 3 robots", "30 s a waypoint", "74,857"]
+    {
+        assert!(page.contains(said), "{said}");
+    }
+    assert_eq!(files.keys().collect::<Vec<_>>(), ["table-3.csv"]);
+    let lines: Vec<&str> = files["table-3.csv"].lines().collect();
+    assert_eq!(lines.len(), 1 + (3 + 2) * 8);
+    assert!(
+        lines[0].starts_with("configuration,seed,policy,robots,")
+            && lines[1].starts_with("A,90001,nats,1,0,")
+    );
+    let place = Place::new();
+    place.succeed(&["paper", "table-3", "--seeds", "1", "--threads", "1", "--out", "one"]);
+    let one = fs::read_to_string(place.path("one/table-3.csv")).unwrap();
+    assert_eq!(one.lines().collect::<Vec<_>>(), lines[..=(3 + 1) * 8]);
+}
+
+#[test]
 fn table_2_stands_beside_the_papers_own() {
     let (page, files) = report("table-2");
     check(&page, "table-2");
@@ -165,7 +187,7 @@ fn what_cannot_be_done_is_refused_before_the_work() {
     fs::create_dir_all(place.path("taken/report.html")).unwrap();
     for (arguments, said) in [
         (&["paper"] as &[&str], &["--out"] as &[&str]),
-        (&["paper", "table-3", "--out", "report"], &["table-3", "table-2", "figure-9", "all"]),
+        (&["paper", "table-4", "--out", "report"], &["table-4", "table-2", "figure-9", "table-3", "all"]),
         (&["paper", "--out", "small.toml"], &["--out small.toml", "cannot make the folder"]),
         (&["paper", "--out", "small.toml/deep"], &["--out small.toml/deep"]),
         (&["paper", "--out", "taken"], &["--out taken", "taken/report.html is a folder"]),

@@ -13,7 +13,10 @@ const ARROWS: [(&str, &[&str]); 12] = [
     ("dragnet-keys", &["dragnet-search", "dragnet-proto"]),
     ("dragnet-agent", &["dragnet-search", "dragnet-learn", "dragnet-proto"]),
     ("dragnet-coordinator", &["dragnet-search", "dragnet-proto"]),
-    ("dragnet-sim", &["dragnet-search", "dragnet-learn", "dragnet-proto", "dragnet-agent"]),
+    (
+        "dragnet-sim",
+        &["dragnet-search", "dragnet-learn", "dragnet-proto", "dragnet-agent", "dragnet-vehicle"],
+    ),
     ("dragnet-vehicle", &["dragnet-search"]),
     ("dragnet-live", &["dragnet-search", "dragnet-proto", "dragnet-coordinator"]),
     (

@@ -1,8 +1,10 @@
 //! From tracks and a look to readings for the belief of the search.
 //!
-//! A cell is read if the sensor's footprint has it, an object can be in it, a camera has its middle in view,
-//! and no wall stands between. Each reading is one of the sensor's own model, `value = theta + N(0, v(d))`,
-//! and never more precise:
+//! A look lasts from one cell to the next, and all frames of the way count ([`coverage`]). A cell is read if
+//! the sensor's footprint has it from where the vehicle stands at the end, an object can be in it, and enough
+//! frames had its middle in view with no wall between. Each reading is one of the sensor's own model,
+//! `value = theta + N(0, v(d))`, and never more precise: `d` is the distance from where the vehicle stands,
+//! or from where the cell was seen, whichever is larger.
 //! - **0, empty**, where no track can be: its probability to be there is at most [`NEGLIGIBLE`];
 //! - **1, an object**, where one confirmed track is that was seen in this look: with probability [`CERTAIN`]
 //!   or more;
@@ -20,6 +22,7 @@
 //! wrongly 0 as the sensor's model says, not as the detector does: fit the model to the detector
 //! ([`crate::calibration`]).
 
+pub mod coverage;
 mod sight;
 pub mod spread;
 
@@ -27,11 +30,10 @@ use dragnet_search::cell::{Cell, Position};
 use dragnet_search::evidence::{MAX_VARIANCE, Reading};
 use dragnet_search::sensor::Sensor;
 use dragnet_search::terrain::Terrain;
-use nalgebra::Vector2;
 
-use crate::camera::{Camera, View, ViewError};
 use crate::plane::Pose;
 use crate::tracker::track::{Standing, Track};
+use coverage::Coverage;
 use spread::Spread;
 
 /// With at most this probability of a track a cell reads as if the track were not there.
@@ -39,13 +41,16 @@ pub const NEGLIGIBLE: f64 = 1e-3;
 /// With at least this probability a track is in a cell.
 pub const CERTAIN: f64 = 0.9;
 
-/// One look around with all cameras.
+/// All that the cameras have shown since the last look.
 #[derive(Clone, Copy, Debug)]
 pub struct Look<'a> {
     /// Where the vehicle stands on the map.
     pub vehicle: Pose,
-    /// What it looks with.
-    pub cameras: &'a [Camera],
+    /// What was in view on the way there.
+    pub coverage: &'a Coverage,
+    /// A cell that was in fewer frames is not read: as many as confirm a track, or nothing could have been
+    /// found there.
+    pub fewest_sights: u32,
     /// What it knows by then.
     pub tracks: &'a [Track],
     /// Tracks that were last seen before, nanoseconds of mission time, were not seen in this look: when the
@@ -85,9 +90,6 @@ pub enum EvidenceError {
     /// Its place is wrong, or the map is: the team would not believe what is seen from there.
     #[error("the vehicle stands in row {}, column {}, where the map lets none stand", .0.row, .0.column)]
     Blocked(Position),
-    /// A camera without a view.
-    #[error(transparent)]
-    View(#[from] ViewError),
 }
 
 /// The readings of a look.
@@ -96,16 +98,12 @@ pub enum EvidenceError {
 /// If the vehicle's pose is no number, or it stands outside of the map or where none can.
 pub fn readings(terrain: &Terrain, sensor: &Sensor, look: &Look<'_>) -> Result<Seen, EvidenceError> {
     let from = standing_cell(terrain, &look.vehicle)?;
-    let views =
-        look.cameras.iter().map(|camera| camera.view(&look.vehicle)).collect::<Result<Vec<View>, _>>()?;
     let spread = Spread::of(look.tracks.iter().map(|track| (track.mixture(), is_seen(track, look))), terrain);
     let grid = terrain.grid();
     let reading = |place: &dragnet_search::sensor::Look| {
         let cell = grid.step(from, place.offset)?;
-        let (east, north) = terrain.center_meters(cell);
-        let is_in_view = views.iter().any(|view| view.contains(Vector2::new(east, north)));
-        let is_read = is_in_view && terrain.is_searched(cell) && sight::is_clear(terrain, from, place.offset);
-        if is_read { read(cell, place.variance, &spread) } else { None }
+        let seen_from = look.coverage.distance(cell, look.fewest_sights)?;
+        read(cell, place.variance.max(sensor.variance(seen_from)), &spread)
     };
     Ok(Seen { from, readings: sensor.footprint().iter().filter_map(reading).collect() })
 }
@@ -128,7 +126,11 @@ fn read(cell: Cell, variance: f32, spread: &Spread) -> Option<Reading> {
     Some(Reading { cell, value, variance: (variance + coin).min(MAX_VARIANCE) })
 }
 
-fn standing_cell(terrain: &Terrain, vehicle: &Pose) -> Result<Cell, EvidenceError> {
+/// The cell that a vehicle stands in.
+///
+/// # Errors
+/// If its pose is no number, or it stands outside of the map or where none can.
+pub fn standing_cell(terrain: &Terrain, vehicle: &Pose) -> Result<Cell, EvidenceError> {
     if !vehicle.is_finite() {
         return Err(EvidenceError::Pose(*vehicle));
     }

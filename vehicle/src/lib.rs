@@ -8,12 +8,15 @@
 //! 4. [`evidence`]: from where things are to what the search believes of its cells;
 //! 5. [`calibration`]: how precise such evidence is, from looks of which one knows what was there.
 //!
-//! And where it goes, [`lattice`] plans, in motions that it can drive.
+//! And where it goes, [`lattice`] plans, in motions that it can drive. [`pilot`] is all of this together,
+//! between the vehicle's sensors and its agent, by its [`settings`].
 
 pub mod assignment;
 pub mod calibration;
 pub mod camera;
 pub mod evidence;
 pub mod lattice;
+pub mod pilot;
 pub mod plane;
+pub mod settings;
 pub mod tracker;

@@ -14,11 +14,12 @@ pub(super) enum Part {
     Table2,
     Figure8,
     Figure9,
+    Table3,
 }
 
 impl Part {
     /// In the order of the report.
-    const ALL: [Self; 7] = [
+    const ALL: [Self; 8] = [
         Self::Table1,
         Self::Figure5,
         Self::Figure6,
@@ -26,6 +27,7 @@ impl Part {
         Self::Table2,
         Self::Figure8,
         Self::Figure9,
+        Self::Table3,
     ];
 
     /// As written on the command line, in links and in names of files.
@@ -38,6 +40,7 @@ impl Part {
             Self::Table2 => "table-2",
             Self::Figure8 => "figure-8",
             Self::Figure9 => "figure-9",
+            Self::Table3 => "table-3",
         }
     }
 
@@ -51,13 +54,14 @@ impl Part {
             Self::Table2 => "Table II",
             Self::Figure8 => "Figure 8",
             Self::Figure9 => "Figure 9",
+            Self::Table3 => "Table III",
         }
     }
 
     /// The comparison that it shows, if it shows one.
     pub(super) const fn study(self) -> Option<Study> {
         match self {
-            Self::Table1 | Self::Figure8 => None,
+            Self::Table1 | Self::Figure8 | Self::Table3 => None,
             Self::Figure5 => Some(Study::Imitation),
             Self::Figure6 => Some(Study::Scale),
             Self::Figure7 | Self::Table2 => Some(Study::Density),

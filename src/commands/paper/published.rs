@@ -45,6 +45,25 @@ pub(super) const TABLE_2: [Areas; 5] = [
     clone(Map::AllTraversable.greedy_clone(), [0.7794, 0.7635, 0.7356, 0.7366], 0.7538),
 ];
 
+/// Time of a mission of the field test, seconds (section VII).
+pub(super) const FIELD_BUDGET_SECONDS: f64 = 900.0;
+
+/// Time to find all five (Table III).
+pub(super) struct FieldTimes {
+    /// In the configurations A, B and C; that of the mission if not all were found.
+    pub(super) seconds: [f64; 3],
+    /// How many times as fast as NATS, as printed.
+    pub(super) speedups: [f64; 3],
+}
+
+/// Table III: NATS, the clones of greedy search (ICC, AT), that of path-integral search (ICC).
+pub(super) const TABLE_3: [FieldTimes; 4] = [
+    FieldTimes { seconds: [FIELD_BUDGET_SECONDS, 663.0, 425.0], speedups: [1.00, 1.00, 1.00] },
+    FieldTimes { seconds: [315.0, 350.0, 330.0], speedups: [2.86, 1.89, 1.29] },
+    FieldTimes { seconds: [460.0, 495.0, 385.0], speedups: [1.96, 1.34, 1.10] },
+    FieldTimes { seconds: [340.0, 275.0, 260.0], speedups: [2.64, 2.41, 1.63] },
+];
+
 const fn clone(shipped: Shipped, maps: [f64; 4], mean: f64) -> Areas {
     Areas { policy: PolicyName::Learned(shipped), maps, mean }
 }
@@ -57,6 +76,16 @@ mod tests {
     fn the_means_are_those_of_their_rows() {
         for row in TABLE_2 {
             assert!((row.maps.iter().sum::<f64>() / 4.0 - row.mean).abs() < 1e-4, "{}", row.policy);
+        }
+    }
+
+    #[test]
+    fn the_field_tests_speedups_are_those_of_its_times() {
+        for row in TABLE_3 {
+            for place in 0..3 {
+                let speedup = TABLE_3[0].seconds[place] / row.seconds[place];
+                assert!((speedup - row.speedups[place]).abs() < 0.015, "{speedup}");
+            }
         }
     }
 

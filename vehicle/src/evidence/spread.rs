@@ -86,10 +86,21 @@ fn over_cells(mixture: &Mixture, terrain: &Terrain, sunflower: &[Vector2<f64>]) 
         // Positive definite, as every member of a mixture after a bearing; a long wait may have rounded it
         // away.
         let Some(root) = place.cholesky().map(|root| root.l()) else { continue };
+        // A member lies in a few cells: looking those through is faster than a tree for each point.
+        let mut counts: Vec<(Cell, u32)> = Vec::new();
         for point in sunflower {
-            if let Some(cell) = cell_at(terrain, member.state.position_meters() + root * point) {
-                *cells.entry(cell).or_insert(0.0) += member.weight / f64::from(POINTS);
+            let Some(cell) = cell_at(terrain, member.state.position_meters() + root * point) else {
+                continue;
+            };
+            match counts.iter_mut().find(|(known, _)| *known == cell) {
+                Some((_, count)) => *count += 1,
+                None => counts.push((cell, 1)),
             }
+        }
+        for (cell, count) in counts {
+            let probability = cells.entry(cell).or_insert(0.0);
+            // Point by point: a product would round otherwise, and with it every recorded run.
+            (0..count).for_each(|_| *probability += member.weight / f64::from(POINTS));
         }
     }
     cells

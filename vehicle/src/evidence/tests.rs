@@ -4,9 +4,10 @@ use std::collections::BTreeSet;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use dragnet_search::sensor::Noise;
+use nalgebra::Vector2;
 
 use super::*;
-use crate::camera::CameraSettings;
+use crate::camera::{Camera, CameraSettings, View};
 use crate::plane::bearing_radians;
 use crate::tracker::Tracker;
 use crate::tracker::frame::Frame;
@@ -73,14 +74,25 @@ fn tracks(thing: Vector2<f64>, frames: u64) -> Vec<Track> {
     tracker.tracks().to_vec()
 }
 
-fn look<'a>(cameras: &'a [Camera], tracks: &'a [Track]) -> Look<'a> {
-    Look { vehicle: Pose::new(45.0, 45.0, FRAC_PI_2), cameras, tracks, since_ns: 0 }
+const VEHICLE: Pose = Pose::new(45.0, 45.0, FRAC_PI_2);
+
+/// What cameras show from where the vehicle stands.
+fn coverage(terrain: &Terrain, cameras: &[Camera]) -> Coverage {
+    let mut coverage = Coverage::default();
+    for camera in cameras {
+        coverage.add(terrain, &sensor(), &camera.view(&VEHICLE).unwrap());
+    }
+    coverage
+}
+
+fn look<'a>(coverage: &'a Coverage, tracks: &'a [Track]) -> Look<'a> {
+    Look { vehicle: VEHICLE, coverage, fewest_sights: 1, tracks, since_ns: 0 }
 }
 
 #[test]
 fn a_camera_reads_the_cells_before_it() {
     let terrain = terrain(OPEN);
-    let seen = readings(&terrain, &sensor(), &look(&[camera(63.0, 0.0)], &[])).unwrap();
+    let seen = readings(&terrain, &sensor(), &look(&coverage(&terrain, &[camera(63.0, 0.0)]), &[])).unwrap();
     let expected = "\
         --00000--\n---000---\n---000---\n----0----\n---------\n---------\n---------\n---------\n---------";
     assert_eq!(drawn(&terrain, &seen), expected);
@@ -91,10 +103,32 @@ fn a_camera_reads_the_cells_before_it() {
 }
 
 #[test]
+fn what_was_seen_on_the_way_counts_by_the_farther_distance() {
+    let terrain = terrain(OPEN);
+    let mut coverage = Coverage::default();
+    let behind = camera(63.0, PI);
+    // Three frames from the next cell to the north, and from there one of a camera that looks back.
+    let north = Pose::new(45.0, 55.0, FRAC_PI_2);
+    for _ in 0..3 {
+        coverage.add(&terrain, &sensor(), &camera(63.0, 0.0).view(&north).unwrap());
+    }
+    coverage.add(&terrain, &sensor(), &behind.view(&north).unwrap());
+    let seen = readings(&terrain, &sensor(), &Look { fewest_sights: 3, ..look(&coverage, &[]) }).unwrap();
+    assert_eq!(drawn(&terrain, &seen).lines().skip(3).filter(|line| line.contains('0')).count(), 0);
+    for reading in &seen.readings {
+        let distance = terrain.grid().manhattan(seen.from, reading.cell);
+        assert_eq!(reading.variance.to_bits(), sensor().variance(distance).to_bits());
+    }
+    let seen = readings(&terrain, &sensor(), &look(&coverage, &[])).unwrap();
+    let own = seen.readings.iter().find(|reading| reading.cell == seen.from).unwrap();
+    assert_eq!(own.variance.to_bits(), sensor().variance(1).to_bits(), "seen from the next cell");
+}
+
+#[test]
 fn walls_hide_and_what_is_not_searched_is_not_read() {
     let terrain =
         terrain(&OPEN.replacen(".........\n.........\n.........", ".........\n.........\n....#..,.", 1));
-    let seen = readings(&terrain, &sensor(), &look(&[camera(63.0, 0.0)], &[])).unwrap();
+    let seen = readings(&terrain, &sensor(), &look(&coverage(&terrain, &[camera(63.0, 0.0)]), &[])).unwrap();
     let expected = "\
         --00-00--\n---0-0---\n---0-0---\n----0----\n---------\n---------\n---------\n---------\n---------";
     assert_eq!(drawn(&terrain, &seen), expected);
@@ -104,7 +138,7 @@ fn walls_hide_and_what_is_not_searched_is_not_read() {
 fn a_track_that_fits_into_a_cell_is_an_object_there() {
     let terrain = terrain(OPEN);
     let tracks = tracks(Vector2::new(65.0, 65.0), 150);
-    let seen = readings(&terrain, &sensor(), &look(&all_around(), &tracks)).unwrap();
+    let seen = readings(&terrain, &sensor(), &look(&coverage(&terrain, &all_around()), &tracks)).unwrap();
     let ones: Vec<_> = seen.readings.iter().filter(|reading| reading.value > 0.5).collect();
     assert_eq!(ones.len(), 1, "{}", drawn(&terrain, &seen));
     assert_eq!(terrain.center_meters(ones[0].cell), (65.0, 65.0));
@@ -123,7 +157,7 @@ fn a_track_of_few_bearings_withholds_readings_along_them() {
     let terrain = terrain(OPEN);
     for (frames, line) in [(1, "0000-----"), (4, "0000-00--")] {
         let tracks = tracks(Vector2::new(85.0, 45.0), frames);
-        let seen = readings(&terrain, &sensor(), &look(&all_around(), &tracks)).unwrap();
+        let seen = readings(&terrain, &sensor(), &look(&coverage(&terrain, &all_around()), &tracks)).unwrap();
         let mut expected = ["000000000"; 9];
         expected[4] = line;
         assert_eq!(drawn(&terrain, &seen), expected.join("\n"), "{frames} frames");
@@ -134,8 +168,8 @@ fn a_track_of_few_bearings_withholds_readings_along_them() {
 fn a_track_that_was_not_seen_in_this_look_is_neither_there_nor_not() {
     let terrain = terrain(OPEN);
     let tracks = tracks(Vector2::new(65.0, 65.0), 150);
-    let cameras = all_around();
-    let later = Look { since_ns: 30 * SECOND, ..look(&cameras, &tracks) };
+    let coverage = coverage(&terrain, &all_around());
+    let later = Look { since_ns: 30 * SECOND, ..look(&coverage, &tracks) };
     let seen = readings(&terrain, &sensor(), &later).unwrap();
     assert_eq!(seen.readings.len(), 79);
     assert!(seen.readings.iter().all(|reading| reading.value < 0.5));
@@ -150,7 +184,7 @@ fn readings_are_what_the_team_believes() {
     for number in 0..40_u8 {
         let thing = Vector2::new(5.0 + 2.0 * f64::from(number), 62.0 + f64::from(number) / 2.0);
         let tracks = tracks(thing, u64::from(number) * 5);
-        let seen = readings(&terrain, &sensor(), &look(&all_around(), &tracks)).unwrap();
+        let seen = readings(&terrain, &sensor(), &look(&coverage(&terrain, &all_around()), &tracks)).unwrap();
         let cells: BTreeSet<Cell> = seen.readings.iter().map(|reading| reading.cell).collect();
         assert_eq!(cells.len(), seen.readings.len());
         for reading in &seen.readings {
@@ -167,9 +201,9 @@ fn readings_are_what_the_team_believes() {
 #[test]
 fn a_vehicle_that_is_nowhere_sees_nothing_and_says_why() {
     let terrain = terrain(&format!("{OPEN}\n#........"));
-    let cameras = all_around();
+    let coverage = coverage(&terrain, &all_around());
     let message = |east, north, heading| {
-        let look = Look { vehicle: Pose::new(east, north, heading), ..look(&cameras, &[]) };
+        let look = Look { vehicle: Pose::new(east, north, heading), ..look(&coverage, &[]) };
         readings(&terrain, &sensor(), &look).unwrap_err().to_string()
     };
     assert!(message(f64::NAN, 1.0, 0.0).contains("not a number"));

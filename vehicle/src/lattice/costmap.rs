@@ -152,6 +152,12 @@ impl CostMap {
         self.resolution_meters
     }
 
+    /// Position of the south-western corner, metres.
+    #[must_use]
+    pub const fn origin_meters(&self) -> (f64, f64) {
+        self.origin_meters
+    }
+
     /// Costs by index, shape `[cells]`.
     #[must_use]
     pub fn costs(&self) -> &[u8] {

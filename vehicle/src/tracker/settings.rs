@@ -74,7 +74,7 @@ pub enum SettingsError {
 impl Settings {
     /// # Errors
     /// If a setting is out of its range.
-    pub(super) fn check(&self) -> Result<(), SettingsError> {
+    pub(crate) fn check(&self) -> Result<(), SettingsError> {
         if !(1..=64).contains(&self.members) {
             return Err(SettingsError::Members(self.members));
         }

@@ -1,0 +1,311 @@
+//! The field test: vehicles in continuous space that find things with cameras.
+//!
+//! Everything between a camera's boxes and a vehicle's path is the product: boxes go to the very
+//! [`Pilot`](dragnet_vehicle::pilot::Pilot) of a robot, its looks to the very [`Agent`], the agent's routes
+//! back to the pilot, its paths to the wheels. Simulated are the ground ([`site`]), the vehicle's body
+//! ([`body`]), its cameras with a detector that misses and imagines things ([`eyes`]), and its localization.
+//!
+//! Time goes in ticks of [`TICK`]: in each, bodies move, poses and images are taken, and what the agents make
+//! of them reaches their teammates within the tick. A trial ends when the belief of all readings together has
+//! found every object ([`Score`]), or with the mission's time. A decision costs the mission time that the
+//! caller says ([`Thinking`]), never the time that it took here: so a trial is a function of scenario, seed
+//! and that time, byte for byte.
+
+mod body;
+mod eyes;
+mod site;
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::time::Duration;
+
+use dragnet_agent::agent::{Agent, Orders};
+use dragnet_proto::message::{Audience, Message, Participant};
+use dragnet_proto::participant::{MindError, Reaction, Stimulus};
+use dragnet_proto::scenario::Scenario;
+use dragnet_proto::time::MissionTime;
+use dragnet_search::belief::Belief;
+use dragnet_search::cell::Cell;
+use dragnet_search::evidence::{Digest, Reading};
+use dragnet_search::measures::Score;
+use dragnet_search::observation::RobotId;
+use dragnet_vehicle::pilot::diagnostic::{Diagnostic, Level};
+use dragnet_vehicle::pilot::{Action, Event, Pilot, PilotError};
+use dragnet_vehicle::settings::SettingsError;
+
+use crate::crew::{Crew, LocalCrew};
+use body::Body;
+use eyes::Eyes;
+use site::Site;
+
+pub use eyes::{HEAD_RADIANS_PER_SECOND, detection_probability};
+pub use site::settings;
+
+/// Between two images of a camera.
+pub const TICK: Duration = Duration::from_millis(200);
+
+/// What the vehicle does while its agent decides, and for how long.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Thinking {
+    /// Of each decision, mission time. Meanwhile the vehicle drives on to the middle of the waypoint's cell,
+    /// which it has just entered, and stands there.
+    pub time: Duration,
+}
+
+impl Thinking {
+    /// A decision costs nothing: what takes a millisecond is no part of a search that takes minutes.
+    pub const NONE: Self = Self { time: Duration::ZERO };
+}
+
+/// What a trial came to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trial {
+    /// When every object was found, if all were in time.
+    pub found: Option<MissionTime>,
+    /// When the trial ended.
+    pub ended: MissionTime,
+    /// How the belief of all readings together compares with the truth at the end.
+    pub score: Score,
+    /// Way driven by each robot, metres.
+    pub driven_meters: Vec<f64>,
+    /// Computing time of each decision, as measured: no part of what happens.
+    pub decisions: Vec<Duration>,
+    /// Looks of all robots.
+    pub looks: u64,
+    /// Observations that an agent refused.
+    pub refused: u64,
+    /// Diagnostics of the pilots above [`Level::Ok`], in order.
+    pub diagnostics: Vec<(RobotId, Diagnostic)>,
+    /// Digest of the evidence of all readings.
+    pub digest: Digest,
+    /// Where the first robot was at each tick, metres east and north.
+    pub trace: Vec<(f64, f64)>,
+}
+
+/// Why there is no trial.
+#[derive(Debug, thiserror::Error)]
+pub enum FieldError {
+    /// Of an agent.
+    #[error(transparent)]
+    Mind(#[from] MindError),
+    /// Of the vehicle's settings.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
+    /// Of the pilot.
+    #[error(transparent)]
+    Pilot(#[from] PilotError),
+    /// Of the site.
+    #[error(transparent)]
+    Site(#[from] site::SiteError),
+}
+
+/// Runs a scenario with vehicles instead of its robots' grid.
+///
+/// # Errors
+/// If the scenario does not state a number of objects, or is too large for a lattice.
+pub fn run(scenario: &Scenario, seed: u64, thinking: Thinking) -> Result<Trial, FieldError> {
+    let orders = Orders::of_team(scenario, seed);
+    let mut agents: Vec<Agent> = orders.into_iter().map(Agent::new).collect();
+    let mut mission = Mission::new(scenario, seed, thinking, LocalCrew::new(&mut agents, None))?;
+    mission.run(scenario.mission().budget.time().unwrap_or(LONGEST))?;
+    Ok(mission.end())
+}
+
+/// Without a budget in time a trial ends at last.
+const LONGEST: Duration = Duration::from_hours(1);
+
+/// A vehicle with its pilot.
+struct Vehicle {
+    id: RobotId,
+    body: Body,
+    eyes: Eyes,
+    pilot: Pilot,
+    /// A route that its agent is still thinking about.
+    pending: Option<(MissionTime, Vec<Cell>)>,
+    wake_at: MissionTime,
+}
+
+/// A trial under way.
+struct Mission<'a> {
+    site: Arc<Site>,
+    thinking: Thinking,
+    crew: LocalCrew<'a>,
+    vehicles: Vec<Vehicle>,
+    merged: Belief,
+    tau: f64,
+    now: MissionTime,
+    trial: Trial,
+    /// Messages on their way, with their receivers.
+    mail: VecDeque<(Participant, usize, Message)>,
+}
+
+impl<'a> Mission<'a> {
+    fn new(
+        scenario: &Scenario,
+        seed: u64,
+        thinking: Thinking,
+        crew: LocalCrew<'a>,
+    ) -> Result<Self, FieldError> {
+        let site = Arc::new(Site::new(scenario, seed)?);
+        let full_speed = scenario.mission().speed_meters_per_second;
+        let checked = settings(full_speed).check(None)?;
+        let mut vehicles = Vec::new();
+        for (robot, start) in scenario.robots().iter().zip(site.starts()) {
+            let (terrain, sensor) = (scenario.terrain().clone(), scenario.sensor().clone());
+            vehicles.push(Vehicle {
+                id: robot.id,
+                body: Body::new(*start, full_speed),
+                eyes: Eyes::new(&checked, seed, robot.id),
+                pilot: Pilot::new(checked.clone(), terrain, sensor, site.ground())?,
+                pending: None,
+                wake_at: MissionTime(u64::MAX),
+            });
+        }
+        let (merged, tau) = (scenario.prior().clone(), scenario.mission().tau);
+        let trial = Trial {
+            found: None,
+            ended: MissionTime::START,
+            score: Score::of(scenario.terrain(), &merged, site.truth(), tau),
+            driven_meters: Vec::new(),
+            decisions: Vec::new(),
+            looks: 0,
+            refused: 0,
+            diagnostics: Vec::new(),
+            digest: merged.digest(),
+            trace: Vec::new(),
+        };
+        let now = MissionTime::START;
+        Ok(Self { site, thinking, crew, vehicles, merged, tau, now, trial, mail: VecDeque::new() })
+    }
+
+    fn run(&mut self, budget: Duration) -> Result<(), MindError> {
+        for index in 0..self.vehicles.len() {
+            self.tell(index, Stimulus::Start)?;
+        }
+        while self.trial.found.is_none() && self.now.since(MissionTime::START) < budget {
+            self.now = self.now + TICK;
+            for index in 0..self.vehicles.len() {
+                self.wake(index)?;
+                self.move_on(index)?;
+            }
+            self.deliver()?;
+        }
+        Ok(())
+    }
+
+    fn wake(&mut self, index: usize) -> Result<(), MindError> {
+        if self.vehicles[index].wake_at <= self.now {
+            self.tell(index, Stimulus::Woke)?;
+        }
+        let now = self.now;
+        if let Some((_, cells)) = self.vehicles[index].pending.take_if(|(due, _)| *due <= now) {
+            self.steer(index, Event::Route(cells))?;
+        }
+        Ok(())
+    }
+
+    /// A tick of one vehicle: its body moves, then it hears where it is and what its cameras see.
+    fn move_on(&mut self, index: usize) -> Result<(), MindError> {
+        let vehicle = &mut self.vehicles[index];
+        vehicle.body.move_on(TICK.as_secs_f64());
+        let pose = vehicle.body.pose();
+        if index == 0 {
+            self.trial.trace.push((pose.x_meters, pose.y_meters));
+        }
+        let fix = vehicle.eyes.fix(self.now, &pose);
+        let frames = vehicle.eyes.look(self.now, &pose, self.site.things_meters());
+        self.steer(index, Event::Pose(fix))?;
+        for frame in frames {
+            self.steer(index, Event::Frame(frame))?;
+        }
+        Ok(())
+    }
+
+    /// Tells a pilot what happens, and does what it says.
+    fn steer(&mut self, index: usize, event: Event) -> Result<(), MindError> {
+        let vehicle = &mut self.vehicles[index];
+        for action in vehicle.pilot.handle(self.now.0, event) {
+            let vehicle = &mut self.vehicles[index];
+            match action {
+                Action::Sensed { cell, readings } => self.sense(index, cell, readings)?,
+                Action::Drive(plan) => vehicle.body.follow(&plan.poses),
+                Action::Go(pose) => {
+                    let here = vehicle.body.pose();
+                    vehicle.body.follow(&[here, pose]);
+                }
+                Action::Hold => vehicle.body.follow(&[]),
+                Action::Tell(diagnostic) if diagnostic.level > Level::Ok => {
+                    self.trial.diagnostics.push((vehicle.id, diagnostic));
+                }
+                Action::Tell(_) => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn sense(&mut self, index: usize, cell: Cell, readings: Vec<Reading>) -> Result<(), MindError> {
+        self.trial.looks += 1;
+        for reading in &readings {
+            let before = self.merged.is_found(reading.cell, self.tau);
+            self.merged.add(reading);
+            let after = self.merged.is_found(reading.cell, self.tau);
+            if before != after {
+                self.trial.score.change(after, self.site.truth().is_object(reading.cell));
+            }
+        }
+        if self.trial.score.false_negatives == 0 {
+            self.trial.found.get_or_insert(self.now);
+        }
+        self.tell(index, Stimulus::Sensed { cell, readings })
+    }
+
+    /// Tells an agent what happens, and does what it says.
+    fn tell(&mut self, index: usize, stimulus: Stimulus<Message>) -> Result<(), MindError> {
+        let who = Participant::Robot(self.vehicles[index].id);
+        let Reaction { published, route, wake_at, decision, refused, .. } =
+            self.crew.step(who, self.now, stimulus)?;
+        self.trial.refused += refused.len() as u64;
+        self.vehicles[index].wake_at = wake_at;
+        for (audience, message) in published {
+            self.post(index, audience, &message);
+        }
+        if let Some(cells) = route {
+            let time = if decision.is_some() { self.thinking.time } else { Duration::ZERO };
+            self.vehicles[index].pending = Some((self.now + time, cells));
+        }
+        self.trial.decisions.extend(decision);
+        Ok(())
+    }
+
+    fn post(&mut self, from: usize, audience: Audience, message: &Message) {
+        let sender = Participant::Robot(self.vehicles[from].id);
+        for (to, vehicle) in self.vehicles.iter().enumerate() {
+            let is_meant = match audience {
+                Audience::All => to != from,
+                Audience::One(one) => one == Participant::Robot(vehicle.id),
+            };
+            if is_meant {
+                self.mail.push_back((sender, to, message.clone()));
+            }
+        }
+    }
+
+    fn deliver(&mut self) -> Result<(), MindError> {
+        while let Some((from, to, parcel)) = self.mail.pop_front() {
+            self.tell(to, Stimulus::Delivered { from, parcel })?;
+        }
+        Ok(())
+    }
+
+    fn end(self) -> Trial {
+        Trial {
+            ended: self.now,
+            driven_meters: self.vehicles.iter().map(|vehicle| vehicle.body.driven_meters()).collect(),
+            digest: self.merged.digest(),
+            ..self.trial
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

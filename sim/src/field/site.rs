@@ -1,0 +1,165 @@
+//! The site: where things lie, where vehicles start, and the ground between the trees.
+
+use std::f64::consts::{PI, TAU};
+
+use dragnet_proto::scenario::{Objects, Robot, Scenario};
+use dragnet_search::cell::{Cell, Position};
+use dragnet_search::measures::Truth;
+use dragnet_search::seed::{Purpose, stream};
+use dragnet_search::terrain::Terrain;
+use dragnet_vehicle::lattice::costmap::{CostMap, CostMapError, LETHAL};
+use dragnet_vehicle::plane::Pose;
+use dragnet_vehicle::settings::{CameraTable, FootprintTable, MotionTable, Settings, TrackerTable};
+use nalgebra::Vector2;
+use rand::RngExt;
+
+use super::eyes::HEAD_RADIANS_PER_SECOND;
+use crate::world;
+
+/// The vehicle's tightest turn.
+pub(super) const TURNING_RADIUS_METERS: f64 = 3.0;
+/// Between the trees nothing is seen that is farther away.
+const SIGHT_METERS: f64 = 100.0;
+/// A cell of the search is cut into so many squares a side for the lattice.
+const PARTS: u32 = 15;
+/// Share of these squares with a tree.
+const TREES: f64 = 0.02;
+/// Around a start no tree stands, squares.
+const CLEARING: u32 = 4;
+/// Things lie so far from the edge of their cell: what lies across a border is in both, and neither answer
+/// would be wrong.
+const MARGIN_METERS: f64 = 1.0;
+/// Vehicles that start in one cell stand so far from each other.
+const APART_METERS: f64 = 2.0;
+
+/// A site that cannot be.
+#[derive(Debug, thiserror::Error)]
+pub enum SiteError {
+    /// Of the ground.
+    #[error(transparent)]
+    Ground(#[from] CostMapError),
+    /// Cells of nothing but margin.
+    #[error("cells of {0} m: needed are more than 4 m, so that a thing can lie inside one")]
+    Cells(f64),
+}
+
+/// The vehicle of the field test: the paper's two cameras on a head that turns all the time. Things lie
+/// still, so that tracks are as good as still; between two turns of the head the bearing to a near thing
+/// changes by many degrees, and its range is not known: the gate is wide.
+#[must_use]
+pub fn settings(speed_meters_per_second: f64) -> Settings {
+    Settings {
+        cameras: vec![
+            CameraTable { farthest_meters: SIGHT_METERS, ..CameraTable::wide() },
+            CameraTable { farthest_meters: SIGHT_METERS, ..CameraTable::narrow() },
+        ],
+        tracker: TrackerTable {
+            velocity_deviation_meters_per_second: 0.01,
+            acceleration_deviation_meters_per_second: 1e-4,
+            gate_degrees: 8.0,
+            ..TrackerTable::default()
+        },
+        motion: MotionTable::Lattice {
+            primitives: None,
+            turning_radius_meters: Some(TURNING_RADIUS_METERS),
+            headings: Some(16),
+            reverse_cost: Some(5),
+            turn_in_place_cost: None,
+            most_expansions: 200_000,
+            replan_beyond_meters: 3.0,
+        },
+        footprint: FootprintTable::Rectangle { length_meters: 1.5, width_meters: 1.0 },
+        speed_meters_per_second,
+        first_look_seconds: TAU / HEAD_RADIANS_PER_SECOND,
+        ..Settings::default()
+    }
+}
+
+/// Where everything is.
+#[derive(Clone, Debug)]
+pub(super) struct Site {
+    truth: Truth,
+    things_meters: Vec<Vector2<f64>>,
+    starts: Vec<Pose>,
+    ground: CostMap,
+}
+
+impl Site {
+    /// The site of a seed, whoever searches it.
+    pub(super) fn new(scenario: &Scenario, seed: u64) -> Result<Self, SiteError> {
+        let terrain = scenario.terrain();
+        if terrain.cell_meters() <= 4.0 * MARGIN_METERS {
+            return Err(SiteError::Cells(terrain.cell_meters()));
+        }
+        let (truth, things_meters) = things(terrain, scenario.objects(), seed);
+        let starts = starts(scenario, seed);
+        let ground = ground(terrain, &starts, seed)?;
+        Ok(Self { truth, things_meters, starts, ground })
+    }
+
+    pub(super) const fn truth(&self) -> &Truth {
+        &self.truth
+    }
+
+    /// Metres east and north, one for each object.
+    pub(super) fn things_meters(&self) -> &[Vector2<f64>] {
+        &self.things_meters
+    }
+
+    /// Of each robot.
+    pub(super) fn starts(&self) -> &[Pose] {
+        &self.starts
+    }
+
+    pub(super) const fn ground(&self) -> &CostMap {
+        &self.ground
+    }
+}
+
+fn things(terrain: &Terrain, objects: &Objects, seed: u64) -> (Truth, Vec<Vector2<f64>>) {
+    let mut random = stream(seed, Purpose::Truth, 0);
+    let truth = world::draw_truth(terrain, objects, &mut random);
+    let reach = terrain.cell_meters() / 2.0 - MARGIN_METERS;
+    let mut place = |&cell: &Cell| {
+        let (east, north) = terrain.center_meters(cell);
+        Vector2::new(east + random.random_range(-reach..reach), north + random.random_range(-reach..reach))
+    };
+    let places = truth.objects().iter().map(&mut place).collect();
+    (truth, places)
+}
+
+fn starts(scenario: &Scenario, seed: u64) -> Vec<Pose> {
+    let terrain = scenario.terrain();
+    let cells = world::draw_starts(scenario, seed);
+    let count = cells.len() as f64;
+    let pose = |(index, (cell, robot)): (usize, (Cell, &Robot))| {
+        let (east, north) = terrain.center_meters(cell);
+        let beside = (index as f64 - (count - 1.0) / 2.0) * APART_METERS;
+        // That of robot 0 is for the trees.
+        let heading = stream(seed, Purpose::Map, robot.id.0).random_range(-PI..PI);
+        Pose::new(east + beside, north, heading)
+    };
+    cells.into_iter().zip(scenario.robots()).enumerate().map(pose).collect()
+}
+
+/// Free where the terrain can be crossed and no tree stands.
+fn ground(terrain: &Terrain, starts: &[Pose], seed: u64) -> Result<CostMap, CostMapError> {
+    let mut map = CostMap::from_terrain(terrain, PARTS)?;
+    let mut random = stream(seed, Purpose::Map, 0);
+    let grid = map.grid();
+    let starts: Vec<Position> = starts
+        .iter()
+        .filter_map(|pose| map.cell_at(pose.x_meters, pose.y_meters))
+        .map(|cell| grid.position(cell))
+        .collect();
+    for cell in grid.cells() {
+        let at = grid.position(cell);
+        let is_near =
+            |start: &Position| at.row.abs_diff(start.row).max(at.column.abs_diff(start.column)) <= CLEARING;
+        let has_tree = random.random_bool(TREES);
+        if has_tree && !starts.iter().any(is_near) {
+            map.set(cell, LETHAL)?;
+        }
+    }
+    Ok(map)
+}

@@ -1,0 +1,91 @@
+//! Whole trials of the field test.
+
+use std::path::Path;
+
+use dragnet_learn::policy::{PolicyName, Shipped};
+use dragnet_search::policy::PolicyName as Exact;
+
+use super::*;
+
+fn field(policy: impl Into<PolicyName>) -> Scenario {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/field.toml");
+    Scenario::load(&path).unwrap().with_policy(policy).unwrap()
+}
+
+/// A trial, and all of it but what was measured with a clock.
+fn trial(scenario: &Scenario, seed: u64, thinking: Thinking) -> (Trial, String) {
+    let trial = run(scenario, seed, thinking).unwrap();
+    let text = format!("{:?}", Trial { decisions: Vec::new(), ..trial.clone() });
+    (trial, text)
+}
+
+#[test]
+fn the_site_is_that_of_the_paper() {
+    let scenario = field(Exact::Path);
+    let terrain = scenario.terrain();
+    let area = terrain.searched_cells().count() as f64 * terrain.cell_meters().powi(2);
+    assert!((area - 75_000.0).abs() < 500.0, "{area}");
+    let site = Site::new(&scenario, 1).unwrap();
+    assert_eq!(site.things_meters().len(), 5);
+    for (cell, thing) in site.truth().objects().iter().zip(site.things_meters()) {
+        assert_eq!(
+            terrain.grid().cell_at(thing.x / terrain.cell_meters(), thing.y / terrain.cell_meters()),
+            Some(*cell)
+        );
+    }
+}
+
+#[test]
+fn a_vehicle_finds_what_lies_there_and_nobody_refuses_what_it_saw() {
+    let scenario = field(Exact::Path);
+    let mut found = 0;
+    for seed in [1, 2, 7, 10] {
+        let (trial, _) = trial(&scenario, seed, Thinking::NONE);
+        assert_eq!((trial.refused, trial.decisions.is_empty()), (0, false), "seed {seed}");
+        assert!(trial.score.false_positives <= 1, "{:?}", trial.score);
+        // It drove as fast as it can, and looked in every cell of its ways.
+        let seconds = trial.ended.as_seconds();
+        let meters = trial.driven_meters[0];
+        assert!((1.5 * seconds..2.0 * seconds).contains(&meters), "{meters} m in {seconds} s");
+        assert!(trial.looks as f64 > meters / 25.0, "{} looks on {meters} m", trial.looks);
+        found += u32::from(trial.found.is_some());
+    }
+    assert!(found >= 3, "{found} of 4");
+}
+
+#[test]
+fn the_same_seed_gives_the_same_trial_to_the_byte() {
+    for scenario in [
+        field(PolicyName::Learned(Shipped::PathIceCreamCone)),
+        field(Exact::Nats),
+        field(Exact::Path).with_robots(3).unwrap(),
+    ] {
+        let (first, text) = trial(&scenario, 3, Thinking::NONE);
+        assert_eq!(trial(&scenario, 3, Thinking::NONE).1, text);
+        let (other, _) = trial(&scenario, 4, Thinking::NONE);
+        assert_ne!(other.digest, first.digest);
+    }
+}
+
+#[test]
+fn three_vehicles_share_what_they_see_and_are_done_sooner() {
+    let (alone, team) = (field(Exact::Path), field(Exact::Path).with_robots(3).unwrap());
+    let seconds = |scenario: &Scenario| -> f64 {
+        let times = [1, 2, 3].map(|seed| trial(scenario, seed, Thinking::NONE).0);
+        assert!(times.iter().all(|trial| trial.refused == 0));
+        times.iter().map(|trial| trial.ended.as_seconds()).sum()
+    };
+    let (alone, team) = (seconds(&alone), seconds(&team));
+    assert!(team < 0.75 * alone, "{team} s instead of {alone} s");
+}
+
+#[test]
+fn time_to_think_is_time_of_the_mission() {
+    let scenario = field(Exact::Nats);
+    let (at_once, _) = trial(&scenario, 2, Thinking::NONE);
+    let (slow, _) = trial(&scenario, 2, Thinking { time: Duration::from_secs(30) });
+    let still = |trial: &Trial| trial.trace.windows(2).filter(|pair| pair[0] == pair[1]).count();
+    let stops = slow.decisions.len() - 1;
+    // From the edge of a cell it takes about 5 s to the middle; the rest it stands.
+    assert!(still(&slow) > still(&at_once) + 100 * stops, "{} {}", still(&slow), still(&at_once));
+}

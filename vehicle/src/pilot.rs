@@ -1,0 +1,416 @@
+//! The pilot: between a vehicle's sensors and its agent.
+//!
+//! What the vehicle senses goes in with its time, and so does the agent's route; what to tell the agent and
+//! where to drive comes out. The only way anything changes is [`Pilot::handle`].
+//!
+//! **Looks.** The agent hears of a cell when the vehicle enters it, with a reading of every cell that the
+//! cameras saw well enough since the look before ([`crate::evidence`]). Cells beside the route that a turn
+//! cuts are not told, or the agent would take each for a detour and decide anew; what was seen there counts
+//! in the next look. Only a vehicle that has strayed from its route tells where it is.
+//!
+//! **Driving.** A route is driven in straight runs, from the middle of a cell to that of another. Each is
+//! planned a little before the one before it ends, so that the vehicle does not stop at corners, and not at
+//! waypoints if the next route comes in time: the agent hears of a waypoint when its cell is entered. While
+//! there is no route, the vehicle drives on to the middle of that cell and stands.
+//!
+//! **Safety.** What is missing or cannot be is told when it begins and when it is well again, and the vehicle
+//! holds or goes on as set ([`crate::settings::OnSilence`]). Whatever is set, no evidence comes of it: a frame
+//! counts if its camera gave nothing that cannot be and the pose at its time is known; after a jump all tracks
+//! and all that was seen since the last look are dropped.
+
+pub mod diagnostic;
+mod drive;
+mod event;
+mod localization;
+mod perception;
+mod route;
+
+use dragnet_search::cell::Cell;
+use dragnet_search::sensor::Sensor;
+use dragnet_search::terrain::Terrain;
+
+use crate::evidence::standing_cell;
+use crate::lattice::costmap::CostMap;
+use crate::lattice::maneuvers::ManeuversError;
+use crate::lattice::plan::PlannerError;
+use crate::plane::Pose;
+use crate::settings::{Caution, Checked};
+use crate::tracker::settings::SettingsError as TrackerError;
+use diagnostic::{Conditions, Fault, Subject};
+use drive::{Corridor, Driver, Goal, Leg};
+use localization::{Clock, Judgement, Localization};
+use perception::Perception;
+use route::Route;
+
+pub use event::{Action, CameraFrame, Event, Fix, Report, Sights};
+
+/// So near to the middle of a run's last cell the next run begins, cells: corners are cut by no more, so that
+/// the vehicle keeps to its route's cells.
+const TURNING_SHARE: f64 = 0.25;
+/// A vehicle that strays is out of a cell if it is so far from its middle, cells; its border is at one half.
+const LEAVING_SHARE: f64 = 0.75;
+
+/// Why there is no pilot.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PilotError {
+    /// Of the tracker.
+    #[error(transparent)]
+    Tracker(#[from] TrackerError),
+    /// Footprint, motions and map do not fit.
+    #[error(transparent)]
+    Planner(#[from] PlannerError),
+    /// No such motions at the map's resolution.
+    #[error(transparent)]
+    Maneuvers(#[from] ManeuversError),
+}
+
+/// A vehicle's pilot.
+#[derive(Clone, Debug)]
+pub struct Pilot {
+    settings: Checked,
+    terrain: Terrain,
+    sensor: Sensor,
+    clock: Clock,
+    localization: Localization,
+    perception: Perception,
+    driver: Driver,
+    leg: Leg,
+    route: Route,
+    /// The cell that the agent was told last, and when.
+    told: Option<(Cell, u64)>,
+    conditions: Conditions,
+}
+
+impl Pilot {
+    /// A pilot that knows nothing yet. `map` is what its planner starts with, if it plans.
+    ///
+    /// # Errors
+    /// If footprint, motions and map do not fit each other.
+    pub fn new(
+        settings: Checked,
+        terrain: Terrain,
+        sensor: Sensor,
+        map: &CostMap,
+    ) -> Result<Self, PilotError> {
+        Ok(Self {
+            clock: Clock::new(settings.settling_ns),
+            localization: Localization::new(&settings),
+            perception: Perception::new(&settings)?,
+            driver: Driver::new(&settings.motion, map)?,
+            leg: Leg::Idle,
+            route: Route::default(),
+            told: None,
+            conditions: Conditions::default(),
+            settings,
+            terrain,
+            sensor,
+        })
+    }
+
+    /// The only way anything changes; `now_ns`, nanoseconds of mission time, comes from the caller.
+    pub fn handle(&mut self, now_ns: u64, event: Event) -> Vec<Action> {
+        let mut actions = Vec::new();
+        let is_now = self.read_clock(now_ns, &mut actions);
+        // Routes and maps are none of the clock's business.
+        let is_sensed = matches!(event, Event::Pose(_) | Event::Frame(_));
+        if is_now || !is_sensed {
+            self.take(self.clock.now_ns(), event, &mut actions);
+        }
+        if is_now {
+            self.notice_silence(now_ns, &mut actions);
+            self.sense(now_ns, &mut actions);
+        }
+        self.drive(self.clock.now_ns(), &mut actions);
+        actions
+    }
+
+    /// Things that are followed now.
+    #[must_use]
+    pub fn tracks(&self) -> &[crate::tracker::track::Track] {
+        self.perception.tracks()
+    }
+
+    /// Whether the time can be believed.
+    fn read_clock(&mut self, now_ns: u64, actions: &mut Vec<Action>) -> bool {
+        let (subject, latest_ns) = (Subject::Clock, self.clock.now_ns());
+        match self.clock.read(now_ns) {
+            Judgement::Good => {
+                self.well(&subject, actions);
+                true
+            }
+            Judgement::Restarted => {
+                self.localization.forget(now_ns);
+                self.perception.restart(now_ns);
+                self.told = self.told.map(|(cell, _)| (cell, now_ns));
+                self.well(&subject, actions);
+                true
+            }
+            Judgement::Doubtful => {
+                let numbers = [("now_seconds", seconds(now_ns)), ("latest_seconds", seconds(latest_ns))];
+                self.ill(subject, Fault::new("backwards", "time runs backwards", &numbers), actions);
+                false
+            }
+        }
+    }
+
+    fn take(&mut self, now_ns: u64, event: Event, actions: &mut Vec<Action>) {
+        self.perception.begin(now_ns);
+        self.localization.begin(now_ns);
+        match event {
+            Event::Pose(fix) => self.locate(now_ns, &fix, actions),
+            Event::Frame(frame) => {
+                let name = frame.camera.clone();
+                let result = self.perception.receive(now_ns, frame);
+                self.judge_camera(name, result, actions);
+                self.look_out(actions);
+            }
+            Event::Map(map) => match self.driver.set_map(&map) {
+                Ok(()) => {
+                    self.well(&Subject::Map, actions);
+                    self.leg = Leg::Idle;
+                }
+                Err(error) => {
+                    self.ill(Subject::Map, Fault::new("unusable", &error.to_string(), &[]), actions);
+                }
+            },
+            Event::Route(cells) => {
+                let is_stay = cells.is_empty();
+                self.route = Route::new(cells);
+                if is_stay {
+                    self.well(&Subject::Way, actions);
+                    self.hold(Leg::Holding, actions);
+                } else if !self.is_arriving() {
+                    self.leg = Leg::Idle;
+                }
+            }
+            Event::Drive(report) => self.hear(report, actions),
+            Event::Tick => {}
+        }
+    }
+
+    fn locate(&mut self, now_ns: u64, fix: &Fix, actions: &mut Vec<Action>) {
+        match self.localization.judge(now_ns, fix, &self.terrain) {
+            Ok(Judgement::Restarted) => {
+                self.perception.restart(now_ns);
+                self.leg = Leg::Idle;
+                self.well(&Subject::Pose, actions);
+            }
+            Ok(_) => self.well(&Subject::Pose, actions),
+            Err(fault) => self.ill(Subject::Pose, fault, actions),
+        }
+        self.look_out(actions);
+    }
+
+    /// Takes in the frames whose poses are known by now.
+    fn look_out(&mut self, actions: &mut Vec<Action>) {
+        let results = self.perception.look_out(&self.localization, &self.terrain, &self.sensor);
+        for (name, result) in results {
+            self.judge_camera(name, result, actions);
+        }
+    }
+
+    fn judge_camera(&mut self, name: String, result: Result<(), Fault>, actions: &mut Vec<Action>) {
+        match result {
+            Ok(()) => {}
+            Err(fault) => self.ill(Subject::Camera(name), fault, actions),
+        }
+    }
+
+    fn hear(&mut self, report: Report, actions: &mut Vec<Action>) {
+        let Leg::Driving { target } = self.leg else { return };
+        if !self.route.contains(target) {
+            // The cell was entered: wherever in it the drive ended, the next can begin.
+            self.driver.stop();
+            return;
+        }
+        let fault = match report {
+            Report::Arrived => {
+                Fault::new("short", "the drive ended before the cell was entered", &self.numbers(target))
+            }
+            Report::Failed(why) => {
+                Fault::new("failed", &format!("the drive failed: {why}"), &self.numbers(target))
+            }
+        };
+        self.give_up(fault, actions);
+    }
+
+    fn notice_silence(&mut self, now_ns: u64, actions: &mut Vec<Action>) {
+        let silence_ns = self.localization.silence_ns(now_ns);
+        if silence_ns > self.settings.pose_silence_ns && !self.conditions.is_ill(&Subject::Pose) {
+            let numbers = [("silence_seconds", seconds(silence_ns))];
+            self.ill(Subject::Pose, Fault::new("silent", "no pose comes", &numbers), actions);
+        }
+        for (name, silence_ns) in self.perception.silences(now_ns) {
+            let subject = Subject::Silence(name);
+            if silence_ns > self.settings.camera_silence_ns {
+                let numbers = [("silence_seconds", seconds(silence_ns))];
+                self.ill(subject, Fault::new("silent", "no frame comes that can be used", &numbers), actions);
+            } else {
+                let Subject::Silence(name) = &subject else { continue };
+                if self.perception.is_good(name) {
+                    self.well(&Subject::Camera(name.clone()), actions);
+                }
+                self.well(&subject, actions);
+            }
+        }
+    }
+
+    /// Tells the agent of a cell, if there is something to tell.
+    fn sense(&mut self, now_ns: u64, actions: &mut Vec<Action>) {
+        if self.conditions.is_ill(&Subject::Pose) {
+            return;
+        }
+        let Some(pose) = self.localization.pose() else { return };
+        let cell = match standing_cell(&self.terrain, &pose) {
+            Ok(cell) => {
+                self.well(&Subject::Ground, actions);
+                cell
+            }
+            Err(error) => {
+                let numbers = [("x_meters", pose.x_meters), ("y_meters", pose.y_meters)];
+                self.ill(Subject::Ground, Fault::new("blocked", &error.to_string(), &numbers), actions);
+                return;
+            }
+        };
+        if self.is_worth_telling(now_ns, cell) {
+            // The pose was checked above.
+            if let Ok(seen) = self.perception.look(&self.terrain, &self.sensor, &pose) {
+                self.told = Some((cell, now_ns));
+                actions.push(Action::Sensed { cell, readings: seen.readings });
+            }
+        }
+    }
+
+    fn is_worth_telling(&mut self, now_ns: u64, cell: Cell) -> bool {
+        let Some((told, told_ns)) = self.told else {
+            return self.localization.known_for_ns(now_ns) >= self.settings.first_look_ns;
+        };
+        if self.leg == Leg::GivenUp && self.settings.on_silence.way == Caution::GoOn {
+            // The agent may know another way; asked no more often than it could enter cells.
+            return seconds(now_ns.saturating_sub(told_ns)) >= self.cell_seconds();
+        }
+        if self.route.enter(cell) {
+            return true;
+        }
+        cell != told && self.has_left(told) && self.route.is_left(self.terrain.grid(), cell)
+    }
+
+    /// Whether the vehicle is clearly out of a cell, not on its border.
+    fn has_left(&self, cell: Cell) -> bool {
+        let Some(pose) = self.localization.pose() else { return false };
+        let (x_meters, y_meters) = self.terrain.center_meters(cell);
+        let beside = (pose.x_meters - x_meters).abs().max((pose.y_meters - y_meters).abs());
+        beside > self.terrain.cell_meters() * LEAVING_SHARE
+    }
+
+    /// How long it takes across a cell at full speed, seconds.
+    fn cell_seconds(&self) -> f64 {
+        self.terrain.cell_meters() / self.settings.speed_meters_per_second
+    }
+
+    /// Drives on, if there is somewhere to go and nothing forbids it.
+    fn drive(&mut self, now_ns: u64, actions: &mut Vec<Action>) {
+        if self.conditions.forbid(&self.settings.on_silence) {
+            // Who has given up still has to ask the agent for another way.
+            let leg = if self.leg == Leg::GivenUp { Leg::GivenUp } else { Leg::Holding };
+            self.hold(leg, actions);
+            return;
+        }
+        let Some(pose) = self.localization.pose() else { return };
+        if self.localization.silence_ns(now_ns) > self.settings.pose_silence_ns {
+            return;
+        }
+        let is_underway = match self.leg {
+            Leg::Driving { target } => {
+                let near_meters = self.terrain.cell_meters() * TURNING_SHARE;
+                let is_on_the_way =
+                    self.route.contains(target) || !self.driver.is_near_end(&pose, near_meters);
+                is_on_the_way && !self.driver.is_beside(&pose)
+            }
+            Leg::GivenUp => true,
+            Leg::Idle | Leg::Holding => false,
+        };
+        while !is_underway && !self.route.is_empty() {
+            match self.set_out(&pose) {
+                Ok((target, action)) => {
+                    self.well(&Subject::Way, actions);
+                    self.leg = Leg::Driving { target };
+                    actions.push(action);
+                    return;
+                }
+                Err(fault) => self.give_up(fault, actions),
+            }
+            if self.leg == Leg::GivenUp {
+                return;
+            }
+        }
+    }
+
+    /// Whether it is in the last cell of a run, on its way to the middle.
+    fn is_arriving(&self) -> bool {
+        let told = self.told.map(|(cell, _)| cell);
+        matches!(self.leg, Leg::Driving { target } if Some(target) == told)
+    }
+
+    /// Plans the next straight run of the route.
+    fn set_out(&mut self, pose: &Pose) -> Result<(Cell, Action), Fault> {
+        let grid = self.terrain.grid();
+        let here = self.told.map(|(cell, _)| cell);
+        let Some((run, heading_radians)) = self.route.run(grid, here) else {
+            return Err(Fault::new("empty", "the route has no cell", &[]));
+        };
+        let cell_meters = self.terrain.cell_meters();
+        let middles = here.iter().chain(run).map(|&cell| self.terrain.center_meters(cell)).collect();
+        let target = run[run.len() - 1];
+        let goal = Goal { heading_radians, corridor: Corridor { middles, cell_meters } };
+        let action = self.driver.set_out(pose, &goal);
+        action
+            .map(|action| (target, action))
+            .map_err(|error| Fault::new("unreachable", &error.to_string(), &self.numbers(target)))
+    }
+
+    /// The next run cannot be driven: it is left out, or the vehicle stands.
+    fn give_up(&mut self, fault: Fault, actions: &mut Vec<Action>) {
+        self.ill(Subject::Way, fault, actions);
+        if self.settings.on_silence.way == Caution::Hold {
+            self.hold(Leg::GivenUp, actions);
+            return;
+        }
+        let here = self.told.map(|(cell, _)| cell);
+        self.route.skip_run(self.terrain.grid(), here);
+        if self.route.is_empty() {
+            self.hold(Leg::GivenUp, actions);
+        } else {
+            self.leg = Leg::Idle;
+        }
+    }
+
+    fn hold(&mut self, leg: Leg, actions: &mut Vec<Action>) {
+        let is_new = !self.leg.is_still();
+        self.leg = leg;
+        self.driver.stop();
+        if is_new {
+            actions.push(Action::Hold);
+        }
+    }
+
+    fn numbers(&self, target: Cell) -> [(&'static str, f64); 2] {
+        let (x, y) = self.terrain.center_meters(target);
+        [("goal_x_meters", x), ("goal_y_meters", y)]
+    }
+
+    fn ill(&mut self, subject: Subject, fault: Fault, actions: &mut Vec<Action>) {
+        actions.extend(self.conditions.ill(subject, fault).map(Action::Tell));
+    }
+
+    fn well(&mut self, subject: &Subject, actions: &mut Vec<Action>) {
+        actions.extend(self.conditions.well(subject).map(Action::Tell));
+    }
+}
+
+fn seconds(time_ns: u64) -> f64 {
+    time_ns as f64 / 1e9
+}
+
+#[cfg(test)]
+mod tests;

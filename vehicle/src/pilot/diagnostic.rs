@@ -1,0 +1,130 @@
+//! What is wrong with a vehicle's senses and ways, told when it begins, when it changes and when it ends.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use crate::settings::{Caution, OnSilence};
+
+/// How bad it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Level {
+    /// It is well again.
+    Ok,
+    /// It goes on, with less.
+    Warning,
+    /// Something is missing without which nothing is seen, or nobody knows where.
+    Error,
+}
+
+/// What happened.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Diagnostic {
+    /// How bad it is.
+    pub level: Level,
+    /// What it is about: `pose`, `clock`, `map`, `way`, `ground`, `camera NAME`, `silence of NAME`.
+    pub name: String,
+    /// What happened, in a sentence.
+    pub message: String,
+    /// The numbers behind it, each with its name, the unit last.
+    pub numbers: Vec<(&'static str, f64)>,
+}
+
+impl fmt::Display for Diagnostic {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{}: {}", self.name, self.message)
+    }
+}
+
+/// What can be ill.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Subject {
+    Clock,
+    Pose,
+    Ground,
+    Map,
+    Way,
+    /// A camera's frames.
+    Camera(String),
+    /// A camera that gives none that can be used.
+    Silence(String),
+}
+
+/// What is wrong.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Fault {
+    /// In a word: as long as it is the same, it is not told again.
+    kind: &'static str,
+    message: String,
+    numbers: Vec<(&'static str, f64)>,
+}
+
+impl Fault {
+    pub(super) fn new(kind: &'static str, message: &str, numbers: &[(&'static str, f64)]) -> Self {
+        Self { kind, message: message.to_owned(), numbers: numbers.to_vec() }
+    }
+}
+
+impl Subject {
+    const fn level(&self) -> Level {
+        match self {
+            Self::Camera(_) | Self::Ground | Self::Way => Level::Warning,
+            Self::Clock | Self::Pose | Self::Map | Self::Silence(_) => Level::Error,
+        }
+    }
+
+    /// What to do while it is ill; single bad frames and bad ground forbid nothing.
+    const fn caution(&self, on_silence: &OnSilence) -> Caution {
+        match self {
+            Self::Clock => on_silence.clock,
+            Self::Pose => on_silence.pose,
+            Self::Map => on_silence.map,
+            Self::Silence(_) => on_silence.camera,
+            // The way is given up where it is found to be none.
+            Self::Camera(_) | Self::Ground | Self::Way => Caution::GoOn,
+        }
+    }
+}
+
+impl fmt::Display for Subject {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Clock => formatter.write_str("clock"),
+            Self::Pose => formatter.write_str("pose"),
+            Self::Ground => formatter.write_str("ground"),
+            Self::Map => formatter.write_str("map"),
+            Self::Way => formatter.write_str("way"),
+            Self::Camera(name) => write!(formatter, "camera {name}"),
+            Self::Silence(name) => write!(formatter, "silence of {name}"),
+        }
+    }
+}
+
+/// All that is ill, in a word each.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Conditions(BTreeMap<Subject, &'static str>);
+
+impl Conditions {
+    pub(super) fn ill(&mut self, subject: Subject, fault: Fault) -> Option<Diagnostic> {
+        if self.0.get(&subject) == Some(&fault.kind) {
+            return None;
+        }
+        let (level, name) = (subject.level(), subject.to_string());
+        self.0.insert(subject, fault.kind);
+        Some(Diagnostic { level, name, message: fault.message, numbers: fault.numbers })
+    }
+
+    pub(super) fn well(&mut self, subject: &Subject) -> Option<Diagnostic> {
+        self.0.remove(subject)?;
+        let message = "well again".to_owned();
+        Some(Diagnostic { level: Level::Ok, name: subject.to_string(), message, numbers: Vec::new() })
+    }
+
+    pub(super) fn is_ill(&self, subject: &Subject) -> bool {
+        self.0.contains_key(subject)
+    }
+
+    /// Whether something is ill for which the vehicle is to stand.
+    pub(super) fn forbid(&self, on_silence: &OnSilence) -> bool {
+        self.0.keys().any(|subject| subject.caution(on_silence) == Caution::Hold)
+    }
+}

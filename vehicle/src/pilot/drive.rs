@@ -1,0 +1,254 @@
+//! How the vehicle gets along a straight run.
+//!
+//! A plan of the lattice is the cheapest, and beside the run's cells the ground counts several times: so the
+//! vehicle enters the cells that the agent counts on, and leaves them where something stands in its way.
+
+use dragnet_search::cell::{Cell, Position};
+
+use super::{Action, PilotError};
+use crate::lattice::costmap::{CostMap, LETHAL};
+use crate::lattice::footprint::Footprint;
+use crate::lattice::plan::{self, Effort, Plan, PlanError};
+use crate::lattice::planner::Planner;
+use crate::plane::Pose;
+use crate::settings::{Motion, Source};
+
+/// How far from the middle of its goal's cell a plan may end, in edges of a cell: at first not at all; where
+/// something stands there, beside it.
+const TOLERANCES: [f64; 3] = [0.0, 0.2, 0.45];
+/// What ground beside the run costs more than in it.
+const BESIDE: u8 = 4;
+/// A plan that fails after so few states has not got away from where the vehicle stands.
+const BOXED_IN_EXPANSIONS: u64 = 500;
+
+/// What the vehicle does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Leg {
+    /// Nothing yet.
+    Idle,
+    /// It drives to a cell.
+    Driving { target: Cell },
+    /// It stands until something is well again, or a new route comes.
+    Holding,
+    /// It stands since no way leads on.
+    GivenUp,
+}
+
+impl Leg {
+    pub(super) const fn is_still(self) -> bool {
+        matches!(self, Self::Holding | Self::GivenUp)
+    }
+}
+
+/// Where a run leads.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Goal {
+    /// The direction into its last cell, radians.
+    pub(super) heading_radians: f64,
+    /// Its cells; it ends in the middle of the last.
+    pub(super) corridor: Corridor,
+}
+
+/// Cells of a run.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Corridor {
+    /// Metres east and north; at least one.
+    pub(super) middles: Vec<(f64, f64)>,
+    /// Their edge, metres.
+    pub(super) cell_meters: f64,
+}
+
+impl Goal {
+    fn pose(&self) -> Pose {
+        let (x_meters, y_meters) = self.corridor.middles.last().copied().unwrap_or_default();
+        Pose { x_meters, y_meters, heading_radians: self.heading_radians }
+    }
+}
+
+/// Who knows the way.
+#[derive(Clone, Debug)]
+pub(super) enum Driver {
+    Lattice(Box<Lattice>),
+    /// A navigation stack of the vehicle's own, and where it was sent last.
+    Goal(Option<Pose>),
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Lattice {
+    source: Source,
+    footprint: Footprint,
+    /// On a map on which all ground that is free costs [`BESIDE`] more.
+    planner: Planner,
+    most_expansions: u64,
+    replan_beyond_meters: f64,
+    /// The path that is driven.
+    path: Vec<Pose>,
+}
+
+impl Driver {
+    pub(super) fn new(motion: &Motion, map: &CostMap) -> Result<Self, PilotError> {
+        let Motion::Lattice { source, footprint, most_expansions, replan_beyond_meters } = motion else {
+            return Ok(Self::Goal(None));
+        };
+        Ok(Self::Lattice(Box::new(Lattice {
+            planner: planner(source, footprint, map)?,
+            source: source.clone(),
+            footprint: footprint.clone(),
+            most_expansions: *most_expansions,
+            replan_beyond_meters: *replan_beyond_meters,
+            path: Vec::new(),
+        })))
+    }
+
+    /// A new map, of any size; motions that are made fit any resolution.
+    pub(super) fn set_map(&mut self, map: &CostMap) -> Result<(), PilotError> {
+        if let Self::Lattice(lattice) = self {
+            lattice.planner = planner(&lattice.source, &lattice.footprint, map)?;
+        }
+        Ok(())
+    }
+
+    /// How to get to the end of a run.
+    pub(super) fn set_out(&mut self, from: &Pose, goal: &Goal) -> Result<Action, PlanError> {
+        match self {
+            Self::Goal(sent) => {
+                *sent = Some(goal.pose());
+                Ok(Action::Go(goal.pose()))
+            }
+            Self::Lattice(lattice) => lattice.set_out(from, goal),
+        }
+    }
+
+    pub(super) fn stop(&mut self) {
+        match self {
+            Self::Lattice(lattice) => lattice.path.clear(),
+            Self::Goal(sent) => *sent = None,
+        }
+    }
+
+    /// Whether a pose is near the end of what is driven; without anything it is.
+    pub(super) fn is_near_end(&self, pose: &Pose, near_meters: f64) -> bool {
+        let end = match self {
+            Self::Lattice(lattice) => lattice.path.last(),
+            Self::Goal(sent) => sent.as_ref(),
+        };
+        end.is_none_or(|end| (end.position_meters() - pose.position_meters()).norm() <= near_meters)
+    }
+
+    /// Whether the vehicle is too far beside its path.
+    pub(super) fn is_beside(&self, pose: &Pose) -> bool {
+        let Self::Lattice(lattice) = self else { return false };
+        let squared = |point: &Pose| (point.position_meters() - pose.position_meters()).norm_squared();
+        let nearest = lattice.path.iter().map(squared).fold(f64::INFINITY, f64::min);
+        nearest.sqrt() > lattice.replan_beyond_meters + lattice.planner.map().resolution_meters()
+    }
+}
+
+impl Lattice {
+    fn set_out(&mut self, from: &Pose, goal: &Goal) -> Result<Action, PlanError> {
+        let within = squares(self.planner.map(), &goal.corridor);
+        self.reprice(&within, |cost| cost - BESIDE);
+        let plan = self.plan(from, goal);
+        self.reprice(&within, |cost| cost + BESIDE);
+        let plan = plan?;
+        self.path.clone_from(&plan.poses);
+        Ok(Action::Drive(plan))
+    }
+
+    /// The cells were taken from the map itself, so that the planner never refuses them.
+    fn reprice(&mut self, squares: &[Cell], price: impl Fn(u8) -> u8) {
+        let costs = self.planner.map().costs();
+        let free = squares.iter().filter(|square| costs[square.index()] < LETHAL);
+        let prices: Vec<(Cell, u8)> = free.map(|&square| (square, price(costs[square.index()]))).collect();
+        let result = self.planner.set_costs(&prices);
+        debug_assert!(result.is_ok());
+    }
+
+    fn plan(&mut self, from: &Pose, goal: &Goal) -> Result<Plan, PlanError> {
+        let mut result = self.plan_from(from, goal);
+        // The lattice knows the vehicle in the middle of a square only, where a tree may stand too near that
+        // the vehicle has passed.
+        for start in beside(from, self.planner.map().resolution_meters()) {
+            let is_boxed_in = match result {
+                Err(PlanError::NoWay { expansions }) => expansions <= BOXED_IN_EXPANSIONS,
+                Err(PlanError::StartBlocked(..) | PlanError::StartOutside(..)) => true,
+                _ => false,
+            };
+            if !is_boxed_in {
+                break;
+            }
+            result = self.plan_from(&start, goal).or(result);
+        }
+        result
+    }
+
+    fn plan_from(&mut self, from: &Pose, goal: &Goal) -> Result<Plan, PlanError> {
+        let (most, Pose { x_meters, y_meters, .. }) = (self.most_expansions, goal.pose());
+        let mut result = Err(PlanError::GoalBlocked(x_meters, y_meters));
+        for share in TOLERANCES {
+            let tolerance_meters = share * goal.corridor.cell_meters;
+            let goal = plan::Goal { x_meters, y_meters, heading_radians: None, tolerance_meters };
+            result = self
+                .planner
+                .plan(*from, &goal, Effort::default(), &mut |progress| progress.expansions < most);
+            if !matches!(result, Err(PlanError::GoalBlocked(..) | PlanError::NoWay { .. })) {
+                break;
+            }
+        }
+        result
+    }
+}
+
+/// Squares of the lattice's map whose middles lie in a corridor, each once, by index.
+fn squares(map: &CostMap, corridor: &Corridor) -> Vec<Cell> {
+    let half_meters = corridor.cell_meters / 2.0;
+    let mut squares = Vec::new();
+    for &(x, y) in &corridor.middles {
+        let corner = |sign: f64| {
+            // The edge itself belongs to the next cell.
+            let inside = half_meters - 1e-6 * corridor.cell_meters;
+            map.cell_at(x + sign * inside, y + sign * inside).map(|cell| map.grid().position(cell))
+        };
+        let (Some(first), Some(last)) = (corner(-1.0), corner(1.0)) else { continue };
+        for row in first.row..=last.row {
+            squares.extend((first.column..=last.column).filter_map(|column| {
+                let square = map.grid().cell(Position { row, column })?;
+                let middle = map.center_meters(square);
+                let is_in = (middle.0 - x).abs().max((middle.1 - y).abs()) <= half_meters;
+                is_in.then_some(square)
+            }));
+        }
+    }
+    squares.sort_unstable();
+    squares.dedup();
+    squares
+}
+
+/// Poses a square or a heading beside one, the nearer first.
+fn beside(pose: &Pose, resolution_meters: f64) -> Vec<Pose> {
+    let turned = |radians: f64| Pose { heading_radians: pose.heading_radians + radians, ..*pose };
+    let moved = |forward: f64, left: f64| {
+        pose.of_part(&Pose::new(forward * resolution_meters, left * resolution_meters, 0.0))
+    };
+    vec![
+        turned(0.4),
+        turned(-0.4),
+        moved(-1.0, 0.0),
+        moved(1.0, 0.0),
+        moved(0.0, 1.0),
+        moved(0.0, -1.0),
+        moved(-2.0, 0.0),
+        moved(2.0, 0.0),
+    ]
+}
+
+fn planner(source: &Source, footprint: &Footprint, map: &CostMap) -> Result<Planner, PilotError> {
+    let set = source.primitives(map.resolution_meters())?;
+    let dearer = map
+        .costs()
+        .iter()
+        .map(|&cost| if cost < LETHAL { cost.min(LETHAL - 1 - BESIDE) + BESIDE } else { cost });
+    let map = CostMap::new(map.grid(), map.resolution_meters(), map.origin_meters(), dearer.collect())
+        .map_err(crate::lattice::plan::PlannerError::from)?;
+    Ok(Planner::new(set, footprint, map)?)
+}

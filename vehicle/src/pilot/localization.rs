@@ -1,0 +1,237 @@
+//! Which poses, and which times, can be believed.
+//!
+//! A pose farther from the last good one than the vehicle can have got is a jump. It is not believed; only
+//! when poses have agreed with each other for the settling time is the vehicle taken to be there. A clock
+//! that was set back is treated alike.
+
+use std::collections::VecDeque;
+
+use dragnet_search::terrain::Terrain;
+
+use super::diagnostic::Fault;
+use super::{Fix, seconds};
+use crate::plane::{Pose, turn_radians, wrapped_radians};
+use crate::settings::Checked;
+
+/// Faster than full speed by so much is still believed.
+const SPEED_TOLERANCE: f64 = 1.2;
+/// And farther by so many standard deviations.
+const DEVIATIONS: f64 = 5.0;
+/// And by so much for nothing, metres.
+const SLACK_METERS: f64 = 0.5;
+/// Fixes that are kept for frames that come late.
+const KEPT_FIXES: usize = 256;
+
+/// Whether something can be believed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Judgement {
+    Good,
+    /// It is not what was, but has been the same for long enough.
+    Restarted,
+    Doubtful,
+}
+
+/// The caller's time.
+#[derive(Clone, Debug)]
+pub(super) struct Clock {
+    settling_ns: u64,
+    latest_ns: u64,
+    /// First and last reading of a clock that was set back.
+    doubted: Option<(u64, u64)>,
+}
+
+impl Clock {
+    pub(super) const fn new(settling_ns: u64) -> Self {
+        Self { settling_ns, latest_ns: 0, doubted: None }
+    }
+
+    pub(super) const fn now_ns(&self) -> u64 {
+        self.latest_ns
+    }
+
+    pub(super) fn read(&mut self, now_ns: u64) -> Judgement {
+        if now_ns >= self.latest_ns {
+            self.latest_ns = now_ns;
+            self.doubted = None;
+            return Judgement::Good;
+        }
+        let (first, last) = self.doubted.filter(|&(_, last)| now_ns >= last).unwrap_or((now_ns, now_ns));
+        self.doubted = Some((first, now_ns.max(last)));
+        if now_ns - first < self.settling_ns {
+            return Judgement::Doubtful;
+        }
+        self.latest_ns = now_ns;
+        self.doubted = None;
+        Judgement::Restarted
+    }
+}
+
+/// Where the vehicle was, as far as that is believed.
+#[derive(Clone, Debug)]
+pub(super) struct Localization {
+    speed_meters_per_second: f64,
+    most_deviation_meters: f64,
+    settling_ns: u64,
+    /// By time, each once.
+    fixes: VecDeque<Fix>,
+    /// When the last of them came; before the first, when it was expected to.
+    heard_ns: Option<u64>,
+    /// Since when poses are known.
+    known_since_ns: Option<u64>,
+    /// First and last of the poses elsewhere that agree with each other.
+    elsewhere: Option<(Fix, Fix)>,
+}
+
+impl Localization {
+    pub(super) fn new(settings: &Checked) -> Self {
+        Self {
+            speed_meters_per_second: settings.speed_meters_per_second,
+            most_deviation_meters: settings.most_deviation_meters,
+            settling_ns: settings.settling_ns,
+            fixes: VecDeque::new(),
+            heard_ns: None,
+            known_since_ns: None,
+            elsewhere: None,
+        }
+    }
+
+    /// The last pose that is believed.
+    pub(super) fn pose(&self) -> Option<Pose> {
+        self.fixes.back().map(|fix| fix.pose)
+    }
+
+    /// From the first event on, poses are expected.
+    pub(super) fn begin(&mut self, now_ns: u64) {
+        self.heard_ns.get_or_insert(now_ns);
+    }
+
+    /// How long no good pose has come.
+    pub(super) fn silence_ns(&self, now_ns: u64) -> u64 {
+        self.heard_ns.map_or(0, |heard_ns| now_ns.saturating_sub(heard_ns))
+    }
+
+    /// For how long there have been poses.
+    pub(super) fn known_for_ns(&self, now_ns: u64) -> u64 {
+        self.known_since_ns.map_or(0, |since_ns| now_ns.saturating_sub(since_ns))
+    }
+
+    /// The clock was set: no time from before means anything.
+    pub(super) fn forget(&mut self, now_ns: u64) {
+        self.fixes.clear();
+        self.elsewhere = None;
+        self.heard_ns = Some(now_ns);
+        self.known_since_ns = None;
+    }
+
+    /// Takes in a pose, if it can be.
+    pub(super) fn judge(&mut self, now_ns: u64, fix: &Fix, terrain: &Terrain) -> Result<Judgement, Fault> {
+        self.check(fix, terrain)?;
+        let judgement = match self.fixes.back() {
+            Some(last) if fix.time_ns == last.time_ns => return Ok(Judgement::Good),
+            Some(last) if !self.can_follow(last, fix) => {
+                let jumped = jump(last, fix);
+                self.settle(fix).ok_or(jumped)?
+            }
+            _ => Judgement::Good,
+        };
+        if judgement == Judgement::Restarted {
+            self.fixes.clear();
+        }
+        self.elsewhere = None;
+        self.heard_ns = Some(now_ns);
+        self.known_since_ns.get_or_insert(now_ns);
+        self.fixes.push_back(*fix);
+        if self.fixes.len() > KEPT_FIXES {
+            self.fixes.pop_front();
+        }
+        Ok(judgement)
+    }
+
+    fn check(&self, fix: &Fix, terrain: &Terrain) -> Result<(), Fault> {
+        let Fix { pose, deviation_meters, heading_deviation_radians, .. } = *fix;
+        let are_deviations = deviation_meters >= 0.0 && heading_deviation_radians >= 0.0;
+        if !(pose.is_finite() && are_deviations && heading_deviation_radians.is_finite()) {
+            return Err(Fault::new("no_number", "a pose that is no number", &[]));
+        }
+        if deviation_meters > self.most_deviation_meters {
+            let numbers =
+                [("deviation_meters", deviation_meters), ("most_meters", self.most_deviation_meters)];
+            return Err(Fault::new("vague", "the pose is not known well enough", &numbers));
+        }
+        let (grid, edge) = (terrain.grid(), terrain.cell_meters());
+        if grid.cell_at(pose.x_meters / edge, pose.y_meters / edge).is_none() {
+            let numbers = [("x_meters", pose.x_meters), ("y_meters", pose.y_meters)];
+            return Err(Fault::new("outside", "a pose outside of the map", &numbers));
+        }
+        Ok(())
+    }
+
+    fn can_follow(&self, before: &Fix, fix: &Fix) -> bool {
+        if fix.time_ns < before.time_ns {
+            return false;
+        }
+        let way = self.speed_meters_per_second * seconds(fix.time_ns - before.time_ns);
+        let deviation = before.deviation_meters.hypot(fix.deviation_meters);
+        distance_meters(before, fix) <= way * SPEED_TOLERANCE + deviation * DEVIATIONS + SLACK_METERS
+    }
+
+    /// Whether poses elsewhere have agreed for long enough.
+    fn settle(&mut self, fix: &Fix) -> Option<Judgement> {
+        let agreeing = self.elsewhere.filter(|(_, last)| self.can_follow(last, fix));
+        let (first, _) = agreeing.unwrap_or((*fix, *fix));
+        self.elsewhere = Some((first, *fix));
+        (fix.time_ns - first.time_ns >= self.settling_ns).then_some(Judgement::Restarted)
+    }
+
+    /// Where the vehicle was at a time: between two fixes on the straight line.
+    pub(super) fn at(&self, time_ns: u64) -> At {
+        let after = self.fixes.partition_point(|fix| fix.time_ns < time_ns);
+        let Some(next) = self.fixes.get(after) else { return At::NotYet };
+        if next.time_ns == time_ns {
+            return At::Known(*next);
+        }
+        let Some(before) = after.checked_sub(1).and_then(|index| self.fixes.get(index)) else {
+            return At::Never;
+        };
+        At::Known(between(before, next, time_ns))
+    }
+}
+
+/// Where a vehicle was at a time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum At {
+    Known(Fix),
+    /// A later pose will tell.
+    NotYet,
+    /// Before the first pose.
+    Never,
+}
+
+fn between(before: &Fix, next: &Fix, time_ns: u64) -> Fix {
+    let share = (time_ns - before.time_ns) as f64 / (next.time_ns - before.time_ns) as f64;
+    let along = |from: f64, to: f64| from + (to - from) * share;
+    let (a, b) = (before.pose, next.pose);
+    let turn = turn_radians(a.heading_radians, b.heading_radians);
+    Fix {
+        time_ns,
+        pose: Pose {
+            x_meters: along(a.x_meters, b.x_meters),
+            y_meters: along(a.y_meters, b.y_meters),
+            heading_radians: wrapped_radians(a.heading_radians + turn * share),
+        },
+        deviation_meters: before.deviation_meters.max(next.deviation_meters),
+        heading_deviation_radians: before.heading_deviation_radians.max(next.heading_deviation_radians),
+    }
+}
+
+fn distance_meters(a: &Fix, b: &Fix) -> f64 {
+    (b.pose.position_meters() - a.pose.position_meters()).norm()
+}
+
+fn jump(last: &Fix, fix: &Fix) -> Fault {
+    let numbers = [
+        ("distance_meters", distance_meters(last, fix)),
+        ("elapsed_seconds", seconds(fix.time_ns) - seconds(last.time_ns)),
+    ];
+    Fault::new("jump", "the pose has jumped farther than the vehicle drives", &numbers)
+}

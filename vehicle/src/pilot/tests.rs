@@ -1,0 +1,386 @@
+//! A pilot on a small field: what it tells, where it drives, and what it does when something is wrong.
+
+mod faults;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use dragnet_proto::plausible::Limits;
+use dragnet_proto::scenario::Scenario;
+use dragnet_search::cell::Position;
+use dragnet_search::evidence::Reading;
+use dragnet_search::observation::{Observation, Origin, RobotId};
+use nalgebra::Vector2;
+use proptest::prelude::*;
+
+use super::diagnostic::{Diagnostic, Level};
+use super::*;
+use crate::camera::{Camera, DetectionBox};
+use crate::plane::{bearing_radians, wrapped_radians};
+use crate::settings::{CameraTable, MotionTable, Settings};
+
+/// 5 Hz.
+const STEP_NS: u64 = 200_000_000;
+const SECOND: u64 = 1_000_000_000;
+const SPEED: f64 = 2.0;
+
+/// Open ground of 12 x 12 cells of 10 m.
+fn scenario() -> Scenario {
+    let text = "name = 'field'\nmap = { shape = 'all_traversable', rows = 12, columns = 12, cell_meters = 10.0 }\n\
+                sensor.radius = 4\nobjects.count = 1\n[mission]\nbudget_seconds = 900.0\n\
+                speed_meters_per_second = 2.0\n";
+    Scenario::from_text(Path::new("field.toml"), text.to_owned()).unwrap()
+}
+
+/// Three wide cameras that see all around.
+fn settings() -> Settings {
+    let camera = |name: &str, yaw_degrees| CameraTable {
+        name: name.to_owned(),
+        field_of_view_degrees: 125.0,
+        yaw_degrees,
+        ..CameraTable::wide()
+    };
+    let mut settings = Settings {
+        cameras: vec![camera("front", 0.0), camera("left", 120.0), camera("right", -120.0)],
+        ..Settings::default()
+    };
+    settings.tracker.velocity_deviation_meters_per_second = 0.01;
+    settings.tracker.acceleration_deviation_meters_per_second = 1e-4;
+    settings.tracker.gate_degrees = 8.0;
+    settings
+}
+
+/// A pilot, its vehicle, which follows each path exactly, and all that it did.
+struct Drive {
+    pilot: Pilot,
+    cameras: Vec<Camera>,
+    things: Vec<Vector2<f64>>,
+    now_ns: u64,
+    pose: Pose,
+    path: Vec<Pose>,
+    actions: Vec<Action>,
+}
+
+impl Drive {
+    fn new(settings: &Settings) -> Self {
+        Self::on(settings, scenario().terrain(), 8)
+    }
+
+    fn on(settings: &Settings, terrain: &Terrain, parts: u32) -> Self {
+        let checked = settings.check(None).unwrap();
+        let cameras = checked.cameras.iter().map(|(camera, _)| camera.clone()).collect();
+        let map = CostMap::from_terrain(terrain, parts).unwrap();
+        let sensor = scenario().sensor().clone();
+        Self {
+            pilot: Pilot::new(checked, terrain.clone(), sensor, &map).unwrap(),
+            cameras,
+            things: Vec::new(),
+            now_ns: SECOND,
+            pose: Pose::new(25.0, 25.0, 0.0),
+            path: Vec::new(),
+            actions: Vec::new(),
+        }
+    }
+
+    /// Tells the pilot something now; what it does.
+    fn tell(&mut self, event: Event) -> Vec<Action> {
+        let actions = self.pilot.handle(self.now_ns, event);
+        for action in &actions {
+            match action {
+                Action::Drive(plan) => self.path = plan.poses.iter().rev().copied().collect(),
+                Action::Hold => self.path.clear(),
+                _ => {}
+            }
+        }
+        self.actions.extend(actions.clone());
+        actions
+    }
+
+    fn fix(&self) -> Fix {
+        Fix { time_ns: self.now_ns, pose: self.pose, deviation_meters: 0.1, heading_deviation_radians: 0.005 }
+    }
+
+    /// What a camera sees of the things, without fail.
+    fn frame(&self, camera: &Camera) -> CameraFrame {
+        let eye = self.pose.of_part(&camera.settings().mounting);
+        let bearing = |thing: &Vector2<f64>| {
+            let bearing = bearing_radians(eye.position_meters(), *thing) - self.pose.heading_radians;
+            let range = (thing - eye.position_meters()).norm();
+            camera.sees(wrapped_radians(bearing), range).then(|| wrapped_radians(bearing))
+        };
+        CameraFrame {
+            time_ns: self.now_ns,
+            camera: camera.settings().name.clone(),
+            head_radians: 0.0,
+            sights: Sights::Bearings(self.things.iter().filter_map(bearing).collect()),
+        }
+    }
+
+    /// A step in which the vehicle moves along its path, and all is well.
+    fn step(&mut self) -> Vec<Action> {
+        self.step_with(|drive, camera| Some(drive.frame(camera)))
+    }
+
+    /// The same, with frames as told.
+    fn step_with(&mut self, frame: impl Fn(&Self, &Camera) -> Option<CameraFrame>) -> Vec<Action> {
+        let before = self.actions.len();
+        self.move_on();
+        let fix = self.fix();
+        self.tell(Event::Pose(fix));
+        for camera in self.cameras.clone() {
+            match frame(self, &camera) {
+                Some(frame) => drop(self.tell(Event::Frame(frame))),
+                None => drop(self.tell(Event::Tick)),
+            }
+        }
+        self.actions[before..].to_vec()
+    }
+
+    fn move_on(&mut self) {
+        self.now_ns += STEP_NS;
+        let mut way = SPEED * STEP_NS as f64 / SECOND as f64;
+        while let Some(&next) = self.path.last() {
+            let left = (next.position_meters() - self.pose.position_meters()).norm();
+            if left > way {
+                let share = way / left;
+                let to = self.pose.position_meters().lerp(&next.position_meters(), share);
+                self.pose = Pose::new(to.x, to.y, next.heading_radians);
+                return;
+            }
+            way -= left;
+            self.pose = next;
+            self.path.pop();
+        }
+    }
+
+    fn steps(&mut self, seconds: u64) -> Vec<Action> {
+        (0..seconds * SECOND / STEP_NS).flat_map(|_| self.step()).collect()
+    }
+
+    fn go(&mut self, places: &[(u32, u32)]) -> Vec<Action> {
+        let route = cells(places);
+        self.tell(Event::Route(route))
+    }
+}
+
+fn cells(places: &[(u32, u32)]) -> Vec<Cell> {
+    let grid = scenario().terrain().grid();
+    places.iter().map(|&(row, column)| grid.cell(Position { row, column }).unwrap()).collect()
+}
+
+fn sensed(actions: &[Action]) -> Vec<Cell> {
+    let cell = |action: &Action| if let Action::Sensed { cell, .. } = action { Some(*cell) } else { None };
+    actions.iter().filter_map(cell).collect()
+}
+
+fn readings(actions: &[Action]) -> Vec<Reading> {
+    let readings = |action: &Action| match action {
+        Action::Sensed { readings, .. } => readings.clone(),
+        _ => Vec::new(),
+    };
+    actions.iter().flat_map(readings).collect()
+}
+
+fn is_hold(actions: &[Action]) -> bool {
+    actions.contains(&Action::Hold)
+}
+
+fn is_drive(actions: &[Action]) -> bool {
+    actions.iter().any(|action| matches!(action, Action::Drive(_)))
+}
+
+/// `name level` of each diagnostic.
+fn told(actions: &[Action]) -> Vec<String> {
+    let told = |action: &Action| match action {
+        Action::Tell(Diagnostic { level, name, .. }) => Some(format!("{name} {level:?}")),
+        _ => None,
+    };
+    actions.iter().filter_map(told).collect()
+}
+
+fn message(actions: &[Action]) -> String {
+    let message = |action: &Action| match action {
+        Action::Tell(diagnostic) if diagnostic.level > Level::Ok => Some(diagnostic.message.clone()),
+        _ => None,
+    };
+    actions.iter().find_map(message).unwrap_or_default()
+}
+
+#[test]
+fn every_cell_of_a_route_is_told_with_readings_that_the_team_believes() {
+    let scenario = scenario();
+    // Fine enough for turns as tight as the vehicle can.
+    let mut drive = Drive::on(&settings(), scenario.terrain(), 20);
+    drive.things = vec![Vector2::new(66.0, 47.0)];
+    assert_eq!(sensed(&drive.step()), cells(&[(2, 2)]), "the cell that it starts in");
+    let route = [(2, 3), (2, 4), (3, 5), (4, 6), (5, 6), (6, 6), (6, 5), (6, 4)];
+    assert!(is_drive(&drive.go(&route)));
+    let actions = drive.steps(60);
+    assert_eq!(sensed(&actions), cells(&route));
+    assert_eq!(told(&drive.actions), Vec::<String>::new());
+    let ends: Vec<_> = drive.actions.iter().filter(|action| matches!(action, Action::Drive(_))).collect();
+    assert_eq!(ends.len(), 4, "one plan for each straight run");
+
+    let limits = Limits::of(&scenario);
+    let mut log: Vec<Arc<Observation>> = Vec::new();
+    for action in &drive.actions {
+        let Action::Sensed { cell, readings } = action else { continue };
+        let (sequence, time_ns) = (log.len() as u64, log.len() as u64 * 5 * SECOND);
+        let origin = Origin::first(RobotId(1));
+        let observation = Observation { origin, sequence, time_ns, from: *cell, readings: readings.clone() };
+        assert_eq!(limits.check(&observation, &log), Ok(()));
+        log.push(Arc::new(observation));
+    }
+    let mut ones: BTreeMap<Cell, u32> = BTreeMap::new();
+    let all = readings(&drive.actions);
+    for reading in all.iter().filter(|reading| reading.value > 0.5) {
+        *ones.entry(reading.cell).or_default() += 1;
+    }
+    assert_eq!(ones.keys().copied().collect::<Vec<_>>(), cells(&[(4, 6)]));
+    assert!(ones[&cells(&[(4, 6)])[0]] >= 3, "{ones:?}");
+    assert!(all.len() > 200, "{}", all.len());
+    assert!(all.iter().all(|reading| reading.cell != cells(&[(4, 6)])[0] || reading.value > 0.5));
+}
+
+#[test]
+fn the_first_look_lasts_a_turn_of_the_head() {
+    let settings = Settings { first_look_seconds: 3.0, ..settings() };
+    let mut drive = Drive::new(&settings);
+    let first = (0..30).position(|_| !sensed(&drive.step()).is_empty());
+    assert_eq!(first, Some(15));
+}
+
+#[test]
+fn a_head_turns_what_its_cameras_see() {
+    let settings = Settings { cameras: vec![settings().cameras.remove(0)], ..settings() };
+    let mut drive = Drive::new(&settings);
+    drive.step();
+    let turned = |drive: &Drive, camera: &Camera| {
+        Some(CameraFrame { head_radians: std::f64::consts::PI, ..drive.frame(camera) })
+    };
+    drive.go(&[(2, 3)]);
+    let actions: Vec<Action> = (0..30).flat_map(|_| drive.step_with(turned)).collect();
+    let columns: Vec<u32> =
+        readings(&actions).iter().map(|it| scenario().terrain().grid().position(it.cell).column).collect();
+    assert!(columns.len() > 3 && columns.iter().all(|&column| column <= 3), "all behind: {columns:?}");
+}
+
+#[test]
+fn a_vehicle_stands_without_a_route_and_when_it_is_told_to_stay() {
+    let mut drive = Drive::new(&settings());
+    assert!(!is_drive(&drive.steps(5)));
+    drive.go(&[(2, 3), (2, 4)]);
+    drive.steps(3);
+    assert!(is_hold(&drive.go(&[])));
+    let before = drive.pose;
+    assert!(drive.steps(5).is_empty() && drive.pose == before);
+}
+
+#[test]
+fn the_next_route_comes_in_time_and_the_vehicle_does_not_stop() {
+    let mut drive = Drive::new(&settings());
+    drive.step();
+    drive.go(&[(2, 3), (2, 4)]);
+    while sensed(&drive.step()) != cells(&[(2, 4)]) {}
+    assert!(!is_drive(&drive.go(&[(3, 4), (4, 4)])), "first to the middle of the cell");
+    let mut slowest = f64::INFINITY;
+    for _ in 0..40 {
+        let before = drive.pose;
+        drive.step();
+        slowest = slowest.min((drive.pose.position_meters() - before.position_meters()).norm());
+    }
+    assert!(slowest > 0.1, "{slowest}");
+}
+
+#[test]
+fn a_vehicle_that_strays_tells_where_it_is() {
+    let mut drive = Drive::new(&settings());
+    drive.step();
+    drive.go(&[(2, 3), (2, 4)]);
+    drive.path.clear();
+    drive.step();
+    // Somebody takes it away, no faster than it drives.
+    let mut found = Vec::new();
+    for _ in 0..120 {
+        drive.pose.y_meters += 0.4;
+        drive.path.clear();
+        found.extend(sensed(&drive.step()));
+    }
+    assert_eq!(found.first(), cells(&[(5, 2)]).first(), "far from all that is left of its route");
+}
+
+#[test]
+fn a_navigation_stack_is_sent_to_the_ends_of_runs() {
+    let mut drive = Drive::new(&Settings { motion: MotionTable::Goal, ..settings() });
+    drive.step();
+    let actions = drive.go(&[(2, 3), (2, 4), (3, 4)]);
+    assert_eq!(actions, [Action::Go(Pose::new(45.0, 25.0, 0.0))]);
+    let failed = drive.tell(Event::Drive(Report::Failed("a wall".to_owned())));
+    assert_eq!(message(&failed), "the drive failed: a wall");
+    let next = Pose::new(45.0, 35.0, 1_f64.atan2(2.0));
+    assert_eq!(failed.last(), Some(&Action::Go(next)), "on to the cells after those");
+    let arrived = drive.tell(Event::Drive(Report::Arrived));
+    assert!(message(&arrived).contains("ended before the cell was entered") && is_hold(&arrived));
+    drive.go(&[(3, 4), (4, 4)]);
+    let way = (1..=50).map(|step| f64::from(step) / 50.0);
+    let entered: Vec<Action> = way
+        .flat_map(|share| {
+            drive.pose = Pose::new(25.0 + 15.5 * share, 25.0 + 9.0 * share, 0.0);
+            drive.step()
+        })
+        .collect();
+    assert_eq!(sensed(&entered), cells(&[(3, 4)]), "its border");
+    let arrived = drive.tell(Event::Drive(Report::Arrived));
+    assert!(matches!(arrived[..], [Action::Go(Pose { y_meters: 45.0, .. })]), "{arrived:?}");
+}
+
+fn any_event() -> impl Strategy<Value = Event> {
+    let number = || prop_oneof![any::<f64>(), -20.0..140.0_f64];
+    let pose = (number(), number(), number()).prop_map(|(x, y, heading)| Pose::new(x, y, heading));
+    let time = prop_oneof![any::<u64>(), 0..20 * SECOND];
+    let fix = (time.clone(), pose, number(), number()).prop_map(|(time_ns, pose, deviation, heading)| {
+        let (deviation_meters, heading_deviation_radians) = (deviation, heading);
+        Event::Pose(Fix { time_ns, pose, deviation_meters, heading_deviation_radians })
+    });
+    let edges = proptest::collection::vec((number(), number(), number(), number()), 0..6);
+    let boxes = edges.prop_map(|edges| {
+        let boxed = |(left, top, right, bottom)| DetectionBox { left, top, right, bottom };
+        Sights::Boxes(edges.into_iter().map(boxed).collect())
+    });
+    let bearings = proptest::collection::vec(number(), 0..6).prop_map(Sights::Bearings);
+    let sights = prop_oneof![boxes, bearings];
+    let camera = prop_oneof![Just("front".to_owned()), Just("left".to_owned()), Just("none".to_owned())];
+    let frame = (time, camera, number(), sights).prop_map(|(time_ns, camera, head_radians, sights)| {
+        Event::Frame(CameraFrame { time_ns, camera, head_radians, sights })
+    });
+    let route =
+        proptest::collection::vec((0..12_u32, 0..12_u32), 0..5).prop_map(|it| Event::Route(cells(&it)));
+    let report =
+        prop_oneof![Just(Report::Arrived), Just(Report::Failed(String::new()))].prop_map(Event::Drive);
+    prop_oneof![3 => fix, 3 => frame, 1 => route, 1 => report, 1 => Just(Event::Tick)]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(128))]
+
+    /// Whatever comes, nothing panics, and no reading is told that the team would not believe.
+    #[test]
+    fn nothing_that_comes_is_a_panic_or_bad_evidence(
+        events in proptest::collection::vec((any_event(), prop_oneof![4 => 0..SECOND, 1 => any::<u64>()]), 1..60)
+    ) {
+        let scenario = scenario();
+        let limits = Limits::of(&scenario);
+        let mut drive = Drive::new(&settings());
+        for (event, elapsed) in events {
+            drive.now_ns = if elapsed > SECOND { elapsed } else { drive.now_ns.saturating_add(elapsed) };
+            for action in drive.tell(event) {
+                if let Action::Sensed { cell, readings } = action {
+                    let origin = Origin::first(RobotId(1));
+                    let look = Observation { origin, sequence: 0, time_ns: 0, from: cell, readings };
+                    prop_assert_eq!(limits.check(&look, &[]), Ok(()));
+                }
+            }
+        }
+    }
+}

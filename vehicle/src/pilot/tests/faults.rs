@@ -1,0 +1,294 @@
+//! What is missing or cannot be: the vehicle holds or goes on as set, somebody is told, evidence stays clean.
+
+use super::*;
+use crate::lattice::costmap::LETHAL;
+use crate::lattice::maneuvers::{Headings, Maneuvers};
+use crate::lattice::mprim;
+use crate::settings::{Caution, OnSilence};
+
+const ROUTE: [(u32, u32); 5] = [(2, 3), (2, 4), (2, 5), (2, 6), (2, 7)];
+
+/// A drive under way, with this caution about everything.
+fn under_way(caution: Caution) -> Drive {
+    let mut settings = settings();
+    settings.safety.on_silence =
+        OnSilence { pose: caution, camera: caution, clock: caution, way: caution, map: caution };
+    let mut drive = Drive::new(&settings);
+    drive.step();
+    drive.go(&ROUTE);
+    drive.steps(2);
+    drive
+}
+
+/// The same fault under both settings: who holds stands, who goes on drives; both say so.
+fn check_both(fault: impl Fn(&mut Drive) -> Vec<Action>, expected: &str) {
+    for caution in [Caution::Hold, Caution::GoOn] {
+        let mut drive = under_way(caution);
+        let actions = fault(&mut drive);
+        assert!(told(&actions).contains(&expected.to_owned()), "{caution:?}: {:?}", told(&actions));
+        assert_eq!(is_hold(&actions), caution == Caution::Hold, "{caution:?}: {actions:?}");
+        assert_eq!(drive.path.is_empty(), caution == Caution::Hold, "{caution:?}");
+    }
+}
+
+/// Frames of one camera as told, the others as they are.
+fn with_front(
+    drive: &mut Drive,
+    seconds: u64,
+    front: impl Fn(CameraFrame) -> Option<CameraFrame>,
+) -> Vec<Action> {
+    let frame = |drive: &Drive, camera: &Camera| {
+        let frame = drive.frame(camera);
+        if frame.camera == "front" { front(frame) } else { Some(frame) }
+    };
+    (0..seconds * 5).flat_map(|_| drive.step_with(frame)).collect()
+}
+
+#[test]
+fn a_camera_that_stops() {
+    check_both(|drive| with_front(drive, 4, |_| None), "silence of front Error");
+    let mut drive = under_way(Caution::Hold);
+    with_front(&mut drive, 4, |_| None);
+    assert!(drive.path.is_empty());
+    let actions = drive.step();
+    assert!(told(&actions).contains(&"silence of front Ok".to_owned()) && is_drive(&actions));
+    assert_eq!(sensed(&drive.steps(40)).last(), cells(&ROUTE).last());
+}
+
+#[test]
+fn a_detector_that_returns_no_numbers_or_ten_thousand_boxes() {
+    let no_number = |frame: CameraFrame| {
+        let bad = DetectionBox { left: f64::NAN, top: 1.0, right: 9.0, bottom: 9.0 };
+        let good = DetectionBox { left: 1.0, top: 1.0, right: 9.0, bottom: 9.0 };
+        Some(CameraFrame { sights: Sights::Boxes(vec![good, bad]), ..frame })
+    };
+    let many = |frame: CameraFrame| {
+        let boxed = |n: u32| DetectionBox { left: f64::from(n) / 10.0, top: 0.0, right: 1500.0, bottom: 9.0 };
+        Some(CameraFrame { sights: Sights::Boxes((0..10_000).map(boxed).collect()), ..frame })
+    };
+    let bearing = |frame: CameraFrame| {
+        Some(CameraFrame { sights: Sights::Bearings(vec![0.0, f64::INFINITY]), ..frame })
+    };
+    // Beside the vehicle, where this camera does not look.
+    let elsewhere = |frame: CameraFrame| Some(CameraFrame { sights: Sights::Bearings(vec![2.5]), ..frame });
+    check_both(|drive| with_front(drive, 4, no_number), "camera front Warning");
+    check_both(|drive| with_front(drive, 4, many), "silence of front Error");
+    for (bad, expected) in [
+        (&no_number as &dyn Fn(CameraFrame) -> Option<CameraFrame>, "box 1 of 2 cannot be: NotANumber"),
+        (&many, "10000 boxes in one image: at most 256 can be objects"),
+        (&bearing, "bearing 1 is no number"),
+        (&elsewhere, "bearing 0, 2.5 radians, is outside of the camera's view"),
+    ] {
+        let mut drive = under_way(Caution::GoOn);
+        drive.steps(5);
+        let actions = with_front(&mut drive, 10, bad);
+        assert_eq!(message(&actions), expected);
+        assert!(drive.pilot.tracks().is_empty(), "nothing came of it");
+        // What the others do not see is not called empty, once the last look with good frames is over.
+        let ahead = readings(&actions).iter().filter(|it| it.cell == cells(&[(2, 9)])[0]).count();
+        assert!(ahead <= 1, "{expected}: {ahead}");
+    }
+}
+
+#[test]
+fn a_pose_that_jumps_and_one_outside_of_the_map() {
+    let jumped = |drive: &mut Drive, pose: Pose| {
+        drive.now_ns += STEP_NS;
+        let fix = Fix { pose, ..drive.fix() };
+        drive.tell(Event::Pose(fix))
+    };
+    let at = |x, y| Pose::new(x, y, 0.0);
+    check_both(|drive| jumped(drive, at(95.0, 95.0)), "pose Error");
+    check_both(|drive| jumped(drive, at(-30.0, 25.0)), "pose Error");
+    check_both(|drive| jumped(drive, at(f64::NAN, 25.0)), "pose Error");
+    check_both(
+        |drive| {
+            drive.now_ns += STEP_NS;
+            let fix = Fix { deviation_meters: 40.0, ..drive.fix() };
+            drive.tell(Event::Pose(fix))
+        },
+        "pose Error",
+    );
+    let mut drive = under_way(Caution::Hold);
+    assert!(message(&jumped(&mut drive, at(95.0, 95.0))).contains("jumped farther than the vehicle drives"));
+    assert!(is_drive(&drive.step()), "one wrong pose does no harm");
+}
+
+#[test]
+fn after_a_jump_that_lasts_all_begins_anew() {
+    let mut drive = under_way(Caution::Hold);
+    drive.things = vec![Vector2::new(45.0, 45.0)];
+    drive.steps(6);
+    assert_eq!(drive.pilot.tracks().len(), 1);
+    drive.pose = Pose::new(95.0, 95.0, 0.0);
+    drive.things.clear();
+    let actions = drive.steps(2);
+    assert!(sensed(&actions).is_empty() && is_hold(&actions), "not believed yet");
+    let actions = drive.steps(4);
+    assert_eq!(sensed(&actions).first(), cells(&[(9, 9)]).first());
+    assert!(drive.pilot.tracks().is_empty(), "where it was seen from meant nothing");
+    assert!(readings(&actions[..]).is_empty(), "nothing seen before the jump is told from there");
+}
+
+#[test]
+fn poses_that_stop() {
+    check_both(
+        |drive| {
+            drive.now_ns += 2 * SECOND;
+            drive.tell(Event::Tick)
+        },
+        "pose Error",
+    );
+    let mut drive = Drive::new(&settings());
+    drive.tell(Event::Tick);
+    drive.now_ns += 2 * SECOND;
+    assert_eq!(message(&drive.tell(Event::Tick)), "no pose comes", "not even the first");
+    let mut drive = under_way(Caution::GoOn);
+    let before = drive.actions.len();
+    for _ in 0..20 {
+        drive.now_ns += STEP_NS;
+        let frame = drive.frame(&drive.cameras[0].clone());
+        drive.tell(Event::Frame(frame));
+    }
+    assert!(sensed(&drive.actions[before..]).is_empty(), "nobody knows from where that was seen");
+}
+
+#[test]
+fn time_that_runs_backwards() {
+    check_both(
+        |drive| {
+            drive.now_ns -= SECOND;
+            drive.tell(Event::Tick)
+        },
+        "clock Error",
+    );
+    let mut drive = under_way(Caution::Hold);
+    drive.now_ns = 0;
+    let actions = drive.steps(8);
+    assert_eq!(
+        told(&actions)[..2],
+        ["clock Error", "clock Ok"],
+        "a clock that was set is believed in the end"
+    );
+    assert!(is_drive(&actions));
+    assert_eq!(sensed(&drive.steps(40)).last(), cells(&ROUTE).last());
+    // A sensor's clock may run backwards too.
+    let late = Fix { time_ns: drive.now_ns - SECOND, ..drive.fix() };
+    assert_eq!(told(&drive.tell(Event::Pose(late))), ["pose Error"]);
+}
+
+#[test]
+fn frames_wait_for_their_pose_and_strangers_are_told() {
+    let mut drive = Drive::new(&settings());
+    drive.step();
+    let mut frame = drive.frame(&drive.cameras[0].clone());
+    frame.camera = "rear".to_owned();
+    let actions = drive.tell(Event::Frame(frame));
+    assert_eq!(told(&actions), ["camera rear Warning"]);
+    assert!(message(&actions).ends_with("there are front, left, right"), "{actions:?}");
+    drive.things = vec![Vector2::new(45.0, 25.0)];
+    drive.now_ns += STEP_NS;
+    let early = drive.frame(&drive.cameras[0].clone());
+    drive.tell(Event::Frame(early));
+    assert!(drive.pilot.tracks().is_empty());
+    drive.step_with(|_, _| None);
+    assert_eq!(drive.pilot.tracks().len(), 1, "the pose before and the one after tell where that was");
+}
+
+/// A map on which nothing leads into column 5.
+fn walled() -> CostMap {
+    let mut map = CostMap::from_terrain(scenario().terrain(), 8).unwrap();
+    let grid = map.grid();
+    for cell in grid.cells() {
+        if (40..48).contains(&grid.position(cell).column) {
+            map.set(cell, LETHAL).unwrap();
+        }
+    }
+    map
+}
+
+#[test]
+fn a_goal_that_cannot_be_reached() {
+    check_both_ways(Caution::Hold);
+    check_both_ways(Caution::GoOn);
+}
+
+fn check_both_ways(caution: Caution) {
+    let mut drive = under_way(caution);
+    let actions = drive.tell(Event::Map(walled()));
+    assert_eq!(told(&actions), ["way Warning"]);
+    assert!(is_hold(&actions) && drive.path.is_empty(), "there is no other run");
+    assert!(message(&actions).contains("no way leads"), "{actions:?}");
+    // Whoever goes on asks the agent again, by telling where it stands.
+    let asked = sensed(&drive.steps(12));
+    assert_eq!(asked.is_empty(), caution == Caution::Hold, "{asked:?}");
+    assert!(asked.len() <= 2, "no more often than it could enter cells");
+    with_front(&mut drive, 4, |_| None);
+    let asked = sensed(&drive.steps(12));
+    assert_eq!(asked.is_empty(), caution == Caution::Hold, "after another fault too");
+    let actions = drive.tell(Event::Map(CostMap::from_terrain(scenario().terrain(), 8).unwrap()));
+    if caution == Caution::Hold {
+        assert!(is_drive(&actions) && told(&actions) == ["way Ok"], "the way is free again");
+    }
+    let mut drive = under_way(caution);
+    drive.tell(Event::Map(walled()));
+    let actions = drive.go(&[(2, 3), (2, 4), (2, 5), (1, 5), (1, 4)]);
+    assert!(is_hold(&actions) || drive.path.is_empty() == (caution == Caution::Hold), "{actions:?}");
+}
+
+#[test]
+fn a_map_that_changes_its_size() {
+    let mut drive = under_way(Caution::Hold);
+    // Finer, and of a larger piece of land: motions that are made fit any.
+    let grid = dragnet_search::cell::Grid::new(400, 300).unwrap();
+    let finer = CostMap::new(grid, 0.5, (-10.0, -10.0), vec![0; grid.cell_count()]).unwrap();
+    let actions = drive.tell(Event::Map(finer));
+    assert!(is_drive(&actions) && told(&actions).is_empty(), "planned anew");
+    assert_eq!(sensed(&drive.steps(40)).last(), cells(&ROUTE).last());
+
+    // Motions from a file fit one resolution only.
+    let maneuvers = Maneuvers {
+        resolution_meters: 1.25,
+        headings: Headings::Sixteen,
+        turning_radius_meters: 3.0,
+        reverse: None,
+        turn_in_place: None,
+    };
+    let text = mprim::write(&maneuvers.primitives().unwrap());
+    for caution in [Caution::Hold, Caution::GoOn] {
+        let motion = toml::from_str("kind = 'lattice'\nprimitives = 'a.mprim'").unwrap();
+        let mut settings = Settings { motion, ..settings() };
+        settings.safety.on_silence.map = caution;
+        let mut drive = Drive::new(&super::settings());
+        let map = CostMap::from_terrain(scenario().terrain(), 8).unwrap();
+        let checked = settings.check(Some(&text)).unwrap();
+        drive.pilot =
+            Pilot::new(checked, scenario().terrain().clone(), scenario().sensor().clone(), &map).unwrap();
+        drive.step();
+        drive.go(&ROUTE);
+        let small = CostMap::from_terrain(scenario().terrain(), 4).unwrap();
+        let actions = drive.tell(Event::Map(small));
+        assert_eq!(told(&actions), ["map Error"]);
+        assert!(message(&actions).contains("primitives for cells of 1.25 m on a map with cells of 2.5 m"));
+        assert_eq!(
+            (is_hold(&actions), drive.path.is_empty()),
+            (caution == Caution::Hold, caution == Caution::Hold)
+        );
+        let same = CostMap::from_terrain(scenario().terrain(), 8).unwrap();
+        let actions = drive.tell(Event::Map(same));
+        assert!(told(&actions) == ["map Ok"] && is_drive(&actions));
+    }
+}
+
+#[test]
+fn a_vehicle_on_blocked_ground_tells_no_cell() {
+    let drawing = "............\n".repeat(9) + "..#.........\n" + &"............\n".repeat(2);
+    let terrain = Terrain::from_ascii(&drawing, 10.0).unwrap();
+    let mut drive = Drive::on(&settings(), &terrain, 8);
+    let actions = drive.step();
+    assert!(sensed(&actions).is_empty());
+    assert_eq!(told(&actions), ["ground Warning"]);
+    drive.pose = Pose::new(25.0, 15.4, 0.0);
+    drive.now_ns += 60 * SECOND;
+    assert_eq!(sensed(&drive.step()), cells(&[(1, 2)]));
+}

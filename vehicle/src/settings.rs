@@ -1,0 +1,298 @@
+//! What a robot's own side is told before it starts: the `[vehicle]` table of its settings.
+//!
+//! Tables here are as they are written: names, defaults, and nothing checked. [`Settings::check`] checks them
+//! and makes of them what the rest of this crate works with; each message names the key, what it says, and
+//! what is allowed.
+
+mod check;
+
+pub use check::{Checked, Motion, SettingsError, Source};
+
+use serde::{Deserialize, Serialize};
+
+use crate::tracker::settings::Settings as TrackerSettings;
+
+/// The `[vehicle]` table. Without any key: two cameras that look ahead, a small ground vehicle that drives
+/// forward by the lattice.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Settings {
+    /// What it sees with, 1 to 16; names differ.
+    pub cameras: Vec<CameraTable>,
+    /// How it follows things.
+    pub tracker: TrackerTable,
+    /// How it gets to a cell.
+    pub motion: MotionTable,
+    /// The ground that it covers.
+    pub footprint: FootprintTable,
+    /// Its full speed, m/s, above 0, at most 1000: a pose that is farther away than this allows is a jump.
+    pub speed_meters_per_second: f64,
+    /// Its first look lasts so long, seconds, 0 to 3600: one turn of the head, if its cameras are on one.
+    pub first_look_seconds: f64,
+    /// When to stand still.
+    pub safety: SafetyTable,
+}
+
+/// A camera.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CameraTable {
+    /// What detections call it; not empty.
+    pub name: String,
+    /// Columns of the image that boxes are given in, at least 1.
+    pub width_pixels: u32,
+    /// Rows of that image, at least 1.
+    pub height_pixels: u32,
+    /// Angle between its left and its right edge, degrees, above 0 and below 180.
+    pub field_of_view_degrees: f64,
+    /// Metres ahead of the vehicle's reference point.
+    #[serde(default)]
+    pub forward_meters: f64,
+    /// Metres to the left of it.
+    #[serde(default)]
+    pub left_meters: f64,
+    /// Where it looks, degrees counter-clockwise from ahead.
+    #[serde(default)]
+    pub yaw_degrees: f64,
+    /// Things are detected from here on, metres, above 0.
+    #[serde(default = "nearest_meters")]
+    pub nearest_meters: f64,
+    /// And up to here, metres, above `nearest_meters`.
+    pub farthest_meters: f64,
+    /// Standard deviation of the middle of a box, pixels, above 0.
+    #[serde(default = "column_deviation_pixels")]
+    pub column_deviation_pixels: f64,
+}
+
+/// How things are followed; see [`crate::tracker::settings::Settings`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct TrackerTable {
+    /// Members of a new track, 1 to 64.
+    pub members: u32,
+    /// Of each component of a new track's velocity, m/s, above 0, at most 1000.
+    pub velocity_deviation_meters_per_second: f64,
+    /// In a second a velocity wanders by this, m/s, 0 to 1000.
+    pub acceleration_deviation_meters_per_second: f64,
+    /// A bearing may be so far from where its track is expected, degrees, above 0, at most 180.
+    pub gate_degrees: f64,
+    /// A track is confirmed once it is seen in so many of its first looks, at least 1. An empty cell is read
+    /// once it was in view in so many frames.
+    pub confirming_hits: u32,
+    /// See there; at least `confirming_hits`.
+    pub first_looks: u32,
+    /// A confirmed track is lost after so many misses in a row, at least 1.
+    pub losing_misses: u32,
+    /// Any track is lost when it was not seen for so long, seconds, above 0.
+    pub forgetting_seconds: f64,
+}
+
+/// How the vehicle gets to a cell: by a plan of the lattice, or by a navigation stack of its own.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum MotionTable {
+    /// By paths of [`crate::lattice`].
+    Lattice {
+        /// A file of SBPL's motion primitives, which the caller reads. Excludes the five keys after it.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        primitives: Option<String>,
+        /// The tightest turn, metres, above 0.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        turning_radius_meters: Option<f64>,
+        /// Headings of the lattice: 8, 16 or 32.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        headings: Option<u32>,
+        /// If it drives backwards: how often a way counts then, 1 to 1000.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        reverse_cost: Option<u32>,
+        /// If it turns on the spot: how often that counts, 1 to 1000.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        turn_in_place_cost: Option<u32>,
+        /// A plan looks at so many states before it is taken as it is, 1000 to 10^8.
+        #[serde(default = "most_expansions")]
+        most_expansions: u64,
+        /// Farther beside its path than this it plans anew, metres, above 0.
+        #[serde(default = "replan_beyond_meters")]
+        replan_beyond_meters: f64,
+    },
+    /// By goal poses for a stack that drives by itself and says how it went.
+    Goal,
+}
+
+/// The ground that the vehicle covers: a disc or a rectangle around its reference point.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "shape", rename_all = "snake_case", deny_unknown_fields)]
+pub enum FootprintTable {
+    /// A disc.
+    Disc {
+        /// Metres, 0 or more.
+        radius_meters: f64,
+    },
+    /// A rectangle, its middle at the reference point.
+    Rectangle {
+        /// From front to back, metres, above 0.
+        length_meters: f64,
+        /// From side to side, metres, above 0.
+        width_meters: f64,
+    },
+}
+
+/// What to do while something is missing or wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Caution {
+    /// Stand still until it is well again.
+    Hold,
+    /// Drive on; what cannot be trusted is not used.
+    GoOn,
+}
+
+/// When to stand still.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SafetyTable {
+    /// What to do, by what is missing or wrong.
+    pub on_silence: OnSilence,
+    /// Without a good pose for longer than this the robot does not know where it is, seconds, above 0.
+    pub pose_silence_seconds: f64,
+    /// A camera without a good frame for longer than this has stopped, seconds, above 0.
+    pub camera_silence_seconds: f64,
+    /// A pose with a larger standard deviation is none, metres, above 0.
+    pub most_deviation_meters: f64,
+    /// After a jump poses, or a clock, are believed again once they have agreed with each other for so long,
+    /// seconds, above 0.
+    pub settling_seconds: f64,
+}
+
+/// What to do, by what is missing or wrong.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct OnSilence {
+    /// No pose, or none that can be.
+    pub pose: Caution,
+    /// A camera stops, or gives what cannot be.
+    pub camera: Caution,
+    /// The clock runs backwards.
+    pub clock: Caution,
+    /// No way leads to the next cells, or the drive there failed; going on means to the cells after them.
+    pub way: Caution,
+    /// A new map cannot be used; going on means by the old one.
+    pub map: Caution,
+}
+
+const fn nearest_meters() -> f64 {
+    2.0
+}
+
+const fn column_deviation_pixels() -> f64 {
+    4.0
+}
+
+const fn most_expansions() -> u64 {
+    200_000
+}
+
+const fn replan_beyond_meters() -> f64 {
+    3.0
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            cameras: vec![CameraTable::wide(), CameraTable::narrow()],
+            tracker: TrackerTable::default(),
+            motion: MotionTable::default(),
+            footprint: FootprintTable::Rectangle { length_meters: 1.5, width_meters: 1.0 },
+            speed_meters_per_second: 2.0,
+            first_look_seconds: 0.0,
+            safety: SafetyTable::default(),
+        }
+    }
+}
+
+impl CameraTable {
+    /// The paper's wide camera (section IV), looking ahead.
+    #[must_use]
+    pub fn wide() -> Self {
+        Self::ahead("wide", 63.0, 80.0)
+    }
+
+    /// The paper's narrow camera (section IV), looking ahead.
+    #[must_use]
+    pub fn narrow() -> Self {
+        Self::ahead("narrow", 16.0, 200.0)
+    }
+
+    fn ahead(name: &str, field_of_view_degrees: f64, farthest_meters: f64) -> Self {
+        Self {
+            name: name.to_owned(),
+            width_pixels: 2660,
+            height_pixels: 1516,
+            field_of_view_degrees,
+            forward_meters: 0.0,
+            left_meters: 0.0,
+            yaw_degrees: 0.0,
+            nearest_meters: nearest_meters(),
+            farthest_meters,
+            column_deviation_pixels: column_deviation_pixels(),
+        }
+    }
+}
+
+impl Default for TrackerTable {
+    fn default() -> Self {
+        let settings = TrackerSettings::default();
+        Self {
+            members: settings.members,
+            velocity_deviation_meters_per_second: settings.velocity_deviation,
+            acceleration_deviation_meters_per_second: settings.acceleration_density.sqrt(),
+            gate_degrees: settings.gate_radians.to_degrees(),
+            confirming_hits: settings.confirming_hits,
+            first_looks: settings.first_looks,
+            losing_misses: settings.losing_misses,
+            forgetting_seconds: settings.forgetting_seconds,
+        }
+    }
+}
+
+impl Default for MotionTable {
+    fn default() -> Self {
+        Self::Lattice {
+            primitives: None,
+            turning_radius_meters: None,
+            headings: None,
+            reverse_cost: None,
+            turn_in_place_cost: None,
+            most_expansions: most_expansions(),
+            replan_beyond_meters: replan_beyond_meters(),
+        }
+    }
+}
+
+impl Default for SafetyTable {
+    fn default() -> Self {
+        Self {
+            on_silence: OnSilence::default(),
+            pose_silence_seconds: 1.0,
+            camera_silence_seconds: 3.0,
+            most_deviation_meters: 5.0,
+            settling_seconds: 3.0,
+        }
+    }
+}
+
+impl Default for OnSilence {
+    /// Who does not see or know where it is stands still; who finds no way tries the next one.
+    fn default() -> Self {
+        Self {
+            pose: Caution::Hold,
+            camera: Caution::Hold,
+            clock: Caution::Hold,
+            way: Caution::GoOn,
+            map: Caution::Hold,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,300 @@
+//! From the tables as written to what the rest of the crate works with.
+
+use std::collections::BTreeSet;
+use std::fmt::Display;
+
+use super::{CameraTable, FootprintTable, MotionTable, OnSilence, Settings, TrackerTable};
+use crate::camera::{Camera, CameraError, CameraSettings};
+use crate::lattice::footprint::Footprint;
+use crate::lattice::maneuvers::{Headings, Maneuvers};
+use crate::lattice::mprim::{self, MprimError};
+use crate::lattice::primitives::{MAX_COST_MULTIPLIER, PrimitiveSet};
+use crate::plane::Pose;
+use crate::tracker::settings::{Settings as TrackerSettings, SettingsError as TrackerError};
+
+/// Cameras of one vehicle.
+const MAX_CAMERAS: usize = 16;
+/// Tightest turn of a vehicle for which none is told, metres.
+const TURNING_RADIUS_METERS: f64 = 3.0;
+
+/// Settings that can be.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Checked {
+    /// Each with the standard deviation of a column, pixels.
+    pub cameras: Vec<(Camera, f64)>,
+    /// How things are followed.
+    pub tracker: TrackerSettings,
+    /// How it gets to a cell.
+    pub motion: Motion,
+    /// Full speed, m/s.
+    pub speed_meters_per_second: f64,
+    /// How long the first look lasts, nanoseconds.
+    pub first_look_ns: u64,
+    /// What to do while something is wrong.
+    pub on_silence: OnSilence,
+    /// Without a good pose for longer than this it does not know where it is, nanoseconds.
+    pub pose_silence_ns: u64,
+    /// A camera without a good frame for longer than this has stopped, nanoseconds.
+    pub camera_silence_ns: u64,
+    /// A pose with a larger standard deviation is none, metres.
+    pub most_deviation_meters: f64,
+    /// After a jump poses are believed again once they have agreed for so long, nanoseconds.
+    pub settling_ns: u64,
+}
+
+/// How a vehicle gets to a cell.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Motion {
+    /// By paths of the lattice.
+    Lattice {
+        /// Where the motions come from.
+        source: Source,
+        /// The ground that it covers.
+        footprint: Footprint,
+        /// A plan looks at so many states before it is taken as it is.
+        most_expansions: u64,
+        /// Farther beside its path than this it plans anew, metres.
+        replan_beyond_meters: f64,
+    },
+    /// By goal poses.
+    Goal,
+}
+
+/// Where the motions of a lattice come from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Source {
+    /// From a file.
+    Read(PrimitiveSet),
+    /// Made for the resolution of the cost map.
+    Made {
+        /// Headings of the lattice.
+        headings: Headings,
+        /// The tightest turn, metres.
+        turning_radius_meters: f64,
+        /// If it drives backwards: how often a way counts then.
+        reverse: Option<u32>,
+        /// If it turns on the spot: how often that counts.
+        turn_in_place: Option<u32>,
+    },
+}
+
+/// Settings that cannot be.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SettingsError {
+    /// A quantity out of its range.
+    #[error("vehicle.{key} = {found}: allowed is {allowed}")]
+    Value {
+        /// Under `[vehicle]`.
+        key: String,
+        /// As given.
+        found: String,
+        /// What would do.
+        allowed: String,
+    },
+    /// A camera that cannot be.
+    #[error("vehicle.cameras: {0}")]
+    Camera(#[from] CameraError),
+    /// A tracker that cannot be.
+    #[error("vehicle.tracker: {0}")]
+    Tracker(#[from] TrackerError),
+    /// A file of primitives that is none.
+    #[error("vehicle.motion.primitives: {0}")]
+    Primitives(#[from] MprimError),
+}
+
+fn value(key: &str, found: &dyn Display, allowed: impl Into<String>) -> SettingsError {
+    SettingsError::Value { key: key.to_owned(), found: found.to_string(), allowed: allowed.into() }
+}
+
+/// A number above 0, at most `most`; written so that NaN fails as well.
+fn positive(key: &str, number: f64, most: f64) -> Result<f64, SettingsError> {
+    if number > 0.0 && number <= most {
+        return Ok(number);
+    }
+    Err(value(key, &number, format!("above 0, at most {most}")))
+}
+
+/// A day: whoever waits longer need not be watched.
+const MOST_SECONDS: f64 = 86_400.0;
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to a day")]
+fn nanoseconds(seconds: f64) -> u64 {
+    (seconds * 1e9).round() as u64
+}
+
+impl Settings {
+    /// Checks all of it. `primitives` is the text of the file that [`MotionTable::Lattice`] names, if it does.
+    ///
+    /// # Errors
+    /// The first value that cannot be, with its key and what is allowed.
+    pub fn check(&self, primitives: Option<&str>) -> Result<Checked, SettingsError> {
+        let safety = &self.safety;
+        let seconds = |key: &str, seconds| positive(key, seconds, MOST_SECONDS).map(nanoseconds);
+        if !(0.0..=3600.0).contains(&self.first_look_seconds) {
+            return Err(value("first_look_seconds", &self.first_look_seconds, "0 to 3600"));
+        }
+        let most_deviation = safety.most_deviation_meters;
+        Ok(Checked {
+            cameras: cameras(&self.cameras)?,
+            tracker: tracker(&self.tracker)?,
+            motion: motion(&self.motion, footprint(self.footprint)?, primitives)?,
+            speed_meters_per_second: positive(
+                "speed_meters_per_second",
+                self.speed_meters_per_second,
+                1000.0,
+            )?,
+            first_look_ns: nanoseconds(self.first_look_seconds),
+            on_silence: safety.on_silence.clone(),
+            pose_silence_ns: seconds("safety.pose_silence_seconds", safety.pose_silence_seconds)?,
+            camera_silence_ns: seconds("safety.camera_silence_seconds", safety.camera_silence_seconds)?,
+            most_deviation_meters: positive("safety.most_deviation_meters", most_deviation, 1e6)?,
+            settling_ns: seconds("safety.settling_seconds", safety.settling_seconds)?,
+        })
+    }
+}
+
+fn cameras(tables: &[CameraTable]) -> Result<Vec<(Camera, f64)>, SettingsError> {
+    if !(1..=MAX_CAMERAS).contains(&tables.len()) {
+        return Err(value("cameras", &format!("{} cameras", tables.len()), format!("1 to {MAX_CAMERAS}")));
+    }
+    let mut names = BTreeSet::new();
+    tables
+        .iter()
+        .map(|table| {
+            if !names.insert(&table.name) {
+                return Err(value(
+                    "cameras.name",
+                    &format!("{:?} twice", table.name),
+                    "a name of its own for each",
+                ));
+            }
+            let camera = Camera::new(CameraSettings {
+                name: table.name.clone(),
+                width_pixels: table.width_pixels,
+                height_pixels: table.height_pixels,
+                field_of_view_radians: table.field_of_view_degrees.to_radians(),
+                mounting: Pose::new(table.forward_meters, table.left_meters, table.yaw_degrees.to_radians()),
+                nearest_meters: table.nearest_meters,
+                farthest_meters: table.farthest_meters,
+            })?;
+            let most = f64::from(table.width_pixels) / 4.0;
+            let deviation = positive("cameras.column_deviation_pixels", table.column_deviation_pixels, most)?;
+            Ok((camera, deviation))
+        })
+        .collect()
+}
+
+fn tracker(table: &TrackerTable) -> Result<TrackerSettings, SettingsError> {
+    let acceleration = table.acceleration_deviation_meters_per_second;
+    if !(0.0..=1000.0).contains(&acceleration) {
+        let key = "tracker.acceleration_deviation_meters_per_second";
+        return Err(value(key, &acceleration, "0 to 1000"));
+    }
+    let settings = TrackerSettings {
+        members: table.members,
+        velocity_deviation: table.velocity_deviation_meters_per_second,
+        acceleration_density: acceleration * acceleration,
+        gate_radians: table.gate_degrees.to_radians(),
+        confirming_hits: table.confirming_hits,
+        first_looks: table.first_looks,
+        losing_misses: table.losing_misses,
+        forgetting_seconds: table.forgetting_seconds,
+    };
+    settings.check()?;
+    Ok(settings)
+}
+
+fn footprint(table: FootprintTable) -> Result<Footprint, SettingsError> {
+    // How far it may reach depends on the map: the planner checks that.
+    match table {
+        FootprintTable::Disc { radius_meters } if (0.0..=1e3).contains(&radius_meters) => {
+            Ok(Footprint::Circle { radius_meters })
+        }
+        FootprintTable::Disc { radius_meters } => {
+            Err(value("footprint.radius_meters", &radius_meters, "0 to 1000"))
+        }
+        FootprintTable::Rectangle { length_meters, width_meters } => Ok(Footprint::rectangle(
+            positive("footprint.length_meters", length_meters, 1e3)?,
+            positive("footprint.width_meters", width_meters, 1e3)?,
+        )),
+    }
+}
+
+fn motion(table: &MotionTable, footprint: Footprint, text: Option<&str>) -> Result<Motion, SettingsError> {
+    let MotionTable::Lattice { most_expansions, replan_beyond_meters, .. } = *table else {
+        return Ok(Motion::Goal);
+    };
+    if !(1000..=100_000_000).contains(&most_expansions) {
+        return Err(value("motion.most_expansions", &most_expansions, "1000 to 100000000"));
+    }
+    let replan_beyond_meters = positive("motion.replan_beyond_meters", replan_beyond_meters, 1e6)?;
+    let source = source(table, text)?;
+    Ok(Motion::Lattice { source, footprint, most_expansions, replan_beyond_meters })
+}
+
+fn source(table: &MotionTable, text: Option<&str>) -> Result<Source, SettingsError> {
+    let MotionTable::Lattice {
+        primitives,
+        turning_radius_meters,
+        headings,
+        reverse_cost,
+        turn_in_place_cost,
+        ..
+    } = table
+    else {
+        return Err(value("motion.kind", &"goal", "lattice, where motions are asked for"));
+    };
+    if let Some(file) = primitives {
+        let is_made = turning_radius_meters.is_some()
+            || [headings, reverse_cost, turn_in_place_cost].iter().any(|key| key.is_some());
+        if is_made {
+            let allowed = "either a file, or turning_radius_meters, headings, reverse_cost and \
+                           turn_in_place_cost to make motions of";
+            return Err(value("motion.primitives", &format!("{file:?}"), allowed));
+        }
+        let text =
+            text.ok_or_else(|| value("motion.primitives", &format!("{file:?}"), "a file that was read"))?;
+        return Ok(Source::Read(mprim::read(text)?));
+    }
+    let multiplier = |key: &str, cost: Option<u32>| match cost {
+        Some(cost) if !(1..=MAX_COST_MULTIPLIER).contains(&cost) => {
+            Err(value(key, &cost, format!("1 to {MAX_COST_MULTIPLIER}")))
+        }
+        cost => Ok(cost),
+    };
+    Ok(Source::Made {
+        headings: match headings.unwrap_or(16) {
+            8 => Headings::Eight,
+            16 => Headings::Sixteen,
+            32 => Headings::ThirtyTwo,
+            other => return Err(value("motion.headings", &other, "8, 16 or 32")),
+        },
+        turning_radius_meters: positive(
+            "motion.turning_radius_meters",
+            turning_radius_meters.unwrap_or(TURNING_RADIUS_METERS),
+            1e4,
+        )?,
+        reverse: multiplier("motion.reverse_cost", *reverse_cost)?,
+        turn_in_place: multiplier("motion.turn_in_place_cost", *turn_in_place_cost)?,
+    })
+}
+
+impl Source {
+    /// The motions, on a map of this resolution.
+    ///
+    /// # Errors
+    /// If no motion of that radius fits the resolution.
+    pub fn primitives(
+        &self,
+        resolution_meters: f64,
+    ) -> Result<PrimitiveSet, crate::lattice::maneuvers::ManeuversError> {
+        match *self {
+            Self::Read(ref set) => Ok(set.clone()),
+            Self::Made { headings, turning_radius_meters, reverse, turn_in_place } => {
+                let maneuvers =
+                    Maneuvers { resolution_meters, headings, turning_radius_meters, reverse, turn_in_place };
+                maneuvers.primitives()
+            }
+        }
+    }
+}

@@ -1,0 +1,109 @@
+//! Tables as people write them, and what is said of those that cannot be.
+
+use super::check::Source;
+use super::*;
+use crate::lattice::maneuvers::{Headings, Maneuvers};
+use crate::lattice::mprim;
+
+fn read(text: &str) -> Result<Settings, String> {
+    toml::from_str(text).map_err(|error| error.message().to_owned())
+}
+
+fn check(text: &str, message: &str) {
+    let error = match read(text) {
+        Ok(settings) => settings.check(None).unwrap_err().to_string(),
+        Err(error) => error,
+    };
+    assert!(error.contains(message), "{text}: {error}");
+}
+
+#[test]
+fn without_a_key_there_are_the_papers_two_cameras() {
+    let checked = read("").unwrap().check(None).unwrap();
+    let views: Vec<_> = checked
+        .cameras
+        .iter()
+        .map(|(camera, _)| {
+            (camera.settings().name.as_str(), camera.settings().field_of_view_radians.to_degrees().round())
+        })
+        .collect();
+    assert_eq!(views, [("wide", 63.0), ("narrow", 16.0)]);
+    assert!(matches!(
+        checked.motion,
+        Motion::Lattice { source: Source::Made { headings: Headings::Sixteen, .. }, .. }
+    ));
+    let tracker = crate::tracker::settings::Settings::default();
+    assert!((checked.tracker.gate_radians - tracker.gate_radians).abs() < 1e-12);
+}
+
+#[test]
+fn what_is_written_is_what_is_read() {
+    let settings = read("").unwrap();
+    assert_eq!(read(&toml::to_string(&settings).unwrap()).unwrap(), settings);
+    let text = "motion = { kind = 'goal' }\nfootprint = { shape = 'disc', radius_meters = 0.5 }\n\
+                [safety.on_silence]\ncamera = 'go_on'\n";
+    let settings = read(text).unwrap();
+    assert_eq!(settings.check(None).unwrap().motion, Motion::Goal);
+    assert_eq!(settings.safety.on_silence.camera, Caution::GoOn);
+    assert_eq!(settings.safety.on_silence.pose, Caution::Hold);
+}
+
+#[test]
+fn primitives_come_from_a_file_that_the_caller_reads() {
+    let maneuvers = Maneuvers {
+        resolution_meters: 0.5,
+        headings: Headings::Eight,
+        turning_radius_meters: 2.0,
+        reverse: None,
+        turn_in_place: None,
+    };
+    let text = mprim::write(&maneuvers.primitives().unwrap());
+    let settings = read("motion = { kind = 'lattice', primitives = 'a.mprim' }").unwrap();
+    let Motion::Lattice { source: Source::Read(set), .. } = settings.check(Some(&text)).unwrap().motion
+    else {
+        panic!("no primitives");
+    };
+    assert_eq!(set.headings_radians().len(), 8);
+    let error = settings.check(Some("resolution_m: 0\n")).unwrap_err().to_string();
+    assert!(error.starts_with("vehicle.motion.primitives: line 1: a resolution of 0 m"), "{error}");
+    check("motion = { kind = 'lattice', primitives = 'a.mprim' }", "allowed is a file that was read");
+    check(
+        "motion = { kind = 'lattice', primitives = 'a.mprim', headings = 8 }",
+        "allowed is either a file, or",
+    );
+}
+
+#[test]
+fn what_cannot_be_names_its_key_and_what_is_allowed() {
+    check("cameras = []", "vehicle.cameras = 0 cameras: allowed is 1 to 16");
+    check(
+        "speed_meters_per_second = 0.0",
+        "vehicle.speed_meters_per_second = 0: allowed is above 0, at most 1000",
+    );
+    check("speed_meters_per_second = nan", "vehicle.speed_meters_per_second = NaN");
+    check("first_look_seconds = -1.0", "vehicle.first_look_seconds = -1: allowed is 0 to 3600");
+    check(
+        "motion = { kind = 'lattice', headings = 12 }",
+        "vehicle.motion.headings = 12: allowed is 8, 16 or 32",
+    );
+    check(
+        "motion = { kind = 'lattice', reverse_cost = 0 }",
+        "vehicle.motion.reverse_cost = 0: allowed is 1 to 1000",
+    );
+    check("motion = { kind = 'fly' }", "unknown variant `fly`");
+    check("footprint = { shape = 'disc', radius_meters = -1.0 }", "vehicle.footprint.radius_meters = -1");
+    check("tracker = { members = 0 }", "vehicle.tracker: 0 members");
+    check("tracker = { gate_degrees = 270.0 }", "vehicle.tracker: gate_radians");
+    check("safety = { pose_silence_seconds = 0.0 }", "vehicle.safety.pose_silence_seconds = 0");
+    check("[safety.on_silence]\ncamera = 'panic'", "unknown variant `panic`, expected `hold` or `go_on`");
+    check("colour = 'red'", "unknown field `colour`, expected one of `cameras`, `tracker`");
+    let camera = |changes: &str| {
+        format!(
+            "[[cameras]]\nname = 'a'\nwidth_pixels = 100\nheight_pixels = 50\nfarthest_meters = 50.0\n{changes}\n"
+        )
+    };
+    check(&camera("field_of_view_degrees = 200.0"), "vehicle.cameras: camera a: a field of view of 3.49");
+    check(&camera("field_of_view_degrees = 60.0\nnearest_meters = 60.0"), "from 60 m to 50 m");
+    let one = camera("field_of_view_degrees = 60.0");
+    check(&format!("{one}{one}"), "vehicle.cameras.name = \"a\" twice");
+}
