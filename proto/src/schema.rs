@@ -44,7 +44,7 @@ pub trait RosMessage: Serialize {
     /// `RIHS01_` and 64 hexadecimal digits: what ROS 2 nodes compare to know that they mean the same message.
     #[must_use]
     fn type_hash() -> String {
-        type_hash::type_hash(&short(Self::NAME))
+        type_hash(Self::NAME)
     }
 }
 
@@ -116,13 +116,20 @@ ros_messages! {
     ours::Sensed => "dragnet_msgs/msg/Sensed",
 }
 
-/// Definitions in the order in which they are first needed.
-fn schema(name: &str) -> String {
+/// The definition of one of [`NAMES`] and those of all messages in it, in the order in which they are first needed.
+#[must_use]
+pub fn schema(name: &str) -> String {
     let name = short(name);
     let own = definition(&name).to_owned();
     let parts = needed(&name).into_iter().map(|part| format!("MSG: {part}\n{}", definition(part)));
     let sections: Vec<String> = std::iter::once(own).chain(parts).collect();
     sections.join(&format!("\n{}\n", "=".repeat(SEPARATOR_WIDTH)))
+}
+
+/// The type hash of one of [`NAMES`], as [`RosMessage::type_hash`].
+#[must_use]
+pub fn type_hash(name: &str) -> String {
+    type_hash::type_hash(&short(name))
 }
 
 /// `nav_msgs/msg/Path` as definitions have it: `nav_msgs/Path`.

@@ -186,7 +186,7 @@ pub struct DiagnosticArray {
 mod bytes {
     use std::fmt;
 
-    use serde::de::{Deserializer, Error, Visitor};
+    use serde::de::{Deserializer, Error, SeqAccess, Visitor};
     use serde::ser::Serializer;
 
     pub(super) fn serialize<S: Serializer>(bytes: &[u8], serializer: S) -> Result<S::Ok, S::Error> {
@@ -199,7 +199,7 @@ mod bytes {
 
     struct Bytes;
 
-    impl Visitor<'_> for Bytes {
+    impl<'de> Visitor<'de> for Bytes {
         type Value = Vec<u8>;
 
         fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -208,6 +208,15 @@ mod bytes {
 
         fn visit_bytes<E: Error>(self, bytes: &[u8]) -> Result<Vec<u8>, E> {
             Ok(bytes.to_vec())
+        }
+
+        /// Of formats that know no bytes.
+        fn visit_seq<A: SeqAccess<'de>>(self, mut elements: A) -> Result<Vec<u8>, A::Error> {
+            let mut bytes = Vec::new();
+            while let Some(byte) = elements.next_element()? {
+                bytes.push(byte);
+            }
+            Ok(bytes)
         }
 
         fn visit_byte_buf<E: Error>(self, bytes: Vec<u8>) -> Result<Vec<u8>, E> {
