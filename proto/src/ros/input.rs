@@ -118,10 +118,20 @@ impl InputKind {
         }
     }
 
-    fn decode<T: RosMessage + DeserializeOwned>(self, bytes: &[u8]) -> Result<T, InputError> {
-        if bytes.len() > self.max_bytes() {
-            return Err(InputError::Length { message: T::NAME, found: bytes.len(), most: self.max_bytes() });
+    /// Whether such a message can have so many bytes.
+    ///
+    /// # Errors
+    /// If it cannot.
+    pub fn check_length(self, bytes: usize) -> Result<(), InputError> {
+        let most = self.max_bytes();
+        if bytes <= most {
+            return Ok(());
         }
+        Err(InputError::Length { message: self.message().name, found: bytes, most })
+    }
+
+    fn decode<T: RosMessage + DeserializeOwned>(self, bytes: &[u8]) -> Result<T, InputError> {
+        self.check_length(bytes.len())?;
         cdr::decode(bytes).map_err(|source| InputError::Bytes { message: T::NAME, source })
     }
 }
