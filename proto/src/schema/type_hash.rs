@@ -31,8 +31,7 @@ pub(super) fn type_hash(name: &str) -> String {
         description(name),
         referenced.join(", ")
     );
-    let digits: String = Sha256::digest(json).iter().map(|byte| format!("{byte:02x}")).collect();
-    format!("RIHS01_{digits}")
+    format!("RIHS01_{:x}", Sha256::digest(json))
 }
 
 /// One message, its fields in order.

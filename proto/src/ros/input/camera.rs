@@ -89,7 +89,7 @@ impl Check {
     /// Width and height of the upright box around one that may be turned, pixels.
     fn turned_size(self, field: &str, found: &BoundingBox2D) -> Result<(f64, f64), InputError> {
         let (sine, cosine) = self.finite(&format!("{field}.center.theta"), found.center.theta)?.sin_cos();
-        let size = |name: &str, pixels: f64| {
+        let positive = |name: &str, pixels: f64| {
             // Written so that NaN fails as well.
             if pixels > 0.0 && pixels.is_finite() {
                 Ok(pixels)
@@ -97,7 +97,7 @@ impl Check {
                 self.refused(format!("{field}.{name}"), pixels, "above 0 pixels")
             }
         };
-        let (x, y) = (size("size_x", found.size_x)?, size("size_y", found.size_y)?);
+        let (x, y) = (positive("size_x", found.size_x)?, positive("size_y", found.size_y)?);
         Ok((x * cosine.abs() + y * sine.abs(), x * sine.abs() + y * cosine.abs()))
     }
 }

@@ -1,13 +1,17 @@
 //! Where a robot is and how it moves, as far as a plane tells.
 
+use std::ops::RangeInclusive;
+
 use super::InputError;
 use super::check::Check;
 use crate::map_file::{GeoPoint, Georeference};
 use crate::schema::RosMessage;
 use crate::wire::{robot, standard};
 
-/// A rotation's quaternion may be that much longer or shorter than 1.
-const QUATERNION_TOLERANCE: f64 = 0.01;
+/// The length of a rotation's quaternion is 1, but for rounding.
+const ROTATION_LENGTH: RangeInclusive<f64> = 0.99..=1.01;
+/// A first entry by which drivers say that they know no covariance.
+const UNKNOWN: f64 = -1.0;
 /// What rounding may do to a covariance, as a share of the variances.
 const COVARIANCE_TOLERANCE: f64 = 1e-3;
 /// Indices of x, y and yaw among x, y, z and the rotations about them.
@@ -133,8 +137,8 @@ impl Check {
         pose: &robot::PoseWithCovariance,
     ) -> Result<PoseEstimate, InputError> {
         let (stamp_unix_ns, frame) = self.header(header)?;
-        let first = pose.covariance[0][0];
-        let is_unknown = first == -1.0 || pose.covariance.iter().flatten().all(|&entry| entry == 0.0);
+        let is_unknown = pose.covariance[0][0].to_bits() == UNKNOWN.to_bits()
+            || pose.covariance.iter().flatten().all(|&entry| entry == 0.0);
         let covariance = if is_unknown {
             None
         } else {
@@ -156,8 +160,7 @@ impl Check {
     fn yaw_radians(self, field: &str, quaternion: standard::Quaternion) -> Result<f64, InputError> {
         let standard::Quaternion { x, y, z, w } = quaternion;
         let length = (x * x + y * y + z * z + w * w).sqrt();
-        // Written so that NaN fails as well.
-        if !((length - 1.0).abs() <= QUATERNION_TOLERANCE) {
+        if !ROTATION_LENGTH.contains(&length) {
             return self.refused(field, format!("({x}, {y}, {z}, {w})"), "a quaternion of length 1");
         }
         Ok((2.0 * (w * z + x * y)).atan2(w * w + x * x - y * y - z * z))

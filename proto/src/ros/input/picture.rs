@@ -36,7 +36,7 @@ struct Layout {
 }
 
 impl Layout {
-    /// By the names of `sensor_msgs/image_encodings.hpp`; one channel is gray, three without a name are OpenCV's.
+    /// By the names of `sensor_msgs/image_encodings.hpp`; one channel is gray, three without a name are `OpenCV`'s.
     fn of(encoding: &str) -> Option<Self> {
         let (bytes, [red, green, blue]) = match encoding {
             "rgb8" => (3, [0, 1, 2]),
@@ -81,15 +81,8 @@ impl Image {
     pub(super) fn decompress(image: &robot::CompressedImage) -> Result<Self, InputError> {
         let check = Check { message: robot::CompressedImage::NAME };
         let (stamp_unix_ns, frame) = check.header(&image.header)?;
-        let format = match image::guess_format(&image.data) {
-            Ok(format @ (ImageFormat::Jpeg | ImageFormat::Png)) => format,
-            _ => {
-                return check.refused(
-                    "data",
-                    format!("{} bytes of neither", image.data.len()),
-                    "JPEG or PNG",
-                );
-            }
+        let Ok(format @ (ImageFormat::Jpeg | ImageFormat::Png)) = image::guess_format(&image.data) else {
+            return check.refused("data", format!("{} bytes of neither", image.data.len()), "JPEG or PNG");
         };
         let broken = |error: image::ImageError| check.refused("data", error, "a whole JPEG or PNG file");
         let decoder = match ImageReader::with_format(Cursor::new(&image.data), format).into_decoder() {
