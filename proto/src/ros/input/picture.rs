@@ -12,6 +12,9 @@ use crate::wire::robot;
 /// The most pixels of an image: 8 million, so that no message of a few bytes asks for more memory than that.
 const MAX_PIXELS: u64 = 1 << 23;
 
+/// Red, green and blue.
+const COLORS: usize = 3;
+
 /// An image.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image {
@@ -69,10 +72,13 @@ impl Image {
             let found = format!("{} long", image.data.len());
             return check.refused("data", found, format!("{expected}, height x step"));
         }
-        let mut rgb = Vec::with_capacity(image.width as usize * image.height as usize * 3);
-        for row in image.data.chunks_exact(step).map(|line| &line[..row]) {
-            let pixels = row.chunks_exact(layout.bytes);
-            rgb.extend(pixels.flat_map(|pixel| [pixel[layout.red], pixel[layout.green], pixel[layout.blue]]));
+        let mut rgb = vec![0; image.width as usize * image.height as usize * COLORS];
+        let lines = image.data.chunks_exact(step).zip(rgb.chunks_exact_mut(image.width as usize * COLORS));
+        for (line, colors) in lines {
+            let pixels = line[..row].chunks_exact(layout.bytes);
+            for (pixel, color) in pixels.zip(colors.chunks_exact_mut(COLORS)) {
+                color.copy_from_slice(&[pixel[layout.red], pixel[layout.green], pixel[layout.blue]]);
+            }
         }
         Ok(Self { stamp_unix_ns, frame, width_pixels: image.width, height_pixels: image.height, rgb })
     }
