@@ -76,8 +76,8 @@ impl Image {
         let lines = image.data.chunks_exact(step).zip(rgb.chunks_exact_mut(image.width as usize * COLORS));
         for (line, colors) in lines {
             let pixels = line[..row].chunks_exact(layout.bytes);
-            for (pixel, color) in pixels.zip(colors.chunks_exact_mut(COLORS)) {
-                color.copy_from_slice(&[pixel[layout.red], pixel[layout.green], pixel[layout.blue]]);
+            for (pixel, color) in pixels.zip(colors.as_chunks_mut::<COLORS>().0) {
+                *color = [pixel[layout.red], pixel[layout.green], pixel[layout.blue]];
             }
         }
         Ok(Self { stamp_unix_ns, frame, width_pixels: image.width, height_pixels: image.height, rgb })
