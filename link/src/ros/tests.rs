@@ -208,11 +208,16 @@ async fn goals_go_out_with_what_rmw_zenoh_wants_with_them() {
 #[tokio::test(flavor = "multi_thread")]
 async fn whoever_comes_late_is_told_the_belief_and_behind_a_bridge_nothing_goes_with_it() {
     let network = Network::start().await;
+    let mut goals = network.subscribe("bot/goal_pose").await;
     let mut node = Node::open(network.settings("transport = 'bridge'\nnamespace = 'bot'")).await.unwrap();
+    until(async || node.is_heard(OutputKind::Goal).await.unwrap()).await;
     for value in [1, 2] {
         let belief = OccupancyGrid { data: vec![value; 3], ..grid() };
         node.say(2_000_000_000, Output::Belief(belief)).await.unwrap();
     }
+    // What was said before has then passed the router, unheard.
+    node.say(0, Output::Goal(PlanarPose::default())).await.unwrap();
+    in_time(goals.recv()).await.unwrap();
     let (sender, mut receiver) = mpsc::unbounded_channel();
     let _late = network
         .robot
