@@ -32,4 +32,7 @@ if [[ $(command -v npm) && live/page/package-lock.json -nt live/page/node_module
     npm ci --silent --prefix live/page
 fi
 
+# An independent ROS 2 client: a program of its own, with dependencies that are no part of the product.
+cargo build --quiet --locked --manifest-path tests/ros_peer/Cargo.toml --target-dir target/ros_peer
+
 cargo test --workspace --features train "$@"

@@ -6,6 +6,7 @@
 //! - [`refusals`]: whom Zenoh turns away, told in plain words;
 //! - [`live`]: a participant driven by the wall clock, as in the field; [`journal`]: what it remembers if it starts again;
 //! - [`lockstep`], [`remote_crew`]: participants driven by the simulator, event by event, over the same messages;
+//! - [`ros`]: a node on a robot's own ROS 2 network;
 //! - [`relay`]: a slow link, to try a team on;
 //! - [`world`]: the simulated world for participants driven by the wall clock;
 //! - [`team`]: a whole team in one call; [`config`], [`serve`]: each part as a process of its own.
@@ -18,6 +19,7 @@ pub mod lockstep;
 pub mod refusals;
 pub mod relay;
 pub mod remote_crew;
+pub mod ros;
 pub mod serve;
 pub mod session;
 pub mod team;

@@ -160,7 +160,7 @@ const TLS_FILES: [&str; 5] = [
     "connect_private_key",
 ];
 
-fn json(endpoints: &[String]) -> String {
+pub(crate) fn json(endpoints: &[String]) -> String {
     let quoted: Vec<String> = endpoints.iter().map(|endpoint| format!("{endpoint:?}")).collect();
     format!("[{}]", quoted.join(","))
 }

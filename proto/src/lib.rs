@@ -5,6 +5,7 @@
 //! - [`key`], [`time`], [`inbox`], [`plausible`]: under which key, when, exactly once, and only if it can be;
 //! - [`command`], [`directive`]: what a person asks for, and how it reaches every robot;
 //! - [`participant`]: what drives a participant, and what it answers;
+//! - [`ros`]: a robot's own ROS 2 network, its names, keys and messages;
 //! - [`scenario`], [`map_file`]: what is searched, by whom, under which conditions.
 //!
 //! Only this crate knows wire bytes and key expressions.
@@ -19,6 +20,7 @@ pub mod map_file;
 pub mod message;
 pub mod participant;
 pub mod plausible;
+pub mod ros;
 pub mod scenario;
 pub mod schema;
 pub mod step;

@@ -3,11 +3,13 @@
 //! A schema is the definition of a message followed by those of all messages in it, as MCAP's encoding `ros2msg` wants
 //! them: a reader needs no other file.
 
+mod robot;
 mod standard;
+mod type_hash;
 
 use serde::Serialize;
 
-use crate::wire::{dragnet as ours, standard as others};
+use crate::wire::{dragnet as ours, robot as robots, standard as others, vision};
 
 /// What stands between the definitions of a schema.
 const SEPARATOR_WIDTH: usize = 80;
@@ -37,6 +39,12 @@ pub trait RosMessage: Serialize {
     #[must_use]
     fn schema() -> String {
         schema(Self::NAME)
+    }
+
+    /// `RIHS01_` and 64 hexadecimal digits: what ROS 2 nodes compare to know that they mean the same message.
+    #[must_use]
+    fn type_hash() -> String {
+        type_hash(Self::NAME)
     }
 }
 
@@ -68,6 +76,32 @@ ros_messages! {
     others::Vector2 => "foxglove_msgs/msg/Vector2",
     others::PackedElementField => "foxglove_msgs/msg/PackedElementField",
     others::Grid => "foxglove_msgs/msg/Grid",
+    robots::PoseWithCovariance => "geometry_msgs/msg/PoseWithCovariance",
+    robots::PoseWithCovarianceStamped => "geometry_msgs/msg/PoseWithCovarianceStamped",
+    robots::Twist => "geometry_msgs/msg/Twist",
+    robots::TwistWithCovariance => "geometry_msgs/msg/TwistWithCovariance",
+    robots::Odometry => "nav_msgs/msg/Odometry",
+    robots::NavSatStatus => "sensor_msgs/msg/NavSatStatus",
+    robots::NavSatFix => "sensor_msgs/msg/NavSatFix",
+    robots::Image => "sensor_msgs/msg/Image",
+    robots::CompressedImage => "sensor_msgs/msg/CompressedImage",
+    robots::Uuid => "unique_identifier_msgs/msg/UUID",
+    robots::GoalInfo => "action_msgs/msg/GoalInfo",
+    robots::GoalStatus => "action_msgs/msg/GoalStatus",
+    robots::GoalStatusArray => "action_msgs/msg/GoalStatusArray",
+    robots::KeyValue => "diagnostic_msgs/msg/KeyValue",
+    robots::DiagnosticStatus => "diagnostic_msgs/msg/DiagnosticStatus",
+    robots::DiagnosticArray => "diagnostic_msgs/msg/DiagnosticArray",
+    vision::Point2D => "vision_msgs/msg/Point2D",
+    vision::Pose2D => "vision_msgs/msg/Pose2D",
+    vision::BoundingBox2D => "vision_msgs/msg/BoundingBox2D",
+    vision::ObjectHypothesis => "vision_msgs/msg/ObjectHypothesis",
+    vision::ObjectHypothesisWithPose => "vision_msgs/msg/ObjectHypothesisWithPose",
+    vision::Detection2D => "vision_msgs/msg/Detection2D",
+    vision::Detection2DArray => "vision_msgs/msg/Detection2DArray",
+    vision::BoundingBox3D => "vision_msgs/msg/BoundingBox3D",
+    vision::Detection3D => "vision_msgs/msg/Detection3D",
+    vision::Detection3DArray => "vision_msgs/msg/Detection3DArray",
     ours::Observation => "dragnet_msgs/msg/Observation",
     ours::Intent => "dragnet_msgs/msg/Intent",
     ours::Heartbeat => "dragnet_msgs/msg/Heartbeat",
@@ -82,28 +116,47 @@ ros_messages! {
     ours::Sensed => "dragnet_msgs/msg/Sensed",
 }
 
-/// Definitions in the order in which they are first needed.
-fn schema(name: &str) -> String {
-    let name = name.replace("/msg/", "/");
-    let mut needed: Vec<&str> = parts(definition(&name)).collect();
-    let mut sections = vec![definition(&name).to_owned()];
+/// The definition of one of [`NAMES`] and those of all messages in it, in the order in which they are first needed.
+#[must_use]
+pub fn schema(name: &str) -> String {
+    let name = short(name);
+    let own = definition(&name).to_owned();
+    let parts = needed(&name).into_iter().map(|part| format!("MSG: {part}\n{}", definition(part)));
+    let sections: Vec<String> = std::iter::once(own).chain(parts).collect();
+    sections.join(&format!("\n{}\n", "=".repeat(SEPARATOR_WIDTH)))
+}
+
+/// The type hash of one of [`NAMES`], as [`RosMessage::type_hash`].
+#[must_use]
+pub fn type_hash(name: &str) -> String {
+    type_hash::type_hash(&short(name))
+}
+
+/// `nav_msgs/msg/Path` as definitions have it: `nav_msgs/Path`.
+fn short(name: &str) -> String {
+    name.replace("/msg/", "/")
+}
+
+/// All messages within a message, in the order in which they are first needed.
+fn needed(name: &str) -> Vec<&'static str> {
+    let mut needed: Vec<&str> = Vec::new();
     let mut next = 0;
-    while next < needed.len() {
-        let part = needed[next];
-        sections.push(format!("MSG: {part}\n{}", definition(part)));
-        for part in parts(definition(part)) {
+    let mut definition_next = definition(name);
+    loop {
+        for part in parts(definition_next) {
             if !needed.contains(&part) {
                 needed.push(part);
             }
         }
+        let Some(&part) = needed.get(next) else { return needed };
+        definition_next = definition(part);
         next += 1;
     }
-    sections.join(&format!("\n{}\n", "=".repeat(SEPARATOR_WIDTH)))
 }
 
 /// The text of one message without those in it.
 fn definition(name: &str) -> &'static str {
-    let mut known = OURS.iter().chain(&standard::DEFINITIONS);
+    let mut known = OURS.iter().chain(&standard::DEFINITIONS).chain(&robot::DEFINITIONS);
     let found = known.find(|(known, _)| *known == name);
     debug_assert!(found.is_some(), "no definition of {name}");
     found.map_or("", |(_, text)| text)
@@ -128,6 +181,13 @@ mod tests {
                 assert_eq!(schema.matches(&format!("\nMSG: {part}\n")).count(), 1, "{name}: {part}");
             }
         }
+    }
+
+    /// Of `std_msgs/msg/Header`, as `ros2 topic info --verbose` tells it.
+    #[test]
+    fn a_type_hash_is_that_of_ros() {
+        let hash = "RIHS01_f49fb3ae2cf070f793645ff749683ac6b06203e41c891e17701b1cb597ce6a01";
+        assert_eq!(others::Header::type_hash(), hash);
     }
 
     #[test]

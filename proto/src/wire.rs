@@ -4,4 +4,6 @@
 //! [`crate::schema`] holds, their bytes by [`crate::cdr`].
 
 pub mod dragnet;
+pub mod robot;
 pub mod standard;
+pub mod vision;

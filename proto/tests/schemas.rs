@@ -4,7 +4,7 @@
 
 use dragnet_proto::cdr;
 use dragnet_proto::schema::RosMessage;
-use dragnet_proto::wire::{dragnet as ours, standard as others};
+use dragnet_proto::wire::{dragnet as ours, robot, standard as others, vision};
 use serde_json::{Map, Value};
 
 /// Reads CDR by a schema, as a viewer does.
@@ -53,7 +53,7 @@ impl<'a> Reader<'a> {
         match kind {
             "bool" => (self.bytes::<1>()[0] == 1).into(),
             "int8" => i8::from_le_bytes(self.bytes()).into(),
-            "uint8" => self.bytes::<1>()[0].into(),
+            "uint8" | "byte" => self.bytes::<1>()[0].into(),
             "uint16" => u16::from_le_bytes(self.bytes()).into(),
             "int32" => i32::from_le_bytes(self.bytes()).into(),
             "uint32" => u32::from_le_bytes(self.bytes()).into(),
@@ -117,7 +117,7 @@ impl Filler {
 fn blank(reader: &Reader<'_>, name: &str) -> Value {
     let (_, text) = *reader.definitions.iter().find(|(known, _)| *known == name).unwrap();
     let value = |kind: &str| {
-        let (element, is_array) = kind.split_once('[').map_or((kind, false), |(kind, _)| (kind, true));
+        let (element, size) = kind.split_once('[').unwrap_or((kind, ""));
         let value = match element {
             "bool" => false.into(),
             "string" => "".into(),
@@ -125,18 +125,50 @@ fn blank(reader: &Reader<'_>, name: &str) -> Value {
             message if message.contains('/') => blank(reader, message),
             _ => 0.into(),
         };
-        if is_array { Value::Array(vec![value]) } else { value }
+        match size.trim_end_matches(']') {
+            "" if size.is_empty() => value,
+            "" => Value::Array(vec![value]),
+            fixed => Value::Array(vec![value; fixed.parse().unwrap()]),
+        }
     };
     let fields = text.lines().filter_map(field);
     Value::Object(fields.map(|(kind, name)| (name.to_owned(), value(kind))).collect::<Map<_, _>>())
+}
+
+/// Matrices in rows again, as the structs have them: arrays of 3 x 3 or 6 x 6 are nothing else.
+fn with_rows(value: Value) -> Value {
+    match value {
+        Value::Array(entries) if entries.len() == 9 || entries.len() == 36 => {
+            entries.chunks(entries.len().isqrt()).map(<[Value]>::to_vec).collect()
+        }
+        Value::Array(entries) => entries.into_iter().map(with_rows).collect(),
+        Value::Object(fields) => {
+            fields.into_iter().map(|(name, value)| (name, with_rows(value))).collect::<Map<_, _>>().into()
+        }
+        other => other,
+    }
+}
+
+/// Matrices as one array, as they are on the wire.
+fn flatten(value: &mut Value) {
+    match value {
+        Value::Array(entries) if entries.iter().any(Value::is_array) => {
+            let rows = entries.drain(..).filter_map(|row| row.as_array().cloned());
+            *value = Value::Array(rows.flatten().collect());
+        }
+        Value::Array(entries) => entries.iter_mut().for_each(flatten),
+        Value::Object(fields) => fields.values_mut().for_each(flatten),
+        _ => {}
+    }
 }
 
 fn check<T: RosMessage + Default + serde::de::DeserializeOwned>() {
     let (schema, name) = (T::schema(), T::NAME.replace("/msg/", "/"));
     let kinds = blank(&Reader::new(&name, &schema, &[0; 4]), &name);
     let mut filled = serde_json::to_value(T::default()).unwrap();
+    flatten(&mut filled);
     Filler(0).fill(&mut filled, &kinds);
-    let message: T = serde_json::from_value(filled.clone()).unwrap();
+    let message: T = serde_json::from_value(with_rows(filled.clone())).unwrap();
 
     let bytes = cdr::encode(&message);
     let mut reader = Reader::new(&name, &schema, &bytes);
@@ -172,4 +204,34 @@ fn every_message_is_what_its_schema_says() {
     check::<ours::Step>();
     check::<ours::StepReply>();
     check::<ours::Sensed>();
+}
+
+#[test]
+fn every_message_of_a_robots_own_network_is_what_its_schema_says() {
+    check::<robot::PoseWithCovariance>();
+    check::<robot::PoseWithCovarianceStamped>();
+    check::<robot::Twist>();
+    check::<robot::TwistWithCovariance>();
+    check::<robot::Odometry>();
+    check::<robot::NavSatStatus>();
+    check::<robot::NavSatFix>();
+    check::<robot::Image>();
+    check::<robot::CompressedImage>();
+    check::<robot::Uuid>();
+    check::<robot::GoalInfo>();
+    check::<robot::GoalStatus>();
+    check::<robot::GoalStatusArray>();
+    check::<robot::KeyValue>();
+    check::<robot::DiagnosticStatus>();
+    check::<robot::DiagnosticArray>();
+    check::<vision::Point2D>();
+    check::<vision::Pose2D>();
+    check::<vision::BoundingBox2D>();
+    check::<vision::ObjectHypothesis>();
+    check::<vision::ObjectHypothesisWithPose>();
+    check::<vision::Detection2D>();
+    check::<vision::Detection2DArray>();
+    check::<vision::BoundingBox3D>();
+    check::<vision::Detection3D>();
+    check::<vision::Detection3DArray>();
 }

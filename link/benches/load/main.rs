@@ -4,6 +4,7 @@
 //! cargo bench -p dragnet-link --bench load -- ping            # a robot's observation against a bare ping
 //! cargo bench -p dragnet-link --bench load -- late            # who joins a mission of 10,000 observations
 //! cargo bench -p dragnet-link --bench load -- lost            # how soon a robot that is lost is known to be
+//! cargo bench -p dragnet-link --bench load -- ros             # a robot's own ROS 2 network, to typed input
 //! cargo bench -p dragnet-link --bench load -- team 100 60 300 # robots, side of the map, seconds
 //! ```
 
@@ -13,6 +14,7 @@ mod late;
 mod lost;
 mod ping;
 mod probe;
+mod ros;
 mod team;
 
 use std::path::Path;
@@ -39,6 +41,7 @@ fn main() {
         ["ping"] => runtime.block_on(ping::run()),
         ["late"] => runtime.block_on(late::run()),
         ["lost"] => runtime.block_on(lost::run()),
+        ["ros"] => runtime.block_on(ros::run()),
         ["team", robots, side, seconds] => {
             runtime.block_on(team::run(number(robots), number(side), u64::from(number(seconds))));
         }
@@ -46,8 +49,9 @@ fn main() {
             runtime.block_on(ping::run());
             runtime.block_on(late::run());
             runtime.block_on(lost::run());
+            runtime.block_on(ros::run());
         }
-        _ => eprintln!("allowed are: ping; late; lost; team ROBOTS SIDE SECONDS"),
+        _ => eprintln!("allowed are: ping; late; lost; ros; team ROBOTS SIDE SECONDS"),
     }
 }
 

@@ -17,7 +17,6 @@ use crate::wire::standard::{
 /// The frame that everything is drawn in.
 pub const MAP_FRAME: &str = "map";
 
-const NANOSECONDS: i128 = 1_000_000_000;
 /// Bytes of one `f32`.
 const CELL_BYTES: u32 = 4;
 
@@ -38,13 +37,7 @@ impl<'a> Viewer<'a> {
     /// Mission time as Unix time. Clamped to the years 1901 to 2038, which are all that the message can say.
     #[must_use]
     pub fn stamp(&self, time: MissionTime) -> Time {
-        let unix_ns = i128::from(self.start_unix_ns) + i128::from(time.0);
-        let seconds = unix_ns.div_euclid(NANOSECONDS);
-        let past = if seconds < 0 { i32::MIN } else { i32::MAX };
-        Time {
-            sec: i32::try_from(seconds).unwrap_or(past),
-            nanosec: u32::try_from(unix_ns.rem_euclid(NANOSECONDS)).unwrap_or(0),
-        }
+        Time::at_unix_ns(i128::from(self.start_unix_ns) + i128::from(time.0))
     }
 
     fn header(&self, time: MissionTime) -> Header {

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+const NANOSECONDS: i128 = 1_000_000_000;
+
 /// `builtin_interfaces/msg/Time`: Unix time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Time {
@@ -9,6 +11,19 @@ pub struct Time {
     pub sec: i32,
     /// Nanoseconds to add, `0..1_000_000_000`.
     pub nanosec: u32,
+}
+
+impl Time {
+    /// A Unix time in nanoseconds. Clamped to the years 1901 to 2038, which are all that the message can say.
+    #[must_use]
+    pub fn at_unix_ns(unix_ns: i128) -> Self {
+        let seconds = unix_ns.div_euclid(NANOSECONDS);
+        let past = if seconds < 0 { i32::MIN } else { i32::MAX };
+        Self {
+            sec: i32::try_from(seconds).unwrap_or(past),
+            nanosec: u32::try_from(unix_ns.rem_euclid(NANOSECONDS)).unwrap_or(0),
+        }
+    }
 }
 
 /// `std_msgs/msg/Header`: when, and in which frame.

@@ -1,0 +1,119 @@
+//! What has arrived and was not heard yet: of each topic the last few messages, as its quality of service says. So a camera
+//! that is faster than whoever looks at its images fills no memory, and no image is older than it must be.
+
+use std::collections::VecDeque;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use tokio::sync::Notify;
+use zenoh::bytes::ZBytes;
+
+/// So many refusals of a topic may wait.
+const REFUSALS: usize = 8;
+
+/// Something that arrived on a topic, a number among the subscriptions.
+#[derive(Debug)]
+pub(super) struct Arrived {
+    pub(super) topic: usize,
+    pub(super) what: What,
+}
+
+/// What arrived.
+#[derive(Debug)]
+pub(super) enum What {
+    /// A message's bytes.
+    Message(ZBytes),
+    /// Something that cannot be heard, and why.
+    Refused(String),
+}
+
+impl What {
+    const fn is_message(&self) -> bool {
+        matches!(self, Self::Message(_))
+    }
+}
+
+/// All that waits, in the order of its arrival.
+#[derive(Debug)]
+pub(super) struct Inbox {
+    /// Messages of each topic that may wait, shape `[topics]`.
+    depths: Vec<usize>,
+    waiting: Mutex<VecDeque<Arrived>>,
+    news: Notify,
+}
+
+impl Inbox {
+    pub(super) const fn new(depths: Vec<usize>) -> Self {
+        Self { depths, waiting: Mutex::new(VecDeque::new()), news: Notify::const_new() }
+    }
+
+    /// Takes something in; of a topic that is full the oldest goes.
+    pub(super) fn put(&self, arrived: Arrived) {
+        let mut waiting = self.lock();
+        let is_message = arrived.what.is_message();
+        let depth = if is_message { self.depths[arrived.topic] } else { REFUSALS };
+        let alike = |other: &Arrived| other.topic == arrived.topic && other.what.is_message() == is_message;
+        if waiting.iter().filter(|other| alike(other)).count() >= depth
+            && let Some(oldest) = waiting.iter().position(alike)
+        {
+            waiting.remove(oldest);
+        }
+        waiting.push_back(arrived);
+        drop(waiting);
+        self.news.notify_one();
+    }
+
+    /// The next that arrived. Nothing is lost if this is given up while it waits.
+    pub(super) async fn take(&self) -> Arrived {
+        loop {
+            if let Some(arrived) = self.lock().pop_front() {
+                return arrived;
+            }
+            self.news.notified().await;
+        }
+    }
+
+    /// Nothing panics while it is locked, so what is there is whole.
+    fn lock(&self) -> MutexGuard<'_, VecDeque<Arrived>> {
+        self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn message(topic: usize, byte: u8) -> Arrived {
+        Arrived { topic, what: What::Message(ZBytes::from(vec![byte])) }
+    }
+
+    #[tokio::test]
+    async fn of_each_topic_the_last_ones_wait_in_the_order_of_their_arrival() {
+        let inbox = Inbox::new(vec![2, 1]);
+        for arrived in [message(0, 1), message(1, 2), message(0, 3), message(1, 4), message(0, 5)] {
+            inbox.put(arrived);
+        }
+        inbox.put(Arrived { topic: 1, what: What::Refused("no".into()) });
+        let mut taken = Vec::new();
+        for _ in 0..4 {
+            let Arrived { topic, what } = inbox.take().await;
+            taken.push((
+                topic,
+                match what {
+                    What::Message(bytes) => bytes.to_bytes()[0],
+                    What::Refused(_) => 0,
+                },
+            ));
+        }
+        assert_eq!(taken, [(0, 3), (1, 4), (0, 5), (1, 0)]);
+        assert!(inbox.lock().is_empty());
+    }
+
+    #[test]
+    fn refusals_do_not_pile_up_either() {
+        let inbox = Inbox::new(vec![1]);
+        for number in 0..100 {
+            inbox.put(Arrived { topic: 0, what: What::Refused(number.to_string()) });
+        }
+        assert_eq!(inbox.lock().len(), REFUSALS);
+    }
+}

@@ -1,0 +1,277 @@
+//! The node: what it hears, checked, and what it says.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use dragnet_proto::ros::input::{
+    Detections, Fix, GoalStatus, Image, Input, InputKind, Occupancy, Odometry, PoseEstimate,
+};
+use dragnet_proto::ros::name::TopicName;
+use dragnet_proto::ros::output::{Output, OutputKind};
+use dragnet_proto::ros::qos::Durability;
+use dragnet_proto::ros::rmw_zenoh::{self, Attachments, Publisher, Role};
+use dragnet_proto::ros::{MessageType, bridge};
+use zenoh::Session;
+use zenoh::liveliness::LivelinessToken;
+use zenoh::sample::{Sample, SampleKind};
+use zenoh_ext::{AdvancedSubscriberBuilderExt, HistoryConfig, RecoveryConfig};
+
+use super::inbox::{Arrived, Inbox, What};
+use super::session;
+use super::settings::{Checked, Subscription, Transport};
+use super::voice::Voice;
+use crate::LinkError;
+
+/// A node of a robot's ROS 2 network.
+pub struct Node {
+    session: Session,
+    settings: Checked,
+    inbox: Arc<Inbox>,
+    voices: BTreeMap<OutputKind, Voice>,
+    /// Say that the node and its topics are there, as long as they are.
+    tokens: Vec<LivelinessToken>,
+}
+
+/// What a node hears.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Heard {
+    /// Where the robot is by its own reckoning, and how it moves.
+    Odometry(Odometry),
+    /// Where the robot is on the map.
+    Pose(PoseEstimate),
+    /// Where on earth it is.
+    Fix(Fix),
+    /// Where robots can be.
+    Map(Occupancy),
+    /// What a detector sees in an image.
+    Detections {
+        /// Of the camera of this name.
+        camera: Arc<str>,
+        /// All of one image.
+        detections: Detections,
+    },
+    /// What a camera sees.
+    Image {
+        /// The camera of this name.
+        camera: Arc<str>,
+        /// What it sees.
+        image: Image,
+    },
+    /// How Nav2's goals stand, for [`dragnet_proto::ros::errand::Errand`].
+    Goals(Vec<GoalStatus>),
+    /// Something on a topic that cannot be heard: it counts as nothing.
+    Refused {
+        /// The topic.
+        topic: TopicName,
+        /// What is wrong, and what is allowed.
+        reason: String,
+    },
+}
+
+impl Node {
+    /// Joins a network. It waits as long as no router and no bridge answers; whoever gives up drops the future.
+    ///
+    /// # Errors
+    /// If the settings are not Zenoh's, or Zenoh refuses.
+    pub async fn open(settings: Checked) -> Result<Self, LinkError> {
+        let session = session::open(&settings.network).await?;
+        let depths = settings.heard.iter().map(|subscription| subscription.kind.qos().depth).collect();
+        let mut node = Self {
+            session,
+            settings,
+            inbox: Arc::new(Inbox::new(depths)),
+            voices: BTreeMap::new(),
+            tokens: Vec::new(),
+        };
+        let me = node.me();
+        node.announce(me.token()).await?;
+        for (number, subscription) in node.settings.heard.clone().into_iter().enumerate() {
+            let message = subscription.kind.message();
+            node.subscribe(number, &subscription, &message).await?;
+            if node.settings.transport == Transport::RmwZenoh {
+                node.watch(number, &subscription.topic, message.clone()).await?;
+            }
+            let qos = subscription.kind.qos();
+            let entity = number + 1;
+            let token = me.topic_token(entity, Role::Subscription, &subscription.topic, &message, qos);
+            node.announce(token).await?;
+        }
+        let first = node.settings.heard.len() + 1;
+        for (entity, (kind, topic)) in (first..).zip(node.settings.said.clone()) {
+            let message = kind.message();
+            let token = me.topic_token(entity, Role::Publisher, &topic, &message, kind.qos());
+            let attachments = match node.settings.transport {
+                Transport::RmwZenoh => Some(Attachments::of(&token)),
+                Transport::Bridge => None,
+            };
+            let key = node.key(&topic, &message);
+            let voice = Voice::declare(&node.session, key, kind.qos(), attachments).await?;
+            node.voices.insert(kind, voice);
+            node.announce(token).await?;
+        }
+        Ok(node)
+    }
+
+    /// The next thing heard. Nothing is lost if this is given up while it waits.
+    pub async fn hear(&self) -> Heard {
+        let Arrived { topic, what } = self.inbox.take().await;
+        let subscription = &self.settings.heard[topic];
+        let refused = |reason| Heard::Refused { topic: subscription.topic.clone(), reason };
+        let bytes = match what {
+            What::Message(bytes) => bytes,
+            What::Refused(reason) => return refused(reason),
+        };
+        match subscription.kind.understand(&bytes.to_bytes()) {
+            Ok(input) => self.place(subscription, input).unwrap_or_else(refused),
+            Err(error) => refused(error.to_string()),
+        }
+    }
+
+    /// Says something at a Unix time in nanoseconds; nothing if the settings give it no topic.
+    ///
+    /// # Errors
+    /// If Zenoh refuses.
+    pub async fn say(&mut self, unix_ns: i64, output: Output) -> Result<(), LinkError> {
+        let Some(voice) = self.voices.get_mut(&output.kind()) else { return Ok(()) };
+        voice.say(unix_ns, output.encode(&self.settings.map_frame, unix_ns)).await
+    }
+
+    /// Whether anybody listens to what is said so; a goal that nobody listens to is lost.
+    ///
+    /// # Errors
+    /// If Zenoh refuses.
+    pub async fn is_heard(&self, kind: OutputKind) -> Result<bool, LinkError> {
+        match self.voices.get(&kind) {
+            Some(voice) => voice.is_heard().await,
+            None => Ok(false),
+        }
+    }
+
+    /// How many routers, bridges and peers this node is connected with now; 0 if it is alone.
+    pub async fn neighbors(&self) -> usize {
+        let info = self.session.info();
+        info.routers_zid().await.count() + info.peers_zid().await.count()
+    }
+
+    /// The topics that are heard.
+    pub fn topics(&self) -> impl Iterator<Item = &TopicName> {
+        self.settings.heard.iter().map(|subscription| &subscription.topic)
+    }
+
+    fn me(&self) -> rmw_zenoh::Node {
+        rmw_zenoh::Node {
+            domain: self.settings.domain,
+            session: self.session.zid().to_string(),
+            namespace: self.settings.namespace.clone(),
+            name: self.settings.node.clone(),
+        }
+    }
+
+    fn key(&self, topic: &TopicName, message: &MessageType) -> String {
+        match self.settings.transport {
+            Transport::RmwZenoh => rmw_zenoh::data_key(self.settings.domain, topic, message),
+            Transport::Bridge => bridge::data_key(topic),
+        }
+    }
+
+    /// Lets nodes of `rmw_zenoh` know. A bridge asks nobody.
+    async fn announce(&mut self, token: String) -> Result<(), LinkError> {
+        if self.settings.transport == Transport::RmwZenoh {
+            let token = self.session.liveliness().declare_token(token).await;
+            self.tokens.push(token.map_err(LinkError::zenoh("say what the node does"))?);
+        }
+        Ok(())
+    }
+
+    async fn subscribe(
+        &self,
+        number: usize,
+        subscription: &Subscription,
+        message: &MessageType,
+    ) -> Result<(), LinkError> {
+        let (kind, inbox) = (subscription.kind, Arc::clone(&self.inbox));
+        let key = self.key(&subscription.topic, message);
+        let what = format!("subscribe to {key}");
+        let heard = move |sample: Sample| {
+            if sample.kind() == SampleKind::Put {
+                inbox.put(Arrived { topic: number, what: arrived(kind, &sample) });
+            }
+        };
+        let subscriber = self.session.declare_subscriber(key).callback(heard);
+        let declared = match kind.qos().durability {
+            Durability::Volatile => subscriber.background().await,
+            Durability::TransientLocal => {
+                subscriber
+                    .advanced()
+                    .history(HistoryConfig::default().detect_late_publishers().max_samples(kind.qos().depth))
+                    .recovery(RecoveryConfig::default().heartbeat())
+                    .subscriber_detection()
+                    .background()
+                    .await
+            }
+        };
+        declared.map_err(LinkError::zenoh(what))
+    }
+
+    /// Tells of publishers that are not heard since their type is another one.
+    async fn watch(&self, number: usize, topic: &TopicName, expected: MessageType) -> Result<(), LinkError> {
+        let inbox = Arc::clone(&self.inbox);
+        self.session
+            .liveliness()
+            .declare_subscriber(rmw_zenoh::publishers(self.settings.domain, topic))
+            .history(true)
+            .callback(move |sample| {
+                let publisher = match sample.kind() {
+                    SampleKind::Put => Publisher::from_token(sample.key_expr().as_str()),
+                    SampleKind::Delete => None,
+                };
+                if let Some(reason) = publisher.and_then(|publisher| publisher.mismatch(&expected)) {
+                    inbox.put(Arrived { topic: number, what: What::Refused(reason) });
+                }
+            })
+            .background()
+            .await
+            .map_err(LinkError::zenoh("watch who publishes what"))
+    }
+
+    /// What was heard, if its places are in the frame that they should be in.
+    fn place(&self, subscription: &Subscription, input: Input) -> Result<Heard, String> {
+        let camera = || Arc::clone(&subscription.camera);
+        let (map, odometry) = (&self.settings.map_frame, &self.settings.odometry_frame);
+        Ok(match input {
+            Input::Odometry(heard) => {
+                in_frame(&heard.place.frame, odometry, "odometry_frame")?;
+                Heard::Odometry(heard)
+            }
+            Input::Pose(heard) => {
+                in_frame(&heard.frame, map, "map_frame")?;
+                Heard::Pose(heard)
+            }
+            Input::Map(heard) => {
+                in_frame(&heard.frame, map, "map_frame")?;
+                Heard::Map(heard)
+            }
+            Input::Fix(heard) => Heard::Fix(heard),
+            Input::Detections(detections) => Heard::Detections { camera: camera(), detections },
+            Input::Image(image) => Heard::Image { camera: camera(), image },
+            Input::Goals(heard) => Heard::Goals(heard),
+        })
+    }
+}
+
+/// What is longer than any such message is not kept until it is heard.
+fn arrived(kind: InputKind, sample: &Sample) -> What {
+    match kind.check_length(sample.payload().len()) {
+        Ok(()) => What::Message(sample.payload().clone()),
+        Err(error) => What::Refused(error.to_string()),
+    }
+}
+
+/// A place means something in its frame only. A slash before the name is of ROS 1.
+fn in_frame(found: &str, expected: &str, key: &str) -> Result<(), String> {
+    if found.trim_start_matches('/') == expected.trim_start_matches('/') {
+        Ok(())
+    } else {
+        Err(format!("frame_id is {found:?}; allowed is {expected:?}, the {key} of the settings"))
+    }
+}

@@ -1,0 +1,48 @@
+//! The session on a robot's ROS 2 network.
+
+use std::path::Path;
+
+use zenoh::{Config, Session};
+
+use super::settings::{Mode, Network};
+use crate::LinkError;
+use crate::session::json;
+
+/// Opens a session as the settings say: it calls until somebody answers.
+///
+/// # Errors
+/// If the settings are not Zenoh's, or it cannot listen there.
+pub(super) async fn open(network: &Network) -> Result<Session, LinkError> {
+    let listen = network.listen.join(", ");
+    let refused = |error: zenoh::Error| LinkError::Open { listen: listen.clone(), reason: error.to_string() };
+    let mut config = match &network.config {
+        Some(file) => read(file)?,
+        None => Config::default(),
+    };
+    let mode = match network.mode {
+        Mode::Client => "\"client\"",
+        Mode::Peer => "\"peer\"",
+    };
+    let settings = [
+        ("mode", mode),
+        ("connect/endpoints", &json(&network.connect)),
+        ("listen/endpoints", &json(&network.listen)),
+        // Without an end to its patience: a robot may start before its router does.
+        ("connect/timeout_ms", "-1"),
+        ("connect/exit_on_failure", "false"),
+        ("listen/exit_on_failure", "true"),
+        ("scouting/multicast/enabled", "false"),
+        ("scouting/gossip/enabled", "false"),
+        // What is latched is kept by its time.
+        ("timestamping/enabled", "true"),
+    ];
+    for (key, value) in settings {
+        config.insert_json5(key, value).map_err(refused)?;
+    }
+    zenoh::open(config).await.map_err(refused)
+}
+
+fn read(file: &Path) -> Result<Config, LinkError> {
+    Config::from_file(file)
+        .map_err(|error| LinkError::Settings { file: file.to_owned(), reason: error.to_string() })
+}

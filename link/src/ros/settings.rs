@@ -1,0 +1,391 @@
+//! Settings of a robot's ROS 2 network, and what follows from them once they are checked.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use dragnet_proto::ros::input::InputKind;
+use dragnet_proto::ros::name::{Namespace, NodeName, TopicName};
+use dragnet_proto::ros::output::OutputKind;
+use serde::{Deserialize, Serialize};
+
+use crate::LinkError;
+
+/// The highest domain of ROS 2.
+const MAX_DOMAIN: u32 = 232;
+/// The most cameras of one robot.
+const MAX_CAMERAS: usize = 16;
+
+/// The table `[ros]`: only `transport` has to be there. A topic's name is as ROS has it: with a leading slash it is whole,
+/// with `~/` the node's own, else the namespace's; an empty one is not heard or said at all.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Settings {
+    /// The way in.
+    pub transport: Transport,
+    /// The ROS domain, 0 to 232, of `rmw_zenoh`; behind a bridge it is the bridge's.
+    #[serde(default)]
+    pub domain: u32,
+    /// Where names without a leading slash begin, such as `/robot1`; the root without.
+    #[serde(default)]
+    pub namespace: String,
+    /// The node's name.
+    #[serde(default = "node")]
+    pub node: String,
+    /// The frame of maps, poses and all that is said.
+    #[serde(default = "map")]
+    pub map_frame: String,
+    /// The frame of odometry: `map` only if the robot corrects its odometry against the map.
+    #[serde(default = "odom")]
+    pub odometry_frame: String,
+    /// Where the network is.
+    #[serde(default)]
+    pub zenoh: Network,
+    /// What is heard.
+    #[serde(default)]
+    pub hear: Hear,
+    /// What is said.
+    #[serde(default)]
+    pub say: Say,
+    /// Cameras, and detectors that run elsewhere.
+    #[serde(default)]
+    pub cameras: Vec<Camera>,
+}
+
+/// The way into a ROS 2 network.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Transport {
+    /// Nodes whose middleware is `rmw_zenoh_cpp`, of ROS 2 Jazzy.
+    RmwZenoh,
+    /// Nodes of another middleware, behind a `zenoh-bridge-ros2dds`.
+    Bridge,
+}
+
+/// Where a ROS 2 network is on Zenoh. Nothing is found by chance.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Network {
+    /// Zenoh endpoints to call: that of `rmw_zenohd`, or of the bridge. Who does not answer is called again.
+    pub connect: Vec<String>,
+    /// Zenoh endpoints to listen on; of peers only.
+    pub listen: Vec<String>,
+    /// How the session takes part in the network.
+    pub mode: Mode,
+    /// Further settings of Zenoh, a JSON5 file, relative to the file that names it.
+    pub config: Option<PathBuf>,
+}
+
+impl Default for Network {
+    /// The router of `rmw_zenoh` on this machine.
+    fn default() -> Self {
+        Self {
+            connect: vec!["tcp/localhost:7447".to_owned()],
+            listen: Vec::new(),
+            mode: Mode::Client,
+            config: None,
+        }
+    }
+}
+
+/// How a session takes part in a ROS 2 network.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Mode {
+    /// All goes through one router or bridge: it passes on to a client, on this machine or another, what peers say.
+    #[default]
+    Client,
+    /// It talks to those whom it is connected with, and to no others.
+    Peer,
+}
+
+/// Topics that are heard.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Hear {
+    /// `nav_msgs/Odometry`, in `odometry_frame`.
+    pub odometry: String,
+    /// `geometry_msgs/PoseWithCovarianceStamped`, in `map_frame`: of AMCL or another localization.
+    pub pose: String,
+    /// `sensor_msgs/NavSatFix`.
+    pub fix: String,
+    /// `nav_msgs/OccupancyGrid`, in `map_frame`.
+    pub map: String,
+    /// `action_msgs/GoalStatusArray`, how Nav2's goals stand.
+    pub goals: String,
+}
+
+impl Default for Hear {
+    fn default() -> Self {
+        let [odometry, pose, fix, map, goals] =
+            ["odom", "amcl_pose", "fix", "map", "navigate_to_pose/_action/status"].map(str::to_owned);
+        Self { odometry, pose, fix, map, goals }
+    }
+}
+
+/// Topics that are said, all in `map_frame`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Say {
+    /// `geometry_msgs/PoseStamped`: what Nav2's `bt_navigator` drives to.
+    pub goal: String,
+    /// `nav_msgs/Path`.
+    pub path: String,
+    /// `nav_msgs/OccupancyGrid`, percent.
+    pub belief: String,
+    /// `vision_msgs/Detection3DArray`.
+    pub objects: String,
+    /// `diagnostic_msgs/DiagnosticArray`.
+    pub diagnostics: String,
+}
+
+impl Default for Say {
+    fn default() -> Self {
+        let [goal, path, belief, objects, diagnostics] =
+            ["goal_pose", "~/path", "~/belief", "~/objects", "/diagnostics"].map(str::to_owned);
+        Self { goal, path, belief, objects, diagnostics }
+    }
+}
+
+/// A camera's topics, at least one.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Camera {
+    /// What it is called.
+    pub name: String,
+    /// `vision_msgs/Detection2DArray`: what a detector sees in its images.
+    #[serde(default)]
+    pub detections: String,
+    /// `sensor_msgs/Image`.
+    #[serde(default)]
+    pub image: String,
+    /// `sensor_msgs/CompressedImage`, JPEG or PNG.
+    #[serde(default)]
+    pub compressed_image: String,
+}
+
+fn node() -> String {
+    "dragnet".to_owned()
+}
+
+fn map() -> String {
+    "map".to_owned()
+}
+
+fn odom() -> String {
+    "odom".to_owned()
+}
+
+/// Settings that have been checked.
+#[derive(Clone, Debug)]
+pub struct Checked {
+    pub(super) transport: Transport,
+    pub(super) domain: u32,
+    pub(super) namespace: Namespace,
+    pub(super) node: NodeName,
+    pub(super) map_frame: String,
+    pub(super) odometry_frame: String,
+    pub(super) network: Network,
+    pub(super) heard: Vec<Subscription>,
+    pub(super) said: BTreeMap<OutputKind, TopicName>,
+}
+
+/// A topic that is heard.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Subscription {
+    pub(super) topic: TopicName,
+    pub(super) kind: InputKind,
+    /// Whose; empty if no camera's.
+    pub(super) camera: Arc<str>,
+}
+
+impl Settings {
+    /// Checks the settings of a file.
+    ///
+    /// # Errors
+    /// If a value is not allowed: with its key and what is.
+    pub fn check(&self, file: &Path) -> Result<Checked, LinkError> {
+        self.checked(file).map_err(|reason| LinkError::Settings { file: file.to_owned(), reason })
+    }
+
+    fn checked(&self, file: &Path) -> Result<Checked, String> {
+        let Self { domain, zenoh, .. } = self;
+        if *domain > MAX_DOMAIN {
+            return Err(format!("ros.domain is {domain}; allowed is 0 to {MAX_DOMAIN}"));
+        }
+        for (key, frame) in [("map_frame", &self.map_frame), ("odometry_frame", &self.odometry_frame)] {
+            if frame.is_empty() {
+                return Err(format!("ros.{key} is empty; allowed is the name of a frame, such as map"));
+            }
+        }
+        if zenoh.mode == Mode::Client && !(zenoh.listen.is_empty() && zenoh.connect.len() == 1) {
+            let allowed = "a client calls one endpoint in ros.zenoh.connect and listens on none";
+            return Err(format!("ros.zenoh: {allowed}; others are of mode = \"peer\""));
+        }
+        let names = Names {
+            namespace: self.namespace.parse().map_err(|error| format!("ros.namespace: {error}"))?,
+            node: self.node.parse().map_err(|error| format!("ros.node: {error}"))?,
+        };
+        let (heard, said) = (self.heard(&names)?, self.said(&names)?);
+        let mut topics = BTreeSet::new();
+        for topic in heard.iter().map(|subscription| &subscription.topic).chain(said.values()) {
+            if !topics.insert(topic) {
+                return Err(format!("ros: topic {topic} is named twice; allowed is one use of each"));
+            }
+        }
+        let folder = file.parent().unwrap_or(Path::new(""));
+        let config = zenoh.config.as_ref().map(|config| folder.join(config));
+        Ok(Checked {
+            transport: self.transport,
+            domain: *domain,
+            map_frame: self.map_frame.clone(),
+            odometry_frame: self.odometry_frame.clone(),
+            network: Network { config, ..zenoh.clone() },
+            heard,
+            said,
+            namespace: names.namespace,
+            node: names.node,
+        })
+    }
+
+    fn heard(&self, names: &Names) -> Result<Vec<Subscription>, String> {
+        let Hear { odometry, pose, fix, map, goals } = &self.hear;
+        let own = [
+            ("hear.odometry", InputKind::Odometry, odometry),
+            ("hear.pose", InputKind::Pose, pose),
+            ("hear.fix", InputKind::Fix, fix),
+            ("hear.map", InputKind::Map, map),
+            ("hear.goals", InputKind::Goals, goals),
+        ];
+        let mut heard = Vec::new();
+        for (key, kind, name) in own {
+            heard.extend(names.topic(key, name)?.map(|topic| Subscription {
+                topic,
+                kind,
+                camera: "".into(),
+            }));
+        }
+        let mut cameras = BTreeSet::new();
+        for camera in &self.cameras {
+            let name = &camera.name;
+            if name.is_empty() || !cameras.insert(name) || cameras.len() > MAX_CAMERAS {
+                let allowed = format!("up to {MAX_CAMERAS} cameras, each with a name of its own");
+                return Err(format!("ros.cameras: {name:?}; allowed are {allowed}"));
+            }
+            let before = heard.len();
+            for (key, kind, topic) in [
+                ("cameras.detections", InputKind::Detections, &camera.detections),
+                ("cameras.image", InputKind::Image, &camera.image),
+                ("cameras.compressed_image", InputKind::CompressedImage, &camera.compressed_image),
+            ] {
+                let topic = names.topic(key, topic)?;
+                heard.extend(topic.map(|topic| Subscription { topic, kind, camera: name.as_str().into() }));
+            }
+            if heard.len() == before {
+                let allowed = "detections, image or compressed_image, at least one";
+                return Err(format!("ros.cameras: {name:?} has no topic; allowed are {allowed}"));
+            }
+        }
+        Ok(heard)
+    }
+
+    fn said(&self, names: &Names) -> Result<BTreeMap<OutputKind, TopicName>, String> {
+        let Say { goal, path, belief, objects, diagnostics } = &self.say;
+        let mut said = BTreeMap::new();
+        for (key, kind, name) in [
+            ("say.goal", OutputKind::Goal, goal),
+            ("say.path", OutputKind::Path, path),
+            ("say.belief", OutputKind::Belief, belief),
+            ("say.objects", OutputKind::Objects, objects),
+            ("say.diagnostics", OutputKind::Diagnostics, diagnostics),
+        ] {
+            said.extend(names.topic(key, name)?.map(|topic| (kind, topic)));
+        }
+        Ok(said)
+    }
+}
+
+/// Where names are resolved.
+struct Names {
+    namespace: Namespace,
+    node: NodeName,
+}
+
+impl Names {
+    /// The topic of a key, unless it is left empty.
+    fn topic(&self, key: &str, name: &str) -> Result<Option<TopicName>, String> {
+        if name.is_empty() {
+            return Ok(None);
+        }
+        let topic = TopicName::resolve(name, &self.namespace, &self.node);
+        topic.map(Some).map_err(|error| format!("ros.{key}: {error}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(text: &str) -> Result<Checked, String> {
+        let settings: Settings = toml::from_str(text).map_err(|error| error.to_string())?;
+        settings.check(Path::new("field/robot.toml")).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn what_is_left_out_is_what_ros_calls_it() {
+        let checked = check("transport = 'rmw_zenoh'\nnamespace = 'robot1'").unwrap();
+        let heard: Vec<String> =
+            checked.heard.iter().map(|subscription| subscription.topic.to_string()).collect();
+        let status = "/robot1/navigate_to_pose/_action/status";
+        assert_eq!(heard, ["/robot1/odom", "/robot1/amcl_pose", "/robot1/fix", "/robot1/map", status]);
+        let said: Vec<String> = checked.said.values().map(TopicName::to_string).collect();
+        let own = [
+            "/robot1/goal_pose",
+            "/robot1/dragnet/path",
+            "/robot1/dragnet/belief",
+            "/robot1/dragnet/objects",
+        ];
+        assert_eq!(said[..4], own);
+        assert_eq!(said[4..], ["/diagnostics"]);
+        assert_eq!((checked.domain, checked.network.mode), (0, Mode::Client));
+    }
+
+    #[test]
+    fn topics_can_be_left_out_and_cameras_added() {
+        let text = "transport = 'bridge'\nhear = { fix = '', pose = '', map = '', goals = '' }\nsay = { goal = '/goal' }\n\
+                    zenoh.config = 'ros.json5'\n\
+                    cameras = [{ name = 'front', detections = 'front/seen', image = 'front/image_raw' }]";
+        let checked = check(text).unwrap();
+        let heard: Vec<(InputKind, &str)> =
+            checked.heard.iter().map(|subscription| (subscription.kind, &*subscription.camera)).collect();
+        let front = "front";
+        assert_eq!(
+            heard,
+            [(InputKind::Odometry, ""), (InputKind::Detections, front), (InputKind::Image, front)]
+        );
+        assert_eq!(checked.said[&OutputKind::Goal].to_string(), "/goal");
+        assert_eq!(checked.network.config, Some(PathBuf::from("field/ros.json5")));
+    }
+
+    #[test]
+    fn what_is_not_allowed_is_told_with_its_key() {
+        let refused = |text: &str, reason: &str| {
+            let error = check(&format!("transport = 'bridge'\n{text}")).unwrap_err();
+            assert!(error.contains(reason), "{error}");
+        };
+        refused("domain = 233", "field/robot.toml: ros.domain is 233; allowed is 0 to 232");
+        refused("topics = 1", "unknown field `topics`");
+        refused("hear.odom = 'odom'", "unknown field `odom`");
+        refused("hear.odometry = 'a b'", "ros.hear.odometry: \"a b\" is no name of a ROS 2 topic");
+        refused("namespace = '1'", "ros.namespace: \"1\" is no name");
+        refused("map_frame = ''", "ros.map_frame is empty");
+        refused("say.goal = 'odom'", "topic /odom is named twice");
+        refused("zenoh.listen = ['tcp/127.0.0.1:7447']", "a client calls one endpoint");
+        refused("zenoh.connect = []", "a client calls one endpoint");
+        refused("cameras = [{ name = 'a' }]", "ros.cameras: \"a\" has no topic");
+        refused(
+            "cameras = [{ name = 'a', image = 'x' }, { name = 'a', image = 'y' }]",
+            "each with a name of its own",
+        );
+    }
+}

@@ -1,0 +1,74 @@
+//! A topic that is said.
+
+use std::time::Duration;
+
+use dragnet_proto::ros::qos::{Durability, Qos};
+use dragnet_proto::ros::rmw_zenoh::Attachments;
+use zenoh::Session;
+use zenoh::bytes::ZBytes;
+use zenoh::pubsub::Publisher;
+use zenoh::qos::CongestionControl;
+use zenoh_ext::{AdvancedPublisher, AdvancedPublisherBuilderExt, CacheConfig, MissDetectionConfig};
+
+use crate::LinkError;
+
+/// How often a latched publisher says how much it has said, if it says nothing else: as often as `rmw_zenoh`'s.
+const HEARTBEAT: Duration = Duration::from_millis(500);
+
+/// Says something under one key.
+pub(super) struct Voice {
+    publisher: Kind,
+    /// What `rmw_zenoh` wants with each message; nothing behind a bridge.
+    attachments: Option<Attachments>,
+}
+
+enum Kind {
+    Plain(Publisher<'static>),
+    /// Those who come late are told what was last said.
+    Latched(Box<AdvancedPublisher<'static>>),
+}
+
+impl Voice {
+    pub(super) async fn declare(
+        session: &Session,
+        key: String,
+        qos: Qos,
+        attachments: Option<Attachments>,
+    ) -> Result<Self, LinkError> {
+        let what = format!("publish under {key}");
+        // What stands until it is replaced need not hold up the one who says it: the next one says more.
+        let congestion = match qos.durability {
+            Durability::Volatile => CongestionControl::Block,
+            Durability::TransientLocal => CongestionControl::Drop,
+        };
+        let publisher = session.declare_publisher(key).congestion_control(congestion).express(true);
+        let publisher = match qos.durability {
+            Durability::Volatile => publisher.await.map(Kind::Plain),
+            Durability::TransientLocal => publisher
+                .advanced()
+                .publisher_detection()
+                .cache(CacheConfig::default().max_samples(qos.depth))
+                .sample_miss_detection(MissDetectionConfig::default().sporadic_heartbeat(HEARTBEAT))
+                .await
+                .map(|publisher| Kind::Latched(Box::new(publisher))),
+        };
+        Ok(Self { publisher: publisher.map_err(LinkError::zenoh(what))?, attachments })
+    }
+
+    pub(super) async fn is_heard(&self) -> Result<bool, LinkError> {
+        let status = match &self.publisher {
+            Kind::Plain(publisher) => publisher.matching_status().await,
+            Kind::Latched(publisher) => publisher.matching_status().await,
+        };
+        Ok(status.map_err(LinkError::zenoh("ask who listens"))?.matching())
+    }
+
+    pub(super) async fn say(&mut self, unix_ns: i64, bytes: Vec<u8>) -> Result<(), LinkError> {
+        let attachment = self.attachments.as_mut().map(|attachments| ZBytes::from(attachments.next(unix_ns)));
+        let said = match &self.publisher {
+            Kind::Plain(publisher) => publisher.put(bytes).attachment(attachment).await,
+            Kind::Latched(publisher) => publisher.put(bytes).attachment(attachment).await,
+        };
+        said.map_err(LinkError::zenoh("publish on the robot's own network"))
+    }
+}

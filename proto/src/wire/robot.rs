@@ -1,0 +1,226 @@
+//! Messages of others on a robot's own ROS 2 network: what it senses, what its navigation says, and what it is told.
+//! Lengths are metres and angles radians unless a field says otherwise.
+
+use serde::{Deserialize, Serialize};
+
+use super::standard::{Header, Pose, Time, Vector3};
+
+/// Row-major covariance of `x`, `y`, `z` and the rotations about them: on the wire the same as ROS's flat `float64[36]`.
+pub type Covariance = [[f64; 6]; 6];
+
+/// `geometry_msgs/msg/PoseWithCovariance`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PoseWithCovariance {
+    /// The pose.
+    pub pose: Pose,
+    /// How uncertain it is, in its fixed axes.
+    pub covariance: Covariance,
+}
+
+/// `geometry_msgs/msg/PoseWithCovarianceStamped`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PoseWithCovarianceStamped {
+    /// When, and in which frame.
+    pub header: Header,
+    /// The pose.
+    pub pose: PoseWithCovariance,
+}
+
+/// `geometry_msgs/msg/Twist`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Twist {
+    /// Metres a second.
+    pub linear: Vector3,
+    /// Radians a second.
+    pub angular: Vector3,
+}
+
+/// `geometry_msgs/msg/TwistWithCovariance`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TwistWithCovariance {
+    /// The velocity.
+    pub twist: Twist,
+    /// How uncertain it is.
+    pub covariance: Covariance,
+}
+
+/// `nav_msgs/msg/Odometry`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Odometry {
+    /// When, and the frame of the pose.
+    pub header: Header,
+    /// The frame of the velocity: the robot's own.
+    pub child_frame_id: String,
+    /// Where the robot is.
+    pub pose: PoseWithCovariance,
+    /// How fast it moves, forward, to its left and up.
+    pub twist: TwistWithCovariance,
+}
+
+/// `sensor_msgs/msg/NavSatStatus`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct NavSatStatus {
+    /// Below 0 there is no fix.
+    pub status: i8,
+    /// Bits of the constellations.
+    pub service: u16,
+}
+
+/// `sensor_msgs/msg/NavSatFix`: a place of WGS84.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct NavSatFix {
+    /// When, and the frame of the antenna.
+    pub header: Header,
+    /// Whether there is a fix.
+    pub status: NavSatStatus,
+    /// Degrees, north positive.
+    pub latitude: f64,
+    /// Degrees, east positive.
+    pub longitude: f64,
+    /// Above the ellipsoid; NaN if not known.
+    pub altitude: f64,
+    /// Of east, north and up, square metres.
+    pub position_covariance: [[f64; 3]; 3],
+    /// 0 if the covariance is not known.
+    pub position_covariance_type: u8,
+}
+
+/// `sensor_msgs/msg/Image`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Image {
+    /// When, and the frame of the camera.
+    pub header: Header,
+    /// Rows.
+    pub height: u32,
+    /// Columns.
+    pub width: u32,
+    /// What a pixel is, such as `rgb8`.
+    pub encoding: String,
+    /// 1 if numbers of several bytes begin with the highest one.
+    pub is_bigendian: u8,
+    /// Bytes from a row to the next.
+    pub step: u32,
+    /// Row by row from the top, shape `[height * step]`.
+    #[serde(with = "bytes")]
+    pub data: Vec<u8>,
+}
+
+/// `sensor_msgs/msg/CompressedImage`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct CompressedImage {
+    /// When, and the frame of the camera.
+    pub header: Header,
+    /// Such as `jpeg`, or `bgr8; jpeg compressed bgr8`.
+    pub format: String,
+    /// The file.
+    #[serde(with = "bytes")]
+    pub data: Vec<u8>,
+}
+
+/// `unique_identifier_msgs/msg/UUID`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Uuid {
+    /// Its bytes.
+    pub uuid: [u8; 16],
+}
+
+/// `action_msgs/msg/GoalInfo`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct GoalInfo {
+    /// Which goal.
+    pub goal_id: Uuid,
+    /// When it was accepted.
+    pub stamp: Time,
+}
+
+/// `action_msgs/msg/GoalStatus`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct GoalStatus {
+    /// Which goal.
+    pub goal_info: GoalInfo,
+    /// 1 accepted, 2 executing, 3 canceling, 4 succeeded, 5 canceled, 6 aborted.
+    pub status: i8,
+}
+
+/// `action_msgs/msg/GoalStatusArray`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct GoalStatusArray {
+    /// Goals that are under way, and those that ended a short while ago.
+    pub status_list: Vec<GoalStatus>,
+}
+
+/// `diagnostic_msgs/msg/KeyValue`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct KeyValue {
+    /// What.
+    pub key: String,
+    /// How much.
+    pub value: String,
+}
+
+/// `diagnostic_msgs/msg/DiagnosticStatus`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct DiagnosticStatus {
+    /// 0 well, 1 a warning, 2 an error, 3 nothing has been heard for long.
+    pub level: u8,
+    /// Of what.
+    pub name: String,
+    /// In a few words.
+    pub message: String,
+    /// Of which device.
+    pub hardware_id: String,
+    /// Further values.
+    pub values: Vec<KeyValue>,
+}
+
+/// `diagnostic_msgs/msg/DiagnosticArray`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct DiagnosticArray {
+    /// When.
+    pub header: Header,
+    /// One of each part.
+    pub status: Vec<DiagnosticStatus>,
+}
+
+/// Sequences of bytes in one piece: element by element an image takes longer to read than to detect objects in.
+mod bytes {
+    use std::fmt;
+
+    use serde::de::{Deserializer, Error, SeqAccess, Visitor};
+    use serde::ser::Serializer;
+
+    pub(super) fn serialize<S: Serializer>(bytes: &[u8], serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_bytes(bytes)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<u8>, D::Error> {
+        deserializer.deserialize_byte_buf(Bytes)
+    }
+
+    struct Bytes;
+
+    impl<'de> Visitor<'de> for Bytes {
+        type Value = Vec<u8>;
+
+        fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+            formatter.write_str("bytes")
+        }
+
+        fn visit_bytes<E: Error>(self, bytes: &[u8]) -> Result<Vec<u8>, E> {
+            Ok(bytes.to_vec())
+        }
+
+        /// Of formats that know no bytes.
+        fn visit_seq<A: SeqAccess<'de>>(self, mut elements: A) -> Result<Vec<u8>, A::Error> {
+            let mut bytes = Vec::new();
+            while let Some(byte) = elements.next_element()? {
+                bytes.push(byte);
+            }
+            Ok(bytes)
+        }
+
+        fn visit_byte_buf<E: Error>(self, bytes: Vec<u8>) -> Result<Vec<u8>, E> {
+            Ok(bytes)
+        }
+    }
+}
