@@ -71,6 +71,18 @@ impl Belief {
         Ok(Self { prior_log_odds_nats: log_odds_nats, evidence: Evidence::none(expected) })
     }
 
+    /// The same prior with other evidence.
+    ///
+    /// # Errors
+    /// If the evidence is that of another number of cells.
+    pub fn with_evidence(&self, evidence: Evidence) -> Result<Self, PriorError> {
+        let (given, expected) = (evidence.cells().len(), self.prior_log_odds_nats.len());
+        if given != expected {
+            return Err(PriorError::CellCount { given, expected });
+        }
+        Ok(Self { prior_log_odds_nats: self.prior_log_odds_nats.clone(), evidence })
+    }
+
     /// The same prior probability in every searched cell.
     ///
     /// # Errors

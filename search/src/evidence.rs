@@ -105,6 +105,12 @@ impl Evidence {
         Self { cells: vec![CellEvidence::default(); cell_count] }
     }
 
+    /// Evidence that was taken down, shape `[cells]`; nothing if a precision is below 0.
+    #[must_use]
+    pub fn from_cells(cells: Vec<CellEvidence>) -> Option<Self> {
+        cells.iter().all(|cell| cell.precision >= 0).then_some(Self { cells })
+    }
+
     /// Adds a reading.
     pub fn add(&mut self, reading: &Reading) {
         let cell = &mut self.cells[reading.cell.index()];

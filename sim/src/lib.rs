@@ -13,4 +13,5 @@ pub mod network;
 mod queue;
 pub mod simulation;
 pub mod soak;
+pub mod solo;
 pub mod world;

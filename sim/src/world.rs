@@ -43,6 +43,14 @@ pub struct Body {
     noise: Stream,
 }
 
+impl Body {
+    /// Whether its route goes on.
+    #[must_use]
+    pub const fn is_moving(&self) -> bool {
+        !self.route.is_empty()
+    }
+}
+
 impl World {
     /// The world of an episode: truth, starts and noise depend on the seed alone, not on the policy.
     #[must_use]
@@ -131,8 +139,7 @@ impl World {
     pub fn travel_time(&self, robot: RobotId, speed: f64) -> Option<Duration> {
         let body = self.body(robot);
         let next = *body.route.last()?;
-        let seconds = self.distance_cells(body.cell, next) * self.terrain.cell_meters() / speed;
-        Some(Duration::from_secs_f64(seconds.min(LONGEST_SECONDS)))
+        Some(self.time_over(self.distance_cells(body.cell, next), speed))
     }
 
     /// A robot enters the next cell of its route.
@@ -147,17 +154,37 @@ impl World {
         }
     }
 
+    /// How long a robot takes over a way of so many cells, at a speed in metres a second.
+    #[must_use]
+    pub fn time_over(&self, distance_cells: f64, speed: f64) -> Duration {
+        let seconds = distance_cells * self.terrain.cell_meters() / speed;
+        Duration::from_secs_f64(seconds.min(LONGEST_SECONDS))
+    }
+
     fn distance_cells(&self, from: Cell, to: Cell) -> f64 {
         self.terrain.grid().offset(from, to).euclidean()
+    }
+
+    /// A robot stands in another cell, whatever its route; the way there counts as a straight line.
+    pub fn enter(&mut self, robot: RobotId, cell: Cell) {
+        let distance = self.distance_cells(self.body(robot).cell, cell);
+        let body = self.body_mut(robot);
+        body.cell = cell;
+        body.path_cells += distance;
     }
 
     /// A robot looks around: a reading of every cell of its footprint. Returns them, and the cells that the merged
     /// belief now calls found and did not before.
     pub fn sense(&mut self, robot: RobotId) -> (Vec<Reading>, Vec<Cell>) {
+        let (mut readings, mut found) = (Vec::with_capacity(self.sensor.footprint().len()), Vec::new());
+        self.sense_into(robot, &mut readings, &mut found);
+        (readings, found)
+    }
+
+    /// As [`World::sense`], behind what the lists hold.
+    pub fn sense_into(&mut self, robot: RobotId, readings: &mut Vec<Reading>, found: &mut Vec<Cell>) {
         let sensor = Arc::clone(&self.sensor);
         let (grid, from) = (self.terrain.grid(), self.body(robot).cell);
-        let mut readings = Vec::with_capacity(sensor.footprint().len());
-        let mut found = Vec::new();
         for look in sensor.footprint() {
             let Some(cell) = grid.step(from, look.offset) else { continue };
             let is_object = self.truth.is_object(cell);
@@ -168,7 +195,6 @@ impl World {
             }
             readings.push(reading);
         }
-        (readings, found)
     }
 
     /// Takes in what a person says by hand: it counts in the merged belief.
