@@ -1,5 +1,7 @@
 //! The simulation: one queue of events, in simulated time, over any crew.
 
+mod by_hand;
+
 use std::time::Duration;
 
 use dragnet_proto::command::Command;

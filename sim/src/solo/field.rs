@@ -13,6 +13,9 @@ pub struct Field {
     scenario: Scenario,
     /// The cell that each step leads to, shape `[cells, steps]`.
     neighbors: Vec<Option<Cell>>,
+    /// Which connected area a cell lies in, by the index of one of its cells; of cells where no robot can be, none. Shape
+    /// `[cells]`.
+    area: Vec<Option<Cell>>,
     /// Lengths of shortest paths, cells, shape `[cells, cells]` by start and end; empty on large maps.
     distances: Vec<f32>,
 }
@@ -32,6 +35,14 @@ impl Field {
             })
             .collect();
         let count = terrain.grid().cell_count();
+        let mut area = vec![None; count];
+        for start in terrain.traversable_cells() {
+            if area[start.index()].is_none() {
+                for reached in Routes::from(terrain, moves, start).reached() {
+                    area[reached.index()] = Some(start);
+                }
+            }
+        }
         let mut distances = Vec::new();
         if count.checked_mul(count).is_some_and(|pairs| pairs <= MOST_PAIRS) {
             distances.resize(count * count, f32::INFINITY);
@@ -39,7 +50,7 @@ impl Field {
                 fill(&scenario, cell, &mut distances[cell.index() * count..][..count]);
             }
         }
-        Self { neighbors, distances, scenario }
+        Self { scenario, neighbors, area, distances }
     }
 
     /// The scenario.
@@ -59,6 +70,12 @@ impl Field {
     pub fn neighbor(&self, from: Cell, step: usize) -> Option<Cell> {
         let steps = self.step_count();
         if step < steps { self.neighbors[from.index() * steps + step] } else { None }
+    }
+
+    /// Whether there is a path from one cell to another.
+    #[must_use]
+    pub fn is_in_reach(&self, from: Cell, to: Cell) -> bool {
+        from != to && self.area[from.index()].is_some() && self.area[from.index()] == self.area[to.index()]
     }
 
     /// Lengths of the shortest paths from a cell, cells, to shape `[cells]`; infinite out of reach.
