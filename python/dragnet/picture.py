@@ -24,7 +24,8 @@ _FOUND = np.array([44, 160, 44], dtype=np.uint8)
 def check_mode(mode: str | None, allowed: Sequence[str]) -> None:
     """Refuses a render mode that there is not."""
     if mode is not None and mode not in allowed:
-        raise ValueError(f"render_mode={mode!r}; allowed are None and {', '.join(map(repr, allowed))}")
+        names = ", ".join(f'"{name}"' for name in allowed)
+        raise ValueError(f'render_mode="{mode}"; allowed are None and {names}')
 
 
 def draw(

@@ -21,10 +21,12 @@ class Scenario:
     line, what is there and what is allowed; a file that is missing raises ``FileNotFoundError``.
     """
 
-    def __init__(self, native: _dragnet.Scenario):
+    def __init__(self, native: _dragnet.Scenario, changes: tuple[tuple[str, object], ...] = ()):
         if not isinstance(native, _dragnet.Scenario):
             raise TypeError("use Scenario.load(path) or Scenario.from_text(text)")
         self.native = native
+        # What has been changed since it was read, in order: enough to make it again.
+        self._changes = changes
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Scenario:
@@ -38,19 +40,23 @@ class Scenario:
 
     def with_robots(self, count: int) -> Scenario:
         """So many robots instead, at least 1."""
-        return Scenario(self.native.with_robots(count))
+        return self._changed("with_robots", count)
 
     def with_density(self, density: float) -> Scenario:
         """An object in each searched cell with this probability instead, above 0 and below 1."""
-        return Scenario(self.native.with_density(density))
+        return self._changed("with_density", density)
 
     def with_budget_cells(self, cells: int) -> Scenario:
         """A budget of this way (cells) for each robot instead of all budgets, at least 1."""
-        return Scenario(self.native.with_budget_cells(cells))
+        return self._changed("with_budget_cells", cells)
 
     def with_policy(self, name: str) -> Scenario:
         """Every robot with this policy instead: see :func:`policy_names`."""
-        return Scenario(self.native.with_policy(name))
+        return self._changed("with_policy", name)
+
+    def _changed(self, change: str, value: object) -> Scenario:
+        native = getattr(self.native, change)(value)
+        return Scenario(native, (*self._changes, (change, value)))
 
     @property
     def name(self) -> str:
@@ -99,6 +105,19 @@ class Scenario:
 
     def __repr__(self) -> str:
         return repr(self.native)
+
+    def __deepcopy__(self, memo: dict[int, object]) -> Scenario:
+        return self
+
+    def __reduce__(self) -> tuple[object, tuple[object, ...]]:
+        return _again, (*self.native.source, self._changes)
+
+
+def _again(text: str, path: Path, changes: tuple[tuple[str, object], ...]) -> Scenario:
+    scenario = Scenario.from_text(text, path)
+    for change, value in changes:
+        scenario = scenario._changed(change, value)
+    return scenario
 
 
 def as_scenario(scenario: Scenario | str | os.PathLike[str]) -> Scenario:

@@ -2,6 +2,7 @@
 
 use dragnet_learn::policy::PolicyName;
 use dragnet_proto::scenario;
+use dragnet_search::information::InformationTable;
 use dragnet_sim::comparison::{self, Row, Setting, Trial};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -34,6 +35,8 @@ pub(crate) fn compare<'py>(
             cases.push(case(scenario.get(), policy)?);
         }
     }
+    // What all decisions share is built before any of them is timed.
+    let _ = InformationTable::shared();
     let rows = py.detach(|| cases.iter().map(|case| case.run(&seeds)).collect::<Result<Vec<Row>, String>>());
     rows.map_err(PyRuntimeError::new_err)?.iter().map(|row| columns(py, row)).collect()
 }

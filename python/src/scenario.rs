@@ -1,6 +1,6 @@
 //! A scenario, checked.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use dragnet_learn::policy::PolicyName;
@@ -72,6 +72,13 @@ impl Scenario {
     fn with_policy(&self, name: &str) -> PyResult<Self> {
         let name = name.parse::<PolicyName>().map_err(|error| PyValueError::new_err(error.to_string()))?;
         self.inner().with_policy(name).map(Self::new).map_err(|error| refused(&error))
+    }
+
+    /// Its text as read, and where that came from.
+    #[getter]
+    fn source(&self) -> (&str, &Path) {
+        let source = self.inner().source();
+        (&source.text, &source.path)
     }
 
     #[getter]
