@@ -16,7 +16,7 @@ from .spaces import OBSERVED, action_space, as_action, as_seed, observation_spac
 Observation = dict[str, NDArray[Any]]
 
 
-class SearchEnv(gym.Env[Observation, int]):
+class SearchEnv(gym.Env[Any, Any]):
     """One robot searches until it has found all objects or its budget is spent.
 
     World, noise, motion and measures are those of the simulator: with the seed ``s`` of :meth:`reset` an episode has the
@@ -59,7 +59,7 @@ class SearchEnv(gym.Env[Observation, int]):
         masked_action: str = "error",
         render_mode: str | None = None,
     ):
-        picture.check_mode(render_mode, self.metadata["render_modes"])
+        picture.check_mode(render_mode)
         self.scenario = as_scenario(scenario).with_robots(1)
         self.render_mode = render_mode
         self._batch = _dragnet.Batch(self.scenario.native, 1, control, reward, end, masked_action)

@@ -15,7 +15,7 @@ from . import _dragnet
 from .scenario import Scenario, as_scenario
 from .spaces import OFFSETS
 
-_DTYPES = {
+_DTYPES: dict[str, type[np.generic]] = {
     "log_odds": np.float64,
     "precision": np.float64,
     "weighted_sum": np.float64,

@@ -16,7 +16,7 @@ from .scenario import Scenario, as_scenario
 from .spaces import OBSERVED, action_space, as_action, as_seed, observation_spaces
 
 if TYPE_CHECKING:
-    from pettingzoo import ParallelEnv
+    from pettingzoo import ParallelEnv  # type: ignore[import-untyped]
 else:
     try:
         from pettingzoo import ParallelEnv
@@ -40,7 +40,7 @@ class TeamEnv(ParallelEnv):
         crashes: Mapping[int, float],
         render_mode: str | None,
     ):
-        picture.check_mode(render_mode, self.metadata["render_modes"])
+        picture.check_mode(render_mode)
         self.scenario = scenario
         self.render_mode = render_mode
         self._team = _dragnet.Team(scenario.native, control, reward, masked_action, dict(crashes))
@@ -90,9 +90,7 @@ class TeamEnv(ParallelEnv):
 
     def step(
         self, actions: Mapping[str, int]
-    ) -> tuple[
-        dict[str, Observation], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]
-    ]:
+    ) -> tuple[dict[str, Observation], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]:
         """Every robot that is still in ``agents`` takes its action, all at the same time."""
         if not self.agents:
             raise RuntimeError("step without agents: the episode is over, or has not begun; call reset first")

@@ -45,7 +45,7 @@ class SearchVectorEnv(VectorEnv[dict[str, NDArray[Any]], NDArray[np.int64], NDAr
         copy: bool = False,
     ):
         super().__init__()
-        picture.check_mode(render_mode, self.metadata["render_modes"])
+        picture.check_mode(render_mode)
         self.scenario = as_scenario(scenario).with_robots(1)
         self.num_envs = num_envs
         self.render_mode = render_mode
@@ -107,7 +107,7 @@ class SearchVectorEnv(VectorEnv[dict[str, NDArray[Any]], NDArray[np.int64], NDAr
         self._batch.step(actions.astype(np.int64, copy=False), self._next_seeds)
         for place in begun:
             self._seeds[place] = self._next_seeds[place]
-            self._next_seeds[place] = self._draw(place)
+            self._next_seeds[place] = self._draw(int(place))
         return (
             self._told(),
             arrays["reward"].copy(),

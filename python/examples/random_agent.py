@@ -8,7 +8,7 @@ from pathlib import Path
 
 import gymnasium as gym
 
-import dragnet  # noqa: F401: registers the environment
+import dragnet  # noqa: F401 - registers the environment
 
 SCENARIO = Path(__file__).resolve().parents[2] / "scenarios/ice_cream_cone.toml"
 

@@ -90,7 +90,8 @@ def test_vectors():
 
 
 def test_teams():
-    refused(ValueError, "robot 7; allowed are the robots' numbers, 1 to 2", dragnet.parallel_env, small(), robots=2, crashes={7: 1.0})
+    stranger = "robot 7; allowed are the robots' numbers, 1 to 2"
+    refused(ValueError, stranger, dragnet.parallel_env, small(), robots=2, crashes={7: 1.0})
     refused(ValueError, "seconds", dragnet.parallel_env, small(), robots=2, crashes={1: float("nan")})
     env = dragnet.parallel_env(small(), robots=2)
     env.reset(seed=0)
@@ -109,15 +110,21 @@ def test_policies():
         for name in ("log_odds", "precision", "weighted_sum"):
             broken = observation | {name: np.full_like(observation[name], np.nan)}
             refused(ValueError, f"{name}.*NaN at", policy, broken)
-            refused(TypeError, f"{name}.*dtype float32", policy, observation | {name: observation[name].astype(np.float32)})
+            refused(
+                TypeError, f"{name}.*dtype float32", policy, observation | {name: observation[name].astype(np.float32)}
+            )
             refused(ValueError, f"{name}.*shape", policy, observation | {name: observation[name][0]})
             refused(TypeError, f"{name}.*list", policy, observation | {name: observation[name].tolist()})
         refused(ValueError, "precision below 0", policy, observation | {"precision": -1.0 - observation["precision"]})
-        refused(ValueError, "weighted_sum inf", policy, observation | {"weighted_sum": observation["weighted_sum"] + np.inf})
+        refused(
+            ValueError, "weighted_sum inf", policy, observation | {"weighted_sum": observation["weighted_sum"] + np.inf}
+        )
         refused(ValueError, "position", policy, observation | {"position": np.array([-1, 0])})
         refused(ValueError, "position", policy, observation | {"position": np.array([0.5, 0.0])})
         refused(ValueError, "without 'log_odds'", policy, {})
-    smaller = {name: part[:5, :5] for name, part in observation.items() if part.ndim == 2} | {"position": np.array([2, 2])}
+    smaller = {name: part[:5, :5] for name, part in observation.items() if part.ndim == 2} | {
+        "position": np.array([2, 2])
+    }
     refused(ValueError, "5 x 5 cells; the scenario's map has 14 x 12", dragnet.Policy("path", env.scenario), smaller)
     # Of any memory order and even with nowhere to go: a decision.
     turned = {name: np.asfortranarray(part) for name, part in observation.items()}
@@ -152,4 +159,4 @@ def test_one_environment_in_two_threads():
         thread.start()
     for thread in threads:
         thread.join()
-    assert all("one at a time" in message or "already" in message or "cannot be written" in message for message in told), set(told)
+    assert all("one at a time" in message for message in told), set(told)

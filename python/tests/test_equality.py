@@ -34,7 +34,14 @@ def run(program: str, folder, policy: str, seed: int) -> tuple[dict, dragnet.Rec
 
 @pytest.mark.parametrize(
     ("policy", "seeds"),
-    [("path", range(20)), ("greedy", range(2)), ("nats", range(2)), ("guts", range(1)), ("random", range(2)), ("gnn", range(2))],
+    [
+        ("path", range(20)),
+        ("greedy", range(2)),
+        ("nats", range(2)),
+        ("guts", [0]),
+        ("random", range(2)),
+        ("gnn", range(2)),
+    ],
 )
 def test_an_episode_is_that_of_dragnet_run(program, tmp_path, policy, seeds):
     for seed in seeds:
@@ -84,7 +91,17 @@ def test_without_a_scenario_a_policy_takes_the_defaults():
 
 def test_a_comparison_is_that_of_dragnet_compare(program, tmp_path):
     policies = ["path", "greedy", "random"]
-    command = [program, "compare", SCENARIO, "--policies", ",".join(policies), "--seeds", "5", "--out", tmp_path / "out"]
+    command = [
+        program,
+        "compare",
+        SCENARIO,
+        "--policies",
+        ",".join(policies),
+        "--seeds",
+        "5",
+        "--out",
+        tmp_path / "out",
+    ]
     subprocess.run(command, check=True, capture_output=True, cwd=ROOT)
     theirs = list(csv.DictReader((tmp_path / "out" / "summary.csv").read_text().splitlines()))
     ours = dragnet.compare(SCENARIO, policies, seeds=5)
@@ -118,7 +135,8 @@ def test_a_recording_is_read_as_arrays(program, tmp_path):
     searched = recording.searched
     assert np.allclose(recording.log_odds[searched], (prior + llr.reshape(30, 30))[searched], atol=0.01)
     assert len(recording.plans) >= told["decisions"]
-    assert set(recording.statuses[-1]["declared"]) == set(np.flatnonzero(recording.log_odds.ravel() > np.log(0.95 / 0.05)))
+    found = np.flatnonzero(recording.log_odds.ravel() > np.log(0.95 / 0.05))
+    assert set(recording.statuses[-1]["declared"]) == set(found)
     whole = (tmp_path / "path-3.mcap").read_bytes()
     (tmp_path / "cut.mcap").write_bytes(whole[: len(whole) * 3 // 4])
     cut = dragnet.read_recording(tmp_path / "cut.mcap")

@@ -40,12 +40,17 @@ impl Reading {
 
     /// The reading as evidence of its cell.
     #[must_use]
-    #[expect(clippy::cast_possible_truncation, reason = "in range by is_valid")]
     pub fn evidence(&self) -> CellEvidence {
-        CellEvidence {
-            precision: precision_units(self.variance),
-            weighted_sum: (f64::from(self.value) * UNITS / f64::from(self.variance)).round() as i64,
-        }
+        self.evidence_of(precision_units(self.variance))
+    }
+
+    /// The same where its precision, `1 / variance` in units, is known.
+    #[must_use]
+    #[expect(clippy::cast_possible_truncation, reason = "in range by is_valid")]
+    pub fn evidence_of(&self, precision: i64) -> CellEvidence {
+        debug_assert_eq!(precision, precision_units(self.variance));
+        let weighted_sum = (f64::from(self.value) * UNITS / f64::from(self.variance)).round() as i64;
+        CellEvidence { precision, weighted_sum }
     }
 }
 
@@ -113,8 +118,13 @@ impl Evidence {
 
     /// Adds a reading.
     pub fn add(&mut self, reading: &Reading) {
-        let cell = &mut self.cells[reading.cell.index()];
-        *cell = cell.plus(reading.evidence());
+        self.add_evidence(reading.cell, reading.evidence());
+    }
+
+    /// Adds what a reading of a cell says.
+    pub fn add_evidence(&mut self, cell: Cell, evidence: CellEvidence) {
+        let cell = &mut self.cells[cell.index()];
+        *cell = cell.plus(evidence);
     }
 
     /// The evidence of one cell.

@@ -6,7 +6,7 @@ use std::time::Duration;
 use dragnet_proto::scenario::{Objects, Scenario, Start};
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
-use dragnet_search::evidence::Reading;
+use dragnet_search::evidence::{CellEvidence, Reading};
 use dragnet_search::measures::{Score, Truth};
 use dragnet_search::observation::RobotId;
 use dragnet_search::seed::{Purpose, Stream, stream};
@@ -184,13 +184,14 @@ impl World {
     /// As [`World::sense`], behind what the lists hold.
     pub fn sense_into(&mut self, robot: RobotId, readings: &mut Vec<Reading>, found: &mut Vec<Cell>) {
         let sensor = Arc::clone(&self.sensor);
-        let (grid, from) = (self.terrain.grid(), self.body(robot).cell);
+        let grid = self.terrain.grid();
+        let from = grid.position(self.body(robot).cell);
         for look in sensor.footprint() {
-            let Some(cell) = grid.step(from, look.offset) else { continue };
+            let Some(cell) = grid.step_from(from, look.offset) else { continue };
             let is_object = self.truth.is_object(cell);
             let value = sensor.draw(is_object, look, &mut self.body_mut(robot).noise);
             let reading = Reading { cell, value, variance: look.variance };
-            if self.merge(&reading) {
+            if self.merge(cell, reading.evidence_of(look.precision)) {
                 found.push(cell);
             }
             readings.push(reading);
@@ -200,17 +201,17 @@ impl World {
     /// Takes in what a person says by hand: it counts in the merged belief.
     pub fn take_in(&mut self, readings: &[Reading]) {
         for reading in readings {
-            self.merge(reading);
+            self.merge(reading.cell, reading.evidence());
         }
     }
 
     /// Whether a cell is found now that was not before.
-    fn merge(&mut self, reading: &Reading) -> bool {
-        let before = self.merged.is_found(reading.cell, self.tau);
-        self.merged.add(reading);
-        let after = self.merged.is_found(reading.cell, self.tau);
-        if self.terrain.is_searched(reading.cell) && before != after {
-            self.score.change(after, self.truth.is_object(reading.cell));
+    fn merge(&mut self, cell: Cell, evidence: CellEvidence) -> bool {
+        let before = self.merged.is_found(cell, self.tau);
+        self.merged.add_evidence(cell, evidence);
+        let after = self.merged.is_found(cell, self.tau);
+        if self.terrain.is_searched(cell) && before != after {
+            self.score.change(after, self.truth.is_object(cell));
         }
         after && !before
     }

@@ -1,6 +1,6 @@
 //! What a learner sees of a search, in arrays of its own: written once in full, then only where something changed.
 
-use dragnet_search::belief::Belief;
+use dragnet_search::belief::{Belief, probability};
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::UNITS;
 
@@ -51,12 +51,12 @@ impl Solo {
 
 impl Canvas<'_> {
     /// Draws what is believed of these cells.
-    #[expect(clippy::cast_possible_truncation, reason = "a probability for networks")]
     pub fn draw_belief(&mut self, belief: &Belief, cells: impl Iterator<Item = Cell>) {
         for cell in cells {
             let (index, evidence) = (cell.index(), belief.evidence().of(cell));
-            self.log_odds_nats[index] = belief.log_odds_nats(cell);
-            self.probability[index] = belief.probability(cell) as f32;
+            let log_odds_nats = belief.log_odds_nats(cell);
+            self.log_odds_nats[index] = log_odds_nats;
+            self.probability[index] = short_probability(log_odds_nats);
             self.precision[index] = evidence.precision as f64 / UNITS;
             self.weighted_sum[index] = evidence.weighted_sum as f64 / UNITS;
         }
@@ -80,5 +80,32 @@ impl Canvas<'_> {
                 }
             }
         }
+    }
+}
+
+/// Probability of log-odds (nats), in 32 bits. What is certain in 32 bits needs no exponential, and most cells are.
+#[expect(clippy::cast_possible_truncation, reason = "a probability for networks")]
+fn short_probability(log_odds_nats: f64) -> f32 {
+    if log_odds_nats > 18.0 {
+        1.0
+    } else if log_odds_nats < -104.0 {
+        0.0
+    } else {
+        probability(log_odds_nats) as f32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[expect(clippy::float_cmp, clippy::cast_possible_truncation, reason = "to the bit")]
+    fn a_short_probability_is_the_rounded_one() {
+        for step in -12_000..=12_000 {
+            let log_odds = f64::from(step) / 100.0;
+            assert_eq!(short_probability(log_odds), probability(log_odds) as f32, "{log_odds}");
+        }
+        assert_eq!(short_probability(f64::NEG_INFINITY), 0.0);
     }
 }
