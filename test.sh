@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Runs all tests. Sets up what they need beyond cargo: libtorch, a Python environment with independent readers of
-# recordings, Ray and PyTorch Geometric, and a browser for the live page.
+# recordings, Ray, PyTorch Geometric, Gymnasium and PettingZoo, and a browser for the live page.
 set -euo pipefail
 cd "$(dirname "$0")"
 
@@ -31,5 +31,8 @@ fi
 if [[ $(command -v npm) && live/page/package-lock.json -nt live/page/node_modules/.package-lock.json ]]; then
     npm ci --silent --prefix live/page
 fi
+
+# The package for Python, from what cargo builds here anyway.
+VIRTUAL_ENV=$PWD/.venv .venv/bin/maturin develop --quiet --manifest-path python/Cargo.toml
 
 cargo test --workspace --features train "$@"
