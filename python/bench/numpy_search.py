@@ -1,7 +1,7 @@
 """The same world in NumPy, as one would write it: what the benchmark measures ours against, and nothing else uses it.
 
 One robot moves to 4 neighbors, sees all cells within a Manhattan radius, and believes what Bayes says. Lengths of shortest
-paths are kept for all pairs of cells, as ours are.
+paths are searched anew from each cell that it enters, or, if they are given for all pairs of cells, looked up as ours are.
 """
 
 import numpy as np
@@ -13,7 +13,7 @@ TAU = 0.95
 class NumpySearch:
     """An environment with the observations, the reward (entropy removed) and the measures of ``dragnet.SearchEnv``."""
 
-    def __init__(self, rows, columns, radius, sigma2, density, budget_cells, distances):
+    def __init__(self, rows, columns, radius, sigma2, density, budget_cells, distances=None):
         self.shape = (rows, columns)
         self.distances = distances
         self.density = density
@@ -56,14 +56,31 @@ class NumpySearch:
         beside = self.position + OFFSETS
         observation = {
             "log_odds": self.log_odds.copy(),
-            "probability": (1 / (1 + np.exp(-self.log_odds))).astype(np.float32),
+            "probability": (0.5 * (1 + np.tanh(0.5 * self.log_odds))).astype(np.float32),
             "precision": self.precision.copy(),
             "weighted_sum": self.weighted_sum.copy(),
-            "distance": self.distances[self.position[0] * self.shape[1] + self.position[1]].copy(),
+            "distance": self._distance(),
             "position": self.position.copy(),
         }
         mask = ((beside >= 0) & (beside < self.shape)).all(axis=1)
         return observation, before - self.entropy, hits == objects, self.way >= self.budget_cells, mask, f1
+
+    def _distance(self):
+        """Length of the shortest path to each cell: a wave that spreads by one cell at a time."""
+        if self.distances is not None:
+            return self.distances[self.position[0] * self.shape[1] + self.position[1]].copy()
+        distance = np.full(self.shape, np.inf, dtype=np.float32)
+        reached = np.zeros((self.shape[0] + 2, self.shape[1] + 2), dtype=bool)
+        inside = reached[1:-1, 1:-1]
+        inside[tuple(self.position)] = True
+        length, new = 0, inside.copy()
+        while new.any():
+            distance[new] = length
+            length += 1
+            beside = reached[:-2, 1:-1] | reached[2:, 1:-1] | reached[1:-1, :-2] | reached[1:-1, 2:]
+            new = beside & ~inside
+            inside |= new
+        return distance
 
     def _entropy(self):
         far = np.abs(self.log_odds)

@@ -144,5 +144,5 @@ class SearchVectorEnv(VectorEnv[dict[str, NDArray[Any]], NDArray[np.int64], NDAr
         for name in _MEASURES:
             infos[name] = self._arrays[name].copy()
         for name in list(infos):
-            infos["_" + name] = self._all.copy()
+            infos["_" + name] = self._all
         return infos

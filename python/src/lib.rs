@@ -4,7 +4,7 @@
 //! types and shapes, and keeps these classes to itself:
 //!
 //! - [`scenario`]: a scenario, checked;
-//! - [`batch`]: many searches of one robot each, stepped side by side, seen in NumPy arrays that stay where they are;
+//! - [`batch`]: many searches of one robot each, stepped side by side, seen in arrays that stay where they are;
 //! - [`team`]: one search of a team;
 //! - [`policy`], [`compare`], [`recording`]: decisions, comparisons and recordings.
 //!

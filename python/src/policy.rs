@@ -26,7 +26,7 @@ const MOST_UNITS: f64 = (1_u64 << 53) as f64;
 /// A policy with its stream of random choices.
 #[pyclass(frozen, module = "dragnet._dragnet")]
 pub(crate) struct Policy {
-    policy: scenario::Policy,
+    recipe: scenario::Policy,
     /// Map, prior, sensor and moves; without, they follow from what is observed, and the defaults.
     scenario: Option<scenario::Scenario>,
     robot: u16,
@@ -37,6 +37,9 @@ struct Mind {
     policy: Box<dyn dragnet_search::policy::Policy + Send>,
     random: Stream,
 }
+
+/// The waypoint, the cells on the way there, and the score of every cell.
+type Told<'py> = (i64, Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<f64>>);
 
 /// What a robot observes, checked.
 struct Observed {
@@ -80,13 +83,13 @@ impl Policy {
             }
         };
         let mind = Mutex::new(Mind::new(&policy, seed, robot));
-        Ok(Self { policy, scenario: scenario.cloned(), robot, mind })
+        Ok(Self { recipe: policy, scenario: scenario.cloned(), robot, mind })
     }
 
     /// Begins anew with the random choices of a seed.
     fn reset(&self, seed: u64) -> PyResult<()> {
         let mut mind = self.mind.try_lock().map_err(|_| busy())?;
-        *mind = Mind::new(&self.policy, seed, self.robot);
+        *mind = Mind::new(&self.recipe, seed, self.robot);
         Ok(())
     }
 
@@ -100,7 +103,7 @@ impl Policy {
         weighted_sum: PyReadonlyArray2<'py, f64>,
         traversable: PyReadonlyArray2<'py, i8>,
         position: (i64, i64),
-    ) -> PyResult<(i64, Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<f64>>)> {
+    ) -> PyResult<Told<'py>> {
         let rows_and_columns = log_odds.as_array().dim();
         let flat = |array: PyReadonlyArray2<'py, f64>| array.as_array().iter().copied().collect::<Vec<f64>>();
         let open: Vec<bool> = traversable.as_array().iter().map(|&open| open != 0).collect();

@@ -55,9 +55,10 @@ def test_an_episode_is_that_of_dragnet_run(program, tmp_path, policy, seeds):
         assert info["time_seconds"] == told["mission_time_s"]
 
 
-def test_the_path_is_as_long_in_steps_as_on_the_way_to_waypoints():
+@pytest.mark.parametrize("moves", [4, 8])
+def test_steps_along_the_way_to_waypoints_see_the_same(moves):
     """Steps that follow a policy's decisions see what a robot sees that goes to its waypoints."""
-    scenario = small()
+    scenario = small(moves=moves)
     far, near = dragnet.SearchEnv(scenario), dragnet.SearchEnv(scenario, control="step")
     decide = dragnet.Policy("path", scenario)
     observation, _ = far.reset(seed=4)
@@ -71,7 +72,7 @@ def test_the_path_is_as_long_in_steps_as_on_the_way_to_waypoints():
         for start, end in zip(far.path[before - 1 : -1], far.path[before:], strict=True):
             rows, columns = np.divmod([start, end], scenario.shape[1])
             offset = (int(rows[1] - rows[0]), int(columns[1] - columns[0]))
-            _, reward, *ends, _ = near.step(dragnet.OFFSETS[4].index(offset))
+            _, reward, *ends, _ = near.step(dragnet.OFFSETS[moves].index(offset))
             gains += reward
         assert gains == pytest.approx(gain, abs=1e-9)
         assert near.digest == far.digest

@@ -117,6 +117,7 @@ impl Belief {
     }
 
     /// Takes in what a reading of a cell says.
+    #[inline]
     pub fn add_evidence(&mut self, cell: Cell, evidence: CellEvidence) {
         self.evidence.add_evidence(cell, evidence);
     }
@@ -140,18 +141,21 @@ impl Belief {
 
     /// `ln(p / (1 - p))` of a cell; `-inf` where nothing is searched.
     #[must_use]
+    #[inline]
     pub fn log_odds_nats(&self, cell: Cell) -> f64 {
         self.prior_log_odds_nats[cell.index()] + self.evidence.of(cell).log_likelihood_ratio_nats()
     }
 
     /// Probability that a cell holds an object.
     #[must_use]
+    #[inline]
     pub fn probability(&self, cell: Cell) -> f64 {
         probability(self.log_odds_nats(cell))
     }
 
     /// Whether a cell's probability is at least `tau`.
     #[must_use]
+    #[inline]
     pub fn is_found(&self, cell: Cell, tau: f64) -> bool {
         let log_odds_nats = self.log_odds_nats(cell);
         // Most cells are empty and need no exponential: below even odds no `tau` above one half is reached.
@@ -177,6 +181,7 @@ impl Belief {
 
 /// Probability of these log-odds (nats).
 #[must_use]
+#[inline]
 pub fn probability(log_odds_nats: f64) -> f64 {
     1.0 / (1.0 + (-log_odds_nats).exp())
 }
@@ -185,6 +190,7 @@ pub fn probability(log_odds_nats: f64) -> f64 {
 ///
 /// Computed from `|log_odds|`, so that a certain cell gives 0 rather than `0 * -inf`.
 #[must_use]
+#[inline]
 pub fn entropy_nats(log_odds_nats: f64) -> f64 {
     let magnitude = log_odds_nats.abs();
     if magnitude > 700.0 {

@@ -47,6 +47,7 @@ impl Reading {
     /// The same where its precision, `1 / variance` in units, is known.
     #[must_use]
     #[expect(clippy::cast_possible_truncation, reason = "in range by is_valid")]
+    #[inline]
     pub fn evidence_of(&self, precision: i64) -> CellEvidence {
         debug_assert_eq!(precision, precision_units(self.variance));
         let weighted_sum = (f64::from(self.value) * UNITS / f64::from(self.variance)).round() as i64;
@@ -73,6 +74,7 @@ pub struct CellEvidence {
 impl CellEvidence {
     /// Both sums together.
     #[must_use]
+    #[inline]
     pub const fn plus(self, other: Self) -> Self {
         Self {
             precision: self.precision.saturating_add(other.precision),
@@ -82,6 +84,7 @@ impl CellEvidence {
 
     /// `ln p(y | object) / p(y | empty) = weighted_sum - precision / 2`, nats: exact for Gaussian readings.
     #[must_use]
+    #[inline]
     pub fn log_likelihood_ratio_nats(self) -> f64 {
         (self.weighted_sum as f64 - self.precision as f64 / 2.0) / UNITS
     }
@@ -122,6 +125,7 @@ impl Evidence {
     }
 
     /// Adds what a reading of a cell says.
+    #[inline]
     pub fn add_evidence(&mut self, cell: Cell, evidence: CellEvidence) {
         let cell = &mut self.cells[cell.index()];
         *cell = cell.plus(evidence);
@@ -129,6 +133,7 @@ impl Evidence {
 
     /// The evidence of one cell.
     #[must_use]
+    #[inline]
     pub fn of(&self, cell: Cell) -> CellEvidence {
         self.cells[cell.index()]
     }
