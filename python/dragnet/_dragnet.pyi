@@ -1,10 +1,11 @@
 """What the package is built on, in Rust; nothing here is for others."""
 
 from pathlib import Path
-from typing import Any, Self, final
+from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import Self
 
 @final
 class Scenario:

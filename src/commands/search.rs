@@ -9,7 +9,7 @@ use dragnet_proto::scenario::Scenario;
 use dragnet_sim::episode::Episode;
 use dragnet_sim::simulation::Spectator;
 
-use super::{Failure, scenario};
+use super::Failure;
 use crate::terminal::{self, progress};
 use narrator::Narrator;
 pub(super) use narrator::place;
