@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Runs all tests. Sets up what they need beyond cargo: libtorch, a Python environment with independent readers of
-# recordings, Ray and PyTorch Geometric, and a browser for the live page.
+# recordings, Ray, PyTorch Geometric, Gymnasium and PettingZoo, and a browser for the live page.
 set -euo pipefail
 cd "$(dirname "$0")"
 
@@ -34,5 +34,7 @@ fi
 
 # An independent ROS 2 client: a program of its own, with dependencies that are no part of the product.
 cargo build --quiet --locked --manifest-path tests/ros_peer/Cargo.toml --target-dir target/ros_peer
+# The package for Python, from what cargo builds here anyway.
+VIRTUAL_ENV=$PWD/.venv .venv/bin/maturin develop --quiet --manifest-path python/Cargo.toml
 
 cargo test --workspace --features train "$@"

@@ -284,6 +284,16 @@ impl Scenario {
         &self.mission
     }
 
+    /// Way that each robot may cover, cells: the budget of way, or else what it covers in the budget of time.
+    #[must_use]
+    pub fn budget_cells(&self) -> f64 {
+        let seconds = self.mission.budget.time().map_or(0.0, |time| time.as_secs_f64());
+        let in_time = seconds * self.mission.speed_meters_per_second;
+        let meters = self.mission.budget.meters().unwrap_or(in_time);
+        // Cells that were turned into metres come back as the whole number that they were.
+        (meters / self.terrain().cell_meters() * 1e6).round() / 1e6
+    }
+
     /// What goes wrong between the robots, in simulation.
     #[must_use]
     pub const fn network(&self) -> &Network {

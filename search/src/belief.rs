@@ -1,7 +1,7 @@
 //! The belief: prior and evidence make the probability that a cell holds an object.
 
 use crate::cell::Cell;
-use crate::evidence::{Digest, Evidence, Reading};
+use crate::evidence::{CellEvidence, Digest, Evidence, Reading};
 use crate::terrain::Terrain;
 
 /// Independent Bernoulli prior and all evidence so far.
@@ -71,6 +71,18 @@ impl Belief {
         Ok(Self { prior_log_odds_nats: log_odds_nats, evidence: Evidence::none(expected) })
     }
 
+    /// The same prior with other evidence.
+    ///
+    /// # Errors
+    /// If the evidence is that of another number of cells.
+    pub fn with_evidence(&self, evidence: Evidence) -> Result<Self, PriorError> {
+        let (given, expected) = (evidence.cells().len(), self.prior_log_odds_nats.len());
+        if given != expected {
+            return Err(PriorError::CellCount { given, expected });
+        }
+        Ok(Self { prior_log_odds_nats: self.prior_log_odds_nats.clone(), evidence })
+    }
+
     /// The same prior probability in every searched cell.
     ///
     /// # Errors
@@ -104,6 +116,12 @@ impl Belief {
         new
     }
 
+    /// Takes in what a reading of a cell says.
+    #[inline]
+    pub fn add_evidence(&mut self, cell: Cell, evidence: CellEvidence) {
+        self.evidence.add_evidence(cell, evidence);
+    }
+
     /// Takes a reading in.
     pub fn add(&mut self, reading: &Reading) {
         self.evidence.add(reading);
@@ -123,20 +141,25 @@ impl Belief {
 
     /// `ln(p / (1 - p))` of a cell; `-inf` where nothing is searched.
     #[must_use]
+    #[inline]
     pub fn log_odds_nats(&self, cell: Cell) -> f64 {
         self.prior_log_odds_nats[cell.index()] + self.evidence.of(cell).log_likelihood_ratio_nats()
     }
 
     /// Probability that a cell holds an object.
     #[must_use]
+    #[inline]
     pub fn probability(&self, cell: Cell) -> f64 {
-        1.0 / (1.0 + (-self.log_odds_nats(cell)).exp())
+        probability(self.log_odds_nats(cell))
     }
 
     /// Whether a cell's probability is at least `tau`.
     #[must_use]
+    #[inline]
     pub fn is_found(&self, cell: Cell, tau: f64) -> bool {
-        self.probability(cell) >= tau
+        let log_odds_nats = self.log_odds_nats(cell);
+        // Most cells are empty and need no exponential: below even odds no `tau` above one half is reached.
+        (log_odds_nats > 0.0 || tau <= 0.5) && probability(log_odds_nats) >= tau
     }
 
     /// Expected number of objects in cells whose probability is below `tau`.
@@ -156,16 +179,28 @@ impl Belief {
     }
 }
 
+/// Probability of these log-odds (nats).
+#[must_use]
+#[inline]
+pub fn probability(log_odds_nats: f64) -> f64 {
+    1.0 / (1.0 + (-log_odds_nats).exp())
+}
+
 /// Entropy of a Bernoulli variable of these log-odds, nats, `0..=ln 2`.
 ///
 /// Computed from `|log_odds|`, so that a certain cell gives 0 rather than `0 * -inf`.
 #[must_use]
+#[inline]
 pub fn entropy_nats(log_odds_nats: f64) -> f64 {
     let magnitude = log_odds_nats.abs();
     if magnitude > 700.0 {
         return 0.0;
     }
     let odds = (-magnitude).exp();
+    // Where 1 and the odds add up to 1, the rest is the same to the bit.
+    if magnitude > 40.0 {
+        return odds + magnitude * odds;
+    }
     odds.ln_1p() + magnitude * odds / (1.0 + odds)
 }
 
@@ -181,6 +216,25 @@ mod tests {
         let direct = -p * p.ln() - (1.0 - p) * (1.0 - p).ln();
         assert!((entropy_nats((p / (1.0 - p)).ln()) - direct).abs() < 1e-12);
         assert!(entropy_nats(f64::NEG_INFINITY).abs() < f64::MIN_POSITIVE);
+    }
+
+    #[test]
+    fn what_is_found_is_what_is_probable_enough() {
+        let terrain = Terrain::from_ascii(".", 1.0).unwrap();
+        let cell = terrain.grid().cells().next().unwrap();
+        let mut met = [0, 0];
+        for step in -200..=200 {
+            let log_odds = f64::from(step) / 40.0;
+            let belief = Belief::from_log_odds(&terrain, vec![log_odds]).unwrap();
+            for tau in [0.0, 0.2, 0.5, 0.6, 0.95, probability(log_odds)] {
+                let is_found = belief.is_found(cell, tau);
+                assert_eq!(is_found, belief.probability(cell) >= tau, "{log_odds} {tau}");
+                met[usize::from(is_found)] += 1;
+            }
+            let (far, odds) = (log_odds.abs() * 10.0, (-log_odds.abs() * 10.0).exp());
+            assert_eq!(entropy_nats(far).to_bits(), (odds.ln_1p() + far * odds / (1.0 + odds)).to_bits());
+        }
+        assert!(met[0] > 100 && met[1] > 100);
     }
 
     #[test]

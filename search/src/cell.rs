@@ -146,7 +146,14 @@ impl Grid {
     /// The cell at an offset from another, if it is on the map.
     #[must_use]
     pub fn step(self, from: Cell, offset: Offset) -> Option<Cell> {
-        let Position { row, column } = self.position(from);
+        self.step_from(self.position(from), offset)
+    }
+
+    /// The cell at an offset from a position, if it is on the map.
+    #[must_use]
+    #[inline]
+    pub fn step_from(self, from: Position, offset: Offset) -> Option<Cell> {
+        let Position { row, column } = from;
         self.cell(Position {
             row: row.checked_add_signed(offset.north)?,
             column: column.checked_add_signed(offset.east)?,

@@ -40,12 +40,18 @@ impl Reading {
 
     /// The reading as evidence of its cell.
     #[must_use]
-    #[expect(clippy::cast_possible_truncation, reason = "in range by is_valid")]
     pub fn evidence(&self) -> CellEvidence {
-        CellEvidence {
-            precision: precision_units(self.variance),
-            weighted_sum: (f64::from(self.value) * UNITS / f64::from(self.variance)).round() as i64,
-        }
+        self.evidence_of(precision_units(self.variance))
+    }
+
+    /// The same where its precision, `1 / variance` in units, is known.
+    #[must_use]
+    #[expect(clippy::cast_possible_truncation, reason = "in range by is_valid")]
+    #[inline]
+    pub fn evidence_of(&self, precision: i64) -> CellEvidence {
+        debug_assert_eq!(precision, precision_units(self.variance));
+        let weighted_sum = (f64::from(self.value) * UNITS / f64::from(self.variance)).round() as i64;
+        CellEvidence { precision, weighted_sum }
     }
 }
 
@@ -68,6 +74,7 @@ pub struct CellEvidence {
 impl CellEvidence {
     /// Both sums together.
     #[must_use]
+    #[inline]
     pub const fn plus(self, other: Self) -> Self {
         Self {
             precision: self.precision.saturating_add(other.precision),
@@ -77,6 +84,7 @@ impl CellEvidence {
 
     /// `ln p(y | object) / p(y | empty) = weighted_sum - precision / 2`, nats: exact for Gaussian readings.
     #[must_use]
+    #[inline]
     pub fn log_likelihood_ratio_nats(self) -> f64 {
         (self.weighted_sum as f64 - self.precision as f64 / 2.0) / UNITS
     }
@@ -105,14 +113,27 @@ impl Evidence {
         Self { cells: vec![CellEvidence::default(); cell_count] }
     }
 
+    /// Evidence that was taken down, shape `[cells]`; nothing if a precision is below 0.
+    #[must_use]
+    pub fn from_cells(cells: Vec<CellEvidence>) -> Option<Self> {
+        cells.iter().all(|cell| cell.precision >= 0).then_some(Self { cells })
+    }
+
     /// Adds a reading.
     pub fn add(&mut self, reading: &Reading) {
-        let cell = &mut self.cells[reading.cell.index()];
-        *cell = cell.plus(reading.evidence());
+        self.add_evidence(reading.cell, reading.evidence());
+    }
+
+    /// Adds what a reading of a cell says.
+    #[inline]
+    pub fn add_evidence(&mut self, cell: Cell, evidence: CellEvidence) {
+        let cell = &mut self.cells[cell.index()];
+        *cell = cell.plus(evidence);
     }
 
     /// The evidence of one cell.
     #[must_use]
+    #[inline]
     pub fn of(&self, cell: Cell) -> CellEvidence {
         self.cells[cell.index()]
     }

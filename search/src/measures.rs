@@ -26,6 +26,7 @@ impl Truth {
 
     /// Whether a cell holds an object.
     #[must_use]
+    #[inline]
     pub fn is_object(&self, cell: Cell) -> bool {
         self.is_object[cell.index()]
     }

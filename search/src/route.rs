@@ -27,26 +27,31 @@ pub enum Moves {
 
 impl Moves {
     /// The steps, in order of the index of the cell that they reach.
-    const fn offsets(self) -> &'static [Offset] {
+    #[must_use]
+    pub const fn offsets(self) -> &'static [Offset] {
         match self {
             Self::Four => &FOUR,
             Self::Eight => &EIGHT,
         }
     }
 
+    /// The cell that one of the steps leads to from a cell, if it can be taken.
+    #[must_use]
+    pub fn step(terrain: &Terrain, from: Cell, offset: Offset) -> Option<Cell> {
+        let grid = terrain.grid();
+        let is_open = |offset| grid.step(from, offset).filter(|&to| terrain.is_traversable(to));
+        let to = is_open(offset)?;
+        let is_straight = offset.north == 0 || offset.east == 0;
+        let is_clear = || {
+            is_open(Offset { north: offset.north, east: 0 }).is_some()
+                && is_open(Offset { north: 0, east: offset.east }).is_some()
+        };
+        (is_straight || is_clear()).then_some(to)
+    }
+
     /// Cells that can be reached from a cell in one move, by index.
     pub fn neighbors(self, terrain: &Terrain, from: Cell) -> impl Iterator<Item = Cell> + '_ {
-        let grid = terrain.grid();
-        let is_open = move |offset| grid.step(from, offset).filter(|&to| terrain.is_traversable(to));
-        self.offsets().iter().filter_map(move |&offset| {
-            let to = is_open(offset)?;
-            let is_straight = offset.north == 0 || offset.east == 0;
-            let is_clear = || {
-                is_open(Offset { north: offset.north, east: 0 }).is_some()
-                    && is_open(Offset { north: 0, east: offset.east }).is_some()
-            };
-            (is_straight || is_clear()).then_some(to)
-        })
+        self.offsets().iter().filter_map(move |&offset| Self::step(terrain, from, offset))
     }
 }
 

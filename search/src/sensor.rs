@@ -119,6 +119,7 @@ impl Sensor {
     /// Draws the reading of a cell at this place in the footprint.
     #[must_use]
     #[expect(clippy::cast_possible_truncation, reason = "readings travel as f32")]
+    #[inline]
     pub fn draw(&self, is_object: bool, look: &Look, random: &mut Stream) -> f32 {
         let normal: f64 = StandardNormal.sample(random);
         let error = normal * f64::from(look.variance).sqrt();

@@ -34,6 +34,24 @@ pub trait Crew {
     fn digest(&mut self, who: Participant, now: MissionTime) -> Result<Digest, Self::Error>;
 }
 
+impl<C: Crew> Crew for &mut C {
+    type Parcel = C::Parcel;
+    type Error = C::Error;
+
+    fn step(
+        &mut self,
+        who: Participant,
+        now: MissionTime,
+        stimulus: Stimulus<C::Parcel>,
+    ) -> Result<Reaction<C::Parcel>, C::Error> {
+        (**self).step(who, now, stimulus)
+    }
+
+    fn digest(&mut self, who: Participant, now: MissionTime) -> Result<Digest, C::Error> {
+        (**self).digest(who, now)
+    }
+}
+
 /// Minds of this process.
 pub struct LocalCrew<'a> {
     robots: &'a mut [Agent],

@@ -1,5 +1,7 @@
 //! The simulation: one queue of events, in simulated time, over any crew.
 
+mod by_hand;
+
 use std::time::Duration;
 
 use dragnet_proto::command::Command;
@@ -139,8 +141,8 @@ enum Happening<P> {
 }
 
 /// One episode under way.
-pub(crate) struct Simulation<'a, C: Crew> {
-    crew: &'a mut C,
+pub(crate) struct Simulation<C: Crew, S> {
+    crew: C,
     rules: Rules,
     faults: Faults,
     /// Participants that will start again: the search is not over before.
@@ -151,7 +153,7 @@ pub(crate) struct Simulation<'a, C: Crew> {
     network: Network,
     queue: Queue<Happening<C::Parcel>>,
     members: Vec<Member>,
-    spectator: Spectator<'a>,
+    spectator: S,
     outcome: Outcome,
 }
 
@@ -168,14 +170,8 @@ struct Member {
 /// After the end so many heartbeats are waited for all beliefs to be equal.
 const SETTLING_HEARTBEATS: u32 = 100;
 
-impl<'a, C: Crew> Simulation<'a, C> {
-    pub(crate) fn new(
-        scenario: &Scenario,
-        seed: u64,
-        rules: Rules,
-        crew: &'a mut C,
-        spectator: Spectator<'a>,
-    ) -> Self {
+impl<C: Crew, S: FnMut(MissionTime, Scene)> Simulation<C, S> {
+    pub(crate) fn new(scenario: &Scenario, seed: u64, rules: Rules, crew: C, spectator: S) -> Self {
         let robots = scenario.robots().iter().map(|robot| Participant::Robot(robot.id));
         let coordinator = (rules.coordinator == Attendance::Present).then_some(Participant::Coordinator);
         let members = robots.chain(coordinator).map(|who| Member {

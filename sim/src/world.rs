@@ -6,7 +6,7 @@ use std::time::Duration;
 use dragnet_proto::scenario::{Objects, Scenario, Start};
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
-use dragnet_search::evidence::Reading;
+use dragnet_search::evidence::{CellEvidence, Reading};
 use dragnet_search::measures::{Score, Truth};
 use dragnet_search::observation::RobotId;
 use dragnet_search::seed::{Purpose, Stream, stream};
@@ -41,6 +41,14 @@ pub struct Body {
     /// Way covered, in cells; a diagonal counts sqrt 2.
     pub path_cells: f64,
     noise: Stream,
+}
+
+impl Body {
+    /// Whether its route goes on.
+    #[must_use]
+    pub const fn is_moving(&self) -> bool {
+        !self.route.is_empty()
+    }
 }
 
 impl World {
@@ -131,8 +139,7 @@ impl World {
     pub fn travel_time(&self, robot: RobotId, speed: f64) -> Option<Duration> {
         let body = self.body(robot);
         let next = *body.route.last()?;
-        let seconds = self.distance_cells(body.cell, next) * self.terrain.cell_meters() / speed;
-        Some(Duration::from_secs_f64(seconds.min(LONGEST_SECONDS)))
+        Some(self.time_over(self.distance_cells(body.cell, next), speed))
     }
 
     /// A robot enters the next cell of its route.
@@ -147,44 +154,64 @@ impl World {
         }
     }
 
+    /// How long a robot takes over a way of so many cells, at a speed in metres a second.
+    #[must_use]
+    pub fn time_over(&self, distance_cells: f64, speed: f64) -> Duration {
+        let seconds = distance_cells * self.terrain.cell_meters() / speed;
+        Duration::from_secs_f64(seconds.min(LONGEST_SECONDS))
+    }
+
     fn distance_cells(&self, from: Cell, to: Cell) -> f64 {
         self.terrain.grid().offset(from, to).euclidean()
+    }
+
+    /// A robot stands in another cell, whatever its route; the way there counts as a straight line.
+    pub fn enter(&mut self, robot: RobotId, cell: Cell) {
+        let distance = self.distance_cells(self.body(robot).cell, cell);
+        let body = self.body_mut(robot);
+        body.cell = cell;
+        body.path_cells += distance;
     }
 
     /// A robot looks around: a reading of every cell of its footprint. Returns them, and the cells that the merged
     /// belief now calls found and did not before.
     pub fn sense(&mut self, robot: RobotId) -> (Vec<Reading>, Vec<Cell>) {
+        let (mut readings, mut found) = (Vec::with_capacity(self.sensor.footprint().len()), Vec::new());
+        self.sense_into(robot, &mut readings, &mut found);
+        (readings, found)
+    }
+
+    /// As [`World::sense`], behind what the lists hold.
+    pub fn sense_into(&mut self, robot: RobotId, readings: &mut Vec<Reading>, found: &mut Vec<Cell>) {
         let sensor = Arc::clone(&self.sensor);
-        let (grid, from) = (self.terrain.grid(), self.body(robot).cell);
-        let mut readings = Vec::with_capacity(sensor.footprint().len());
-        let mut found = Vec::new();
+        let grid = self.terrain.grid();
+        let from = grid.position(self.body(robot).cell);
         for look in sensor.footprint() {
-            let Some(cell) = grid.step(from, look.offset) else { continue };
+            let Some(cell) = grid.step_from(from, look.offset) else { continue };
             let is_object = self.truth.is_object(cell);
             let value = sensor.draw(is_object, look, &mut self.body_mut(robot).noise);
             let reading = Reading { cell, value, variance: look.variance };
-            if self.merge(&reading) {
+            if self.merge(cell, reading.evidence_of(look.precision)) {
                 found.push(cell);
             }
             readings.push(reading);
         }
-        (readings, found)
     }
 
     /// Takes in what a person says by hand: it counts in the merged belief.
     pub fn take_in(&mut self, readings: &[Reading]) {
         for reading in readings {
-            self.merge(reading);
+            self.merge(reading.cell, reading.evidence());
         }
     }
 
     /// Whether a cell is found now that was not before.
-    fn merge(&mut self, reading: &Reading) -> bool {
-        let before = self.merged.is_found(reading.cell, self.tau);
-        self.merged.add(reading);
-        let after = self.merged.is_found(reading.cell, self.tau);
-        if self.terrain.is_searched(reading.cell) && before != after {
-            self.score.change(after, self.truth.is_object(reading.cell));
+    fn merge(&mut self, cell: Cell, evidence: CellEvidence) -> bool {
+        let before = self.merged.is_found(cell, self.tau);
+        self.merged.add_evidence(cell, evidence);
+        let after = self.merged.is_found(cell, self.tau);
+        if self.terrain.is_searched(cell) && before != after {
+            self.score.change(after, self.truth.is_object(cell));
         }
         after && !before
     }

@@ -45,7 +45,7 @@ fn describe(scenario: &Scenario) -> String {
         terrain.cell_meters(),
         terrain.traversable_cells().count(),
         terrain.searched_cells().count(),
-        scenario::objects(scenario.objects()),
+        scenario.objects(),
         robots(scenario),
         budget(scenario),
     );
@@ -63,5 +63,5 @@ fn budget(scenario: &Scenario) -> String {
     let meters = budget.meters().map(|meters| format!("{meters} m"));
     let seconds = budget.time().map(|time| format!("{} s", time.as_secs_f64()));
     let parts: Vec<String> = meters.into_iter().chain(seconds).collect();
-    format!("budget {}, {:.0} cells", parts.join(" and "), scenario::budget_cells(scenario))
+    format!("budget {}, {:.0} cells", parts.join(" and "), scenario.budget_cells())
 }

@@ -1,7 +1,7 @@
 //! Policies against each other, over scenarios and seeds: what is run, in one process or in shards, and the tables and
 //! curves that it comes to.
 //!
-//! An [`Experiment`] runs, each episode comes to a [`Trial`], and its [`Design`] makes a [`row::Row`] a case of the trials,
+//! An [`Experiment`] runs, each episode comes to a [`Trial`], and its [`Design`] makes a [`Row`] a case of the trials,
 //! wherever and in however many parts they were run.
 
 mod design;
@@ -9,18 +9,15 @@ mod experiment;
 pub(super) mod files;
 pub(super) mod part;
 mod report;
-mod row;
 mod seeds;
-mod trial;
 
 use std::path::PathBuf;
 
-pub(super) use design::{Design, digest};
+pub(super) use design::Design;
+pub(super) use dragnet_sim::comparison::{Estimate, Row, Trial, digest};
 pub(super) use experiment::{Case, Experiment};
 pub(super) use report::{Origin, estimate};
-pub(super) use row::{Estimate, Row};
 pub(super) use seeds::Seeds;
-pub(super) use trial::Trial;
 
 use super::{Failure, output};
 use crate::terminal;

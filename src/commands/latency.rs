@@ -1,49 +1,8 @@
-//! How long decisions took.
-
-use std::time::Duration;
+//! What decisions share is built before any of them is measured.
 
 use dragnet_search::information::InformationTable;
 
 /// Builds what all decisions share, so that the first one is not measured with it.
 pub(super) fn warm_up() {
     let _ = InformationTable::shared();
-}
-
-/// Computing times of decisions, ascending.
-pub(super) struct Latencies {
-    sorted: Vec<Duration>,
-}
-
-impl Latencies {
-    pub(super) fn new(mut times: Vec<Duration>) -> Self {
-        times.sort_unstable();
-        Self { sorted: times }
-    }
-
-    /// How many decisions there were.
-    pub(super) fn count(&self) -> usize {
-        self.sorted.len()
-    }
-
-    /// The least time that so many of a hundred decisions took no longer than, milliseconds; `None` without a decision.
-    pub(super) fn percentile_ms(&self, percent: usize) -> Option<f64> {
-        let rank = (self.sorted.len() * percent).div_ceil(100).max(1);
-        self.sorted.get(rank - 1).map(|time| time.as_secs_f64() * 1e3)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_percentile_is_a_time_that_was_measured() {
-        let latencies = Latencies::new((1..=200).rev().map(Duration::from_millis).collect());
-        for (percent, expected) in [(0, 1.0), (50, 100.0), (99, 198.0), (100, 200.0)] {
-            let found = latencies.percentile_ms(percent).unwrap();
-            assert!((found - expected).abs() < 1e-9, "{percent}: {found}");
-        }
-        assert_eq!(Latencies::new(Vec::new()).percentile_ms(50), None);
-        assert!(Latencies::new(vec![Duration::from_secs(1)]).percentile_ms(1).is_some());
-    }
 }

@@ -5,10 +5,9 @@ use std::path::Path;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use dragnet_learn::policy::{PolicyName, Shipped};
-use dragnet_proto::scenario::{Objects, Scenario, ScenarioError};
+use dragnet_proto::scenario::{Scenario, ScenarioError};
 
 use super::Failure;
-use crate::terminal::counted;
 
 /// The policy that takes weights.
 const GNN: PolicyName = PolicyName::Learned(Shipped::General);
@@ -67,30 +66,12 @@ pub(super) fn with_policy(
     }
 }
 
-/// Way that each robot may cover, cells: the budget of way, or else what it covers in the budget of time.
-pub(super) fn budget_cells(scenario: &Scenario) -> f64 {
-    let mission = scenario.mission();
-    let seconds = mission.budget.time().map_or(0.0, |time| time.as_secs_f64());
-    let meters = mission.budget.meters().unwrap_or(seconds * mission.speed_meters_per_second);
-    // Cells that were turned into metres come back as the whole number that they were.
-    (meters / scenario.terrain().cell_meters() * 1e6).round() / 1e6
-}
-
 /// The policies of a scenario's robots, each named once.
 pub(super) fn policies(scenario: &Scenario) -> String {
     let mut names: Vec<PolicyName> = scenario.robots().iter().map(|robot| robot.policy.name).collect();
     names.sort_unstable();
     names.dedup();
     names.into_iter().map(PolicyName::as_str).collect::<Vec<_>>().join("+")
-}
-
-/// What is there to be found, in words.
-pub(super) fn objects(objects: &Objects) -> String {
-    match objects {
-        Objects::Count(count) => counted(*count as usize, "object"),
-        Objects::Density(density) => format!("an object in {} % of the cells", density * 100.0),
-        Objects::Cells(cells) => format!("{} in given cells", counted(cells.len(), "object")),
-    }
 }
 
 #[cfg(test)]
@@ -104,16 +85,6 @@ mod tests {
              robot = [{{ number = 2, policy = 'greedy' }}]\n[mission]\n{mission}"
         );
         Scenario::from_text(Path::new("a.toml"), text).unwrap()
-    }
-
-    #[test]
-    fn a_budget_of_way_goes_before_one_of_time() {
-        let both = scenario("budget_meters = 7.0\nbudget_seconds = 100.0\nspeed_meters_per_second = 1.4");
-        assert!((budget_cells(&both) - 10.0).abs() < 1e-12);
-        let time = scenario("budget_seconds = 100.0\nspeed_meters_per_second = 1.4");
-        assert!((budget_cells(&time) - 200.0).abs() < 1e-12);
-        let cells = time.with_budget_cells(90).unwrap();
-        assert!((budget_cells(&cells) - 90.0).abs() < f64::EPSILON);
     }
 
     #[test]

@@ -9,7 +9,7 @@ use dragnet_proto::scenario::Scenario;
 use dragnet_sim::episode::Episode;
 use dragnet_sim::simulation::Spectator;
 
-use super::{Failure, scenario};
+use super::Failure;
 use crate::terminal::{self, progress};
 use narrator::Narrator;
 pub(super) use narrator::place;
@@ -43,7 +43,7 @@ pub(super) fn tell(
         let ended = search(&mut |_, _| ())?;
         return Ok(terminal::print_json(&Report::new(scenario, &ended))?);
     }
-    let steps = narrator::steps(scenario::budget_cells(scenario));
+    let steps = narrator::steps(scenario.budget_cells());
     let mut narrator = Narrator::new(scenario, progress::below_lines(steps, "cells"));
     let ended = search(&mut |now, scene| narrator.see(now, &scene))?;
     let watched = narrator.finish()?;

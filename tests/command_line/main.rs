@@ -10,6 +10,7 @@ mod compare;
 mod demonstrations;
 mod output;
 mod paper;
+mod python;
 mod recordings;
 mod run;
 mod scale;

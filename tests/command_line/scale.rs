@@ -18,7 +18,7 @@ const COMPARISON: [&str; 8] =
 static CLUSTER: Mutex<()> = Mutex::new(());
 
 /// Without the interpreter the test fails: to skip it would look like a sweep that comes to what it should.
-fn interpreter() -> PathBuf {
+pub(super) fn interpreter() -> PathBuf {
     let given = env::var_os("DRAGNET_PYTHON").map(PathBuf::from);
     let interpreter = given.unwrap_or_else(|| root().join(".venv/bin/python"));
     assert!(

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use cargo_metadata::{CargoOpt, DependencyKind, Metadata, MetadataCommand, Package, PackageId};
 
 /// Each crate, and the crates of ours that it may import.
-const ARROWS: [(&str, &[&str]); 12] = [
+const ARROWS: [(&str, &[&str]); 13] = [
     ("dragnet-search", &[]),
     ("dragnet-learn", &["dragnet-search"]),
     ("dragnet-train", &["dragnet-search", "dragnet-learn"]),
@@ -32,6 +32,10 @@ const ARROWS: [(&str, &[&str]); 12] = [
         ],
     ),
     (
+        "dragnet-python",
+        &["dragnet-search", "dragnet-learn", "dragnet-proto", "dragnet-coordinator", "dragnet-sim"],
+    ),
+    (
         "dragnet",
         &[
             "dragnet-search",
@@ -50,7 +54,7 @@ const ARROWS: [(&str, &[&str]); 12] = [
 ];
 
 /// Crates that only the edges may use.
-const EDGES: [(&str, &[&str]); 7] = [
+const EDGES: [(&str, &[&str]); 9] = [
     ("zenoh", &["dragnet-link"]),
     ("tokio", &["dragnet-link", "dragnet-live"]),
     ("axum", &["dragnet-live"]),
@@ -58,6 +62,8 @@ const EDGES: [(&str, &[&str]); 7] = [
     ("clap", &["dragnet"]),
     ("rcgen", &["dragnet-keys"]),
     ("tch", &["dragnet-train"]),
+    ("pyo3", &["dragnet-python"]),
+    ("numpy", &["dragnet-python"]),
 ];
 
 /// libtorch and its bindings, which only training needs.
@@ -148,6 +154,14 @@ fn libtorch_comes_with_the_feature_train_and_only_with_it() {
     assert_eq!(importers(&all, "torch-sys"), ["tch"]);
     assert_eq!(importers(&all, "tch"), ["dragnet-train"]);
     assert_eq!(importers(&all, "dragnet-train"), ["dragnet"]);
+}
+
+#[test]
+fn python_brings_neither_a_network_nor_libtorch() {
+    let all = everything();
+    let python = built_from(&all, "dragnet-python");
+    assert!(python.contains("pyo3") && python.contains("dragnet-sim"));
+    assert!(["zenoh", "tokio", "tch"].iter().all(|edge| !python.contains(edge)));
 }
 
 /// What `cargo deny check licenses` asks for too, without that tool: `deny.toml` is the one list.

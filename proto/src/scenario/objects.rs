@@ -1,5 +1,6 @@
 //! What is there to be found, and what is believed before the first look.
 
+use std::fmt;
 use std::path::Path;
 
 use dragnet_search::belief::Belief;
@@ -52,6 +53,18 @@ impl Objects {
             Self::Count(count) => share(f64::from(*count)),
             Self::Density(density) => *density,
             Self::Cells(cells) => share(f64::from(u32::try_from(cells.len()).unwrap_or(u32::MAX))),
+        }
+    }
+}
+
+/// In words.
+impl fmt::Display for Objects {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let counted = |count: usize| format!("{count} object{}", if count == 1 { "" } else { "s" });
+        match self {
+            Self::Count(count) => formatter.write_str(&counted(*count as usize)),
+            Self::Density(density) => write!(formatter, "an object in {} % of the cells", density * 100.0),
+            Self::Cells(cells) => write!(formatter, "{} in given cells", counted(cells.len())),
         }
     }
 }

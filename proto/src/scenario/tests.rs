@@ -49,6 +49,21 @@ fn close(a: f64, b: f64) -> bool {
 }
 
 #[test]
+fn a_budget_of_way_goes_before_one_of_time() {
+    let cells = |mission: &str| {
+        let text = format!(
+            "name = 'a'\nmap = {{ shape = 'all_traversable', rows = 5, columns = 5, cell_meters = 0.7 }}\n\
+             sensor.radius = 2\nobjects.count = 1\n[mission]\nspeed_meters_per_second = 1.4\n{mission}"
+        );
+        Scenario::from_text(Path::new("a.toml"), text).unwrap()
+    };
+    assert!(close(cells("budget_meters = 7.0\nbudget_seconds = 100.0\n").budget_cells(), 10.0));
+    let time = cells("budget_seconds = 100.0\n");
+    assert!(close(time.budget_cells(), 200.0));
+    assert!(close(time.with_budget_cells(90).unwrap().budget_cells(), 90.0));
+}
+
+#[test]
 fn what_is_left_out_has_its_default() {
     let scenario = load(&SMALL.replace("[sensor]\nradius = 1\n", "").replace("...#\n", "")).unwrap_err();
     assert!(scenario.contains("sensor.radius is 5; allowed is a whole number from 1 to 4"), "{scenario}");

@@ -2,12 +2,10 @@
 
 use dragnet_proto::participant::MindError;
 use dragnet_proto::scenario::Scenario;
-use dragnet_sim::episode;
-use dragnet_sim::simulation::End;
+use dragnet_sim::comparison::{self, Setting, Trial};
 
-use super::design::{Design, Setting};
+use super::design::Design;
 use super::seeds::Seeds;
-use super::trial::Trial;
 use crate::commands::jobs::{self, Done};
 use crate::commands::shard::Shard;
 use crate::commands::{Failure, latency};
@@ -51,7 +49,6 @@ impl Case {
     }
 
     fn run(&self, seed: u64) -> Result<Trial, MindError> {
-        let episode = episode::run(&self.scenario, seed, End::AllFound)?;
-        Ok(Trial::new(&self.setting, seed, episode))
+        comparison::run(&self.setting, &self.scenario, seed)
     }
 }

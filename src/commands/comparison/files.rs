@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use csv::Writer;
 use dragnet_learn::policy::{PolicyName, Shipped};
 use dragnet_search::policy::PolicyName as Exact;
+use dragnet_sim::comparison::{MeanCurve, Row};
 
-use super::row::{MeanCurve, Row};
 use super::seeds::Seeds;
 use crate::commands::{Failure, output};
 use crate::plot::{Figure, Line, Look};

@@ -4,10 +4,10 @@ use std::fmt::Display;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use dragnet_sim::comparison::{Setting, Trial};
 use serde::{Deserialize, Serialize};
 
-use super::design::{Design, Setting};
-use super::trial::Trial;
+use super::design::Design;
 use crate::VERSION;
 use crate::commands::shard::{self, Shard};
 use crate::commands::{Failure, output};

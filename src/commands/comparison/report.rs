@@ -3,9 +3,9 @@
 use std::fmt;
 use std::path::PathBuf;
 
+use dragnet_sim::comparison::Row;
 use serde::Serialize;
 
-use super::row::Row;
 use super::seeds::Seeds;
 use crate::commands::jobs::Effort;
 use crate::terminal::counted;

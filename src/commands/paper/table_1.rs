@@ -6,6 +6,7 @@ use dragnet_agent::agent::Agent;
 use dragnet_learn::policy::{self, PolicyName, Shipped};
 use dragnet_proto::scenario::Scenario;
 use dragnet_search::policy::{Parameters, PathByDefinition, Policy, PolicyName as Exact};
+use dragnet_sim::comparison::Latencies;
 use dragnet_sim::episode;
 use dragnet_sim::simulation::End;
 use indicatif::ProgressBar;
@@ -16,7 +17,6 @@ use super::part::Part;
 use super::published::{CLONE_SECONDS, GREEDY_SECONDS, PATH_SECONDS, SPEEDUP_OVER_GREEDY, SPEEDUP_OVER_PATH};
 use super::section::{Claim, CsvFile, Section, Verdict, certain};
 use crate::commands::comparison::{Seeds, files};
-use crate::commands::latency::Latencies;
 use crate::commands::{Failure, latency};
 use crate::terminal::progress;
 

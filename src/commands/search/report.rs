@@ -2,12 +2,12 @@
 
 use dragnet_proto::scenario::Scenario;
 use dragnet_search::cell::Cell;
+use dragnet_sim::comparison::Latencies;
 use dragnet_sim::episode::Episode;
 use serde::Serialize;
 
 use super::Ended;
 use super::narrator::{Find, Watched, place};
-use crate::commands::latency::Latencies;
 use crate::commands::scenario;
 use crate::terminal::map::Picture;
 use crate::terminal::{self, counted};
@@ -65,7 +65,7 @@ impl Report {
             recall: score.recall(),
             precision: score.precision(),
             f1: score.f1(),
-            auc_f1: outcome.f1.mean_until(scenario::budget_cells(scenario)),
+            auc_f1: outcome.f1.mean_until(scenario.budget_cells()),
             path_cells: path_cells.clone(),
             mission_time_s: outcome.ended.as_seconds(),
             decisions: latencies.count(),
@@ -98,7 +98,7 @@ impl Report {
 
     fn measures(&self, scenario: &Scenario) -> String {
         let Self { recall, precision, f1, auc_f1, mission_time_s, .. } = self;
-        let budget_cells = scenario::budget_cells(scenario);
+        let budget_cells = scenario.budget_cells();
         let merged = self.observations_merged.map_or_else(String::new, |merged| format!(", {merged} merged"));
         let beliefs = if self.beliefs_equal { "the same" } else { "NOT the same" };
         let recording = self.recording.as_ref().map_or_else(String::new, |recording| {

@@ -4,67 +4,85 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use super::design::Setting;
-use super::trial::Trial;
-use crate::commands::latency::Latencies;
+use super::{Latencies, Setting, Trial};
 
 /// One policy on one scenario, over all seeds. Names are those of the JSON object.
 #[derive(Serialize)]
-pub(crate) struct Row {
-    pub(crate) scenario: String,
-    pub(crate) map: String,
-    pub(crate) policy: String,
-    pub(crate) robots: usize,
+pub struct Row {
+    /// Name of the scenario.
+    pub scenario: String,
+    /// The built-in shape, or the map's file without folder and extension.
+    pub map: String,
+    /// As the robots decide.
+    pub policy: String,
+    /// Robots in the team.
+    pub robots: usize,
     /// How many.
-    pub(crate) seeds: usize,
-    pub(crate) budget_cells: f64,
-    pub(crate) auc_f1: Estimate,
-    pub(crate) average_recall: Estimate,
-    pub(crate) cells_to_full_recall: FullRecall,
-    pub(crate) decision_ms: DecisionTimes,
-    pub(crate) curve: MeanCurve,
+    pub seeds: usize,
+    /// Way that each robot may cover.
+    pub budget_cells: f64,
+    /// Mean of F1 over the way up to the budget, `0..=1`.
+    pub auc_f1: Estimate,
+    /// Mean of recall over the way up to the budget, `0..=1`.
+    pub average_recall: Estimate,
+    /// Way of the farthest robot until every object was found, cells.
+    pub cells_to_full_recall: FullRecall,
+    /// Computing time of a decision.
+    pub decision_ms: DecisionTimes,
+    /// F1 by way.
+    pub curve: MeanCurve,
     /// What is there to be found, in words.
     #[serde(skip)]
-    pub(crate) objects: String,
+    pub objects: String,
     #[serde(skip)]
-    pub(crate) trials: Vec<Trial>,
+    /// The episodes, by seed; without their computing times.
+    pub trials: Vec<Trial>,
 }
 
 /// A mean and its standard error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub(crate) struct Estimate {
-    pub(crate) mean: f64,
+pub struct Estimate {
+    /// Mean of the values.
+    pub mean: f64,
     /// Unknown from one value.
-    pub(crate) sem: Option<f64>,
+    pub sem: Option<f64>,
 }
 
 /// Way until every object was found, over the seeds that came so far.
 #[derive(Serialize)]
-pub(crate) struct FullRecall {
-    pub(crate) mean: Option<f64>,
-    pub(crate) sem: Option<f64>,
+pub struct FullRecall {
+    /// Unknown if none did.
+    pub mean: Option<f64>,
+    /// Standard error; unknown from one value.
+    pub sem: Option<f64>,
     /// Seeds that did.
-    pub(crate) reached: usize,
+    pub reached: usize,
 }
 
 /// Milliseconds, over all decisions; nothing without one.
 #[derive(Serialize)]
-pub(crate) struct DecisionTimes {
-    pub(crate) p50: Option<f64>,
-    pub(crate) p99: Option<f64>,
+pub struct DecisionTimes {
+    /// Half of them took no longer.
+    pub p50: Option<f64>,
+    /// 99 % of them took no longer.
+    pub p99: Option<f64>,
 }
 
 /// F1 by way, shape `[lengths]` each.
 #[derive(Serialize)]
-pub(crate) struct MeanCurve {
+pub struct MeanCurve {
     /// Way of the farthest robot.
-    pub(crate) cells: Vec<f64>,
-    pub(crate) mean: Vec<f64>,
-    pub(crate) sem: Vec<Option<f64>>,
+    pub cells: Vec<f64>,
+    /// Mean F1.
+    pub mean: Vec<f64>,
+    /// Its standard error.
+    pub sem: Vec<Option<f64>>,
 }
 
 impl Row {
-    pub(super) fn new(setting: &Setting, mut trials: Vec<Trial>) -> Self {
+    /// Of the trials of a setting, by seed; at least one.
+    #[must_use]
+    pub fn new(setting: &Setting, mut trials: Vec<Trial>) -> Self {
         let decisions: Vec<Duration> =
             trials.iter_mut().flat_map(|trial| std::mem::take(&mut trial.decisions)).collect();
         Self {
@@ -87,7 +105,8 @@ impl Row {
 
 impl Estimate {
     /// Of at least one value; the standard error is that of a sample, `sqrt(sum (x - mean)^2 / (n - 1) / n)`.
-    pub(crate) fn of(values: impl Iterator<Item = f64> + Clone) -> Self {
+    #[must_use]
+    pub fn of(values: impl Iterator<Item = f64> + Clone) -> Self {
         let count = values.clone().count() as f64;
         let mean = values.clone().sum::<f64>() / count;
         let squares: f64 = values.map(|value| (value - mean).powi(2)).sum();

@@ -2,35 +2,40 @@
 
 use std::time::Duration;
 
-use dragnet_sim::episode::Episode;
 use serde::{Deserialize, Serialize};
 
-use super::design::Setting;
+use super::Setting;
+use crate::episode::Episode;
 
 /// What is kept of an episode: all that tables and curves are made of.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Trial {
-    pub(crate) seed: u64,
+pub struct Trial {
+    /// Of the episode.
+    pub seed: u64,
     /// Mean of F1 over the way up to the budget.
-    pub(crate) auc_f1: f64,
+    pub auc_f1: f64,
     /// Mean of recall over the way up to the budget.
-    pub(crate) average_recall: f64,
-    pub(crate) cells_to_full_recall: Option<f64>,
-    /// F1 and recall at the end.
-    pub(crate) f1: f64,
-    pub(crate) recall: f64,
-    /// Way of the farthest robot at the end.
-    pub(crate) farthest_cells: f64,
+    pub average_recall: f64,
+    /// Way of the farthest robot until every object was found, cells; nothing if that was never.
+    pub cells_to_full_recall: Option<f64>,
+    /// F1 at the end.
+    pub f1: f64,
+    /// Recall at the end.
+    pub recall: f64,
+    /// Way of the farthest robot at the end, cells.
+    pub farthest_cells: f64,
     /// F1 at each of the setting's lengths.
-    pub(crate) curve: Vec<f64>,
+    pub curve: Vec<f64>,
     /// Computing time of each decision.
     #[serde(rename = "decision_ns", with = "nanoseconds")]
-    pub(crate) decisions: Vec<Duration>,
+    pub decisions: Vec<Duration>,
 }
 
 impl Trial {
-    pub(super) fn new(setting: &Setting, seed: u64, episode: Episode) -> Self {
+    /// What is kept of an episode of a setting.
+    #[must_use]
+    pub fn new(setting: &Setting, seed: u64, episode: Episode) -> Self {
         let Episode { score, path_cells, outcome, .. } = episode;
         Self {
             seed,

@@ -1,0 +1,148 @@
+"""Many searches side by side as a Gymnasium vector environment."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from gymnasium.utils import seeding
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import ArrayLike, NDArray
+
+from . import _dragnet, picture
+from .scenario import Scenario, as_scenario
+from .spaces import OBSERVED, action_space, as_seed, observation_spaces
+
+_MEASURES = ("f1", "recall", "path_cells", "time_seconds")
+
+
+class SearchVectorEnv(VectorEnv[dict[str, NDArray[Any]], NDArray[np.int64], NDArray[Any]]):
+    """``num_envs`` searches of :class:`dragnet.SearchEnv`, stepped side by side in Rust, the interpreter lock released.
+
+    Environment ``i`` goes through the very episodes that ``SearchEnv`` would with its seed. One that is over begins anew
+    with the next call of :meth:`step` (autoreset ``NEXT_STEP``), whatever its action, with reward 0.
+
+    Observations and ``info["action_mask"]`` are written into arrays that stay where they are: each call changes those of the
+    call before. Copy what you keep, or ask for ``copy=True``.
+    """
+
+    metadata = {"render_modes": ["rgb_array"], "render_fps": 10, "autoreset_mode": AutoresetMode.NEXT_STEP}
+
+    def __init__(
+        self,
+        scenario: Scenario | str | os.PathLike[str],
+        num_envs: int = 1,
+        *,
+        control: str = "waypoint",
+        reward: str = "entropy",
+        end: str = "all_found",
+        masked_action: str = "error",
+        render_mode: str | None = None,
+        copy: bool = False,
+    ):
+        super().__init__()
+        picture.check_mode(render_mode)
+        self.scenario = as_scenario(scenario).with_robots(1)
+        self.num_envs = num_envs
+        self.render_mode = render_mode
+        self.single_observation_space = spaces.Dict(observation_spaces(self.scenario))
+        self.single_action_space = action_space(self.scenario, control)
+        self._batch = _dragnet.Batch(self.scenario.native, num_envs, control, reward, end, masked_action)
+        self._arrays = self._batch.arrays()
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        traversable = self.scenario.traversable.astype(np.int8)
+        self._observations = {name: self._arrays[name] for name in OBSERVED}
+        self._observations["traversable"] = np.repeat(traversable[None], num_envs, axis=0)
+        self._copy = copy
+        self._all = np.ones(num_envs, dtype=np.bool_)
+        self._seeds = np.zeros(num_envs, dtype=np.uint64)
+        # Those of the episodes to come, if the first ones have begun.
+        self._next_seeds: NDArray[np.uint64] | None = None
+        self._randoms: list[np.random.Generator] = []
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+        """Begins all episodes: environment ``i`` that of ``seed + i``, or of ``seed[i]``, or its next one. No options."""
+        if seed is None:
+            seeds: list[int | None] = [None] * self.num_envs
+        elif isinstance(seed, (int, np.integer)):
+            seeds = [int(seed) + place for place in range(self.num_envs)]
+        else:
+            seeds = list(seed)
+        if len(seeds) != self.num_envs:
+            raise ValueError(f"{len(seeds)} seeds; allowed is {self.num_envs}, one each")
+        if not self._randoms:
+            self._randoms = [seeding.np_random()[0] for _ in range(self.num_envs)]
+        for place, given in enumerate(seeds):
+            if given is not None:
+                self._seeds[place] = as_seed(given)
+                self._randoms[place] = seeding.np_random(given)[0]
+            elif self._next_seeds is None:
+                self._seeds[place] = self._draw(place)
+            else:
+                self._seeds[place] = self._next_seeds[place]
+        self._next_seeds = np.array([self._draw(place) for place in range(self.num_envs)], dtype=np.uint64)
+        self._batch.reset(self._seeds)
+        return self._told(), self._infos()
+
+    def step(
+        self, actions: ArrayLike
+    ) -> tuple[dict[str, NDArray[Any]], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
+        """Takes one action in each environment: integers of shape ``(num_envs,)``."""
+        actions = np.asarray(actions)
+        if actions.dtype.kind not in "iu":
+            raise TypeError(f"actions of dtype {actions.dtype}; allowed are integers")
+        if actions.shape != (self.num_envs,):
+            raise ValueError(f"actions of shape {actions.shape}; allowed is ({self.num_envs},)")
+        if self._next_seeds is None:
+            raise RuntimeError("step before the first reset; call reset first")
+        arrays = self._arrays
+        begun = np.flatnonzero(arrays["terminated"] | arrays["truncated"])
+        self._batch.step(actions.astype(np.int64, copy=False), self._next_seeds)
+        for place in begun:
+            self._seeds[place] = self._next_seeds[place]
+            self._next_seeds[place] = self._draw(int(place))
+        return (
+            self._told(),
+            arrays["reward"].copy(),
+            arrays["terminated"].copy(),
+            arrays["truncated"].copy(),
+            self._infos(),
+        )
+
+    def render(self) -> tuple[NDArray[np.uint8], ...] | None:
+        """A picture of each environment, as :meth:`dragnet.SearchEnv.render` draws it."""
+        if self.render_mode is None:
+            return None
+        return tuple(
+            picture.draw(
+                self.scenario,
+                self._arrays["probability"][place],
+                [self._batch.track(place)],
+                self._batch.objects(place),
+            )
+            for place in range(self.num_envs)
+        )
+
+    def _draw(self, place: int) -> int:
+        return int(self._randoms[place].integers(2**63))
+
+    def _told(self) -> dict[str, NDArray[Any]]:
+        if self._copy:
+            return {name: array.copy() for name, array in self._observations.items()}
+        return dict(self._observations)
+
+    def _infos(self) -> dict[str, Any]:
+        mask = self._arrays["action_mask"]
+        infos: dict[str, Any] = {"action_mask": mask.copy() if self._copy else mask, "seed": self._seeds.copy()}
+        for name in _MEASURES:
+            infos[name] = self._arrays[name].copy()
+        for name in list(infos):
+            infos["_" + name] = self._all
+        return infos

@@ -1,0 +1,369 @@
+//! Many searches of one robot each, stepped side by side.
+
+use std::sync::{Arc, Mutex, MutexGuard};
+
+use dragnet_search::cell::Cell;
+use dragnet_sim::solo::canvas::Control;
+use dragnet_sim::solo::{Canvas, Ended, Field, Solo, Terms};
+use numpy::{PyArray1, PyReadonlyArray1, ToPyArray};
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelIterator};
+
+use crate::arrays::{Arrays, borrow, column, slice};
+use crate::choice::{self, Masked};
+use crate::scenario::Scenario;
+
+/// Searches of one scenario, each with a seed of its own, and the arrays that show them.
+#[pyclass(frozen, module = "dragnet._dragnet")]
+pub(crate) struct Batch {
+    field: Arc<Field>,
+    control: Control,
+    terms: Terms,
+    masked: Masked,
+    arrays: Arrays,
+    measures: Measures,
+    /// Nothing before the first reset.
+    lanes: Mutex<Vec<Option<Solo>>>,
+}
+
+/// A number for each search.
+struct Measures {
+    reward: Py<PyArray1<f64>>,
+    terminated: Py<PyArray1<bool>>,
+    truncated: Py<PyArray1<bool>>,
+    f1: Py<PyArray1<f64>>,
+    recall: Py<PyArray1<f64>>,
+    path_cells: Py<PyArray1<f64>>,
+    time_seconds: Py<PyArray1<f64>>,
+}
+
+/// What a search is to do next.
+#[derive(Clone, Copy)]
+enum Task {
+    /// Begin anew.
+    Begin { seed: u64 },
+    /// Go there.
+    Go(Cell),
+    /// Stay.
+    Wait,
+}
+
+/// What a search measures after a task.
+#[derive(Clone, Copy, Default)]
+struct Measured {
+    reward: f64,
+    terminated: bool,
+    truncated: bool,
+    f1: f64,
+    recall: f64,
+    path_cells: f64,
+    time_seconds: f64,
+}
+
+#[pymethods]
+impl Batch {
+    #[new]
+    fn new(
+        py: Python<'_>,
+        scenario: &Scenario,
+        num_envs: usize,
+        control: &str,
+        reward: &str,
+        end: &str,
+        masked_action: &str,
+    ) -> PyResult<Self> {
+        let robots = scenario.inner().robots().len();
+        if robots != 1 {
+            return Err(PyValueError::new_err(format!(
+                "{} has {robots} robots; allowed is 1 here, teams are searches of dragnet.parallel_env",
+                scenario.inner().name()
+            )));
+        }
+        if num_envs == 0 {
+            return Err(PyValueError::new_err("num_envs=0; allowed is at least 1"));
+        }
+        let field = Arc::clone(&scenario.field);
+        let grid = field.scenario().terrain().grid();
+        let control = choice::control(control)?;
+        let actions = match control {
+            Control::Waypoint => grid.cell_count(),
+            Control::Step => field.step_count(),
+        };
+        Ok(Self {
+            control,
+            terms: Terms { end: choice::end(end)?, reward: choice::reward(reward)? },
+            masked: choice::masked(masked_action)?,
+            arrays: Arrays::new(py, num_envs, grid, actions),
+            measures: Measures::new(py, num_envs),
+            lanes: Mutex::new((0..num_envs).map(|_| None).collect()),
+            field,
+        })
+    }
+
+    /// All arrays, by name; they are written in place.
+    fn arrays<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = self.arrays.dict(py)?;
+        self.measures.add_to(&dict)?;
+        Ok(dict)
+    }
+
+    /// Begins all searches anew.
+    #[expect(clippy::needless_pass_by_value, reason = "it comes from Python")]
+    fn reset(&self, py: Python<'_>, seeds: PyReadonlyArray1<'_, u64>) -> PyResult<()> {
+        let mut lanes = self.lock()?;
+        let seeds = expect_one_each("seeds", seeds.as_array().to_vec(), lanes.len())?;
+        let tasks: Vec<Task> = seeds.into_iter().map(|seed| Task::Begin { seed }).collect();
+        self.perform(py, &mut lanes, &tasks)
+    }
+
+    /// Takes one action in each search. With seeds, those that are over begin anew with theirs instead, and their action
+    /// does not matter.
+    #[pyo3(signature = (actions, seeds=None))]
+    #[expect(clippy::needless_pass_by_value, reason = "it comes from Python")]
+    fn step(
+        &self,
+        py: Python<'_>,
+        actions: PyReadonlyArray1<'_, i64>,
+        seeds: Option<PyReadonlyArray1<'_, u64>>,
+    ) -> PyResult<()> {
+        let mut lanes = self.lock()?;
+        let actions = expect_one_each("actions", actions.as_array().to_vec(), lanes.len())?;
+        let seeds = match seeds {
+            Some(seeds) => Some(expect_one_each("seeds", seeds.as_array().to_vec(), lanes.len())?),
+            None => None,
+        };
+        let is_over = self.over(py)?;
+        let task = |place: usize| match (&lanes[place], is_over[place], &seeds) {
+            (None, ..) => Err(PyRuntimeError::new_err("step before the first reset; call reset first")),
+            (Some(_), true, Some(seeds)) => Ok(Task::Begin { seed: seeds[place] }),
+            (Some(_), true, None) => {
+                Err(PyRuntimeError::new_err("step after the end of the episode; call reset first"))
+            }
+            (Some(solo), false, _) => self.task(place, solo, actions[place]),
+        };
+        let tasks = (0..lanes.len()).map(task).collect::<PyResult<Vec<Task>>>()?;
+        self.perform(py, &mut lanes, &tasks)
+    }
+
+    /// Every cell that a robot stood in, by index, in order, from where it started.
+    fn track<'py>(&self, py: Python<'py>, place: usize) -> PyResult<Bound<'py, PyArray1<i64>>> {
+        self.of(place, |solo| {
+            solo.track().iter().map(|&cell| number(cell)).collect::<Vec<_>>().to_pyarray(py)
+        })
+    }
+
+    /// Cells that hold an object, by index.
+    fn objects<'py>(&self, py: Python<'py>, place: usize) -> PyResult<Bound<'py, PyArray1<i64>>> {
+        let objects =
+            |solo: &Solo| -> Vec<i64> { solo.truth().objects().iter().map(|&it| number(it)).collect() };
+        self.of(place, |solo| objects(solo).to_pyarray(py))
+    }
+
+    /// Digest of all evidence, 32 hexadecimal digits.
+    fn digest(&self, place: usize) -> PyResult<String> {
+        self.of(place, |solo| solo.belief().digest().to_string())
+    }
+
+    /// Why a search is over.
+    fn ended(&self, place: usize) -> PyResult<Option<&'static str>> {
+        self.of(place, |solo| {
+            solo.ended().map(|ended| match ended {
+                Ended::Found => "found",
+                Ended::Cleared => "cleared",
+                Ended::Spent => "spent",
+            })
+        })
+    }
+}
+
+impl Batch {
+    /// The searches; nobody else has them meanwhile.
+    fn lock(&self) -> PyResult<MutexGuard<'_, Vec<Option<Solo>>>> {
+        self.lanes.try_lock().map_err(|_| {
+            PyRuntimeError::new_err("another thread is stepping this environment; allowed is one at a time")
+        })
+    }
+
+    fn of<T>(&self, place: usize, read: impl FnOnce(&Solo) -> T) -> PyResult<T> {
+        let lanes = self.lock()?;
+        let solo =
+            lanes.get(place).ok_or_else(|| PyValueError::new_err(format!("no environment {place}")))?;
+        solo.as_ref().map(read).ok_or_else(|| PyRuntimeError::new_err("nothing before the first reset"))
+    }
+
+    /// Whether each search has told that it is over.
+    fn over(&self, py: Python<'_>) -> PyResult<Vec<bool>> {
+        let mut terminated = borrow(self.measures.terminated.bind(py))?;
+        let mut truncated = borrow(self.measures.truncated.bind(py))?;
+        let (terminated, truncated) = (slice(&mut terminated)?, slice(&mut truncated)?);
+        Ok(terminated
+            .iter()
+            .zip(truncated)
+            .map(|(&terminated, &mut truncated)| terminated || truncated)
+            .collect())
+    }
+
+    /// An action as what it stands for.
+    fn task(&self, place: usize, solo: &Solo, action: i64) -> PyResult<Task> {
+        let grid = self.field.scenario().terrain().grid();
+        let from = solo.cell();
+        let to = usize::try_from(action).ok().and_then(|action| match self.control {
+            Control::Step => self.field.neighbor(from, action),
+            Control::Waypoint => {
+                let cell = u32::try_from(action).ok().and_then(|number| grid.cell_numbered(number));
+                cell.filter(|&cell| self.field.is_in_reach(from, cell))
+            }
+        });
+        match (to, self.masked) {
+            (Some(to), _) => Ok(Task::Go(to)),
+            (None, Masked::Stay) if self.is_action(action) => Ok(Task::Wait),
+            (None, _) => Err(self.refuse(place, from, action)),
+        }
+    }
+
+    fn actions(&self) -> usize {
+        match self.control {
+            Control::Waypoint => self.field.scenario().terrain().grid().cell_count(),
+            Control::Step => self.field.step_count(),
+        }
+    }
+
+    fn is_action(&self, action: i64) -> bool {
+        usize::try_from(action).is_ok_and(|action| action < self.actions())
+    }
+
+    fn refuse(&self, place: usize, from: Cell, action: i64) -> PyErr {
+        let at = self.field.scenario().terrain().grid().position(from);
+        let what = if self.is_action(action) {
+            "it is masked: the robot cannot get there".to_owned()
+        } else {
+            format!("no such action: they are 0 to {}", self.actions() - 1)
+        };
+        PyValueError::new_err(format!(
+            "environment {place}, robot at row {}, column {}: action {action}: {what}; allowed are those whose \
+             action_mask is 1",
+            at.row, at.column
+        ))
+    }
+
+    /// Each search performs its task, side by side, and is drawn and measured.
+    fn perform(&self, py: Python<'_>, lanes: &mut [Option<Solo>], tasks: &[Task]) -> PyResult<()> {
+        let mut measured = vec![Measured::default(); lanes.len()];
+        let mut written = self.arrays.write(py)?;
+        let mut canvases = written.canvases(lanes.len())?;
+        py.detach(|| {
+            let work = |((lane, canvas), (task, measured)): (
+                (&mut Option<Solo>, &mut Canvas<'_>),
+                (&Task, &mut Measured),
+            )| {
+                self.perform_one(lane, canvas, *task, measured);
+            };
+            if let ([lane], [canvas], [task], [measured]) =
+                (&mut *lanes, &mut *canvases, tasks, &mut *measured)
+            {
+                work(((lane, canvas), (task, measured)));
+            } else {
+                let seen = lanes.par_iter_mut().zip(canvases.par_iter_mut());
+                let done = rayon::iter::IntoParallelRefIterator::par_iter(tasks).zip(measured.par_iter_mut());
+                seen.zip(done).with_min_len(4).for_each(work);
+            }
+        });
+        self.measures.write(py, &measured)
+    }
+
+    fn perform_one(
+        &self,
+        lane: &mut Option<Solo>,
+        canvas: &mut Canvas<'_>,
+        task: Task,
+        measured: &mut Measured,
+    ) {
+        if let Task::Begin { seed } = task {
+            *lane = Some(Solo::new(Arc::clone(&self.field), self.terms, seed));
+        }
+        let Some(solo) = lane else { return };
+        let reward = match (task, self.control) {
+            (Task::Go(cell), Control::Waypoint) => solo.go(cell),
+            (Task::Go(cell), Control::Step) => solo.step(cell),
+            (Task::Wait, _) => solo.wait(),
+            (Task::Begin { .. }, _) => 0.0,
+        };
+        let is_new = matches!(task, Task::Begin { .. });
+        if is_new {
+            solo.draw(canvas, self.control);
+        } else {
+            solo.redraw(canvas, self.control);
+        }
+        *measured = Measured {
+            reward,
+            // A search that is over as it begins tells so after its first action.
+            terminated: !is_new && matches!(solo.ended(), Some(Ended::Found | Ended::Cleared)),
+            truncated: !is_new && solo.ended() == Some(Ended::Spent),
+            f1: solo.score().f1(),
+            recall: solo.score().recall(),
+            path_cells: solo.path_cells(),
+            time_seconds: solo.now().as_seconds(),
+        };
+    }
+}
+
+impl Measures {
+    fn new(py: Python<'_>, searches: usize) -> Self {
+        Self {
+            reward: column(py, searches),
+            terminated: column(py, searches),
+            truncated: column(py, searches),
+            f1: column(py, searches),
+            recall: column(py, searches),
+            path_cells: column(py, searches),
+            time_seconds: column(py, searches),
+        }
+    }
+
+    fn add_to(&self, dict: &Bound<'_, PyDict>) -> PyResult<()> {
+        dict.set_item("reward", &self.reward)?;
+        dict.set_item("terminated", &self.terminated)?;
+        dict.set_item("truncated", &self.truncated)?;
+        dict.set_item("f1", &self.f1)?;
+        dict.set_item("recall", &self.recall)?;
+        dict.set_item("path_cells", &self.path_cells)?;
+        dict.set_item("time_seconds", &self.time_seconds)
+    }
+
+    fn write(&self, py: Python<'_>, measured: &[Measured]) -> PyResult<()> {
+        fill(py, &self.reward, measured, |it| it.reward)?;
+        fill(py, &self.terminated, measured, |it| it.terminated)?;
+        fill(py, &self.truncated, measured, |it| it.truncated)?;
+        fill(py, &self.f1, measured, |it| it.f1)?;
+        fill(py, &self.recall, measured, |it| it.recall)?;
+        fill(py, &self.path_cells, measured, |it| it.path_cells)?;
+        fill(py, &self.time_seconds, measured, |it| it.time_seconds)
+    }
+}
+
+fn fill<T: numpy::Element>(
+    py: Python<'_>,
+    column: &Py<PyArray1<T>>,
+    measured: &[Measured],
+    value: impl Fn(&Measured) -> T,
+) -> PyResult<()> {
+    let mut column = borrow(column.bind(py))?;
+    for (place, measured) in slice(&mut column)?.iter_mut().zip(measured) {
+        *place = value(measured);
+    }
+    Ok(())
+}
+
+fn number(cell: Cell) -> i64 {
+    i64::from(cell.number())
+}
+
+/// A list as it is, if it has one entry for each search.
+pub(crate) fn expect_one_each<T>(name: &str, list: Vec<T>, count: usize) -> PyResult<Vec<T>> {
+    if list.len() == count {
+        return Ok(list);
+    }
+    Err(PyValueError::new_err(format!("{name} of length {}; allowed is {count}, one each", list.len())))
+}

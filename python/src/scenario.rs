@@ -1,0 +1,148 @@
+//! A scenario, checked.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use dragnet_learn::policy::PolicyName;
+use dragnet_proto::scenario::{self, ScenarioError};
+use dragnet_search::cell::Cell;
+use dragnet_search::route::Moves;
+use dragnet_sim::solo::Field;
+use numpy::ndarray::Array2;
+use numpy::{PyArray2, ToPyArray};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+/// A search that can be run: with a seed, it is an episode.
+#[pyclass(frozen, module = "dragnet._dragnet")]
+#[derive(Clone)]
+pub(crate) struct Scenario {
+    pub(crate) field: Arc<Field>,
+}
+
+impl Scenario {
+    pub(crate) fn inner(&self) -> &scenario::Scenario {
+        self.field.scenario()
+    }
+
+    fn new(scenario: scenario::Scenario) -> Self {
+        Self { field: Arc::new(Field::new(scenario)) }
+    }
+
+    /// A number for each cell, in rows from the south.
+    fn cells<'py, T: numpy::Element + Copy>(
+        &self,
+        py: Python<'py>,
+        value: impl Fn(Cell) -> T,
+    ) -> Bound<'py, PyArray2<T>> {
+        let grid = self.inner().terrain().grid();
+        let cells: Vec<Cell> = grid.cells().collect();
+        let shape = (grid.rows() as usize, grid.columns() as usize);
+        Array2::from_shape_fn(shape, |(row, column)| value(cells[row * shape.1 + column])).to_pyarray(py)
+    }
+}
+
+#[pymethods]
+impl Scenario {
+    #[staticmethod]
+    #[expect(clippy::needless_pass_by_value, reason = "it comes from Python")]
+    fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        py.detach(|| scenario::Scenario::load(&path).map(Self::new)).map_err(|error| refused(&error))
+    }
+
+    #[staticmethod]
+    #[expect(clippy::needless_pass_by_value, reason = "it comes from Python")]
+    fn from_text(py: Python<'_>, text: String, path: PathBuf) -> PyResult<Self> {
+        py.detach(|| scenario::Scenario::from_text(&path, text).map(Self::new))
+            .map_err(|error| refused(&error))
+    }
+
+    fn with_robots(&self, count: u32) -> PyResult<Self> {
+        self.inner().with_robots(count).map(Self::new).map_err(|error| refused(&error))
+    }
+
+    fn with_density(&self, density: f64) -> PyResult<Self> {
+        self.inner().with_density(density).map(Self::new).map_err(|error| refused(&error))
+    }
+
+    fn with_budget_cells(&self, cells: u32) -> PyResult<Self> {
+        self.inner().with_budget_cells(cells).map(Self::new).map_err(|error| refused(&error))
+    }
+
+    fn with_policy(&self, name: &str) -> PyResult<Self> {
+        let name = name.parse::<PolicyName>().map_err(|error| PyValueError::new_err(error.to_string()))?;
+        self.inner().with_policy(name).map(Self::new).map_err(|error| refused(&error))
+    }
+
+    /// Its text as read, and where that came from.
+    #[getter]
+    fn source(&self) -> (&str, &Path) {
+        let source = self.inner().source();
+        (&source.text, &source.path)
+    }
+
+    #[getter]
+    fn name(&self) -> &str {
+        self.inner().name()
+    }
+
+    #[getter]
+    fn rows(&self) -> u32 {
+        self.inner().terrain().grid().rows()
+    }
+
+    #[getter]
+    fn columns(&self) -> u32 {
+        self.inner().terrain().grid().columns()
+    }
+
+    #[getter]
+    fn cell_meters(&self) -> f64 {
+        self.inner().terrain().cell_meters()
+    }
+
+    #[getter]
+    fn robots(&self) -> usize {
+        self.inner().robots().len()
+    }
+
+    #[getter]
+    fn moves(&self) -> usize {
+        match self.inner().moves() {
+            Moves::Four => 4,
+            Moves::Eight => 8,
+        }
+    }
+
+    #[getter]
+    fn tau(&self) -> f64 {
+        self.inner().mission().tau
+    }
+
+    #[getter]
+    fn traversable<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<bool>> {
+        self.cells(py, |cell| self.inner().terrain().is_traversable(cell))
+    }
+
+    #[getter]
+    fn searched<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<bool>> {
+        self.cells(py, |cell| self.inner().terrain().is_searched(cell))
+    }
+
+    #[getter]
+    fn prior<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+        self.cells(py, |cell| self.inner().prior().probability(cell))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Scenario({:?}, {} x {} cells)", self.name(), self.rows(), self.columns())
+    }
+}
+
+/// A file that is missing is an error of the system, all else one of the value.
+pub(crate) fn refused(error: &ScenarioError) -> PyErr {
+    match error {
+        ScenarioError::Read { source, .. } => std::io::Error::new(source.kind(), error.to_string()).into(),
+        _ => PyValueError::new_err(error.to_string()),
+    }
+}

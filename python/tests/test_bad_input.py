@@ -1,0 +1,162 @@
+"""Whatever comes in, an exception says what is wrong with it; the interpreter lives on."""
+
+import threading
+
+import numpy as np
+import pytest
+from conftest import SCENARIOS, small
+
+import dragnet
+
+
+def refused(error, message, call, *arguments, **named):
+    with pytest.raises(error, match=message):
+        call(*arguments, **named)
+
+
+def test_scenarios():
+    refused(FileNotFoundError, "nothing.toml", dragnet.SearchEnv, "nothing.toml")
+    refused(TypeError, "scenario of type int", dragnet.SearchEnv, 3)
+    refused(ValueError, "line 1: missing field `map`", dragnet.Scenario.from_text, "name = ''")
+    refused(ValueError, "line 2", dragnet.Scenario.from_text, "name = 'a'\nmap = 7")
+    refused(ValueError, "robots.count", small().with_robots, 0)
+    refused(ValueError, "density", small().with_density, float("nan"))
+    refused(OverflowError, r"(?s)out of range.*count", small().with_robots, -1)
+    refused(TypeError, "Scenario.load", dragnet.Scenario, "a.toml")
+
+
+@pytest.mark.parametrize("name", ["control", "reward", "end", "masked_action", "render_mode"])
+def test_choices(name):
+    for make in (dragnet.SearchEnv, dragnet.SearchVectorEnv):
+        refused(ValueError, f'{name}="sideways"; allowed are', make, small(), **{name: "sideways"})
+    if name != "end":
+        refused(ValueError, f'{name}="sideways"', dragnet.parallel_env, small(), **{name: "sideways"})
+
+
+@pytest.mark.parametrize("control", ["waypoint", "step"])
+def test_actions(control):
+    env = dragnet.SearchEnv(small(), control=control)
+    refused(RuntimeError, "before the first reset", env.step, 0)
+    _, info = env.reset(seed=0)
+    seed = 0
+    while info["action_mask"].all():
+        seed += 1
+        _, info = env.reset(seed=seed)
+    masked = int(np.flatnonzero(info["action_mask"] == 0)[0])
+    before = env.digest
+    refused(ValueError, f"action {masked}: it is masked", env.step, masked)
+    for action in (-1, env.action_space.n, 2**62):
+        refused(ValueError, "no such action", env.step, action)
+    for action in (1.0, "1", None, float("nan"), np.array([1, 2])):
+        refused(TypeError, "allowed is an integer", env.step, action)
+    refused(OverflowError, "too large", env.step, 2**70)
+    assert env.digest == before, "nothing happened"
+    for seed in (-1, 2**64):
+        refused((ValueError, Exception), "seed|[Ss]eed", env.reset, seed=seed)
+
+
+def test_steps_after_the_end():
+    env = dragnet.SearchEnv(small(budget_cells=3), control="step")
+    _, info = env.reset(seed=0)
+    over = False
+    while not over:
+        *_, terminated, truncated, info = env.step(int(np.argmax(info["action_mask"])))
+        over = terminated or truncated
+    refused(RuntimeError, "after the end", env.step, 0)
+    env.reset()
+    team = dragnet.parallel_env(small())
+    refused(RuntimeError, "call reset", team.step, {})
+
+
+def test_vectors():
+    refused(ValueError, "num_envs=0", dragnet.SearchVectorEnv, small(), 0)
+    env = dragnet.SearchVectorEnv(small(), 3, control="step")
+    refused(RuntimeError, "before the first reset", env.step, [0, 0, 0])
+    _, info = env.reset(seed=0)
+    refused(ValueError, r"shape \(2,\)", env.step, [0, 0])
+    refused(ValueError, r"shape \(3, 1\)", env.step, np.zeros((3, 1), dtype=np.int64))
+    refused(TypeError, "dtype float64", env.step, np.zeros(3))
+    refused(TypeError, "dtype float64", env.step, [0, 1, np.nan])
+    good = info["action_mask"].argmax(axis=1)
+    before = [env._batch.digest(place) for place in range(3)]
+    refused(ValueError, "environment 1.*no such action", env.step, [good[0], 9, good[2]])
+    assert [env._batch.digest(place) for place in range(3)] == before, "no lane has moved"
+    refused(ValueError, "2 seeds", env.reset, seed=[1, 2])
+    observation, info = env.reset()
+    good = info["action_mask"].argmax(axis=1)
+    for array in observation.values():
+        array.flags.writeable = False
+    refused(RuntimeError, "cannot be written", env.step, good)
+
+
+def test_teams():
+    stranger = "robot 7; allowed are the robots' numbers, 1 to 2"
+    refused(ValueError, stranger, dragnet.parallel_env, small(), robots=2, crashes={7: 1.0})
+    refused(ValueError, "seconds", dragnet.parallel_env, small(), robots=2, crashes={1: float("nan")})
+    env = dragnet.parallel_env(small(), robots=2)
+    env.reset(seed=0)
+    refused(ValueError, "allowed is one for each", env.step, {"robot_1": 0})
+    refused(ValueError, "allowed is one for each", env.step, {"robot_1": 0, "robot_2": 0, "robot_3": 0})
+    refused(TypeError, "action of robot_2", env.step, {"robot_1": 0, "robot_2": 0.5})
+    refused(ValueError, "robot_1.*action 99", env.step, {"robot_1": 99, "robot_2": 0})
+
+
+def test_policies():
+    refused(ValueError, 'unknown policy "gnm"; allowed are random, coverage', dragnet.Policy, "gnm")
+    refused(ValueError, "weights", dragnet.Policy, "path", weights="a.safetensors")
+    env = dragnet.SearchEnv(small())
+    observation, _ = env.reset(seed=0)
+    for policy in (dragnet.Policy("path"), dragnet.Policy("path", env.scenario)):
+        for name in ("log_odds", "precision", "weighted_sum"):
+            broken = observation | {name: np.full_like(observation[name], np.nan)}
+            refused(ValueError, f"{name}.*NaN at", policy, broken)
+            refused(
+                TypeError, f"{name}.*dtype float32", policy, observation | {name: observation[name].astype(np.float32)}
+            )
+            refused(ValueError, f"{name}.*shape", policy, observation | {name: observation[name][0]})
+            refused(TypeError, f"{name}.*list", policy, observation | {name: observation[name].tolist()})
+        refused(ValueError, "precision below 0", policy, observation | {"precision": -1.0 - observation["precision"]})
+        refused(
+            ValueError, "weighted_sum inf", policy, observation | {"weighted_sum": observation["weighted_sum"] + np.inf}
+        )
+        refused(ValueError, "position", policy, observation | {"position": np.array([-1, 0])})
+        refused(ValueError, "position", policy, observation | {"position": np.array([0.5, 0.0])})
+        refused(ValueError, "without 'log_odds'", policy, {})
+    smaller = {name: part[:5, :5] for name, part in observation.items() if part.ndim == 2} | {
+        "position": np.array([2, 2])
+    }
+    refused(ValueError, "5 x 5 cells; the scenario's map has 14 x 12", dragnet.Policy("path", env.scenario), smaller)
+    # Of any memory order and even with nowhere to go: a decision.
+    turned = {name: np.asfortranarray(part) for name, part in observation.items()}
+    assert dragnet.Policy("path")(turned).waypoint == dragnet.Policy("path")(observation).waypoint
+    nowhere = observation | {"traversable": np.zeros_like(observation["traversable"])}
+    refused(ValueError, "no robot can be", dragnet.Policy("path"), nowhere)
+
+
+def test_comparisons_and_recordings(tmp_path):
+    refused(ValueError, "unknown policy", dragnet.compare, small(), ["gnm"])
+    refused(TypeError, "a list of names", dragnet.compare, small(), "path")
+    refused(ValueError, "no seed", dragnet.compare, small(), ["path"], seeds=0)
+    refused(OSError, "nothing.mcap", dragnet.read_recording, tmp_path / "nothing.mcap")
+    refused((OSError, ValueError), "README", dragnet.read_recording, SCENARIOS / "README.md")
+
+
+def test_one_environment_in_two_threads():
+    """While one thread steps, another is refused or waits for its turn; nothing else happens."""
+    env = dragnet.SearchVectorEnv(small(), 64, control="step", masked_action="stay")
+    env.reset(seed=0)
+    told = []
+
+    def step():
+        for _ in range(300):
+            try:
+                env.step(np.zeros(64, dtype=np.int64))
+            except RuntimeError as error:
+                told.append(str(error))
+
+    threads = [threading.Thread(target=step) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert all("one at a time" in message for message in told), set(told)

@@ -1,0 +1,40 @@
+"""The examples run, and do what they say."""
+
+import importlib.util
+import sys
+
+from conftest import ROOT
+
+
+def example(name):
+    spec = importlib.util.spec_from_file_location(name, ROOT / "python/examples" / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_a_random_agent_finds_some():
+    info = example("random_agent").main()
+    assert 0.0 <= info["recall"] <= 1.0
+    assert info["path_cells"] > 0
+
+
+def test_our_policies_are_better_than_chance():
+    table = example("baselines").main(seeds=4)
+    by_policy = {row["policy"]: row["auc_f1_mean"] for row in table}
+    assert by_policy["path"] > by_policy["random"]
+
+
+def test_a_team_survives_its_network():
+    assert example("team").main() == 1.0
+
+
+def test_an_agent_learns():
+    before, learned = example("learn").main()
+    assert learned > before + 0.2
+
+
+def test_a_picture_is_drawn(tmp_path):
+    example("picture").main(tmp_path / "run.png")
+    assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")

@@ -1,0 +1,118 @@
+"""What Gymnasium and PettingZoo ask of environments, by their own checks."""
+
+import pickle
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from conftest import small
+from gymnasium.utils.env_checker import check_env, data_equivalence
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from pettingzoo.test import parallel_api_test, parallel_seed_test
+
+import dragnet
+
+CONTROLS = ["waypoint", "step"]
+
+
+@pytest.mark.parametrize("control", CONTROLS)
+@pytest.mark.parametrize("moves", [4, 8])
+@pytest.mark.parametrize("reward", ["entropy", "found", "f1"])
+def test_gymnasium_accepts_the_environment(control, moves, reward):
+    arguments = {"control": control, "reward": reward, "masked_action": "stay", "render_mode": "rgb_array"}
+    env = gym.make("dragnet/Search-v0", scenario=small(moves=moves), **arguments)
+    check_env(env.unwrapped)
+
+
+@pytest.mark.parametrize("control", CONTROLS)
+def test_pettingzoo_accepts_the_team(control):
+    scenario = small("network = { loss = 0.2, delay_seconds = 3.0 }", budget_cells=60)
+
+    def team():
+        return dragnet.parallel_env(
+            scenario, robots=3, control=control, masked_action="stay", crashes={2: 150.0}, render_mode="rgb_array"
+        )
+
+    parallel_api_test(team(), num_cycles=500)
+    parallel_seed_test(team, num_cycles=100)
+
+
+def masked_sample(env, mask, random):
+    return int(random.choice(np.flatnonzero(mask)))
+
+
+@pytest.mark.parametrize("control", CONTROLS)
+def test_the_vector_environment_goes_through_the_episodes_of_single_ones(control):
+    """Two or more episodes of each lane, bit for bit, against Gymnasium's own vector environment of ours."""
+    scenario = small(budget_cells=40)
+    ours = gym.make_vec("dragnet/Search-v0", num_envs=5, scenario=scenario, control=control)
+    assert isinstance(ours, dragnet.SearchVectorEnv)
+    assert ours.metadata["autoreset_mode"] == AutoresetMode.NEXT_STEP
+    theirs = SyncVectorEnv([lambda: dragnet.SearchEnv(scenario, control=control)] * 5)
+    assert ours.observation_space == theirs.observation_space
+    assert ours.action_space == theirs.action_space
+    (seen, info), (expected, expected_info) = ours.reset(seed=3), theirs.reset(seed=3)
+    random = np.random.default_rng(0)
+    ends = np.zeros(5, dtype=int)
+    for _ in range(150):
+        assert data_equivalence(seen, expected, exact=True)
+        assert seen in ours.observation_space
+        for name in ("action_mask", "seed", "f1", "recall", "path_cells", "time_seconds"):
+            assert np.array_equal(info[name], expected_info[name]), name
+        actions = np.array([masked_sample(ours, mask, random) for mask in info["action_mask"]])
+        seen, *judged, info = ours.step(actions)
+        expected, *expected_judged, expected_info = theirs.step(actions)
+        for mine, its in zip(judged, expected_judged, strict=True):
+            assert np.array_equal(mine, its)
+        ends += judged[1] | judged[2]
+    assert ends.min() >= 2, ends
+
+
+def test_the_arrays_of_a_vector_environment_stay_where_they_are_unless_copied():
+    for copy in (False, True):
+        env = dragnet.SearchVectorEnv(small(), 2, control="step", copy=copy)
+        first, info = env.reset(seed=0)
+        second, *_ = env.step([int(np.argmax(mask)) for mask in info["action_mask"]])
+        for name in ("log_odds", "probability", "distance", "position"):
+            assert np.shares_memory(first[name], second[name]) != copy, name
+
+
+def test_a_seed_is_an_episode_and_the_next_ones_follow_from_it():
+    env = dragnet.SearchEnv(small())
+    runs = []
+    for _ in range(2):
+        first, info = env.reset(seed=11)
+        assert info["seed"] == 11
+        second, following = env.reset()
+        runs.append((first, info, second, following))
+    assert data_equivalence(runs[0], runs[1], exact=True)
+    assert runs[0][3]["seed"] != 11
+
+
+def test_a_scenario_is_pickled_with_all_that_was_changed():
+    scenario = small().with_robots(3).with_density(0.1).with_budget_cells(33)
+    again = pickle.loads(pickle.dumps(scenario))
+    assert (again.robots, again.shape) == (3, scenario.shape)
+    table = dragnet.compare([scenario, again], ["random"], seeds=2)
+    assert {**table[0], "decision_ms_p50": 0, "decision_ms_p99": 0} == {
+        **table[1],
+        "decision_ms_p50": 0,
+        "decision_ms_p99": 0,
+    }
+
+
+def test_a_picture_shows_walls_ways_and_objects_with_the_north_on_top():
+    env = dragnet.SearchEnv(small(), render_mode="rgb_array")
+    env.reset(seed=1)
+    image = env.render()
+    rows, columns = env.scenario.shape
+    scale = image.shape[0] // rows
+    assert image.shape == (rows * scale, columns * scale, 3)
+    assert image.dtype == np.uint8
+    row, column = divmod(int(env.path[-1]), columns)
+    middle = image[(rows - 1 - row) * scale + scale // 2, column * scale + scale // 2]
+    assert middle.tolist() == [31, 119, 180]
+    blocked = np.argwhere(~env.scenario.traversable & ~env.scenario.searched)
+    if len(blocked):
+        row, column = blocked[0]
+        assert image[(rows - 1 - row) * scale + 1, column * scale + 1].max() < 80

@@ -1,0 +1,26 @@
+//! Policies against each other, over seeds: what is kept of an episode, and what episodes come to together.
+//!
+//! Of a scenario whose robots decide by one policy, its [`Setting`], each episode is a [`Trial`], and all of them a [`Row`].
+
+mod latencies;
+mod row;
+mod setting;
+mod trial;
+
+use dragnet_proto::participant::MindError;
+use dragnet_proto::scenario::Scenario;
+
+use crate::episode;
+use crate::simulation::End;
+pub use latencies::Latencies;
+pub use row::{DecisionTimes, Estimate, FullRecall, MeanCurve, Row};
+pub use setting::{Setting, digest};
+pub use trial::Trial;
+
+/// Runs an episode of a setting: to full recall, as the paper's trials end, or to the end of the budget.
+///
+/// # Errors
+/// Never, as long as robots of this process cannot fail.
+pub fn run(setting: &Setting, scenario: &Scenario, seed: u64) -> Result<Trial, MindError> {
+    Ok(Trial::new(setting, seed, episode::run(scenario, seed, End::AllFound)?))
+}

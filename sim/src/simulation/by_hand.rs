@@ -1,0 +1,53 @@
+//! A simulation whose robots are sent by whoever holds it, between two of its events.
+
+use dragnet_proto::time::MissionTime;
+use dragnet_search::cell::Cell;
+use dragnet_search::observation::RobotId;
+
+use super::{Participant, Scene, Simulation};
+use crate::crew::Crew;
+use crate::world::World;
+
+impl<C: Crew, S: FnMut(MissionTime, Scene)> Simulation<C, S> {
+    /// Lets every robot look around where it starts.
+    pub(crate) fn begin(&mut self) -> Result<(), C::Error> {
+        self.start()
+    }
+
+    /// Sends a robot to a neighboring cell; it looks around when it arrives.
+    pub(crate) fn send_off(&mut self, now: MissionTime, robot: RobotId, to: Cell) {
+        self.world.set_route(robot, vec![to]);
+        self.depart(now, robot);
+    }
+
+    /// Lets happen all that is due until a time, and after it all until no robot moves. Returns when that is.
+    pub(crate) fn run_on(&mut self, until: MissionTime) -> Result<MissionTime, C::Error> {
+        let mut now = until;
+        while self.is_any_moving() || self.queue.due().is_some_and(|due| due <= until) {
+            let Some((due, happening)) = self.queue.next() else { break };
+            now = now.max(due);
+            self.happen(due, happening)?;
+        }
+        Ok(now)
+    }
+
+    fn is_any_moving(&self) -> bool {
+        self.members.iter().any(|member| match member.who {
+            Participant::Robot(robot) => self.world.body(robot).is_moving(),
+            Participant::Coordinator => false,
+        })
+    }
+
+    /// Whether a robot has not crashed.
+    pub(crate) fn is_up(&self, robot: RobotId) -> bool {
+        self.members[self.place(Participant::Robot(robot))].is_up
+    }
+
+    pub(crate) const fn world(&self) -> &World {
+        &self.world
+    }
+
+    pub(crate) const fn crew(&self) -> &C {
+        &self.crew
+    }
+}

@@ -1,0 +1,302 @@
+//! One robot's search, a move at a time: whoever calls decides.
+//!
+//! World, seeds, motion, belief and ends are those of an [`crate::episode`] of one robot, without messages and without a
+//! queue of events: hundreds of thousands of moves a second. [`field`] is what all searches of a scenario share, [`canvas`]
+//! the arrays that show one to a learner.
+
+pub mod canvas;
+pub mod field;
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use dragnet_proto::time::MissionTime;
+use dragnet_search::belief::{Belief, entropy_nats};
+use dragnet_search::cell::Cell;
+use dragnet_search::evidence::Reading;
+use dragnet_search::measures::{Score, Truth};
+use dragnet_search::observation::RobotId;
+use dragnet_search::route::Routes;
+
+use crate::simulation::End;
+use crate::world::World;
+pub use canvas::Canvas;
+pub use field::Field;
+
+const ROBOT: RobotId = RobotId(1);
+
+/// What an action is worth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reward {
+    /// Entropy of the belief that it removed, nats.
+    Entropy,
+    /// Objects that are found now and were not before; below 0 if some are no longer.
+    Found,
+    /// What F1 gained.
+    F1,
+}
+
+/// How a search is judged and ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Terms {
+    /// When it ends before the budget does.
+    pub end: End,
+    /// What an action is worth.
+    pub reward: Reward,
+}
+
+/// Why a search is over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ended {
+    /// Every object is found.
+    Found,
+    /// So few objects are expected beyond those found that the scenario calls it cleared.
+    Cleared,
+    /// Way or time is spent.
+    Spent,
+}
+
+/// One robot's search under way.
+pub struct Solo {
+    field: Arc<Field>,
+    terms: Terms,
+    world: World,
+    now: MissionTime,
+    /// Way covered and waited for, metres: what the budget counts.
+    spent_meters: f64,
+    /// Whether, of a beat and an arrival at this time, the arrival came first.
+    is_before_beat: bool,
+    /// Every cell stood in, the first one first.
+    track: Vec<Cell>,
+    ended: Option<Ended>,
+    /// Entropy of each cell, nats, shape `[cells]`; empty unless it is what an action is worth.
+    entropy_nats: Vec<f64>,
+    /// Worth of the action so far.
+    worth: f64,
+    /// Cells seen since the last drawing, some of them more than once.
+    seen: Vec<Cell>,
+    readings: Vec<Reading>,
+    found: Vec<Cell>,
+}
+
+impl Solo {
+    /// The search of a seed, after the first look.
+    #[must_use]
+    pub fn new(field: Arc<Field>, terms: Terms, seed: u64) -> Self {
+        let world = World::new(field.scenario(), seed);
+        let terrain = field.scenario().terrain();
+        let entropy_nats = match terms.reward {
+            Reward::Entropy => {
+                terrain.grid().cells().map(|cell| entropy_nats(world.merged().log_odds_nats(cell))).collect()
+            }
+            Reward::Found | Reward::F1 => Vec::new(),
+        };
+        let mut solo = Self {
+            terms,
+            now: MissionTime::START,
+            spent_meters: 0.0,
+            is_before_beat: false,
+            track: vec![world.body(ROBOT).cell],
+            ended: None,
+            entropy_nats,
+            worth: 0.0,
+            seen: Vec::new(),
+            readings: Vec::new(),
+            found: Vec::new(),
+            world,
+            field,
+        };
+        solo.look();
+        solo.rest();
+        solo
+    }
+
+    /// Goes to a cell that can be reached in one move. Returns what that is worth; 0, and nothing moves, if the search is
+    /// over.
+    pub fn step(&mut self, to: Cell) -> f64 {
+        self.act(|solo| solo.advance(to))
+    }
+
+    /// Goes to a cell on the shortest path, or as far as the scenario lets a robot go between two decisions. Returns what
+    /// that is worth; 0, and nothing moves, if the search is over or there is no path.
+    pub fn go(&mut self, to: Cell) -> f64 {
+        self.act(|solo| {
+            let scenario = solo.field.scenario();
+            let path = Routes::from(scenario.terrain(), scenario.moves(), solo.cell()).path(to);
+            let replan_after = scenario.robots()[0].policy.replan_after;
+            let most = replan_after.map_or(usize::MAX, |cells| cells.get() as usize);
+            for cell in path.into_iter().take(most) {
+                if solo.ended.is_none() {
+                    solo.advance(cell);
+                }
+            }
+        })
+    }
+
+    /// Stays for as long as one cell takes, without a look; it costs as much of each budget. Returns 0.
+    pub fn wait(&mut self) -> f64 {
+        self.act(|solo| solo.pass(1.0))
+    }
+
+    fn act(&mut self, action: impl FnOnce(&mut Self)) -> f64 {
+        self.worth = 0.0;
+        if self.ended.is_none() {
+            action(self);
+            self.rest();
+        }
+        self.worth
+    }
+
+    /// Enters a neighboring cell and looks around, if the time lasts until then.
+    fn advance(&mut self, to: Cell) {
+        let distance = self.field.scenario().terrain().grid().offset(self.cell(), to).euclidean();
+        self.pass(distance);
+        // The time may be over on the way; a budget that ends with this move lets it look.
+        if self.ended.is_none() {
+            self.world.enter(ROBOT, to);
+            self.track.push(to);
+            self.look();
+        }
+    }
+
+    /// Lets the time and the way of so many cells pass, as far as the budget of time lasts.
+    ///
+    /// A robot notices that its time is over when it arrives, or with the next beat of its heart. Of an arrival and a beat
+    /// at the same time that comes first which was planned first, as in the queue of the simulation.
+    fn pass(&mut self, distance_cells: f64) {
+        let mission = self.field.scenario().mission();
+        let start = self.now;
+        let arrival = start + self.world.time_over(distance_cells, mission.speed_meters_per_second);
+        let beat = mission.heartbeat;
+        let is_before_beat = start + beat < arrival || start + beat == arrival && self.is_before_beat;
+        if let Some(last) = mission.budget.time().map(|time| next_beat(time, beat))
+            && (arrival > last || arrival == last && !is_before_beat)
+        {
+            self.now = last;
+            self.ended = Some(Ended::Spent);
+            return;
+        }
+        self.now = arrival;
+        self.is_before_beat = is_before_beat && arrival.0.is_multiple_of(nanoseconds(beat));
+        self.spent_meters += distance_cells * self.field.scenario().terrain().cell_meters();
+    }
+
+    fn look(&mut self) {
+        let before = self.world.score();
+        self.readings.clear();
+        self.found.clear();
+        self.world.sense_into(ROBOT, &mut self.readings, &mut self.found);
+        self.seen.extend(self.readings.iter().map(|reading| reading.cell));
+        let after = self.world.score();
+        self.worth += match self.terms.reward {
+            Reward::Entropy => self.entropy_removed(),
+            Reward::Found => f64::from(after.true_positives) - f64::from(before.true_positives),
+            Reward::F1 => after.f1() - before.f1(),
+        };
+        if self.terms.end == End::AllFound && after.false_negatives == 0 {
+            self.ended = Some(Ended::Found);
+        } else if self.is_spent() {
+            self.ended = Some(Ended::Spent);
+        }
+    }
+
+    fn entropy_removed(&mut self) -> f64 {
+        let mut removed = 0.0;
+        for reading in &self.readings {
+            let entropy = &mut self.entropy_nats[reading.cell.index()];
+            let now = entropy_nats(self.world.merged().log_odds_nats(reading.cell));
+            removed += *entropy - now;
+            *entropy = now;
+        }
+        removed
+    }
+
+    /// Where a robot would decide anew: it may be that nothing is left that is worth a search.
+    fn rest(&mut self) {
+        if self.ended.is_some() {
+            return;
+        }
+        let mission = self.field.scenario().mission();
+        if self.is_spent() {
+            self.ended = Some(Ended::Spent);
+        } else if self.terms.end == End::Resting
+            && let Some(threshold) = mission.expected_undeclared
+            && self.belief().expected_undeclared(self.field.scenario().terrain(), mission.tau) <= threshold
+        {
+            self.ended = Some(Ended::Cleared);
+        }
+    }
+
+    fn is_spent(&self) -> bool {
+        let elapsed = self.now.since(MissionTime::START);
+        self.field.scenario().mission().budget.is_spent(self.spent_meters, elapsed)
+    }
+
+    /// What all searches of the scenario share.
+    #[must_use]
+    pub const fn field(&self) -> &Arc<Field> {
+        &self.field
+    }
+
+    /// Where the robot stands.
+    #[must_use]
+    pub fn cell(&self) -> Cell {
+        self.world.body(ROBOT).cell
+    }
+
+    /// Every cell that the robot stood in, in order, from where it started.
+    #[must_use]
+    pub fn track(&self) -> &[Cell] {
+        &self.track
+    }
+
+    /// Way covered, cells.
+    #[must_use]
+    pub fn path_cells(&self) -> f64 {
+        self.world.body(ROBOT).path_cells
+    }
+
+    /// Mission time.
+    #[must_use]
+    pub const fn now(&self) -> MissionTime {
+        self.now
+    }
+
+    /// Why the search is over, if it is.
+    #[must_use]
+    pub const fn ended(&self) -> Option<Ended> {
+        self.ended
+    }
+
+    /// What all readings support.
+    #[must_use]
+    pub const fn belief(&self) -> &Belief {
+        self.world.merged()
+    }
+
+    /// How that compares with the truth.
+    #[must_use]
+    pub const fn score(&self) -> Score {
+        self.world.score()
+    }
+
+    /// Where the objects are.
+    #[must_use]
+    pub const fn truth(&self) -> &Truth {
+        self.world.truth()
+    }
+}
+
+/// The first beat that is not before a time.
+fn next_beat(time: Duration, beat: Duration) -> MissionTime {
+    let (time, beat) = (MissionTime::START + time, nanoseconds(beat));
+    MissionTime(time.0.div_ceil(beat).max(1).saturating_mul(beat))
+}
+
+/// At least 1: a heartbeat takes some time.
+fn nanoseconds(beat: Duration) -> u64 {
+    u64::try_from(beat.as_nanos()).unwrap_or(u64::MAX).max(1)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,158 @@
+use std::path::Path;
+
+use dragnet_learn::policy;
+use dragnet_proto::scenario::Scenario;
+use dragnet_search::intent::Promised;
+use dragnet_search::seed::{Purpose, stream};
+use dragnet_search::situation::{Place, Situation};
+
+use super::canvas::Control;
+use super::*;
+use crate::episode;
+
+fn scenario(rest: &str) -> Scenario {
+    let text = format!("name = 'a'\nsensor.radius = 3\nobjects.count = 4\n{rest}");
+    Scenario::from_text(Path::new("a.toml"), text).unwrap()
+}
+
+fn at_hand(scenario: &Scenario, end: End, seed: u64) -> Solo {
+    Solo::new(Arc::new(Field::new(scenario.clone())), Terms { end, reward: Reward::Entropy }, seed)
+}
+
+/// Searches as the scenario's robot would.
+fn search(scenario: &Scenario, end: End, seed: u64) -> Solo {
+    let mut solo = at_hand(scenario, end, seed);
+    let robot = &scenario.robots()[0];
+    let mut policy = policy::build(robot.policy.name, robot.policy.parameters, None);
+    let mut random = stream(seed, Purpose::Decision, robot.id.0);
+    let promised = Promised::nothing(scenario.terrain());
+    while solo.ended().is_none() {
+        let situation = Situation {
+            terrain: scenario.terrain(),
+            moves: scenario.moves(),
+            sensor: scenario.sensor(),
+            belief: solo.belief(),
+            promised: &promised,
+            robot: solo.cell(),
+            place: Place::ALONE,
+        };
+        let chosen = policy.decide(&situation, &mut random).chosen;
+        solo.go(chosen);
+    }
+    solo
+}
+
+fn check(rest: &str, end: End, expected: Ended) {
+    let scenario = scenario(rest);
+    let mut met = 0;
+    for seed in 0..12 {
+        let solo = search(&scenario, end, seed);
+        let episode = episode::run(&scenario, seed, end).unwrap();
+        assert_eq!(solo.belief().digest(), episode.outcome.digest, "{rest}, seed {seed}");
+        assert_eq!(solo.score(), episode.score);
+        assert_eq!(vec![solo.path_cells()], episode.path_cells, "{rest}, seed {seed}");
+        assert_eq!(solo.track().len() as u64, episode.outcome.observations);
+        met += u32::from(solo.ended() == Some(expected));
+    }
+    assert!(met > 0, "{rest}: never {expected:?}");
+}
+
+const MAP: &str = "map = { shape = 'ice_cream_cone', rows = 14, columns = 14, cell_meters = 30.0 }\n";
+
+#[test]
+fn a_search_by_hand_is_the_episode_of_the_simulation() {
+    for (policy, meters, expected) in [
+        ("'path'", 9000.0, Ended::Found),
+        ("'random'", 900.0, Ended::Spent),
+        ("'coverage'", 9000.0, Ended::Found),
+        ("{ name = 'greedy', replan_after = 2 }", 9000.0, Ended::Found),
+    ] {
+        let rest = format!("{MAP}robots.policy = {policy}\nmission.budget_meters = {meters:?}\n");
+        check(&rest, End::AllFound, expected);
+    }
+    let cleared = format!("{MAP}mission.budget_meters = 60000.0\nmission.expected_undeclared = 0.5\n");
+    check(&cleared, End::Resting, Ended::Cleared);
+}
+
+#[test]
+fn time_ends_a_search_where_it_ends_the_episode_beats_and_arrivals_at_once_too() {
+    for moves in [4, 8] {
+        for (speed, heartbeat, seconds) in
+            [(2.0, 10.0, 600.0), (3.0, 10.0, 600.0), (6.0, 5.0, 300.0), (2.0, 5.0, 301.0), (3.7, 7.0, 99.0)]
+        {
+            let map = MAP.replace("30.0 }", &format!("30.0, moves = {moves} }}"));
+            let mission = format!(
+                "[mission]\nexpected_undeclared = 0.0\nspeed_meters_per_second = {speed:?}\nheartbeat_seconds = {heartbeat:?}\nbudget_seconds = {seconds:?}\n"
+            );
+            check(&format!("{map}{mission}"), End::Resting, Ended::Spent);
+        }
+    }
+}
+
+#[test]
+fn rewards_add_up_to_what_they_say() {
+    let scenario = scenario(&format!("{MAP}mission.budget_meters = 3000.0\n"));
+    let field = Arc::new(Field::new(scenario.clone()));
+    for reward in [Reward::Entropy, Reward::Found, Reward::F1] {
+        let mut solo = Solo::new(Arc::clone(&field), Terms { end: End::AllFound, reward }, 3);
+        let measure = |solo: &Solo| match reward {
+            Reward::Entropy => -solo.belief().entropy_nats(scenario.terrain()),
+            Reward::Found => f64::from(solo.score().true_positives),
+            Reward::F1 => solo.score().f1(),
+        };
+        let (start, mut sum) = (measure(&solo), 0.0);
+        let mut way = 0_usize;
+        while solo.ended().is_none() {
+            let open = (0..4).map(|step| (step + way) % 4).find_map(|step| field.neighbor(solo.cell(), step));
+            sum += solo.step(open.unwrap());
+            way += 1;
+        }
+        assert!((measure(&solo) - start - sum).abs() < 1e-9, "{reward:?}");
+        assert!(sum.abs() > 0.0, "{reward:?}");
+        assert!(solo.step(solo.cell()).abs() < f64::MIN_POSITIVE);
+    }
+}
+
+#[test]
+fn a_canvas_that_is_kept_up_is_one_drawn_anew() {
+    struct Arrays(Vec<f64>, Vec<f32>, Vec<f64>, Vec<f64>, Vec<f32>, Vec<i32>, Vec<i8>);
+    fn canvas(arrays: &mut Arrays) -> Canvas<'_> {
+        let Arrays(
+            log_odds_nats,
+            probability,
+            precision,
+            weighted_sum,
+            distance_cells,
+            position,
+            action_mask,
+        ) = arrays;
+        Canvas { log_odds_nats, probability, precision, weighted_sum, distance_cells, position, action_mask }
+    }
+    let scenario = scenario(&format!("{MAP}mission.budget_meters = 3000.0\n"));
+    let cells = scenario.terrain().grid().cell_count();
+    for (control, actions) in [(Control::Waypoint, cells), (Control::Step, 4)] {
+        let blank = || {
+            Arrays(
+                vec![0.0; cells],
+                vec![0.0; cells],
+                vec![0.0; cells],
+                vec![0.0; cells],
+                vec![0.0; cells],
+                vec![0; 2],
+                vec![0; actions],
+            )
+        };
+        let (mut kept, mut anew) = (blank(), blank());
+        let mut solo = at_hand(&scenario, End::AllFound, 5);
+        solo.draw(&mut canvas(&mut kept), control);
+        let goal = kept.4.iter().position(|&length| (8.5..9.5).contains(&length)).unwrap();
+        solo.go(scenario.terrain().grid().cells().nth(goal).unwrap());
+        solo.redraw(&mut canvas(&mut kept), control);
+        solo.draw(&mut canvas(&mut anew), control);
+        assert_eq!(kept.0, anew.0);
+        assert_eq!(kept.1, anew.1);
+        assert_eq!((kept.2, kept.3), (anew.2, anew.3));
+        assert_eq!((kept.4, kept.5, kept.6), (anew.4, anew.5, anew.6));
+        assert!(solo.path_cells() > 8.0);
+    }
+}
