@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use cargo_metadata::{CargoOpt, DependencyKind, Metadata, MetadataCommand, Package, PackageId};
 
 /// Each crate, and the crates of ours that it may import.
-const ARROWS: [(&str, &[&str]); 12] = [
+const ARROWS: [(&str, &[&str]); 13] = [
     ("dragnet-search", &[]),
     ("dragnet-learn", &["dragnet-search"]),
     ("dragnet-train", &["dragnet-search", "dragnet-learn"]),
@@ -15,6 +15,7 @@ const ARROWS: [(&str, &[&str]); 12] = [
     ("dragnet-coordinator", &["dragnet-search", "dragnet-proto"]),
     ("dragnet-sim", &["dragnet-search", "dragnet-learn", "dragnet-proto", "dragnet-agent"]),
     ("dragnet-vehicle", &["dragnet-search"]),
+    ("dragnet-export", &["dragnet-search", "dragnet-proto", "dragnet-coordinator"]),
     ("dragnet-live", &["dragnet-search", "dragnet-proto", "dragnet-coordinator"]),
     (
         "dragnet-link",
@@ -40,6 +41,7 @@ const ARROWS: [(&str, &[&str]); 12] = [
             "dragnet-coordinator",
             "dragnet-sim",
             "dragnet-vehicle",
+            "dragnet-export",
             "dragnet-live",
             "dragnet-link",
         ],

@@ -70,10 +70,19 @@ pub struct Rest {
 /// Where the mass of an area lies on a map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weights {
-    /// Searched cells by index, with weights that sum to 1; none if no searched cell is touched.
-    pub cells: Vec<(Cell, f64)>,
+    /// Searched cells that it touches, by index, at least one: the share of each that a polygon covers, or the mass of a
+    /// normal distribution in it, above 0.
+    pub shares: Vec<(Cell, f64)>,
     /// How much of the area lies on them, 0 to 1.
     pub searched_share: f64,
+}
+
+impl Weights {
+    /// The same cells with weights that sum to 1.
+    pub fn cells(&self) -> impl Iterator<Item = (Cell, f64)> + '_ {
+        let sum: f64 = self.shares.iter().map(|(_, share)| share).sum();
+        self.shares.iter().map(move |&(cell, share)| (cell, share / sum))
+    }
 }
 
 impl Areas {
@@ -107,12 +116,12 @@ impl Areas {
         let mut is_claimed = vec![false; terrain.grid().cell_count()];
         for (area, poa) in claims {
             let weights = area.weights(file, frame, terrain)?;
-            for &(cell, weight) in &weights.cells {
+            for (cell, weight) in weights.cells() {
                 prior.probability[cell.index()] += expected_objects * poa * weight;
                 is_claimed[cell.index()] |= matches!(area.purpose, Purpose::Prior { .. });
             }
             check_uncertain(file, area, &weights, &prior.probability)?;
-            let (cells, searched_share) = (weights.cells.len(), weights.searched_share);
+            let (cells, searched_share) = (weights.shares.len(), weights.searched_share);
             prior.claims.regions.push(Region { name: area.name.clone(), poa, cells, searched_share });
         }
         prior.spread_rest(terrain, &is_claimed, expected_objects);
@@ -138,11 +147,11 @@ fn check_uncertain(
     weights: &Weights,
     probability: &[f64],
 ) -> Result<(), MapFileError> {
-    let highest = weights.cells.iter().map(|(cell, _)| probability[cell.index()]).fold(0.0, f64::max);
+    let highest = weights.shares.iter().map(|(cell, _)| probability[cell.index()]).fold(0.0, f64::max);
     if highest < 1.0 {
         return Ok(());
     }
-    let found = format!("a probability of {highest:.3} in one of {} cells", weights.cells.len());
+    let found = format!("a probability of {highest:.3} in one of {} cells", weights.shares.len());
     let allowed = "below 1: a larger area, smaller cells, or fewer objects";
     Err(MapFileError::value(file, area.place(), found, allowed))
 }
@@ -177,10 +186,7 @@ impl Area {
             let allowed = "an area that touches at least one";
             return Err(MapFileError::value(file, self.place(), "on no searched cell", allowed));
         }
-        for (_, share) in &mut cells {
-            *share /= sum;
-        }
-        Ok(Weights { cells, searched_share: (sum / whole).min(1.0) })
+        Ok(Weights { shares: cells, searched_share: (sum / whole).min(1.0) })
     }
 
     /// That no corner is too far from a map.
