@@ -77,7 +77,8 @@ fn earth(scenario: &Scenario) -> Vec<String> {
         format!("  {} {:?}: {cells}\n", area.purpose.word(), area.name)
     });
     let claims = scenario.claims().map(claims).unwrap_or_default();
-    let left_out = areas.left_out.iter().map(|name| format!("  left out: {name}, no area of ours\n"));
+    let left_out =
+        areas.left_out.iter().map(|name| format!("  left out: {}, no area of ours\n", name.escape_debug()));
     corner.into_iter().chain(drawn).chain(claims).chain(left_out).collect()
 }
 

@@ -36,7 +36,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "LAT,LON", value_parser = parse_origin, allow_hyphen_values = true)]
     origin: Option<GeoPoint>,
     /// As the mission stood so long after its start; without, at the end
-    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds, allow_negative_numbers = true)]
     at: Option<MissionTime>,
 }
 
@@ -127,7 +127,7 @@ fn summary(account: &Account) -> String {
     let mut push = |name: &str, it: &Coverage| {
         let percent = |share: f64| format!("{:.1} %", 100.0 * share);
         let [poa, pod, pos] = [it.poa, it.pod, it.pos()].map(percent);
-        table.push([name.to_owned(), poa, pod, pos, it.cells.to_string()]);
+        table.push([name.escape_debug().to_string(), poa, pod, pos, it.cells.to_string()]);
     };
     for (area, coverage) in &account.areas {
         coverage.iter().for_each(|coverage| push(&area.name, coverage));

@@ -124,20 +124,32 @@ impl Areas {
             let (cells, searched_share) = (weights.shares.len(), weights.searched_share);
             prior.claims.regions.push(Region { name: area.name.clone(), poa, cells, searched_share });
         }
-        prior.spread_rest(terrain, &is_claimed, expected_objects);
+        prior.spread_rest(file, terrain, &is_claimed, expected_objects)?;
         Ok(Some(prior))
     }
 }
 
 impl RegionPrior {
-    fn spread_rest(&mut self, terrain: &Terrain, is_claimed: &[bool], expected_objects: f64) {
+    fn spread_rest(
+        &mut self,
+        file: &Path,
+        terrain: &Terrain,
+        is_claimed: &[bool],
+        expected_objects: f64,
+    ) -> Result<(), MapFileError> {
         let free: Vec<Cell> = terrain.searched_cells().filter(|cell| !is_claimed[cell.index()]).collect();
         self.claims.rest.cells = free.len();
-        let each = expected_objects * self.claims.rest.poa / (free.len().max(1) as f64);
-        for cell in free {
-            // A rest of few cells may hold more objects than cells.
-            self.probability[cell.index()] = (self.probability[cell.index()] + each).min(0.999);
+        let objects = expected_objects * self.claims.rest.poa;
+        for &cell in &free {
+            let probability = &mut self.probability[cell.index()];
+            *probability += objects / free.len() as f64;
+            if *probability >= 1.0 {
+                let found = format!("{objects:.3} objects in {} cells outside of all areas", free.len());
+                let allowed = "a probability below 1: areas with more poa, smaller cells, or fewer objects";
+                return Err(MapFileError::value(file, "the rest", found, allowed));
+            }
         }
+        Ok(())
     }
 }
 

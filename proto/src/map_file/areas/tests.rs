@@ -256,6 +256,7 @@ fn regions_that_cannot_be_are_refused() {
         assert!(error.contains(message), "{error}");
     };
     let named = r#""name":"A","poa":"60%""#;
+    check(&[(named, &all_but_one_row)], 30.0, "the rest is 12.000 objects in 10 cells outside of all areas");
     check(&[(named, &all), (named, &cell)], 1.0, "the sum of all poa is 1.200000; allowed is at most 1");
     check(
         &[(named, &cell)],
