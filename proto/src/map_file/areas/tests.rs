@@ -248,9 +248,14 @@ fn a_last_known_position_spreads_as_a_normal_distribution() {
 #[test]
 fn regions_that_cannot_be_are_refused() {
     let frame = map().0;
-    let [cell, all, beside, far] =
-        [[2.0, 2.0, 3.0, 3.0], [0.0, 0.0, 10.0, 10.0], [20.0, 0.0, 30.0, 10.0], [20.0, 2000.0, 30.0, 2010.0]]
-            .map(|edges| rectangle(&frame, edges));
+    let [cell, all, all_but_one_row, beside, far] = [
+        [2.0, 2.0, 3.0, 3.0],
+        [0.0, 0.0, 10.0, 10.0],
+        [0.0, 0.0, 10.0, 9.0],
+        [20.0, 0.0, 30.0, 10.0],
+        [20.0, 2000.0, 30.0, 2010.0],
+    ]
+    .map(|edges| rectangle(&frame, edges));
     let check = |features: &[(&str, &str)], objects: f64, message: &str| {
         let error = prior(features, objects).unwrap_err();
         assert!(error.contains(message), "{error}");
