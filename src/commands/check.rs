@@ -84,16 +84,13 @@ fn earth(scenario: &Scenario) -> Vec<String> {
 
 fn claims(claims: &Claims) -> Vec<String> {
     let region = |region: &Region| {
-        let mut line = format!(
-            "  prior {:?}: POA {:.1} % in {}",
-            region.name,
-            100.0 * region.poa,
-            counted(region.cells, "cell")
-        );
-        if region.searched_share < MOST_OF_IT {
-            line += &format!(", though only {:.0} % of it is searched", 100.0 * region.searched_share);
-        }
-        line + "\n"
+        let Region { name, poa, cells, searched_share } = region;
+        let partly = if *searched_share < MOST_OF_IT {
+            format!(", though only {:.0} % of it is searched", 100.0 * searched_share)
+        } else {
+            String::new()
+        };
+        format!("  prior {name:?}: POA {:.1} % in {}{partly}\n", 100.0 * poa, counted(*cells, "cell"))
     };
     let Rest { poa, cells } = claims.rest;
     let place = match cells {

@@ -16,9 +16,9 @@ use crate::terminal::{self, counted};
 
 /// Export a recorded mission to maps, receivers and ground stations.
 ///
-/// Objects that were found, tracks of the robots and what was cleared with its probability of detection, as GeoJSON or KML;
-/// finds and tracks as GPX; or the plans of the robots for QGroundControl, one file a robot. Prints how well each area was
-/// searched.
+/// Objects that were found, tracks of the robots and what was cleared with its probability of detection (.geojson, .kml);
+/// finds and tracks (.gpx); or the plans of the robots for a ground station (.plan), one file a robot. Prints how well
+/// each area was searched.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  dragnet export missing_person-0.mcap --to mission.kml\n  dragnet export missing_person-0.mcap --to next.plan --at 600\n  dragnet export warehouse-0.mcap --to mission.geojson --origin 49.236,-2.24"
@@ -130,7 +130,9 @@ fn summary(account: &Account) -> String {
         table.push([name.escape_debug().to_string(), poa, pod, pos, it.cells.to_string()]);
     };
     for (area, coverage) in &account.areas {
-        coverage.iter().for_each(|coverage| push(&area.name, coverage));
+        if let Some(coverage) = coverage {
+            push(&area.name, coverage);
+        }
     }
     push("in all", &account.total);
     head + &table.draw(1)
