@@ -8,6 +8,7 @@ mod comparison;
 mod completions;
 mod coordinator;
 mod demonstrate;
+mod export;
 mod inspect;
 mod jobs;
 mod keys;
@@ -47,6 +48,7 @@ pub(crate) enum Command {
     Schema(schema::Arguments),
     Inspect(inspect::Arguments),
     Recover(recover::Arguments),
+    Export(export::Arguments),
     Calibrate(calibrate::Arguments),
     Replay(replay::Arguments),
     Agent(agent::Arguments),
@@ -78,6 +80,7 @@ pub(crate) fn execute(command: Command) -> Result<(), Failure> {
         Command::Schema(arguments) => schema::execute(&arguments),
         Command::Inspect(arguments) => inspect::execute(&arguments),
         Command::Recover(arguments) => recover::execute(&arguments),
+        Command::Export(arguments) => export::execute(&arguments),
         Command::Calibrate(arguments) => calibrate::execute(&arguments),
         Command::Replay(arguments) => replay::execute(&arguments),
         Command::Agent(arguments) => agent::execute(&arguments),

@@ -6,9 +6,11 @@ use std::sync::Arc;
 
 use dragnet_proto::cdr;
 use dragnet_proto::convert::Codec;
+use dragnet_proto::map_file::Earth;
 use dragnet_proto::message::{Message, MessageKind};
 use dragnet_proto::time::MissionTime;
 use dragnet_proto::wire::standard::{Grid as WireGrid, OccupancyGrid};
+use dragnet_search::belief::Belief;
 use dragnet_search::cell::Grid;
 use dragnet_search::terrain::{Ground, Terrain};
 use mcap::records::{MessageHeader, Record as McapRecord};
@@ -17,7 +19,7 @@ use crate::mcap_file::read::McapReader;
 use crate::mcap_file::{Ending, RecordingError};
 use crate::mission::Record;
 use crate::record::topic::{RobotTopic, Topic};
-use crate::record::{RUN_METADATA, SCENARIO_ATTACHMENT, SUMMARY_METADATA};
+use crate::record::{AREAS_ATTACHMENT, EARTH_METADATA, RUN_METADATA, SCENARIO_ATTACHMENT, SUMMARY_METADATA};
 
 /// A mission as it was recorded. Of the records those that tell what came and how the mission stood:
 /// [`Record::Observation`], [`Record::Intent`], [`Record::Heartbeat`] and [`Record::Status`]; all else follows from them.
@@ -29,6 +31,10 @@ pub struct Playback {
     pub prior: Vec<f32>,
     /// What came, and when the coordinator knew it, in that order.
     pub records: Vec<(MissionTime, Record)>,
+    /// The mission's start, Unix time, nanoseconds.
+    pub start_unix_ns: u64,
+    /// Where on earth it takes place, if the recording says so.
+    pub earth: Option<Earth>,
     /// How the run was made.
     pub run: BTreeMap<String, String>,
     /// How it went; empty in a recording that was cut off.
@@ -55,8 +61,12 @@ impl Playback {
             reason: format!("{reason}: it is no recording of a mission, or was cut off at its start"),
         };
         let terrain = tape.terrain.ok_or_else(|| unreadable("it has no map"))?;
+        let facts = tape.metadata.remove(EARTH_METADATA);
+        let earth = facts.map(|facts| Earth::read(&facts, &tape.areas)).transpose();
         Ok(Self {
             terrain: Arc::new(terrain),
+            start_unix_ns: tape.start_unix_ns,
+            earth: earth.map_err(|reason| unreadable(&reason))?,
             prior: tape.prior.ok_or_else(|| unreadable("it has no belief"))?,
             records: tape.records,
             run: tape.metadata.remove(RUN_METADATA).unwrap_or_default(),
@@ -72,10 +82,25 @@ impl Playback {
     }
 }
 
+/// The belief before the first reading, of a prior as a recording has it: probabilities, shape `[cells]`, in single
+/// precision. Nothing is believed by one of another length than the map, or where a number is none.
+#[must_use]
+pub fn prior_belief(terrain: &Terrain, prior: &[f32]) -> Belief {
+    let log_odds = prior.iter().map(|&p| f64::from(p)).map(|p| (p / (1.0 - p)).ln());
+    let searched = terrain.grid().cells().map(|cell| terrain.is_searched(cell));
+    let log_odds = log_odds
+        .zip(searched)
+        .map(|(it, is_searched)| if is_searched && !it.is_nan() { it } else { f64::NEG_INFINITY });
+    Belief::from_log_odds(terrain, log_odds.collect())
+        .or_else(|_| Belief::uniform(terrain, 0.0))
+        .unwrap_or_else(|_| unreachable!("0 is a probability"))
+}
+
 /// What was read so far.
 #[derive(Default)]
 struct Tape {
     start_unix_ns: u64,
+    areas: String,
     topics: BTreeMap<u16, String>,
     map: Option<OccupancyGrid>,
     terrain: Option<Terrain>,
@@ -92,6 +117,9 @@ impl Tape {
             }
             McapRecord::Attachment { header, .. } if header.name == SCENARIO_ATTACHMENT => {
                 self.start_unix_ns = header.log_time;
+            }
+            McapRecord::Attachment { header, data, .. } if header.name == AREAS_ATTACHMENT => {
+                self.areas = String::from_utf8_lossy(&data).into_owned();
             }
             McapRecord::Metadata(metadata) => {
                 self.metadata.insert(metadata.name, metadata.metadata);

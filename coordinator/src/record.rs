@@ -12,7 +12,8 @@
 //! /mission/status            with all that is declared
 //! ```
 //!
-//! The scenario is attached as `scenario.toml`; metadata `run` says at the start how the run was made, metadata
+//! The scenario is attached as `scenario.toml`. Of a mission that lies on the earth, metadata `earth` say where, and
+//! `areas.geojson` is what is drawn there. Metadata `run` says at the start how the run was made, metadata
 //! `summary` at the end how it went. Messages are logged at the mission time at which the coordinator knew them and
 //! carry as their publishing time that of whoever sent them. The same records make the same bytes.
 
@@ -26,6 +27,7 @@ use std::time::Duration;
 
 use dragnet_proto::cdr;
 use dragnet_proto::convert::viewer::Viewer;
+use dragnet_proto::map_file::Earth;
 use dragnet_proto::message::{Detection, MissionStatus};
 use dragnet_proto::schema::RosMessage;
 use dragnet_proto::time::MissionTime;
@@ -46,6 +48,10 @@ use crate::mission::Record;
 pub const SCENARIO_ATTACHMENT: &str = "scenario.toml";
 /// Name of the metadata that say how the run was made.
 pub const RUN_METADATA: &str = "run";
+/// Name of the attachment that holds what is drawn on the earth.
+pub const AREAS_ATTACHMENT: &str = "areas.geojson";
+/// Name of the metadata that say where on earth the mission takes place.
+pub const EARTH_METADATA: &str = "earth";
 /// Name of the metadata that say how the run went.
 pub const SUMMARY_METADATA: &str = "summary";
 
@@ -66,6 +72,8 @@ pub struct Header {
     pub prior: Belief,
     /// The text of the scenario file.
     pub scenario: String,
+    /// Where on earth it takes place, if that is known.
+    pub earth: Option<Earth>,
     /// How the run was made: scenario, seed, commit, version, policy.
     pub run: BTreeMap<String, String>,
 }
@@ -113,6 +121,12 @@ impl Recorder {
         let metadata = Metadata { name: RUN_METADATA.into(), metadata: header.run };
         recorder.file.metadata(&metadata)?;
         recorder.attach(SCENARIO_ATTACHMENT, "application/toml", header.scenario.as_bytes())?;
+        if let Some(earth) = &header.earth {
+            let metadata = Metadata { name: EARTH_METADATA.into(), metadata: earth.facts() };
+            recorder.file.metadata(&metadata)?;
+            let areas = earth.areas_geojson();
+            recorder.attach(AREAS_ATTACHMENT, "application/geo+json", areas.as_bytes())?;
+        }
         let map = recorder.viewer().terrain(start);
         recorder.put(Topic::Map, Times { logged: start, published: start }, &map)?;
         recorder.put_belief(start, &header.prior)?;

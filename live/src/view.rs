@@ -9,6 +9,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use dragnet_coordinator::mission::Record;
+use dragnet_coordinator::playback::prior_belief;
 use dragnet_coordinator::track::{Track, Tracks};
 use dragnet_proto::directive::added_prior;
 use dragnet_proto::message::{Activity, Detection, Heartbeat, Intent, MissionStatus};
@@ -125,15 +126,7 @@ impl View {
     #[must_use]
     pub fn new(about: Arc<About>) -> Self {
         let terrain = Terrain::clone(&about.terrain);
-        let log_odds = about.prior.iter().map(|&p| f64::from(p)).map(|p| (p / (1.0 - p)).ln());
-        let searched = terrain.grid().cells().map(|cell| terrain.is_searched(cell));
-        let log_odds = log_odds
-            .zip(searched)
-            .map(|(it, is_searched)| if is_searched && !it.is_nan() { it } else { f64::NEG_INFINITY });
-        // A prior of another length than the map is none: nothing is believed then.
-        let belief = Belief::from_log_odds(&terrain, log_odds.collect())
-            .or_else(|_| Belief::uniform(&terrain, 0.0))
-            .unwrap_or_else(|_| unreachable!("0 is a probability"));
+        let belief = prior_belief(&terrain, &about.prior);
         let mut view = Self {
             added_prior: added_prior(&belief, &terrain),
             entropy_nats: belief.entropy_nats(&terrain),

@@ -88,6 +88,7 @@ fn play() -> Played {
         terrain: Arc::clone(&orders.terrain),
         prior: scenario.prior().clone(),
         scenario: SCENARIO.to_owned(),
+        earth: scenario.earth(),
         run: run.into_iter().map(|(name, value)| (name.to_owned(), value.to_owned())).collect(),
     };
     let records = Records::default();

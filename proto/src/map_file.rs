@@ -5,10 +5,12 @@
 //! | `.txt` | drawing, see [`Terrain::from_ascii`] | this file |
 //! | `.yaml` | ROS 2 map with its image | `ros` |
 //! | `.map` | `MovingAI` benchmark | `movingai` |
-//! | `.geojson`, `.json` | search area as polygons, RFC 7946 | `outline` |
+//! | `.geojson`, `.json`, `.kml` | areas drawn on the earth | [`areas`], `outline` |
 //!
 //! Whatever a file holds, reading it gives a map or a [`MapFileError`] that says what is allowed instead.
 
+pub mod areas;
+mod earth;
 mod error;
 mod georeference;
 mod movingai;
@@ -24,6 +26,8 @@ use std::path::Path;
 use dragnet_learn::file::read_at_most;
 use dragnet_search::terrain::Terrain;
 
+pub use areas::{Area, Areas, Purpose};
+pub use earth::Earth;
 pub use error::MapFileError;
 pub use georeference::{GeoPoint, Georeference};
 pub use probabilities::load_probabilities;
@@ -37,6 +41,8 @@ pub struct MapFile {
     pub georeference: Option<Georeference>,
     /// Where it lies in the frame of its file.
     pub origin: MapOrigin,
+    /// What its file draws beside the ground; of all other formats nothing.
+    pub areas: Areas,
 }
 
 /// Pose of the map's south-western corner in the frame of its file: of a ROS map in the frame `map`. Zero for
@@ -58,7 +64,7 @@ impl MapFile {
     /// A map that no file places anywhere.
     #[must_use]
     pub fn unplaced(terrain: Terrain) -> Self {
-        Self { terrain, georeference: None, origin: MapOrigin::default() }
+        Self { terrain, georeference: None, origin: MapOrigin::default(), areas: Areas::default() }
     }
 
     /// Reads a map file into cells of an edge in metres, by its extension.
@@ -83,23 +89,30 @@ impl MapFile {
                 .map_err(|source| MapFileError::Terrain { file: file.to_owned(), source }),
             Some("yaml" | "yml") => ros::load(file, cell_meters),
             Some("map") => movingai::read(file, &read_text(file)?, cell_meters).map(Self::unplaced),
-            Some("geojson" | "json") => outline::read(file, &read_text(file)?, cell_meters),
+            Some("geojson" | "json" | "kml") => outline::map(file, Areas::load(file)?, cell_meters),
             _ => Err(MapFileError::Extension {
                 file: file.to_owned(),
-                allowed: ".txt drawing, .yaml ROS map, .map MovingAI, .geojson polygon",
+                allowed: ".txt drawing, .yaml ROS map, .map MovingAI, .geojson or .kml areas",
             }),
         }
     }
 }
 
 fn read_text(file: &Path) -> Result<String, MapFileError> {
-    String::from_utf8(read_bytes(file)?)
+    read_text_at_most(file, MapFile::MAX_BYTES)
+}
+
+fn read_text_at_most(file: &Path, bytes: u64) -> Result<String, MapFileError> {
+    String::from_utf8(read_bytes_at_most(file, bytes)?)
         .map_err(|source| MapFileError::syntax(file, format!("no UTF-8 text: {source}")))
 }
 
 fn read_bytes(file: &Path) -> Result<Vec<u8>, MapFileError> {
-    read_at_most(file, MapFile::MAX_BYTES)
-        .map_err(|source| MapFileError::Read { file: file.to_owned(), source })
+    read_bytes_at_most(file, MapFile::MAX_BYTES)
+}
+
+fn read_bytes_at_most(file: &Path, bytes: u64) -> Result<Vec<u8>, MapFileError> {
+    read_at_most(file, bytes).map_err(|source| MapFileError::Read { file: file.to_owned(), source })
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@ mod locate;
 mod mission;
 mod network;
 mod objects;
+mod prior;
 mod robots;
 mod schema;
 mod warning;
@@ -27,7 +28,8 @@ use dragnet_search::route::Moves;
 use dragnet_search::sensor::Sensor;
 use dragnet_search::terrain::Terrain;
 
-use crate::map_file::{Georeference, MapFile, MapOrigin};
+use crate::map_file::areas::Claims;
+use crate::map_file::{Areas, Earth, Georeference, MapFile, MapOrigin};
 
 pub use check::Invalid;
 pub use error::ScenarioError;
@@ -40,6 +42,7 @@ pub use warning::Warning;
 
 use error::Fault;
 use file::{PolicyField, PolicyTable, RecordingTable, ScenarioFile};
+use prior::Prior;
 
 /// A search that can be run: with a seed, it is an episode.
 #[derive(Clone, Debug)]
@@ -50,7 +53,7 @@ pub struct Scenario {
     map: Arc<MapFile>,
     moves: Moves,
     sensor: Sensor,
-    prior: Arc<Belief>,
+    prior: Arc<Prior>,
     objects: Objects,
     robots: Vec<Robot>,
     mission: Mission,
@@ -115,11 +118,12 @@ impl Scenario {
         check_name(&file.name)?;
         let terrain = &map.terrain;
         let objects = Objects::new(&file.objects, terrain)?;
+        let prior = Prior::new(&file.prior, source.folder(), file.map.file.as_deref(), &map, &objects)?;
         let robots = robots::robots(&file.robots, source.folder(), terrain)?;
         Ok(Self {
             moves: world::moves(file.map.moves)?,
             sensor: world::sensor(&file.sensor, terrain.grid())?,
-            prior: Arc::new(objects::prior(&file.prior, source.folder(), &objects, terrain)?),
+            prior: Arc::new(prior),
             objects,
             mission: Mission::new(&file.mission)?,
             network: Network::new(&file.network, u16::try_from(robots.len()).unwrap_or(u16::MAX))?,
@@ -263,7 +267,30 @@ impl Scenario {
     /// What is believed before the first look.
     #[must_use]
     pub fn prior(&self) -> &Belief {
-        &self.prior
+        &self.prior.belief
+    }
+
+    /// The regions that the prior was made of, if it was.
+    #[must_use]
+    pub fn claims(&self) -> Option<&Claims> {
+        self.prior.claims.as_ref()
+    }
+
+    /// What is drawn on the earth, by the map and by the prior: what is used, and what is left out.
+    #[must_use]
+    pub fn areas(&self) -> Areas {
+        let (map, prior) = (&self.map.areas, &self.prior.areas);
+        Areas {
+            areas: [&map.areas[..], &prior.areas].concat(),
+            left_out: [&map.left_out[..], &prior.left_out].concat(),
+        }
+    }
+
+    /// Where on earth the search takes place, if that is known.
+    #[must_use]
+    pub fn earth(&self) -> Option<Earth> {
+        let expected_objects = self.objects.expected_count(self.terrain());
+        self.georeference().map(|&frame| Earth { frame, areas: self.areas().areas, expected_objects })
     }
 
     /// What is there to be found.

@@ -2,10 +2,15 @@
 
 use std::path::PathBuf;
 
+use dragnet_proto::map_file::areas::{Claims, Region, Rest};
+use dragnet_proto::map_file::{GeoPoint, Georeference};
 use dragnet_proto::scenario::Scenario;
 
 use super::{Failure, complain, scenario};
 use crate::terminal::{self, counted};
+
+/// A region that is searched to a smaller share than this is told of: its whole POA is put on what is searched.
+const MOST_OF_IT: f64 = 0.9;
 
 /// Check scenario files, and the maps that they name.
 ///
@@ -51,7 +56,49 @@ fn describe(scenario: &Scenario) -> String {
     );
     let warnings = scenario.warnings();
     let warnings = warnings.iter().map(|warning| format!("{file}: warning: {warning}\n"));
-    std::iter::once(summary).chain(warnings).collect::<Vec<_>>().concat()
+    std::iter::once(summary).chain(earth(scenario)).chain(warnings).collect::<Vec<_>>().concat()
+}
+
+/// Where the map lies, and what is drawn there.
+fn earth(scenario: &Scenario) -> Vec<String> {
+    let corner = scenario.georeference().map(Georeference::south_west).map(|corner| {
+        let GeoPoint { latitude_degrees, longitude_degrees } = corner;
+        format!(
+            "  south-western corner at latitude {latitude_degrees:.6}, longitude {longitude_degrees:.6}\n"
+        )
+    });
+    let areas = scenario.areas();
+    let drawn = areas.areas.iter().filter(|area| area.purpose.poa().is_none());
+    let drawn = drawn.map(|area| {
+        let weights = scenario
+            .georeference()
+            .and_then(|frame| area.weights(&scenario.source().path, frame, scenario.terrain()).ok());
+        let cells = counted(weights.map_or(0, |weights| weights.shares.len()), "searched cell");
+        format!("  {} {:?}: {cells}\n", area.purpose.word(), area.name)
+    });
+    let claims = scenario.claims().map(claims).unwrap_or_default();
+    let left_out =
+        areas.left_out.iter().map(|name| format!("  left out: {}, no area of ours\n", name.escape_debug()));
+    corner.into_iter().chain(drawn).chain(claims).chain(left_out).collect()
+}
+
+fn claims(claims: &Claims) -> Vec<String> {
+    let region = |region: &Region| {
+        let Region { name, poa, cells, searched_share } = region;
+        let partly = if *searched_share < MOST_OF_IT {
+            format!(", though only {:.0} % of it is searched", 100.0 * searched_share)
+        } else {
+            String::new()
+        };
+        format!("  prior {name:?}: POA {:.1} % in {}{partly}\n", 100.0 * poa, counted(*cells, "cell"))
+    };
+    let Rest { poa, cells } = claims.rest;
+    let place = match cells {
+        0 => "beyond the map".to_owned(),
+        _ => format!("spread over {} outside of all areas", counted(cells, "cell")),
+    };
+    let rest = format!("  rest: POA {:.1} %, {place}\n", 100.0 * poa);
+    claims.regions.iter().map(region).chain(std::iter::once(rest)).collect()
 }
 
 fn robots(scenario: &Scenario) -> String {

@@ -18,6 +18,7 @@ const ARROWS: [(&str, &[&str]); 13] = [
         &["dragnet-search", "dragnet-learn", "dragnet-proto", "dragnet-agent", "dragnet-vehicle"],
     ),
     ("dragnet-vehicle", &["dragnet-search"]),
+    ("dragnet-export", &["dragnet-search", "dragnet-proto", "dragnet-coordinator"]),
     ("dragnet-live", &["dragnet-search", "dragnet-proto", "dragnet-coordinator"]),
     (
         "dragnet-link",
@@ -47,6 +48,7 @@ const ARROWS: [(&str, &[&str]); 13] = [
             "dragnet-coordinator",
             "dragnet-sim",
             "dragnet-vehicle",
+            "dragnet-export",
             "dragnet-live",
             "dragnet-link",
         ],

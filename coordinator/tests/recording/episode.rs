@@ -63,6 +63,7 @@ pub(crate) fn header() -> Header {
         terrain: terrain(),
         prior: prior(),
         scenario: "# Süd-West\nseed = 7\n".into(),
+        earth: None,
         run: facts.into_iter().map(|(name, value)| (name.into(), value.into())).collect(),
     }
 }

@@ -25,6 +25,7 @@ pub(crate) fn desk(scenario: &Scenario, seed: u64, options: &Options) -> Result<
             terrain: Arc::clone(&orders.terrain),
             prior: scenario.prior().clone(),
             scenario: scenario.source().text.clone(),
+            earth: scenario.earth(),
             run: run_metadata(scenario, seed, options),
         };
         Recorder::create(path, header)
@@ -49,6 +50,7 @@ fn run_metadata(scenario: &Scenario, seed: u64, options: &Options) -> BTreeMap<S
         ("robots", policies.len().to_string()),
         ("policies", policies.join(",")),
         ("tau", scenario.mission().tau.to_string()),
+        ("speed_meters_per_second", scenario.mission().speed_meters_per_second.to_string()),
     ])
 }
 

@@ -1,9 +1,15 @@
 //! Where on earth a map lies: WGS84 degrees to metres east and north, and back.
 
+use dragnet_search::terrain::Terrain;
+use geo::Coord;
+
 /// Semi-major axis of WGS84, metres.
 const SEMI_MAJOR_METERS: f64 = 6_378_137.0;
 /// Flattening of WGS84.
 const FLATTENING: f64 = 1.0 / 298.257_223_563;
+
+/// So far from its corner a frame is used, metres.
+const NEAR_METERS: f64 = 100_000.0;
 
 /// A point of WGS84.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,6 +18,26 @@ pub struct GeoPoint {
     pub longitude_degrees: f64,
     /// `-90..=90`, north positive.
     pub latitude_degrees: f64,
+}
+
+impl GeoPoint {
+    /// What [`GeoPoint::checked`] takes.
+    pub const ALLOWED: &str = "longitude -180 to 180 and latitude -85 to 85 degrees";
+
+    /// A point where a map can lie; `None` if it is not on the earth, or nearer to a pole than 85 degrees, where a frame's
+    /// east would be no direction.
+    #[must_use]
+    pub fn checked(longitude_degrees: f64, latitude_degrees: f64) -> Option<Self> {
+        let is_place =
+            (-180.0..=180.0).contains(&longitude_degrees) && (-85.0..=85.0).contains(&latitude_degrees);
+        is_place.then_some(Self { longitude_degrees, latitude_degrees })
+    }
+}
+
+impl From<Coord<f64>> for GeoPoint {
+    fn from(corner: Coord<f64>) -> Self {
+        Self { longitude_degrees: corner.x, latitude_degrees: corner.y }
+    }
 }
 
 /// A local frame, metres east and north of the map's south-western corner.
@@ -31,6 +57,7 @@ pub struct GeoPoint {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Georeference {
     south_west: GeoPoint,
+    reference_latitude_degrees: f64,
     east_meters_per_degree: f64,
     north_meters_per_degree: f64,
 }
@@ -47,9 +74,24 @@ impl Georeference {
         let along_meters = across_meters * (1.0 - eccentricity2) / bend;
         Self {
             south_west,
+            reference_latitude_degrees,
             east_meters_per_degree: (across_meters * cosine).to_radians(),
             north_meters_per_degree: along_meters.to_radians(),
         }
+    }
+
+    /// The frame of a map of this size with this south-western corner.
+    #[must_use]
+    pub fn of_map(south_west: GeoPoint, terrain: &Terrain) -> Self {
+        let rough = Self::new(south_west, south_west.latitude_degrees);
+        let middle_meters = f64::from(terrain.grid().rows()) * terrain.cell_meters() / 2.0;
+        Self::new(south_west, rough.point((0.0, middle_meters)).latitude_degrees)
+    }
+
+    /// The latitude at which lengths to the east and to the north are those on the ellipsoid, degrees.
+    #[must_use]
+    pub const fn reference_latitude_degrees(&self) -> f64 {
+        self.reference_latitude_degrees
     }
 
     /// The map's south-western corner.
@@ -67,6 +109,22 @@ impl Georeference {
         )
     }
 
+    /// A corner `(longitude, latitude)` in cells of an edge in metres, `(east, north)` of the south-western corner.
+    pub(super) fn cells(&self, corner: Coord<f64>, cell_meters: f64) -> Coord<f64> {
+        let (east, north) = self.meters(GeoPoint::from(corner));
+        Coord { x: east / cell_meters, y: north / cell_meters }
+    }
+
+    /// What is allowed of points.
+    pub(super) const NEAR: &str = "at most 100 km from the map's south-western corner";
+
+    /// How far a point is, in words, if it is too far for this frame.
+    pub(super) fn check_near(&self, point: GeoPoint) -> Result<(), String> {
+        let (east, north) = self.meters(point);
+        let meters = east.hypot(north);
+        if meters <= NEAR_METERS { Ok(()) } else { Err(format!("{:.0} km away", meters / 1000.0)) }
+    }
+
     /// The point at metres east and north of the south-western corner.
     #[must_use]
     pub fn point(&self, (east_meters, north_meters): (f64, f64)) -> GeoPoint {
@@ -79,6 +137,8 @@ impl Georeference {
 
 #[cfg(test)]
 mod tests {
+    use geo::{Distance, Geodesic};
+
     use super::*;
 
     fn at(longitude_degrees: f64, latitude_degrees: f64) -> GeoPoint {
@@ -96,6 +156,39 @@ mod tests {
             assert!((east - east_meters).abs() < 1.0, "{latitude}: {east}");
             assert!((north - north_meters).abs() < 1.0, "{latitude}: {north}");
         }
+    }
+
+    /// The error that the frame's description states, at the corners of a map of 10 km.
+    #[test]
+    fn a_map_of_10_km_keeps_distances_to_a_fraction_of_a_cell() {
+        for (latitude, most_meters) in [(0.0, 0.1), (45.0, 4.1), (-45.0, 4.1), (60.0, 7.0), (70.0, 11.0)] {
+            let frame = Georeference::of_map(at(10.0, latitude), &square(10_000.0));
+            let middle = (5_000.0, 5_000.0);
+            let mut worst_meters: f64 = 0.0;
+            for step in 0..=20 {
+                let along = 500.0 * f64::from(step);
+                for to in [(along, 0.0), (along, 10_000.0), (0.0, along), (10_000.0, along)] {
+                    let flat = (to.0 - middle.0).hypot(to.1 - middle.1);
+                    let [a, b] = [middle, to].map(|meters| frame.point(meters));
+                    let ends = [a, b].map(|it| geo::Point::new(it.longitude_degrees, it.latitude_degrees));
+                    worst_meters = worst_meters.max((Geodesic.distance(ends[0], ends[1]) - flat).abs());
+                }
+            }
+            assert!(worst_meters < most_meters, "{latitude}: {worst_meters} m");
+            assert!(latitude.abs() < 1.0 || worst_meters > most_meters / 4.0, "{latitude}: {worst_meters} m");
+        }
+    }
+
+    fn square(edge_meters: f64) -> Terrain {
+        Terrain::from_ascii(".", edge_meters).unwrap()
+    }
+
+    #[test]
+    fn what_is_far_away_has_no_place_in_the_frame() {
+        let frame = Georeference::new(at(-2.25, 49.16), 49.2);
+        assert_eq!(frame.check_near(at(-1.0, 49.16)), Ok(()));
+        assert_eq!(frame.check_near(at(-2.25, 51.16)), Err("222 km away".to_owned()));
+        assert!(frame.check_near(at(f64::NAN, 0.0)).is_err());
     }
 
     #[test]

@@ -63,7 +63,7 @@ pub(super) fn load(file: &Path, cell_meters: f64) -> Result<MapFile, MapFileErro
     let terrain = raster(&header, &picture).terrain(file, cell_meters)?;
     let origin =
         MapOrigin { x_meters: header.origin[0], y_meters: header.origin[1], yaw_radians: header.origin[2] };
-    Ok(MapFile { terrain, georeference: None, origin })
+    Ok(MapFile { origin, ..MapFile::unplaced(terrain) })
 }
 
 fn read_header(file: &Path, text: &str) -> Result<Header, MapFileError> {

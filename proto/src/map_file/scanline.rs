@@ -1,6 +1,6 @@
 //! How much of each cell lies inside an outline: even-odd scanlines, exact along each line.
 
-use dragnet_search::cell::{Grid, Position};
+use dragnet_search::cell::{Cell, Grid, Position};
 
 /// Scanlines through each row of cells. Along a line the covered length is exact; across, a row is the mean
 /// of its lines, so that a straight edge is off by less than 1/32 of a cell's area.
@@ -18,6 +18,70 @@ impl Edge {
     fn east_at(&self, north: f64) -> f64 {
         let share = (north - self.from.1) / (self.to.1 - self.from.1);
         self.from.0 + share * (self.to.0 - self.from.0)
+    }
+
+    /// The same, of the nearest point of the edge; of a level one any end.
+    fn east_within(&self, north: f64) -> f64 {
+        if north <= self.from.1 {
+            self.from.0
+        } else if north >= self.to.1 {
+            self.to.0
+        } else {
+            self.east_at(north)
+        }
+    }
+}
+
+/// Cells that closed rings cover in part, by index, each with its share, 0 to 1; a few with a share of 0 beside them.
+/// Rings as in [`covered_shares`].
+pub(super) fn covered_cells(grid: Grid, rings: &[Vec<(f64, f64)>]) -> Vec<(Cell, f64)> {
+    let Some((corner, window)) = window(grid, rings) else { return Vec::new() };
+    let (east, north) = (f64::from(corner.column), f64::from(corner.row));
+    let shifted: Vec<Vec<(f64, f64)>> =
+        rings.iter().map(|ring| ring.iter().map(|&(x, y)| (x - east, y - north)).collect()).collect();
+    let shares = covered_shares(window, &shifted);
+    let cells = window.cells().map(|cell| {
+        let Position { row, column } = window.position(cell);
+        grid.cell(Position { row: row + corner.row, column: column + corner.column })
+    });
+    cells.zip(shares).filter_map(|(cell, share)| Some((cell?, share))).collect()
+}
+
+/// The part of a grid around rings: its south-western cell, and its size. `None` if they lie beside the grid.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the grid")]
+fn window(grid: Grid, rings: &[Vec<(f64, f64)>]) -> Option<(Position, Grid)> {
+    let span = |values: &dyn Fn(&(f64, f64)) -> f64, count: u32| {
+        let values = || rings.iter().flatten().map(values);
+        let low = values().fold(f64::INFINITY, f64::min).floor().clamp(0.0, f64::from(count));
+        let high = values().fold(f64::NEG_INFINITY, f64::max).ceil().clamp(0.0, f64::from(count));
+        (low as u32, high as u32)
+    };
+    let (west, east) = span(&|corner| corner.0, grid.columns());
+    let (south, north) = span(&|corner| corner.1, grid.rows());
+    let size = Grid::new(north.checked_sub(south)?, east.checked_sub(west)?).ok()?;
+    Some((Position { row: south, column: west }, size))
+}
+
+/// Marks every cell that a line touches, corners in cells east and north of the grid's south-western corner: what is
+/// thinner than a scanline's distance is not missed.
+pub(super) fn mark_touched(grid: Grid, line: &[(f64, f64)], is_touched: &mut [bool]) {
+    for pair in line.windows(2) {
+        let (low, high) = if pair[0].1 <= pair[1].1 { (pair[0], pair[1]) } else { (pair[1], pair[0]) };
+        let edge = Edge { from: low, to: high };
+        let (south, north) = (low.1.floor().max(0.0), high.1.min(f64::from(grid.rows())));
+        let mut row = south;
+        while row <= north {
+            let ends = [edge.east_within(row), edge.east_within(row + 1.0)];
+            let (west, east) = (ends[0].min(ends[1]).floor().max(0.0), ends[0].max(ends[1]));
+            let mut column = west;
+            while column <= east.min(f64::from(grid.columns())) {
+                if let Some(cell) = grid.cell_at(column, row) {
+                    is_touched[cell.index()] = true;
+                }
+                column += 1.0;
+            }
+            row += 1.0;
+        }
     }
 }
 
@@ -100,6 +164,40 @@ mod tests {
     #[test]
     fn a_triangle_covers_half_of_its_box() {
         check(&[vec![(0.0, 0.0), (2.0, 0.0), (0.0, 2.0)]], 2, 2, &[1.0, 0.5, 0.5, 0.0]);
+    }
+
+    #[test]
+    fn a_window_of_a_grid_has_the_shares_of_the_whole() {
+        let grid = Grid::new(7, 9).unwrap();
+        for (east, north) in [(0.0, 0.0), (3.3, 2.6), (-1.2, 5.5), (7.5, -0.5), (20.0, 3.0)] {
+            let ring = vec![(east, north), (east + 2.4, north + 0.3), (east + 0.7, north + 1.9)];
+            let shares = covered_shares(grid, std::slice::from_ref(&ring));
+            let mut windowed = vec![0.0; grid.cell_count()];
+            for (cell, share) in covered_cells(grid, &[ring]) {
+                windowed[cell.index()] = share;
+            }
+            for (a, b) in shares.iter().zip(&windowed) {
+                assert!((a - b).abs() < 1e-12, "{east} {north}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_line_touches_every_cell_on_its_way() {
+        let grid = Grid::new(3, 4).unwrap();
+        let drawn = |line: &[(f64, f64)]| {
+            let mut is_touched = vec![false; grid.cell_count()];
+            mark_touched(grid, line, &mut is_touched);
+            let row = |cells: &[bool]| cells.iter().map(|&it| if it { 'x' } else { '.' }).collect::<String>();
+            is_touched.chunks(4).rev().map(row).collect::<Vec<_>>().join("/")
+        };
+        assert_eq!(drawn(&[(0.5, 0.5), (3.5, 1.4)]), "..../..xx/xxx.");
+        assert_eq!(drawn(&[(1.2, 2.9), (1.4, 0.1)]), ".x../.x../.x..");
+        assert_eq!(drawn(&[(0.1, 1.5), (3.9, 1.5)]), "..../xxxx/....");
+        assert_eq!(drawn(&[(0.1, 1.0), (3.9, 1.0)]), "..../xxxx/....");
+        assert_eq!(drawn(&[(-5.0, 2.5), (1.5, 2.5), (1.5, 9.0)]), "xx../..../....");
+        assert_eq!(drawn(&[(2.1, 1.1), (2.1, 1.1)]), "..../..x./....");
+        assert_eq!(drawn(&[(9.0, 9.0), (8.0, 12.0)]), "..../..../....");
     }
 
     #[test]

@@ -65,9 +65,12 @@ pub struct MapTable {
     #[schemars(range(min = 0, max = 4_294_967_295_u32))]
     pub seed: Option<i64>,
     /// A map file, relative to the scenario: `.txt` drawing, `.yaml` ROS map, `.map` of `MovingAI`,
-    /// `.geojson` polygon. Excludes `shape`.
+    /// `.geojson` or `.kml` areas. Excludes `shape`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
+    /// Where the map's south-western corner lies on the earth; of a map that does not say so itself.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub origin: Option<OriginTable>,
     /// Edge of a cell, metres, above 0.
     #[serde(default = "default_cell_meters")]
     #[schemars(extend("exclusiveMinimum" = 0))]
@@ -76,6 +79,18 @@ pub struct MapTable {
     #[serde(default = "default_moves")]
     #[schemars(extend("enum" = [4, 8]))]
     pub moves: i64,
+}
+
+/// A point of WGS84.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OriginTable {
+    /// North positive, -85 to 85.
+    #[schemars(range(min = -85.0, max = 85.0))]
+    pub latitude_degrees: f64,
+    /// East positive, -180 to 180.
+    #[schemars(range(min = -180.0, max = 180.0))]
+    pub longitude_degrees: f64,
 }
 
 /// What a robot sees with: all cells within a Manhattan radius.
@@ -95,7 +110,8 @@ pub struct SensorTable {
     pub noise: String,
 }
 
-/// What is believed before the first look; without a key, the objects' expected density.
+/// What is believed before the first look; without a key, what regions of the map say, or else the objects' expected
+/// density.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct PriorTable {
@@ -104,7 +120,7 @@ pub struct PriorTable {
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
     pub probability: Option<f64>,
     /// A probability per cell, relative to the scenario, the northern edge first: numbers in `.csv` or
-    /// `.txt`, or a `.pgm` or `.png` image.
+    /// `.txt`, or a `.pgm` or `.png` image. Or regions on the earth with their probabilities, `.geojson` or `.kml`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
 }

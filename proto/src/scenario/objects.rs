@@ -1,16 +1,12 @@
-//! What is there to be found, and what is believed before the first look.
+//! What is there to be found.
 
 use std::fmt;
-use std::path::Path;
 
-use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::terrain::Terrain;
 
 use super::check::{self, Invalid};
-use super::error::Fault;
-use super::file::{ObjectsTable, PriorTable};
-use crate::map_file::load_probabilities;
+use super::file::ObjectsTable;
 
 /// What is there to be found.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,6 +37,12 @@ impl Objects {
                 Err(Invalid::new("objects", found, allowed))
             }
         }
+    }
+
+    /// Expected number of objects, of a known number as [`Objects::expected_density`] has it.
+    #[must_use]
+    pub fn expected_count(&self, terrain: &Terrain) -> f64 {
+        self.expected_density(terrain) * f64::from(searched_count(terrain))
     }
 
     /// Expected share of the searched cells that hold an object. Of a known number it is kept half an object
@@ -86,43 +88,6 @@ fn object_cells(fields: &[[i64; 2]], terrain: &Terrain) -> Result<Vec<Cell>, Inv
         return Err(Invalid::new(format!("objects.cells[{index}]"), found, "each cell once"));
     }
     Ok(cells.into_iter().map(|(cell, _)| cell).collect())
-}
-
-/// The belief before the first look.
-pub(super) fn prior(
-    table: &PriorTable,
-    folder: &Path,
-    objects: &Objects,
-    terrain: &Terrain,
-) -> Result<Belief, Fault> {
-    let uniform = |key, probability| {
-        let allowed = "above 0 and below 1";
-        Belief::uniform(terrain, probability).map_err(|_| Invalid::new(key, probability, allowed))
-    };
-    match (table.probability, &table.file) {
-        (None, None) => Ok(uniform("prior", objects.expected_density(terrain))?),
-        (Some(probability), None) => {
-            let key = "prior.probability";
-            Ok(uniform(key, check::between(key, probability, 0.0, 1.0)?)?)
-        }
-        (None, Some(file)) => prior_file(&folder.join(file), terrain),
-        (Some(_), Some(_)) => {
-            let allowed = "probability, file or neither";
-            Err(Invalid::new("prior", "probability and file", allowed).into())
-        }
-    }
-}
-
-fn prior_file(file: &Path, terrain: &Terrain) -> Result<Belief, Fault> {
-    let key = "prior.file";
-    let probabilities =
-        load_probabilities(file, terrain.grid()).map_err(|source| Fault::MapFile { key, source })?;
-    if terrain.searched_cells().all(|cell| probabilities[cell.index()] <= 0.0) {
-        let allowed = "a probability above 0 in at least one searched cell";
-        return Err(Invalid::new(key, "0 in every searched cell", allowed).into());
-    }
-    let allowed = "probabilities from 0 to below 1";
-    Ok(Belief::new(terrain, &probabilities).map_err(|error| Invalid::new(key, error, allowed))?)
 }
 
 fn searched_count(terrain: &Terrain) -> u32 {

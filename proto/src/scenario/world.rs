@@ -12,8 +12,8 @@ use dragnet_search::terrain::Terrain;
 
 use super::check::{self, Invalid};
 use super::error::Fault;
-use super::file::{MapTable, SensorTable};
-use crate::map_file::MapFile;
+use super::file::{MapTable, OriginTable, SensorTable};
+use crate::map_file::{GeoPoint, Georeference, MapFile};
 
 /// One row of as many cells as a grid can have.
 const MAX_SIDE: u32 = 1 << 24;
@@ -31,7 +31,29 @@ pub(super) fn map(table: &MapTable, folder: &Path) -> Result<MapFile, Fault> {
         }
     };
     check_something_is_open(&map.terrain)?;
-    Ok(map)
+    Ok(match &table.origin {
+        Some(origin) => MapFile { georeference: Some(georeference(origin, &map)?), ..map },
+        None => map,
+    })
+}
+
+fn georeference(table: &OriginTable, map: &MapFile) -> Result<Georeference, Invalid> {
+    let key = "map.origin";
+    if map.georeference.is_some() {
+        let allowed = "no such key beside a map whose file says where it lies";
+        return Err(Invalid::new(key, "given", allowed));
+    }
+    if map.origin.yaw_radians.abs() > 0.0 {
+        let found = format!("that of a map turned by {} rad", map.origin.yaw_radians);
+        return Err(Invalid::new(key, found, "the origin of a map whose rows run to the east"));
+    }
+    let (longitude, latitude) = (table.longitude_degrees, table.latitude_degrees);
+    let south_west = GeoPoint::checked(longitude, latitude).ok_or_else(|| {
+        let found =
+            format!("longitude {} and latitude {}", check::written(longitude), check::written(latitude));
+        Invalid::new(key, found, GeoPoint::ALLOWED)
+    })?;
+    Ok(Georeference::of_map(south_west, &map.terrain))
 }
 
 fn shape_terrain(name: &str, table: &MapTable, cell_meters: f64) -> Result<Terrain, Invalid> {

@@ -9,7 +9,9 @@ const EAST_METERS: f64 = 111_319.490_793;
 const NORTH_METERS: f64 = 110_574.275_821;
 
 fn read(text: &str, cell_meters: f64) -> Result<MapFile, String> {
-    super::read(Path::new("a.geojson"), text, cell_meters).map_err(|error| error.to_string())
+    let file = Path::new("a.geojson");
+    let map = Areas::from_geojson(file, text).and_then(|areas| super::map(file, areas, cell_meters));
+    map.map_err(|error| error.to_string())
 }
 
 /// A polygon at the equator from rings in metres.
@@ -58,11 +60,46 @@ fn features_and_collections_are_one_area() {
 
 #[test]
 fn neighbors_may_share_a_border() {
-    let at = |west: i32| format!("[[[{0},0],[{1},0],[{1},1],[{0},1],[{0},0]]]", west, west + 1);
-    let text = format!(r#"{{"type":"MultiPolygon","coordinates":[{},{}]}}"#, at(0), at(1));
-    // Of 2 x 1 degrees, 4.45 x 2.21 cells; the border runs through the third column.
-    let expected = Terrain::from_ascii("#####\n....#\n....#", 50_000.0).unwrap();
-    assert_eq!(read(&text, 50_000.0).unwrap().terrain, expected);
+    let at =
+        |west: &str, east: &str| format!("[[[{west},0],[{east},0],[{east},0.1],[{west},0.1],[{west},0]]]");
+    let both = [at("0.0", "0.1"), at("0.1", "0.2")].join(",");
+    let text = format!(r#"{{"type":"MultiPolygon","coordinates":[{both}]}}"#);
+    // Of 0.2 x 0.1 degrees, 4.45 x 2.21 cells; the border runs through the third column.
+    let expected = Terrain::from_ascii("#####\n....#\n....#", 5_000.0).unwrap();
+    assert_eq!(read(&text, 5_000.0).unwrap().terrain, expected);
+}
+
+/// A feature collection of shapes in metres at the equator, each with properties.
+fn features(drawn: &[(&str, String)]) -> String {
+    let feature = |(properties, geometry): &(&str, String)| {
+        format!(r#"{{"type":"Feature","properties":{{{properties}}},"geometry":{geometry}}}"#)
+    };
+    let features: Vec<String> = drawn.iter().map(feature).collect();
+    format!(r#"{{"type":"FeatureCollection","features":[{}]}}"#, features.join(","))
+}
+
+#[test]
+fn nobody_enters_what_a_no_go_area_touches_and_it_is_searched_from_beside() {
+    let area = polygon_of(&[&[(0.0, 0.0), (50.0, 0.0), (50.0, 40.0), (0.0, 40.0)]]);
+    let pond = polygon_of(&[&[(12.0, 12.0), (28.0, 12.0), (28.0, 18.0), (12.0, 18.0)]]);
+    let text = features(&[("", area.clone()), (r#""kind":"No-go""#, pond)]);
+    let expected = Terrain::from_ascii(".....\n.....\n.~~..\n.....", 10.0).unwrap();
+    assert_eq!(read(&text, 10.0).unwrap().terrain, expected);
+    // A fence from the south, thinner than anything.
+    let (east, north) = (25.0 / EAST_METERS, 22.0 / NORTH_METERS);
+    let fence = format!(r#"{{"type":"LineString","coordinates":[[{east},-0.0001],[{east},{north}]]}}"#);
+    let text = features(&[("", area), (r#""kind":"no_go""#, fence)]);
+    let expected = Terrain::from_ascii(".....\n..~..\n..~..\n..~..", 10.0).unwrap();
+    assert_eq!(read(&text, 10.0).unwrap().terrain, expected);
+}
+
+#[test]
+fn a_no_go_area_far_away_is_refused() {
+    let area = polygon_of(&[&[(0.0, 0.0), (50.0, 0.0), (50.0, 40.0), (0.0, 40.0)]]);
+    let far = polygon_of(&[&[(0.0, 2e5), (50.0, 2e5), (50.0, 3e5)]]);
+    let text = features(&[("", area), (r#""kind":"no_go","name":"moor""#, far)]);
+    let error = read(&text, 10.0).unwrap_err();
+    assert!(error.contains(r#"area "moor" is 200 km away; allowed is at most 100 km"#), "{error}");
 }
 
 #[test]
@@ -85,11 +122,12 @@ fn a_bad_polygon_names_what_and_where() {
     check(r#"{"type":"Polygone","coordinates":[]}"#, "Polygone");
     check(
         r#"{"type":"Point","coordinates":[0,0]}"#,
-        "geometry 1 is Point; allowed is Polygon or MultiPolygon",
+        "the map is without a search area; allowed is at least one polygon of kind search",
     );
-    check(r#"{"type":"FeatureCollection","features":[]}"#, "number of corners is 0; allowed is 1 to 20000");
-    check(&polygon("[]"), "number of corners is 0");
+    check(r#"{"type":"FeatureCollection","features":[]}"#, "without a search area");
+    check(&polygon("[]"), "geometry 1, polygon 1 is without a ring; allowed is an outer ring");
     check(&polygon("[[]]"), "polygon 1, ring 1 is 0 positions; allowed is at least 4");
+    check(&polygon("[[[0,0],[1,0]]]"), "polygon 1, ring 1 is 2 positions; allowed is at least 4");
     check(
         &polygon("[[[0,0],[1,0],[1,1],[0,1]]]"),
         "ring 1 is 4 positions; allowed is at least 4, the last one equal to the first",
@@ -110,8 +148,15 @@ fn a_bad_polygon_names_what_and_where() {
     check(&polygon("[[[0,0],[1,0],[1,1],[0,1],[0,0]],[[2,2],[3,2],[3,3],[2,2]]]"), "not contained within");
     let twice = "[[[0,0],[1,0],[1,1],[0,0]]]";
     let multi = format!(r#"{{"type":"MultiPolygon","coordinates":[{twice},{twice}]}}"#);
-    check(&multi, "polygon 2 is on polygon 1 in part; allowed is polygons that share no ground");
-    check(&polygon("[[[0,0],[90,0],[90,80],[0,80],[0,0]]]"), "allowed are 1 to 16777216 cells");
+    check(
+        &multi,
+        "polygon 2 is on search area \"geometry 1\", polygon 1 in part; allowed is search areas that",
+    );
+    check(
+        &polygon("[[[0,0],[90,0],[90,80],[0,80],[0,0]]]"),
+        "is 7685 km away at [90, 0]; allowed is at most 100 km from the map's south-western corner",
+    );
+    check(&polygon("[[[0,0],[0.6,0],[0.6,0.6],[0,0.6],[0,0]]]"), "allowed are 1 to 16777216 cells");
 }
 
 /// An outline with a hole, both of thousands of corners, on a million cells: the shares must add up to the
@@ -142,7 +187,7 @@ fn a_long_outline_on_many_cells_has_its_area() {
 
 fn coordinate() -> impl Strategy<Value = String> {
     prop_oneof![
-        4 => (0..6_i32).prop_map(|value| value.to_string()),
+        4 => (0..6_i32).prop_map(|tenths| (f64::from(tenths) / 10.0).to_string()),
         1 => any::<f64>().prop_map(|value| value.to_string()),
     ]
 }
@@ -159,7 +204,7 @@ proptest! {
             proptest::collection::vec((coordinate(), coordinate()), 0..7),
             0..4,
         ),
-        cell_meters in prop_oneof![Just(1e-9), Just(20_000.0), Just(1e30)],
+        cell_meters in prop_oneof![Just(1e-9), Just(2_000.0), Just(1e30)],
     ) {
         let ring = |ring: &Vec<(String, String)>| {
             let closed = ring.iter().chain(ring.first()).map(|(x, y)| format!("[{x},{y}]"));

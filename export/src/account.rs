@@ -1,0 +1,312 @@
+//! What a recording comes to at a time, on the earth.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use dragnet_coordinator::mission::Record;
+use dragnet_coordinator::playback::{Playback, prior_belief};
+use dragnet_coordinator::track::{Track, Tracks};
+use dragnet_proto::directive::added_prior;
+use dragnet_proto::map_file::{Area, Earth, GeoPoint, Georeference, Purpose};
+use dragnet_proto::message::{Detection, MissionStatus};
+use dragnet_proto::time::MissionTime;
+use dragnet_search::belief::Belief;
+use dragnet_search::cell::Cell;
+use dragnet_search::observation::{Observation, RobotId};
+use dragnet_search::terrain::Terrain;
+
+use crate::ExportError;
+use crate::detection::probability_of_detection;
+
+/// Probability from which an object is found, and speed, where the recording does not say.
+const USUAL_TAU: f64 = 0.95;
+const USUAL_SPEED_METERS_PER_SECOND: f64 = 2.0;
+
+/// What a recording comes to at a time.
+#[derive(Clone, Debug)]
+pub struct Account {
+    /// Of the mission.
+    pub name: String,
+    /// The mission's start, Unix time, nanoseconds.
+    pub start_unix_ns: u64,
+    /// Up to when the recording was read.
+    pub until: MissionTime,
+    /// Where the map lies.
+    pub frame: Georeference,
+    /// The map, with cells that a person has added.
+    pub terrain: Terrain,
+    /// Objects that are declared, in the order of their declaration.
+    pub found: Vec<Detection>,
+    /// Where each robot was, in the order of its own clock; it stands twice where it waited.
+    pub tracks: BTreeMap<RobotId, Vec<Visit>>,
+    /// Robots that go somewhere: where each is, and the cells that it enters from there.
+    pub plans: BTreeMap<RobotId, Plan>,
+    /// Probability of detection of each cell, 0 to 1, shape `[cells]`; 0 where nothing is searched.
+    pub pod: Vec<f64>,
+    /// The whole search.
+    pub total: Coverage,
+    /// What is drawn, and how well it was searched where robots enter it and a cell of it is searched.
+    pub areas: Vec<(Area, Option<Coverage>)>,
+    /// Of a robot.
+    pub speed_meters_per_second: f64,
+}
+
+/// A robot in a cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Visit {
+    /// By the robot's clock.
+    pub time: MissionTime,
+    /// Where.
+    pub cell: Cell,
+}
+
+/// Where a robot goes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Plan {
+    /// Where it was when it was heard last.
+    pub from: Cell,
+    /// Cells that it enters, in order; at least one.
+    pub path: Vec<Cell>,
+}
+
+/// How well an area was searched.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coverage {
+    /// Searched cells of it.
+    pub cells: usize,
+    /// Probability of area: that what is searched is here, 0 to 1. As drawn; of a search area what the prior holds there.
+    pub poa: f64,
+    /// Probability of detection: the mean over its cells, each weighted by how much of the area's probability it holds.
+    pub pod: f64,
+}
+
+impl Coverage {
+    /// Probability of success, `POA POD`.
+    #[must_use]
+    pub fn pos(&self) -> f64 {
+        self.poa * self.pod
+    }
+}
+
+impl Account {
+    /// Reads a recording up to a time, or to its end. The origin is that of the map's south-western corner, of a recording
+    /// that does not say where it lies.
+    ///
+    /// # Errors
+    /// Without an origin, or with two.
+    pub fn new(
+        playback: &Playback,
+        origin: Option<GeoPoint>,
+        until: Option<MissionTime>,
+    ) -> Result<Self, ExportError> {
+        let earth = earth(playback, origin)?;
+        let until = until.unwrap_or_else(|| playback.end());
+        let mut fold = Fold::new(playback);
+        for (_, record) in playback.records.iter().take_while(|(time, _)| *time <= until) {
+            fold.take(record);
+        }
+        let number = |name: &str| playback.run.get(name).and_then(|text| text.parse::<f64>().ok());
+        let tau = number("tau").unwrap_or(USUAL_TAU);
+        let pod = fold.pod(tau);
+        let frame = earth.frame;
+        let weigh = Weigh { prior: &fold.prior_probability(), pod: &pod, expected: earth.expected_objects };
+        let coverages = weigh.areas(&earth.areas, &frame, &fold.terrain);
+        let areas = earth.areas.into_iter().zip(coverages).collect();
+        Ok(Self {
+            name: playback.run.get("scenario").cloned().unwrap_or_else(|| "recording".to_owned()),
+            start_unix_ns: playback.start_unix_ns,
+            until,
+            frame,
+            found: fold.found(),
+            plans: fold.plans(),
+            total: weigh.cells(fold.terrain.searched_cells().map(|cell| (cell, 1.0))),
+            areas,
+            tracks: fold.visits,
+            terrain: fold.terrain,
+            pod,
+            speed_meters_per_second: number("speed_meters_per_second")
+                .unwrap_or(USUAL_SPEED_METERS_PER_SECOND),
+        })
+    }
+
+    /// The middle of a cell.
+    #[must_use]
+    pub fn point(&self, cell: Cell) -> GeoPoint {
+        let position = self.terrain.grid().position(cell);
+        let middle = |index: u32| (f64::from(index) + 0.5) * self.terrain.cell_meters();
+        self.frame.point((middle(position.column), middle(position.row)))
+    }
+}
+
+fn earth(playback: &Playback, origin: Option<GeoPoint>) -> Result<Earth, ExportError> {
+    match (&playback.earth, origin) {
+        (Some(earth), None) => Ok(earth.clone()),
+        (None, Some(origin)) => Ok(Earth {
+            frame: Georeference::of_map(origin, &playback.terrain),
+            areas: Vec::new(),
+            expected_objects: playback.prior.iter().map(|&it| f64::from(it)).filter(|it| *it >= 0.0).sum(),
+        }),
+        (None, None) => Err(ExportError::NoOrigin),
+        (Some(earth), Some(_)) => {
+            let GeoPoint { latitude_degrees, longitude_degrees } = earth.frame.south_west();
+            Err(ExportError::TwoOrigins { latitude_degrees, longitude_degrees })
+        }
+    }
+}
+
+/// A recording, read record by record.
+struct Fold {
+    terrain: Terrain,
+    prior: Belief,
+    belief: Belief,
+    added_prior: f64,
+    visits: BTreeMap<RobotId, Vec<Visit>>,
+    tracks: Tracks,
+    status: Option<MissionStatus>,
+}
+
+impl Fold {
+    fn new(playback: &Playback) -> Self {
+        let terrain = Terrain::clone(&playback.terrain);
+        let prior = prior_belief(&terrain, &playback.prior);
+        Self {
+            added_prior: added_prior(&prior, &terrain),
+            belief: prior.clone(),
+            prior,
+            terrain,
+            visits: BTreeMap::new(),
+            tracks: Tracks::default(),
+            status: None,
+        }
+    }
+
+    fn take(&mut self, record: &Record) {
+        match record {
+            Record::Observation(observation) => self.observe(observation),
+            Record::Intent(intent) => {
+                self.tracks.plans(intent);
+            }
+            Record::Heartbeat(heartbeat) => {
+                self.tracks.plans(&heartbeat.intent);
+                self.tracks.at(heartbeat.robot, heartbeat.cell, MissionTime(heartbeat.time_ns));
+            }
+            Record::Status(status) => self.stand(status),
+            // They follow from those above.
+            Record::Pose { .. } | Record::Plan { .. } | Record::Belief(_) => {}
+        }
+    }
+
+    /// What a person marks by hand is evidence like any, of nobody's track.
+    fn observe(&mut self, observation: &Observation) {
+        for reading in &observation.readings {
+            self.belief.add(reading);
+        }
+        let robot = observation.origin.robot;
+        if robot != RobotId::BY_HAND {
+            let visit = Visit { time: MissionTime(observation.time_ns), cell: observation.from };
+            self.tracks.at(robot, visit.cell, visit.time);
+            let visits = self.visits.entry(robot).or_default();
+            // Repaired observations come late.
+            let at = visits.partition_point(|known| known.time <= visit.time);
+            visits.insert(at, visit);
+        }
+    }
+
+    fn stand(&mut self, status: &MissionStatus) {
+        if !status.directive.added.is_empty() {
+            let added = || status.directive.added.iter().copied();
+            self.prior.search_also(&mut self.terrain.clone(), added(), self.added_prior);
+            self.belief.search_also(&mut self.terrain, added(), self.added_prior);
+        }
+        let robots: Vec<RobotId> = self.tracks.robots().map(|(robot, _)| robot).collect();
+        for robot in robots.into_iter().filter(|robot| !status.alive.contains(robot)) {
+            self.tracks.lapses(robot);
+        }
+        self.status = Some(status.clone());
+    }
+
+    fn found(&self) -> Vec<Detection> {
+        let mut found = self.status.as_ref().map(|status| status.declared.clone()).unwrap_or_default();
+        found.sort_by_key(|object| (object.time_ns, object.cell));
+        found
+    }
+
+    fn plans(&self) -> BTreeMap<RobotId, Plan> {
+        let plan = |(robot, track): (RobotId, &Track)| {
+            let path = track.plan.as_ref()?.path.clone();
+            let (from, _) = track.pose?;
+            (!path.is_empty()).then_some((robot, Plan { from, path }))
+        };
+        self.tracks.robots().filter_map(plan).collect()
+    }
+
+    fn prior_probability(&self) -> Vec<f64> {
+        self.terrain.grid().cells().map(|cell| self.prior.probability(cell)).collect()
+    }
+
+    fn pod(&self, tau: f64) -> Vec<f64> {
+        let of = |cell| {
+            probability_of_detection(self.prior.log_odds_nats(cell), self.belief.evidence().of(cell), tau)
+        };
+        self.terrain.grid().cells().map(of).collect()
+    }
+}
+
+/// What areas come to.
+struct Weigh<'a> {
+    prior: &'a [f64],
+    pod: &'a [f64],
+    /// Objects on the whole.
+    expected: f64,
+}
+
+impl Weigh<'_> {
+    /// Of each area that robots enter and that touches a searched cell. A cell that several search areas touch belongs to
+    /// each by the share that it covers.
+    fn areas(&self, areas: &[Area], frame: &Georeference, terrain: &Terrain) -> Vec<Option<Coverage>> {
+        let shares: Vec<Option<Vec<(Cell, f64)>>> =
+            areas.iter().map(|area| shares(area, frame, terrain)).collect();
+        let mut searched = vec![0.0; self.prior.len()];
+        for (area, shares) in areas.iter().zip(&shares) {
+            if matches!(area.purpose, Purpose::Search(_)) {
+                shares.iter().flatten().for_each(|(cell, share)| searched[cell.index()] += share);
+            }
+        }
+        let coverage = |(area, shares): (&Area, Option<Vec<(Cell, f64)>>)| {
+            let shares = shares?;
+            Some(match area.purpose.poa() {
+                Some(poa) => {
+                    let sum: f64 = shares.iter().map(|(_, share)| share).sum();
+                    let detected: f64 =
+                        shares.iter().map(|(cell, share)| share * self.pod[cell.index()]).sum();
+                    Coverage { cells: shares.len(), poa, pod: detected / sum }
+                }
+                None => {
+                    self.cells(shares.iter().map(|&(cell, share)| (cell, share / searched[cell.index()])))
+                }
+            })
+        };
+        areas.iter().zip(shares).map(coverage).collect()
+    }
+
+    /// Cells with the share of each that counts.
+    fn cells(&self, cells: impl Iterator<Item = (Cell, f64)>) -> Coverage {
+        let (mut count, mut mass, mut detected) = (0, 0.0, 0.0);
+        for (cell, share) in cells {
+            let held = share * self.prior[cell.index()];
+            count += 1;
+            mass += held;
+            detected += held * self.pod[cell.index()];
+        }
+        let share = |part: f64, whole: f64| if whole > 0.0 { (part / whole).clamp(0.0, 1.0) } else { 0.0 };
+        Coverage { cells: count, poa: share(mass, self.expected), pod: share(detected, mass) }
+    }
+}
+
+/// The share of each searched cell that an area covers, or of a place its weight there; all above 0.
+fn shares(area: &Area, frame: &Georeference, terrain: &Terrain) -> Option<Vec<(Cell, f64)>> {
+    if matches!(area.purpose, Purpose::NoGo(..)) {
+        return None;
+    }
+    area.weights(Path::new("areas.geojson"), frame, terrain).ok().map(|weights| weights.shares)
+}

@@ -1,0 +1,120 @@
+//! An account as `GeoJSON` (RFC 7946), features of these kinds beside the areas of the mission:
+//!
+//! | `kind` | geometry | further properties |
+//! |---|---|---|
+//! | `found` | Point | `probability`, `declared_at`, `declared_seconds`, `row`, `column` |
+//! | `track` | `LineString` | `robot`, `coordTimes` |
+//! | `cleared` | `MultiPolygon` | `pod_from`, `pod_to`, `cells` |
+//!
+//! An area that was searched has `poa`, `pod`, `pos` and `cells`. Read as a map again, what the mission has added is left
+//! out.
+
+use dragnet_proto::map_file::{Area, GeoPoint};
+use dragnet_proto::message::Detection;
+use dragnet_proto::time::MissionTime;
+use dragnet_search::observation::RobotId;
+use geo::MultiPolygon;
+use geojson::{Feature, FeatureCollection, GeoJson, Geometry, GeometryValue, JsonObject, JsonValue};
+use serde_json::json;
+
+use crate::account::{Account, Coverage, Visit};
+use crate::bands::{Band, bands};
+use crate::time::wall_time;
+
+/// The text of a file.
+#[must_use]
+pub fn text(account: &Account) -> String {
+    let areas = account.areas.iter().map(|(area, coverage)| drawn(area, coverage.as_ref()));
+    let cleared =
+        bands(&account.terrain, &account.frame, &account.pod).into_iter().map(|band| cleared(&band));
+    let tracks = account.tracks.iter().map(|(robot, visits)| track(account, *robot, visits));
+    let found = (1..).zip(&account.found).map(|(number, object)| found(account, number, object));
+    let features = areas.chain(cleared).chain(tracks).chain(found).collect();
+    let total = json!({
+        "name": account.name,
+        "until": wall_time(account.start_unix_ns, account.until),
+        "poa": account.total.poa,
+        "pod": account.total.pod,
+        "pos": account.total.pos(),
+        "cells": account.total.cells,
+    });
+    let foreign_members = total.as_object().cloned();
+    let collection = FeatureCollection { bbox: None, features, foreign_members };
+    format!("{}\n", GeoJson::FeatureCollection(collection))
+}
+
+fn drawn(area: &Area, coverage: Option<&Coverage>) -> Feature {
+    let mut feature = area.feature();
+    if let Some(coverage) = coverage {
+        feature.set_property("poa", coverage.poa);
+        feature.set_property("pod", coverage.pod);
+        feature.set_property("pos", coverage.pos());
+        feature.set_property("cells", coverage.cells);
+    }
+    feature
+}
+
+fn cleared(band: &Band) -> Feature {
+    let properties = json!({
+        "kind": "cleared",
+        "name": band.title(),
+        "pod_from": band.from,
+        "pod_to": band.to,
+        "cells": band.cells,
+    });
+    feature(properties, GeometryValue::MultiPolygon { coordinates: rings(&band.region) })
+}
+
+fn track(account: &Account, robot: RobotId, visits: &[Visit]) -> Feature {
+    let time = |visit: &Visit| wall_time(account.start_unix_ns, visit.time);
+    let properties = json!({
+        "kind": "track",
+        "name": format!("Robot {robot}"),
+        "robot": robot.0,
+        "coordTimes": visits.iter().map(time).collect::<Vec<_>>(),
+    });
+    let positions: Vec<geojson::Position> =
+        visits.iter().map(|visit| position(account.point(visit.cell))).collect();
+    feature(
+        properties,
+        match <[_; 1]>::try_from(positions) {
+            Ok([coordinates]) => GeometryValue::Point { coordinates },
+            Err(coordinates) => GeometryValue::LineString { coordinates },
+        },
+    )
+}
+
+fn found(account: &Account, number: usize, object: &Detection) -> Feature {
+    let time = MissionTime(object.time_ns);
+    let cell = account.terrain.grid().position(object.cell);
+    let properties = json!({
+        "kind": "found",
+        "name": format!("Object {number}"),
+        "probability": object.probability,
+        "declared_at": wall_time(account.start_unix_ns, time),
+        "declared_seconds": time.as_seconds(),
+        "row": cell.row,
+        "column": cell.column,
+    });
+    feature(properties, GeometryValue::Point { coordinates: position(account.point(object.cell)) })
+}
+
+fn feature(properties: JsonValue, geometry: GeometryValue) -> Feature {
+    let properties: Option<JsonObject> = match properties {
+        JsonValue::Object(properties) => Some(properties),
+        _ => None,
+    };
+    Feature { properties, ..Feature::from(Geometry::new(geometry)) }
+}
+
+fn rings(region: &MultiPolygon<f64>) -> Vec<Vec<Vec<geojson::Position>>> {
+    let ring = |ring: &geo::LineString<f64>| ring.0.iter().map(|&corner| position(corner.into())).collect();
+    let polygon = |polygon: &geo::Polygon<f64>| {
+        std::iter::once(polygon.exterior()).chain(polygon.interiors()).map(ring).collect()
+    };
+    region.iter().map(polygon).collect()
+}
+
+fn position(point: GeoPoint) -> geojson::Position {
+    [point.longitude_degrees, point.latitude_degrees].into()
+}

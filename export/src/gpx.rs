@@ -1,0 +1,74 @@
+//! An account as GPX 1.1: objects that were found as waypoints, the way of each robot as a track with times. GPX has no
+//! areas: what was cleared is in the other formats.
+
+use std::io;
+
+use dragnet_proto::map_file::GeoPoint;
+use dragnet_proto::message::Detection;
+use dragnet_proto::time::MissionTime;
+use dragnet_search::observation::RobotId;
+
+use crate::account::{Account, Visit};
+use crate::time::wall_time;
+use crate::xml::{self, Document};
+
+/// The text of a file.
+#[must_use]
+pub fn text(account: &Account) -> String {
+    xml::document(|writer| {
+        let root = writer.create_element("gpx").with_attributes([
+            ("version", "1.1"),
+            ("creator", "dragnet"),
+            ("xmlns", "http://www.topografix.com/GPX/1/1"),
+        ]);
+        root.write_inner_content(|writer| {
+            writer.create_element("metadata").write_inner_content(|writer| {
+                xml::element(writer, "name", &account.name)?;
+                xml::element(writer, "time", &wall_time(account.start_unix_ns, account.until))
+            })?;
+            for (number, object) in (1..).zip(&account.found) {
+                waypoint(writer, account, number, object)?;
+            }
+            account.tracks.iter().try_for_each(|(robot, visits)| track(writer, account, *robot, visits))
+        })?;
+        Ok(())
+    })
+}
+
+fn waypoint(writer: &mut Document, account: &Account, number: usize, object: &Detection) -> io::Result<()> {
+    let (latitude, longitude) = degrees(account.point(object.cell));
+    let point = writer
+        .create_element("wpt")
+        .with_attributes([("lat", latitude.as_str()), ("lon", longitude.as_str())]);
+    point.write_inner_content(|writer| {
+        xml::element(writer, "time", &wall_time(account.start_unix_ns, MissionTime(object.time_ns)))?;
+        xml::element(writer, "name", &format!("Object {number}"))?;
+        xml::element(writer, "desc", &format!("probability {:.4}", object.probability))
+    })?;
+    Ok(())
+}
+
+fn track(writer: &mut Document, account: &Account, robot: RobotId, visits: &[Visit]) -> io::Result<()> {
+    writer.create_element("trk").write_inner_content(|writer| {
+        xml::element(writer, "name", &format!("Robot {robot}"))?;
+        writer.create_element("trkseg").write_inner_content(|writer| {
+            for visit in visits {
+                let (latitude, longitude) = degrees(account.point(visit.cell));
+                let point = writer
+                    .create_element("trkpt")
+                    .with_attributes([("lat", latitude.as_str()), ("lon", longitude.as_str())]);
+                point.write_inner_content(|writer| {
+                    xml::element(writer, "time", &wall_time(account.start_unix_ns, visit.time))
+                })?;
+            }
+            Ok(())
+        })?;
+        Ok(())
+    })?;
+    Ok(())
+}
+
+/// Latitude and longitude to a centimetre: schemas of GPX take no exponents.
+fn degrees(point: GeoPoint) -> (String, String) {
+    (format!("{:.7}", point.latitude_degrees), format!("{:.7}", point.longitude_degrees))
+}

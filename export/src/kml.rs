@@ -1,0 +1,228 @@
+//! An account as KML 2.2: folders of what was found, of tracks, of what was cleared, and of the areas of the mission.
+
+use std::io;
+
+use dragnet_proto::map_file::{Area, GeoPoint, Purpose};
+use dragnet_proto::message::Detection;
+use dragnet_proto::time::MissionTime;
+use dragnet_search::observation::RobotId;
+use geo::{LineString, Polygon};
+
+use crate::account::{Account, Coverage, Visit};
+use crate::bands::{Band, bands};
+use crate::time::wall_time;
+use crate::xml::{self, Document};
+
+/// Colors of the bands, from what was searched least: alpha, blue, green, red.
+const BAND_COLORS: [&str; Band::COUNT] = ["6000a5ff", "6000ffff", "6000ff80", "80008000"];
+
+/// The text of a file.
+#[must_use]
+pub fn text(account: &Account) -> String {
+    xml::document(|writer| {
+        let root = writer.create_element("kml").with_attribute(("xmlns", "http://www.opengis.net/kml/2.2"));
+        root.write_inner_content(|writer| {
+            writer.create_element("Document").write_inner_content(|writer| {
+                xml::element(writer, "name", &account.name)?;
+                xml::element(writer, "description", &describe(account))?;
+                (0..).zip(BAND_COLORS).try_for_each(|(number, color)| style(writer, number, color))?;
+                folder(writer, "Found", |writer| {
+                    (1..).zip(&account.found).try_for_each(|(number, it)| found(writer, account, number, it))
+                })?;
+                folder(writer, "Tracks", |writer| {
+                    account
+                        .tracks
+                        .iter()
+                        .try_for_each(|(robot, visits)| track(writer, account, *robot, visits))
+                })?;
+                folder(writer, "Cleared", |writer| {
+                    let bands = bands(&account.terrain, &account.frame, &account.pod);
+                    bands.iter().try_for_each(|band| cleared(writer, band))
+                })?;
+                folder(writer, "Areas", |writer| {
+                    account.areas.iter().try_for_each(|(it, coverage)| area(writer, it, coverage.as_ref()))
+                })
+            })?;
+            Ok(())
+        })?;
+        Ok(())
+    })
+}
+
+fn describe(account: &Account) -> String {
+    format!(
+        "Until {}: POA {:.4}, POD {:.4}, POS {:.4}",
+        wall_time(account.start_unix_ns, account.until),
+        account.total.poa,
+        account.total.pod,
+        account.total.pos(),
+    )
+}
+
+fn style(writer: &mut Document, number: usize, color: &str) -> io::Result<()> {
+    let element = writer.create_element("Style").with_attribute(("id", format!("band-{number}").as_str()));
+    element.write_inner_content(|writer| {
+        writer
+            .create_element("LineStyle")
+            .write_inner_content(|writer| xml::element(writer, "width", "0"))?;
+        writer
+            .create_element("PolyStyle")
+            .write_inner_content(|writer| xml::element(writer, "color", color))?;
+        Ok(())
+    })?;
+    Ok(())
+}
+
+fn folder(
+    writer: &mut Document,
+    name: &str,
+    fill: impl FnOnce(&mut Document) -> io::Result<()>,
+) -> io::Result<()> {
+    writer.create_element("Folder").write_inner_content(|writer| {
+        xml::element(writer, "name", name)?;
+        fill(writer)
+    })?;
+    Ok(())
+}
+
+fn found(writer: &mut Document, account: &Account, number: usize, object: &Detection) -> io::Result<()> {
+    let when = wall_time(account.start_unix_ns, MissionTime(object.time_ns));
+    placemark(writer, &format!("Object {number}"), |writer| {
+        writer
+            .create_element("TimeStamp")
+            .write_inner_content(|writer| xml::element(writer, "when", &when))?;
+        data(writer, &[("kind", "found".into()), ("probability", object.probability.to_string())])?;
+        point(writer, account.point(object.cell))
+    })
+}
+
+fn track(writer: &mut Document, account: &Account, robot: RobotId, visits: &[Visit]) -> io::Result<()> {
+    let (Some(first), Some(last)) = (visits.first(), visits.last()) else { return Ok(()) };
+    let time = |visit: &Visit| wall_time(account.start_unix_ns, visit.time);
+    placemark(writer, &format!("Robot {robot}"), |writer| {
+        writer.create_element("TimeSpan").write_inner_content(|writer| {
+            xml::element(writer, "begin", &time(first))?;
+            xml::element(writer, "end", &time(last))
+        })?;
+        data(writer, &[("kind", "track".into()), ("robot", robot.to_string())])?;
+        if visits.len() == 1 {
+            return point(writer, account.point(first.cell));
+        }
+        writer.create_element("LineString").write_inner_content(|writer| {
+            xml::element(writer, "tessellate", "1")?;
+            coordinates(writer, visits.iter().map(|visit| account.point(visit.cell)))
+        })?;
+        Ok(())
+    })
+}
+
+fn cleared(writer: &mut Document, band: &Band) -> io::Result<()> {
+    placemark(writer, &band.title(), |writer| {
+        xml::element(writer, "styleUrl", &format!("#band-{}", band.number()))?;
+        data(
+            writer,
+            &[
+                ("kind", "cleared".into()),
+                ("pod_from", band.from.to_string()),
+                ("pod_to", band.to.to_string()),
+                ("cells", band.cells.to_string()),
+            ],
+        )?;
+        polygons(writer, &band.region.0)
+    })
+}
+
+fn area(writer: &mut Document, area: &Area, coverage: Option<&Coverage>) -> io::Result<()> {
+    placemark(writer, &area.name, |writer| {
+        let mut facts = vec![("kind", area.purpose.word().to_owned())];
+        if let Purpose::LastKnownPosition { spread_meters, .. } = &area.purpose {
+            facts.push(("spread_meters", spread_meters.to_string()));
+        }
+        if let Some(coverage) = coverage {
+            facts.push(("poa", coverage.poa.to_string()));
+            facts.push(("pod", coverage.pod.to_string()));
+            facts.push(("pos", coverage.pos().to_string()));
+            facts.push(("cells", coverage.cells.to_string()));
+        }
+        data(writer, &facts)?;
+        match &area.purpose {
+            Purpose::LastKnownPosition { point: place, .. } => point(writer, *place),
+            Purpose::NoGo(region, lines) if !lines.0.is_empty() => {
+                writer.create_element("MultiGeometry").write_inner_content(|writer| {
+                    region.iter().try_for_each(|it| polygon(writer, it))?;
+                    lines.iter().try_for_each(|line| {
+                        writer
+                            .create_element("LineString")
+                            .write_inner_content(|writer| line_coordinates(writer, line))?;
+                        Ok(())
+                    })
+                })?;
+                Ok(())
+            }
+            other => polygons(writer, other.polygons()),
+        }
+    })
+}
+
+fn placemark(
+    writer: &mut Document,
+    name: &str,
+    fill: impl FnOnce(&mut Document) -> io::Result<()>,
+) -> io::Result<()> {
+    writer.create_element("Placemark").write_inner_content(|writer| {
+        xml::element(writer, "name", name)?;
+        fill(writer)
+    })?;
+    Ok(())
+}
+
+fn data(writer: &mut Document, facts: &[(&str, String)]) -> io::Result<()> {
+    writer.create_element("ExtendedData").write_inner_content(|writer| {
+        for (name, value) in facts {
+            let element = writer.create_element("Data").with_attribute(("name", *name));
+            element.write_inner_content(|writer| xml::element(writer, "value", value))?;
+        }
+        Ok(())
+    })?;
+    Ok(())
+}
+
+fn polygons(writer: &mut Document, polygons: &[Polygon<f64>]) -> io::Result<()> {
+    writer
+        .create_element("MultiGeometry")
+        .write_inner_content(|writer| polygons.iter().try_for_each(|it| polygon(writer, it)))?;
+    Ok(())
+}
+
+fn polygon(writer: &mut Document, polygon: &Polygon<f64>) -> io::Result<()> {
+    writer.create_element("Polygon").write_inner_content(|writer| {
+        boundary(writer, "outerBoundaryIs", polygon.exterior())?;
+        polygon.interiors().iter().try_for_each(|hole| boundary(writer, "innerBoundaryIs", hole))
+    })?;
+    Ok(())
+}
+
+fn boundary(writer: &mut Document, name: &str, ring: &LineString<f64>) -> io::Result<()> {
+    writer.create_element(name).write_inner_content(|writer| {
+        writer.create_element("LinearRing").write_inner_content(|writer| line_coordinates(writer, ring))?;
+        Ok(())
+    })?;
+    Ok(())
+}
+
+fn point(writer: &mut Document, point: GeoPoint) -> io::Result<()> {
+    writer
+        .create_element("Point")
+        .write_inner_content(|writer| coordinates(writer, std::iter::once(point)))?;
+    Ok(())
+}
+
+fn line_coordinates(writer: &mut Document, line: &LineString<f64>) -> io::Result<()> {
+    coordinates(writer, line.0.iter().map(|&corner| corner.into()))
+}
+
+fn coordinates(writer: &mut Document, points: impl Iterator<Item = GeoPoint>) -> io::Result<()> {
+    let tuples: Vec<String> =
+        points.map(|point| format!("{},{}", point.longitude_degrees, point.latitude_degrees)).collect();
+    xml::element(writer, "coordinates", &tuples.join(" "))
+}

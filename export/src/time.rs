@@ -1,0 +1,28 @@
+//! Mission time as wall time.
+
+use dragnet_proto::time::MissionTime;
+use time::OffsetDateTime;
+use time::format_description::well_known::Rfc3339;
+
+/// Such as `2000-01-01T00:01:07.5Z`: the mission's start by the clock of whoever recorded it, and mission time from then.
+/// Whole milliseconds, as most readers have no more.
+pub(crate) fn wall_time(start_unix_ns: u64, time: MissionTime) -> String {
+    let milliseconds = (u128::from(start_unix_ns) + u128::from(time.0)) / 1_000_000;
+    i128::try_from(milliseconds)
+        .ok()
+        .and_then(|milliseconds| OffsetDateTime::from_unix_timestamp_nanos(milliseconds * 1_000_000).ok())
+        .and_then(|moment| moment.format(&Rfc3339).ok())
+        .unwrap_or_else(|| "9999-12-31T23:59:59Z".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_time_is_that_of_the_start_and_of_the_mission() {
+        let start = 946_684_800_000_000_000;
+        assert_eq!(wall_time(start, MissionTime(67_500_900_000)), "2000-01-01T00:01:07.5Z");
+        assert_eq!(wall_time(u64::MAX, MissionTime(u64::MAX)), "3139-02-09T23:09:07.419Z");
+    }
+}

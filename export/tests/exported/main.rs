@@ -1,0 +1,10 @@
+//! A mission of two robots on a drawn map, exported to every format and read back by others.
+#![expect(
+    clippy::unwrap_used,
+    reason = "a test fails by a panic; Clippy knows only functions marked as tests"
+)]
+
+mod account;
+mod mission;
+mod plan;
+mod readers;

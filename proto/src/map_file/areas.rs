@@ -1,0 +1,187 @@
+//! Areas and places that people draw on the earth: what is searched, what nobody enters, and where somebody is likely
+//! to be. Read from `GeoJSON` and KML, WGS84 degrees; `docs/maps.md` explains the convention to those who draw.
+//!
+//! A file becomes [`feature::Feature`]s, whatever its format, and each of these an [`Area`], or is left out. What is
+//! drawn is checked once, here: rings are closed, cross nothing, and lie on the earth.
+
+mod feature;
+mod geojson;
+mod kind;
+mod kml;
+mod prior;
+mod rings;
+
+use std::path::Path;
+
+use geo::{MultiLineString, MultiPolygon};
+
+use super::MapFileError;
+use super::georeference::GeoPoint;
+
+pub use prior::{Claims, Region, RegionPrior, Rest, Weights};
+
+pub(super) use prior::rings;
+
+/// The most corners of all areas together: validation compares each edge of a ring with each other.
+const MAX_CORNERS: usize = 20_000;
+/// The most rings, holes included: validation compares each hole with each other.
+const MAX_RINGS: usize = 1_000;
+/// The most features of one file, also of those that are left out.
+const MAX_FEATURES: usize = 10_000;
+
+/// What a file of areas holds.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Areas {
+    /// In the order of the file.
+    pub areas: Vec<Area>,
+    /// Features that mean nothing here, by name or place.
+    pub left_out: Vec<String>,
+}
+
+/// An area or a place on the earth.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Area {
+    /// As its author called it, or else where it stands in its file.
+    pub name: String,
+    /// What it is for.
+    pub purpose: Purpose,
+}
+
+/// What an area is for. Coordinates are `(longitude, latitude)` in degrees of WGS84; polygons are valid.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Purpose {
+    /// Objects are searched inside.
+    Search(MultiPolygon<f64>),
+    /// No robot enters what this touches; what lies in a search area is still searched, from beside.
+    NoGo(MultiPolygon<f64>, MultiLineString<f64>),
+    /// With this probability what is searched is inside, evenly likely everywhere.
+    Prior {
+        /// Where.
+        region: MultiPolygon<f64>,
+        /// Probability of area, a share from 0 to 1.
+        poa: f64,
+    },
+    /// With this probability what is searched is around a place, by a normal distribution.
+    LastKnownPosition {
+        /// The place.
+        point: GeoPoint,
+        /// Standard deviation to the east, and the same to the north, metres.
+        spread_meters: f64,
+        /// Probability of area, a share from 0 to 1.
+        poa: f64,
+    },
+}
+
+impl Areas {
+    /// The longest text that is read, bytes.
+    pub const MAX_BYTES: u64 = 1 << 24;
+
+    /// Whether a file is one of areas, by its extension.
+    pub(crate) fn is_file(file: &Path) -> bool {
+        let extension = file.extension().map(|extension| extension.to_string_lossy().to_lowercase());
+        matches!(extension.as_deref(), Some("geojson" | "json" | "kml"))
+    }
+
+    /// Those that say how likely they are; the others are left out.
+    pub(crate) fn likely_ones(self) -> Self {
+        let (areas, others): (Vec<Area>, Vec<Area>) =
+            self.areas.into_iter().partition(|area| area.purpose.poa().is_some());
+        let left_out = self.left_out.into_iter().chain(others.into_iter().map(|area| area.name)).collect();
+        Self { areas, left_out }
+    }
+
+    /// Reads a file by its extension: `.kml`, else `GeoJSON`.
+    pub(crate) fn load(file: &Path) -> Result<Self, MapFileError> {
+        let text = super::read_text_at_most(file, Self::MAX_BYTES)?;
+        let is_kml = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("kml"));
+        if is_kml { Self::from_kml(file, &text) } else { Self::from_geojson(file, &text) }
+    }
+
+    /// Areas of a `GeoJSON` text (RFC 7946); messages name the file.
+    ///
+    /// # Errors
+    /// If it is none, or a feature is no area of its kind.
+    pub fn from_geojson(file: &Path, text: &str) -> Result<Self, MapFileError> {
+        Self::of(file, geojson::features(file, text)?)
+    }
+
+    /// Areas of a KML text (OGC 2.2 and 2.3); messages name the file.
+    ///
+    /// # Errors
+    /// If it is none, or a placemark is no area of its kind.
+    pub fn from_kml(file: &Path, text: &str) -> Result<Self, MapFileError> {
+        Self::of(file, kml::features(file, text)?)
+    }
+
+    fn of(file: &Path, features: Vec<feature::Feature>) -> Result<Self, MapFileError> {
+        check_number(file, "features", features.len(), MAX_FEATURES)?;
+        let shapes = || features.iter().map(|feature| &feature.shapes);
+        check_number(file, "corners", shapes().map(feature::Shapes::corner_count).sum(), MAX_CORNERS)?;
+        check_number(file, "rings", shapes().map(feature::Shapes::ring_count).sum(), MAX_RINGS)?;
+        let mut read = Self::default();
+        for feature in features {
+            match kind::area(file, &feature)? {
+                Some(area) => read.areas.push(area),
+                None => read.left_out.push(feature.name.unwrap_or(feature.place)),
+            }
+        }
+        Ok(read)
+    }
+
+    /// The same areas as a `GeoJSON` text that [`Areas::from_geojson`] reads back; what was left out is not in it.
+    #[must_use]
+    pub fn to_geojson(&self) -> String {
+        geojson::text(&self.areas)
+    }
+}
+
+impl Area {
+    /// The area as a `GeoJSON` feature that is read back as the same.
+    #[must_use]
+    pub fn feature(&self) -> ::geojson::Feature {
+        geojson::feature_of(self)
+    }
+}
+
+impl Purpose {
+    /// The probability that what is searched is here, if this says so.
+    #[must_use]
+    pub const fn poa(&self) -> Option<f64> {
+        match self {
+            Self::Prior { poa, .. } | Self::LastKnownPosition { poa, .. } => Some(*poa),
+            Self::Search(_) | Self::NoGo(..) => None,
+        }
+    }
+
+    /// Its word in files.
+    #[must_use]
+    pub const fn word(&self) -> &'static str {
+        match self {
+            Self::Search(_) => kind::SEARCH,
+            Self::NoGo(..) => kind::NO_GO,
+            Self::Prior { .. } => kind::PRIOR,
+            Self::LastKnownPosition { .. } => kind::LAST_KNOWN_POSITION,
+        }
+    }
+
+    /// Its polygons; none of a place.
+    #[must_use]
+    pub fn polygons(&self) -> &[geo::Polygon<f64>] {
+        match self {
+            Self::Search(polygons) | Self::NoGo(polygons, _) => &polygons.0,
+            Self::Prior { region, .. } => &region.0,
+            Self::LastKnownPosition { .. } => &[],
+        }
+    }
+}
+
+fn check_number(file: &Path, what: &str, number: usize, most: usize) -> Result<(), MapFileError> {
+    if number <= most {
+        return Ok(());
+    }
+    let allowed = format!("at most {most}: merge or simplify what is drawn");
+    Err(MapFileError::value(file, format!("number of {what}"), number, allowed))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,121 @@
+//! Areas as `GeoJSON` (RFC 7946): read, and written back.
+
+use std::path::Path;
+
+use geo::{LineString, MultiLineString, MultiPolygon};
+use geojson::{Feature as Drawn, FeatureCollection, GeoJson, Geometry, GeometryValue, JsonObject, JsonValue};
+
+use super::feature::{Facts, Feature, Shapes};
+use super::{Area, Purpose};
+use crate::map_file::MapFileError;
+
+pub(super) fn features(file: &Path, text: &str) -> Result<Vec<Feature>, MapFileError> {
+    let text = text.trim_start_matches('\u{feff}');
+    let json: GeoJson = text.parse().map_err(|error| MapFileError::syntax(file, error))?;
+    Ok(match json {
+        GeoJson::Geometry(geometry) => {
+            let mut feature = Feature::at("geometry 1", None);
+            draw(&mut feature.shapes, geometry.value);
+            vec![feature]
+        }
+        GeoJson::Feature(drawn) => vec![feature(1, drawn)],
+        GeoJson::FeatureCollection(collection) => {
+            (1..).zip(collection.features).map(|(number, drawn)| feature(number, drawn)).collect()
+        }
+    })
+}
+
+fn feature(number: usize, drawn: Drawn) -> Feature {
+    let properties = drawn.properties.unwrap_or_default();
+    let text = |key: &str| properties.get(key).map(plain);
+    let mut feature = Feature::at(&format!("feature {number}"), text("name").or_else(|| text("title")));
+    for (key, value) in &properties {
+        feature.facts.say(key, &plain(value));
+    }
+    feature.facts.describe(&text("description").unwrap_or_default());
+    if let Some(geometry) = drawn.geometry {
+        draw(&mut feature.shapes, geometry.value);
+    }
+    feature
+}
+
+/// A property as its author would write it.
+fn plain(value: &JsonValue) -> String {
+    match value {
+        JsonValue::String(text) => text.clone(),
+        JsonValue::Null => String::new(),
+        other => other.to_string(),
+    }
+}
+
+fn draw(shapes: &mut Shapes, geometry: GeometryValue) {
+    let positions =
+        |line: Vec<geojson::Position>| line.into_iter().map(|it| it.as_slice().to_vec()).collect();
+    let rings = |rings: Vec<Vec<_>>| rings.into_iter().map(positions).collect();
+    match geometry {
+        GeometryValue::Point { coordinates } => shapes.points.push(coordinates.as_slice().to_vec()),
+        GeometryValue::MultiPoint { coordinates } => shapes.points.extend(positions(coordinates)),
+        GeometryValue::LineString { coordinates } => shapes.lines.push(positions(coordinates)),
+        GeometryValue::MultiLineString { coordinates } => {
+            shapes.lines.extend(coordinates.into_iter().map(positions));
+        }
+        GeometryValue::Polygon { coordinates } => shapes.polygons.push(rings(coordinates)),
+        GeometryValue::MultiPolygon { coordinates } => {
+            shapes.polygons.extend(coordinates.into_iter().map(rings));
+        }
+        GeometryValue::GeometryCollection { geometries } => {
+            for geometry in geometries {
+                draw(shapes, geometry.value);
+            }
+        }
+    }
+}
+
+/// A feature collection of areas.
+pub(super) fn text(areas: &[Area]) -> String {
+    let features = areas.iter().map(feature_of).collect();
+    GeoJson::FeatureCollection(FeatureCollection { bbox: None, features, foreign_members: None }).to_string()
+}
+
+/// An area as a feature.
+pub(super) fn feature_of(area: &Area) -> Drawn {
+    let mut properties = JsonObject::new();
+    properties.insert("name".into(), area.name.clone().into());
+    properties.insert(Facts::KIND.into(), area.purpose.word().into());
+    if let Some(poa) = area.purpose.poa() {
+        properties.insert(Facts::POA.into(), poa.into());
+    }
+    if let Purpose::LastKnownPosition { spread_meters, .. } = &area.purpose {
+        properties.insert(Facts::SPREAD.into(), (*spread_meters).into());
+    }
+    Drawn { properties: Some(properties), ..Drawn::from(Geometry::new(geometry(&area.purpose))) }
+}
+
+/// Where an area lies.
+fn geometry(purpose: &Purpose) -> GeometryValue {
+    match purpose {
+        Purpose::Search(region) | Purpose::Prior { region, .. } => multi_polygon(region),
+        Purpose::NoGo(region, lines) if lines.0.is_empty() => multi_polygon(region),
+        Purpose::NoGo(region, lines) => GeometryValue::GeometryCollection {
+            geometries: vec![Geometry::new(multi_polygon(region)), Geometry::new(multi_line(lines))],
+        },
+        Purpose::LastKnownPosition { point, .. } => {
+            GeometryValue::Point { coordinates: [point.longitude_degrees, point.latitude_degrees].into() }
+        }
+    }
+}
+
+fn multi_polygon(region: &MultiPolygon<f64>) -> GeometryValue {
+    let rings = |polygon: &geo::Polygon<f64>| {
+        std::iter::once(polygon.exterior()).chain(polygon.interiors()).map(positions).collect()
+    };
+    GeometryValue::MultiPolygon { coordinates: region.0.iter().map(rings).collect() }
+}
+
+fn multi_line(lines: &MultiLineString<f64>) -> GeometryValue {
+    GeometryValue::MultiLineString { coordinates: lines.0.iter().map(positions).collect() }
+}
+
+fn positions(line: &LineString<f64>) -> Vec<geojson::Position> {
+    line.0.iter().map(|corner| [corner.x, corner.y].into()).collect()
+}

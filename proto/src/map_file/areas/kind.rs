@@ -1,0 +1,117 @@
+//! The convention: what a feature says it is, and what it must look like then.
+
+use std::path::Path;
+
+use geo::{LineString, MultiLineString, MultiPolygon};
+
+use super::feature::{Facts, Feature};
+use super::{Area, Purpose, rings};
+use crate::map_file::MapFileError;
+use crate::map_file::georeference::GeoPoint;
+
+pub(super) const SEARCH: &str = "search";
+pub(super) const NO_GO: &str = "no_go";
+pub(super) const PRIOR: &str = "prior";
+pub(super) const LAST_KNOWN_POSITION: &str = "last_known_position";
+
+/// What an export adds to the areas of its mission: nothing that a search begins with.
+const EXPORTED: [&str; 3] = ["found", "track", "cleared"];
+
+/// The widest spread of a last known position, metres.
+const MAX_SPREAD_METERS: f64 = 100_000.0;
+
+/// The area that a feature is; `None` if it is none of ours. Without a kind, polygons are searched or, where they say
+/// how likely they are, prior regions; a point that says so is a last known position.
+pub(super) fn area(file: &Path, feature: &Feature) -> Result<Option<Area>, MapFileError> {
+    let Some(kind) = kind(file, feature)? else { return Ok(None) };
+    let purpose = match kind {
+        SEARCH => Purpose::Search(polygons(file, feature, kind)?),
+        NO_GO => no_go(file, feature)?,
+        PRIOR => Purpose::Prior { region: polygons(file, feature, kind)?, poa: poa(file, feature)? },
+        _ => last_known_position(file, feature)?,
+    };
+    let name = feature.name.clone().unwrap_or_else(|| feature.place.clone());
+    Ok(Some(Area { name, purpose }))
+}
+
+fn kind(file: &Path, feature: &Feature) -> Result<Option<&'static str>, MapFileError> {
+    let Some(word) = feature.facts.get(Facts::KIND) else {
+        let is_likely = feature.facts.get(Facts::POA).is_some();
+        let shapes = &feature.shapes;
+        return Ok(match (shapes.polygons.is_empty(), is_likely) {
+            (false, false) => Some(SEARCH),
+            (false, true) => Some(PRIOR),
+            (true, true) if shapes.points.len() == 1 => Some(LAST_KNOWN_POSITION),
+            (true, _) => None,
+        });
+    };
+    let plain = word.to_lowercase().replace([' ', '-'], "_");
+    if EXPORTED.contains(&plain.as_str()) {
+        return Ok(None);
+    }
+    let known = [SEARCH, NO_GO, PRIOR, LAST_KNOWN_POSITION];
+    known.into_iter().find(|known| *known == plain).map(Some).ok_or_else(|| {
+        let shown: String = word.chars().take(40).collect();
+        invalid(file, feature, Facts::KIND, format!("{shown:?}"), &known.join(", "))
+    })
+}
+
+fn polygons(file: &Path, feature: &Feature, kind: &str) -> Result<MultiPolygon<f64>, MapFileError> {
+    if feature.shapes.polygons.is_empty() {
+        return Err(wrong_shape(file, feature, kind, "a polygon"));
+    }
+    rings::polygons(file, &feature.place, &feature.shapes.polygons)
+}
+
+fn no_go(file: &Path, feature: &Feature) -> Result<Purpose, MapFileError> {
+    let shapes = &feature.shapes;
+    if shapes.polygons.is_empty() && shapes.lines.is_empty() {
+        return Err(wrong_shape(file, feature, NO_GO, "a polygon or a line"));
+    }
+    let lines: Result<Vec<LineString<f64>>, _> =
+        shapes.lines.iter().map(|line| rings::line(file, &feature.place, line)).collect();
+    Ok(Purpose::NoGo(rings::polygons(file, &feature.place, &shapes.polygons)?, MultiLineString(lines?)))
+}
+
+fn last_known_position(file: &Path, feature: &Feature) -> Result<Purpose, MapFileError> {
+    let [point] = &feature.shapes.points[..] else {
+        return Err(wrong_shape(file, feature, LAST_KNOWN_POSITION, "one point"));
+    };
+    let corner = rings::corner(file, &feature.place, point)?;
+    let allowed = "metres above 0 to 100000";
+    let spread = feature.facts.get(Facts::SPREAD).unwrap_or("missing");
+    let spread_meters = spread
+        .parse()
+        .ok()
+        .filter(|&meters: &f64| meters > 0.0 && meters <= MAX_SPREAD_METERS)
+        .ok_or_else(|| invalid(file, feature, Facts::SPREAD, spread, allowed))?;
+    Ok(Purpose::LastKnownPosition { point: GeoPoint::from(corner), spread_meters, poa: poa(file, feature)? })
+}
+
+/// A share, or percent with their sign: a bare 25 could be either.
+fn poa(file: &Path, feature: &Feature) -> Result<f64, MapFileError> {
+    let text = feature.facts.get(Facts::POA).unwrap_or("missing");
+    let number = match text.strip_suffix('%') {
+        Some(percent) => percent.trim().parse().map(|percent: f64| percent / 100.0),
+        None => text.parse(),
+    };
+    number.ok().filter(|share| (0.0..=1.0).contains(share)).ok_or_else(|| {
+        let allowed = "a share from 0 to 1, or percent with their sign, such as 25%";
+        invalid(file, feature, Facts::POA, text, allowed)
+    })
+}
+
+fn wrong_shape(file: &Path, feature: &Feature, kind: &str, allowed: &str) -> MapFileError {
+    let found = format!("{kind} drawn as {}", feature.shapes.describe());
+    MapFileError::value(file, &feature.place, found, allowed)
+}
+
+fn invalid(
+    file: &Path,
+    feature: &Feature,
+    key: &str,
+    found: impl std::fmt::Display,
+    allowed: &str,
+) -> MapFileError {
+    MapFileError::value(file, format!("{}, {key}", feature.place), found, allowed)
+}

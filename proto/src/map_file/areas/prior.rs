@@ -1,0 +1,258 @@
+//! Where something is likely to be, as probabilities of independent cells.
+//!
+//! A region says with which probability `POA` (probability of area) what is searched is inside. With `N` objects
+//! expected on the whole, a cell `c` holds one with the probability
+//!
+//! ```text
+//! p(c) = N sum over regions r of POA(r) w(r, c) + N rest(c),      sum over c of w(r, c) = 1
+//! ```
+//!
+//! where `w` is the share of the cell that a polygon covers, or the mass of a normal distribution in it, of searched cells
+//! only. What the regions leave, `1 - sum POA`, is spread evenly over the searched cells outside all polygons; where there
+//! are none it lies beyond the map.
+
+use std::path::Path;
+
+use dragnet_search::cell::{Cell, Grid, Position};
+use dragnet_search::terrain::Terrain;
+use geo::{Area as _, CoordsIter, MapCoords, MultiPolygon};
+
+use super::{Area, Areas, Purpose};
+use crate::map_file::MapFileError;
+use crate::map_file::georeference::{GeoPoint, Georeference};
+use crate::map_file::scanline::covered_cells;
+
+/// A normal distribution is cut off so many standard deviations away: less than 1e-14 lies beyond.
+const SPREADS: f64 = 8.0;
+/// Sums of shares as people write them, less rounding.
+const WHOLE: f64 = 1.0 + 1e-9;
+
+/// What regions say of a map.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RegionPrior {
+    /// Prior probability of an object, shape `[cells]`, from 0 to below 1.
+    pub probability: Vec<f64>,
+    /// Who claims how much of it.
+    pub claims: Claims,
+}
+
+/// Who claims how much of what is searched.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Claims {
+    /// What each region came to.
+    pub regions: Vec<Region>,
+    /// What the regions leave.
+    pub rest: Rest,
+}
+
+/// A region on a map.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Region {
+    /// Its name.
+    pub name: String,
+    /// Probability of area, a share from 0 to 1.
+    pub poa: f64,
+    /// Searched cells that it touches.
+    pub cells: usize,
+    /// How much of it lies on searched cells, 0 to 1.
+    pub searched_share: f64,
+}
+
+/// What no region claims.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rest {
+    /// A share from 0 to 1.
+    pub poa: f64,
+    /// Searched cells outside all polygons, over which it is spread; without any it lies beyond the map.
+    pub cells: usize,
+}
+
+/// Where the mass of an area lies on a map.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Weights {
+    /// Searched cells that it touches, by index, at least one: the share of each that a polygon covers, or the mass of a
+    /// normal distribution in it, above 0.
+    pub shares: Vec<(Cell, f64)>,
+    /// How much of the area lies on them, 0 to 1.
+    pub searched_share: f64,
+}
+
+impl Weights {
+    /// The same cells with weights that sum to 1.
+    pub fn cells(&self) -> impl Iterator<Item = (Cell, f64)> + '_ {
+        let sum: f64 = self.shares.iter().map(|(_, share)| share).sum();
+        self.shares.iter().map(move |&(cell, share)| (cell, share / sum))
+    }
+}
+
+impl Areas {
+    /// The prior of all regions and last known positions on a map where so many objects are expected; `None` if there are
+    /// none. Messages name the file.
+    ///
+    /// # Errors
+    /// If a region is far from the map or touches no searched cell, all of them claim more than 1, or a cell would be
+    /// certain.
+    pub fn prior(
+        &self,
+        file: &Path,
+        frame: &Georeference,
+        terrain: &Terrain,
+        expected_objects: f64,
+    ) -> Result<Option<RegionPrior>, MapFileError> {
+        let claims: Vec<(&Area, f64)> =
+            self.areas.iter().filter_map(|area| Some((area, area.purpose.poa()?))).collect();
+        if claims.is_empty() {
+            return Ok(None);
+        }
+        let rest = 1.0 - claims.iter().map(|(_, poa)| poa).sum::<f64>();
+        if rest < 1.0 - WHOLE {
+            let found = format!("{:.6}", 1.0 - rest);
+            return Err(MapFileError::value(file, "the sum of all poa", found, "at most 1, which is 100%"));
+        }
+        let mut prior = RegionPrior {
+            probability: vec![0.0; terrain.grid().cell_count()],
+            claims: Claims { regions: Vec::new(), rest: Rest { poa: rest.max(0.0), cells: 0 } },
+        };
+        let mut is_claimed = vec![false; terrain.grid().cell_count()];
+        for (area, poa) in claims {
+            let weights = area.weights(file, frame, terrain)?;
+            for (cell, weight) in weights.cells() {
+                prior.probability[cell.index()] += expected_objects * poa * weight;
+                is_claimed[cell.index()] |= matches!(area.purpose, Purpose::Prior { .. });
+            }
+            check_uncertain(file, area, &weights, &prior.probability)?;
+            let (cells, searched_share) = (weights.shares.len(), weights.searched_share);
+            prior.claims.regions.push(Region { name: area.name.clone(), poa, cells, searched_share });
+        }
+        prior.spread_rest(file, terrain, &is_claimed, expected_objects)?;
+        Ok(Some(prior))
+    }
+}
+
+impl RegionPrior {
+    fn spread_rest(
+        &mut self,
+        file: &Path,
+        terrain: &Terrain,
+        is_claimed: &[bool],
+        expected_objects: f64,
+    ) -> Result<(), MapFileError> {
+        let free: Vec<Cell> = terrain.searched_cells().filter(|cell| !is_claimed[cell.index()]).collect();
+        self.claims.rest.cells = free.len();
+        let objects = expected_objects * self.claims.rest.poa;
+        for &cell in &free {
+            let probability = &mut self.probability[cell.index()];
+            *probability += objects / free.len() as f64;
+            if *probability >= 1.0 {
+                let found = format!("{objects:.3} objects in {} cells outside of all areas", free.len());
+                let allowed = "a probability below 1: areas with more poa, smaller cells, or fewer objects";
+                return Err(MapFileError::value(file, "the rest", found, allowed));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn check_uncertain(
+    file: &Path,
+    area: &Area,
+    weights: &Weights,
+    probability: &[f64],
+) -> Result<(), MapFileError> {
+    let highest = weights.shares.iter().map(|(cell, _)| probability[cell.index()]).fold(0.0, f64::max);
+    if highest < 1.0 {
+        return Ok(());
+    }
+    let found = format!("a probability of {highest:.3} in one of {} cells", weights.shares.len());
+    let allowed = "below 1: a larger area, smaller cells, or fewer objects";
+    Err(MapFileError::value(file, area.place(), found, allowed))
+}
+
+impl Area {
+    /// Where its mass lies on a map. Messages name the file.
+    ///
+    /// # Errors
+    /// If it is far from the map, or touches no searched cell.
+    pub fn weights(
+        &self,
+        file: &Path,
+        frame: &Georeference,
+        terrain: &Terrain,
+    ) -> Result<Weights, MapFileError> {
+        self.check_near(file, frame)?;
+        let cell_meters = terrain.cell_meters();
+        let (mut cells, whole) = match &self.purpose {
+            Purpose::Search(region) | Purpose::NoGo(region, _) | Purpose::Prior { region, .. } => {
+                let region = region.map_coords(|corner| frame.cells(corner, cell_meters));
+                (covered_cells(terrain.grid(), &rings(&region)), region.unsigned_area())
+            }
+            Purpose::LastKnownPosition { point, spread_meters, .. } => {
+                let (east, north) = frame.meters(*point);
+                let center = (east / cell_meters, north / cell_meters);
+                (normal_cells(terrain.grid(), center, spread_meters / cell_meters), 1.0)
+            }
+        };
+        cells.retain(|&(cell, share)| share > 0.0 && terrain.is_searched(cell));
+        let sum: f64 = cells.iter().map(|(_, share)| share).sum();
+        if sum <= 0.0 {
+            let allowed = "an area that touches at least one";
+            return Err(MapFileError::value(file, self.place(), "on no searched cell", allowed));
+        }
+        Ok(Weights { shares: cells, searched_share: (sum / whole).min(1.0) })
+    }
+
+    /// That no corner is too far from a map.
+    pub(in crate::map_file) fn check_near(
+        &self,
+        file: &Path,
+        frame: &Georeference,
+    ) -> Result<(), MapFileError> {
+        let far = self.corners().into_iter().find_map(|corner| frame.check_near(corner).err());
+        far.map_or(Ok(()), |far| Err(MapFileError::value(file, self.place(), far, Georeference::NEAR)))
+    }
+
+    fn place(&self) -> String {
+        format!("area {:?}", self.name)
+    }
+
+    fn corners(&self) -> Vec<GeoPoint> {
+        match &self.purpose {
+            Purpose::Search(region) | Purpose::Prior { region, .. } => {
+                region.coords_iter().map(GeoPoint::from).collect()
+            }
+            Purpose::NoGo(region, lines) => {
+                region.coords_iter().chain(lines.coords_iter()).map(GeoPoint::from).collect()
+            }
+            Purpose::LastKnownPosition { point, .. } => vec![*point],
+        }
+    }
+}
+
+/// The rings of polygons, holes included.
+pub(in crate::map_file) fn rings(region: &MultiPolygon<f64>) -> Vec<Vec<(f64, f64)>> {
+    let rings =
+        region.iter().flat_map(|polygon| std::iter::once(polygon.exterior()).chain(polygon.interiors()));
+    rings.map(|ring| ring.0.iter().map(|corner| (corner.x, corner.y)).collect()).collect()
+}
+
+/// Mass of a normal distribution in each cell, cells.
+fn normal_cells(grid: Grid, (east, north): (f64, f64), spread: f64) -> Vec<(Cell, f64)> {
+    let columns = masses(grid.columns(), east, spread);
+    let rows = masses(grid.rows(), north, spread);
+    let mut cells = Vec::new();
+    for &(row, along) in &rows {
+        for &(column, across) in &columns {
+            cells.extend(grid.cell(Position { row, column }).map(|cell| (cell, along * across)));
+        }
+    }
+    cells
+}
+
+/// Mass between the edges of each of so many cells on a line, without those too far away.
+fn masses(count: u32, center: f64, spread: f64) -> Vec<(u32, f64)> {
+    let below = |edge: f64| 0.5 * libm::erfc((center - edge) / (spread * std::f64::consts::SQRT_2));
+    (0..count)
+        .filter(|&index| (f64::from(index) + 0.5 - center).abs() <= SPREADS * spread + 1.0)
+        .map(|index| (index, below(f64::from(index) + 1.0) - below(f64::from(index))))
+        .collect()
+}

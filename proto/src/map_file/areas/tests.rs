@@ -1,0 +1,291 @@
+use std::path::Path;
+
+use dragnet_search::cell::Position;
+use dragnet_search::terrain::Terrain;
+use proptest::prelude::*;
+
+use super::*;
+use crate::map_file::Georeference;
+
+/// What Google Earth, `CalTopo` and QGIS write, each in its own way.
+const KML: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
+<kml xmlns="http://www.opengis.net/kml/2.2" xmlns:gx="http://www.google.com/kml/ext/2.2">
+<Document><Folder><name>Search &amp; rescue</name>
+  <Placemark><name>Valley</name>
+    <Polygon><tessellate>1</tessellate>
+      <innerBoundaryIs><LinearRing><coordinates>
+        0.004,0.004,0 0.005,0.004,0 0.005,0.005,0 0.004,0.004,0</coordinates></LinearRing></innerBoundaryIs>
+      <outerBoundaryIs><LinearRing><coordinates>
+        0,0,0 0.01,0,0 0.01,0.01,0 0,0.01,0 0,0,0
+      </coordinates></LinearRing></outerBoundaryIs>
+    </Polygon>
+  </Placemark>
+  <Placemark><name>Quarry</name><description><![CDATA[Steep!<br>kind: no go]]></description>
+    <Polygon><outerBoundaryIs><LinearRing><coordinates>
+      0.002,0.002 0.003,0.002 0.003,0.003 0.002,0.002</coordinates></LinearRing></outerBoundaryIs></Polygon>
+  </Placemark>
+  <Placemark><name>Ridge</name>
+    <ExtendedData><SchemaData schemaUrl="a"><SimpleData name="POA">25 %</SimpleData></SchemaData></ExtendedData>
+    <MultiGeometry><Polygon><outerBoundaryIs><LinearRing><coordinates>
+      0.006,0.006 0.008,0.006 0.008,0.008 0.006,0.006</coordinates></LinearRing></outerBoundaryIs></Polygon>
+    </MultiGeometry>
+  </Placemark>
+  <Placemark><name>Car</name>
+    <ExtendedData><Data name="kind"><value>last_known_position</value></Data>
+      <Data name="poa"><value>0.5</value></Data><Data name="spread_meters"><value>150</value></Data></ExtendedData>
+    <Point><coordinates>0.001,0.002,30</coordinates></Point>
+  </Placemark>
+  <Placemark><name>Command post</name><Point><coordinates>0,0</coordinates></Point></Placemark>
+</Folder></Document></kml>"#;
+
+fn kml(text: &str) -> Result<Areas, String> {
+    Areas::from_kml(Path::new("a.kml"), text).map_err(|error| error.to_string())
+}
+
+fn geojson(text: &str) -> Result<Areas, String> {
+    Areas::from_geojson(Path::new("a.geojson"), text).map_err(|error| error.to_string())
+}
+
+/// A collection of features, each of properties and a geometry.
+fn collection(features: &[(&str, &str)]) -> String {
+    let feature = |(properties, geometry): &(&str, &str)| {
+        format!(r#"{{"type":"Feature","properties":{{{properties}}},"geometry":{geometry}}}"#)
+    };
+    let features: Vec<String> = features.iter().map(feature).collect();
+    format!(r#"{{"type":"FeatureCollection","features":[{}]}}"#, features.join(","))
+}
+
+const TRIANGLE: &str = r#"{"type":"Polygon","coordinates":[[[0,0],[0.01,0],[0,0.01],[0,0]]]}"#;
+const POINT: &str = r#"{"type":"Point","coordinates":[0.001,0.002]}"#;
+const LINE: &str = r#"{"type":"LineString","coordinates":[[0,0],[0.01,0.01]]}"#;
+
+#[test]
+fn a_kml_says_what_each_placemark_is() {
+    let read = kml(KML).unwrap();
+    let names: Vec<(&str, &str)> =
+        read.areas.iter().map(|area| (area.name.as_str(), area.purpose.word())).collect();
+    let expected =
+        [("Valley", "search"), ("Quarry", "no_go"), ("Ridge", "prior"), ("Car", "last_known_position")];
+    assert_eq!(names, expected);
+    assert_eq!(read.left_out, ["Command post"]);
+    assert_eq!(read.areas[0].purpose.polygons()[0].interiors().len(), 1, "whichever boundary comes first");
+    assert_eq!(read.areas[2].purpose.poa(), Some(0.25));
+    let point = GeoPoint { longitude_degrees: 0.001, latitude_degrees: 0.002 };
+    assert_eq!(read.areas[3].purpose, Purpose::LastKnownPosition { point, spread_meters: 150.0, poa: 0.5 });
+}
+
+#[test]
+fn areas_that_are_written_are_read_back() {
+    let read = kml(KML).unwrap();
+    let again = geojson(&read.to_geojson()).unwrap();
+    assert_eq!(again.areas, read.areas);
+    let fence = geojson(&collection(&[(r#""kind":"no_go","name":"fence""#, LINE)])).unwrap();
+    assert_eq!(geojson(&fence.to_geojson()).unwrap(), fence);
+}
+
+#[test]
+fn without_a_kind_a_polygon_is_searched_and_one_with_a_poa_is_a_prior() {
+    let text = collection(&[
+        ("", TRIANGLE),
+        (r#""poa":0.5,"title":"A""#, TRIANGLE),
+        (r#""poa":"30%","spread_meters":100"#, POINT),
+        (r#""name":"track""#, LINE),
+        (r#""class":"Folder","title":"Folder""#, "null"),
+        (r#""kind":"cleared","name":"an export of ours""#, TRIANGLE),
+        (r#""description":"kind = prior\npoa: 1 %""#, TRIANGLE),
+    ]);
+    let read = geojson(&text).unwrap();
+    let given: Vec<_> =
+        read.areas.iter().map(|it| (it.name.as_str(), it.purpose.word(), it.purpose.poa())).collect();
+    let expected = [
+        ("feature 1", "search", None),
+        ("A", "prior", Some(0.5)),
+        ("feature 3", "last_known_position", Some(0.3)),
+        ("feature 7", "prior", Some(0.01)),
+    ];
+    assert_eq!(given, expected);
+    assert_eq!(read.left_out, ["track", "Folder", "an export of ours"]);
+}
+
+#[test]
+fn an_area_of_the_wrong_kind_is_refused() {
+    let check = |properties: &str, geometry: &str, message: &str| {
+        let error = geojson(&collection(&[(properties, geometry)])).unwrap_err();
+        assert!(error.starts_with("a.geojson: feature 1") && error.contains(message), "{error}");
+    };
+    check(
+        r#""kind":"forest","name":"A""#,
+        TRIANGLE,
+        "\"A\", kind is \"forest\"; allowed is search, no_go, prior, last_known_position",
+    );
+    check(r#""kind":"search""#, POINT, "is search drawn as 1 point; allowed is a polygon");
+    check(r#""kind":"no_go""#, "null", "is no_go drawn as nothing; allowed is a polygon or a line");
+    check(r#""kind":"last_known_position""#, TRIANGLE, "drawn as 1 polygon; allowed is one point");
+    check(r#""kind":"prior""#, TRIANGLE, "poa is missing; allowed is a share from 0 to 1, or percent");
+    check(r#""poa":25"#, TRIANGLE, "poa is 25; allowed is a share");
+    check(r#""poa":"nan""#, TRIANGLE, "poa is nan; allowed");
+    check(r#""poa":"-3%""#, TRIANGLE, "poa is -3%; allowed");
+    check(r#""poa":0.5"#, POINT, "spread_meters is missing; allowed is metres above 0 to 100000");
+    check(r#""poa":0.5,"spread_meters":0"#, POINT, "spread_meters is 0; allowed");
+    check(r#""poa":0.5,"spread_meters":"inf""#, POINT, "spread_meters is inf; allowed");
+}
+
+#[test]
+fn a_kml_that_is_none_is_refused_with_its_line() {
+    let check = |text: &str, message: &str| {
+        let error = kml(text).unwrap_err();
+        assert!(error.starts_with("a.kml: ") && error.contains(message), "{error}");
+    };
+    check("", "no XML");
+    check("<kml><Document></kml>", "no XML: expected 'Document' tag, not 'kml' at 1:16");
+    check("<html/>", "the root element is <html>; allowed is <kml>");
+    let bomb = "<!DOCTYPE kml [<!ENTITY a SYSTEM \"file:///etc/passwd\">]><kml><name>&a;</name></kml>";
+    check(bomb, "the beginning is a <!DOCTYPE>; allowed is no document type");
+    check("<kml><name>&a;</name></kml>", "no XML: unknown entity reference 'a' at 1:12");
+    let quarry = |from: &str, to: &str| KML.replace(from, to);
+    check(&quarry("0.003,0.002", "0.003 0.002"), "\"Quarry\", polygon 1, ring 1, position 2 is [0.003]");
+    check(
+        &quarry("0.003,0.002", "0,003,0,x"),
+        "line 14, coordinates is \"0,003,0,x\"; allowed is longitude,",
+    );
+    check(
+        &quarry("0.003,0.002", "0.003,NaN"),
+        "position 2 is [0.003, NaN]; allowed is [longitude, latitude]",
+    );
+    check(&quarry("0.003,0.002", "0.003,91"), "line 13 \"Quarry\", polygon 1, ring 1, position 2");
+    check(&quarry("0.003,0.002 0.003,0.003", ""), "ring 1 is 2 positions; allowed is at least 4");
+    check(&quarry("0.008,0.008", "0.006,0.006"), "line 17 \"Ridge\", polygon 1 is not valid");
+}
+
+#[test]
+fn files_that_are_too_large_are_refused() {
+    let points = |count: usize| vec!["[0,0]"; count].join(",");
+    let line = format!(r#"{{"type":"LineString","coordinates":[{}]}}"#, points(MAX_CORNERS + 1));
+    let error = geojson(&line).unwrap_err();
+    assert!(error.contains("number of corners is 20001; allowed is at most 20000"), "{error}");
+    let many = vec![("", POINT); MAX_FEATURES + 1];
+    let error = geojson(&collection(&many)).unwrap_err();
+    assert!(error.contains("number of features is 10001; allowed is at most 10000"), "{error}");
+    // Elements in each other, without an end.
+    let deep = "<kml>".repeat(200_000);
+    assert!(kml(&deep).is_err());
+    assert_eq!(kml(&(deep + &"</kml>".repeat(200_000))), Ok(Areas::default()));
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("a.kml");
+    std::fs::File::create(&file).unwrap().set_len(Areas::MAX_BYTES + 1).unwrap();
+    let error = Areas::load(&file).unwrap_err().to_string();
+    assert!(error.contains("a.kml: longer than the 16777216 bytes that are read"), "{error}");
+}
+
+/// A map of 10 x 10 cells of 100 m at the equator.
+fn map() -> (Georeference, Terrain) {
+    let terrain = Terrain::from_ascii(&"..........\n".repeat(10), 100.0).unwrap();
+    let corner = GeoPoint { longitude_degrees: 0.0, latitude_degrees: 0.0 };
+    (Georeference::of_map(corner, &terrain), terrain)
+}
+
+/// A rectangle of cells, from west, south, east and north.
+fn rectangle(frame: &Georeference, [west, south, east, north]: [f64; 4]) -> String {
+    let corners = [(west, south), (east, south), (east, north), (west, north), (west, south)];
+    let at = |(east, north): &(f64, f64)| {
+        let point = frame.point((east * 100.0, north * 100.0));
+        format!("[{},{}]", point.longitude_degrees, point.latitude_degrees)
+    };
+    let ring: Vec<String> = corners.iter().map(at).collect();
+    format!(r#"{{"type":"Polygon","coordinates":[[{}]]}}"#, ring.join(","))
+}
+
+fn prior(features: &[(&str, &str)], objects: f64) -> Result<RegionPrior, String> {
+    let (frame, terrain) = map();
+    let areas = geojson(&collection(features)).unwrap();
+    let prior = areas.prior(Path::new("a.geojson"), &frame, &terrain, objects);
+    prior.map(Option::unwrap).map_err(|error| error.to_string())
+}
+
+fn sum_in(prior: &RegionPrior, is_in: impl Fn(Position) -> bool) -> f64 {
+    let grid = map().1.grid();
+    let inside = grid.cells().filter(|&cell| is_in(grid.position(cell)));
+    inside.map(|cell| prior.probability[cell.index()]).sum()
+}
+
+#[test]
+fn each_region_holds_its_share_of_the_objects_and_the_rest_is_spread_outside() {
+    let frame = map().0;
+    let (south, east) = (rectangle(&frame, [0.0, 0.0, 10.0, 2.0]), rectangle(&frame, [8.0, 5.0, 12.0, 10.0]));
+    let features = [(r#""name":"south","poa":"50%""#, &*south), (r#""name":"east","poa":0.2"#, &*east)];
+    let prior = prior(&features, 3.0).unwrap();
+    assert!((sum_in(&prior, |it| it.row < 2) - 1.5).abs() < 1e-9);
+    assert!((sum_in(&prior, |it| it.row >= 5 && it.column >= 8) - 0.6).abs() < 1e-9);
+    assert!((prior.probability.iter().sum::<f64>() - 3.0).abs() < 1e-9);
+    let regions = &prior.claims.regions;
+    assert_eq!((regions[0].cells, regions[1].cells), (20, 10));
+    assert!((regions[0].searched_share - 1.0).abs() < 1e-6, "{regions:?}");
+    assert!((regions[1].searched_share - 0.5).abs() < 1e-3, "half of it lies beyond the map: {regions:?}");
+    assert_eq!(prior.claims.rest.cells, 70);
+    assert!((prior.claims.rest.poa - 0.3).abs() < 1e-9);
+}
+
+/// Of a normal distribution a share `1 - exp(-k^2 / 2)` lies within k standard deviations.
+#[test]
+fn a_last_known_position_spreads_as_a_normal_distribution() {
+    let frame = map().0;
+    let center = frame.point((520.0, 480.0));
+    let point = format!(
+        r#"{{"type":"Point","coordinates":[{},{}]}}"#,
+        center.longitude_degrees, center.latitude_degrees
+    );
+    let prior = prior(&[(r#""poa":1,"spread_meters":100"#, &point)], 1.0).unwrap();
+    assert!((prior.probability.iter().sum::<f64>() - 1.0).abs() < 1e-9);
+    // Between 400 and 600 m: 1.2 standard deviations below the center and 0.8 above, and the other way round.
+    let within = 0.673_074;
+    let given = sum_in(&prior, |it| (4..6).contains(&it.row) && (4..6).contains(&it.column));
+    assert!((given - within * within).abs() < 1e-4, "{given}");
+    let east = sum_in(&prior, |it| it.column >= 6);
+    assert!((east - 0.211_855).abs() < 1e-4, "{east}");
+    assert!(prior.claims.regions[0].searched_share > 0.999);
+}
+
+#[test]
+fn regions_that_cannot_be_are_refused() {
+    let frame = map().0;
+    let [cell, all, all_but_one_row, beside, far] = [
+        [2.0, 2.0, 3.0, 3.0],
+        [0.0, 0.0, 10.0, 10.0],
+        [0.0, 0.0, 10.0, 9.0],
+        [20.0, 0.0, 30.0, 10.0],
+        [20.0, 2000.0, 30.0, 2010.0],
+    ]
+    .map(|edges| rectangle(&frame, edges));
+    let check = |features: &[(&str, &str)], objects: f64, message: &str| {
+        let error = prior(features, objects).unwrap_err();
+        assert!(error.contains(message), "{error}");
+    };
+    let named = r#""name":"A","poa":"60%""#;
+    check(&[(named, &all_but_one_row)], 30.0, "the rest is 12.000 objects in 10 cells outside of all areas");
+    check(&[(named, &all), (named, &cell)], 1.0, "the sum of all poa is 1.200000; allowed is at most 1");
+    check(
+        &[(named, &cell)],
+        2.0,
+        "area \"A\" is a probability of 1.200 in one of 1 cells; allowed is below 1",
+    );
+    check(&[(named, &beside)], 1.0, "area \"A\" is on no searched cell; allowed is an area that touches");
+    check(&[(named, &far)], 1.0, "area \"A\" is 200 km away; allowed is at most 100 km from the map's");
+}
+
+proptest! {
+    #[test]
+    fn whatever_the_text_it_is_read_or_refused(text in "\\PC{0,60}") {
+        let _ = kml(&text);
+        let _ = geojson(&text);
+    }
+
+    #[test]
+    fn whatever_is_changed_in_a_kml_it_is_read_or_refused(at in 0..KML.len(), length in 0..40_usize, text in "\\PC{0,6}") {
+        let mut changed = KML.to_owned();
+        changed.replace_range(at..(at + length).min(KML.len()), &text);
+        if let Ok(areas) = kml(&changed) {
+            let (frame, terrain) = map();
+            let _ = areas.prior(Path::new("a.kml"), &frame, &terrain, 1.0);
+        }
+    }
+}

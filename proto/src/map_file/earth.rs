@@ -1,0 +1,66 @@
+//! Where on earth a mission takes place, as its recording keeps it.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use super::areas::{Area, Areas};
+use super::georeference::{GeoPoint, Georeference};
+
+/// Where on earth a mission takes place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Earth {
+    /// The frame of its map.
+    pub frame: Georeference,
+    /// What is drawn there.
+    pub areas: Vec<Area>,
+    /// Objects that are expected on the whole, of which a probability of area is a share.
+    pub expected_objects: f64,
+}
+
+const LATITUDE: &str = "south_west_latitude_degrees";
+const LONGITUDE: &str = "south_west_longitude_degrees";
+const REFERENCE: &str = "reference_latitude_degrees";
+const OBJECTS: &str = "expected_objects";
+
+impl Earth {
+    /// All but the areas, as text by name.
+    #[must_use]
+    pub fn facts(&self) -> BTreeMap<String, String> {
+        let corner = self.frame.south_west();
+        let facts = [
+            (LATITUDE, corner.latitude_degrees),
+            (LONGITUDE, corner.longitude_degrees),
+            (REFERENCE, self.frame.reference_latitude_degrees()),
+            (OBJECTS, self.expected_objects),
+        ];
+        facts.into_iter().map(|(name, number)| (name.to_owned(), number.to_string())).collect()
+    }
+
+    /// The areas as a `GeoJSON` text.
+    #[must_use]
+    pub fn areas_geojson(&self) -> String {
+        Areas { areas: self.areas.clone(), left_out: Vec::new() }.to_geojson()
+    }
+
+    /// What [`Earth::facts`] and [`Earth::areas_geojson`] say.
+    ///
+    /// # Errors
+    /// If a fact is missing or impossible, or the text holds no areas.
+    pub fn read(facts: &BTreeMap<String, String>, areas_geojson: &str) -> Result<Self, String> {
+        let number = |name: &str| {
+            let text = facts.get(name).map_or("missing", String::as_str);
+            text.parse().map_err(|_| format!("{name} is {text:?}; allowed is a number"))
+        };
+        let (latitude, longitude): (f64, f64) = (number(LATITUDE)?, number(LONGITUDE)?);
+        let reference: f64 = number(REFERENCE)?;
+        let corner = GeoPoint::checked(longitude, latitude)
+            .filter(|_| GeoPoint::checked(longitude, reference).is_some())
+            .ok_or_else(|| format!("a map at {latitude}, {longitude}; allowed is {}", GeoPoint::ALLOWED))?;
+        let areas = Areas::from_geojson(Path::new("areas.geojson"), areas_geojson);
+        Ok(Self {
+            frame: Georeference::new(corner, reference),
+            areas: areas.map_err(|error| error.to_string())?.areas,
+            expected_objects: number(OBJECTS)?,
+        })
+    }
+}

@@ -1,0 +1,158 @@
+//! `dragnet export`: a recorded mission for maps, receivers and ground stations.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use dragnet_coordinator::Ending;
+use dragnet_coordinator::playback::Playback;
+use dragnet_export::account::Coverage;
+use dragnet_export::{Account, geojson, gpx, kml, plan};
+use dragnet_proto::map_file::GeoPoint;
+use dragnet_proto::time::MissionTime;
+
+use super::{Failure, complain, output};
+use crate::terminal::table::Table;
+use crate::terminal::{self, counted};
+
+/// Export a recorded mission to maps, receivers and ground stations.
+///
+/// Objects that were found, tracks of the robots and what was cleared with its probability of detection (.geojson, .kml);
+/// finds and tracks (.gpx); or the plans of the robots for a ground station (.plan), one file a robot. Prints how well
+/// each area was searched.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  dragnet export missing_person-0.mcap --to mission.kml\n  dragnet export missing_person-0.mcap --to next.plan --at 600\n  dragnet export warehouse-0.mcap --to mission.geojson --origin 49.236,-2.24"
+)]
+pub(crate) struct Arguments {
+    /// A recording (MCAP)
+    recording: PathBuf,
+    /// The new file; its extension says the format. Of `next.plan` each robot has its own, as next-robot-1.plan
+    #[arg(long, value_name = "FILE")]
+    to: PathBuf,
+    /// The format, whatever the extension
+    #[arg(long, value_enum)]
+    format: Option<Format>,
+    /// Where the map's south-western corner lies, degrees, of a recording that does not say so
+    #[arg(long, value_name = "LAT,LON", value_parser = parse_origin, allow_hyphen_values = true)]
+    origin: Option<GeoPoint>,
+    /// As the mission stood so long after its start; without, at the end
+    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds, allow_negative_numbers = true)]
+    at: Option<MissionTime>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Format {
+    Geojson,
+    Kml,
+    Gpx,
+    Plan,
+}
+
+impl Format {
+    fn of(path: &Path) -> Option<Self> {
+        let extension = path.extension()?.to_string_lossy().to_lowercase();
+        match extension.as_str() {
+            "geojson" | "json" => Some(Self::Geojson),
+            "kml" => Some(Self::Kml),
+            "gpx" => Some(Self::Gpx),
+            "plan" => Some(Self::Plan),
+            _ => None,
+        }
+    }
+}
+
+fn parse_origin(text: &str) -> Result<GeoPoint, String> {
+    let point = text.split_once(',').and_then(|(latitude, longitude)| {
+        GeoPoint::checked(longitude.trim().parse().ok()?, latitude.trim().parse().ok()?)
+    });
+    point.ok_or_else(|| format!("allowed is LATITUDE,LONGITUDE with {}", GeoPoint::ALLOWED))
+}
+
+fn parse_seconds(text: &str) -> Result<MissionTime, String> {
+    let seconds = text.parse().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    let time = seconds.filter(|seconds| seconds.as_secs() <= 1_000_000_000);
+    time.map(|time| MissionTime::START + time).ok_or_else(|| "allowed is 0 to 1000000000 seconds".to_owned())
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
+    let format = arguments.format.or_else(|| Format::of(&arguments.to)).ok_or_else(|| {
+        let to = arguments.to.display();
+        Failure::Input(format!("--to {to}: unknown extension; allowed are .geojson, .kml, .gpx and .plan"))
+    })?;
+    let playback = Playback::read(&arguments.recording).map_err(Failure::input)?;
+    let account = Account::new(&playback, arguments.origin, arguments.at)
+        .map_err(|error| Failure::Input(format!("{}: {error}", arguments.recording.display())))?;
+    if playback.ending != Ending::Complete {
+        let what = "was cut off or is damaged, and is exported as far as it is whole";
+        complain("warning", &format!("{}: {what}", arguments.recording.display()));
+    }
+    for (path, text) in files(arguments, format, &account)? {
+        let path = output::free("--to", &path, "no file is")?;
+        output::write(&path, text.as_bytes())?;
+        terminal::print(&format!("{}\n", path.display()))?;
+    }
+    Ok(terminal::print(&summary(&account))?)
+}
+
+fn files(
+    arguments: &Arguments,
+    format: Format,
+    account: &Account,
+) -> Result<Vec<(PathBuf, String)>, Failure> {
+    let text = match format {
+        Format::Geojson => geojson::text(account),
+        Format::Kml => kml::text(account),
+        Format::Gpx => gpx::text(account),
+        Format::Plan => {
+            let texts = plan::texts(account)
+                .map_err(|error| Failure::Input(format!("{}: {error}", arguments.recording.display())))?;
+            let stem = arguments.to.file_stem().unwrap_or_default().to_string_lossy();
+            let named = |robot| arguments.to.with_file_name(format!("{stem}-robot-{robot}.plan"));
+            return Ok(texts.into_iter().map(|(robot, text)| (named(robot), text)).collect());
+        }
+    };
+    Ok(vec![(arguments.to.clone(), text)])
+}
+
+/// What was found, and how well each area was searched.
+fn summary(account: &Account) -> String {
+    let head = format!(
+        "{} after {:.1} s: {} found, {}\n",
+        account.name,
+        account.until.as_seconds(),
+        counted(account.found.len(), "object"),
+        counted(account.tracks.len(), "track"),
+    );
+    let mut table = Table::new(["area", "POA", "POD", "POS", "cells"]);
+    let mut push = |name: &str, it: &Coverage| {
+        let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+        let [poa, pod, pos] = [it.poa, it.pod, it.pos()].map(percent);
+        table.push([name.escape_debug().to_string(), poa, pod, pos, it.cells.to_string()]);
+    };
+    for (area, coverage) in &account.areas {
+        if let Some(coverage) = coverage {
+            push(&area.name, coverage);
+        }
+    }
+    push("in all", &account.total);
+    head + &table.draw(1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_origin_is_latitude_and_longitude() {
+        let point = parse_origin("49.5, -2.25").unwrap();
+        assert!(
+            (point.latitude_degrees - 49.5).abs() < 1e-12 && (point.longitude_degrees + 2.25).abs() < 1e-12
+        );
+        for wrong in ["", "49.5", "49.5;2", "91,0", "0,181", "nan,0", "1,2,3"] {
+            assert!(parse_origin(wrong).unwrap_err().contains("LATITUDE,LONGITUDE"), "{wrong}");
+        }
+        for wrong in ["-1", "nan", "1e300", "x"] {
+            assert!(parse_seconds(wrong).is_err(), "{wrong}");
+        }
+    }
+}

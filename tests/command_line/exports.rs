@@ -1,0 +1,114 @@
+//! `dragnet export`, and what `dragnet check` says of areas.
+
+use std::fs;
+
+use serde_json::Value;
+
+use super::Place;
+
+const AREAS: &str = r#"{"type":"FeatureCollection","features":[
+{"type":"Feature","properties":{"name":"Field"},"geometry":{"type":"Polygon","coordinates":
+    [[[0,0],[0.003,0],[0.003,0.003],[0,0.003],[0,0]]]}},
+{"type":"Feature","properties":{"name":"Pond","kind":"no_go"},"geometry":{"type":"Polygon","coordinates":
+    [[[0.0012,0.0012],[0.0016,0.0012],[0.0016,0.0016],[0.0012,0.0012]]]}},
+{"type":"Feature","properties":{"name":"Wood","poa":"70%"},"geometry":{"type":"Polygon","coordinates":
+    [[[0,0],[0.001,0],[0.001,0.003],[0,0.003],[0,0]]]}},
+{"type":"Feature","properties":{"name":"Tent"},"geometry":{"type":"Point","coordinates":[0,0]}}]}"#;
+const DRAWN: &str = "name = 'drawn'
+map = { file = 'areas.geojson', cell_meters = 30.0 }
+objects.cells = [[2, 1], [8, 7]]
+robots = { count = 2, start = [0, 10] }
+mission.budget_meters = 3000.0
+";
+
+fn searched() -> Place {
+    let place = Place::new();
+    place.write("areas.geojson", AREAS);
+    place.write("drawn.toml", DRAWN);
+    place.json(&["run", "drawn.toml", "--record", "drawn.mcap", "--json"]);
+    place
+}
+
+#[test]
+fn check_tells_what_was_drawn() {
+    let place = searched();
+    let text = place.succeed(&["check", "drawn.toml"]);
+    for line in [
+        "  south-western corner at latitude 0.000000, longitude 0.000000\n",
+        "  search \"Field\": 121 searched cells\n",
+        "  no_go \"Pond\": 3 searched cells\n",
+        "  prior \"Wood\": POA 70.0 % in 44 cells\n",
+        "  rest: POA 30.0 %, spread over 77 cells outside of all areas\n",
+        "  left out: Tent, no area of ours\n",
+    ] {
+        assert!(text.contains(line), "{line}{text}");
+    }
+}
+
+#[test]
+fn a_recording_alone_becomes_a_file_of_each_format() {
+    let place = searched();
+    let text = place.succeed(&["export", "drawn.mcap", "--to", "out.geojson"]);
+    assert!(
+        text.starts_with("out.geojson\ndrawn after ") && text.contains(": 2 objects found, 2 tracks"),
+        "{text}"
+    );
+    let file: Value = serde_json::from_str(&fs::read_to_string(place.path("out.geojson")).unwrap()).unwrap();
+    let kinds = |kind: &str| {
+        let features = file["features"].as_array().unwrap().iter();
+        features.filter(|feature| feature["properties"]["kind"] == kind).count()
+    };
+    assert_eq!([kinds("found"), kinds("track"), kinds("prior"), kinds("search")], [2, 2, 1, 1]);
+    assert!(file["pos"].as_f64().unwrap() > 0.9, "{}", file["pos"]);
+    for (name, format, beginning) in
+        [("out.kml", "kml", "<?xml"), ("out.gpx", "gpx", "<?xml"), ("out.txt", "geojson", "{\"type\"")]
+    {
+        place.succeed(&["export", "drawn.mcap", "--to", name, "--format", format]);
+        assert!(fs::read_to_string(place.path(name)).unwrap().starts_with(beginning));
+    }
+    let text = place.succeed(&["export", "drawn.mcap", "--to", "out.plan", "--at", "20"]);
+    assert!(text.starts_with("out-robot-1.plan\nout-robot-2.plan\ndrawn after 20.0 s"), "{text}");
+    assert!(place.path("out-robot-2.plan").is_file() && !place.path("out.plan").exists());
+}
+
+#[test]
+fn the_same_run_gives_the_same_files() {
+    let [a, b] = [searched(), searched()].map(|place| {
+        ["geojson", "kml", "gpx"].map(|extension| {
+            let name = format!("out.{extension}");
+            place.succeed(&["export", "drawn.mcap", "--to", &name]);
+            fs::read(place.path(&name)).unwrap()
+        })
+    });
+    assert!(a == b && a.iter().all(|file| file.len() > 1000));
+}
+
+#[test]
+fn a_map_without_a_place_needs_an_origin() {
+    let place = Place::new();
+    place.json(&["run", "small.toml", "--record", "small.mcap", "--json"]);
+    let export = |rest: &[&'static str]| [&["export", "small.mcap", "--to", "a.kml"], rest].concat();
+    place.refuse(&export(&[]), &["small.mcap", "does not say where on earth", "--origin"]);
+    place.refuse(&export(&["--origin", "49.2"]), &["--origin", "LATITUDE,LONGITUDE"]);
+    assert!(!place.path("a.kml").exists());
+    place.succeed(&export(&["--origin", "-33.9,18.4"]));
+    assert!(fs::read_to_string(place.path("a.kml")).unwrap().contains("<coordinates>18.4"));
+    let drawn = searched();
+    drawn.refuse(
+        &["export", "drawn.mcap", "--to", "a.kml", "--origin", "0,1"],
+        &["says itself where", "no other"],
+    );
+}
+
+#[test]
+fn what_cannot_be_exported_is_refused() {
+    let place = searched();
+    place.refuse(&["export", "drawn.mcap", "--to", "a.shp"], &["a.shp", ".geojson, .kml, .gpx and .plan"]);
+    place.refuse(&["export", "drawn.toml", "--to", "a.kml"], &["drawn.toml", "not a recording"]);
+    place.refuse(&["export", "drawn.mcap", "--to", "a.plan"], &["no robot has a plan", "--at 0"]);
+    place.refuse(&["export", "drawn.mcap", "--to", "areas.geojson"], &["areas.geojson", "exists already"]);
+    place.refuse(
+        &["export", "drawn.mcap", "--to", "a.kml", "--at", "-1"],
+        &["--at", "0 to 1000000000 seconds"],
+    );
+}
