@@ -192,7 +192,7 @@ impl Expedition {
         }
         let log = self.simulation.crew().robots[place].inbox().log();
         let version = log.versions().filter(|version| version.origin.robot == self.robot(other)).last()?;
-        log.of(version.origin).last().map(|observation| observation.from)
+        log.ends(version.origin).map(|known| known.last.from)
     }
 
     /// What all readings of the team together support.
