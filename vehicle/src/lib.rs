@@ -2,6 +2,7 @@
 //!
 //! Nothing here knows a clock, socket, file, thread or unseeded randomness. What a robot sees goes this way:
 //!
+//! 0. [`detector`]: from a camera's image to boxes, if no other program does that;
 //! 1. [`plane`], [`camera`]: from the boxes of a detector to bearings;
 //! 2. [`assignment`]: from bearings to the tracks that they belong to;
 //! 3. [`tracker`]: from bearings over time to where things are;
@@ -13,6 +14,7 @@
 pub mod assignment;
 pub mod calibration;
 pub mod camera;
+pub mod detector;
 pub mod evidence;
 pub mod lattice;
 pub mod plane;
