@@ -8,6 +8,7 @@ mod comparison;
 mod completions;
 mod coordinator;
 mod demonstrate;
+mod detect;
 mod inspect;
 mod jobs;
 mod keys;
@@ -48,6 +49,7 @@ pub(crate) enum Command {
     Inspect(inspect::Arguments),
     Recover(recover::Arguments),
     Calibrate(calibrate::Arguments),
+    Detect(detect::Arguments),
     Replay(replay::Arguments),
     Agent(agent::Arguments),
     Coordinator(coordinator::Arguments),
@@ -79,6 +81,7 @@ pub(crate) fn execute(command: Command) -> Result<(), Failure> {
         Command::Inspect(arguments) => inspect::execute(&arguments),
         Command::Recover(arguments) => recover::execute(&arguments),
         Command::Calibrate(arguments) => calibrate::execute(&arguments),
+        Command::Detect(arguments) => detect::execute(&arguments),
         Command::Replay(arguments) => replay::execute(&arguments),
         Command::Agent(arguments) => agent::execute(&arguments),
         Command::Coordinator(arguments) => coordinator::execute(&arguments),

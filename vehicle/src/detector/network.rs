@@ -5,7 +5,8 @@
 use std::collections::BTreeMap;
 use std::io::Cursor;
 
-use tch::{CModule, Device, Kind, TchError, Tensor};
+pub use tch::Device;
+use tch::{CModule, Kind, TchError, Tensor};
 
 use super::metadata::Metadata;
 use super::output::Output;
@@ -69,6 +70,11 @@ pub enum NetworkError {
     /// What it said says nothing of the image.
     #[error(transparent)]
     Find(#[from] FindError),
+}
+
+/// Lets libtorch use so many threads of the CPU.
+pub fn set_threads(threads: u16) {
+    tch::set_num_threads(threads.into());
 }
 
 /// What came out of it.
@@ -207,7 +213,8 @@ fn gist(error: &TchError) -> String {
     line.trim().chars().take(MOST_CHARACTERS).collect()
 }
 
-/// Whether this is the name of an exception, as `RuntimeError` is.
+/// Whether this is the name of an exception, as `RuntimeError` and `builtins.ValueError` are.
 fn is_exception(name: &str) -> bool {
-    name.chars().all(char::is_alphanumeric) && (name.ends_with("Error") || name.ends_with("Exception"))
+    name.chars().all(|letter| letter.is_alphanumeric() || letter == '.')
+        && (name.ends_with("Error") || name.ends_with("Exception"))
 }
