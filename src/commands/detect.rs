@@ -94,7 +94,10 @@ impl FromStr for Input {
         let (columns, rows) = text.split_once('x').unwrap_or((text, text));
         match (columns.parse(), rows.parse()) {
             (Ok(columns), Ok(rows)) => Ok(Self { columns, rows }),
-            _ => Err("allowed is a number of pixels, or two with an x between them, such as 640x384".to_owned()),
+            _ => {
+                Err("allowed is a number of pixels, or two with an x between them, such as 640x384"
+                    .to_owned())
+            }
         }
     }
 }

@@ -8,6 +8,7 @@ mod bad_input;
 mod calibrate;
 mod compare;
 mod demonstrations;
+mod detect;
 mod output;
 mod paper;
 mod recordings;

@@ -51,15 +51,17 @@ def prepared(image, network_input):
     return LetterBox(network_input, auto=False)(image=image)
 
 
-def run(module, pixels):
-    image = torch.from_numpy(pixels).permute(2, 0, 1)[None].float() / 255
+def run(module, *images):
+    images = torch.from_numpy(numpy.stack(images)).permute(0, 3, 1, 2).float() / 255
     with torch.no_grad():
-        return module(image.contiguous())
+        return module(images.contiguous())
 
 
 def found(output, network_input, image, **settings):
-    """Boxes in pixels of the image: left, top, right, bottom, confidence, class."""
-    boxes = non_max_suppression(output.clone(), max_det=10_000, **settings)[0]
+    """Boxes in pixels of the image: left, top, right, bottom, confidence, class. Of equals the first anchor comes first."""
+    (boxes,), (anchors,) = non_max_suppression(output.clone(), max_det=10_000, return_idxs=True, **settings)
+    order = sorted(range(len(boxes)), key=lambda number: (-boxes[number, 4].item(), anchors[number].item()))
+    boxes = boxes[order]
     boxes[:, :4] = scale_boxes(network_input, boxes[:, :4], image.shape[:2])
     return boxes.double().tolist()
 
@@ -103,12 +105,13 @@ def random_case(expected):
     for part in model.model.modules():
         if isinstance(part, torch.nn.BatchNorm2d):
             part.momentum = 1.0
-    run(model.model.train(), prepared(image, RANDOM_INPUT))
-    run(model.model.eval(), prepared(image, RANDOM_INPUT))
+    shown = [prepared(seen, RANDOM_INPUT) for seen in [image, half(image)]]
+    run(model.model.train(), *shown)
+    run(model.model.eval(), *shown)
     for part in head.cv2:
         spread(part[-1], caught[part[-1]], 0, 2)
     for part in head.cv3:
-        spread(part[-1], caught[part[-1]], -5, 1.5)
+        spread(part[-1], caught[part[-1]], -3.5, 0.9)
     for branch in [head.cv2, head.cv3]:
         for part in branch:
             part[-1]._forward_hooks.clear()

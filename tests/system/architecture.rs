@@ -54,10 +54,10 @@ const EDGES: [(&str, &[&str]); 7] = [
     ("mcap", &["dragnet-coordinator"]),
     ("clap", &["dragnet"]),
     ("rcgen", &["dragnet-keys"]),
-    ("tch", &["dragnet-train"]),
+    ("tch", &["dragnet-train", "dragnet-vehicle"]),
 ];
 
-/// libtorch and its bindings, which only training needs.
+/// libtorch and its bindings, which only training and the detector need.
 const TORCH: [&str; 2] = ["tch", "torch-sys"];
 
 fn command() -> MetadataCommand {
@@ -135,15 +135,18 @@ fn built_from<'a>(metadata: &'a Metadata, name: &str) -> BTreeSet<&'a str> {
 }
 
 #[test]
-fn libtorch_comes_with_the_feature_train_and_only_with_it() {
+fn libtorch_comes_with_the_features_train_and_detector_and_only_with_them() {
     let default = command().exec().unwrap();
     let program = built_from(&default, "dragnet");
     assert!(program.len() > 200);
     assert!(TORCH.iter().all(|torch| !program.contains(torch)), "libtorch is in the default build");
+    for feature in ["train", "detector"] {
+        let with = command().features(CargoOpt::SomeFeatures(vec![feature.to_owned()])).exec().unwrap();
+        assert!(TORCH.iter().all(|torch| built_from(&with, "dragnet").contains(torch)), "{feature}");
+    }
     let all = everything();
-    assert!(TORCH.iter().all(|torch| built_from(&all, "dragnet").contains(torch)));
     assert_eq!(importers(&all, "torch-sys"), ["tch"]);
-    assert_eq!(importers(&all, "tch"), ["dragnet-train"]);
+    assert_eq!(importers(&all, "tch"), ["dragnet-train", "dragnet-vehicle"]);
     assert_eq!(importers(&all, "dragnet-train"), ["dragnet"]);
 }
 

@@ -75,7 +75,8 @@ pub enum FindError {
 pub fn find(output: &Output<'_>, letterbox: &Letterbox, settings: &Settings) -> Result<Found, FindError> {
     settings.check()?;
     let (candidates, refused_anchors) = output.candidates(settings)?;
-    let kept = suppression::suppress(candidates, settings, Camera::MAX_BOXES).ok_or(FindError::TooManyBoxes)?;
+    let kept =
+        suppression::suppress(candidates, settings, Camera::MAX_BOXES).ok_or(FindError::TooManyBoxes)?;
     let detections = kept.iter().filter_map(|candidate| {
         // What lies in the padding alone is none of the image.
         let bounds = letterbox.bounds_in_image(&candidate.bounds)?;

@@ -8,7 +8,8 @@ use crate::commands::Failure;
 
 /// An image as red, green and blue of 8 bits, turned as its file says that the camera was held.
 pub(super) fn read(path: &Path) -> Result<RgbImage, Failure> {
-    decode(path).map_err(|error| Failure::Input(format!("{}: no image that can be read: {error}", path.display())))
+    decode(path)
+        .map_err(|error| Failure::Input(format!("{}: no image that can be read: {error}", path.display())))
 }
 
 fn decode(path: &Path) -> Result<RgbImage, ImageError> {

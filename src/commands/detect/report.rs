@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use csv::Writer;
+use csv::WriterBuilder;
 use dragnet_vehicle::camera::Camera;
 use dragnet_vehicle::detector::network::Network;
 use dragnet_vehicle::detector::settings::{Resolution, Settings};
@@ -108,9 +108,16 @@ impl<'a> Report<'a> {
 
     /// A row a box.
     pub(super) fn csv(&self) -> Result<Vec<u8>, csv::Error> {
-        let mut writer = Writer::from_writer(Vec::new());
+        let mut writer = WriterBuilder::new().has_headers(false).from_writer(Vec::new());
         writer.write_record([
-            "image", "class", "name", "confidence", "left_pixels", "top_pixels", "right_pixels", "bottom_pixels",
+            "image",
+            "class",
+            "name",
+            "confidence",
+            "left_pixels",
+            "top_pixels",
+            "right_pixels",
+            "bottom_pixels",
             "bearing_radians",
         ])?;
         for (image, row) in self.rows() {
@@ -120,8 +127,16 @@ impl<'a> Report<'a> {
     }
 
     pub(super) fn text(&self) -> String {
-        let mut table =
-            Table::new(["image", "class", "confidence", "left", "top", "right", "bottom", "bearing (degrees)"]);
+        let mut table = Table::new([
+            "image",
+            "class",
+            "confidence",
+            "left",
+            "top",
+            "right",
+            "bottom",
+            "bearing (degrees)",
+        ]);
         for (image, row) in self.rows() {
             let pixels = |edge: f64| format!("{edge:.1}");
             table.push([
@@ -132,7 +147,8 @@ impl<'a> Report<'a> {
                 pixels(row.top_pixels),
                 pixels(row.right_pixels),
                 pixels(row.bottom_pixels),
-                row.bearing_radians.map_or_else(|| "-".to_owned(), |bearing| format!("{:.2}", bearing.to_degrees())),
+                row.bearing_radians
+                    .map_or_else(|| "-".to_owned(), |bearing| format!("{:.2}", bearing.to_degrees())),
             ]);
         }
         let told: Vec<String> = self.images.iter().map(|image| self.told(image)).collect();
@@ -148,7 +164,10 @@ impl<'a> Report<'a> {
         };
         let refused = match refused_anchors {
             0 => String::new(),
-            count => format!("; {} left out, for the network said of them what cannot be", counted(*count, "anchor")),
+            count => format!(
+                "; {} left out, for the network said of them what cannot be",
+                counted(*count, "anchor")
+            ),
         };
         let boxes = match boxes.len() {
             1 => "1 box".to_owned(),

@@ -21,7 +21,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let save = arguments.save.as_deref();
     let save = save.map(|path| output::free("--save", path, "no image is")).transpose()?;
     if save.is_some() && arguments.images.len() > 1 {
-        return Err(Failure::Input(format!("--save: for one image only, and here are {}", arguments.images.len())));
+        return Err(Failure::Input(format!(
+            "--save: for one image only, and here are {}",
+            arguments.images.len()
+        )));
     }
     let rig = arguments.camera.as_deref().map(camera::Rig::read).transpose()?;
     let network = network(arguments)?;
@@ -36,7 +39,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             let drawn = drawing::png(image.clone(), &found).map_err(|error| Failure::run(of(save, error)))?;
             output::write(save, &drawn)?;
         }
-        report.push(Seen { path, width_pixels: image.width(), height_pixels: image.height(), found, seconds })?;
+        report.push(Seen {
+            path,
+            width_pixels: image.width(),
+            height_pixels: image.height(),
+            found,
+            seconds,
+        })?;
     }
     if let Some(csv) = &csv {
         output::write(csv, &report.csv().map_err(Failure::run)?)?;
@@ -55,7 +64,8 @@ fn network(arguments: &Arguments) -> Result<Network, Failure> {
     set_threads(arguments.threads);
     let device = if arguments.cpu { Device::Cpu } else { Device::cuda_if_available() };
     let path = &arguments.module;
-    let bytes = fs::read(path).map_err(|error| Failure::Input(of(path, format!("cannot read it: {error}"))))?;
+    let bytes =
+        fs::read(path).map_err(|error| Failure::Input(of(path, format!("cannot read it: {error}"))))?;
     let input = arguments.input.map(|input| Size { width_pixels: input.columns, height_pixels: input.rows });
     Network::load(&bytes, input, device).map_err(|error| {
         let hint = if matches!(error, NetworkError::NoInput) { " by --input" } else { "" };
@@ -81,7 +91,8 @@ fn class(text: &str, network: &Network) -> Result<u32, Failure> {
     let number = || text.parse().ok().filter(|class| *class < network.classes());
     network.class_named(text).or_else(number).ok_or_else(|| {
         const MOST_NAMES: u32 = 20;
-        let names: Vec<&str> = (0..network.classes().min(MOST_NAMES)).filter_map(|class| network.name(class)).collect();
+        let names: Vec<&str> =
+            (0..network.classes().min(MOST_NAMES)).filter_map(|class| network.name(class)).collect();
         let and = if names.is_empty() { "" } else { ", or " };
         let more = if names.len() < network.classes() as usize && !names.is_empty() { ", .." } else { "" };
         let last = network.classes() - 1;
@@ -91,8 +102,8 @@ fn class(text: &str, network: &Network) -> Result<u32, Failure> {
 
 fn detect(network: &Network, image: &image::RgbImage, settings: &Settings) -> Result<Found, NetworkError> {
     let size = Size { width_pixels: image.width(), height_pixels: image.height() };
-    let picture = Picture::new(size, PixelFormat::Rgb8, image)
-        .map_err(|error| NetworkError::Prepare(error.into()))?;
+    let picture =
+        Picture::new(size, PixelFormat::Rgb8, image).map_err(|error| NetworkError::Prepare(error.into()))?;
     network.detect(&picture, settings)
 }
 

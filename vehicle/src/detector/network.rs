@@ -208,7 +208,8 @@ fn gist(error: &TchError) -> String {
         other => other.to_string(),
     };
     // An exception of TorchScript stands below where it came from, one of libtorch's own above.
-    let raised = text.lines().rev().find(|line| line.split_once(':').is_some_and(|(name, _)| is_exception(name)));
+    let raised =
+        text.lines().rev().find(|line| line.split_once(':').is_some_and(|(name, _)| is_exception(name)));
     let line = raised.or_else(|| text.lines().find(|line| !line.trim().is_empty())).unwrap_or_default();
     line.trim().chars().take(MOST_CHARACTERS).collect()
 }

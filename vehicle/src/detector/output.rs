@@ -42,7 +42,9 @@ pub enum OutputError {
         given: usize,
     },
     /// Every anchor is refused.
-    #[error("none of {anchors} anchors is a box with probabilities: the first has {value} where {wanted} belongs")]
+    #[error(
+        "none of {anchors} anchors is a box with probabilities: the first has {value} where {wanted} belongs"
+    )]
     NoAnchor {
         /// As many as there are.
         anchors: usize,
@@ -143,7 +145,8 @@ impl<'a> Output<'a> {
 
     fn bounds(&self, anchor: usize) -> Option<DetectionBox> {
         let [column, row, width, height] = [0, 1, 2, 3].map(|part| self.row(part, anchor));
-        let is_box = [column, row, width, height].iter().all(|part| part.is_finite()) && width > 0.0 && height > 0.0;
+        let is_box =
+            [column, row, width, height].iter().all(|part| part.is_finite()) && width > 0.0 && height > 0.0;
         // Exact: a sum of two f32 has its place in an f64.
         let (half_width, half_height) = (f64::from(width) / 2.0, f64::from(height) / 2.0);
         is_box.then(|| DetectionBox {

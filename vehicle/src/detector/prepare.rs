@@ -69,9 +69,12 @@ fn scale(
 ) -> Result<Image<'static>, PrepareError> {
     let kind = from.pixel_type().ok_or_else(|| PrepareError::Scale("pixels of no format".to_owned()))?;
     let mut scaled = Image::new(to.width_pixels, to.height_pixels, kind);
-    let options = ResizeOptions::new()
-        .resize_alg(ResizeAlg::Interpolation(FilterType::Bilinear))
-        .crop(0.0, 0.0, f64::from(part.width_pixels), f64::from(part.height_pixels));
+    let options = ResizeOptions::new().resize_alg(ResizeAlg::Interpolation(FilterType::Bilinear)).crop(
+        0.0,
+        0.0,
+        f64::from(part.width_pixels),
+        f64::from(part.height_pixels),
+    );
     resizer.resize(from, &mut scaled, &options).map_err(scale_error)?;
     Ok(scaled)
 }

@@ -32,7 +32,8 @@ fn the_paper_s_image_lies_in_the_middle_of_the_input() {
     // 1516 * 640 / 2660 = 364.75
     assert_eq!(letterbox.scaled(), size(640, 365));
     assert_eq!((letterbox.left_pixels(), letterbox.top_pixels()), (0, 137));
-    let corners = [((0.0, 0.0), (0.0, 137.0)), ((5320.0, 3032.0), (640.0, 502.0)), ((0.0, 1516.0), (0.0, 319.5))];
+    let corners =
+        [((0.0, 0.0), (0.0, 137.0)), ((5320.0, 3032.0), (640.0, 502.0)), ((0.0, 1516.0), (0.0, 319.5))];
     for ((column, row), wanted) in corners {
         let in_input = letterbox.in_input(Vector2::new(column, row));
         assert!((in_input - Vector2::new(wanted.0, wanted.1)).norm() < 1e-9, "{in_input}");
@@ -256,7 +257,10 @@ fn more_boxes_than_there_can_be_objects_are_refused() {
 fn settings_out_of_their_ranges_are_refused() {
     let refused = |settings: &Settings| check(&NEAR, settings).unwrap_err().to_string();
     let usual = Settings::default;
-    assert_eq!(refused(&Settings { confidence: f32::NAN, ..usual() }), "a confidence of NaN: allowed is 0 to 1");
+    assert_eq!(
+        refused(&Settings { confidence: f32::NAN, ..usual() }),
+        "a confidence of NaN: allowed is 0 to 1"
+    );
     assert_eq!(refused(&Settings { confidence: 1.5, ..usual() }), "a confidence of 1.5: allowed is 0 to 1");
     assert_eq!(refused(&Settings { overlap: -0.1, ..usual() }), "an overlap of -0.1: allowed is 0 to 1");
 }
@@ -291,7 +295,8 @@ proptest! {
 
 /// Columns and rows that a box with whole edges covers.
 fn pixels(bounds: &DetectionBox) -> BTreeSet<(u32, u32)> {
-    let within = |low: f64, high: f64| (0..24).filter(move |&at| low <= f64::from(at) && f64::from(at) < high);
+    let within =
+        |low: f64, high: f64| (0..24).filter(move |&at| low <= f64::from(at) && f64::from(at) < high);
     let rows = |column| within(bounds.top, bounds.bottom).map(move |row| (column, row));
     within(bounds.left, bounds.right).flat_map(rows).collect()
 }

@@ -86,7 +86,10 @@ fn a_module_that_works_says_where_and_what() {
     let written = Written::by("modules.py");
     let network = written.network("red").unwrap();
     assert_eq!((network.input(), network.classes()), (INPUT, 2));
-    assert_eq!((network.name(1), network.class_named("boat"), network.name(2)), (Some("boat"), Some(1), None));
+    assert_eq!(
+        (network.name(1), network.class_named("boat"), network.name(2)),
+        (Some("boat"), Some(1), None)
+    );
     let found = network.detect(&picture(&with_red()), &settings()).unwrap();
     let [detection] = found.detections[..] else { panic!("{found:?}") };
     let bounds = detection.bounds;
@@ -102,6 +105,7 @@ fn a_module_that_works_says_where_and_what() {
     says(&network.detect(&picture(&bytes), &only(&[1, 2])).unwrap_err(), &["class 2", "knows 2, from 0 on"]);
     let confidence = Settings { confidence: f32::NAN, ..settings() };
     says(&network.detect(&picture(&bytes), &confidence).unwrap_err(), &["a confidence of NaN", "0 to 1"]);
-    let half_of_one = Picture::new(Size { width_pixels: 1, height_pixels: 1 }, PixelFormat::Mono8, &[7]).unwrap();
+    let half_of_one =
+        Picture::new(Size { width_pixels: 1, height_pixels: 1 }, PixelFormat::Mono8, &[7]).unwrap();
     says(&network.detect(&half_of_one, &Settings::default()).unwrap_err(), &["an image of 0 x 0 pixels"]);
 }
