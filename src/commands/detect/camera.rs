@@ -1,13 +1,15 @@
 //! A camera as a table of settings.
 
-use std::fs;
 use std::path::Path;
 
-use dragnet_vehicle::camera::{Camera, CameraSettings};
+use dragnet_learn::file;
+use dragnet_vehicle::camera::{Camera, CameraError, CameraSettings};
 use dragnet_vehicle::plane::Pose;
 use serde::Deserialize;
 
 use crate::commands::Failure;
+
+const MOST_BYTES: u64 = 1 << 16;
 
 /// A camera, but for the size of its images.
 #[derive(Clone, Debug, Deserialize)]
@@ -32,19 +34,16 @@ pub(super) struct Rig {
 impl Rig {
     pub(super) fn read(path: &Path) -> Result<Self, Failure> {
         let failed = |reason: String| Failure::Input(format!("--camera {}: {reason}", path.display()));
-        let text = fs::read_to_string(path).map_err(|error| failed(format!("cannot read it: {error}")))?;
-        let rig: Self = toml::from_str(&text).map_err(|error| failed(error.to_string()))?;
+        let text = file::read_at_most(path, MOST_BYTES)
+            .map_err(|error| failed(format!("cannot read it: {error}")))?;
+        let rig: Self = toml::from_slice(&text).map_err(|error| failed(error.to_string()))?;
         // Whatever is wrong is so for images of any size.
         rig.camera(1, 1).map_err(|error| failed(error.to_string()))?;
         Ok(rig)
     }
 
     /// The camera of images with so many columns and rows.
-    pub(super) fn camera(
-        &self,
-        width_pixels: u32,
-        height_pixels: u32,
-    ) -> Result<Camera, dragnet_vehicle::camera::CameraError> {
+    pub(super) fn camera(&self, width_pixels: u32, height_pixels: u32) -> Result<Camera, CameraError> {
         Camera::new(CameraSettings {
             name: self.name.clone(),
             width_pixels,

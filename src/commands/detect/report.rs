@@ -5,7 +5,7 @@ use std::path::Path;
 use csv::WriterBuilder;
 use dragnet_vehicle::camera::Camera;
 use dragnet_vehicle::detector::network::Network;
-use dragnet_vehicle::detector::settings::{Resolution, Settings};
+use dragnet_vehicle::detector::settings::Settings;
 use dragnet_vehicle::detector::{Detection, Found};
 use serde::Serialize;
 
@@ -73,10 +73,7 @@ impl<'a> Report<'a> {
             classes: network.classes(),
             images: Vec::new(),
             network,
-            factor: match settings.resolution {
-                Resolution::Full => 1,
-                Resolution::Half => 2,
-            },
+            factor: settings.resolution.factor(),
             rig,
         }
     }

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeSet;
 use std::fmt;
-use std::fs;
 use std::path::Path;
 use std::time::Instant;
 
+use dragnet_learn::file;
 use dragnet_vehicle::detector::network::{Device, Network, NetworkError, set_threads};
 use dragnet_vehicle::detector::picture::{Picture, PixelFormat, Size};
 use dragnet_vehicle::detector::settings::{Classes, Resolution, Settings, Suppression};
@@ -15,6 +15,9 @@ use super::report::{Report, Seen};
 use super::{Arguments, camera, drawing, photo};
 use crate::commands::{Failure, output};
 use crate::terminal;
+
+/// The largest networks of the family have a quarter of it.
+const MOST_BYTES: u64 = 1 << 30;
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let csv = arguments.csv.as_deref().map(|path| output::free("--csv", path, "no table is")).transpose()?;
@@ -64,8 +67,8 @@ fn network(arguments: &Arguments) -> Result<Network, Failure> {
     set_threads(arguments.threads);
     let device = if arguments.cpu { Device::Cpu } else { Device::cuda_if_available() };
     let path = &arguments.module;
-    let bytes =
-        fs::read(path).map_err(|error| Failure::Input(of(path, format!("cannot read it: {error}"))))?;
+    let bytes = file::read_at_most(path, MOST_BYTES)
+        .map_err(|error| Failure::Input(of(path, format!("cannot read it: {error}"))))?;
     let input = arguments.input.map(|input| Size { width_pixels: input.columns, height_pixels: input.rows });
     Network::load(&bytes, input, device).map_err(|error| {
         let hint = if matches!(error, NetworkError::NoInput) { " by --input" } else { "" };

@@ -10,7 +10,7 @@ use tch::{CModule, Kind, TchError, Tensor};
 
 use super::metadata::Metadata;
 use super::output::Output;
-use super::picture::{Picture, PictureError, PixelFormat, Size};
+use super::picture::{Picture, PixelFormat, Size};
 use super::prepare::{PrepareError, Prepared, prepare};
 use super::settings::{Classes, Resolution, Settings};
 use super::{FindError, Found, find};
@@ -37,9 +37,9 @@ pub enum NetworkError {
     /// Nobody says how large its images are.
     #[error("the module does not say the size of its input, as those of ultralytics do: it has to be given")]
     NoInput,
-    /// No image has the size of its input.
-    #[error("the module's input: {0}")]
-    Input(PictureError),
+    /// Larger than any network's, or nothing at all.
+    #[error("an input of {0} pixels: allowed are 1 to {max} columns and rows", max = Network::MAX_INPUT_PIXELS)]
+    Input(Size),
     /// What it says of itself and what it does differ.
     #[error("the module names {named} classes, and its output has {given}")]
     Names {
@@ -84,6 +84,9 @@ struct Numbers {
 }
 
 impl Network {
+    /// So many columns or rows may its input have: before it is known to be a network, an image is made for it.
+    pub const MAX_INPUT_PIXELS: u32 = 4096;
+
     /// A module, as the bytes of its file, on this device; `input` where the file does not say how large its images are, or
     /// it takes other sizes too. It is shown a gray image, so that one that cannot work is found out here.
     ///
@@ -100,11 +103,14 @@ impl Network {
         loaded.f_set_eval().map_err(unreadable)?;
         let metadata = Metadata::of(module);
         if let Some(task) = metadata.task.as_ref().filter(|task| *task != "detect") {
-            return Err(NetworkError::Task(task.clone()));
+            return Err(NetworkError::Task(task.chars().take(40).collect()));
         }
         let input = input.or_else(|| metadata.input()).ok_or(NetworkError::NoInput)?;
-        if !input.is_valid() {
-            return Err(NetworkError::Input(PictureError::Size(input)));
+        if ![input.width_pixels, input.height_pixels]
+            .iter()
+            .all(|side| (1..=Self::MAX_INPUT_PIXELS).contains(side))
+        {
+            return Err(NetworkError::Input(input));
         }
         let mut network = Self { module: loaded, device, input, names: metadata.names, class_count: 0 };
         network.class_count = network.class_count()?;

@@ -42,7 +42,7 @@ fn what_is_no_detector_is_refused_when_it_is_loaded() {
     refused("silent", &["does not say the size of its input"]);
     refused("segment", &["\"segment\"", "understood is \"detect\""]);
     refused("names", &["names 1 classes", "output has 2"]);
-    refused("no_size", &["the module's input", "96 x 0", "allowed are 1 to 32768"]);
+    refused("no_size", &["an input of 96 x 0 pixels", "allowed are 1 to 4096"]);
     refused("square", &["failed on an image of 96 x 64 pixels", "RuntimeError", "64x96"]);
     refused("pair", &["failed", "did not return a tensor"]);
     refused("nothing", &["failed", "did not return a tensor"]);
