@@ -1,6 +1,6 @@
 //! A detector of objects in a camera's images: from pixels to boxes.
 //!
-//! A network of the YOLO family (the paper's Section IV has YOLOv11) looks at a whole image once, and says of
+//! A network of the YOLO family (of version 11 in the paper's Section IV) looks at a whole image once, and says of
 //! thousands of places in it, its anchors, how probable an object of each class is there, and in which box it lies.
 //!
 //! 1. [`picture`]: an image as a camera gives it;

@@ -57,7 +57,7 @@ pub fn prepare(picture: &Picture<'_>, resolution: Resolution, input: Size) -> Re
 fn whole<'a>(picture: &Picture<'a>) -> Result<ImageRef<'a>, PrepareError> {
     let Size { width_pixels, height_pixels } = picture.size();
     let kind = pixel_type(picture.format());
-    ImageRef::new(width_pixels, height_pixels, picture.bytes(), kind).map_err(scale_error)
+    ImageRef::new(width_pixels, height_pixels, picture.bytes(), kind).map_err(|error| scale_error(&error))
 }
 
 /// The upper left part of an image, of size `part`, as one of size `to`.
@@ -75,7 +75,7 @@ fn scale(
         f64::from(part.width_pixels),
         f64::from(part.height_pixels),
     );
-    resizer.resize(from, &mut scaled, &options).map_err(scale_error)?;
+    resizer.resize(from, &mut scaled, &options).map_err(|error| scale_error(&error))?;
     Ok(scaled)
 }
 
@@ -104,6 +104,6 @@ const fn pixel_type(format: PixelFormat) -> PixelType {
     }
 }
 
-fn scale_error(error: impl ToString) -> PrepareError {
+fn scale_error(error: &impl ToString) -> PrepareError {
     PrepareError::Scale(error.to_string())
 }

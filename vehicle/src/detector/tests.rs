@@ -180,7 +180,7 @@ fn of_boxes_that_overlap_the_most_confident_of_each_class_stays() {
 #[test]
 fn only_classes_that_count_are_found_and_hide_nothing_else() {
     let only = |classes: &[u32]| Settings {
-        classes: Classes::Only(BTreeSet::from_iter(classes.iter().copied())),
+        classes: Classes::Only(classes.iter().copied().collect()),
         suppression: Suppression::Agnostic,
         ..Settings::default()
     };
