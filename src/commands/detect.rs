@@ -50,7 +50,7 @@ pub(crate) struct Arguments {
     /// with its 5320 x 3032 pixels; `full` is for images that are hardly larger than what the network takes
     #[arg(long, value_enum, default_value_t = Resolution::Half)]
     resolution: Resolution,
-    /// What the network takes, COLUMNSxROWS, or N for a square [default: as the module's file says]
+    /// What the network takes: columns and rows, such as 640x384, or N for a square [default: as the module's file says]
     #[arg(long, value_name = "N | CxR")]
     input: Option<Input>,
     /// A camera (TOML), for bearings
