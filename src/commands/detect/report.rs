@@ -78,7 +78,7 @@ impl<'a> Report<'a> {
         }
     }
 
-    pub(super) fn push(&mut self, seen: Seen<'_>) -> Result<(), Failure> {
+    pub(super) fn push(&mut self, seen: &Seen<'_>) -> Result<(), Failure> {
         let (width_pixels, height_pixels) = (seen.width_pixels, seen.height_pixels);
         let camera = self.rig.as_ref().map(|rig| rig.camera(width_pixels, height_pixels)).transpose();
         let camera = camera.map_err(Failure::input)?;

@@ -42,7 +42,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             let drawn = drawing::png(image.clone(), &found).map_err(|error| Failure::run(of(save, error)))?;
             output::write(save, &drawn)?;
         }
-        report.push(Seen {
+        report.push(&Seen {
             path,
             width_pixels: image.width(),
             height_pixels: image.height(),
