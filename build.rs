@@ -1,5 +1,5 @@
-//! Tells the binary which commit it was built from, for `--version` and for recordings; and, if it can train, the linker
-//! where it finds libtorch.
+//! Tells the binary which commit it was built from, for `--version` and for recordings; and, if it trains or detects,
+//! the linker where it finds libtorch.
 
 use std::path::Path;
 use std::process::Command;
@@ -11,7 +11,7 @@ fn main() {
     if commit.is_some() {
         watch_head();
     }
-    if std::env::var_os("CARGO_FEATURE_TRAIN").is_some() {
+    if ["CARGO_FEATURE_TRAIN", "CARGO_FEATURE_DETECTOR"].iter().any(|name| std::env::var_os(name).is_some()) {
         point_to_libtorch();
     }
 }

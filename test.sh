@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # Runs all tests. Sets up what they need beyond cargo: libtorch, a Python environment with independent readers of
-# recordings, Ray, PyTorch Geometric, Gymnasium and PettingZoo, and a browser for the live page.
+# recordings and maps, Ray, PyTorch Geometric, ultralytics, Gymnasium and PettingZoo, and a browser for the live page.
 set -euo pipefail
 cd "$(dirname "$0")"
 
 train/libtorch.sh
 
-wanted=$(cat tests/python/requirements.txt scale/requirements.txt train/libtorch.txt tests/python/without_cuda.py)
+wanted=$(cat tests/python/{requirements,ultralytics}.txt scale/requirements.txt train/libtorch.txt tests/python/without_cuda.py)
 if [[ $wanted != "$(cat .venv/installed 2>/dev/null)" ]]; then
     python3 -m venv --clear .venv || {
         echo "test.sh: python3 with its venv module is needed (on Debian: apt-get install python3-venv)" >&2
@@ -16,6 +16,8 @@ if [[ $wanted != "$(cat .venv/installed 2>/dev/null)" ]]; then
     install --requirement tests/python/requirements.txt
     # PyTorch is there already, in pip's cache; what it would bring of NVIDIA's is 2 GB that no test calls.
     install --no-deps --requirement train/libtorch.txt
+    # By itself: where some have hashes pip asks for those of all.
+    install --no-deps --requirement tests/python/ultralytics.txt
     .venv/bin/python tests/python/without_cuda.py
     echo "$wanted" > .venv/installed
 fi
@@ -37,4 +39,4 @@ cargo build --quiet --locked --manifest-path tests/ros_peer/Cargo.toml --target-
 # The package for Python, from what cargo builds here anyway.
 VIRTUAL_ENV=$PWD/.venv .venv/bin/maturin develop --quiet --manifest-path python/Cargo.toml
 
-cargo test --workspace --features train "$@"
+cargo test --workspace --features train,detector "$@"

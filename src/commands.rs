@@ -8,6 +8,7 @@ mod comparison;
 mod completions;
 mod coordinator;
 mod demonstrate;
+mod detect;
 mod export;
 mod inspect;
 mod jobs;
@@ -50,6 +51,7 @@ pub(crate) enum Command {
     Recover(recover::Arguments),
     Export(export::Arguments),
     Calibrate(calibrate::Arguments),
+    Detect(detect::Arguments),
     Replay(replay::Arguments),
     Agent(agent::Arguments),
     Coordinator(coordinator::Arguments),
@@ -82,6 +84,7 @@ pub(crate) fn execute(command: Command) -> Result<(), Failure> {
         Command::Recover(arguments) => recover::execute(&arguments),
         Command::Export(arguments) => export::execute(&arguments),
         Command::Calibrate(arguments) => calibrate::execute(&arguments),
+        Command::Detect(arguments) => detect::execute(&arguments),
         Command::Replay(arguments) => replay::execute(&arguments),
         Command::Agent(arguments) => agent::execute(&arguments),
         Command::Coordinator(arguments) => coordinator::execute(&arguments),

@@ -65,7 +65,9 @@ fn route(actions: &[Action]) -> Option<&[Cell]> {
 fn said(actions: &[Action]) -> Vec<&Message> {
     let to_all = actions.iter().filter_map(|action| match action {
         Action::Publish(Audience::All, message) => Some(message),
-        Action::Keep(_) | Action::Publish(..) | Action::Follow(_) | Action::Repeat(_) | Action::Refuse(_) => None,
+        Action::Keep(_) | Action::Publish(..) | Action::Follow(_) | Action::Repeat(_) | Action::Refuse(_) => {
+            None
+        }
     });
     to_all.collect()
 }

@@ -8,6 +8,7 @@ mod bad_input;
 mod calibrate;
 mod compare;
 mod demonstrations;
+mod detect;
 mod exports;
 mod output;
 mod paper;

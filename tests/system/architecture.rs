@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use cargo_metadata::{CargoOpt, DependencyKind, Metadata, MetadataCommand, Package, PackageId};
 
 /// Each crate, and the crates of ours that it may import.
-const ARROWS: [(&str, &[&str]); 13] = [
+const ARROWS: [(&str, &[&str]); 15] = [
     ("dragnet-search", &[]),
     ("dragnet-learn", &["dragnet-search"]),
     ("dragnet-train", &["dragnet-search", "dragnet-learn"]),
@@ -18,6 +18,7 @@ const ARROWS: [(&str, &[&str]); 13] = [
         &["dragnet-search", "dragnet-learn", "dragnet-proto", "dragnet-agent", "dragnet-vehicle"],
     ),
     ("dragnet-vehicle", &["dragnet-search"]),
+    ("dragnet-detector", &["dragnet-vehicle"]),
     ("dragnet-export", &["dragnet-search", "dragnet-proto", "dragnet-coordinator"]),
     ("dragnet-live", &["dragnet-search", "dragnet-proto", "dragnet-coordinator"]),
     (
@@ -48,6 +49,7 @@ const ARROWS: [(&str, &[&str]); 13] = [
             "dragnet-coordinator",
             "dragnet-sim",
             "dragnet-vehicle",
+            "dragnet-detector",
             "dragnet-export",
             "dragnet-live",
             "dragnet-link",
@@ -63,12 +65,12 @@ const EDGES: [(&str, &[&str]); 9] = [
     ("mcap", &["dragnet-coordinator"]),
     ("clap", &["dragnet"]),
     ("rcgen", &["dragnet-keys"]),
-    ("tch", &["dragnet-train"]),
+    ("tch", &["dragnet-train", "dragnet-detector"]),
     ("pyo3", &["dragnet-python"]),
     ("numpy", &["dragnet-python"]),
 ];
 
-/// libtorch and its bindings, which only training needs.
+/// libtorch and its bindings, which only training and the detector need.
 const TORCH: [&str; 2] = ["tch", "torch-sys"];
 
 fn command() -> MetadataCommand {
@@ -146,16 +148,21 @@ fn built_from<'a>(metadata: &'a Metadata, name: &str) -> BTreeSet<&'a str> {
 }
 
 #[test]
-fn libtorch_comes_with_the_feature_train_and_only_with_it() {
+fn libtorch_comes_with_the_features_train_and_detector_and_only_with_them() {
     let default = command().exec().unwrap();
     let program = built_from(&default, "dragnet");
     assert!(program.len() > 200);
     assert!(TORCH.iter().all(|torch| !program.contains(torch)), "libtorch is in the default build");
+    for feature in ["train", "detector"] {
+        let with = command().features(CargoOpt::SomeFeatures(vec![feature.to_owned()])).exec().unwrap();
+        assert!(TORCH.iter().all(|torch| built_from(&with, "dragnet").contains(torch)), "{feature}");
+    }
     let all = everything();
-    assert!(TORCH.iter().all(|torch| built_from(&all, "dragnet").contains(torch)));
     assert_eq!(importers(&all, "torch-sys"), ["tch"]);
-    assert_eq!(importers(&all, "tch"), ["dragnet-train"]);
-    assert_eq!(importers(&all, "dragnet-train"), ["dragnet"]);
+    assert_eq!(importers(&all, "tch"), ["dragnet-detector", "dragnet-train"]);
+    for name in ["dragnet-train", "dragnet-detector"] {
+        assert_eq!(importers(&all, name), ["dragnet"]);
+    }
 }
 
 #[test]

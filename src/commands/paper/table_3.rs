@@ -21,7 +21,7 @@ use super::published::{FIELD_BUDGET_SECONDS, TABLE_3};
 use super::section::{Claim, CsvFile, Section, Verdict, certain};
 use crate::commands::Failure;
 use crate::commands::comparison::{Estimate, Seeds, files};
-use crate::commands::latency::Latencies;
+use dragnet_sim::comparison::Latencies;
 use trials::{CONTENDERS, Contender, Trials};
 
 /// Speed-up over `nats` that counts as one.

@@ -59,7 +59,11 @@ impl World {
         }
         let cells: Vec<Cell> = self.scenario.terrain().traversable_cells().collect();
         let is_far = self.random.random_ratio(1, 20);
-        let from = if is_far { *cells.choose(&mut self.random).unwrap() } else { cells[usize::from(sequence % 2 == 1)] };
+        let from = if is_far {
+            *cells.choose(&mut self.random).unwrap()
+        } else {
+            cells[usize::from(sequence % 2 == 1)]
+        };
         Arc::new(Observation { origin, sequence, time_ns: self.now.0, from, readings: self.readings(from) })
     }
 

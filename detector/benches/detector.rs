@@ -1,0 +1,73 @@
+//! A detector without its network: the pixels of an image of the paper's size for it, and boxes of its output.
+//!
+//! `cargo bench -p dragnet-vehicle --features detector --bench detector`
+#![expect(clippy::unwrap_used, reason = "a benchmark fails by panicking")]
+
+use std::hint::black_box;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use dragnet_detector::find;
+use dragnet_detector::letterbox::Letterbox;
+use dragnet_detector::output::Output;
+use dragnet_detector::picture::{Picture, PixelFormat, Size};
+use dragnet_detector::prepare::prepare;
+use dragnet_detector::settings::{Resolution, Settings};
+use dragnet_search::seed::{Purpose, stream};
+use rand::RngExt;
+
+const IMAGE: Size = Size { width_pixels: 5320, height_pixels: 3032 };
+const INPUT: Size = Size { width_pixels: 640, height_pixels: 640 };
+const CLASSES: usize = 80;
+const ANCHORS: usize = 8400;
+
+fn pixels(criterion: &mut Criterion) {
+    let mut random = stream(1, Purpose::Truth, 0);
+    let bytes: Vec<u8> = (0..5320 * 3032 * 3).map(|_| random.random()).collect();
+    let picture = Picture::new(IMAGE, PixelFormat::Rgb8, &bytes).unwrap();
+    let mut group = criterion.benchmark_group("prepare");
+    group.sample_size(20);
+    for (name, resolution) in [("half", Resolution::Half), ("full", Resolution::Full)] {
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| prepare(black_box(&picture), resolution, INPUT).unwrap());
+        });
+    }
+    group.finish();
+}
+
+/// Anchors of strides 8, 16 and 32, each with a box of its own; some of them see 20 objects, many see none.
+fn output(seeing: usize) -> Vec<f32> {
+    let mut random = stream(2, Purpose::Truth, 0);
+    let mut values = vec![0.0; (4 + CLASSES) * ANCHORS];
+    let places: Vec<[f32; 4]> = (0..20)
+        .map(|_| [random.random_range(50.0..590.0), random.random_range(150.0..490.0), 40.0, 80.0])
+        .collect();
+    for anchor in 0..ANCHORS {
+        for (row, part) in places[anchor % places.len()].into_iter().enumerate() {
+            values[row * ANCHORS + anchor] = part + random.random_range(-3.0..3.0);
+        }
+        for class in 0..CLASSES {
+            values[(4 + class) * ANCHORS + anchor] = random.random_range(0.0..0.01);
+        }
+        if anchor % (ANCHORS / seeing) == 0 {
+            values[(4 + anchor % places.len()) * ANCHORS + anchor] = random.random_range(0.3..0.9);
+        }
+    }
+    values
+}
+
+fn boxes(criterion: &mut Criterion) {
+    let letterbox = Letterbox::new(IMAGE, Resolution::Half, INPUT).unwrap();
+    let settings = Settings::default();
+    let mut group = criterion.benchmark_group("find");
+    for seeing in [100, 2100] {
+        let values = output(seeing);
+        let output = Output::new(&values, &[1, 4 + 80, 8400]).unwrap();
+        group.bench_function(format!("{seeing} of {ANCHORS} anchors see something"), |bencher| {
+            bencher.iter(|| find(black_box(&output), &letterbox, &settings).unwrap());
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, pixels, boxes);
+criterion_main!(benches);

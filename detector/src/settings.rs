@@ -1,0 +1,110 @@
+//! What counts as a detection.
+
+use std::collections::BTreeSet;
+
+/// How outputs are read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Candidates above this probability count, 0 to 1.
+    pub confidence: f32,
+    /// Two boxes whose common area is more than this part of the area that they cover together are one object, 0 to 1.
+    pub overlap: f32,
+    /// Classes that count.
+    pub classes: Classes,
+    /// Which boxes are held against each other.
+    pub suppression: Suppression,
+    /// How images are taken down before they are letterboxed.
+    pub resolution: Resolution,
+}
+
+/// Classes that count.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Classes {
+    /// Any.
+    All,
+    /// These, in the network's order from 0. What is more probably of another class is none of them.
+    Only(BTreeSet<u32>),
+}
+
+/// Which boxes are held against each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Suppression {
+    /// Those of the same class.
+    ByClass,
+    /// All, whatever their class.
+    Agnostic,
+}
+
+/// How images are taken down before they are letterboxed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Resolution {
+    /// Not at all.
+    Full,
+    /// To half as many columns and rows, as in the paper's Section IV: 5320 x 3032 pixels to 2660 x 1516.
+    Half,
+}
+
+/// A setting out of its range.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SettingsError {
+    /// Not a probability.
+    #[error("a confidence of {0}: allowed is 0 to 1")]
+    Confidence(f32),
+    /// Not a part.
+    #[error("an overlap of {0}: allowed is 0 to 1")]
+    Overlap(f32),
+    /// Nothing could ever be found.
+    #[error("no class counts: needed is at least one, or all")]
+    NoClass,
+}
+
+impl Default for Settings {
+    /// The usual confidence and overlap of YOLO, and the paper's resolution.
+    fn default() -> Self {
+        Self {
+            confidence: 0.25,
+            overlap: 0.7,
+            classes: Classes::All,
+            suppression: Suppression::ByClass,
+            resolution: Resolution::Half,
+        }
+    }
+}
+
+impl Settings {
+    pub(super) fn check(&self) -> Result<(), SettingsError> {
+        // NaN is in no range.
+        if !(0.0..=1.0).contains(&self.confidence) {
+            return Err(SettingsError::Confidence(self.confidence));
+        }
+        if !(0.0..=1.0).contains(&self.overlap) {
+            return Err(SettingsError::Overlap(self.overlap));
+        }
+        if self.classes == Classes::Only(BTreeSet::new()) {
+            return Err(SettingsError::NoClass);
+        }
+        Ok(())
+    }
+}
+
+impl Classes {
+    /// Whether one of them is this.
+    #[must_use]
+    pub fn contains(&self, class: u32) -> bool {
+        match self {
+            Self::All => true,
+            Self::Only(classes) => classes.contains(&class),
+        }
+    }
+}
+
+impl Resolution {
+    /// So many columns of an image are one of what is letterboxed, and so many rows.
+    #[must_use]
+    pub const fn factor(self) -> u32 {
+        match self {
+            Self::Full => 1,
+            Self::Half => 2,
+        }
+    }
+}

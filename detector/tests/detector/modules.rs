@@ -1,0 +1,111 @@
+//! Modules and images that cannot be: an error that says what, and a detector that goes on.
+
+use dragnet_detector::network::{Device, Network, NetworkError};
+use dragnet_detector::picture::{Picture, PixelFormat, Size};
+use dragnet_detector::settings::{Classes, Resolution, Settings};
+
+use super::Written;
+
+const INPUT: Size = Size { width_pixels: 96, height_pixels: 64 };
+
+fn settings() -> Settings {
+    Settings { resolution: Resolution::Full, ..Settings::default() }
+}
+
+/// 96 x 64 gray pixels, and 10 columns and 20 rows of red from column 30 and row 20 on.
+fn with_red() -> Vec<u8> {
+    let is_red = |column: u32, row: u32| (30..40).contains(&column) && (20..40).contains(&row);
+    let places = (0..64).flat_map(|row| (0..96).map(move |column| (column, row)));
+    places.flat_map(|(column, row)| if is_red(column, row) { [230, 10, 10] } else { [114; 3] }).collect()
+}
+
+fn gray() -> Vec<u8> {
+    vec![114; 96 * 64 * 3]
+}
+
+fn picture(bytes: &[u8]) -> Picture<'_> {
+    Picture::new(INPUT, PixelFormat::Rgb8, bytes).unwrap()
+}
+
+fn says(error: &NetworkError, said: &[&str]) {
+    let text = error.to_string();
+    for said in said {
+        assert!(text.contains(said), "{text:?} does not say {said:?}");
+    }
+    assert!(text.lines().count() == 1 && text.len() < 500, "{text}");
+}
+
+#[test]
+fn what_is_no_detector_is_refused_when_it_is_loaded() {
+    let written = Written::by("modules.py");
+    let refused = |name: &str, said: &[&str]| says(&written.network(name).unwrap_err(), said);
+    refused("silent", &["does not say the size of its input"]);
+    refused("segment", &["\"segment\"", "understood is \"detect\""]);
+    refused("names", &["names 1 classes", "output has 2"]);
+    refused("no_size", &["an input of 96 x 0 pixels", "allowed are 1 to 4096"]);
+    refused("square", &["failed on an image of 96 x 64 pixels", "RuntimeError", "64x96"]);
+    refused("pair", &["failed", "did not return a tensor"]);
+    refused("nothing", &["failed", "did not return a tensor"]);
+    refused("sparse", &["failed"]);
+    refused("flat", &["shape [6, 40]", "understood is [1, 4 + classes, anchors]"]);
+    refused("endless", &["shape [1, 6, 1099511627776]", "up to 10000 classes and 1048576 anchors"]);
+
+    // One that says nothing of itself does what it should once its input is given.
+    let silent = Network::load(&written.bytes("silent.torchscript"), Some(INPUT), Device::Cpu).unwrap();
+    assert_eq!((silent.classes(), silent.name(0), silent.class_named("person")), (2, None, None));
+    assert_eq!(silent.detect(&picture(&with_red()), &settings()).unwrap().detections.len(), 1);
+
+    let cut = written.bytes("red.torchscript");
+    for length in [0, 1, 100, cut.len() / 2, cut.len() - 1] {
+        says(&Network::load(&cut[..length], None, Device::Cpu).unwrap_err(), &["not a TorchScript module"]);
+    }
+}
+
+#[test]
+fn an_image_on_which_a_module_fails_is_lost_and_the_next_is_not() {
+    let written = Written::by("modules.py");
+    let check = |name: &str, said: &[&str]| {
+        let network = written.network(name).unwrap();
+        says(&network.detect(&picture(&with_red()), &settings()).unwrap_err(), said);
+        assert_eq!(network.detect(&picture(&gray()), &settings()).unwrap().detections.len(), 1, "{name}");
+    };
+    check("raises", &["failed on an image of 96 x 64 pixels", "this image is too much for me"]);
+    check("not_a_number", &["none of 40 anchors", "the first has NaN"]);
+
+    let always = |name: &str, said: &[&str]| {
+        let network = written.network(name).unwrap();
+        says(&network.detect(&picture(&gray()), &settings()).unwrap_err(), said);
+    };
+    always("many", &["more than 256 boxes in one image"]);
+    always("end_to_end", &["none of 6 anchors", "250 where a probability"]);
+    always("logits", &["none of 40 anchors", "-3 where"]);
+}
+
+#[test]
+fn a_module_that_works_says_where_and_what() {
+    let written = Written::by("modules.py");
+    let network = written.network("red").unwrap();
+    assert_eq!((network.input(), network.classes()), (INPUT, 2));
+    assert_eq!(
+        (network.name(1), network.class_named("boat"), network.name(2)),
+        (Some("boat"), Some(1), None)
+    );
+    let found = network.detect(&picture(&with_red()), &settings()).unwrap();
+    let [detection] = found.detections[..] else { panic!("{found:?}") };
+    let bounds = detection.bounds;
+    assert_eq!((bounds.left, bounds.top, bounds.right, bounds.bottom), (30.0, 20.0, 40.0, 40.0));
+    assert_eq!((detection.class, detection.confidence), (0, 0.9));
+
+    let only = |classes: &[u32]| Settings {
+        classes: Classes::Only(classes.iter().copied().collect()),
+        ..settings()
+    };
+    let bytes = with_red();
+    assert!(network.detect(&picture(&bytes), &only(&[1])).unwrap().detections.is_empty());
+    says(&network.detect(&picture(&bytes), &only(&[1, 2])).unwrap_err(), &["class 2", "knows 2, from 0 on"]);
+    let confidence = Settings { confidence: f32::NAN, ..settings() };
+    says(&network.detect(&picture(&bytes), &confidence).unwrap_err(), &["a confidence of NaN", "0 to 1"]);
+    let half_of_one =
+        Picture::new(Size { width_pixels: 1, height_pixels: 1 }, PixelFormat::Mono8, &[7]).unwrap();
+    says(&network.detect(&half_of_one, &Settings::default()).unwrap_err(), &["an image of 0 x 0 pixels"]);
+}

@@ -1,0 +1,28 @@
+//! Images from files, upright as people see them.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use dragnet_learn::file;
+use image::{DynamicImage, ImageDecoder, ImageError, ImageReader, RgbImage};
+
+use crate::commands::Failure;
+
+/// More than files of photographs have.
+const MOST_BYTES: u64 = 1 << 30;
+
+/// An image as red, green and blue of 8 bits, turned as its file says that the camera was held.
+pub(super) fn read(path: &Path) -> Result<RgbImage, Failure> {
+    decode(path)
+        .map_err(|error| Failure::Input(format!("{}: no image that can be read: {error}", path.display())))
+}
+
+fn decode(path: &Path) -> Result<RgbImage, ImageError> {
+    let mut decoder = ImageReader::new(Cursor::new(file::read_at_most(path, MOST_BYTES)?))
+        .with_guessed_format()?
+        .into_decoder()?;
+    let orientation = decoder.orientation()?;
+    let mut image = DynamicImage::from_decoder(decoder)?;
+    image.apply_orientation(orientation);
+    Ok(image.into_rgb8())
+}

@@ -1,0 +1,185 @@
+//! What was found, as text, as a table and as an object.
+
+use std::path::Path;
+
+use csv::WriterBuilder;
+use dragnet_detector::network::Network;
+use dragnet_detector::settings::Settings;
+use dragnet_detector::{Detection, Found};
+use dragnet_vehicle::camera::Camera;
+use serde::Serialize;
+
+use super::camera::Rig;
+use crate::commands::Failure;
+use crate::terminal::counted;
+use crate::terminal::table::Table;
+
+/// What was found in an image.
+pub(super) struct Seen<'a> {
+    pub(super) path: &'a Path,
+    pub(super) width_pixels: u32,
+    pub(super) height_pixels: u32,
+    pub(super) found: Found,
+    /// That it took, from pixels to boxes.
+    pub(super) seconds: f64,
+}
+
+#[derive(Serialize)]
+pub(super) struct Report<'a> {
+    module: String,
+    /// Of the network, pixels.
+    input_columns: u32,
+    input_rows: u32,
+    classes: u32,
+    images: Vec<Image>,
+    #[serde(skip)]
+    network: &'a Network,
+    #[serde(skip)]
+    factor: u32,
+    #[serde(skip)]
+    rig: Option<Rig>,
+}
+
+#[derive(Serialize)]
+struct Image {
+    file: String,
+    width_pixels: u32,
+    height_pixels: u32,
+    seconds: f64,
+    /// Anchors of which the network said what cannot be.
+    refused_anchors: usize,
+    boxes: Vec<Row>,
+}
+
+#[derive(Clone, Serialize)]
+struct Row {
+    class: u32,
+    name: Option<String>,
+    confidence: f32,
+    left_pixels: f64,
+    top_pixels: f64,
+    right_pixels: f64,
+    bottom_pixels: f64,
+    /// Of the middle of the box in the vehicle's frame, counter-clockwise from forward.
+    bearing_radians: Option<f64>,
+}
+
+impl<'a> Report<'a> {
+    pub(super) fn new(module: &Path, network: &'a Network, settings: &Settings, rig: Option<Rig>) -> Self {
+        Self {
+            module: module.display().to_string(),
+            input_columns: network.input().width_pixels,
+            input_rows: network.input().height_pixels,
+            classes: network.classes(),
+            images: Vec::new(),
+            network,
+            factor: settings.resolution.factor(),
+            rig,
+        }
+    }
+
+    pub(super) fn push(&mut self, seen: &Seen<'_>) -> Result<(), Failure> {
+        let (width_pixels, height_pixels) = (seen.width_pixels, seen.height_pixels);
+        let camera = self.rig.as_ref().map(|rig| rig.camera(width_pixels, height_pixels)).transpose();
+        let camera = camera.map_err(Failure::input)?;
+        let row = |detection: &Detection| Row {
+            class: detection.class,
+            name: self.network.name(detection.class).map(str::to_owned),
+            confidence: detection.confidence,
+            left_pixels: detection.bounds.left,
+            top_pixels: detection.bounds.top,
+            right_pixels: detection.bounds.right,
+            bottom_pixels: detection.bounds.bottom,
+            bearing_radians: camera.as_ref().map(|camera| bearing_radians(camera, detection)),
+        };
+        self.images.push(Image {
+            file: seen.path.display().to_string(),
+            width_pixels,
+            height_pixels,
+            seconds: seen.seconds,
+            refused_anchors: seen.found.refused_anchors,
+            boxes: seen.found.detections.iter().map(row).collect(),
+        });
+        Ok(())
+    }
+
+    /// A row a box.
+    pub(super) fn csv(&self) -> Result<Vec<u8>, csv::Error> {
+        let mut writer = WriterBuilder::new().has_headers(false).from_writer(Vec::new());
+        writer.write_record([
+            "image",
+            "class",
+            "name",
+            "confidence",
+            "left_pixels",
+            "top_pixels",
+            "right_pixels",
+            "bottom_pixels",
+            "bearing_radians",
+        ])?;
+        for (image, row) in self.rows() {
+            writer.serialize((&image.file, row))?;
+        }
+        writer.into_inner().map_err(|error| csv::Error::from(error.into_error()))
+    }
+
+    pub(super) fn text(&self) -> String {
+        let mut table = Table::new([
+            "image",
+            "class",
+            "confidence",
+            "left",
+            "top",
+            "right",
+            "bottom",
+            "bearing (degrees)",
+        ]);
+        for (image, row) in self.rows() {
+            let pixels = |edge: f64| format!("{edge:.1}");
+            table.push([
+                image.file.clone(),
+                row.name.clone().unwrap_or_else(|| row.class.to_string()),
+                format!("{:.3}", row.confidence),
+                pixels(row.left_pixels),
+                pixels(row.top_pixels),
+                pixels(row.right_pixels),
+                pixels(row.bottom_pixels),
+                row.bearing_radians
+                    .map_or_else(|| "-".to_owned(), |bearing| format!("{:.2}", bearing.to_degrees())),
+            ]);
+        }
+        let told: Vec<String> = self.images.iter().map(|image| self.told(image)).collect();
+        format!("{}\n{}", table.draw(2), told.concat())
+    }
+
+    /// A line an image.
+    fn told(&self, image: &Image) -> String {
+        let Image { file, width_pixels, height_pixels, seconds, refused_anchors, boxes } = image;
+        let reduced = match self.factor {
+            1 => String::new(),
+            factor => format!(", taken down to {} x {}", width_pixels / factor, height_pixels / factor),
+        };
+        let refused = match refused_anchors {
+            0 => String::new(),
+            count => format!(
+                "; {} left out, for the network said of them what cannot be",
+                counted(*count, "anchor")
+            ),
+        };
+        let boxes = match boxes.len() {
+            1 => "1 box".to_owned(),
+            count => format!("{count} boxes"),
+        };
+        let input = format!("{} x {}", self.input_columns, self.input_rows);
+        let size = format!("{width_pixels} x {height_pixels} pixels{reduced}, shown as {input}");
+        format!("{file}: {boxes} in {:.0} ms ({size}){refused}\n", seconds * 1000.0)
+    }
+
+    fn rows(&self) -> impl Iterator<Item = (&Image, &Row)> {
+        self.images.iter().flat_map(|image| image.boxes.iter().map(move |row| (image, row)))
+    }
+}
+
+fn bearing_radians(camera: &Camera, detection: &Detection) -> f64 {
+    camera.bearing_radians(f64::midpoint(detection.bounds.left, detection.bounds.right))
+}
