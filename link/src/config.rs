@@ -4,11 +4,15 @@ use std::path::{Path, PathBuf};
 
 use dragnet_proto::key::Mission;
 use dragnet_proto::scenario::Scenario;
+use dragnet_search::terrain::Terrain;
+use dragnet_vehicle::lattice::costmap::CostMap;
+use dragnet_vehicle::pilot::Pilot;
+use dragnet_vehicle::settings::MotionTable;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use crate::LinkError;
 use crate::session::Endpoints;
+use crate::{LinkError, ros};
 
 /// Settings that every process of a mission has.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -48,8 +52,23 @@ pub struct AgentConfig {
     /// `MISSION-robot-NUMBER.journal` beside this file; none if the simulator tells the time.
     #[serde(default)]
     pub journal: Option<PathBuf>,
+    /// The robot's own vehicle; without, the simulator (`dragnet sim`) stands in for it.
+    #[serde(default)]
+    pub vehicle: Option<dragnet_vehicle::settings::Settings>,
+    /// The network of the robot's own vehicle.
+    #[serde(default)]
+    pub ros: Option<ros::settings::Settings>,
     /// What every process has.
     pub common: Common,
+}
+
+/// A robot's own vehicle, checked.
+#[derive(Clone, Debug)]
+pub struct Body {
+    /// Its network.
+    pub ros: ros::settings::Checked,
+    /// Between its sensors and its mind.
+    pub pilot: Pilot,
 }
 
 /// Who tells the time.
@@ -129,6 +148,65 @@ impl AgentConfig {
             None => folder.join(format!("{}-robot-{}.journal", self.common.mission, self.robot)),
         }
     }
+}
+
+impl AgentConfig {
+    /// The robot's own vehicle, if the settings of a file name one.
+    ///
+    /// # Errors
+    /// If a value is not allowed, or vehicle, network and scenario do not fit: with the key and what is.
+    pub fn body(&self, file: &Path, scenario: &Scenario) -> Result<Option<Body>, LinkError> {
+        let failed = |reason: String| LinkError::Settings { file: file.to_owned(), reason };
+        let (vehicle, ros) = match (&self.vehicle, &self.ros) {
+            (None, None) => return Ok(None),
+            (Some(vehicle), Some(ros)) => (vehicle, ros),
+            (Some(_), None) => return Err(failed("[vehicle] needs its network, [ros]".to_owned())),
+            (None, Some(_)) => return Err(failed("[ros] is the network of a [vehicle]".to_owned())),
+        };
+        if self.time == TimeSource::Simulator || self.common.pace.to_bits() != 1.0_f64.to_bits() {
+            let reason = "a [vehicle] lives by the wall clock: allowed are time = 'wall' and common.pace = 1";
+            return Err(failed(reason.to_owned()));
+        }
+        if ros.localization == ros::settings::Localization::Fix && scenario.georeference().is_none() {
+            let reason = "ros.localization is 'fix', which needs a map with an origin on the earth";
+            return Err(failed(reason.to_owned()));
+        }
+        for camera in &ros.cameras {
+            if vehicle.cameras.iter().all(|seen| seen.name != camera.name) {
+                let names: Vec<&str> = vehicle.cameras.iter().map(|seen| seen.name.as_str()).collect();
+                let (name, names) = (&camera.name, names.join(", "));
+                return Err(failed(format!("ros.cameras: {name:?}; allowed are those of vehicle: {names}")));
+            }
+        }
+        let primitives = match &vehicle.motion {
+            MotionTable::Lattice { primitives: Some(named), .. } => {
+                let path = file.parent().unwrap_or(Path::new("")).join(named);
+                let told = |error: std::io::Error| {
+                    failed(format!("vehicle.motion.primitives: {}: {error}", path.display()))
+                };
+                Some(std::fs::read_to_string(&path).map_err(told)?)
+            }
+            MotionTable::Lattice { .. } | MotionTable::Goal => None,
+        };
+        let checked = vehicle.check(primitives.as_deref()).map_err(|error| failed(error.to_string()))?;
+        let (terrain, sensor) = (scenario.terrain().clone(), scenario.sensor().clone());
+        let map = CostMap::from_terrain(&terrain, parts(&terrain));
+        let map = map.map_err(|error| failed(format!("vehicle: {error}")))?;
+        let pilot = Pilot::new(checked, terrain, sensor, &map).map_err(|error| failed(error.to_string()))?;
+        Ok(Some(Body { ros: ros.check(file)?, pilot }))
+    }
+}
+
+/// Until the vehicle hears a map of its own, it plans on the search's, cut so that a part is about this long.
+const PART_METERS: f64 = 0.5;
+
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "at least 1; the map's size is checked"
+)]
+fn parts(terrain: &Terrain) -> u32 {
+    (terrain.cell_meters() / PART_METERS).round().max(1.0) as u32
 }
 
 impl Common {

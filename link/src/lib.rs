@@ -7,6 +7,7 @@
 //! - [`live`]: a participant driven by the wall clock, as in the field; [`journal`]: what it remembers if it starts again;
 //! - [`lockstep`], [`remote_crew`]: participants driven by the simulator, event by event, over the same messages;
 //! - [`ros`]: a node on a robot's own ROS 2 network;
+//! - [`ros`], [`vehicle`]: a robot's own ROS 2 network, and its vehicle on it;
 //! - [`relay`]: a slow link, to try a team on;
 //! - [`world`]: the simulated world for participants driven by the wall clock;
 //! - [`team`]: a whole team in one call; [`config`], [`serve`]: each part as a process of its own.
@@ -23,8 +24,10 @@ pub mod ros;
 pub mod serve;
 pub mod session;
 pub mod team;
+pub mod vehicle;
 pub mod world;
 
 mod error;
+mod watchdog;
 
 pub use error::LinkError;

@@ -15,6 +15,7 @@ use tokio::time::Instant;
 use crate::LinkError;
 use crate::journal::Journal;
 use crate::link::{Heard, Link};
+use crate::watchdog::Watchdog;
 
 /// A robot with a journal holds so many observations of each origin in memory, the last ones: what was lost on its way to
 /// others is repeated from there. Older ones are in the journal, for those who come late.
@@ -99,10 +100,12 @@ pub async fn run(
     let mut has_reports = true;
     // Nobody tells a coordinator the time, but the first sign of life that it hears.
     let mut has_time = link.me() != Participant::Coordinator;
+    let mut watchdog = Watchdog::ready();
     tokio::pin!(stop);
     loop {
         tokio::select! {
             () = &mut stop => return Ok(driver.finish()),
+            () = watchdog.feed() => {}
             heard = link.hear() => match heard {
                 Some(heard) => {
                     has_time = has_time || clock.follow(&heard);

@@ -28,6 +28,7 @@ use crate::live::{self, Clock};
 use crate::lockstep::Puppet;
 use crate::session::{Endpoints, Mode, open, runtime};
 use crate::team::{self, Options};
+use crate::vehicle::{Embodied, Vehicle};
 use crate::world::{self, WorldServer};
 
 /// Runs one robot until it is told to stop.
@@ -46,6 +47,7 @@ pub fn agent(file: &Path) -> Result<(), LinkError> {
         return Err(LinkError::Settings { file: file.to_owned(), reason });
     };
     let (who, grid) = (Participant::Robot(robot), scenario.terrain().grid());
+    let body = config.body(file, &scenario)?;
     let mut agent = Agent::new(orders);
     runtime()?.block_on(async {
         let session = open(&config.common.zenoh).await?;
@@ -64,15 +66,34 @@ pub fn agent(file: &Path) -> Result<(), LinkError> {
                 let subject = Subject { mission: &mission, robot, terrain: scenario.terrain() };
                 let (journal, clock) =
                     resume(&mut agent, &config.journal(file), subject, config.common.pace)?;
-                let reports = world::sensor(&session, &mission, robot, codec).await?;
+                let simulated = world::sensor(&session, &mission, robot, codec).await?;
                 let mut link = Link::join(session, mission, who, codec).await?;
                 link.announce().await?;
                 tell_start(&link, &config.common.zenoh);
-                live::run(&mut link, &mut agent, clock, Some(journal), reports, stop).await.map(|_| ())
+                let Some(body) = body else {
+                    let ended = live::run(&mut link, &mut agent, clock, Some(journal), simulated, stop);
+                    return ended.await.map(|_| ());
+                };
+                let (mut mind, orders) = Embodied::new(agent);
+                let (sender, reports) = mpsc::channel(REPORTS);
+                let vehicle = tokio::spawn(async move {
+                    Vehicle::open(body, &scenario, clock).await?.run(orders, sender).await
+                });
+                let ended = live::run(&mut link, &mut mind, clock, Some(journal), reports, stop).await;
+                // Its vehicle stands still once the mind is gone; a network that is not there need not be waited for.
+                drop(mind);
+                let stood = tokio::time::timeout(STANDSTILL, vehicle).await;
+                ended?;
+                stood.ok().and_then(Result::ok).unwrap_or(Ok(()))
             }
         }
     })
 }
+
+/// So many looks may wait for a mind that decides.
+const REPORTS: usize = 1024;
+/// A vehicle is told to stand still within this time, or not at all.
+const STANDSTILL: Duration = Duration::from_secs(2);
 
 /// A robot recalls what stands in its journal; its clock goes on, as if it had never stopped.
 fn resume(

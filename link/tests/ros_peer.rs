@@ -195,7 +195,7 @@ async fn what_is_said_the_other_hears() {
         probability: 0.9375,
     };
     // Before the other is there: what is latched it hears all the same.
-    node.say(now, Output::Belief(belief)).await.unwrap();
+    node.say(now, Output::Belief(belief, PlanarPose::default())).await.unwrap();
     node.say(now, Output::Objects(vec![object])).await.unwrap();
     let mut peer = Peer::start(&endpoint);
     let objects = json!([[15.0, 30.0, "person", 0.9375, "5"]]);

@@ -31,6 +31,7 @@ const ARROWS: [(&str, &[&str]); 15] = [
             "dragnet-coordinator",
             "dragnet-sim",
             "dragnet-live",
+            "dragnet-vehicle",
         ],
     ),
     (

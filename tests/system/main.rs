@@ -4,6 +4,7 @@
 
 mod architecture;
 mod decisions;
+mod deploy;
 mod durability;
 mod faults;
 mod field;
@@ -13,6 +14,7 @@ mod policies;
 mod processes;
 mod security;
 mod team;
+mod vehicle;
 mod witness;
 
 use std::path::Path;

@@ -23,7 +23,7 @@ pub fn turn_radians(from_radians: f64, to_radians: f64) -> f64 {
 }
 
 /// Where something stands on the map, and where it looks.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pose {
     /// Metres east of the map's south-western corner.
     pub x_meters: f64,
@@ -63,6 +63,18 @@ impl Pose {
             heading_radians: wrapped_radians(self.heading_radians + part.heading_radians),
         }
     }
+
+    /// The same pose in the frame of another one, which stands still.
+    #[must_use]
+    pub fn seen_from(&self, frame: &Self) -> Self {
+        let (sin, cos) = frame.heading_radians.sin_cos();
+        let (east, north) = (self.x_meters - frame.x_meters, self.y_meters - frame.y_meters);
+        Self {
+            x_meters: cos * east + sin * north,
+            y_meters: cos * north - sin * east,
+            heading_radians: turn_radians(frame.heading_radians, self.heading_radians),
+        }
+    }
 }
 
 /// Direction from one point to another, radians in `-pi..=pi`, counter-clockwise from east. Between equal
@@ -97,5 +109,8 @@ mod tests {
         let camera = vehicle.of_part(&Pose::new(2.0, 1.0, 0.25));
         assert!((camera.position_meters() - Vector2::new(9.0, 22.0)).norm() < 1e-12);
         assert!((camera.heading_radians - (FRAC_PI_2 + 0.25)).abs() < 1e-12);
+        let part = camera.seen_from(&vehicle);
+        assert!((part.position_meters() - Vector2::new(2.0, 1.0)).norm() < 1e-12);
+        assert!((part.heading_radians - 0.25).abs() < 1e-12);
     }
 }

@@ -38,6 +38,12 @@ pub struct Settings {
     /// The frame of odometry: `map` only if the robot corrects its odometry against the map.
     #[serde(default = "odom")]
     pub odometry_frame: String,
+    /// By what the robot knows where it is.
+    #[serde(default)]
+    pub localization: Localization,
+    /// What the stamps of messages mean.
+    #[serde(default)]
+    pub stamps: Stamps,
     /// Where the network is.
     #[serde(default)]
     pub zenoh: Network,
@@ -60,6 +66,30 @@ pub enum Transport {
     RmwZenoh,
     /// Nodes of another middleware, behind a `zenoh-bridge-ros2dds`.
     Bridge,
+}
+
+/// By what a robot knows where it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Localization {
+    /// By poses in `map_frame`, and by odometry from each to the next.
+    #[default]
+    Pose,
+    /// By odometry alone, whose frame lies where `map_frame` does, or that is corrected elsewhere.
+    Odometry,
+    /// By fixes on the earth, and by odometry from each to the next, whose x axis points east. The map needs an origin.
+    Fix,
+}
+
+/// What the stamps of messages mean.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Stamps {
+    /// The time of this computer's clock, as robots have it that keep their computers' clocks together.
+    #[default]
+    Clock,
+    /// Nothing: something happened when it was heard. For robots whose clock is another, or is simulated.
+    Arrival,
 }
 
 /// Where a ROS 2 network is on Zenoh. Nothing is found by chance.
@@ -183,11 +213,27 @@ pub struct Checked {
     pub(super) domain: u32,
     pub(super) namespace: Namespace,
     pub(super) node: NodeName,
+    localization: Localization,
+    stamps: Stamps,
     pub(super) map_frame: String,
     pub(super) odometry_frame: String,
     pub(super) network: Network,
     pub(super) heard: Vec<Subscription>,
     pub(super) said: BTreeMap<OutputKind, TopicName>,
+}
+
+impl Checked {
+    /// By what the robot knows where it is.
+    #[must_use]
+    pub const fn localization(&self) -> Localization {
+        self.localization
+    }
+
+    /// What the stamps of messages mean.
+    #[must_use]
+    pub const fn stamps(&self) -> Stamps {
+        self.stamps
+    }
 }
 
 /// A topic that is heard.
@@ -238,6 +284,8 @@ impl Settings {
         Ok(Checked {
             transport: self.transport,
             domain: *domain,
+            localization: self.localization,
+            stamps: self.stamps,
             map_frame: self.map_frame.clone(),
             odometry_frame: self.odometry_frame.clone(),
             network: Network { config, ..zenoh.clone() },

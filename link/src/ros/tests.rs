@@ -216,7 +216,7 @@ async fn whoever_comes_late_is_told_the_belief_and_behind_a_bridge_nothing_goes_
     until(async || node.is_heard(OutputKind::Goal).await.unwrap()).await;
     for value in [1, 2] {
         let belief = OccupancyGrid { data: vec![value; 3], ..grid() };
-        node.say(2_000_000_000, Output::Belief(belief)).await.unwrap();
+        node.say(2_000_000_000, Output::Belief(belief, PlanarPose::default())).await.unwrap();
     }
     // What was said before has then passed the router, unheard.
     node.say(0, Output::Goal(PlanarPose::default())).await.unwrap();

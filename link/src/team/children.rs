@@ -83,7 +83,15 @@ impl Brief<'_> {
             pace: self.pace,
             zenoh,
         };
-        let config = AgentConfig { robot: robot.0, time: self.time, attached: true, journal: None, common };
+        let config = AgentConfig {
+            robot: robot.0,
+            time: self.time,
+            attached: true,
+            journal: None,
+            vehicle: None,
+            ros: None,
+            common,
+        };
         toml::to_string(&config).map_err(|error| error.to_string())
     }
 }

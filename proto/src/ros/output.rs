@@ -6,7 +6,7 @@ use super::qos::Qos;
 use crate::cdr;
 use crate::wire::robot::{DiagnosticArray, DiagnosticStatus, KeyValue};
 use crate::wire::standard::{
-    Header, OccupancyGrid, Path, Point, Pose, PoseStamped, Quaternion, Time, Vector3,
+    Header, MapMetaData, OccupancyGrid, Path, Point, Pose, PoseStamped, Quaternion, Time, Vector3,
 };
 use crate::wire::vision::{
     BoundingBox3D, Detection3D, Detection3DArray, ObjectHypothesis, ObjectHypothesisWithPose,
@@ -19,8 +19,9 @@ pub enum Output {
     Goal(PlanarPose),
     /// `nav_msgs/Path`: where to go then, in order; nothing when the robot rests.
     Path(Vec<PlanarPose>),
-    /// `nav_msgs/OccupancyGrid`: the belief in percent, as [`crate::convert::viewer::Viewer::belief`] draws it.
-    Belief(OccupancyGrid),
+    /// `nav_msgs/OccupancyGrid`: the belief in percent, as [`crate::convert::viewer::Viewer::belief`] draws it, and where
+    /// its south-western corner is.
+    Belief(OccupancyGrid, PlanarPose),
     /// `vision_msgs/Detection3DArray`: objects that are declared. It says of each how probable it is, which a `PoseArray`
     /// has no place for.
     Objects(Vec<FoundObject>),
@@ -116,7 +117,7 @@ impl Output {
         match self {
             Self::Goal(_) => OutputKind::Goal,
             Self::Path(_) => OutputKind::Path,
-            Self::Belief(_) => OutputKind::Belief,
+            Self::Belief(..) => OutputKind::Belief,
             Self::Objects(_) => OutputKind::Objects,
             Self::Diagnostics(_) => OutputKind::Diagnostics,
         }
@@ -132,7 +133,10 @@ impl Output {
                 let stamped = |place| PoseStamped { header: header.clone(), pose: pose(place) };
                 cdr::encode(&Path { poses: places.into_iter().map(stamped).collect(), header })
             }
-            Self::Belief(belief) => cdr::encode(&OccupancyGrid { header, ..belief }),
+            Self::Belief(belief, corner) => {
+                let info = MapMetaData { origin: pose(corner), ..belief.info };
+                cdr::encode(&OccupancyGrid { header, info, ..belief })
+            }
             Self::Objects(objects) => {
                 let detections = objects.into_iter().map(|object| detection(object, &header)).collect();
                 cdr::encode(&Detection3DArray { header, detections })

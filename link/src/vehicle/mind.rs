@@ -1,0 +1,69 @@
+//! A robot's mind whose vehicle hears where it goes, and what it believes.
+
+use std::num::NonZeroUsize;
+use std::sync::Arc;
+use std::time::Duration;
+
+use dragnet_agent::agent::Agent;
+use dragnet_proto::message::Message;
+use dragnet_proto::participant::{Mind, MindError, Reaction, Stimulus};
+use dragnet_proto::time::MissionTime;
+use dragnet_search::belief::Belief;
+use dragnet_search::cell::Cell;
+use dragnet_search::evidence::Digest;
+use tokio::sync::{mpsc, watch};
+
+use super::Orders;
+
+/// A belief is handed on at most so often: it is as large as the map.
+const SHOW: Duration = Duration::from_secs(1);
+
+/// An agent, and the way to its vehicle.
+pub struct Embodied {
+    agent: Agent,
+    routes: mpsc::UnboundedSender<Vec<Cell>>,
+    beliefs: watch::Sender<Arc<Belief>>,
+    shown: MissionTime,
+}
+
+impl Embodied {
+    /// An agent that has recalled what it knew.
+    #[must_use]
+    pub fn new(agent: Agent) -> (Self, Orders) {
+        let (routes, received) = mpsc::unbounded_channel();
+        let (beliefs, watched) = watch::channel(Arc::new(agent.belief().clone()));
+        let orders = Orders { routes: received, beliefs: watched };
+        (Self { agent, routes, beliefs, shown: MissionTime::START }, orders)
+    }
+}
+
+impl Mind for Embodied {
+    fn experience(
+        &mut self,
+        now: MissionTime,
+        stimulus: Stimulus<Message>,
+    ) -> Result<Reaction<Message>, MindError> {
+        let reaction = self.agent.experience(now, stimulus)?;
+        if let Some(route) = &reaction.route {
+            // Without a vehicle the robot is about to be told to stop.
+            let _ = self.routes.send(route.clone());
+        }
+        if now >= self.shown + SHOW && self.beliefs.borrow().digest() != self.agent.digest() {
+            self.shown = now;
+            self.beliefs.send_replace(Arc::new(self.agent.belief().clone()));
+        }
+        Ok(reaction)
+    }
+
+    fn release(&mut self, held: NonZeroUsize) {
+        self.agent.release(held);
+    }
+
+    fn digest(&self) -> Digest {
+        self.agent.digest()
+    }
+
+    fn observations(&self) -> u64 {
+        self.agent.observations()
+    }
+}

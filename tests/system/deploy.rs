@@ -1,0 +1,56 @@
+//! A robot as a service: what its manager hears, and by what it is started.
+
+use std::os::unix::net::UnixDatagram;
+use std::path::Path;
+use std::process::Command;
+use std::time::Duration;
+
+use crate::field::{DRAGNET, Field, Process};
+
+const ALONE: &str = "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows = 5\ncolumns = 5\n\
+                     [objects]\ncount = 1\n[mission]\nbudget_seconds = 3600.0\n";
+
+#[test]
+fn a_service_manager_hears_that_a_robot_is_ready_and_alive_and_that_it_stops() {
+    let field = Field::new(ALONE, 1, 1);
+    let path = field.path("manager");
+    let manager = UnixDatagram::bind(&path).unwrap();
+    manager.set_read_timeout(Some(Duration::from_mins(1))).unwrap();
+    let hear = || {
+        let mut words = [0; 256];
+        let length = manager.recv(&mut words).unwrap();
+        String::from_utf8(words[..length].to_vec()).unwrap().trim().to_owned()
+    };
+    let settings = field.robot_settings(1, None);
+    let robot = Process::start(
+        Command::new(DRAGNET)
+            .args(["agent", "--config"])
+            .arg(settings)
+            .env("NOTIFY_SOCKET", path)
+            .env("WATCHDOG_USEC", "300000"),
+    );
+    assert_eq!(hear(), "READY=1");
+    for _ in 0..3 {
+        assert_eq!(hear(), "WATCHDOG=1");
+    }
+    robot.terminate();
+    let last = std::iter::repeat_with(hear).find(|words| words != "WATCHDOG=1");
+    assert_eq!(last.as_deref(), Some("STOPPING=1"));
+}
+
+#[test]
+fn systemd_understands_the_unit() {
+    let folder = tempfile::tempdir().unwrap();
+    let unit = Path::new(env!("CARGO_MANIFEST_DIR")).join("deploy/dragnet-agent@.service");
+    let text = std::fs::read_to_string(unit).unwrap();
+    let installed = "/usr/local/bin/dragnet";
+    assert!(text.contains(installed));
+    let copy = folder.path().join("dragnet-agent@robot.service");
+    std::fs::write(&copy, text.replace(installed, DRAGNET)).unwrap();
+    let Ok(output) = Command::new("systemd-analyze").arg("verify").arg(copy).output() else {
+        eprintln!("not tested: systemd-analyze is not installed");
+        return;
+    };
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && said.trim().is_empty(), "{said}");
+}
