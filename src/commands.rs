@@ -9,6 +9,7 @@ mod completions;
 mod coordinator;
 mod demonstrate;
 mod detect;
+mod doctor;
 mod export;
 mod inspect;
 mod jobs;
@@ -54,6 +55,7 @@ pub(crate) enum Command {
     Detect(detect::Arguments),
     Replay(replay::Arguments),
     Agent(agent::Arguments),
+    Doctor(doctor::Arguments),
     Coordinator(coordinator::Arguments),
     Sim(sim::Arguments),
     Relay(relay::Arguments),
@@ -87,6 +89,7 @@ pub(crate) fn execute(command: Command) -> Result<(), Failure> {
         Command::Detect(arguments) => detect::execute(&arguments),
         Command::Replay(arguments) => replay::execute(&arguments),
         Command::Agent(arguments) => agent::execute(&arguments),
+        Command::Doctor(arguments) => doctor::execute(&arguments),
         Command::Coordinator(arguments) => coordinator::execute(&arguments),
         Command::Sim(arguments) => sim::execute(&arguments),
         Command::Relay(arguments) => relay::execute(&arguments),

@@ -2,6 +2,8 @@
 //!
 //! Keys are ECDSA over P-256, which every TLS library reads. An authority signs for one mission and nothing else.
 
+use std::ops::Range;
+
 use dragnet_proto::key::Mission;
 use rcgen::{
     BasicConstraints, CertificateParams, DnType, ExtendedKeyUsagePurpose, IsCa, Issuer, KeyPair,
@@ -24,6 +26,14 @@ pub struct Signed {
     pub certificate: String,
     /// The private key, PKCS #8.
     pub private_key: String,
+}
+
+/// From when until when a certificate holds, if that is one: the first of a PEM file.
+#[must_use]
+pub fn validity(pem: &[u8]) -> Option<Range<OffsetDateTime>> {
+    let (_, block) = x509_parser::pem::parse_x509_pem(pem).ok()?;
+    let validity = block.parse_x509().ok()?.validity().clone();
+    Some(validity.not_before.to_datetime()..validity.not_after.to_datetime())
 }
 
 /// Makes the authority of a mission.

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use dragnet_proto::key::Mission;
+use dragnet_proto::ros::output::OutputKind;
 use dragnet_proto::scenario::Scenario;
 use dragnet_search::terrain::Terrain;
 use dragnet_vehicle::lattice::costmap::CostMap;
@@ -69,6 +70,8 @@ pub struct Body {
     pub ros: ros::settings::Checked,
     /// Between its sensors and its mind.
     pub pilot: Pilot,
+    /// What the vehicle is moved by.
+    pub moved_by: OutputKind,
 }
 
 /// Who tells the time.
@@ -193,7 +196,11 @@ impl AgentConfig {
         let map = CostMap::from_terrain(&terrain, parts(&terrain));
         let map = map.map_err(|error| failed(format!("vehicle: {error}")))?;
         let pilot = Pilot::new(checked, terrain, sensor, &map).map_err(|error| failed(error.to_string()))?;
-        Ok(Some(Body { ros: ros.check(file)?, pilot }))
+        let moved_by = match vehicle.motion {
+            MotionTable::Lattice { .. } => OutputKind::Path,
+            MotionTable::Goal => OutputKind::Goal,
+        };
+        Ok(Some(Body { ros: ros.check(file)?, pilot, moved_by }))
     }
 }
 

@@ -8,11 +8,13 @@
 //! - [`lockstep`], [`remote_crew`]: participants driven by the simulator, event by event, over the same messages;
 //! - [`ros`]: a node on a robot's own ROS 2 network;
 //! - [`ros`], [`vehicle`]: a robot's own ROS 2 network, and its vehicle on it;
+//! - [`doctor`]: whether all is there that a robot's settings name;
 //! - [`relay`]: a slow link, to try a team on;
 //! - [`world`]: the simulated world for participants driven by the wall clock;
 //! - [`team`]: a whole team in one call; [`config`], [`serve`]: each part as a process of its own.
 
 pub mod config;
+pub mod doctor;
 pub mod journal;
 pub mod link;
 pub mod live;

@@ -11,7 +11,7 @@ use tokio::task::JoinSet;
 use tokio::time::Instant;
 
 use crate::LinkError;
-use crate::session::runtime;
+use crate::session::block_on;
 
 /// Bytes that are read at once.
 const CHUNK: usize = 4096;
@@ -41,7 +41,7 @@ pub struct Quality {
 /// # Errors
 /// If it cannot listen somewhere.
 pub fn run(forwards: &[Forward], quality: Quality) -> Result<(), LinkError> {
-    runtime()?.block_on(async {
+    block_on(async {
         let mut listeners = JoinSet::new();
         for &forward in forwards {
             let listener = TcpListener::bind(forward.listen).await.map_err(|error| LinkError::Open {

@@ -26,7 +26,7 @@ use crate::journal::{Journal, Subject};
 use crate::link::Link;
 use crate::live::{self, Clock};
 use crate::lockstep::Puppet;
-use crate::session::{Endpoints, Mode, open, runtime};
+use crate::session::{Endpoints, Mode, block_on, open};
 use crate::team::{self, Options};
 use crate::vehicle::{Embodied, Vehicle};
 use crate::world::{self, WorldServer};
@@ -49,7 +49,7 @@ pub fn agent(file: &Path) -> Result<(), LinkError> {
     let (who, grid) = (Participant::Robot(robot), scenario.terrain().grid());
     let body = config.body(file, &scenario)?;
     let mut agent = Agent::new(orders);
-    runtime()?.block_on(async {
+    block_on(async {
         let session = open(&config.common.zenoh).await?;
         let stop = until_stopped(config.attached)?;
         match config.time {
@@ -155,7 +155,7 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), LinkErr
     let mut desk = team::recording::desk(&scenario, config.common.seed, &options)?.told_to(listener);
     let codec = Codec::new(scenario.terrain().grid());
     let clock = Clock::new(pace);
-    runtime()?.block_on(async {
+    block_on(async {
         let session = open(&config.common.zenoh).await?;
         let stop = until_stopped(false)?;
         let mut link = Link::join(session, mission, Participant::Coordinator, codec).await?;
@@ -194,7 +194,7 @@ pub fn world(
     let failed = |reason| LinkError::Settings { file: file.to_owned(), reason };
     config::check_pace(config.pace).map_err(failed)?;
     let mission = config.mission.parse().map_err(|error| failed(format!("mission: {error}")))?;
-    let episode = runtime()?.block_on(async {
+    let episode = block_on(async {
         let session = open(&config.zenoh).await?;
         let server =
             WorldServer::open(session, mission, scenario, config.seed, config.pace, spectator).await?;

@@ -1,5 +1,6 @@
 //! How a session is opened: explicit endpoints, nothing found by chance.
 
+use std::collections::BTreeSet;
 use std::hash::{BuildHasher, RandomState};
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
@@ -53,6 +54,14 @@ impl Endpoints {
         self.config = self.config.map(|config| folder.join(config));
         self
     }
+}
+
+/// Runs a participant to its end. What still waits for somebody then, as a session for a router that never came, is left.
+pub(crate) fn block_on<T>(participant: impl Future<Output = Result<T, LinkError>>) -> Result<T, LinkError> {
+    let runtime = runtime()?;
+    let ended = runtime.block_on(participant);
+    runtime.shutdown_background();
+    ended
 }
 
 /// What sessions and their participants run on.
@@ -149,6 +158,20 @@ fn read(file: &Path) -> Result<Config, LinkError> {
         }
     }
     Ok(config)
+}
+
+/// The certificates by which a session shows who it is, and whom it believes: files that its settings name.
+///
+/// # Errors
+/// If the settings are not Zenoh's.
+pub fn certificates(endpoints: &Endpoints) -> Result<BTreeSet<PathBuf>, LinkError> {
+    let Some(file) = &endpoints.config else { return Ok(BTreeSet::new()) };
+    let config = read(file)?;
+    let named = TLS_FILES.iter().filter(|name| name.ends_with("certificate")).map(|name| {
+        let value = config.get_json(&format!("transport/link/tls/{name}")).unwrap_or_default();
+        serde_json::from_str::<PathBuf>(&value).ok()
+    });
+    Ok(named.flatten().collect())
 }
 
 /// Settings of Zenoh that name files.

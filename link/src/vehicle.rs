@@ -77,7 +77,7 @@ impl Vehicle {
     /// # Errors
     /// If Zenoh refuses.
     pub async fn open(body: Body, scenario: &Scenario, clock: Clock) -> Result<Self, LinkError> {
-        let Body { ros: settings, pilot } = body;
+        let Body { ros: settings, pilot, .. } = body;
         let places =
             Places::new(settings.localization(), scenario.origin(), scenario.georeference().copied());
         let stamps = settings.stamps();

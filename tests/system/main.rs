@@ -5,6 +5,7 @@
 mod architecture;
 mod decisions;
 mod deploy;
+mod doctor;
 mod durability;
 mod faults;
 mod field;

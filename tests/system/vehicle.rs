@@ -1,5 +1,6 @@
 //! A robot deployed on a vehicle: `dragnet agent` as a process, and a vehicle that speaks as ROS 2 behind a bridge does.
 
+use std::os::unix::net::UnixDatagram;
 use std::path::PathBuf;
 use std::process::Command;
 use std::sync::{Arc, Mutex};
@@ -187,6 +188,24 @@ async fn a_robot_on_a_vehicle_searches_and_finds_what_its_cameras_see() {
     // It was told to stand still.
     let last = said.lock().unwrap().path.take();
     assert_eq!(last.map(|path| path.poses.len()), Some(0));
+}
+
+#[test]
+fn a_robot_whose_vehicle_never_comes_stops_when_it_is_told_to() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("yard.toml"), SCENARIO).unwrap();
+    let endpoints = free_endpoints(2).unwrap();
+    let file = folder.path().join("vehicle.toml");
+    std::fs::write(&file, settings(&endpoints[0], &endpoints[1])).unwrap();
+    let path = folder.path().join("manager");
+    let manager = UnixDatagram::bind(&path).unwrap();
+    let robot = Process::start(
+        Command::new(DRAGNET).args(["agent", "--config"]).arg(&file).env("NOTIFY_SOCKET", path),
+    );
+    let mut words = [0; 256];
+    let length = manager.recv(&mut words).unwrap();
+    assert_eq!(&words[..length], b"READY=1\n");
+    robot.terminate();
 }
 
 #[test]

@@ -114,17 +114,22 @@ impl Node {
 
     /// The next thing heard. Nothing is lost if this is given up while it waits.
     pub async fn hear(&self) -> Heard {
+        self.hear_on().await.1
+    }
+
+    /// The next thing heard, and on which topic.
+    pub async fn hear_on(&self) -> (TopicName, Heard) {
         let Arrived { topic, what } = self.inbox.take().await;
         let subscription = &self.settings.heard[topic];
         let refused = |reason| Heard::Refused { topic: subscription.topic.clone(), reason };
-        let bytes = match what {
-            What::Message(bytes) => bytes,
-            What::Refused(reason) => return refused(reason),
+        let heard = match what {
+            What::Refused(reason) => refused(reason),
+            What::Message(bytes) => match subscription.kind.understand(&bytes.to_bytes()) {
+                Ok(input) => self.place(subscription, input).unwrap_or_else(refused),
+                Err(error) => refused(error.to_string()),
+            },
         };
-        match subscription.kind.understand(&bytes.to_bytes()) {
-            Ok(input) => self.place(subscription, input).unwrap_or_else(refused),
-            Err(error) => refused(error.to_string()),
-        }
+        (subscription.topic.clone(), heard)
     }
 
     /// Says something at a Unix time in nanoseconds; nothing if the settings give it no topic.

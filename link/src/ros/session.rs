@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use zenoh::{Config, Session};
+use zenoh::{Config, Session, Wait};
 
 use super::settings::{Mode, Network};
 use crate::LinkError;
 use crate::session::json;
 
-/// Opens a session as the settings say: it calls until somebody answers.
+/// Opens a session as the settings say: it calls until somebody answers. Zenoh's own future would block its thread that long.
 ///
 /// # Errors
 /// If the settings are not Zenoh's, or it cannot listen there.
@@ -39,7 +39,8 @@ pub(super) async fn open(network: &Network) -> Result<Session, LinkError> {
     for (key, value) in settings {
         config.insert_json5(key, value).map_err(refused)?;
     }
-    zenoh::open(config).await.map_err(refused)
+    let opening = tokio::task::spawn_blocking(move || zenoh::open(config).wait());
+    opening.await.map_err(|error| refused(error.into()))?.map_err(refused)
 }
 
 fn read(file: &Path) -> Result<Config, LinkError> {

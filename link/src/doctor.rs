@@ -1,0 +1,103 @@
+//! What a field team asks before it lets a robot go: is everything there that its settings name?
+//!
+//! A doctor looks and changes nothing. It says who it is to nobody: the robot itself may run meanwhile.
+
+mod computer;
+mod team;
+mod vehicle;
+
+use std::fmt;
+use std::path::Path;
+use std::time::Duration;
+
+use dragnet_agent::agent::Orders;
+use dragnet_search::observation::RobotId;
+
+use crate::config::{self, AgentConfig, Checked};
+use crate::session;
+
+/// What was found of one thing.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Finding {
+    /// Whether it will do.
+    pub verdict: Verdict,
+    /// What was looked at.
+    pub subject: String,
+    /// What was found.
+    pub message: String,
+    /// What to do, if anything.
+    pub advice: String,
+}
+
+/// Whether something will do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Verdict {
+    /// It will.
+    Pass,
+    /// It will not: what to do is said.
+    Fail,
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let verdict = match self.verdict {
+            Verdict::Pass => "pass",
+            Verdict::Fail => "FAIL",
+        };
+        write!(formatter, "{verdict}  {}: {}", self.subject, self.message)?;
+        if self.advice.is_empty() { Ok(()) } else { write!(formatter, "\n      {}", self.advice) }
+    }
+}
+
+impl Finding {
+    /// It will do.
+    pub fn pass(subject: impl Into<String>, message: impl Into<String>) -> Self {
+        let (subject, message) = (subject.into(), message.into());
+        Self { verdict: Verdict::Pass, subject, message, advice: String::new() }
+    }
+
+    /// It will not.
+    pub fn fail(subject: impl Into<String>, message: impl Into<String>, advice: impl Into<String>) -> Self {
+        let advice = advice.into();
+        Self { verdict: Verdict::Fail, advice, ..Self::pass(subject, message) }
+    }
+}
+
+/// Looks at all that the settings of a robot name; listens to its networks for so long. Each finding is told as it is
+/// made. Without settings that can be, there is nothing to look at.
+pub fn examine(file: &Path, listen: Duration, tell: &mut dyn FnMut(Finding)) {
+    let advice = "mend the settings: docs/guide.md and docs/field-guide.md name all keys";
+    let config = match config::load::<AgentConfig>(file) {
+        Ok(config) => config,
+        Err(error) => return tell(Finding::fail("settings", error.to_string(), advice)),
+    };
+    let checked = config.common.check(file).and_then(|checked| {
+        let body = config.body(file, &checked.scenario)?;
+        Ok((checked, body))
+    });
+    let (Checked { mission, scenario }, body) = match checked {
+        Ok(checked) => checked,
+        Err(error) => return tell(Finding::fail("settings", error.to_string(), advice)),
+    };
+    let robot = RobotId(config.robot);
+    let team = scenario.robots().len();
+    let orders = Orders::of_team(&scenario, config.common.seed).into_iter().find(|it| it.robot.id == robot);
+    let Some(orders) = orders else {
+        let found = format!("robot is {robot}, of a team of {team}");
+        return tell(Finding::fail("settings", found, "robot is from 1 to the number of robots.count"));
+    };
+    tell(Finding::pass("settings", format!("robot {robot} of {team} in mission {mission}")));
+    tell(computer::journal(&config.journal(file)));
+    tell(computer::decisions(&orders));
+    let endpoints = config.common.zenoh.clone().named_in(file);
+    let networks = async {
+        team::examine(&endpoints, mission, robot, &scenario, listen, tell).await;
+        if let Some(body) = body {
+            vehicle::examine(body, listen, tell).await;
+        }
+        Ok(())
+    };
+    if let Err(error) = session::block_on(networks) {
+        tell(Finding::fail("network", error.to_string(), ""));
+    }
+}

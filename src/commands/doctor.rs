@@ -1,0 +1,86 @@
+//! `dragnet doctor`: is all there that a robot needs?
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use dragnet_keys::certificate;
+use dragnet_link::config::{self, AgentConfig};
+use dragnet_link::doctor::{self, Finding, Verdict};
+use dragnet_link::session;
+use time::OffsetDateTime;
+
+use super::{Failure, latency};
+use crate::terminal;
+
+/// Look whether all is there that a robot's settings name, before it is let go.
+///
+/// Settings, journal and disk, decision time on this computer, the team's network and who is there, clocks, certificates, and
+/// with a vehicle each topic of its ROS 2 network: a line each, pass or fail, and what to do.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Example:\n  dragnet doctor --config robot_1.toml\n\nExit codes: 0 all will do, 1 something will not."
+)]
+pub(crate) struct Arguments {
+    /// The robot's settings (TOML)
+    #[arg(long, value_name = "FILE")]
+    config: PathBuf,
+    /// Listen to each network for so many seconds
+    #[arg(long, value_name = "SECONDS", default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=600))]
+    listen: u64,
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
+    latency::warm_up();
+    let mut failed = 0;
+    let mut told = Ok(());
+    let mut tell = |finding: Finding| {
+        failed += u32::from(finding.verdict == Verdict::Fail);
+        if told.is_ok() {
+            told = terminal::print(&format!("{finding}\n"));
+        }
+    };
+    doctor::examine(&arguments.config, Duration::from_secs(arguments.listen), &mut tell);
+    for finding in certificates(&arguments.config) {
+        tell(finding);
+    }
+    told?;
+    match failed {
+        0 => Ok(()),
+        1 => Err(Failure::run("one thing will not do")),
+        failed => Err(Failure::run(format!("{failed} things will not do"))),
+    }
+}
+
+/// Of each certificate that the robot shows or believes, until when it holds. What is wrong with the settings themselves is
+/// told already.
+fn certificates(file: &Path) -> Vec<Finding> {
+    let Ok(config) = config::load::<AgentConfig>(file) else { return Vec::new() };
+    let Ok(paths) = session::certificates(&config.common.zenoh.named_in(file)) else { return Vec::new() };
+    let now = OffsetDateTime::now_utc();
+    paths.iter().map(|path| certificate(path, now)).collect()
+}
+
+fn certificate(path: &Path, now: OffsetDateTime) -> Finding {
+    let subject = format!("certificate {}", path.display());
+    let advice = "make new ones: dragnet keys add";
+    let bytes = match std::fs::read(path) {
+        Ok(bytes) => bytes,
+        Err(error) => return Finding::fail(subject, error.to_string(), advice),
+    };
+    let Some(validity) = certificate::validity(&bytes) else {
+        return Finding::fail(subject, "this is none", advice);
+    };
+    let until = validity.end.date();
+    if validity.contains(&now) {
+        Finding::pass(subject, format!("it holds until {until}"))
+    } else if now < validity.start {
+        let found = format!(
+            "it holds from {} on, and this computer's clock says {}",
+            validity.start.date(),
+            now.date()
+        );
+        Finding::fail(subject, found, "set this computer's clock")
+    } else {
+        Finding::fail(subject, format!("it ended with {until}"), advice)
+    }
+}
