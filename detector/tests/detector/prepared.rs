@@ -1,5 +1,6 @@
 //! Where the pixels of an image come to lie, and in which order their colors.
 
+use dragnet_detector::letterbox::Letterbox;
 use dragnet_detector::picture::{Picture, PixelFormat, Size};
 use dragnet_detector::prepare::{Prepared, prepare};
 use dragnet_detector::settings::Resolution;
@@ -54,7 +55,11 @@ proptest! {
     ) {
         const HALF_SIDE: f64 = 10.0;
         let middle = Vector2::new((part.0 * f64::from(width)).round(), (part.1 * f64::from(height)).round());
-        let middle = middle.zip_map(&Vector2::new(width, height), |at, side| at.clamp(HALF_SIDE, f64::from(side) - HALF_SIDE));
+        // Of the image that is left once an odd column and row are lost.
+        let left = Letterbox::new(size(width, height), resolution, size(128, 96)).unwrap().reduced();
+        let scale = if resolution == Resolution::Half { 2 } else { 1 };
+        let sides = Vector2::new(left.width_pixels, left.height_pixels) * scale;
+        let middle = middle.zip_map(&sides, |at, side| at.clamp(HALF_SIDE, f64::from(side) - HALF_SIDE));
         let bytes: Vec<u8> = (0..height)
             .flat_map(|row| (0..width).map(move |column| Vector2::new(f64::from(column) + 0.5, f64::from(row) + 0.5)))
             .map(|pixel| if (pixel - middle).amax() < HALF_SIDE { 255 } else { 0 })
