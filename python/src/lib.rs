@@ -3,10 +3,10 @@
 //! The package `dragnet` beside this crate is what users import; it has the interfaces of Gymnasium and `PettingZoo`, checks
 //! types and shapes, and keeps these classes to itself:
 //!
-//! - [`scenario`]: a scenario, checked;
-//! - [`batch`]: many searches of one robot each, stepped side by side, seen in arrays that stay where they are;
-//! - [`team`]: one search of a team;
-//! - [`policy`], [`compare`], [`recording`]: decisions, comparisons and recordings.
+//! - `scenario`: a scenario, checked;
+//! - `batch`: many searches of one robot each, stepped side by side, seen in arrays that stay where they are;
+//! - `team`: one search of a team;
+//! - `policy`, `compare`, `recording`: decisions, comparisons and recordings.
 //!
 //! The interpreter is let go wherever a search moves on.
 

@@ -1,9 +1,9 @@
 //! The field test: vehicles in continuous space that find things with cameras.
 //!
 //! Everything between a camera's boxes and a vehicle's path is the product: boxes go to the very
-//! [`Pilot`](dragnet_vehicle::pilot::Pilot) of a robot, its looks to the very [`Agent`], the agent's routes
-//! back to the pilot, its paths to the wheels. Simulated are the ground ([`site`]), the vehicle's body
-//! ([`body`]), its cameras with a detector that misses and imagines things ([`eyes`]), and its localization.
+//! [`Pilot`] of a robot, its looks to the very [`Agent`], the agent's routes
+//! back to the pilot, its paths to the wheels. Simulated are the ground (`site`), the vehicle's body
+//! (`body`), its cameras with a detector that misses and imagines things (`eyes`), and its localization.
 //!
 //! Time goes in ticks of [`TICK`]: in each, bodies move, poses and images are taken, and what the agents make
 //! of them reaches their teammates within the tick. A trial ends when the belief of all readings together has

@@ -1,7 +1,7 @@
 //! Areas and places that people draw on the earth: what is searched, what nobody enters, and where somebody is likely
 //! to be. Read from `GeoJSON` and KML, WGS84 degrees; `docs/maps.md` explains the convention to those who draw.
 //!
-//! A file becomes [`feature::Feature`]s, whatever its format, and each of these an [`Area`], or is left out. What is
+//! A file becomes features, whatever its format, and each of these an [`Area`], or is left out. What is
 //! drawn is checked once, here: rings are closed, cross nothing, and lie on the earth.
 
 mod feature;
