@@ -2,9 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
+use dragnet_agent::agent::Orders;
 use dragnet_proto::key::Mission;
 use dragnet_proto::ros::output::OutputKind;
 use dragnet_proto::scenario::Scenario;
+use dragnet_search::observation::RobotId;
 use dragnet_search::terrain::Terrain;
 use dragnet_vehicle::lattice::costmap::CostMap;
 use dragnet_vehicle::pilot::Pilot;
@@ -154,6 +156,19 @@ impl AgentConfig {
 }
 
 impl AgentConfig {
+    /// What the robot is told before it starts.
+    ///
+    /// # Errors
+    /// If it is none of the scenario's.
+    pub fn orders(&self, file: &Path, scenario: &Scenario) -> Result<Orders, LinkError> {
+        let robot = RobotId(self.robot);
+        let orders = Orders::of_team(scenario, self.common.seed);
+        orders.into_iter().find(|orders| orders.robot.id == robot).ok_or_else(|| {
+            let reason = format!("robot is {robot}; allowed is from 1 to {}", scenario.robots().len());
+            LinkError::Settings { file: file.to_owned(), reason }
+        })
+    }
+
     /// The robot's own vehicle, if the settings of a file name one.
     ///
     /// # Errors

@@ -10,7 +10,6 @@ use std::fmt;
 use std::path::Path;
 use std::time::Duration;
 
-use dragnet_agent::agent::Orders;
 use dragnet_search::observation::RobotId;
 
 use crate::config::{self, AgentConfig, Checked};
@@ -81,8 +80,7 @@ pub fn examine(file: &Path, listen: Duration, tell: &mut dyn FnMut(Finding)) {
     };
     let robot = RobotId(config.robot);
     let team = scenario.robots().len();
-    let orders = Orders::of_team(&scenario, config.common.seed).into_iter().find(|it| it.robot.id == robot);
-    let Some(orders) = orders else {
+    let Ok(orders) = config.orders(file, &scenario) else {
         let found = format!("robot is {robot}, of a team of {team}");
         return tell(Finding::fail("settings", found, "robot is from 1 to the number of robots.count"));
     };

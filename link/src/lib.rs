@@ -30,6 +30,7 @@ pub mod vehicle;
 pub mod world;
 
 mod error;
+mod unix_time;
 mod watchdog;
 
 pub use error::LinkError;

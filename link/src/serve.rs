@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::future::Future;
 use std::path::Path;
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 
-use dragnet_agent::agent::{Agent, Orders};
+use dragnet_agent::agent::Agent;
 use dragnet_coordinator::desk::Listener;
 use dragnet_live::page::{Page, Settings};
 use dragnet_live::view::About;
@@ -13,14 +13,12 @@ use dragnet_proto::convert::Codec;
 use dragnet_proto::message::Participant;
 use dragnet_proto::scenario::Scenario;
 use dragnet_proto::time::MissionTime;
-use dragnet_search::observation::RobotId;
 use dragnet_sim::episode::Episode;
 use dragnet_sim::simulation::Spectator;
 use tokio::io::AsyncReadExt;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::mpsc;
 
-use crate::LinkError;
 use crate::config::{self, AgentConfig, Checked, CoordinatorConfig, SimConfig, TimeSource};
 use crate::journal::{Journal, Subject};
 use crate::link::Link;
@@ -30,6 +28,7 @@ use crate::session::{Endpoints, Mode, block_on, open};
 use crate::team::{self, Options};
 use crate::vehicle::{Embodied, Vehicle};
 use crate::world::{self, WorldServer};
+use crate::{LinkError, unix_time};
 
 /// Runs one robot until it is told to stop.
 ///
@@ -39,13 +38,8 @@ pub fn agent(file: &Path) -> Result<(), LinkError> {
     let mut config: AgentConfig = config::load(file)?;
     config.common.zenoh = config.common.zenoh.named_in(file);
     let Checked { mission, scenario } = config.common.check(file)?;
-    let robot = RobotId(config.robot);
-    let orders =
-        Orders::of_team(&scenario, config.common.seed).into_iter().find(|orders| orders.robot.id == robot);
-    let Some(orders) = orders else {
-        let reason = format!("robot is {robot}; allowed is from 1 to {}", scenario.robots().len());
-        return Err(LinkError::Settings { file: file.to_owned(), reason });
-    };
+    let orders = config.orders(file, &scenario)?;
+    let robot = orders.robot.id;
     let (who, grid) = (Participant::Robot(robot), scenario.terrain().grid());
     let body = config.body(file, &scenario)?;
     let mut agent = Agent::new(orders);
@@ -102,8 +96,7 @@ fn resume(
     subject: Subject<'_>,
     pace: f64,
 ) -> Result<(Journal, Clock), LinkError> {
-    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    let now_unix_ns = u64::try_from(now.as_nanos()).unwrap_or(u64::MAX);
+    let now_unix_ns = unix_time::now_ns().unsigned_abs();
     let (journal, memory) = Journal::open(file, subject, now_unix_ns)?;
     for observation in &memory.observations {
         agent.recall(observation);

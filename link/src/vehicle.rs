@@ -9,7 +9,7 @@ mod mind;
 mod place;
 
 use std::sync::Arc;
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 
 use dragnet_proto::convert::viewer::Viewer;
 use dragnet_proto::participant::Stimulus;
@@ -27,11 +27,11 @@ use dragnet_vehicle::plane::Pose;
 use tokio::sync::{mpsc, watch};
 use tokio::time::{Instant, MissedTickBehavior, interval};
 
-use crate::LinkError;
 use crate::config::Body;
 use crate::live::{Clock, Report};
 use crate::ros::node::{Heard, Node};
 use crate::ros::settings::Stamps;
+use crate::{LinkError, unix_time};
 use board::Board;
 use place::{Located, Places, planar, posed};
 
@@ -134,7 +134,7 @@ impl Vehicle {
         let now_ns = self.clock.now().0;
         match self.stamps {
             Stamps::Arrival => now_ns,
-            Stamps::Clock => now_ns.saturating_add_signed(stamp_unix_ns.saturating_sub(unix_ns())),
+            Stamps::Clock => now_ns.saturating_add_signed(stamp_unix_ns.saturating_sub(unix_time::now_ns())),
         }
     }
 
@@ -258,7 +258,7 @@ impl Vehicle {
             return Ok(());
         }
         let belief = Arc::clone(&beliefs.borrow_and_update());
-        let start_unix_ns = unix_ns().saturating_sub_unsigned(self.clock.now().0);
+        let start_unix_ns = unix_time::now_ns().saturating_sub_unsigned(self.clock.now().0);
         let drawn = Viewer::new(&self.terrain, start_unix_ns).belief(&belief, self.clock.now());
         let found = self.found(&belief);
         self.say(Output::Belief(drawn, self.in_frame(&Pose::default()))).await?;
@@ -289,16 +289,11 @@ impl Vehicle {
     }
 
     async fn say(&mut self, output: Output) -> Result<(), LinkError> {
-        self.node.say(unix_ns(), output).await
+        self.node.say(unix_time::now_ns(), output).await
     }
 }
 
 fn of_box(found: &DetectedBox) -> DetectionBox {
     let DetectedBox { left, top, right, bottom, .. } = *found;
     DetectionBox { left, top, right, bottom }
-}
-
-fn unix_ns() -> i64 {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    i64::try_from(since.as_nanos()).unwrap_or(i64::MAX)
 }

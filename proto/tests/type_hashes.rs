@@ -2,35 +2,25 @@
 //! hash.
 #![expect(clippy::unwrap_used, reason = "a test fails by panic")]
 
-use std::env;
+#[path = "../../tests/python/interpreter.rs"]
+mod interpreter;
+
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 use dragnet_proto::ros::MessageType;
 use dragnet_proto::ros::input::InputKind;
 use dragnet_proto::ros::output::OutputKind;
 use dragnet_proto::schema::{NAMES, schema, type_hash};
+use interpreter::interpreter;
 use serde_json::{Map, Value};
 
 const WORKSPACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
-/// Without the interpreter the test fails: to skip it would look like hashes that others take.
-fn interpreter() -> PathBuf {
-    let given = env::var_os("DRAGNET_PYTHON").map(PathBuf::from);
-    let interpreter = given.unwrap_or_else(|| Path::new(WORKSPACE).join(".venv/bin/python"));
-    assert!(
-        interpreter.exists(),
-        "{} is missing; make it with\n  python3 -m venv .venv && .venv/bin/pip install -r tests/python/requirements.txt\n\
-         at the workspace root, or name another interpreter in DRAGNET_PYTHON",
-        interpreter.display()
-    );
-    interpreter
-}
-
 fn of_rosbags(schemas: &Map<String, Value>) -> Value {
     let script = Path::new(WORKSPACE).join("tests/python/type_hashes.py");
-    let mut python = Command::new(interpreter());
+    let mut python = Command::new(interpreter(Path::new(WORKSPACE)));
     let mut child = python.arg(script).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
     child.stdin.take().unwrap().write_all(&serde_json::to_vec(schemas).unwrap()).unwrap();
     let output = child.wait_with_output().unwrap();

@@ -8,14 +8,13 @@ fn without_libtorch_it_says_how_to_get_the_detector() {
 
 #[cfg(feature = "detector")]
 mod with_libtorch {
-    use std::env;
     use std::fs;
-    use std::path::PathBuf;
     use std::process::Command;
 
     use image::{ImageReader, Rgb, RgbImage};
     use serde_json::Value;
 
+    use crate::interpreter::interpreter;
     use crate::{Place, root};
 
     /// Looks forward; a fifth of the image is 10 degrees and more.
@@ -25,12 +24,8 @@ mod with_libtorch {
     /// With modules that look at 96 x 64 pixels, and `red.png` of 192 x 128: red upright from column 60 and row 40 on.
     fn place() -> Place {
         let place = Place::new();
-        let given = env::var_os("DRAGNET_PYTHON").map(PathBuf::from);
-        let interpreter = given.unwrap_or_else(|| root().join(".venv/bin/python"));
-        let path = interpreter.display();
-        assert!(interpreter.exists(), "{path} is missing: ./test.sh makes it; or name one in DRAGNET_PYTHON");
         let script = root().join("tests/python/modules.py");
-        let made = Command::new(&interpreter).arg(script).arg(place.folder.path()).output().unwrap();
+        let made = Command::new(interpreter(root())).arg(script).arg(place.folder.path()).output().unwrap();
         assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
         place.write("camera.toml", CAMERA);
         let is_red = |column, row| (60..80).contains(&column) && (40..80).contains(&row);

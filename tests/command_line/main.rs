@@ -10,6 +10,8 @@ mod compare;
 mod demonstrations;
 mod detect;
 mod exports;
+#[path = "../python/interpreter.rs"]
+mod interpreter;
 mod output;
 mod paper;
 mod python;

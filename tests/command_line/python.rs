@@ -2,12 +2,12 @@
 
 use std::process::Command;
 
+use super::interpreter::interpreter;
 use super::root;
-use super::scale::interpreter;
 
 /// Runs one file of tests. Whoever has no such package is told how to make it.
 fn check(file: &str) {
-    let output = Command::new(interpreter())
+    let output = Command::new(interpreter(root()))
         .args(["-m", "pytest", "--quiet", "-p", "no:cacheprovider"])
         .arg(root().join("python/tests").join(file))
         .current_dir(root().join("python"))

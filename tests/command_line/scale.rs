@@ -1,12 +1,12 @@
 //! `scale/`: sweeps over Ray and Slurm come to what one process comes to.
 
-use std::env;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output};
 use std::sync::{Mutex, PoisonError};
 
+use super::interpreter::interpreter;
 use super::shards::assert_same_results;
 use super::{Place, root, stderr};
 
@@ -16,19 +16,6 @@ const COMPARISON: [&str; 8] =
 
 /// One Ray cluster at a time: each wants all cores.
 static CLUSTER: Mutex<()> = Mutex::new(());
-
-/// Without the interpreter the test fails: to skip it would look like a sweep that comes to what it should.
-pub(super) fn interpreter() -> PathBuf {
-    let given = env::var_os("DRAGNET_PYTHON").map(PathBuf::from);
-    let interpreter = given.unwrap_or_else(|| root().join(".venv/bin/python"));
-    assert!(
-        interpreter.exists(),
-        "{} is missing; make it with\n  python3 -m venv .venv && .venv/bin/pip install -r tests/python/requirements.txt\n\
-         at the workspace root, or name another interpreter in DRAGNET_PYTHON",
-        interpreter.display()
-    );
-    interpreter
-}
 
 /// A program that runs these lines of shell first, and then dragnet.
 fn program(place: &Place, first: &str) {
@@ -40,7 +27,7 @@ fn program(place: &Place, first: &str) {
 /// A sweep in this place by a Ray cluster of two cores.
 fn sweep(place: &Place, options: &[&str]) -> Output {
     let _alone = CLUSTER.lock().unwrap_or_else(PoisonError::into_inner);
-    Command::new(interpreter())
+    Command::new(interpreter(root()))
         .arg(root().join("scale/ray_sweep.py"))
         .args(["--cores", "2", "--program", "./program"])
         .args(options)

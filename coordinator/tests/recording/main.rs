@@ -4,6 +4,8 @@
 
 mod damage;
 mod episode;
+#[path = "../../../tests/python/interpreter.rs"]
+mod interpreter;
 mod python;
 
 use std::fs;

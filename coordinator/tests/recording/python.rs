@@ -1,9 +1,8 @@
 //! Two ROS 2 readers that are not ours see in a recording what was written.
 
 use std::collections::BTreeMap;
-use std::env;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use dragnet_coordinator::inspect::inspect;
@@ -13,26 +12,14 @@ use serde_json::{Value, json};
 use tempfile::tempdir;
 
 use crate::episode::{Episode, header};
+use crate::interpreter::interpreter;
 
 const WORKSPACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
-
-/// Without the interpreter the test fails: to skip it would look like a recording that others can read.
-fn interpreter() -> PathBuf {
-    let given = env::var_os("DRAGNET_PYTHON").map(PathBuf::from);
-    let interpreter = given.unwrap_or_else(|| Path::new(WORKSPACE).join(".venv/bin/python"));
-    assert!(
-        interpreter.exists(),
-        "{} is missing; make it with\n  python3 -m venv .venv && .venv/bin/pip install -r tests/python/requirements.txt\n\
-         at the workspace root, or name another interpreter in DRAGNET_PYTHON",
-        interpreter.display()
-    );
-    interpreter
-}
 
 /// What each reader saw.
 fn read(recording: &Path) -> [(&'static str, Value); 2] {
     let script = Path::new(WORKSPACE).join("tests/python/read_recording.py");
-    let output = Command::new(interpreter()).arg(script).arg(recording).output().unwrap();
+    let output = Command::new(interpreter(Path::new(WORKSPACE))).arg(script).arg(recording).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let mut seen: Value = serde_json::from_slice(&output.stdout).unwrap();
     ["mcap", "rosbags"].map(|reader| (reader, seen[reader].take()))

@@ -1,16 +1,18 @@
 //! The detector with its network: against ultralytics, and with modules that fail.
 #![expect(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
+#[path = "../../../tests/python/interpreter.rs"]
+mod interpreter;
 mod modules;
 mod prepared;
 mod ultralytics;
 
-use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use dragnet_detector::network::{Device, Network, NetworkError};
+use interpreter::interpreter;
 use tempfile::TempDir;
 
 const WORKSPACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
@@ -19,18 +21,11 @@ const WORKSPACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 struct Written(TempDir);
 
 impl Written {
-    /// Without the interpreter the test fails: to skip it would look like a detector that another has checked.
     fn by(script: &str) -> Self {
-        let given = env::var_os("DRAGNET_PYTHON").map(PathBuf::from);
-        let interpreter = given.unwrap_or_else(|| Path::new(WORKSPACE).join(".venv/bin/python"));
-        let path = interpreter.display();
-        assert!(
-            interpreter.exists(),
-            "{path} is missing: ./test.sh makes it; or name one with ultralytics in DRAGNET_PYTHON"
-        );
+        let workspace = Path::new(WORKSPACE);
         let folder = TempDir::new().unwrap();
-        let script = Path::new(WORKSPACE).join("tests/python").join(script);
-        let output = Command::new(&interpreter).arg(script).arg(folder.path()).output().unwrap();
+        let script = workspace.join("tests/python").join(script);
+        let output = Command::new(interpreter(workspace)).arg(script).arg(folder.path()).output().unwrap();
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         Self(folder)
     }

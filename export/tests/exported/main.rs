@@ -5,6 +5,8 @@
 )]
 
 mod account;
+#[path = "../../../tests/python/interpreter.rs"]
+mod interpreter;
 mod mission;
 mod plan;
 mod readers;

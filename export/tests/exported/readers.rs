@@ -1,29 +1,16 @@
 //! Libraries that are not ours read what was written: geojson and shapely, fastkml with the schema of KML, gpxpy.
 
-use std::env;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use dragnet_export::{Account, geojson, gpx, kml};
 use dragnet_proto::map_file::Areas;
 use serde_json::{Value, json};
 
+use crate::interpreter::interpreter;
 use crate::mission::{STEPS, at, playback, scenario};
 
 const WORKSPACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
-
-/// Without the interpreter the test fails: to skip it would look like files that others can read.
-fn interpreter() -> PathBuf {
-    let given = env::var_os("DRAGNET_PYTHON").map(PathBuf::from);
-    let interpreter = given.unwrap_or_else(|| Path::new(WORKSPACE).join(".venv/bin/python"));
-    assert!(
-        interpreter.exists(),
-        "{} is missing; make it with\n  python3 -m venv .venv && .venv/bin/pip install -r tests/python/requirements.txt\n\
-         at the workspace root, or name another interpreter in DRAGNET_PYTHON",
-        interpreter.display()
-    );
-    interpreter
-}
 
 /// What each reader saw.
 fn read(account: &Account) -> Value {
@@ -34,7 +21,7 @@ fn read(account: &Account) -> Value {
         std::fs::write(path, text).unwrap();
     }
     let script = Path::new(WORKSPACE).join("tests/python/read_export.py");
-    let output = Command::new(interpreter()).arg(script).args(paths).output().unwrap();
+    let output = Command::new(interpreter(Path::new(WORKSPACE))).arg(script).args(paths).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     serde_json::from_slice(&output.stdout).unwrap()
 }

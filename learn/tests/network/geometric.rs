@@ -1,10 +1,9 @@
 //! `torch_geometric` computes the same logits from the same graphs and weights.
 
 use std::collections::BTreeMap;
-use std::env;
 use std::fs;
 use std::hint::black_box;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
@@ -18,6 +17,7 @@ use safetensors::tensor::TensorView;
 use serde::Deserialize;
 use tempfile::tempdir;
 
+use crate::interpreter::interpreter;
 use crate::scene::{Scene, open, scenes};
 use crate::{SHAPES, TOLERANCE, weights};
 
@@ -36,20 +36,8 @@ struct Found {
     attention_seconds: f64,
 }
 
-/// Without the interpreter the test fails: to skip it would look like a network that another has checked.
-fn interpreter() -> PathBuf {
-    let given = env::var_os("DRAGNET_PYTHON").map(PathBuf::from);
-    let interpreter = given.unwrap_or_else(|| Path::new(WORKSPACE).join(".venv/bin/python"));
-    let path = interpreter.display();
-    assert!(
-        interpreter.exists(),
-        "{path} is missing: ./test.sh makes it; or name one with PyTorch Geometric in DRAGNET_PYTHON"
-    );
-    interpreter
-}
-
 fn check_with_python(folder: &Path) -> BTreeMap<String, Found> {
-    let output = Command::new(interpreter()).arg(SCRIPT).arg(folder).output().unwrap();
+    let output = Command::new(interpreter(Path::new(WORKSPACE))).arg(SCRIPT).arg(folder).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     serde_json::from_slice(&output.stdout).unwrap()
 }

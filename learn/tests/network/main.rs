@@ -4,6 +4,8 @@
 
 mod geometric;
 mod graph;
+#[path = "../../../tests/python/interpreter.rs"]
+mod interpreter;
 mod motion;
 mod scene;
 mod symmetry;

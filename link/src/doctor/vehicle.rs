@@ -1,7 +1,7 @@
 //! The robot's own ROS 2 network: is anybody there, which topics are alive, and do its stamps make sense?
 
 use std::collections::BTreeMap;
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 
 use dragnet_proto::ros::name::TopicName;
 use dragnet_proto::ros::output::OutputKind;
@@ -11,6 +11,7 @@ use super::Finding;
 use crate::config::Body;
 use crate::ros::node::{Heard, Node};
 use crate::ros::settings::Stamps;
+use crate::unix_time;
 
 /// Stamps that are farther from this computer's clock are of another clock, seconds.
 const MOST_SKEW_SECONDS: f64 = 1.0;
@@ -80,8 +81,7 @@ impl Traffic {
         };
         self.messages += 1;
         if let Some(stamp) = stamp_unix_ns {
-            let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-            let behind = now.as_secs_f64() - stamp as f64 / 1e9;
+            let behind = unix_time::now_ns().saturating_sub(stamp) as f64 / 1e9;
             if behind.abs() > self.behind_seconds.abs() {
                 self.behind_seconds = behind;
             }

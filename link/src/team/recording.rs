@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use dragnet_coordinator::desk::Desk;
 use dragnet_coordinator::mission::{Mission, MissionOrders};
@@ -11,7 +10,7 @@ use dragnet_proto::scenario::Scenario;
 use dragnet_sim::episode::Episode;
 
 use super::Options;
-use crate::LinkError;
+use crate::{LinkError, unix_time};
 
 /// When simulated missions start: 2000-01-01, so that a recording does not depend on when it was made.
 const SIMULATED_START_UNIX_NS: i64 = 946_684_800_000_000_000;
@@ -34,11 +33,7 @@ pub(crate) fn desk(scenario: &Scenario, seed: u64, options: &Options) -> Result<
 }
 
 fn start_unix_ns(options: &Options) -> i64 {
-    let now = || {
-        let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-        i64::try_from(since.as_nanos()).unwrap_or(SIMULATED_START_UNIX_NS)
-    };
-    options.pace.map_or(SIMULATED_START_UNIX_NS, |_| now())
+    options.pace.map_or(SIMULATED_START_UNIX_NS, |_| unix_time::now_ns())
 }
 
 fn run_metadata(scenario: &Scenario, seed: u64, options: &Options) -> BTreeMap<String, String> {

@@ -15,7 +15,7 @@ use tokio::sync::{mpsc, watch};
 
 use super::Orders;
 
-/// A belief is handed on at most so often: it is as large as the map.
+/// Whether there is another belief to hand on is looked at so often: it is as large as the map.
 const SHOW: Duration = Duration::from_secs(1);
 
 /// An agent, and the way to its vehicle.
@@ -48,9 +48,12 @@ impl Mind for Embodied {
             // Without a vehicle the robot is about to be told to stop.
             let _ = self.routes.send(route.clone());
         }
-        if now >= self.shown + SHOW && self.beliefs.borrow().digest() != self.agent.digest() {
+        // A digest is of all cells, and messages are many.
+        if now >= self.shown + SHOW {
             self.shown = now;
-            self.beliefs.send_replace(Arc::new(self.agent.belief().clone()));
+            if self.beliefs.borrow().digest() != self.agent.digest() {
+                self.beliefs.send_replace(Arc::new(self.agent.belief().clone()));
+            }
         }
         Ok(reaction)
     }

@@ -1,8 +1,7 @@
 //! An implementation that is not ours, filterpy's, tracks the same bearings to the same estimates.
 
-use std::env;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 use dragnet_search::seed::{Purpose, Stream, stream};
@@ -14,30 +13,23 @@ use nalgebra::{Matrix4, Vector2, Vector4};
 use rand_distr::{Distribution, StandardNormal};
 use serde_json::{Value, json};
 
+use crate::interpreter::interpreter;
+
 const WORKSPACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 const REACH: Reach = Reach { nearest_meters: 5.0, farthest_meters: 150.0 };
 const DEVIATION_RADIANS: f64 = 0.01;
 /// Of a mean by its own standard deviation, and of a covariance by both.
 const TOLERANCE: f64 = 1e-9;
 
-/// Without the interpreter the test fails: to skip it would look like a filter that another has checked.
-fn interpreter() -> PathBuf {
-    let given = env::var_os("DRAGNET_PYTHON").map(PathBuf::from);
-    let interpreter = given.unwrap_or_else(|| Path::new(WORKSPACE).join(".venv/bin/python"));
-    assert!(
-        interpreter.exists(),
-        "{} is missing; make it with\n  \
-         python3 -m venv .venv && .venv/bin/pip install -r tests/python/requirements.txt\n\
-         at the workspace root, or name another interpreter in DRAGNET_PYTHON",
-        interpreter.display()
-    );
-    interpreter
-}
-
 fn estimates_of_filterpy(scenarios: &Value) -> Value {
     let script = Path::new(WORKSPACE).join("tests/python/cubature_filter.py");
     let (stdin, stdout) = (Stdio::piped(), Stdio::piped());
-    let mut child = Command::new(interpreter()).arg(script).stdin(stdin).stdout(stdout).spawn().unwrap();
+    let mut child = Command::new(interpreter(Path::new(WORKSPACE)))
+        .arg(script)
+        .stdin(stdin)
+        .stdout(stdout)
+        .spawn()
+        .unwrap();
     child.stdin.take().unwrap().write_all(scenarios.to_string().as_bytes()).unwrap();
     let output = child.wait_with_output().unwrap();
     assert!(output.status.success(), "the script failed; its message stands above");

@@ -3,3 +3,5 @@
 
 mod consistency;
 mod filterpy;
+#[path = "../../../tests/python/interpreter.rs"]
+mod interpreter;
