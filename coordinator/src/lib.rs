@@ -3,10 +3,12 @@
 //! - [`mission`]: the state machine, made of [`declaration`], [`liveness`] and [`track`];
 //! - [`record`]: the recording, an MCAP file that ROS 2 tools and viewers read;
 //! - [`inspect`], [`recover`]: what a recording holds, and how one that was cut off is mended;
-//! - [`playback`]: a recording as the records that made it.
+//! - [`playback`]: a recording as the records that made it;
+//! - [`bag`]: recordings that ROS 2 made.
 //!
 //! Robots search on without any of this.
 
+pub mod bag;
 pub mod declaration;
 pub mod desk;
 pub mod inspect;

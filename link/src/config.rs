@@ -10,11 +10,12 @@ use dragnet_search::observation::RobotId;
 use dragnet_search::terrain::Terrain;
 use dragnet_vehicle::lattice::costmap::CostMap;
 use dragnet_vehicle::pilot::Pilot;
-use dragnet_vehicle::settings::MotionTable;
+use dragnet_vehicle::settings::{MotionTable, Settings as VehicleSettings};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::session::Endpoints;
+use crate::vehicle::detector;
 use crate::{LinkError, ros};
 
 /// Settings that every process of a mission has.
@@ -57,10 +58,13 @@ pub struct AgentConfig {
     pub journal: Option<PathBuf>,
     /// The robot's own vehicle; without, the simulator (`dragnet sim`) stands in for it.
     #[serde(default)]
-    pub vehicle: Option<dragnet_vehicle::settings::Settings>,
+    pub vehicle: Option<VehicleSettings>,
     /// The network of the robot's own vehicle.
     #[serde(default)]
     pub ros: Option<ros::settings::Settings>,
+    /// What looks at the images of the vehicle's cameras, unless their detections come from elsewhere.
+    #[serde(default)]
+    pub detector: Option<detector::Settings>,
     /// What every process has.
     pub common: Common,
 }
@@ -74,6 +78,8 @@ pub struct Body {
     pub pilot: Pilot,
     /// What the vehicle is moved by.
     pub moved_by: OutputKind,
+    /// What looks at the cameras' images.
+    pub detector: Option<detector::Settings>,
 }
 
 /// Who tells the time.
@@ -176,6 +182,9 @@ impl AgentConfig {
     pub fn body(&self, file: &Path, scenario: &Scenario) -> Result<Option<Body>, LinkError> {
         let failed = |reason: String| LinkError::Settings { file: file.to_owned(), reason };
         let (vehicle, ros) = match (&self.vehicle, &self.ros) {
+            (None, None) if self.detector.is_some() => {
+                return Err(failed("[detector] looks at the images of a [vehicle]".to_owned()));
+            }
             (None, None) => return Ok(None),
             (Some(vehicle), Some(ros)) => (vehicle, ros),
             (Some(_), None) => return Err(failed("[vehicle] needs its network, [ros]".to_owned())),
@@ -189,13 +198,7 @@ impl AgentConfig {
             let reason = "ros.localization is 'fix', which needs a map with an origin on the earth";
             return Err(failed(reason.to_owned()));
         }
-        for camera in &ros.cameras {
-            if vehicle.cameras.iter().all(|seen| seen.name != camera.name) {
-                let names: Vec<&str> = vehicle.cameras.iter().map(|seen| seen.name.as_str()).collect();
-                let (name, names) = (&camera.name, names.join(", "));
-                return Err(failed(format!("ros.cameras: {name:?}; allowed are those of vehicle: {names}")));
-            }
-        }
+        self.check_cameras(vehicle, ros).map_err(failed)?;
         let primitives = match &vehicle.motion {
             MotionTable::Lattice { primitives: Some(named), .. } => {
                 let path = file.parent().unwrap_or(Path::new("")).join(named);
@@ -215,7 +218,59 @@ impl AgentConfig {
             MotionTable::Lattice { .. } => OutputKind::Path,
             MotionTable::Goal => OutputKind::Goal,
         };
-        Ok(Some(Body { ros: ros.check(file)?, pilot, moved_by }))
+        let detector = self.detector.clone().map(|detector| detector::Settings {
+            module: file.parent().unwrap_or(Path::new("")).join(&detector.module),
+            ..detector
+        });
+        Ok(Some(Body { ros: ros.check(file)?, pilot, moved_by, detector }))
+    }
+
+    /// Whether each camera that the network tells of is one of the vehicle's, and has one detector.
+    fn check_cameras(&self, vehicle: &VehicleSettings, ros: &ros::settings::Settings) -> Result<(), String> {
+        let has_images =
+            |camera: &ros::settings::Camera| !(camera.image.is_empty() && camera.compressed_image.is_empty());
+        for camera in &ros.cameras {
+            let name = &camera.name;
+            if vehicle.cameras.iter().all(|seen| seen.name != *name) {
+                let names: Vec<&str> = vehicle.cameras.iter().map(|seen| seen.name.as_str()).collect();
+                let names = names.join(", ");
+                return Err(format!("ros.cameras: {name:?}; allowed are those of vehicle: {names}"));
+            }
+            match (&self.detector, camera.detections.is_empty()) {
+                (None, true) => {
+                    return Err(format!(
+                        "ros.cameras: {name:?} has images, for which a [detector] is needed, or detections"
+                    ));
+                }
+                (Some(_), false) if has_images(camera) => {
+                    return Err(format!(
+                        "ros.cameras: {name:?} has images, at which [detector] looks, and detections; \
+                         allowed is one of the two"
+                    ));
+                }
+                _ => {}
+            }
+        }
+        if self.detector.is_some() && !ros.cameras.iter().any(has_images) {
+            return Err("[detector] has nothing to look at; needed is an image of ros.cameras".to_owned());
+        }
+        Ok(())
+    }
+}
+
+impl Body {
+    /// What looks at the cameras' images, by the settings of a file.
+    ///
+    /// # Errors
+    /// If it cannot be made.
+    pub fn make_detector(
+        &self,
+        file: &Path,
+        make: detector::Make<'_>,
+    ) -> Result<Option<Box<dyn detector::Detector>>, LinkError> {
+        let failed =
+            |reason| LinkError::Settings { file: file.to_owned(), reason: format!("detector: {reason}") };
+        self.detector.as_ref().map(make).transpose().map_err(failed)
     }
 }
 

@@ -14,6 +14,7 @@ use dragnet_search::observation::RobotId;
 
 use crate::config::{self, AgentConfig, Checked};
 use crate::session;
+use crate::vehicle::detector::Make;
 
 /// What was found of one thing.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -63,8 +64,8 @@ impl Finding {
 }
 
 /// Looks at all that the settings of a robot name; listens to its networks for so long. Each finding is told as it is
-/// made. Without settings that can be, there is nothing to look at.
-pub fn examine(file: &Path, listen: Duration, tell: &mut dyn FnMut(Finding)) {
+/// made. `make` makes its detector, if they ask for one. Without settings that can be, there is nothing to look at.
+pub fn examine(file: &Path, listen: Duration, make: Make<'_>, tell: &mut dyn FnMut(Finding)) {
     let advice = "mend the settings: docs/guide.md and docs/field-guide.md name all keys";
     let config = match config::load::<AgentConfig>(file) {
         Ok(config) => config,
@@ -87,6 +88,9 @@ pub fn examine(file: &Path, listen: Duration, tell: &mut dyn FnMut(Finding)) {
     tell(Finding::pass("settings", format!("robot {robot} of {team} in mission {mission}")));
     tell(computer::journal(&config.journal(file)));
     tell(computer::decisions(&orders));
+    if let Some(body) = &body {
+        computer::detector(body, file, make).into_iter().for_each(&mut *tell);
+    }
     let endpoints = config.common.zenoh.clone().named_in(file);
     let networks = async {
         team::examine(&endpoints, mission, robot, &scenario, listen, tell).await;

@@ -84,7 +84,12 @@ impl LinkError {
                 | Self::Open { .. }
                 | Self::Unsupported(_)
                 | Self::Journal(_)
-                | Self::Recording(RecordingError::Create { .. } | RecordingError::Exists { .. })
+                | Self::Recording(
+                    RecordingError::Create { .. }
+                        | RecordingError::Exists { .. }
+                        | RecordingError::Read { .. }
+                        | RecordingError::NotARecording { .. }
+                )
         )
     }
 }

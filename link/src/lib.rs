@@ -6,8 +6,8 @@
 //! - [`refusals`]: whom Zenoh turns away, told in plain words;
 //! - [`live`]: a participant driven by the wall clock, as in the field; [`journal`]: what it remembers if it starts again;
 //! - [`lockstep`], [`remote_crew`]: participants driven by the simulator, event by event, over the same messages;
-//! - [`ros`]: a node on a robot's own ROS 2 network;
 //! - [`ros`], [`vehicle`]: a robot's own ROS 2 network, and its vehicle on it;
+//! - [`dry_run`]: a robot that lives through a recording of its vehicle's network;
 //! - [`doctor`]: whether all is there that a robot's settings name;
 //! - [`relay`]: a slow link, to try a team on;
 //! - [`world`]: the simulated world for participants driven by the wall clock;
@@ -15,6 +15,7 @@
 
 pub mod config;
 pub mod doctor;
+pub mod dry_run;
 pub mod journal;
 pub mod link;
 pub mod live;

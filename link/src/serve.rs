@@ -26,15 +26,15 @@ use crate::live::{self, Clock};
 use crate::lockstep::Puppet;
 use crate::session::{Endpoints, Mode, block_on, open};
 use crate::team::{self, Options};
-use crate::vehicle::{Embodied, Vehicle};
+use crate::vehicle::{self, Embodied, detector};
 use crate::world::{self, WorldServer};
 use crate::{LinkError, unix_time};
 
-/// Runs one robot until it is told to stop.
+/// Runs one robot until it is told to stop; `make` makes its detector, if its settings ask for one.
 ///
 /// # Errors
 /// If the settings are not allowed, or the robot cannot go on.
-pub fn agent(file: &Path) -> Result<(), LinkError> {
+pub fn agent(file: &Path, make: detector::Make<'_>) -> Result<(), LinkError> {
     let mut config: AgentConfig = config::load(file)?;
     config.common.zenoh = config.common.zenoh.named_in(file);
     let Checked { mission, scenario } = config.common.check(file)?;
@@ -42,6 +42,7 @@ pub fn agent(file: &Path) -> Result<(), LinkError> {
     let robot = orders.robot.id;
     let (who, grid) = (Participant::Robot(robot), scenario.terrain().grid());
     let body = config.body(file, &scenario)?;
+    let detector = body.as_ref().map(|body| body.make_detector(file, make)).transpose()?.flatten();
     let mut agent = Agent::new(orders);
     block_on(async {
         let session = open(&config.common.zenoh).await?;
@@ -71,7 +72,7 @@ pub fn agent(file: &Path) -> Result<(), LinkError> {
                 let (mut mind, orders) = Embodied::new(agent);
                 let (sender, reports) = mpsc::channel(REPORTS);
                 let vehicle = tokio::spawn(async move {
-                    Vehicle::open(body, &scenario, clock).await?.run(orders, sender).await
+                    vehicle::serve::serve(body, &scenario, clock, detector, orders, sender).await
                 });
                 let ended = live::run(&mut link, &mut mind, clock, Some(journal), reports, stop).await;
                 // Its vehicle stands still once the mind is gone; a network that is not there need not be waited for.

@@ -1,65 +1,76 @@
-//! A robot's vehicle in the field: its ROS 2 network and its pilot, driven by the wall clock.
+//! A robot's vehicle in the field: what its network says goes to its pilot ([`dragnet_vehicle::pilot`]), what the pilot
+//! says goes to the robot's mind or back to the network. Its mind hears of cells and looks alone, and knows nothing of
+//! cameras and motors.
 //!
-//! What the network says goes to the pilot ([`dragnet_vehicle::pilot`]), what the pilot says goes to the robot's mind or
-//! back to the network. Its mind hears of cells and looks alone, and knows nothing of cameras and motors; where it goes
-//! and what it believes comes back over [`Orders`].
+//! [`Vehicle`] is told the time like all minds, and does nothing by itself. [`serve`] drives it on its network by the
+//! wall clock, [`crate::dry_run`] by the clock of a recording.
 
 mod board;
+pub mod detector;
 mod mind;
 mod place;
+pub mod serve;
 
 use std::sync::Arc;
 use std::time::Duration;
 
 use dragnet_proto::convert::viewer::Viewer;
-use dragnet_proto::participant::Stimulus;
 use dragnet_proto::ros::errand::{Errand, Progress};
-use dragnet_proto::ros::input::{DetectedBox, GoalStatus, Occupancy};
-use dragnet_proto::ros::output::{FoundObject, Output};
+use dragnet_proto::ros::input::{DetectedBox, GoalStatus, Image, Occupancy};
+use dragnet_proto::ros::output::{Diagnostic, FoundObject, Output};
 use dragnet_proto::scenario::Scenario;
+use dragnet_proto::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
+use dragnet_search::evidence::Reading;
 use dragnet_search::terrain::Terrain;
-use dragnet_vehicle::camera::DetectionBox;
+use dragnet_vehicle::camera::{Camera, DetectionBox};
 use dragnet_vehicle::lattice::costmap::{CostMap, OccupancyRule};
 use dragnet_vehicle::pilot::{Action, CameraFrame, Event, Fix, Pilot, Report as DriveReport, Sights};
 use dragnet_vehicle::plane::Pose;
-use tokio::sync::{mpsc, watch};
-use tokio::time::{Instant, MissedTickBehavior, interval};
 
-use crate::config::Body;
-use crate::live::{Clock, Report};
-use crate::ros::node::{Heard, Node};
-use crate::ros::settings::Stamps;
-use crate::{LinkError, unix_time};
+use crate::ros::heard::Heard;
+use crate::ros::settings::{Checked, Stamps};
 use board::Board;
+use detector::{Look, Seen};
 use place::{Located, Places, planar, posed};
 
-pub use mind::Embodied;
+pub use mind::{Embodied, Orders};
 
 /// How often the pilot hears that time passes: silence is noticed so soon.
-const TICK: Duration = Duration::from_millis(100);
+pub(crate) const TICK: Duration = Duration::from_millis(100);
 /// How often people are shown what the robot believes, and what is wrong with it, at most.
-const SHOW: Duration = Duration::from_secs(1);
+pub(crate) const SHOW: Duration = Duration::from_secs(1);
 /// A goal that nobody has taken up is told again after so long.
 const PATIENCE: Duration = Duration::from_secs(5);
 /// Of a map that the vehicle hears: what is at least so probably occupied is never driven on; what is not known is
 /// driven on as little as possible.
 const RULE: OccupancyRule = OccupancyRule { lethal_percent: 65, unknown_cost: 50 };
 
-/// What a robot's mind has for its vehicle.
-#[derive(Debug)]
-pub struct Orders {
-    routes: mpsc::UnboundedReceiver<Vec<Cell>>,
-    beliefs: watch::Receiver<Arc<Belief>>,
+/// The time by the mission's clock and by the computer's, which may be set meanwhile.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Now {
+    pub(crate) mission: MissionTime,
+    pub(crate) unix_ns: i64,
 }
 
-/// A vehicle on its own network.
-pub struct Vehicle {
-    node: Node,
+/// What a vehicle has for others, in this order.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Effect {
+    /// For the robot's mind: where it stands, and what it saw since the last time.
+    Sensed { cell: Cell, readings: Vec<Reading> },
+    /// For the vehicle's network.
+    Say(Output),
+    /// For a detector of this program's own, if it has one; what that sees comes back as [`Vehicle::see`].
+    Look(Look),
+    /// For the log: something has gone wrong, or is well again.
+    Tell(Diagnostic),
+}
+
+/// A vehicle.
+pub(crate) struct Vehicle {
     pilot: Pilot,
     places: Places,
-    clock: Clock,
     terrain: Arc<Terrain>,
     tau: f64,
     stamps: Stamps,
@@ -68,111 +79,137 @@ pub struct Vehicle {
     located: Option<Pose>,
     /// Goals that Nav2 told of last.
     goals: Vec<GoalStatus>,
-    errand: Option<(Errand, Pose, Instant)>,
+    /// What Nav2 was asked for, and when.
+    errand: Option<(Errand, Pose, MissionTime)>,
 }
 
 impl Vehicle {
-    /// Joins the vehicle's network, which may take until that is there.
-    ///
-    /// # Errors
-    /// If Zenoh refuses.
-    pub async fn open(body: Body, scenario: &Scenario, clock: Clock) -> Result<Self, LinkError> {
-        let Body { ros: settings, pilot, .. } = body;
-        let places =
-            Places::new(settings.localization(), scenario.origin(), scenario.georeference().copied());
-        let stamps = settings.stamps();
-        Ok(Self {
-            node: Node::open(settings).await?,
+    pub(crate) fn new(pilot: Pilot, ros: &Checked, scenario: &Scenario) -> Self {
+        Self {
             pilot,
-            places,
-            clock,
+            places: Places::new(ros.localization(), scenario.origin(), scenario.georeference().copied()),
             terrain: Arc::new(scenario.terrain().clone()),
             tau: scenario.mission().tau,
-            stamps,
+            stamps: ros.stamps(),
             board: Board::default(),
             located: None,
             goals: Vec::new(),
             errand: None,
-        })
-    }
-
-    /// Serves a robot's mind until it is gone; then the vehicle stands still.
-    ///
-    /// # Errors
-    /// If Zenoh refuses to say something.
-    pub async fn run(mut self, mut orders: Orders, reports: mpsc::Sender<Report>) -> Result<(), LinkError> {
-        let [mut tick, mut show] = [TICK, SHOW].map(interval);
-        tick.set_missed_tick_behavior(MissedTickBehavior::Delay);
-        loop {
-            let actions = tokio::select! {
-                heard = self.node.hear() => self.hear(heard),
-                route = orders.routes.recv() => match route {
-                    Some(route) => self.tell(Event::Route(route)),
-                    None => return self.halt().await,
-                },
-                _ = tick.tick() => {
-                    self.insist().await?;
-                    self.tell(Event::Tick)
-                }
-                _ = show.tick() => {
-                    self.show(&mut orders.beliefs).await?;
-                    Vec::new()
-                }
-            };
-            for action in actions {
-                self.act(action, &reports).await?;
-            }
         }
     }
 
-    fn tell(&mut self, event: Event) -> Vec<Action> {
-        self.pilot.handle(self.clock.now().0, event)
-    }
-
-    /// Mission time of a stamp: as long ago as the stamp is by the computer's clock, which may be set meanwhile.
-    fn time_ns(&self, stamp_unix_ns: i64) -> u64 {
-        let now_ns = self.clock.now().0;
-        match self.stamps {
-            Stamps::Arrival => now_ns,
-            Stamps::Clock => now_ns.saturating_add_signed(stamp_unix_ns.saturating_sub(unix_time::now_ns())),
-        }
-    }
-
-    fn hear(&mut self, heard: Heard) -> Vec<Action> {
+    /// The network says something.
+    pub(crate) fn hear(&mut self, now: Now, heard: Heard) -> Vec<Effect> {
         let located = match heard {
             Heard::Odometry(odometry) => self.places.odometry(&odometry),
             Heard::Pose(pose) => self.places.pose(&pose),
             Heard::Fix(fix) => self.places.fix(&fix),
-            Heard::Map(map) => return self.hear_map(&map),
+            Heard::Map(map) => return self.hear_map(now, &map),
             Heard::Detections { camera, detections } => {
-                let time_ns = self.time_ns(detections.stamp_unix_ns);
-                let sights = Sights::Boxes(detections.boxes.iter().map(of_box).collect());
-                let frame = CameraFrame { time_ns, camera: camera.to_string(), head_radians: 0.0, sights };
-                return self.tell(Event::Frame(frame));
+                let time_ns = self.time_ns(now, detections.stamp_unix_ns);
+                return self.frame(now, &camera, time_ns, detections.boxes.iter().map(of_box).collect());
             }
-            // Images are for a detector of this program's own, which it has not.
-            Heard::Image { .. } => None,
-            Heard::Goals(goals) => return self.hear_goals(goals),
+            Heard::Image { camera, image } => return self.hear_image(now, camera, image),
+            Heard::Goals(goals) => return self.hear_goals(now, goals),
             Heard::Refused { topic, reason } => {
                 self.board.refuse(&topic, &reason);
-                None
+                return self.news();
             }
         };
-        located.map(|located| self.locate(&located)).unwrap_or_default()
+        located.map(|located| self.locate(now, &located)).unwrap_or_default()
     }
 
-    fn locate(&mut self, located: &Located) -> Vec<Action> {
+    /// The detector has looked at an image.
+    pub(crate) fn see(&mut self, now: Now, seen: Seen) -> Vec<Effect> {
+        match seen.found {
+            Ok(boxes) => self.frame(now, &seen.camera, seen.time_ns, boxes),
+            Err(reason) => {
+                self.board.note(&format!("detector, {}", seen.camera), &reason);
+                self.news()
+            }
+        }
+    }
+
+    /// The robot's mind has another route.
+    pub(crate) fn follow(&mut self, now: Now, route: Vec<Cell>) -> Vec<Effect> {
+        self.tell(now, Event::Route(route))
+    }
+
+    /// Time passes: to be called every [`TICK`].
+    pub(crate) fn tick(&mut self, now: Now) -> Vec<Effect> {
+        let mut effects = self.insist(now);
+        effects.extend(self.tell(now, Event::Tick));
+        effects
+    }
+
+    /// What people are shown, of a belief if it has changed: to be called every [`SHOW`].
+    pub(crate) fn show(&self, now: Now, belief: Option<&Belief>) -> Vec<Effect> {
+        let mut shown = vec![Output::Diagnostics(self.board.all())];
+        if let Some(belief) = belief {
+            let start_unix_ns = now.unix_ns.saturating_sub_unsigned(now.mission.0);
+            let drawn = Viewer::new(&self.terrain, start_unix_ns).belief(belief, now.mission);
+            shown.push(Output::Belief(drawn, planar(&self.places.in_frame(&Pose::default()))));
+            shown.push(Output::Objects(self.found(belief)));
+        }
+        shown.into_iter().map(Effect::Say).collect()
+    }
+
+    /// Nothing is left to drive. Nav2 is sent to where the robot is, which is how topics call a goal off.
+    pub(crate) fn halt(&mut self) -> Vec<Effect> {
+        let goal = self.errand.take().and(self.located).map(|here| Output::Goal(self.in_frame(&here)));
+        goal.into_iter().chain([Output::Path(Vec::new())]).map(Effect::Say).collect()
+    }
+
+    fn tell(&mut self, now: Now, event: Event) -> Vec<Effect> {
+        let actions = self.pilot.handle(now.mission.0, event);
+        actions.into_iter().flat_map(|action| self.act(now, action)).collect()
+    }
+
+    fn news(&mut self) -> Vec<Effect> {
+        self.board.take_news().into_iter().map(Effect::Tell).collect()
+    }
+
+    /// Mission time of a stamp: as long ago as the stamp is by the computer's clock.
+    fn time_ns(&self, now: Now, stamp_unix_ns: i64) -> u64 {
+        match self.stamps {
+            Stamps::Arrival => now.mission.0,
+            Stamps::Clock => now.mission.0.saturating_add_signed(stamp_unix_ns.saturating_sub(now.unix_ns)),
+        }
+    }
+
+    fn locate(&mut self, now: Now, located: &Located) -> Vec<Effect> {
         self.located = Some(located.pose);
         let fix = Fix {
-            time_ns: self.time_ns(located.stamp_unix_ns),
+            time_ns: self.time_ns(now, located.stamp_unix_ns),
             pose: located.pose,
             deviation_meters: located.deviation_meters,
             heading_deviation_radians: located.heading_deviation_radians,
         };
-        self.tell(Event::Pose(fix))
+        self.tell(now, Event::Pose(fix))
     }
 
-    fn hear_map(&mut self, map: &Occupancy) -> Vec<Action> {
+    fn frame(&mut self, now: Now, camera: &str, time_ns: u64, boxes: Vec<DetectionBox>) -> Vec<Effect> {
+        let (camera, sights) = (camera.to_owned(), Sights::Boxes(boxes));
+        self.tell(now, Event::Frame(CameraFrame { time_ns, camera, head_radians: 0.0, sights }))
+    }
+
+    /// A detector's boxes mean something in images of the size that the camera's settings tell.
+    fn hear_image(&mut self, now: Now, camera: Arc<str>, image: Image) -> Vec<Effect> {
+        let Some(settings) = self.pilot.camera(&camera).map(Camera::settings) else {
+            return Vec::new();
+        };
+        let (width, height) = (settings.width_pixels, settings.height_pixels);
+        if (image.width_pixels, image.height_pixels) != (width, height) {
+            let found = format!("an image of {} x {} pixels", image.width_pixels, image.height_pixels);
+            let allowed = format!("allowed is {width} x {height}, as in vehicle.cameras");
+            self.board.note(&format!("image, {camera}"), &format!("{found}; {allowed}"));
+            return self.news();
+        }
+        let time_ns = self.time_ns(now, image.stamp_unix_ns);
+        vec![Effect::Look(Look { camera, time_ns, image })]
+    }
+
+    fn hear_map(&mut self, now: Now, map: &Occupancy) -> Vec<Effect> {
         let corner = self.places.on_map(&posed(map.origin));
         let origin_meters = (corner.x_meters, corner.y_meters);
         let made = if corner.heading_radians.abs() > place::SQUARE_RADIANS {
@@ -182,15 +219,15 @@ impl Vehicle {
                 .map_err(|error| error.to_string())
         };
         match made {
-            Ok(map) => self.tell(Event::Map(map)),
+            Ok(map) => self.tell(now, Event::Map(map)),
             Err(reason) => {
                 self.board.note("map", &reason);
-                Vec::new()
+                self.news()
             }
         }
     }
 
-    fn hear_goals(&mut self, goals: Vec<GoalStatus>) -> Vec<Action> {
+    fn hear_goals(&mut self, now: Now, goals: Vec<GoalStatus>) -> Vec<Effect> {
         self.goals = goals;
         let Some((errand, ..)) = &mut self.errand else { return Vec::new() };
         errand.follow(&self.goals);
@@ -202,72 +239,50 @@ impl Vehicle {
             Progress::Replaced => DriveReport::Failed("somebody sent the robot elsewhere".to_owned()),
         };
         self.errand = None;
-        self.tell(Event::Drive(report))
+        self.tell(now, Event::Drive(report))
     }
 
-    async fn act(&mut self, action: Action, reports: &mpsc::Sender<Report>) -> Result<(), LinkError> {
+    fn act(&mut self, now: Now, action: Action) -> Vec<Effect> {
         match action {
-            Action::Sensed { cell, readings } => {
-                // A mind that is gone hears nothing: the vehicle is about to be told so.
-                let _ = reports.send((None, Stimulus::Sensed { cell, readings })).await;
-                Ok(())
-            }
+            Action::Sensed { cell, readings } => vec![Effect::Sensed { cell, readings }],
             Action::Drive(plan) => {
                 let poses = plan.poses.iter().map(|pose| self.in_frame(pose)).collect();
-                self.say(Output::Path(poses)).await
+                vec![Effect::Say(Output::Path(poses))]
             }
-            Action::Go(pose) => self.go(pose).await,
-            Action::Hold => self.halt().await,
+            Action::Go(pose) => self.go(now, pose),
+            Action::Hold => self.halt(),
             Action::Tell(diagnostic) => {
                 self.board.pin(&diagnostic);
-                self.say(Output::Diagnostics(self.board.all())).await
+                let mut effects = self.news();
+                effects.push(Effect::Say(Output::Diagnostics(self.board.all())));
+                effects
             }
         }
     }
 
-    async fn go(&mut self, pose: Pose) -> Result<(), LinkError> {
-        self.errand = Some((Errand::begin(&self.goals), pose, Instant::now()));
-        self.say(Output::Goal(self.in_frame(&pose))).await
+    fn go(&mut self, now: Now, pose: Pose) -> Vec<Effect> {
+        self.errand = Some((Errand::begin(&self.goals), pose, now.mission));
+        vec![Effect::Say(Output::Goal(self.in_frame(&pose)))]
     }
 
     /// Tells a goal again that nobody has taken up.
-    async fn insist(&mut self) -> Result<(), LinkError> {
+    fn insist(&mut self, now: Now) -> Vec<Effect> {
         match &self.errand {
             Some((errand, pose, told))
-                if errand.progress() == Progress::Unanswered && told.elapsed() > PATIENCE =>
+                if errand.progress() == Progress::Unanswered && now.mission.since(*told) > PATIENCE =>
             {
                 let pose = *pose;
                 self.board.note("goal", "nobody takes up the goal; it is told again");
-                self.go(pose).await
+                let mut effects = self.news();
+                effects.extend(self.go(now, pose));
+                effects
             }
-            _ => Ok(()),
+            _ => Vec::new(),
         }
-    }
-
-    /// Nothing is left to drive. Nav2 is sent to where the robot is, which is how topics call a goal off.
-    async fn halt(&mut self) -> Result<(), LinkError> {
-        if let (Some(_), Some(here)) = (self.errand.take(), self.located) {
-            self.say(Output::Goal(self.in_frame(&here))).await?;
-        }
-        self.say(Output::Path(Vec::new())).await
-    }
-
-    async fn show(&mut self, beliefs: &mut watch::Receiver<Arc<Belief>>) -> Result<(), LinkError> {
-        self.say(Output::Diagnostics(self.board.all())).await?;
-        if !beliefs.has_changed().unwrap_or(false) {
-            return Ok(());
-        }
-        let belief = Arc::clone(&beliefs.borrow_and_update());
-        let start_unix_ns = unix_time::now_ns().saturating_sub_unsigned(self.clock.now().0);
-        let drawn = Viewer::new(&self.terrain, start_unix_ns).belief(&belief, self.clock.now());
-        let found = self.found(&belief);
-        self.say(Output::Belief(drawn, self.in_frame(&Pose::default()))).await?;
-        self.say(Output::Objects(found)).await
     }
 
     /// Cells in which the robot believes an object, as sure as the mission asks.
     fn found(&self, belief: &Belief) -> Vec<FoundObject> {
-        let is_found = |cell: &Cell| belief.probability(*cell) >= self.tau;
         let object = |cell: Cell| {
             let (x_meters, y_meters) = self.terrain.center_meters(cell);
             let middle = self.in_frame(&Pose::new(x_meters, y_meters, 0.0));
@@ -280,16 +295,12 @@ impl Vehicle {
                 probability: belief.probability(cell),
             }
         };
-        self.terrain.searched_cells().filter(is_found).map(object).collect()
+        self.terrain.searched_cells().filter(|&cell| belief.is_found(cell, self.tau)).map(object).collect()
     }
 
     /// A pose on the search's map in the frame of the vehicle's network.
     fn in_frame(&self, pose: &Pose) -> dragnet_proto::ros::input::PlanarPose {
         planar(&self.places.in_frame(pose))
-    }
-
-    async fn say(&mut self, output: Output) -> Result<(), LinkError> {
-        self.node.say(unix_time::now_ns(), output).await
     }
 }
 

@@ -9,7 +9,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
-use dragnet_link::ros::node::{Heard, Node};
+use dragnet_link::ros::heard::Heard;
+use dragnet_link::ros::node::Node;
 use dragnet_link::ros::settings::Settings;
 use dragnet_link::session::{Endpoints, Mode, free_endpoints, open};
 use dragnet_proto::ros::input::{GoalId, GoalState, Hypothesis, PlanarPose};

@@ -4,20 +4,30 @@ use std::path::PathBuf;
 
 use dragnet_link::serve;
 
-use super::{Failure, latency};
+use super::{Failure, dry_run, eyes, latency};
 
 /// Run one robot of a team, in the field.
 ///
 /// It decides where to go, tells the others over Zenoh what it saw, and hears them. It needs no coordinator, and goes on when the network does not.
 #[derive(clap::Args)]
-#[command(after_help = "Example:\n  dragnet agent --config robot_1.toml")]
+#[command(after_help = "\
+Examples:
+  dragnet agent --config robot_1.toml
+  dragnet agent --config robot_1.toml --dry-run yesterday.mcap")]
 pub(crate) struct Arguments {
     /// What this robot is told before it starts (TOML)
     #[arg(long, value_name = "FILE")]
     config: PathBuf,
+    /// Send nothing: live through what the vehicle's ROS 2 network said (MCAP, of `ros2 bag record --storage mcap`), and
+    /// print what the robot would have seen, believed and decided
+    #[arg(long, value_name = "RECORDING")]
+    dry_run: Option<PathBuf>,
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     latency::warm_up();
-    Ok(serve::agent(&arguments.config)?)
+    match &arguments.dry_run {
+        Some(recording) => dry_run::execute(&arguments.config, recording),
+        None => Ok(serve::agent(&arguments.config, &eyes::make)?),
+    }
 }

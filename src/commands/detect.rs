@@ -109,9 +109,5 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
 
 #[cfg(not(feature = "detector"))]
 pub(super) fn execute(_: &Arguments) -> Result<(), Failure> {
-    Err(Failure::Input(
-        "this program was built without the detector, which needs libtorch: build it from a checkout with \
-         `train/libtorch.sh && cargo build --release --features detector`"
-            .to_owned(),
-    ))
+    Err(Failure::Input(super::eyes::ABSENT.to_owned()))
 }

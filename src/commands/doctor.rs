@@ -9,7 +9,7 @@ use dragnet_link::doctor::{self, Finding, Verdict};
 use dragnet_link::session;
 use time::OffsetDateTime;
 
-use super::{Failure, latency};
+use super::{Failure, eyes, latency};
 use crate::terminal;
 
 /// Look whether all is there that a robot's settings name, before it is let go.
@@ -39,7 +39,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
             told = terminal::print(&format!("{finding}\n"));
         }
     };
-    doctor::examine(&arguments.config, Duration::from_secs(arguments.listen), &mut tell);
+    doctor::examine(&arguments.config, Duration::from_secs(arguments.listen), &eyes::make, &mut tell);
     for finding in certificates(&arguments.config) {
         tell(finding);
     }

@@ -6,10 +6,13 @@ mod architecture;
 mod decisions;
 mod deploy;
 mod doctor;
+mod dry_run;
 mod durability;
 mod faults;
 mod field;
 mod hosts;
+#[path = "../python/interpreter.rs"]
+mod interpreter;
 mod networks;
 mod policies;
 mod processes;

@@ -29,6 +29,7 @@ use dragnet_search::cell::Cell;
 use dragnet_search::sensor::Sensor;
 use dragnet_search::terrain::Terrain;
 
+use crate::camera::Camera;
 use crate::evidence::standing_cell;
 use crate::lattice::costmap::CostMap;
 use crate::lattice::maneuvers::ManeuversError;
@@ -122,6 +123,12 @@ impl Pilot {
         }
         self.drive(self.clock.now_ns(), &mut actions);
         actions
+    }
+
+    /// The camera of this name.
+    #[must_use]
+    pub fn camera(&self, name: &str) -> Option<&Camera> {
+        self.settings.cameras.iter().map(|(camera, _)| camera).find(|camera| camera.settings().name == name)
     }
 
     /// Things that are followed now.

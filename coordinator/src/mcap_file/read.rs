@@ -236,12 +236,12 @@ fn unpack(frame: &Frame) -> McapResult<Vec<Record<'static>>> {
 }
 
 fn unpack_chunk(frame: &Frame) -> McapResult<Vec<Record<'static>>> {
-    let Record::Chunk { header, .. } = parse_record(frame.opcode, frame.body())? else {
+    let Record::Chunk { header, data } = parse_record(frame.opcode, frame.body())? else {
         return Ok(Vec::new());
     };
     // Without compression and checksum the crate trusts the lengths of the records within.
     if header.compression.is_empty() && header.uncompressed_crc == 0 {
-        return Err(McapError::UnsupportedCompression("none, without a checksum".into()));
+        return unpack_plain(&data);
     }
     let mut reader = LinearReader::new_with_options(
         LinearReaderOptions::default()
@@ -268,6 +268,20 @@ fn unpack_chunk(frame: &Frame) -> McapResult<Vec<Record<'static>>> {
     Ok(records)
 }
 
+/// The records of a chunk that is neither compressed nor checked, as `ros2 bag record` writes them with its preset
+/// `fastwrite`.
+fn unpack_plain(mut data: &[u8]) -> McapResult<Vec<Record<'static>>> {
+    let mut records = Vec::new();
+    while let Some((&opcode, rest)) = data.split_first() {
+        let (length, rest) = rest.split_first_chunk().ok_or(McapError::UnexpectedEof)?;
+        let length = usize::try_from(u64::from_le_bytes(*length)).unwrap_or(usize::MAX);
+        let (body, rest) = rest.split_at_checked(length).ok_or(McapError::UnexpectedEof)?;
+        records.push(parse_record(opcode, body)?.into_owned());
+        data = rest;
+    }
+    Ok(records)
+}
+
 /// Whether an attachment has room for what its lengths claim, as far as the crate trusts them: two times and two
 /// texts, the length of the data, and a checksum at the end.
 fn attachment_fits(body: &[u8]) -> bool {
@@ -278,4 +292,51 @@ fn attachment_fits(body: &[u8]) -> bool {
     };
     let data_length_start = text_end(16).and_then(text_end);
     data_length_start.is_some_and(|start| start.saturating_add(8 + 4) <= body.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use mcap::WriteOptions;
+
+    use super::*;
+
+    /// As `ros2 bag record` writes it with its preset `fastwrite`: one chunk, neither compressed nor checked.
+    fn plain() -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let options = WriteOptions::new().compression(None).calculate_chunk_crcs(false).profile("ros2");
+        let mut writer = options.create(io::Cursor::new(&mut bytes)).unwrap();
+        let schema = writer.add_schema("std_msgs/msg/String", "ros2msg", b"string data").unwrap();
+        let channel_id =
+            writer.add_channel(schema, "/chatter", "cdr", &std::collections::BTreeMap::new()).unwrap();
+        for sequence in 0..3 {
+            let header = mcap::records::MessageHeader { channel_id, sequence, log_time: 7, publish_time: 7 };
+            writer.write_to_known_channel(&header, b"hello").unwrap();
+        }
+        writer.finish().unwrap();
+        drop(writer);
+        bytes
+    }
+
+    /// Messages read, and how it ended.
+    fn read(bytes: &[u8]) -> Option<(usize, Ending)> {
+        let mut reader = McapReader::new(Path::new("chatter.mcap"), bytes, bytes.len() as u64).ok()?;
+        let messages = (&mut reader).filter(|record| matches!(record, Ok(Record::Message { .. }))).count();
+        Some((messages, reader.ending()))
+    }
+
+    #[test]
+    fn chunks_that_nobody_checked_are_read_as_far_as_they_can_be() {
+        let bytes = plain();
+        assert_eq!(read(&bytes), Some((3, Ending::Complete)));
+        let mut damaged = 0;
+        for (place, value) in (0..bytes.len()).flat_map(|place| [0, 0x7f, 0xff].map(|value| (place, value))) {
+            let mut spoiled = bytes.clone();
+            spoiled[place] = value;
+            damaged += u32::from(matches!(read(&spoiled), Some((_, Ending::Damaged { .. }))));
+        }
+        assert!(damaged > 50, "{damaged}");
+        for length in 0..bytes.len() {
+            assert_ne!(read(&bytes[..length]).map(|(_, ending)| ending), Some(Ending::Complete));
+        }
+    }
 }

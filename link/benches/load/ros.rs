@@ -4,7 +4,8 @@
 use std::path::Path;
 use std::time::Instant;
 
-use dragnet_link::ros::node::{Heard, Node};
+use dragnet_link::ros::heard::Heard;
+use dragnet_link::ros::node::Node;
 use dragnet_link::ros::settings::Settings;
 use dragnet_link::session::{Endpoints, Mode, free_endpoints, open};
 use dragnet_proto::cdr;

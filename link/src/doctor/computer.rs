@@ -1,14 +1,18 @@
 //! The robot's own computer: is there room for its journal, and does it decide in time?
 
 use std::path::Path;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use dragnet_agent::agent::{Agent, Orders};
 use dragnet_proto::participant::{Mind, Stimulus};
+use dragnet_proto::ros::input::Image;
 use dragnet_proto::time::MissionTime;
 use dragnet_search::information::InformationTable;
+use dragnet_vehicle::camera::CameraSettings;
 
 use super::Finding;
+use crate::config::Body;
+use crate::vehicle::detector::Make;
 
 /// What a robot of a large team writes in a long day, and room for a log.
 const ROOM_BYTES: u64 = 1 << 30;
@@ -62,4 +66,36 @@ pub(super) fn decisions(orders: &Orders) -> Finding {
     } else {
         Finding::fail("decisions", found, "take larger cells, a faster policy (gnn) or a faster computer")
     }
+}
+
+/// Whether there is the detector that the settings ask for, and how long it takes for a gray image of each camera.
+pub(super) fn detector(body: &Body, file: &Path, make: Make<'_>) -> Vec<Finding> {
+    let advice = "see docs/field-guide.md: which modules are understood, and how to build with libtorch";
+    let mut detector = match body.make_detector(file, make) {
+        Ok(Some(detector)) => detector,
+        Ok(None) => return Vec::new(),
+        Err(error) => return vec![Finding::fail("detector", error.to_string(), advice)],
+    };
+    let cameras = body.ros.cameras_with_images().filter_map(|name| body.pilot.camera(name));
+    let looked = cameras.map(|camera| {
+        let settings = camera.settings();
+        let (subject, image) = (format!("detector, {}", settings.name), gray(settings));
+        let start = Instant::now();
+        match detector.detect(&image) {
+            Ok(_) => {
+                let size = format!("{} x {} pixels", image.width_pixels, image.height_pixels);
+                let took_ms = start.elapsed().as_secs_f64() * 1e3;
+                Finding::pass(subject, format!("an image of {size} takes {took_ms:.0} ms"))
+            }
+            Err(reason) => Finding::fail(subject, reason, advice),
+        }
+    });
+    looked.collect()
+}
+
+fn gray(camera: &CameraSettings) -> Image {
+    const GRAY: u8 = 114;
+    let (width_pixels, height_pixels) = (camera.width_pixels, camera.height_pixels);
+    let rgb = vec![GRAY; 3 * width_pixels as usize * height_pixels as usize];
+    Image { stamp_unix_ns: 0, frame: String::new(), width_pixels, height_pixels, rgb }
 }

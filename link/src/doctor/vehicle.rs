@@ -9,7 +9,8 @@ use tokio::time::Instant;
 
 use super::Finding;
 use crate::config::Body;
-use crate::ros::node::{Heard, Node};
+use crate::ros::heard::Heard;
+use crate::ros::node::Node;
 use crate::ros::settings::Stamps;
 use crate::unix_time;
 

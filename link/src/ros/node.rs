@@ -3,9 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use dragnet_proto::ros::input::{
-    Detections, Fix, GoalStatus, Image, Input, InputKind, Occupancy, Odometry, PoseEstimate,
-};
+use dragnet_proto::ros::input::InputKind;
 use dragnet_proto::ros::name::TopicName;
 use dragnet_proto::ros::output::{Output, OutputKind};
 use dragnet_proto::ros::qos::Durability;
@@ -16,6 +14,7 @@ use zenoh::liveliness::LivelinessToken;
 use zenoh::sample::{Sample, SampleKind};
 use zenoh_ext::{AdvancedSubscriberBuilderExt, HistoryConfig, RecoveryConfig};
 
+use super::heard::Heard;
 use super::inbox::{Arrived, Inbox, What};
 use super::session;
 use super::settings::{Checked, Subscription, Transport};
@@ -30,42 +29,6 @@ pub struct Node {
     voices: BTreeMap<OutputKind, Voice>,
     /// Say that the node and its topics are there, as long as they are.
     tokens: Vec<LivelinessToken>,
-}
-
-/// What a node hears.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Heard {
-    /// Where the robot is by its own reckoning, and how it moves.
-    Odometry(Odometry),
-    /// Where the robot is on the map.
-    Pose(PoseEstimate),
-    /// Where on earth it is.
-    Fix(Fix),
-    /// Where robots can be.
-    Map(Occupancy),
-    /// What a detector sees in an image.
-    Detections {
-        /// Of the camera of this name.
-        camera: Arc<str>,
-        /// All of one image.
-        detections: Detections,
-    },
-    /// What a camera sees.
-    Image {
-        /// The camera of this name.
-        camera: Arc<str>,
-        /// What it sees.
-        image: Image,
-    },
-    /// How Nav2's goals stand, for [`dragnet_proto::ros::errand::Errand`].
-    Goals(Vec<GoalStatus>),
-    /// Something on a topic that cannot be heard: it counts as nothing.
-    Refused {
-        /// The topic.
-        topic: TopicName,
-        /// What is wrong, and what is allowed.
-        reason: String,
-    },
 }
 
 impl Node {
@@ -121,13 +84,9 @@ impl Node {
     pub async fn hear_on(&self) -> (TopicName, Heard) {
         let Arrived { topic, what } = self.inbox.take().await;
         let subscription = &self.settings.heard[topic];
-        let refused = |reason| Heard::Refused { topic: subscription.topic.clone(), reason };
         let heard = match what {
-            What::Refused(reason) => refused(reason),
-            What::Message(bytes) => match subscription.kind.understand(&bytes.to_bytes()) {
-                Ok(input) => self.place(subscription, input).unwrap_or_else(refused),
-                Err(error) => refused(error.to_string()),
-            },
+            What::Refused(reason) => Heard::Refused { topic: subscription.topic.clone(), reason },
+            What::Message(bytes) => self.settings.understand(subscription, &bytes.to_bytes()),
         };
         (subscription.topic.clone(), heard)
     }
@@ -238,30 +197,6 @@ impl Node {
             .await
             .map_err(LinkError::zenoh("watch who publishes what"))
     }
-
-    /// What was heard, if its places are in the frame that they should be in.
-    fn place(&self, subscription: &Subscription, input: Input) -> Result<Heard, String> {
-        let camera = || Arc::clone(&subscription.camera);
-        let (map, odometry) = (&self.settings.map_frame, &self.settings.odometry_frame);
-        Ok(match input {
-            Input::Odometry(heard) => {
-                in_frame(&heard.place.frame, odometry, "odometry_frame")?;
-                Heard::Odometry(heard)
-            }
-            Input::Pose(heard) => {
-                in_frame(&heard.frame, map, "map_frame")?;
-                Heard::Pose(heard)
-            }
-            Input::Map(heard) => {
-                in_frame(&heard.frame, map, "map_frame")?;
-                Heard::Map(heard)
-            }
-            Input::Fix(heard) => Heard::Fix(heard),
-            Input::Detections(detections) => Heard::Detections { camera: camera(), detections },
-            Input::Image(image) => Heard::Image { camera: camera(), image },
-            Input::Goals(heard) => Heard::Goals(heard),
-        })
-    }
 }
 
 /// What is longer than any such message is not kept until it is heard.
@@ -269,14 +204,5 @@ fn arrived(kind: InputKind, sample: &Sample) -> What {
     match kind.check_length(sample.payload().len()) {
         Ok(()) => What::Message(sample.payload().clone()),
         Err(error) => What::Refused(error.to_string()),
-    }
-}
-
-/// A place means something in its frame only. A slash before the name is of ROS 1.
-fn in_frame(found: &str, expected: &str, key: &str) -> Result<(), String> {
-    if found.trim_start_matches('/') == expected.trim_start_matches('/') {
-        Ok(())
-    } else {
-        Err(format!("frame_id is {found:?}; allowed is {expected:?}, the {key} of the settings"))
     }
 }

@@ -218,8 +218,8 @@ pub struct Checked {
     pub(super) map_frame: String,
     pub(super) odometry_frame: String,
     pub(super) network: Network,
-    pub(super) heard: Vec<Subscription>,
-    pub(super) said: BTreeMap<OutputKind, TopicName>,
+    pub(crate) heard: Vec<Subscription>,
+    pub(crate) said: BTreeMap<OutputKind, TopicName>,
 }
 
 impl Checked {
@@ -234,15 +234,21 @@ impl Checked {
     pub const fn stamps(&self) -> Stamps {
         self.stamps
     }
+
+    /// Cameras whose images are heard.
+    pub(crate) fn cameras_with_images(&self) -> impl Iterator<Item = &str> {
+        let is_image = |kind| matches!(kind, InputKind::Image | InputKind::CompressedImage);
+        self.heard.iter().filter(move |one| is_image(one.kind)).map(|one| &*one.camera)
+    }
 }
 
 /// A topic that is heard.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Subscription {
-    pub(super) topic: TopicName,
-    pub(super) kind: InputKind,
+pub(crate) struct Subscription {
+    pub(crate) topic: TopicName,
+    pub(crate) kind: InputKind,
     /// Whose; empty if no camera's.
-    pub(super) camera: Arc<str>,
+    pub(crate) camera: Arc<str>,
 }
 
 impl Settings {

@@ -19,7 +19,8 @@ use zenoh::qos::CongestionControl;
 use zenoh::sample::Sample;
 use zenoh_ext::{AdvancedPublisherBuilderExt, AdvancedSubscriberBuilderExt, CacheConfig, HistoryConfig};
 
-use super::node::{Heard, Node};
+use super::heard::Heard;
+use super::node::Node;
 use super::settings::{Checked, Settings};
 use crate::session::{Endpoints, Mode, free_endpoints, open};
 

@@ -90,6 +90,7 @@ impl Brief<'_> {
             journal: None,
             vehicle: None,
             ros: None,
+            detector: None,
             common,
         };
         toml::to_string(&config).map_err(|error| error.to_string())

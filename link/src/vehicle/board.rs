@@ -13,12 +13,14 @@ const MOST: usize = 256;
 #[derive(Debug, Default)]
 pub(super) struct Board {
     entries: BTreeMap<String, Diagnostic>,
+    /// What is to be told once, not as long as it stands.
+    news: Vec<Diagnostic>,
     /// What was refused, by topic.
     refused: BTreeMap<TopicName, u64>,
 }
 
 impl Board {
-    /// What the pilot says. The log has it once.
+    /// What the pilot says.
     pub(super) fn pin(&mut self, said: &Said) {
         let level = match said.level {
             Degree::Ok => Level::Ok,
@@ -26,32 +28,22 @@ impl Board {
             Degree::Error => Level::Error,
         };
         let values = said.numbers.iter().map(|(name, value)| ((*name).to_owned(), value.to_string()));
-        if level == Level::Ok {
-            tracing::info!("{said}");
-        } else {
-            tracing::warn!("{said}");
-        }
-        self.put(&said.name, level, &said.message, values.collect());
+        self.put(&said.name, level, &said.message, values.collect(), true);
     }
 
     /// Something that somebody should look at.
     pub(super) fn note(&mut self, subject: &str, message: &str) {
-        if self.entries.get(&name(subject)).is_none_or(|entry| entry.message != message) {
-            tracing::warn!("{subject}: {message}");
-        }
-        self.put(subject, Level::Warning, message, Vec::new());
+        let is_new = self.entries.get(&name(subject)).is_none_or(|entry| entry.message != message);
+        self.put(subject, Level::Warning, message, Vec::new(), is_new);
     }
 
-    /// What came on a topic cannot be. The log has the first of each topic.
+    /// What came on a topic cannot be. The first of each topic is news, the others are only counted.
     pub(super) fn refuse(&mut self, topic: &TopicName, reason: &str) {
         let count = self.refused.entry(topic.clone()).or_default();
         *count += 1;
         let count = *count;
-        if count == 1 {
-            tracing::warn!("{topic}: refused: {reason}; whatever else is refused there is only counted");
-        }
         let values = vec![("refused".to_owned(), count.to_string())];
-        self.put(&topic.to_string(), Level::Warning, reason, values);
+        self.put(&topic.to_string(), Level::Warning, reason, values, count == 1);
     }
 
     /// All of it, or that all is well.
@@ -63,11 +55,26 @@ impl Board {
         self.entries.values().cloned().collect()
     }
 
-    fn put(&mut self, subject: &str, level: Level, message: &str, values: Vec<(String, String)>) {
+    /// What came up since this was last asked.
+    pub(super) fn take_news(&mut self) -> Vec<Diagnostic> {
+        std::mem::take(&mut self.news)
+    }
+
+    fn put(
+        &mut self,
+        subject: &str,
+        level: Level,
+        message: &str,
+        values: Vec<(String, String)>,
+        is_new: bool,
+    ) {
         let name = name(subject);
         if self.entries.len() < MOST || self.entries.contains_key(&name) {
-            let message = message.to_owned();
-            self.entries.insert(name.clone(), Diagnostic { level, name, message, values });
+            let entry = Diagnostic { level, name: name.clone(), message: message.to_owned(), values };
+            if is_new {
+                self.news.push(entry.clone());
+            }
+            self.entries.insert(name, entry);
         }
     }
 }
@@ -110,5 +117,8 @@ mod tests {
                 "dragnet: pose Ok well again [(\"silence_seconds\", \"2.5\")]",
             ]
         );
+        let news: Vec<String> = board.take_news().into_iter().map(|entry| entry.message).collect();
+        assert_eq!(news, ["no pose comes", "turned", "NaN", "well again"]);
+        assert!(board.take_news().is_empty());
     }
 }

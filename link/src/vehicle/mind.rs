@@ -13,10 +13,15 @@ use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;
 use tokio::sync::{mpsc, watch};
 
-use super::Orders;
-
 /// Whether there is another belief to hand on is looked at so often: it is as large as the map.
 const SHOW: Duration = Duration::from_secs(1);
+
+/// What a robot's mind has for its vehicle.
+#[derive(Debug)]
+pub struct Orders {
+    pub(super) routes: mpsc::UnboundedReceiver<Vec<Cell>>,
+    pub(super) beliefs: watch::Receiver<Arc<Belief>>,
+}
 
 /// An agent, and the way to its vehicle.
 pub struct Embodied {

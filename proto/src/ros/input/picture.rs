@@ -9,8 +9,9 @@ use super::check::Check;
 use crate::schema::RosMessage;
 use crate::wire::robot;
 
-/// The most pixels of an image: 8 million, so that no message of a few bytes asks for more memory than that.
-const MAX_PIXELS: u64 = 1 << 23;
+/// The most pixels of an image: 16 million, those of the paper's cameras, so that no message of a few bytes asks for more
+/// memory than that.
+const MAX_PIXELS: u64 = 1 << 24;
 
 /// Red, green and blue.
 const COLORS: usize = 3;
@@ -24,7 +25,7 @@ pub struct Image {
     pub frame: String,
     /// Columns, at least 1.
     pub width_pixels: u32,
-    /// Rows, at least 1; 2^23 pixels at most.
+    /// Rows, at least 1; 2^24 pixels at most.
     pub height_pixels: u32,
     /// Red, green and blue of each pixel, row by row from the top, shape `[height, width, 3]`.
     pub rgb: Vec<u8>,

@@ -1,0 +1,91 @@
+//! What a ROS 2 network said, as `ros2 bag record --storage mcap` wrote it down.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+use std::sync::Arc;
+
+use mcap::records::Record;
+
+use crate::mcap_file::read::McapReader;
+use crate::mcap_file::{Ending, RecordingError};
+
+/// Iterates over the messages of a recording in the order in which they were written down, until the first record that is
+/// not whole. Of a bag that was split each file is a recording.
+pub struct Bag {
+    reader: McapReader<BufReader<File>>,
+    /// Names of messages' definitions, by the file's numbers.
+    schemas: BTreeMap<u16, String>,
+    topics: BTreeMap<u16, Arc<BagTopic>>,
+}
+
+/// A topic of a recording.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct BagTopic {
+    /// Its name, with a leading slash.
+    pub name: String,
+    /// The type of its messages, such as `nav_msgs/msg/Odometry`.
+    pub message: String,
+    /// How they are written: `cdr` by ROS 2.
+    pub encoding: String,
+}
+
+/// A message of a recording.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BagMessage {
+    /// Where it was heard.
+    pub topic: Arc<BagTopic>,
+    /// When, Unix nanoseconds.
+    pub heard_unix_ns: u64,
+    /// What it says.
+    pub bytes: Vec<u8>,
+}
+
+impl Bag {
+    /// Opens a recording.
+    ///
+    /// # Errors
+    /// If it cannot be read, or is no MCAP file.
+    pub fn open(path: &Path) -> Result<Self, RecordingError> {
+        Ok(Self { reader: McapReader::open(path)?, schemas: BTreeMap::new(), topics: BTreeMap::new() })
+    }
+
+    /// The topics that were met so far.
+    pub fn topics(&self) -> impl Iterator<Item = &Arc<BagTopic>> {
+        self.topics.values()
+    }
+
+    /// How the recording ends, once all of it is read.
+    #[must_use]
+    pub fn ending(&self) -> Ending {
+        self.reader.ending()
+    }
+}
+
+impl Iterator for Bag {
+    type Item = Result<BagMessage, RecordingError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            match self.reader.next()? {
+                Ok(Record::Schema { header, .. }) => {
+                    self.schemas.insert(header.id, header.name);
+                }
+                Ok(Record::Channel(channel)) => {
+                    let message = self.schemas.get(&channel.schema_id).cloned().unwrap_or_default();
+                    let (name, encoding) = (channel.topic, channel.message_encoding);
+                    self.topics.insert(channel.id, Arc::new(BagTopic { name, message, encoding }));
+                }
+                Ok(Record::Message { header, data }) => {
+                    // What is said on no topic was not meant for anybody.
+                    let Some(topic) = self.topics.get(&header.channel_id) else { continue };
+                    let (topic, bytes) = (Arc::clone(topic), data.into_owned());
+                    return Some(Ok(BagMessage { topic, heard_unix_ns: header.log_time, bytes }));
+                }
+                Ok(_) => {}
+                Err(error) => return Some(Err(error)),
+            }
+        }
+    }
+}

@@ -1,0 +1,90 @@
+//! A vehicle on its network, driven by the wall clock.
+
+use std::sync::Arc;
+
+use dragnet_proto::participant::Stimulus;
+use dragnet_proto::ros::output::{Diagnostic, Level};
+use dragnet_proto::scenario::Scenario;
+use dragnet_search::belief::Belief;
+use tokio::sync::{mpsc, watch};
+use tokio::time::{MissedTickBehavior, interval};
+
+use super::detector::{Detector, Eyes};
+use super::{Effect, Now, Orders, SHOW, TICK, Vehicle};
+use crate::config::Body;
+use crate::live::{Clock, Report};
+use crate::ros::node::Node;
+use crate::{LinkError, unix_time};
+
+/// A vehicle, and all that it has to do with.
+struct Service {
+    node: Node,
+    vehicle: Vehicle,
+    eyes: Eyes,
+    reports: mpsc::Sender<Report>,
+}
+
+/// Joins the vehicle's network, which may take until that is there, and serves a robot's mind until it is gone; then
+/// the vehicle stands still.
+///
+/// # Errors
+/// If Zenoh refuses to let it in, or to say something.
+pub(crate) async fn serve(
+    body: Body,
+    scenario: &Scenario,
+    clock: Clock,
+    detector: Option<Box<dyn Detector>>,
+    mut orders: Orders,
+    reports: mpsc::Sender<Report>,
+) -> Result<(), LinkError> {
+    let vehicle = Vehicle::new(body.pilot, &body.ros, scenario);
+    let node = Node::open(body.ros).await?;
+    let mut service = Service { node, vehicle, eyes: Eyes::new(detector), reports };
+    let [mut tick, mut show] = [TICK, SHOW].map(interval);
+    tick.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    loop {
+        let Service { node, vehicle, eyes, .. } = &mut service;
+        let effects = tokio::select! {
+            heard = node.hear() => vehicle.hear(now(clock), heard),
+            seen = eyes.see() => vehicle.see(now(clock), seen),
+            route = orders.routes.recv() => {
+                let Some(route) = route else { break };
+                vehicle.follow(now(clock), route)
+            }
+            _ = tick.tick() => vehicle.tick(now(clock)),
+            _ = show.tick() => vehicle.show(now(clock), news(&mut orders.beliefs).as_deref()),
+        };
+        service.act(effects).await?;
+    }
+    let last = service.vehicle.halt();
+    service.act(last).await
+}
+
+fn now(clock: Clock) -> Now {
+    Now { mission: clock.now(), unix_ns: unix_time::now_ns() }
+}
+
+/// The belief, if it is another one than it was.
+fn news(beliefs: &mut watch::Receiver<Arc<Belief>>) -> Option<Arc<Belief>> {
+    beliefs.has_changed().unwrap_or(false).then(|| Arc::clone(&beliefs.borrow_and_update()))
+}
+
+impl Service {
+    async fn act(&mut self, effects: Vec<Effect>) -> Result<(), LinkError> {
+        for effect in effects {
+            match effect {
+                Effect::Sensed { cell, readings } => {
+                    // A mind that is gone hears nothing: the vehicle is about to be told so.
+                    let _ = self.reports.send((None, Stimulus::Sensed { cell, readings })).await;
+                }
+                Effect::Say(output) => self.node.say(unix_time::now_ns(), output).await?,
+                Effect::Look(look) => self.eyes.show(look),
+                Effect::Tell(Diagnostic { level: Level::Ok, name, message, .. }) => {
+                    tracing::info!("{name}: {message}");
+                }
+                Effect::Tell(Diagnostic { name, message, .. }) => tracing::warn!("{name}: {message}"),
+            }
+        }
+        Ok(())
+    }
+}

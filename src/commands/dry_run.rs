@@ -1,0 +1,113 @@
+//! `dragnet agent --dry-run`: what a robot would have done, as lines and a summary.
+
+use std::path::Path;
+use std::time::Duration;
+
+use dragnet_coordinator::Ending;
+use dragnet_link::dry_run::{self, News, Note, Summary};
+use dragnet_proto::ros::output::Level;
+use dragnet_search::cell::Position;
+
+use super::{Failure, eyes};
+use crate::terminal;
+use crate::terminal::table::Table;
+
+/// A recording of hours has more of these lines than anybody reads.
+const MOST_LOOKS: usize = 5;
+
+pub(super) fn execute(config: &Path, recording: &Path) -> Result<(), Failure> {
+    let mut told = Ok(());
+    let mut tell = |note: Note| {
+        if told.is_ok() {
+            told = terminal::print(&line(&note));
+        }
+    };
+    let summary = dry_run::run(config, recording, &eyes::make, &mut tell)?;
+    told?;
+    Ok(terminal::print(&text(&summary))?)
+}
+
+fn line(note: &Note) -> String {
+    let news = match &note.news {
+        News::Looks { from, readings, objects } if objects.is_empty() => {
+            format!("looks    from {}: {} read", place(*from), terminal::counted(*readings, "cell"))
+        }
+        News::Looks { from, readings, objects } => {
+            let mut seen: Vec<String> = objects.iter().take(MOST_LOOKS).map(|&cell| place(cell)).collect();
+            if objects.len() > MOST_LOOKS {
+                seen.push(format!("{} more", objects.len() - MOST_LOOKS));
+            }
+            let cells = terminal::counted(*readings, "cell");
+            format!("looks    from {}: {cells} read, an object in {}", place(*from), seen.join(", "))
+        }
+        News::Decides { cells, toward, computing } => {
+            let way = match toward {
+                Some(toward) => format!("{} to {}", terminal::counted(*cells, "cell"), place(*toward)),
+                None => "stays".to_owned(),
+            };
+            let took = computing.map(|took| format!(", in {}", milliseconds(took))).unwrap_or_default();
+            format!("decides  {way}{took}")
+        }
+        News::Finds(cell) => format!("finds    an object in {}", place(*cell)),
+        News::Doubts(cell) => format!("doubts   that there is one in {}", place(*cell)),
+        News::Tells(diagnostic) => {
+            let level = match diagnostic.level {
+                Level::Ok => "well",
+                Level::Warning => "warning",
+                Level::Error => "error",
+                Level::Stale => "silent",
+            };
+            format!("{level:<7}  {}: {}", diagnostic.name.trim_start_matches("dragnet: "), diagnostic.message)
+        }
+    };
+    format!("{:>9.2} s  {news}\n", note.time.as_seconds())
+}
+
+/// Rows count from the south, as everywhere.
+fn place(position: Position) -> String {
+    format!("({}, {})", position.row, position.column)
+}
+
+fn milliseconds(duration: Duration) -> String {
+    format!("{:.2} ms", duration.as_secs_f64() * 1e3)
+}
+
+fn text(summary: &Summary) -> String {
+    let mut heard = Table::new(["topic", "type", "messages", "refused"]);
+    for traffic in &summary.heard {
+        let (messages, refused) = (traffic.messages.to_string(), traffic.refused.to_string());
+        heard.push([traffic.topic.clone(), traffic.message.to_owned(), messages, refused]);
+    }
+    let refused = summary.heard.iter().filter(|traffic| traffic.refused > 0);
+    let refused =
+        refused.map(|traffic| format!("refused on {}, the last: {}\n", traffic.topic, traffic.reason));
+    let said = summary.said.iter().map(|(topic, count)| format!("{topic} {count}"));
+    let slowest = summary.decisions.iter().max().copied().unwrap_or_default();
+    let [before, after] = summary.entropy_nats;
+    let ending = match &summary.ending {
+        Ending::Complete => String::new(),
+        Ending::CutOff => "the recording was cut off; all of it that is whole was read\n".to_owned(),
+        Ending::Damaged { reason } => {
+            format!("the recording is damaged, and was read up to there: {reason}\n")
+        }
+    };
+    format!(
+        "\n{}{}\n{:.1} s: {}, {} readings, {}, the slowest in {}\n\
+         entropy of the belief {before:.1} to {after:.1} nats; found: {}\n\
+         it would have said (messages): {}\n{ending}",
+        heard.draw(2),
+        refused.collect::<String>(),
+        summary.duration.as_secs_f64(),
+        terminal::counted(summary.looks, "look"),
+        summary.readings,
+        terminal::counted(summary.decisions.len(), "decision"),
+        milliseconds(slowest),
+        listed(summary.found.iter().map(|&cell| place(cell))),
+        listed(said),
+    )
+}
+
+fn listed(things: impl Iterator<Item = String>) -> String {
+    let things: Vec<String> = things.collect();
+    if things.is_empty() { "nothing".to_owned() } else { things.join(", ") }
+}

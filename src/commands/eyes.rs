@@ -1,0 +1,29 @@
+//! A detector by its settings: what `dragnet detect` tries, and what looks at the images of a robot's cameras.
+
+#[cfg(feature = "detector")]
+mod network;
+
+use dragnet_link::vehicle::detector::{Detector, Settings};
+
+#[cfg(feature = "detector")]
+pub(super) use network::Eyes;
+
+/// The detector of a robot's settings.
+#[cfg(feature = "detector")]
+pub(super) fn make(settings: &Settings) -> Result<Box<dyn Detector>, String> {
+    match Eyes::open(settings) {
+        Ok(eyes) => Ok(Box::new(eyes)),
+        Err(problem) => Err(problem.with_keys("")),
+    }
+}
+
+/// Without libtorch there is none.
+#[cfg(not(feature = "detector"))]
+pub(super) fn make(_: &Settings) -> Result<Box<dyn Detector>, String> {
+    Err(ABSENT.to_owned())
+}
+
+/// What a program says that has none.
+#[cfg(not(feature = "detector"))]
+pub(super) const ABSENT: &str = "this program was built without the detector, which needs libtorch: build it from a checkout with \
+                          `train/libtorch.sh && cargo build --release --features detector`";

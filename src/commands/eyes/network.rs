@@ -1,0 +1,117 @@
+//! A network from its file, with its settings checked against what it knows.
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+
+use dragnet_detector::Found;
+use dragnet_detector::network::{Device, Network, NetworkError, set_threads};
+use dragnet_detector::picture::{Picture, PixelFormat, Size};
+use dragnet_detector::settings::{Classes, Resolution, Settings, Suppression};
+use dragnet_learn::file;
+use dragnet_link::vehicle::detector::{self, Detector};
+use dragnet_proto::ros::input::Image;
+use dragnet_vehicle::camera::DetectionBox;
+
+/// The largest networks of the family have a quarter of it.
+const MOST_BYTES: u64 = 1 << 30;
+/// So many classes are named to whoever asks for one that is none.
+const MOST_NAMES: u32 = 20;
+
+/// A network, and what of its output counts.
+pub(in crate::commands) struct Eyes {
+    pub(in crate::commands) network: Network,
+    pub(in crate::commands) settings: Settings,
+}
+
+/// Why there is no detector.
+pub(in crate::commands) enum Problem {
+    /// The file cannot be read.
+    File(PathBuf, std::io::Error),
+    /// It is no detector's.
+    Module(PathBuf, NetworkError),
+    /// It knows no such class.
+    Class { asked: String, allowed: String },
+    /// No processor has so many.
+    Threads(u16),
+}
+
+impl Problem {
+    /// What is wrong, keys and options called as whoever set them knows them.
+    pub(in crate::commands) fn with_keys(&self, prefix: &str) -> String {
+        match self {
+            Self::File(path, error) => format!("{}: cannot read it: {error}", path.display()),
+            Self::Module(path, error) => {
+                let hint = match error {
+                    NetworkError::NoInput => format!(" by {prefix}input"),
+                    _ => String::new(),
+                };
+                format!("{}: {error}{hint}", path.display())
+            }
+            Self::Class { asked, allowed } => format!("{prefix}classes {asked}: allowed are {allowed}"),
+            Self::Threads(threads) => format!("{prefix}threads {threads}: allowed are 1 to 1024"),
+        }
+    }
+}
+
+impl Eyes {
+    pub(in crate::commands) fn open(asked: &detector::Settings) -> Result<Self, Problem> {
+        if !(1..=1024).contains(&asked.threads) {
+            return Err(Problem::Threads(asked.threads));
+        }
+        set_threads(asked.threads);
+        let device = if asked.cpu { Device::Cpu } else { Device::cuda_if_available() };
+        let path = || asked.module.clone();
+        let bytes =
+            file::read_at_most(&asked.module, MOST_BYTES).map_err(|error| Problem::File(path(), error))?;
+        let input = asked.input.map(|[width_pixels, height_pixels]| Size { width_pixels, height_pixels });
+        let network = Network::load(&bytes, input, device).map_err(|error| Problem::Module(path(), error))?;
+        let classes: BTreeSet<u32> =
+            asked.classes.iter().map(|class| self::class(class, &network)).collect::<Result<_, _>>()?;
+        let settings = Settings {
+            confidence: asked.confidence,
+            overlap: asked.overlap,
+            classes: if classes.is_empty() { Classes::All } else { Classes::Only(classes) },
+            suppression: if asked.agnostic { Suppression::Agnostic } else { Suppression::ByClass },
+            resolution: match asked.resolution {
+                detector::Resolution::Half => Resolution::Half,
+                detector::Resolution::Full => Resolution::Full,
+            },
+        };
+        let eyes = Self { network, settings };
+        // Whether it can be asked so at all is known before the first image comes.
+        eyes.find(2, 2, &[114; 12]).map_err(|error| Problem::Module(path(), error))?;
+        Ok(eyes)
+    }
+
+    /// What it finds in an image: red, green and blue of each pixel, row by row.
+    pub(in crate::commands) fn find(
+        &self,
+        width_pixels: u32,
+        height_pixels: u32,
+        rgb: &[u8],
+    ) -> Result<Found, NetworkError> {
+        let picture = Picture::new(Size { width_pixels, height_pixels }, PixelFormat::Rgb8, rgb);
+        self.network.detect(&picture.map_err(|error| NetworkError::Prepare(error.into()))?, &self.settings)
+    }
+}
+
+impl Detector for Eyes {
+    fn detect(&mut self, image: &Image) -> Result<Vec<DetectionBox>, String> {
+        let found = self.find(image.width_pixels, image.height_pixels, &image.rgb);
+        let detections = found.map_err(|error| error.to_string())?.detections;
+        Ok(detections.iter().map(|detection| detection.bounds).collect())
+    }
+}
+
+/// By its name in the module's file or, where no class is called that, by its number.
+fn class(text: &str, network: &Network) -> Result<u32, Problem> {
+    let number = || text.parse().ok().filter(|class| *class < network.classes());
+    network.class_named(text).or_else(number).ok_or_else(|| {
+        let names: Vec<&str> =
+            (0..network.classes().min(MOST_NAMES)).filter_map(|class| network.name(class)).collect();
+        let and = if names.is_empty() { "" } else { ", or " };
+        let more = if names.len() < network.classes() as usize && !names.is_empty() { ", .." } else { "" };
+        let allowed = format!("0 to {}{and}{}{more}", network.classes() - 1, names.join(", "));
+        Problem::Class { asked: text.to_owned(), allowed }
+    })
+}

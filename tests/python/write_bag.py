@@ -1,0 +1,140 @@
+"""Records a drive as `ros2 bag record --storage mcap` would, with a writer that is not ours.
+
+Usage: write_bag.py FOLDER [images] < {"name": "its ros2msg schema", ...}
+
+The bag is FOLDER, which must not exist; its recording is FOLDER/NAME.mcap. A vehicle drives through a yard at 10 m/s, first
+along its southern edge and then north. Three cameras look around it, each a third, and see the one object: their detector's boxes are
+recorded or, with `images`, what they show, the object in red. For three seconds no odometry comes. `/fix` is no fix.
+"""
+
+import json
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+OBJECT = (70.0, 70.0)
+WAY = [(10.0, 10.0), (70.0, 10.0), (70.0, 50.0), (10.0, 50.0), (10.0, 70.0), (66.0, 70.0)]
+METERS_PER_SECOND, HERTZ = 10.0, 20
+# Every so many places the cameras look.
+PLACES_PER_LOOK = 2
+SILENT_SECONDS = (4.0, 7.0)
+START_NS = 1_700_000_000_000_000_000
+COLUMNS, ROWS = 192, 128
+YAWS = [0.0, math.radians(120.0), math.radians(-120.0)]
+FOCAL_COLUMNS = COLUMNS / 2 / math.tan(math.radians(125.0) / 2)
+# Columns and rows of what the object covers, whatever its distance.
+WIDE, TALL = 8, 40
+
+
+def drive():
+    """Where the vehicle is, and which way it looks, at each time in seconds."""
+    number = 0
+    for (x, y), (to_x, to_y) in zip(WAY, WAY[1:]):
+        heading, length = math.atan2(to_y - y, to_x - x), math.hypot(to_x - x, to_y - y)
+        for step in range(round(length / METERS_PER_SECOND * HERTZ)):
+            way = step / HERTZ * METERS_PER_SECOND
+            yield number / HERTZ, x + way * math.cos(heading), y + way * math.sin(heading), heading
+            number += 1
+
+
+def column(x, y, heading, yaw):
+    """Where a camera sees the object, columns from the left; nothing if it does not."""
+    bearing = math.atan2(OBJECT[1] - y, OBJECT[0] - x) - heading - yaw
+    bearing = math.atan2(math.sin(bearing), math.cos(bearing))
+    if abs(bearing) >= math.pi / 2:
+        return None
+    column = COLUMNS / 2 - FOCAL_COLUMNS * math.tan(bearing)
+    return column if WIDE / 2 < column < COLUMNS - WIDE / 2 else None
+
+
+class Messages:
+    def __init__(self, schemas):
+        self.store = get_typestore(Stores.ROS2_JAZZY)
+        known = set(self.store.fielddefs)
+        for name, schema in schemas.items():
+            types = get_types_from_msg(schema, name)
+            self.store.register({other: fields for other, fields in types.items() if other not in known})
+
+    def make(self, name, **fields):
+        return self.store.types[name](**fields)
+
+    def header(self, time_ns, frame):
+        stamp = self.make("builtin_interfaces/msg/Time", sec=time_ns // 10**9, nanosec=time_ns % 10**9)
+        return self.make("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
+
+    def odometry(self, time_ns, x, y, heading):
+        point = self.make("geometry_msgs/msg/Point", x=x, y=y, z=0.0)
+        turn = self.make(
+            "geometry_msgs/msg/Quaternion", x=0.0, y=0.0, z=math.sin(heading / 2), w=math.cos(heading / 2)
+        )
+        pose = self.make("geometry_msgs/msg/Pose", position=point, orientation=turn)
+        none = self.make("geometry_msgs/msg/Vector3", x=0.0, y=0.0, z=0.0)
+        twist = self.make("geometry_msgs/msg/Twist", linear=none, angular=none)
+        unknown = np.zeros(36)
+        return self.make(
+            "nav_msgs/msg/Odometry",
+            header=self.header(time_ns, "map"),
+            child_frame_id="base_link",
+            pose=self.make("geometry_msgs/msg/PoseWithCovariance", pose=pose, covariance=unknown),
+            twist=self.make("geometry_msgs/msg/TwistWithCovariance", twist=twist, covariance=unknown),
+        )
+
+    def boxes(self, time_ns, column):
+        found = []
+        if column is not None:
+            point = self.make("vision_msgs/msg/Point2D", x=column, y=ROWS / 2)
+            center = self.make("vision_msgs/msg/Pose2D", position=point, theta=0.0)
+            bbox = self.make("vision_msgs/msg/BoundingBox2D", center=center, size_x=float(WIDE), size_y=float(TALL))
+            header = self.header(time_ns, "camera")
+            found.append(self.make("vision_msgs/msg/Detection2D", header=header, results=[], bbox=bbox, id=""))
+        header = self.header(time_ns, "camera")
+        return self.make("vision_msgs/msg/Detection2DArray", header=header, detections=found)
+
+    def image(self, time_ns, column):
+        pixels = np.full((ROWS, COLUMNS, 3), 114, dtype=np.uint8)
+        if column is not None:
+            left, top = round(column - WIDE / 2), (ROWS - TALL) // 2
+            pixels[top : top + TALL, left : left + WIDE] = (230, 10, 10)
+        return self.make(
+            "sensor_msgs/msg/Image",
+            header=self.header(time_ns, "camera"),
+            height=ROWS,
+            width=COLUMNS,
+            encoding="rgb8",
+            is_bigendian=0,
+            step=3 * COLUMNS,
+            data=pixels.reshape(-1),
+        )
+
+
+def main():
+    folder, has_images = Path(sys.argv[1]), sys.argv[2:] == ["images"]
+    messages = Messages(json.load(sys.stdin))
+    with Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        topics = {}
+
+        def say(topic, time_ns, message):
+            name = message.__msgtype__
+            if topic not in topics:
+                topics[topic] = writer.add_connection(topic, name, typestore=messages.store)
+            writer.write(topics[topic], time_ns, messages.store.serialize_cdr(message, name))
+
+        for seconds, x, y, heading in drive():
+            time_ns = START_NS + round(seconds * 1e9)
+            if not SILENT_SECONDS[0] <= seconds < SILENT_SECONDS[1]:
+                say("/odom", time_ns, messages.odometry(time_ns, x, y, heading))
+            for number, yaw in enumerate(YAWS) if round(seconds * HERTZ) % PLACES_PER_LOOK == 0 else []:
+                seen = column(x, y, heading, yaw)
+                if has_images:
+                    say(f"/camera_{number}/image", time_ns, messages.image(time_ns, seen))
+                else:
+                    say(f"/camera_{number}/detections", time_ns, messages.boxes(time_ns, seen))
+            if seconds % 1 == 0:
+                say("/fix", time_ns, messages.make("std_msgs/msg/String", data="none"))
+
+
+main()

@@ -1,0 +1,208 @@
+//! `dragnet agent --dry-run`: a robot that lives through a recording, which a writer made that is not ours.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+use dragnet_proto::schema::RosMessage;
+use dragnet_proto::wire::vision::Detection2DArray;
+use tempfile::TempDir;
+
+use crate::field::DRAGNET;
+use crate::interpreter::interpreter;
+
+const ROOT: &str = env!("CARGO_MANIFEST_DIR");
+
+/// The yard of `tests/python/write_bag.py`: cells of 20 m; one object, in the north-eastern one.
+const SCENARIO: &str = "name = \"yard\"\n[map]\nshape = \"all_traversable\"\nrows = 4\ncolumns = 4\ncell_meters = 20.0\n\
+                        [objects]\ncount = 1\n[sensor]\nradius = 2\n[robots]\ncount = 1\npolicy = \"path\"\n\
+                        [mission]\nbudget_seconds = 3600.0\nspeed_meters_per_second = 20.0\n";
+
+/// The robot of the recording, whose cameras' topics are called so.
+fn settings(topic: &str, more: &str) -> String {
+    let cameras = [(0, 0.0), (1, 120.0), (2, -120.0)].map(|(number, yaw)| {
+        format!(
+            "[[vehicle.cameras]]\nname = \"camera_{number}\"\nwidth_pixels = 192\nheight_pixels = 128\n\
+             field_of_view_degrees = 125.0\nyaw_degrees = {yaw:?}\nnearest_meters = 0.5\nfarthest_meters = 80.0\ncolumn_deviation_pixels = 1.0\n\
+             [[ros.cameras]]\nname = \"camera_{number}\"\n{topic} = \"camera_{number}/{topic}\"\n"
+        )
+    });
+    format!(
+        "robot = 1\n{more}[common]\nmission = \"yard\"\nscenario = \"yard.toml\"\n[vehicle]\n\
+         speed_meters_per_second = 20.0\nfootprint = {{ shape = \"disc\", radius_meters = 0.5 }}\n[ros]\n\
+         transport = \"rmw_zenoh\"\nlocalization = \"odometry\"\nodometry_frame = \"map\"\n{}",
+        cameras.concat()
+    )
+}
+
+/// A folder with the recording and the robot's settings.
+struct Place {
+    folder: TempDir,
+}
+
+impl Place {
+    fn new(settings: &str, options: &[&str]) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("yard.toml"), SCENARIO).unwrap();
+        fs::write(folder.path().join("vehicle.toml"), settings).unwrap();
+        let script = Path::new(ROOT).join("tests/python/write_bag.py");
+        let mut python = Command::new(interpreter(Path::new(ROOT)))
+            .arg(script)
+            .arg(folder.path().join("drive"))
+            .args(options)
+            .stdin(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let schemas = BTreeMap::from([(Detection2DArray::NAME, Detection2DArray::schema())]);
+        python.stdin.take().unwrap().write_all(&serde_json::to_vec(&schemas).unwrap()).unwrap();
+        let made = python.wait_with_output().unwrap();
+        assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+        Self { folder }
+    }
+
+    fn bag(&self) -> PathBuf {
+        self.folder.path().join("drive/drive.mcap")
+    }
+
+    fn dry_run(&self, recording: &Path) -> Output {
+        let config = self.folder.path().join("vehicle.toml");
+        Command::new(DRAGNET)
+            .args(["agent", "--config"])
+            .arg(config)
+            .arg("--dry-run")
+            .arg(recording)
+            .output()
+            .unwrap()
+    }
+
+    fn succeed(&self) -> String {
+        let output = self.dry_run(&self.bag());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    }
+}
+
+/// The lines of a kind, without their times and how long anything took.
+fn lines<'a>(told: &'a str, kind: &str) -> Vec<&'a str> {
+    let of_kind = |line: &'a str| line.split_once(" s  ")?.1.strip_prefix(kind);
+    told.lines().filter_map(of_kind).map(|line| line.split(", in ").next().unwrap().trim()).collect()
+}
+
+fn without_computing(told: &str) -> String {
+    let line =
+        |line: &str| line.split(", in ").next().unwrap().split(", the slowest").next().unwrap().to_owned();
+    told.lines().map(line).collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn a_robot_lives_through_a_recording_and_tells_what_it_would_have_done() {
+    let place = Place::new(&settings("detections", ""), &[]);
+    let told = place.succeed();
+    // It drove there: along the southern edge, where odometry is missing from 50 to 80 m, and north.
+    let looks: Vec<&str> =
+        lines(&told, "looks").iter().map(|line| &line["from ".len()..][.."(0, 0)".len()]).collect();
+    assert_eq!(looks[..2], ["(0, 0)", "(0, 1)"], "{told}");
+    assert!(looks.contains(&"(1, 3)") && looks.contains(&"(2, 3)"), "{told}");
+    assert_eq!(lines(&told, "finds"), ["an object in (3, 3)"], "{told}");
+    let silent = "pose: no pose comes";
+    assert_eq!(
+        lines(&told, "error").iter().chain(&lines(&told, "warning")).filter(|line| **line == silent).count(),
+        1,
+        "{told}"
+    );
+    assert!(lines(&told, "decides").first().is_some_and(|line| line.contains(" to (")), "{told}");
+    let rows: Vec<String> =
+        told.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ")).collect();
+    // 23.6 s at 20 Hz, less three; and every second time a look.
+    for row in [
+        "/odom nav_msgs/msg/Odometry 412 0",
+        "/fix sensor_msgs/msg/NavSatFix 24 24",
+        "/camera_0/detections vision_msgs/msg/Detection2DArray 236 0",
+    ] {
+        assert!(rows.contains(&row.to_owned()), "{told}");
+    }
+    let fix = "refused on /fix, the last: recorded is std_msgs/msg/String as cdr; allowed is sensor_msgs/msg/NavSatFix as cdr";
+    assert!(told.contains(fix), "{told}");
+    assert!(told.contains("found: (3, 3)\n"), "{told}");
+    assert!(told.contains("/dragnet/belief "), "{told}");
+
+    assert_eq!(without_computing(&told), without_computing(&place.succeed()));
+    let mut left: Vec<_> = fs::read_dir(place.folder.path())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    left.sort();
+    assert_eq!(left, ["drive", "vehicle.toml", "yard.toml"], "nothing is written");
+}
+
+#[test]
+fn a_recording_that_is_cut_off_or_none_is_told() {
+    let place = Place::new(&settings("detections", ""), &[]);
+    let bytes = fs::read(place.bag()).unwrap();
+    let cut = place.folder.path().join("cut.mcap");
+    // Whatever is whole counts: of the first chunk, all.
+    fs::write(&cut, &bytes[..bytes.len() - 40]).unwrap();
+    let output = place.dry_run(&cut);
+    let told = String::from_utf8(output.stdout).unwrap();
+    assert!(output.status.success() && told.contains("the recording was cut off"), "{told}");
+    assert!(told.contains("found: (3, 3)"), "{told}");
+
+    let refuse = |recording: &Path, reason: &str| {
+        let output = place.dry_run(recording);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.code() == Some(2) && said.contains(reason), "{said}");
+    };
+    refuse(&place.folder.path().join("absent.mcap"), "absent.mcap: cannot read");
+    refuse(&place.folder.path().join("yard.toml"), "yard.toml: not a recording");
+    refuse(&place.folder.path().join("drive"), "drive: cannot read");
+    let bare = "robot = 1\n[common]\nmission = \"yard\"\nscenario = \"yard.toml\"\n";
+    fs::write(place.folder.path().join("vehicle.toml"), bare).unwrap();
+    refuse(&place.bag(), "[vehicle] and [ros]");
+}
+
+/// A robot with a detector of its own looks at the images themselves.
+#[cfg(feature = "detector")]
+#[test]
+fn a_detector_looks_at_recorded_images() {
+    let detector = "detector = { module = \"modules/red.torchscript\" }\n";
+    let place = Place::new(&settings("image", detector), &["images"]);
+    let modules = place.folder.path().join("modules");
+    fs::create_dir(&modules).unwrap();
+    let script = Path::new(ROOT).join("tests/python/modules.py");
+    let made = Command::new(interpreter(Path::new(ROOT))).arg(script).arg(&modules).output().unwrap();
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    let told = place.succeed();
+    assert_eq!(lines(&told, "finds"), ["an object in (3, 3)"], "{told}");
+    assert!(told.contains("/camera_2/image"), "{told}");
+
+    // Of another size than the camera's the boxes would mean something else.
+    let wrong = settings("image", detector).replace("width_pixels = 192", "width_pixels = 384");
+    fs::write(place.folder.path().join("vehicle.toml"), wrong).unwrap();
+    let told = place.succeed();
+    let reason = "an image of 192 x 128 pixels; allowed is 384 x 128, as in vehicle.cameras";
+    assert!(lines(&told, "warning").contains(&format!("image, camera_0: {reason}").as_str()), "{told}");
+    assert!(lines(&told, "finds").is_empty(), "{told}");
+}
+
+#[test]
+fn each_camera_has_one_detector() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("yard.toml"), SCENARIO).unwrap();
+    let refuse = |settings: &str, reason: &str| {
+        let file = folder.path().join("vehicle.toml");
+        fs::write(&file, settings).unwrap();
+        let output = Command::new(DRAGNET).args(["agent", "--config"]).arg(file).output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.code() == Some(2) && said.contains(reason), "{said}");
+    };
+    let detector = "detector = { module = \"red.torchscript\" }\n";
+    refuse(&settings("image", ""), "for which a [detector] is needed");
+    refuse(&settings("detections", detector), "[detector] has nothing to look at");
+    let both = settings("image", detector).replace("image = ", "detections = \"seen\"\nimage = ");
+    refuse(&both, "allowed is one of the two");
+    let absent = if cfg!(feature = "detector") { "red.torchscript: cannot read it" } else { "built without" };
+    refuse(&settings("image", detector), absent);
+}
