@@ -2,8 +2,8 @@
 //! says goes to the robot's mind or back to the network. Its mind hears of cells and looks alone, and knows nothing of
 //! cameras and motors.
 //!
-//! [`Vehicle`] is told the time like all minds, and does nothing by itself. [`serve`] drives it on its network by the
-//! wall clock, [`crate::dry_run`] by the clock of a recording.
+//! A vehicle is told the time like all minds, and does nothing by itself. [`serve`] drives it on its network by the wall
+//! clock, [`crate::dry_run`] by the clock of a recording.
 
 mod board;
 pub mod detector;
@@ -41,8 +41,12 @@ pub use mind::{Embodied, Orders};
 pub(crate) const TICK: Duration = Duration::from_millis(100);
 /// How often people are shown what the robot believes, and what is wrong with it, at most.
 pub(crate) const SHOW: Duration = Duration::from_secs(1);
-/// A goal that nobody has taken up is told again after so long.
+/// A goal that nobody has taken up, or a path that nobody drives, is told again after so long.
 const PATIENCE: Duration = Duration::from_secs(5);
+/// Who has come no farther than this stands, metres: what localization wanders by.
+const STILL_METERS: f64 = 0.25;
+/// So near to a path's end whoever follows it may well have done so.
+const NEAR_METERS: f64 = 1.0;
 /// Of a map that the vehicle hears: what is at least so probably occupied is never driven on; what is not known is
 /// driven on as little as possible.
 const RULE: OccupancyRule = OccupancyRule { lethal_percent: 65, unknown_cost: 50 };
@@ -81,6 +85,14 @@ pub(crate) struct Vehicle {
     goals: Vec<GoalStatus>,
     /// What Nav2 was asked for, and when.
     errand: Option<(Errand, Pose, MissionTime)>,
+    drive: Option<Drive>,
+}
+
+/// A path that the vehicle is to drive.
+struct Drive {
+    poses: Vec<Pose>,
+    /// Where it was when it last got on, and when.
+    stood: (Pose, MissionTime),
 }
 
 impl Vehicle {
@@ -95,6 +107,7 @@ impl Vehicle {
             located: None,
             goals: Vec::new(),
             errand: None,
+            drive: None,
         }
     }
 
@@ -156,6 +169,7 @@ impl Vehicle {
 
     /// Nothing is left to drive. Nav2 is sent to where the robot is, which is how topics call a goal off.
     pub(crate) fn halt(&mut self) -> Vec<Effect> {
+        self.drive = None;
         let goal = self.errand.take().and(self.located).map(|here| Output::Goal(self.in_frame(&here)));
         goal.into_iter().chain([Output::Path(Vec::new())]).map(Effect::Say).collect()
     }
@@ -232,7 +246,11 @@ impl Vehicle {
         let Some((errand, ..)) = &mut self.errand else { return Vec::new() };
         errand.follow(&self.goals);
         let report = match errand.progress() {
-            Progress::Unanswered | Progress::Underway => return Vec::new(),
+            Progress::Unanswered => return Vec::new(),
+            Progress::Underway => {
+                self.board.well("goal");
+                return self.news();
+            }
             Progress::Reached => DriveReport::Arrived,
             Progress::Failed => DriveReport::Failed("the navigation gave up".to_owned()),
             Progress::Canceled => DriveReport::Failed("somebody called it off".to_owned()),
@@ -246,8 +264,9 @@ impl Vehicle {
         match action {
             Action::Sensed { cell, readings } => vec![Effect::Sensed { cell, readings }],
             Action::Drive(plan) => {
-                let poses = plan.poses.iter().map(|pose| self.in_frame(pose)).collect();
-                vec![Effect::Say(Output::Path(poses))]
+                let path = self.path(&plan.poses);
+                self.drive = self.located.map(|here| Drive { poses: plan.poses, stood: (here, now.mission) });
+                vec![path]
             }
             Action::Go(pose) => self.go(now, pose),
             Action::Hold => self.halt(),
@@ -265,20 +284,53 @@ impl Vehicle {
         vec![Effect::Say(Output::Goal(self.in_frame(&pose)))]
     }
 
-    /// Tells a goal again that nobody has taken up.
+    fn path(&self, poses: &[Pose]) -> Effect {
+        Effect::Say(Output::Path(poses.iter().map(|pose| self.in_frame(pose)).collect()))
+    }
+
+    /// Tells a goal again that nobody has taken up, or what is left of a path that nobody drives. Whoever drives may have
+    /// come late, or started again.
     fn insist(&mut self, now: Now) -> Vec<Effect> {
-        match &self.errand {
+        let again = match &self.errand {
             Some((errand, pose, told))
                 if errand.progress() == Progress::Unanswered && now.mission.since(*told) > PATIENCE =>
             {
                 let pose = *pose;
                 self.board.note("goal", "nobody takes up the goal; it is told again");
-                let mut effects = self.news();
-                effects.extend(self.go(now, pose));
-                effects
+                self.go(now, pose)
             }
-            _ => Vec::new(),
+            _ => self.path_of_who_stands(now),
+        };
+        let mut effects = self.news();
+        effects.extend(again);
+        effects
+    }
+
+    fn path_of_who_stands(&mut self, now: Now) -> Vec<Effect> {
+        let (Some(drive), Some(here)) = (&mut self.drive, self.located) else { return Vec::new() };
+        let meters_from = |pose: &Pose| (pose.position_meters() - here.position_meters()).norm();
+        let (stood, since) = drive.stood;
+        if meters_from(&stood) > STILL_METERS {
+            drive.stood = (here, now.mission);
+            self.board.well("path");
+            return Vec::new();
         }
+        if now.mission.since(since) <= PATIENCE {
+            return Vec::new();
+        }
+        drive.stood.1 = now.mission;
+        let nearest = drive
+            .poses
+            .iter()
+            .enumerate()
+            .min_by(|(_, one), (_, other)| meters_from(one).total_cmp(&meters_from(other)));
+        let rest = drive.poses[nearest.map_or(0, |(place, _)| place)..].to_vec();
+        // Who stands at its end waits for the next.
+        if rest.last().is_none_or(|end| meters_from(end) <= NEAR_METERS) {
+            return Vec::new();
+        }
+        self.board.note("path", "the vehicle does not drive its path; what is left of it is told again");
+        vec![self.path(&rest)]
     }
 
     /// Cells in which the robot believes an object, as sure as the mission asks.
@@ -308,3 +360,6 @@ fn of_box(found: &DetectedBox) -> DetectionBox {
     let DetectedBox { left, top, right, bottom, .. } = *found;
     DetectionBox { left, top, right, bottom }
 }
+
+#[cfg(test)]
+mod tests;

@@ -20,6 +20,7 @@ mod security;
 mod team;
 mod vehicle;
 mod witness;
+mod yard;
 
 use std::path::Path;
 

@@ -37,6 +37,13 @@ impl Board {
         self.put(subject, Level::Warning, message, Vec::new(), is_new);
     }
 
+    /// Nobody need look at it any more.
+    pub(super) fn well(&mut self, subject: &str) {
+        if self.entries.get(&name(subject)).is_some_and(|entry| entry.level != Level::Ok) {
+            self.put(subject, Level::Ok, "well again", Vec::new(), true);
+        }
+    }
+
     /// What came on a topic cannot be. The first of each topic is news, the others are only counted.
     pub(super) fn refuse(&mut self, topic: &TopicName, reason: &str) {
         let count = self.refused.entry(topic.clone()).or_default();
@@ -99,6 +106,9 @@ mod tests {
         };
         board.pin(&say(Degree::Error, "no pose comes"));
         board.note("map", "turned");
+        board.note("path", "nobody drives");
+        board.well("path");
+        board.well("goal");
         let topic: TopicName =
             TopicName::resolve("/fix", &"".parse().unwrap(), &"dragnet".parse().unwrap()).unwrap();
         board.refuse(&topic, "NaN");
@@ -114,11 +124,12 @@ mod tests {
             [
                 "dragnet: /fix Warning infinite [(\"refused\", \"2\")]",
                 "dragnet: map Warning turned []",
+                "dragnet: path Ok well again []",
                 "dragnet: pose Ok well again [(\"silence_seconds\", \"2.5\")]",
             ]
         );
         let news: Vec<String> = board.take_news().into_iter().map(|entry| entry.message).collect();
-        assert_eq!(news, ["no pose comes", "turned", "NaN", "well again"]);
+        assert_eq!(news, ["no pose comes", "turned", "nobody drives", "well again", "NaN", "well again"]);
         assert!(board.take_news().is_empty());
     }
 }

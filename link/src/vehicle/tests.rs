@@ -1,0 +1,112 @@
+//! A vehicle without its network: what it is told, and what it says.
+
+use std::path::Path;
+
+use dragnet_proto::ros::input::{Odometry, PlanarPose, PoseEstimate, Velocity};
+use dragnet_proto::ros::output::Level;
+use dragnet_search::cell::Position;
+
+use super::*;
+use crate::config::AgentConfig;
+
+/// Robot 1 of a field of 4 x 4 cells of 20 m, moved by the lattice or by goals.
+fn vehicle(motion: &str) -> (Vehicle, Scenario) {
+    let text = "name = 'field'\nmap = { shape = 'all_traversable', rows = 4, columns = 4, cell_meters = 20.0 }\n\
+                objects.count = 1\nsensor.radius = 2\n[mission]\nbudget_seconds = 900.0\nspeed_meters_per_second = 10.0\n";
+    let scenario = Scenario::from_text(Path::new("field.toml"), text.to_owned()).unwrap();
+    let settings = format!(
+        "robot = 1\ncommon = {{ mission = 'field', scenario = 'field.toml' }}\n\
+         [vehicle]\nspeed_meters_per_second = 10.0\nfootprint = {{ shape = 'disc', radius_meters = 0.5 }}\n\
+         motion = {{ kind = '{motion}' }}\n\
+         safety = {{ pose_silence_seconds = 60.0, camera_silence_seconds = 60.0 }}\n\
+         [ros]\ntransport = 'bridge'\nlocalization = 'odometry'\nodometry_frame = 'map'\nstamps = 'arrival'\n"
+    );
+    let config: AgentConfig = toml::from_str(&settings).unwrap();
+    let body = config.body(Path::new("vehicle.toml"), &scenario).unwrap().unwrap();
+    (Vehicle::new(body.pilot, &body.ros, &scenario), scenario)
+}
+
+/// Stands somewhere at so many seconds; what that brings about.
+fn stand(vehicle: &mut Vehicle, seconds: u64, x_meters: f64) -> Vec<Effect> {
+    let now = Now { mission: MissionTime::START + Duration::from_secs(seconds), unix_ns: 0 };
+    let pose = PlanarPose { x_meters, y_meters: 10.0, yaw_radians: 0.0 };
+    let place = PoseEstimate { stamp_unix_ns: 0, frame: "map".to_owned(), pose, covariance: None };
+    let odometry = Odometry { place, robot_frame: String::new(), velocity: Velocity::default() };
+    let mut effects = vehicle.hear(now, Heard::Odometry(odometry));
+    effects.extend(vehicle.tick(now));
+    effects
+}
+
+/// Where what is said leads, and what is told of it.
+#[derive(Debug, Default, PartialEq)]
+struct Told {
+    /// Metres to the east of where each path begins and ends, of a goal twice the same; rounded.
+    ways: Vec<[i64; 2]>,
+    levels: Vec<Level>,
+}
+
+fn told(effects: &[Effect]) -> Told {
+    #[expect(clippy::cast_possible_truncation, reason = "metres of a small map")]
+    let rounded = |pose: &PlanarPose| pose.x_meters.round() as i64;
+    let mut told = Told::default();
+    for effect in effects {
+        match effect {
+            Effect::Say(Output::Path(poses)) => {
+                told.ways.extend(poses.first().zip(poses.last()).map(|(from, to)| [from, to].map(rounded)));
+            }
+            Effect::Say(Output::Goal(pose)) => told.ways.push([rounded(pose); 2]),
+            Effect::Tell(news) => told.levels.push(news.level),
+            _ => {}
+        }
+    }
+    told
+}
+
+/// Follows a route of two cells to the east from where it stands.
+fn set_out(vehicle: &mut Vehicle, scenario: &Scenario) -> Told {
+    stand(vehicle, 0, 10.0);
+    let grid = scenario.terrain().grid();
+    let route = [1, 2].map(|column| grid.cell(Position { row: 0, column }).unwrap()).to_vec();
+    told(&vehicle.follow(Now { mission: MissionTime::START, unix_ns: 0 }, route))
+}
+
+fn way(from: i64, to: i64) -> Told {
+    Told { ways: vec![[from, to]], levels: Vec::new() }
+}
+
+fn again(from: i64, to: i64) -> Told {
+    Told { levels: vec![Level::Warning], ..way(from, to) }
+}
+
+#[test]
+fn what_is_left_of_a_path_is_told_again_to_a_vehicle_that_stands() {
+    let (mut vehicle, scenario) = vehicle("lattice");
+    assert_eq!(set_out(&mut vehicle, &scenario), way(10, 50));
+    // Whoever is to drive it was not there yet.
+    for seconds in 1..=5 {
+        assert_eq!(told(&stand(&mut vehicle, seconds, 10.0)), Told::default());
+    }
+    assert_eq!(told(&stand(&mut vehicle, 6, 10.0)), again(10, 50));
+    // It drives, and stands again.
+    let well = Told { levels: vec![Level::Ok], ..Told::default() };
+    assert_eq!(told(&stand(&mut vehicle, 8, 26.0)), well);
+    for seconds in 9..=13 {
+        assert_eq!(told(&stand(&mut vehicle, seconds, 26.0)), Told::default());
+    }
+    assert_eq!(told(&stand(&mut vehicle, 14, 26.0)), again(26, 50));
+    // At its end nothing is left to drive.
+    stand(&mut vehicle, 16, 50.0);
+    for seconds in 17..30 {
+        assert_eq!(told(&stand(&mut vehicle, seconds, 50.0)), Told::default());
+    }
+}
+
+#[test]
+fn a_goal_that_nobody_takes_up_is_told_again() {
+    let (mut vehicle, scenario) = vehicle("goal");
+    assert_eq!(set_out(&mut vehicle, &scenario), way(50, 50));
+    for seconds in 1..=5 {
+        assert_eq!(told(&stand(&mut vehicle, seconds, 10.0)), Told::default());
+    }
+    assert_eq!(told(&stand(&mut vehicle, 6, 10.0)), again(50, 50));
+}
