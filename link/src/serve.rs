@@ -10,6 +10,7 @@ use dragnet_coordinator::desk::Listener;
 use dragnet_live::page::{Page, Settings};
 use dragnet_live::view::About;
 use dragnet_proto::convert::Codec;
+use dragnet_proto::key::Mission;
 use dragnet_proto::message::Participant;
 use dragnet_proto::scenario::Scenario;
 use dragnet_proto::time::MissionTime;
@@ -18,8 +19,9 @@ use dragnet_sim::simulation::Spectator;
 use tokio::io::AsyncReadExt;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::mpsc;
+use zenoh::Session;
 
-use crate::config::{self, AgentConfig, Checked, CoordinatorConfig, SimConfig, TimeSource};
+use crate::config::{self, AgentConfig, Body, Checked, CoordinatorConfig, SimConfig, TimeSource};
 use crate::journal::{Journal, Subject};
 use crate::link::Link;
 use crate::live::{self, Clock};
@@ -39,50 +41,93 @@ pub fn agent(file: &Path, make: detector::Make<'_>) -> Result<(), LinkError> {
     config.common.zenoh = config.common.zenoh.named_in(file);
     let Checked { mission, scenario } = config.common.check(file)?;
     let orders = config.orders(file, &scenario)?;
-    let robot = orders.robot.id;
-    let (who, grid) = (Participant::Robot(robot), scenario.terrain().grid());
     let body = config.body(file, &scenario)?;
     let detector = body.as_ref().map(|body| body.make_detector(file, make)).transpose()?.flatten();
+    let robot = orders.robot.id;
+    let (who, grid) = (Participant::Robot(robot), scenario.terrain().grid());
     let mut agent = Agent::new(orders);
     block_on(async {
         let session = open(&config.common.zenoh).await?;
         let stop = until_stopped(config.attached)?;
-        match config.time {
-            TimeSource::Simulator => {
-                let team = team::everybody(&scenario);
-                let puppet = Puppet::new(session, mission, who, grid, team, &mut agent).await?;
-                tokio::select! {
-                    outcome = puppet.serve() => outcome,
-                    () = stop => Ok(()),
-                }
-            }
-            TimeSource::Wall => {
-                let codec = Codec::new(grid);
-                let subject = Subject { mission: &mission, robot, terrain: scenario.terrain() };
-                let (journal, clock) =
-                    resume(&mut agent, &config.journal(file), subject, config.common.pace)?;
-                let simulated = world::sensor(&session, &mission, robot, codec).await?;
-                let mut link = Link::join(session, mission, who, codec).await?;
-                link.announce().await?;
-                tell_start(&link, &config.common.zenoh);
-                let Some(body) = body else {
-                    let ended = live::run(&mut link, &mut agent, clock, Some(journal), simulated, stop);
-                    return ended.await.map(|_| ());
-                };
-                let (mut mind, orders) = Embodied::new(agent);
-                let (sender, reports) = mpsc::channel(REPORTS);
-                let vehicle = tokio::spawn(async move {
-                    vehicle::serve::serve(body, &scenario, clock, detector, orders, sender).await
-                });
-                let ended = live::run(&mut link, &mut mind, clock, Some(journal), reports, stop).await;
-                // Its vehicle stands still once the mind is gone; a network that is not there need not be waited for.
-                drop(mind);
-                let stood = tokio::time::timeout(STANDSTILL, vehicle).await;
-                ended?;
-                stood.ok().and_then(Result::ok).unwrap_or(Ok(()))
-            }
+        if config.time == TimeSource::Simulator {
+            let team = team::everybody(&scenario);
+            let puppet = Puppet::new(session, mission, who, grid, team, &mut agent).await?;
+            return tokio::select! {
+                outcome = puppet.serve() => outcome,
+                () = stop => Ok(()),
+            };
         }
+        let subject = Subject { mission: &mission, robot, terrain: scenario.terrain() };
+        let (journal, clock) = resume(&mut agent, &config.journal(file), subject, config.common.pace)?;
+        let codec = Codec::new(grid);
+        let Some(body) = body else {
+            let reports = world::sensor(&session, &mission, robot, codec).await?;
+            let mut link = enter(session, mission, who, codec, &config.common.zenoh).await?;
+            return live::run(&mut link, &mut agent, clock, Some(journal), reports, stop).await.map(|_| ());
+        };
+        let mut link = enter(session, mission, who, codec, &config.common.zenoh).await?;
+        Own { body, detector, scenario }.search(&mut link, agent, clock, journal, stop).await
     })
+}
+
+/// Takes part in a mission, and says so.
+async fn enter(
+    session: Session,
+    mission: Mission,
+    who: Participant,
+    codec: Codec,
+    endpoints: &Endpoints,
+) -> Result<Link, LinkError> {
+    let mut link = Link::join(session, mission, who, codec).await?;
+    link.announce().await?;
+    tell_start(&link, endpoints);
+    Ok(link)
+}
+
+/// A robot's own vehicle, and what it needs.
+struct Own {
+    body: Body,
+    detector: Option<Box<dyn detector::Detector>>,
+    scenario: Scenario,
+}
+
+impl Own {
+    /// Searches with it until the robot is told to stop, or the vehicle cannot go on.
+    async fn search(
+        self,
+        link: &mut Link,
+        agent: Agent,
+        clock: Clock,
+        journal: Journal,
+        stop: impl Future<Output = ()>,
+    ) -> Result<(), LinkError> {
+        let Self { body, detector, scenario } = self;
+        let (mut mind, orders) = Embodied::new(agent);
+        let (sender, reports) = mpsc::channel(REPORTS);
+        let mut vehicle = tokio::spawn(async move {
+            vehicle::serve::serve(body, &scenario, clock, detector, orders, sender).await
+        });
+        let mut broken = None;
+        let stop = async {
+            tokio::select! {
+                () = stop => {}
+                ended = &mut vehicle => broken = Some(ended),
+            }
+        };
+        let searched = live::run(link, &mut mind, clock, Some(journal), reports, stop).await;
+        // Its vehicle stands still once the mind is gone; a network that is not there need not be waited for.
+        drop(mind);
+        let ended = match broken {
+            Some(ended) => Some(ended),
+            None => tokio::time::timeout(STANDSTILL, vehicle).await.ok(),
+        };
+        searched?;
+        match ended {
+            Some(Ok(ended)) => ended,
+            Some(Err(error)) => Err(LinkError::Participant { who: link.me(), reason: error.to_string() }),
+            None => Ok(()),
+        }
+    }
 }
 
 /// So many looks may wait for a mind that decides.
@@ -152,9 +197,7 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), LinkErr
     block_on(async {
         let session = open(&config.common.zenoh).await?;
         let stop = until_stopped(false)?;
-        let mut link = Link::join(session, mission, Participant::Coordinator, codec).await?;
-        link.announce().await?;
-        tell_start(&link, &config.common.zenoh);
+        let mut link = enter(session, mission, Participant::Coordinator, codec, &config.common.zenoh).await?;
         if let Some(server) = &shown {
             tracing::info!("live page: {}", server.address());
         }

@@ -139,7 +139,8 @@ fn private() -> Result<Config, zenoh::Error> {
     Ok(config)
 }
 
-fn read(file: &Path) -> Result<Config, LinkError> {
+/// Settings of Zenoh from a file: whoever names no endpoint listens nowhere, and files that it names lie beside it.
+pub(crate) fn read(file: &Path) -> Result<Config, LinkError> {
     let failed =
         |error: zenoh::Error| LinkError::Settings { file: file.to_owned(), reason: error.to_string() };
     let mut config = Config::from_file(file).map_err(failed)?;

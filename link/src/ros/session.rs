@@ -1,12 +1,10 @@
 //! The session on a robot's ROS 2 network.
 
-use std::path::Path;
-
 use zenoh::{Config, Session, Wait};
 
 use super::settings::{Mode, Network};
 use crate::LinkError;
-use crate::session::json;
+use crate::session::{json, read};
 
 /// Opens a session as the settings say: it calls until somebody answers. Zenoh's own future would block its thread that long.
 ///
@@ -41,9 +39,4 @@ pub(super) async fn open(network: &Network) -> Result<Session, LinkError> {
     }
     let opening = tokio::task::spawn_blocking(move || zenoh::open(config).wait());
     opening.await.map_err(|error| refused(error.into()))?.map_err(refused)
-}
-
-fn read(file: &Path) -> Result<Config, LinkError> {
-    Config::from_file(file)
-        .map_err(|error| LinkError::Settings { file: file.to_owned(), reason: error.to_string() })
 }
