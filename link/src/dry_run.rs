@@ -143,6 +143,7 @@ pub fn run(
         tick_at: MissionTime::START,
         show_at: MissionTime::START,
         wake_at: MissionTime(u64::MAX),
+        has_news: true,
         log: Log::default(),
         tell,
     };
@@ -184,6 +185,8 @@ struct Rehearsal<'a> {
     tick_at: MissionTime,
     show_at: MissionTime,
     wake_at: MissionTime,
+    /// Whether it has looked since its belief was last shown.
+    has_news: bool,
     log: Log,
     tell: &'a mut dyn FnMut(Note),
 }
@@ -222,7 +225,8 @@ impl Rehearsal<'_> {
             let mut effects = self.vehicle.tick(self.clock());
             if next >= self.show_at {
                 self.show_at = next + SHOW;
-                effects.extend(self.vehicle.show(self.clock(), Some(self.agent.belief())));
+                let has_changed = std::mem::take(&mut self.has_news);
+                effects.extend(self.vehicle.show(self.clock(), self.agent.belief(), has_changed));
             }
             self.act(effects)?;
         }
@@ -273,6 +277,7 @@ impl Rehearsal<'_> {
     }
 
     fn look(&mut self, cell: Cell, readings: &[Reading]) {
+        self.has_news = true;
         self.log.looks += 1;
         self.log.readings += readings.len();
         let objects = readings.iter().filter(|reading| reading.value > OBJECT);

@@ -41,6 +41,9 @@ pub use mind::{Embodied, Orders};
 pub(crate) const TICK: Duration = Duration::from_millis(100);
 /// How often people are shown what the robot believes, and what is wrong with it, at most.
 pub(crate) const SHOW: Duration = Duration::from_secs(1);
+/// A belief that does not change is shown again after so many times: on its way it may have been lost, and behind a bridge
+/// nobody asks for what was said before.
+const SHOW_AGAIN: u32 = 5;
 /// A goal that nobody has taken up, or a path that nobody drives, is told again after so long.
 const PATIENCE: Duration = Duration::from_secs(5);
 /// Who has come no farther than this stands, metres: what localization wanders by.
@@ -79,6 +82,8 @@ pub(crate) struct Vehicle {
     tau: f64,
     stamps: Stamps,
     board: Board,
+    /// Times that the belief was not shown since it was.
+    unchanged: u32,
     /// The last place that the network said.
     located: Option<Pose>,
     /// Goals that Nav2 told of last.
@@ -104,6 +109,7 @@ impl Vehicle {
             tau: scenario.mission().tau,
             stamps: ros.stamps(),
             board: Board::default(),
+            unchanged: 0,
             located: None,
             goals: Vec::new(),
             errand: None,
@@ -155,10 +161,12 @@ impl Vehicle {
         effects
     }
 
-    /// What people are shown, of a belief if it has changed: to be called every [`SHOW`].
-    pub(crate) fn show(&self, now: Now, belief: Option<&Belief>) -> Vec<Effect> {
+    /// What people are shown, the belief if it has changed or stood for a while: to be called every [`SHOW`].
+    pub(crate) fn show(&mut self, now: Now, belief: &Belief, has_changed: bool) -> Vec<Effect> {
         let mut shown = vec![Output::Diagnostics(self.board.all())];
-        if let Some(belief) = belief {
+        self.unchanged += 1;
+        if has_changed || self.unchanged >= SHOW_AGAIN {
+            self.unchanged = 0;
             let start_unix_ns = now.unix_ns.saturating_sub_unsigned(now.mission.0);
             let drawn = Viewer::new(&self.terrain, start_unix_ns).belief(belief, now.mission);
             shown.push(Output::Belief(drawn, planar(&self.places.in_frame(&Pose::default()))));

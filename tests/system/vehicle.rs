@@ -9,6 +9,7 @@ use std::time::Duration;
 use dragnet_link::session::{Endpoints, Mode, free_endpoints, open};
 use dragnet_proto::cdr;
 use dragnet_proto::wire::robot::DiagnosticArray;
+use dragnet_proto::wire::standard::OccupancyGrid;
 use dragnet_proto::wire::vision::Detection3DArray;
 
 use crate::field::{DRAGNET, Process};
@@ -20,6 +21,7 @@ const YARD: Yard = Yard { side: 4, cell_meters: 20.0, policy: "'path'" };
 #[derive(Default)]
 struct Said {
     path: Option<Vec<u8>>,
+    belief: OccupancyGrid,
     objects: Detection3DArray,
     diagnostics: DiagnosticArray,
 }
@@ -40,6 +42,7 @@ async fn a_robot_on_a_vehicle_searches_and_finds_what_its_cameras_see() {
         let mut heard = heard.lock().unwrap();
         match key {
             "dragnet/path" => heard.path = Some(bytes.to_vec()),
+            "dragnet/belief" => heard.belief = cdr::decode(bytes).unwrap(),
             "dragnet/objects" => heard.objects = cdr::decode(bytes).unwrap(),
             "diagnostics" => heard.diagnostics = cdr::decode(bytes).unwrap(),
             _ => {}
@@ -69,7 +72,8 @@ async fn a_robot_on_a_vehicle_searches_and_finds_what_its_cameras_see() {
         if !said.objects.detections.is_empty() {
             break;
         }
-        assert!(elapsed < 20 * 120, "nothing is found; {:?}", said.diagnostics.status);
+        let (belief, status) = (&said.belief.data, &said.diagnostics.status);
+        assert!(elapsed < 20 * 120, "nothing is found; {:?}, {belief:?}, {status:?}", vehicle.here);
     }
     let found = said.lock().unwrap().objects.clone();
     let places: Vec<[f64; 2]> = found

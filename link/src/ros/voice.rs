@@ -36,7 +36,7 @@ impl Voice {
         attachments: Option<Attachments>,
     ) -> Result<Self, LinkError> {
         let what = format!("publish under {key}");
-        // What stands until it is replaced need not hold up the one who says it: the next one says more.
+        // What stands until it is replaced need not hold up the one who says it: it is said again.
         let congestion = match qos.durability {
             Durability::Volatile => CongestionControl::Block,
             Durability::TransientLocal => CongestionControl::Drop,

@@ -5,8 +5,7 @@ use std::sync::Arc;
 use dragnet_proto::participant::Stimulus;
 use dragnet_proto::ros::output::{Diagnostic, Level};
 use dragnet_proto::scenario::Scenario;
-use dragnet_search::belief::Belief;
-use tokio::sync::{mpsc, watch};
+use tokio::sync::mpsc;
 use tokio::time::{MissedTickBehavior, interval};
 
 use super::detector::{Detector, Eyes};
@@ -52,7 +51,12 @@ pub(crate) async fn serve(
                 vehicle.follow(now(clock), route)
             }
             _ = tick.tick() => vehicle.tick(now(clock)),
-            _ = show.tick() => vehicle.show(now(clock), news(&mut orders.beliefs).as_deref()),
+            _ = show.tick() => {
+                // A mind that is gone has said its last.
+                let has_changed = orders.beliefs.has_changed().unwrap_or(false);
+                let belief = Arc::clone(&orders.beliefs.borrow_and_update());
+                vehicle.show(now(clock), &belief, has_changed)
+            }
         };
         service.act(effects).await?;
     }
@@ -62,11 +66,6 @@ pub(crate) async fn serve(
 
 fn now(clock: Clock) -> Now {
     Now { mission: clock.now(), unix_ns: unix_time::now_ns() }
-}
-
-/// The belief, if it is another one than it was.
-fn news(beliefs: &mut watch::Receiver<Arc<Belief>>) -> Option<Arc<Belief>> {
-    beliefs.has_changed().unwrap_or(false).then(|| Arc::clone(&beliefs.borrow_and_update()))
 }
 
 impl Service {

@@ -110,3 +110,14 @@ fn a_goal_that_nobody_takes_up_is_told_again() {
     }
     assert_eq!(told(&stand(&mut vehicle, 6, 10.0)), again(50, 50));
 }
+
+#[test]
+fn a_belief_that_stands_is_shown_again() {
+    let (mut vehicle, scenario) = vehicle("lattice");
+    let now = Now { mission: MissionTime::START, unix_ns: 0 };
+    let changes = [true, false, false, false, false, false, true, true, false];
+    let is_shown = |effect: &Effect| matches!(effect, Effect::Say(Output::Belief(..)));
+    let shown =
+        changes.map(|has_changed| vehicle.show(now, scenario.prior(), has_changed).iter().any(is_shown));
+    assert_eq!(shown, [true, false, false, false, false, true, true, true, false]);
+}
