@@ -16,6 +16,11 @@ use tracing_subscriber::util::SubscriberInitExt;
 
 use commands::Command;
 
+/// musl's own has one lock for all threads.
+#[cfg(target_env = "musl")]
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 /// Version and commit of this program.
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("DRAGNET_COMMIT"), ")");
 

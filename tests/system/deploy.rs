@@ -1,4 +1,4 @@
-//! A robot as a service: what its manager hears, and by what it is started.
+//! A robot as a service: what its manager hears, by what it is started, and for which machines it is built.
 
 use std::os::unix::net::UnixDatagram;
 use std::path::Path;
@@ -53,4 +53,16 @@ fn systemd_understands_the_unit() {
     };
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success() && said.trim().is_empty(), "{said}");
+}
+
+#[test]
+fn a_machine_that_nobody_can_build_for_is_refused_before_anything_is_built() {
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/deploy/build.sh");
+    let output = Command::new(script).args(["x86_64", "mips"]).output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(output.stdout.is_empty());
+    assert_eq!(
+        String::from_utf8_lossy(&output.stderr),
+        "deploy/build.sh: \"mips\" is not known here; allowed are x86_64 and aarch64\n"
+    );
 }

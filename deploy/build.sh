@@ -1,0 +1,21 @@
+#!/usr/bin/env bash
+# Builds `dragnet` for robots: one file that needs nothing of the machine that it runs on, and so without libtorch.
+#
+#   deploy/build.sh [x86_64|aarch64 ...]     # both, if none is named
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+(($#)) || set -- x86_64 aarch64
+for machine in "$@"; do
+    [[ $machine == x86_64 || $machine == aarch64 ]] || {
+        echo "deploy/build.sh: \"$machine\" is not known here; allowed are x86_64 and aarch64" >&2
+        exit 2
+    }
+done
+
+deploy/toolchain.sh
+for machine in "$@"; do
+    triple=$machine-unknown-linux-musl
+    PATH=$PWD/target/zig/bin:$PATH cargo zigbuild --locked --profile deploy --target "$triple" --target-dir target
+    echo "target/$triple/deploy/dragnet: $(stat --format %s "target/$triple/deploy/dragnet") bytes"
+done
