@@ -1,9 +1,9 @@
 //! What a ROS 2 network said, as `ros2 bag record --storage mcap` wrote it down.
 
 use std::collections::BTreeMap;
-use std::fs::File;
+use std::fs::{DirEntry, File};
 use std::io::BufReader;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use mcap::records::Record;
@@ -43,12 +43,13 @@ pub struct BagMessage {
 }
 
 impl Bag {
-    /// Opens a recording.
+    /// Opens a recording, or the one in a bag's folder.
     ///
     /// # Errors
-    /// If it cannot be read, or is no MCAP file.
+    /// If it cannot be read, is no MCAP file, or a folder of none or many.
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
-        Ok(Self { reader: McapReader::open(path)?, schemas: BTreeMap::new(), topics: BTreeMap::new() })
+        let reader = if path.is_dir() { McapReader::open(&only(path)?) } else { McapReader::open(path) };
+        Ok(Self { reader: reader?, schemas: BTreeMap::new(), topics: BTreeMap::new() })
     }
 
     /// The topics that were met so far.
@@ -86,6 +87,25 @@ impl Iterator for Bag {
                 Ok(_) => {}
                 Err(error) => return Some(Err(error)),
             }
+        }
+    }
+}
+
+/// The recording in a bag's folder.
+fn only(folder: &Path) -> Result<PathBuf, RecordingError> {
+    let failed = |source| RecordingError::Read { path: folder.to_owned(), source };
+    let entries = folder.read_dir().map_err(failed)?.collect::<Result<Vec<_>, _>>().map_err(failed)?;
+    let mut recordings: Vec<PathBuf> = entries
+        .iter()
+        .map(DirEntry::path)
+        .filter(|path| path.extension().is_some_and(|extension| extension == "mcap"))
+        .collect();
+    match (recordings.pop(), recordings.len()) {
+        (Some(recording), 0) => Ok(recording),
+        (last, others) => {
+            let found = others + usize::from(last.is_some());
+            let found = format!("a folder with {found} recordings (.mcap); of many name one");
+            Err(RecordingError::NotARecording { path: folder.to_owned(), found })
         }
     }
 }

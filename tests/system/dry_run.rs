@@ -150,6 +150,9 @@ fn a_recording_that_is_cut_off_or_none_is_told() {
     assert!(output.status.success() && told.contains("the recording was cut off"), "{told}");
     assert!(told.contains("found: (3, 3)"), "{told}");
 
+    // A bag is a folder with its recording.
+    assert!(place.dry_run(&place.folder.path().join("drive")).status.success());
+    fs::create_dir(place.folder.path().join("empty")).unwrap();
     let refuse = |recording: &Path, reason: &str| {
         let output = place.dry_run(recording);
         let said = String::from_utf8_lossy(&output.stderr);
@@ -157,7 +160,7 @@ fn a_recording_that_is_cut_off_or_none_is_told() {
     };
     refuse(&place.folder.path().join("absent.mcap"), "absent.mcap: cannot read");
     refuse(&place.folder.path().join("yard.toml"), "yard.toml: not a recording");
-    refuse(&place.folder.path().join("drive"), "drive: cannot read");
+    refuse(&place.folder.path().join("empty"), "empty: not a recording: a folder with 0 recordings");
     let bare = "robot = 1\n[common]\nmission = \"yard\"\nscenario = \"yard.toml\"\n";
     fs::write(place.folder.path().join("vehicle.toml"), bare).unwrap();
     refuse(&place.bag(), "[vehicle] and [ros]");
