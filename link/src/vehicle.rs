@@ -54,6 +54,9 @@ const NEAR_METERS: f64 = 1.0;
 /// driven on as little as possible.
 const RULE: OccupancyRule = OccupancyRule { lethal_percent: 65, unknown_cost: 50 };
 
+/// What is told of maps that the pilot never sees; what it says of others is its own.
+const MAP_FRAME: &str = "map frame";
+
 /// The time by the mission's clock and by the computer's, which may be set meanwhile.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Now {
@@ -140,10 +143,14 @@ impl Vehicle {
 
     /// The detector has looked at an image.
     pub(crate) fn see(&mut self, now: Now, seen: Seen) -> Vec<Effect> {
+        let subject = format!("detector, {}", seen.camera);
         match seen.found {
-            Ok(boxes) => self.frame(now, &seen.camera, seen.time_ns, boxes),
+            Ok(boxes) => {
+                self.board.well(&subject);
+                self.frame(now, &seen.camera, seen.time_ns, boxes)
+            }
             Err(reason) => {
-                self.board.note(&format!("detector, {}", seen.camera), &reason);
+                self.board.note(&subject, &reason);
                 self.news()
             }
         }
@@ -221,12 +228,14 @@ impl Vehicle {
             return Vec::new();
         };
         let (width, height) = (settings.width_pixels, settings.height_pixels);
+        let subject = format!("image, {camera}");
         if (image.width_pixels, image.height_pixels) != (width, height) {
             let found = format!("an image of {} x {} pixels", image.width_pixels, image.height_pixels);
             let allowed = format!("allowed is {width} x {height}, as in vehicle.cameras");
-            self.board.note(&format!("image, {camera}"), &format!("{found}; {allowed}"));
+            self.board.note(&subject, &format!("{found}; {allowed}"));
             return self.news();
         }
+        self.board.well(&subject);
         let time_ns = self.time_ns(now, image.stamp_unix_ns);
         vec![Effect::Look(Look { camera, time_ns, image })]
     }
@@ -241,9 +250,12 @@ impl Vehicle {
                 .map_err(|error| error.to_string())
         };
         match made {
-            Ok(map) => self.tell(now, Event::Map(map)),
+            Ok(map) => {
+                self.board.well(MAP_FRAME);
+                self.tell(now, Event::Map(map))
+            }
             Err(reason) => {
-                self.board.note("map", &reason);
+                self.board.note(MAP_FRAME, &reason);
                 self.news()
             }
         }
