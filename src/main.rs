@@ -16,7 +16,8 @@ use tracing_subscriber::util::SubscriberInitExt;
 
 use commands::Command;
 
-/// musl's own has one lock for all threads.
+/// musl's own has one lock for all threads: with it, three robots over Zenoh cost 1.48 times the computing time that they
+/// cost with glibc, with this 1.09 times.
 #[cfg(target_env = "musl")]
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
