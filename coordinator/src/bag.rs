@@ -21,7 +21,7 @@ pub struct Bag {
 }
 
 /// A topic of a recording.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BagTopic {
     /// Its name, with a leading slash.
     pub name: String,
@@ -50,11 +50,6 @@ impl Bag {
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
         let reader = if path.is_dir() { McapReader::open(&only(path)?) } else { McapReader::open(path) };
         Ok(Self { reader: reader?, schemas: BTreeMap::new(), topics: BTreeMap::new() })
-    }
-
-    /// The topics that were met so far.
-    pub fn topics(&self) -> impl Iterator<Item = &Arc<BagTopic>> {
-        self.topics.values()
     }
 
     /// How the recording ends, once all of it is read.
@@ -95,16 +90,15 @@ impl Iterator for Bag {
 fn only(folder: &Path) -> Result<PathBuf, RecordingError> {
     let failed = |source| RecordingError::Read { path: folder.to_owned(), source };
     let entries = folder.read_dir().map_err(failed)?.collect::<Result<Vec<_>, _>>().map_err(failed)?;
-    let mut recordings: Vec<PathBuf> = entries
+    let recordings: Vec<PathBuf> = entries
         .iter()
         .map(DirEntry::path)
         .filter(|path| path.extension().is_some_and(|extension| extension == "mcap"))
         .collect();
-    match (recordings.pop(), recordings.len()) {
-        (Some(recording), 0) => Ok(recording),
-        (last, others) => {
-            let found = others + usize::from(last.is_some());
-            let found = format!("a folder with {found} recordings (.mcap); of many name one");
+    match recordings.as_slice() {
+        [recording] => Ok(recording.clone()),
+        others => {
+            let found = format!("a folder with {} recordings (.mcap); of many name one", others.len());
             Err(RecordingError::NotARecording { path: folder.to_owned(), found })
         }
     }

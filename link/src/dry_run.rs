@@ -6,7 +6,6 @@
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::Path;
-use std::sync::Arc;
 use std::time::Duration;
 
 use dragnet_agent::agent::Agent;
@@ -136,7 +135,6 @@ pub fn run(
         ros: body.ros,
         detector,
         terrain: scenario.terrain(),
-        tau: scenario.mission().tau,
         start_unix_ns: None,
         now: MissionTime::START,
         heard_at: MissionTime::START,
@@ -176,7 +174,6 @@ struct Rehearsal<'a> {
     agent: Agent,
     detector: Option<Box<dyn Detector>>,
     terrain: &'a Terrain,
-    tau: f64,
     /// When the first message came.
     start_unix_ns: Option<u64>,
     now: MissionTime,
@@ -287,9 +284,7 @@ impl Rehearsal<'_> {
 
     /// Tells of objects that are believed in, and of those that are not any more.
     fn believe(&mut self) {
-        let belief = self.agent.belief();
-        let found: BTreeSet<Cell> =
-            self.terrain.searched_cells().filter(|&cell| belief.is_found(cell, self.tau)).collect();
+        let found: BTreeSet<Cell> = self.vehicle.found(self.agent.belief()).collect();
         let before = std::mem::replace(&mut self.log.found, found.clone());
         for &cell in found.difference(&before) {
             self.note(News::Finds(self.position(cell)));
@@ -328,8 +323,8 @@ impl Rehearsal<'_> {
 }
 
 /// Why messages of a recorded topic cannot be heard at all.
-fn mismatch(topic: &Arc<BagTopic>, expected: &str) -> Option<String> {
-    let BagTopic { message, encoding, .. } = &**topic;
+fn mismatch(topic: &BagTopic, expected: &str) -> Option<String> {
+    let BagTopic { message, encoding, .. } = topic;
     let is_expected = message == expected && encoding == "cdr";
     (!is_expected).then(|| format!("recorded is {message} as {encoding}; allowed is {expected} as cdr"))
 }

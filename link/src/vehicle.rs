@@ -177,7 +177,7 @@ impl Vehicle {
             let start_unix_ns = now.unix_ns.saturating_sub_unsigned(now.mission.0);
             let drawn = Viewer::new(&self.terrain, start_unix_ns).belief(belief, now.mission);
             shown.push(Output::Belief(drawn, planar(&self.places.in_frame(&Pose::default()))));
-            shown.push(Output::Objects(self.found(belief)));
+            shown.push(Output::Objects(self.found(belief).map(|cell| self.object(belief, cell)).collect()));
         }
         shown.into_iter().map(Effect::Say).collect()
     }
@@ -354,20 +354,21 @@ impl Vehicle {
     }
 
     /// Cells in which the robot believes an object, as sure as the mission asks.
-    fn found(&self, belief: &Belief) -> Vec<FoundObject> {
-        let object = |cell: Cell| {
-            let (x_meters, y_meters) = self.terrain.center_meters(cell);
-            let middle = self.in_frame(&Pose::new(x_meters, y_meters, 0.0));
-            FoundObject {
-                id: cell.number().to_string(),
-                class: "object".to_owned(),
-                x_meters: middle.x_meters,
-                y_meters: middle.y_meters,
-                edge_meters: self.terrain.cell_meters(),
-                probability: belief.probability(cell),
-            }
-        };
-        self.terrain.searched_cells().filter(|&cell| belief.is_found(cell, self.tau)).map(object).collect()
+    pub(crate) fn found<'a>(&'a self, belief: &'a Belief) -> impl Iterator<Item = Cell> + 'a {
+        self.terrain.searched_cells().filter(|&cell| belief.is_found(cell, self.tau))
+    }
+
+    fn object(&self, belief: &Belief, cell: Cell) -> FoundObject {
+        let (x_meters, y_meters) = self.terrain.center_meters(cell);
+        let middle = self.in_frame(&Pose::new(x_meters, y_meters, 0.0));
+        FoundObject {
+            id: cell.number().to_string(),
+            class: "object".to_owned(),
+            x_meters: middle.x_meters,
+            y_meters: middle.y_meters,
+            edge_meters: self.terrain.cell_meters(),
+            probability: belief.probability(cell),
+        }
     }
 
     /// A pose on the search's map in the frame of the vehicle's network.

@@ -3,8 +3,9 @@
 Usage: write_bag.py FOLDER [images] < {"name": "its ros2msg schema", ...}
 
 The bag is FOLDER, which must not exist; its recording is FOLDER/NAME.mcap. A vehicle drives through a yard at 10 m/s, first
-along its southern edge and then north. Three cameras look around it, each a third, and see the one object: their detector's boxes are
-recorded or, with `images`, what they show, the object in red. For three seconds no odometry comes. `/fix` is no fix.
+along its southern edge and then north. Three cameras look around it, each a third, and see the one object: their detector's
+boxes are recorded or, with `images`, what they show, the object in red. For three seconds no odometry comes. `/fix` is no
+fix.
 """
 
 import json

@@ -12,28 +12,20 @@ use tempfile::TempDir;
 
 use crate::field::DRAGNET;
 use crate::interpreter::interpreter;
+use crate::yard::{Yard, camera_tables};
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 
-/// The yard of `tests/python/write_bag.py`: cells of 20 m; one object, in the north-eastern one.
-const SCENARIO: &str = "name = \"yard\"\n[map]\nshape = \"all_traversable\"\nrows = 4\ncolumns = 4\ncell_meters = 20.0\n\
-                        [objects]\ncount = 1\n[sensor]\nradius = 2\n[robots]\ncount = 1\npolicy = \"path\"\n\
-                        [mission]\nbudget_seconds = 3600.0\nspeed_meters_per_second = 20.0\n";
+/// That of `tests/python/write_bag.py`.
+const YARD: Yard = Yard { side: 4, cell_meters: 20.0, policy: "'path'" };
 
 /// The robot of the recording, whose cameras' topics are called so.
 fn settings(topic: &str, more: &str) -> String {
-    let cameras = [(0, 0.0), (1, 120.0), (2, -120.0)].map(|(number, yaw)| {
-        format!(
-            "[[vehicle.cameras]]\nname = \"camera_{number}\"\nwidth_pixels = 192\nheight_pixels = 128\n\
-             field_of_view_degrees = 125.0\nyaw_degrees = {yaw:?}\nnearest_meters = 0.5\nfarthest_meters = 80.0\ncolumn_deviation_pixels = 1.0\n\
-             [[ros.cameras]]\nname = \"camera_{number}\"\n{topic} = \"camera_{number}/{topic}\"\n"
-        )
-    });
+    let cameras = camera_tables([192, 128], "column_deviation_pixels = 1.0\n", topic);
     format!(
         "robot = 1\n{more}[common]\nmission = \"yard\"\nscenario = \"yard.toml\"\n[vehicle]\n\
          speed_meters_per_second = 20.0\nfootprint = {{ shape = \"disc\", radius_meters = 0.5 }}\n[ros]\n\
-         transport = \"rmw_zenoh\"\nlocalization = \"odometry\"\nodometry_frame = \"map\"\n{}",
-        cameras.concat()
+         transport = \"rmw_zenoh\"\nlocalization = \"odometry\"\nodometry_frame = \"map\"\n{cameras}"
     )
 }
 
@@ -45,7 +37,7 @@ struct Place {
 impl Place {
     fn new(settings: &str, options: &[&str]) -> Self {
         let folder = tempfile::tempdir().unwrap();
-        fs::write(folder.path().join("yard.toml"), SCENARIO).unwrap();
+        fs::write(folder.path().join("yard.toml"), YARD.scenario()).unwrap();
         fs::write(folder.path().join("vehicle.toml"), settings).unwrap();
         let script = Path::new(ROOT).join("tests/python/write_bag.py");
         let mut python = Command::new(interpreter(Path::new(ROOT)))
@@ -193,7 +185,7 @@ fn a_detector_looks_at_recorded_images() {
 #[test]
 fn each_camera_has_one_detector() {
     let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("yard.toml"), SCENARIO).unwrap();
+    fs::write(folder.path().join("yard.toml"), YARD.scenario()).unwrap();
     let refuse = |settings: &str, reason: &str| {
         let file = folder.path().join("vehicle.toml");
         fs::write(&file, settings).unwrap();

@@ -136,17 +136,22 @@ pub(crate) fn cameras() -> [Camera; 3] {
     })
 }
 
-/// Of the robot: where it meets its team, and where its vehicle's bridge is.
-pub(crate) fn settings(team: &str, bridge: &str) -> String {
-    let cameras = [0, 1, 2].map(|number| {
+/// Settings of the three cameras, of this many columns and rows; what `more` says of each, and what the network calls a topic.
+pub(crate) fn camera_tables([columns, rows]: [u32; 2], more: &str, topic: &str) -> String {
+    let tables = [0, 1, 2].map(|number| {
         format!(
-            "[[vehicle.cameras]]\nname = \"camera_{number}\"\nwidth_pixels = {WIDTH_PIXELS}\nheight_pixels = 600\n\
-             field_of_view_degrees = 125.0\nyaw_degrees = {:?}\nnearest_meters = 0.5\nfarthest_meters = 80.0\n\
-             [[ros.cameras]]\nname = \"camera_{number}\"\ndetections = \"camera_{number}/detections\"\n",
+            "[[vehicle.cameras]]\nname = \"camera_{number}\"\nwidth_pixels = {columns}\nheight_pixels = {rows}\n\
+             field_of_view_degrees = 125.0\nyaw_degrees = {:?}\nnearest_meters = 0.5\nfarthest_meters = 80.0\n{more}\
+             [[ros.cameras]]\nname = \"camera_{number}\"\n{topic} = \"camera_{number}/{topic}\"\n",
             YAWS_DEGREES[number]
         )
     });
-    let cameras = cameras.concat();
+    tables.concat()
+}
+
+/// Of the robot: where it meets its team, and where its vehicle's bridge is.
+pub(crate) fn settings(team: &str, bridge: &str) -> String {
+    let cameras = camera_tables([WIDTH_PIXELS, 600], "", "detections");
     format!(
         "robot = 1\n[common]\nmission = \"yard\"\nscenario = \"yard.toml\"\nzenoh = {{ listen = [{team:?}] }}\n\
          [vehicle]\nspeed_meters_per_second = 20.0\nfootprint = {{ shape = \"disc\", radius_meters = 0.5 }}\n\

@@ -2,7 +2,6 @@
 
 use std::num::NonZeroUsize;
 use std::sync::Arc;
-use std::time::Duration;
 
 use dragnet_agent::agent::Agent;
 use dragnet_proto::message::Message;
@@ -13,8 +12,7 @@ use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;
 use tokio::sync::{mpsc, watch};
 
-/// Whether there is another belief to hand on is looked at so often: it is as large as the map.
-const SHOW: Duration = Duration::from_secs(1);
+use super::SHOW;
 
 /// What a robot's mind has for its vehicle.
 #[derive(Debug)]
@@ -53,7 +51,7 @@ impl Mind for Embodied {
             // Without a vehicle the robot is about to be told to stop.
             let _ = self.routes.send(route.clone());
         }
-        // A digest is of all cells, and messages are many.
+        // A digest and a belief are of all cells, and messages are many.
         if now >= self.shown + SHOW {
             self.shown = now;
             if self.beliefs.borrow().digest() != self.agent.digest() {
