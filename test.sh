@@ -22,12 +22,17 @@ if [[ $wanted != "$(cat .venv/installed 2>/dev/null)" ]]; then
     echo "$wanted" > .venv/installed
 fi
 
-# Of Debian, where that can be installed; without them tests say what they did not test.
-if [[ ! -x /usr/bin/chromium || ! $(command -v npm) || ! $(command -v ip) ]]; then
+# Of Debian, where that can be installed, and only what is missing: Debian's npm conflicts with a Node.js from elsewhere.
+# Without them tests say what they did not test.
+missing=()
+[[ -x /usr/bin/chromium ]] || missing+=(chromium)
+[[ $(command -v npm) ]] || missing+=(nodejs npm)
+[[ $(command -v ip) ]] || missing+=(iproute2)
+if (( ${#missing[@]} )); then
     if [[ $(id -u) == 0 && $(command -v apt-get) ]]; then
-        apt-get update --quiet && apt-get install --quiet --yes --no-install-recommends chromium nodejs npm iproute2
+        apt-get update --quiet && apt-get install --quiet --yes --no-install-recommends "${missing[@]}"
     else
-        echo "test.sh: chromium, npm or iproute2 is missing: no test in a browser, or none with hosts of their own" >&2
+        echo "test.sh: missing: ${missing[*]}: no test in a browser, or none with hosts of their own" >&2
     fi
 fi
 if [[ $(command -v npm) && live/page/package-lock.json -nt live/page/node_modules/.package-lock.json ]]; then
