@@ -3,6 +3,7 @@
 //! A doctor looks and changes nothing. It says who it is to nobody: the robot itself may run meanwhile.
 
 mod computer;
+mod ports;
 mod team;
 mod vehicle;
 
@@ -15,6 +16,9 @@ use dragnet_search::observation::RobotId;
 use crate::config::{self, AgentConfig, Checked};
 use crate::session;
 use crate::vehicle::detector::Make;
+
+/// Where nobody calls.
+const ANY_PORT: &str = "tcp/127.0.0.1:0";
 
 /// What was found of one thing.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -91,11 +95,26 @@ pub fn examine(file: &Path, listen: Duration, make: Make<'_>, tell: &mut dyn FnM
     if let Some(body) = &body {
         computer::detector(body, file, make).into_iter().for_each(&mut *tell);
     }
-    let endpoints = config.common.zenoh.clone().named_in(file);
+    if let (Some(body), Some(vehicle)) = (&body, &config.vehicle) {
+        tell(computer::speed(vehicle.speed_meters_per_second, &scenario));
+        vehicle::cameras(body).into_iter().for_each(&mut *tell);
+    }
+    let mut endpoints = config.common.zenoh.clone().named_in(file);
+    let runs_here = ports::runs_here(&config.journal(file));
+    let ports = match ports::examine(&endpoints, runs_here) {
+        Ok(ports) => ports,
+        Err(error) => return tell(Finding::fail("network", error.to_string(), advice)),
+    };
+    if runs_here || ports.iter().any(|port| port.verdict == Verdict::Fail) {
+        // Whoever has the robot's own ports, others can be called all the same.
+        endpoints.listen = vec![ANY_PORT.to_owned()];
+    }
+    ports.into_iter().for_each(&mut *tell);
+    let member = team::Member { mission, robot, scenario: &scenario, runs_here };
     let networks = async {
-        team::examine(&endpoints, mission, robot, &scenario, listen, tell).await;
+        team::examine(&endpoints, &member, listen, tell).await;
         if let Some(body) = body {
-            vehicle::examine(body, listen, tell).await;
+            vehicle::examine(body, &scenario, listen, tell).await;
         }
         Ok(())
     };

@@ -24,7 +24,7 @@ use crate::config::{self, AgentConfig};
 use crate::ros::heard::Heard;
 use crate::ros::settings::Checked;
 use crate::vehicle::detector::{Detector, Make};
-use crate::vehicle::{Effect, Now, SHOW, TICK, Vehicle};
+use crate::vehicle::{Effect, Now, RefusedInput, SHOW, TICK, Vehicle};
 
 /// In a longer pause of a recording time passes at once: who was silent is known to be by then.
 const SILENCE: Duration = Duration::from_mins(1);
@@ -101,7 +101,7 @@ pub struct Traffic {
     pub message: &'static str,
     /// Messages.
     pub messages: u64,
-    /// Those of them that could not be heard.
+    /// Those of them that could not be used, for whatever reason.
     pub refused: u64,
     /// Why the last of these could not.
     pub reason: String,
@@ -195,13 +195,13 @@ impl Rehearsal<'_> {
         self.pass(MissionTime(message.heard_unix_ns.saturating_sub(start)).max(self.now))?;
         self.heard_at = self.now;
         let Some(&number) = self.topics.get(&message.topic.name) else { return Ok(()) };
+        self.traffic[number].messages += 1;
         let subscription = &self.ros.heard[number];
         let heard = match mismatch(&message.topic, subscription.kind.message().name) {
             Some(reason) => Heard::Refused { topic: subscription.topic.clone(), reason },
             None => self.ros.understand(subscription, &message.bytes),
         };
-        self.traffic[number].count(&heard);
-        let effects = self.vehicle.hear(self.clock(), heard);
+        let effects = self.vehicle.hear(self.clock(), &subscription.topic, heard);
         self.act(effects)
     }
 
@@ -302,7 +302,13 @@ impl Rehearsal<'_> {
         (self.tell)(Note { time: self.now, news });
     }
 
-    fn finish(self, entropy_before_nats: f64, ending: Ending) -> Summary {
+    fn finish(mut self, entropy_before_nats: f64, ending: Ending) -> Summary {
+        let refused = self.vehicle.refused();
+        for (subscription, traffic) in self.ros.heard.iter().zip(&mut self.traffic) {
+            if let Some(RefusedInput { count, reason }) = refused.get(&subscription.topic) {
+                (traffic.refused, traffic.reason) = (*count, reason.clone());
+            }
+        }
         let said = self
             .log
             .said
@@ -333,13 +339,5 @@ impl Traffic {
     fn none(subscription: &crate::ros::settings::Subscription) -> Self {
         let (topic, message) = (subscription.topic.to_string(), subscription.kind.message().name);
         Self { topic, message, messages: 0, refused: 0, reason: String::new() }
-    }
-
-    fn count(&mut self, heard: &Heard) {
-        self.messages += 1;
-        if let Heard::Refused { reason, .. } = heard {
-            self.refused += 1;
-            self.reason.clone_from(reason);
-        }
     }
 }

@@ -15,7 +15,7 @@ use crate::LinkError;
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Endpoints {
-    /// Zenoh endpoints to listen on, such as `tcp/192.168.1.7:7447`; without one, only this session calls.
+    /// Zenoh endpoints to listen on, such as `tcp/192.168.1.7:7140`; without one, only this session calls.
     pub listen: Vec<String>,
     /// Zenoh endpoints to call; who does not answer is called again.
     pub connect: Vec<String>,
@@ -159,6 +159,20 @@ pub(crate) fn read(file: &Path) -> Result<Config, LinkError> {
         }
     }
     Ok(config)
+}
+
+/// Where a session listens by its settings.
+///
+/// # Errors
+/// If they are not Zenoh's.
+pub(crate) fn listened(endpoints: &Endpoints) -> Result<Vec<String>, LinkError> {
+    match &endpoints.config {
+        Some(file) if endpoints.listen.is_empty() => {
+            let listen = read(file)?.get_json("listen/endpoints").unwrap_or_default();
+            Ok(serde_json::from_str(&listen).map_or_else(|_| Vec::new(), |value| strings(&value)))
+        }
+        _ => Ok(endpoints.listen.clone()),
+    }
 }
 
 /// The certificates by which a session shows who it is, and whom it believes: files that its settings name.

@@ -7,16 +7,20 @@
 
 mod board;
 pub mod detector;
+pub(crate) mod ground;
 mod mind;
-mod place;
+pub(crate) mod place;
 pub mod serve;
+mod topics;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
 use dragnet_proto::convert::viewer::Viewer;
 use dragnet_proto::ros::errand::{Errand, Progress};
 use dragnet_proto::ros::input::{DetectedBox, GoalStatus, Image, Occupancy};
+use dragnet_proto::ros::name::TopicName;
 use dragnet_proto::ros::output::{Diagnostic, FoundObject, Output};
 use dragnet_proto::scenario::Scenario;
 use dragnet_proto::time::MissionTime;
@@ -25,16 +29,20 @@ use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Reading;
 use dragnet_search::terrain::Terrain;
 use dragnet_vehicle::camera::{Camera, DetectionBox};
-use dragnet_vehicle::lattice::costmap::{CostMap, OccupancyRule};
-use dragnet_vehicle::pilot::{Action, CameraFrame, Event, Fix, Pilot, Report as DriveReport, Sights};
+use dragnet_vehicle::pilot::diagnostic::{Diagnostic as Said, NO_POSE};
+use dragnet_vehicle::pilot::{
+    Action, CameraFrame, Event, Fix, InputSource, Pilot, Report as DriveReport, Sights,
+};
 use dragnet_vehicle::plane::Pose;
 
 use crate::ros::heard::Heard;
 use crate::ros::settings::{Checked, Stamps};
 use board::Board;
 use detector::{Look, Seen};
-use place::{Located, Places, planar, posed};
+use place::{Located, Moment, Places, planar};
+use topics::Topics;
 
+pub(crate) use board::RefusedInput;
 pub use mind::{Embodied, Orders};
 
 /// How often the pilot hears that time passes: silence is noticed so soon.
@@ -50,10 +58,6 @@ const PATIENCE: Duration = Duration::from_secs(5);
 const STILL_METERS: f64 = 0.25;
 /// So near to a path's end whoever follows it may well have done so.
 const NEAR_METERS: f64 = 1.0;
-/// Of a map that the vehicle hears: what is at least so probably occupied is never driven on; what is not known is
-/// driven on as little as possible.
-const RULE: OccupancyRule = OccupancyRule { lethal_percent: 65, unknown_cost: 50 };
-
 /// What is told of maps that the pilot never sees; what it says of others is its own.
 const MAP_FRAME: &str = "map frame";
 
@@ -85,6 +89,7 @@ pub(crate) struct Vehicle {
     tau: f64,
     stamps: Stamps,
     board: Board,
+    topics: Topics,
     /// Times that the belief was not shown since it was.
     unchanged: u32,
     /// The last place that the network said.
@@ -107,11 +112,17 @@ impl Vehicle {
     pub(crate) fn new(pilot: Pilot, ros: &Checked, scenario: &Scenario) -> Self {
         Self {
             pilot,
-            places: Places::new(ros.localization(), scenario.origin(), scenario.georeference().copied()),
+            places: Places::new(
+                ros.localization(),
+                ros.uncorrected,
+                scenario.origin(),
+                scenario.georeference().copied(),
+            ),
             terrain: Arc::new(scenario.terrain().clone()),
             tau: scenario.mission().tau,
             stamps: ros.stamps(),
             board: Board::default(),
+            topics: Topics::new(ros),
             unchanged: 0,
             located: None,
             goals: Vec::new(),
@@ -120,25 +131,36 @@ impl Vehicle {
         }
     }
 
-    /// The network says something.
-    pub(crate) fn hear(&mut self, now: Now, heard: Heard) -> Vec<Effect> {
+    /// The network says something on a topic.
+    pub(crate) fn hear(&mut self, now: Now, topic: &TopicName, heard: Heard) -> Vec<Effect> {
+        self.topics.hears(topic, &heard);
+        if let Heard::Refused { reason, .. } = heard {
+            self.board.refuse(now.mission, topic, &reason);
+            return self.news();
+        }
+        self.board.heard(now.mission, topic);
         let located = match heard {
-            Heard::Odometry(odometry) => self.places.odometry(&odometry),
-            Heard::Pose(pose) => self.places.pose(&pose),
-            Heard::Fix(fix) => self.places.fix(&fix),
-            Heard::Map(map) => return self.hear_map(now, &map),
+            Heard::Odometry(odometry) => {
+                Ok(self.places.odometry(self.moment(now, odometry.place.stamp_unix_ns), &odometry))
+            }
+            Heard::Pose(pose) => self.places.pose(self.moment(now, pose.stamp_unix_ns), &pose),
+            Heard::Fix(fix) => self.places.fix(self.moment(now, fix.stamp_unix_ns), &fix),
+            Heard::Map(map) => return self.hear_map(now, topic, &map),
             Heard::Detections { camera, detections } => {
                 let time_ns = self.time_ns(now, detections.stamp_unix_ns);
                 return self.frame(now, &camera, time_ns, detections.boxes.iter().map(of_box).collect());
             }
-            Heard::Image { camera, image } => return self.hear_image(now, camera, image),
+            Heard::Image { camera, image } => return self.hear_image(now, topic, camera, image),
             Heard::Goals(goals) => return self.hear_goals(now, goals),
-            Heard::Refused { topic, reason } => {
-                self.board.refuse(&topic, &reason);
-                return self.news();
-            }
+            Heard::Refused { .. } => return Vec::new(),
         };
-        located.map(|located| self.locate(now, &located)).unwrap_or_default()
+        match located {
+            Ok(located) => located.map(|located| self.locate(now, &located)).unwrap_or_default(),
+            Err(reason) => {
+                self.board.refuse(now.mission, topic, &reason);
+                self.news()
+            }
+        }
     }
 
     /// The detector has looked at an image.
@@ -146,11 +168,12 @@ impl Vehicle {
         let subject = format!("detector, {}", seen.camera);
         match seen.found {
             Ok(boxes) => {
-                self.board.well(&subject);
+                self.board.well(now.mission, &subject);
                 self.frame(now, &seen.camera, seen.time_ns, boxes)
             }
             Err(reason) => {
-                self.board.note(&subject, &reason);
+                self.refuse(&InputSource::Camera(seen.camera.to_string()), &reason);
+                self.board.note(now.mission, &subject, &reason);
                 self.news()
             }
         }
@@ -164,6 +187,8 @@ impl Vehicle {
     /// Time passes: to be called every [`TICK`].
     pub(crate) fn tick(&mut self, now: Now) -> Vec<Effect> {
         let mut effects = self.insist(now);
+        self.board.settle(now.mission);
+        effects.extend(self.news());
         effects.extend(self.tell(now, Event::Tick));
         effects
     }
@@ -206,10 +231,18 @@ impl Vehicle {
         }
     }
 
+    fn moment(&self, now: Now, stamp_unix_ns: i64) -> Moment {
+        let age_ns = match self.stamps {
+            Stamps::Arrival => 0,
+            Stamps::Clock => u64::try_from(now.unix_ns.saturating_sub(stamp_unix_ns)).unwrap_or(0),
+        };
+        Moment { heard_ns: now.mission.0, time_ns: self.time_ns(now, stamp_unix_ns), age_ns }
+    }
+
     fn locate(&mut self, now: Now, located: &Located) -> Vec<Effect> {
         self.located = Some(located.pose);
         let fix = Fix {
-            time_ns: self.time_ns(now, located.stamp_unix_ns),
+            time_ns: located.time_ns,
             pose: located.pose,
             deviation_meters: located.deviation_meters,
             heading_deviation_radians: located.heading_deviation_radians,
@@ -223,7 +256,7 @@ impl Vehicle {
     }
 
     /// A detector's boxes mean something in images of the size that the camera's settings tell.
-    fn hear_image(&mut self, now: Now, camera: Arc<str>, image: Image) -> Vec<Effect> {
+    fn hear_image(&mut self, now: Now, topic: &TopicName, camera: Arc<str>, image: Image) -> Vec<Effect> {
         let Some(settings) = self.pilot.camera(&camera).map(Camera::settings) else {
             return Vec::new();
         };
@@ -232,30 +265,25 @@ impl Vehicle {
         if (image.width_pixels, image.height_pixels) != (width, height) {
             let found = format!("an image of {} x {} pixels", image.width_pixels, image.height_pixels);
             let allowed = format!("allowed is {width} x {height}, as in vehicle.cameras");
-            self.board.note(&subject, &format!("{found}; {allowed}"));
+            let reason = format!("{found}; {allowed}");
+            self.board.count(topic, &reason);
+            self.board.note(now.mission, &subject, &reason);
             return self.news();
         }
-        self.board.well(&subject);
+        self.board.well(now.mission, &subject);
         let time_ns = self.time_ns(now, image.stamp_unix_ns);
         vec![Effect::Look(Look { camera, time_ns, image })]
     }
 
-    fn hear_map(&mut self, now: Now, map: &Occupancy) -> Vec<Effect> {
-        let corner = self.places.on_map(&posed(map.origin));
-        let origin_meters = (corner.x_meters, corner.y_meters);
-        let made = if corner.heading_radians.abs() > place::SQUARE_RADIANS {
-            Err(format!("the map is turned by {:.3} rad against the search's", corner.heading_radians))
-        } else {
-            CostMap::from_occupancy(map.grid, map.cell_meters, origin_meters, &map.cells, RULE)
-                .map_err(|error| error.to_string())
-        };
-        match made {
+    fn hear_map(&mut self, now: Now, topic: &TopicName, map: &Occupancy) -> Vec<Effect> {
+        match ground::cost_map(self.places.map(), map) {
             Ok(map) => {
-                self.board.well(MAP_FRAME);
+                self.board.well(now.mission, MAP_FRAME);
                 self.tell(now, Event::Map(map))
             }
             Err(reason) => {
-                self.board.note(MAP_FRAME, &reason);
+                self.board.count(topic, &reason);
+                self.board.note(now.mission, MAP_FRAME, &reason);
                 self.news()
             }
         }
@@ -268,7 +296,7 @@ impl Vehicle {
         let report = match errand.progress() {
             Progress::Unanswered => return Vec::new(),
             Progress::Underway => {
-                self.board.well("goal");
+                self.board.well(now.mission, "goal");
                 return self.news();
             }
             Progress::Reached => DriveReport::Arrived,
@@ -291,12 +319,37 @@ impl Vehicle {
             Action::Go(pose) => self.go(now, pose),
             Action::Hold => self.halt(),
             Action::Tell(diagnostic) => {
+                let diagnostic = self.explained(diagnostic);
                 self.board.pin(&diagnostic);
                 let mut effects = self.news();
                 effects.push(Effect::Say(Output::Diagnostics(self.board.all())));
                 effects
             }
+            Action::Refuse(source, reason) => {
+                self.refuse(&source, &reason);
+                Vec::new()
+            }
         }
+    }
+
+    fn refuse(&mut self, source: &InputSource, reason: &str) {
+        if let Some(topic) = self.topics.of(source) {
+            self.board.count(topic, reason);
+        }
+    }
+
+    /// Where no pose comes, the network tells why.
+    fn explained(&self, said: Said) -> Said {
+        if said.message != NO_POSE {
+            return said;
+        }
+        let why = self.topics.why_no_pose(self.places.missing(), self.board.refused());
+        Said { message: format!("{NO_POSE}: {why}"), ..said }
+    }
+
+    /// What was refused, by topic.
+    pub(crate) const fn refused(&self) -> &BTreeMap<TopicName, RefusedInput> {
+        self.board.refused()
     }
 
     fn go(&mut self, now: Now, pose: Pose) -> Vec<Effect> {
@@ -316,7 +369,7 @@ impl Vehicle {
                 if errand.progress() == Progress::Unanswered && now.mission.since(*told) > PATIENCE =>
             {
                 let pose = *pose;
-                self.board.note("goal", "nobody takes up the goal; it is told again");
+                self.board.note(now.mission, "goal", "nobody takes up the goal; it is told again");
                 self.go(now, pose)
             }
             _ => self.path_of_who_stands(now),
@@ -332,7 +385,7 @@ impl Vehicle {
         let (stood, since) = drive.stood;
         if meters_from(&stood) > STILL_METERS {
             drive.stood = (here, now.mission);
-            self.board.well("path");
+            self.board.well(now.mission, "path");
             return Vec::new();
         }
         if now.mission.since(since) <= PATIENCE {
@@ -349,7 +402,8 @@ impl Vehicle {
         if rest.last().is_none_or(|end| meters_from(end) <= NEAR_METERS) {
             return Vec::new();
         }
-        self.board.note("path", "the vehicle does not drive its path; what is left of it is told again");
+        let message = "the vehicle does not drive its path; what is left of it is told again";
+        self.board.note(now.mission, "path", message);
         vec![self.path(&rest)]
     }
 

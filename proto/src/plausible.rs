@@ -27,7 +27,7 @@ use crate::scenario::{Mission, Scenario};
 use crate::time::MissionTime;
 
 /// So many times as fast as the mission's speed may a robot be: its clock drifts, its wheels are new.
-const SPEED_TOLERANCE: f64 = 1.1;
+pub const SPEED_TOLERANCE: f64 = 1.1;
 /// Between two looks a robot may get so many cells further than its speed allows, cells: that it stands in a cell says no
 /// more than that it is somewhere in there.
 const PLACE_TOLERANCE_CELLS: f64 = 2.0;

@@ -237,7 +237,7 @@ impl<'a> Mission<'a> {
                 Action::Tell(diagnostic) if diagnostic.level > Level::Ok => {
                     self.trial.diagnostics.push((vehicle.id, diagnostic));
                 }
-                Action::Tell(_) => {}
+                Action::Tell(_) | Action::Refuse(..) => {}
             }
         }
         Ok(())

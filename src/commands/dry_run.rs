@@ -65,7 +65,7 @@ fn line(note: &Note) -> String {
 
 /// Rows count from the south, as everywhere.
 fn place(position: Position) -> String {
-    format!("({}, {})", position.row, position.column)
+    format!("[{}, {}]", position.row, position.column)
 }
 
 fn milliseconds(duration: Duration) -> String {

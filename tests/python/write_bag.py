@@ -1,11 +1,11 @@
 """Records a drive as `ros2 bag record --storage mcap` would, with a writer that is not ours.
 
-Usage: write_bag.py FOLDER [images] < {"name": "its ros2msg schema", ...}
+Usage: write_bag.py FOLDER [images | stamps] < {"name": "its ros2msg schema", ...}
 
 The bag is FOLDER, which must not exist; its recording is FOLDER/NAME.mcap. A vehicle drives through a yard at 10 m/s, first
 along its southern edge and then north. Three cameras look around it, each a third, and see the one object: their detector's
 boxes are recorded or, with `images`, what they show, the object in red. For three seconds no odometry comes. `/fix` is no
-fix.
+fix. With `stamps`, those of camera 1 are 20 s old, and those of camera 2 stand still.
 """
 
 import json
@@ -113,7 +113,7 @@ class Messages:
 
 
 def main():
-    folder, has_images = Path(sys.argv[1]), sys.argv[2:] == ["images"]
+    folder, has_images, has_bad_stamps = Path(sys.argv[1]), "images" in sys.argv[2:], "stamps" in sys.argv[2:]
     messages = Messages(json.load(sys.stdin))
     with Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
         topics = {}
@@ -130,10 +130,11 @@ def main():
                 say("/odom", time_ns, messages.odometry(time_ns, x, y, heading))
             for number, yaw in enumerate(YAWS) if round(seconds * HERTZ) % PLACES_PER_LOOK == 0 else []:
                 seen = column(x, y, heading, yaw)
+                stamp_ns = [time_ns, time_ns - 20 * 10**9, START_NS + 10**9][number] if has_bad_stamps else time_ns
                 if has_images:
-                    say(f"/camera_{number}/image", time_ns, messages.image(time_ns, seen))
+                    say(f"/camera_{number}/image", time_ns, messages.image(stamp_ns, seen))
                 else:
-                    say(f"/camera_{number}/detections", time_ns, messages.boxes(time_ns, seen))
+                    say(f"/camera_{number}/detections", time_ns, messages.boxes(stamp_ns, seen))
             if seconds % 1 == 0:
                 say("/fix", time_ns, messages.make("std_msgs/msg/String", data="none"))
 

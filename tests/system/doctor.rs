@@ -5,8 +5,8 @@ use std::process::Command;
 
 use dragnet_link::session::{Endpoints, Mode, free_endpoints, open};
 use dragnet_proto::cdr;
-use dragnet_proto::wire::robot::Odometry;
-use dragnet_proto::wire::standard::Header;
+use dragnet_proto::wire::robot::{Odometry, PoseWithCovarianceStamped};
+use dragnet_proto::wire::standard::{Header, MapMetaData, OccupancyGrid};
 
 use crate::field::{DRAGNET, Field};
 
@@ -53,6 +53,117 @@ fn a_robot_whose_team_is_there_may_go() {
     check(&said, &["pass  team: 2 of the mission are there: robot 2, the coordinator"]);
 }
 
+/// For one robot that is slower than its vehicle.
+fn alone() -> String {
+    let text = TEAM.replace("count = 2", "count = 1");
+    text.replace("[mission]\n", "[mission]\nspeed_meters_per_second = 1.0\n")
+}
+
+/// Settings of a robot of the team, its own in a folder, that listens and calls there.
+fn robot_settings(folder: &Path, robot: u16, listen: &str, connect: &str) -> std::path::PathBuf {
+    std::fs::write(folder.join("field.toml"), TEAM).unwrap();
+    let file = folder.join("robot.toml");
+    let settings = format!(
+        "robot = {robot}\n[common]\nmission = \"field\"\nscenario = \"field.toml\"\n\
+         zenoh = {{ listen = [{listen:?}], connect = [{connect:?}] }}\n"
+    );
+    std::fs::write(&file, settings).unwrap();
+    file
+}
+
+#[test]
+fn a_port_that_is_taken_and_an_address_of_another_computer_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let endpoint = free_endpoints(1).unwrap().remove(0);
+    let (said, _) = examine(&robot_settings(folder.path(), 1, &endpoint, "tcp/127.0.0.1:9"), 1);
+    check(&said, &[&format!("pass  port {endpoint}: it is free")]);
+    let other = std::net::TcpListener::bind(endpoint.trim_start_matches("tcp/")).unwrap();
+    let (said, will_do) = examine(&robot_settings(folder.path(), 1, &endpoint, "tcp/127.0.0.1:9"), 1);
+    assert!(!will_do);
+    check(&said, &[&format!("FAIL  port {endpoint}: somebody listens there already"), "FAIL  team: nobody"]);
+    drop(other);
+    let (said, will_do) =
+        examine(&robot_settings(folder.path(), 1, "tcp/192.0.2.7:7140", "tcp/127.0.0.1:9"), 1);
+    assert!(!will_do);
+    check(&said, &["FAIL  port tcp/192.0.2.7:7140: that is no address of this computer"]);
+}
+
+#[test]
+fn a_number_that_another_robot_has_is_told_and_a_robots_own_is_not() {
+    let field = Field::new(TEAM, 2, 1);
+    let settings = field.robot_settings(1, None);
+    let robot = field.robot(1);
+    let calls = field.endpoints(2).listen.remove(0);
+    while std::net::TcpStream::connect(calls.trim_start_matches("tcp/")).is_err() {
+        std::thread::yield_now();
+    }
+    // The robot runs, and has its journal and its port.
+    let own = "it is taken, as by this robot itself";
+    let (said, _) =
+        std::iter::repeat_with(|| examine(&settings, 1)).find(|(said, _)| said.contains(own)).unwrap();
+    assert!(!said.contains("number") && !said.contains("FAIL  port"), "{said}");
+    // Elsewhere, by copied settings.
+    let folder = tempfile::tempdir().unwrap();
+    let (said, will_do) = examine(&robot_settings(folder.path(), 1, "tcp/127.0.0.1:0", &calls), 3);
+    assert!(!will_do);
+    check(&said, &["FAIL  number: a robot 1 is there already"]);
+    let (said, _) = examine(&robot_settings(folder.path(), 2, "tcp/127.0.0.1:0", &calls), 3);
+    assert!(!said.contains("number"), "{said}");
+    check(&said, &["pass  team: 1 of the mission are there: robot 1"]);
+    robot.terminate();
+}
+
+/// Metres of the scenario's cells.
+const CELL_METERS: f32 = 10.0;
+
+/// A map of the scenario's ground, which begins so many metres to the east.
+fn map(east_meters: f64) -> OccupancyGrid {
+    let header = Header { frame_id: "map".to_owned(), ..Header::default() };
+    let mut info = MapMetaData { resolution: CELL_METERS, width: 8, height: 8, ..MapMetaData::default() };
+    info.origin.position.x = east_meters;
+    info.origin.orientation.w = 1.0;
+    OccupancyGrid { header, info, data: vec![0; 64] }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_map_unlike_the_scenarios_is_told_and_topics_without_use_are_not_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let endpoint = free_endpoints(1).unwrap().remove(0);
+    let scenario = alone().replace("columns = 8\n", &format!("columns = 8\ncell_meters = {CELL_METERS:?}\n"));
+    std::fs::write(folder.path().join("yard.toml"), scenario).unwrap();
+    let file = folder.path().join("robot.toml");
+    let settings = format!(
+        "robot = 1\n[common]\nmission = \"yard\"\nscenario = \"yard.toml\"\n[vehicle]\nmotion = {{ kind = \"goal\" }}\n\
+         [ros]\ntransport = \"bridge\"\nzenoh.connect = [{endpoint:?}]\n"
+    );
+    std::fs::write(&file, settings).unwrap();
+    let bridge = Endpoints { listen: vec![endpoint], mode: Some(Mode::Router), ..Endpoints::default() };
+    let session = open(&bridge).await.unwrap();
+    let mut pose =
+        PoseWithCovarianceStamped { header: map(0.0).header, ..PoseWithCovarianceStamped::default() };
+    pose.pose.pose.position.x = 25.0;
+    pose.pose.pose.position.y = 15.0;
+    pose.pose.pose.orientation.w = 1.0;
+    for (east_meters, expected) in [(0.0, "pass  map: "), (30.0, "FAIL  map: ")] {
+        let (session, pose) = (session.clone(), pose.clone());
+        let publishing = tokio::spawn(async move {
+            loop {
+                session.put("map", cdr::encode(&map(east_meters))).await.unwrap();
+                session.put("amcl_pose", cdr::encode(&pose)).await.unwrap();
+                tokio::time::sleep(std::time::Duration::from_millis(100)).await;
+            }
+        });
+        let examined = file.clone();
+        let (said, _) = tokio::task::spawn_blocking(move || examine(&examined, 3)).await.unwrap();
+        publishing.abort();
+        check(&said, &[expected, "pass  place: it stands in cell [1, 2]", "FAIL  /odom: 0 messages"]);
+        check(&said, &["pass  /navigate_to_pose/_action/status: 0 messages in 3 s: no goal was given yet"]);
+        assert!(!said.contains("/fix"), "{said}");
+        let outside = if east_meters > 0.0 { 24 } else { 0 };
+        check(&said, &[&format!("of 64 cells that are free in the scenario {outside} lie outside")]);
+    }
+}
+
 #[test]
 fn settings_that_cannot_be_are_all_that_is_told() {
     let field = Field::new(TEAM, 2, 1);
@@ -68,7 +179,7 @@ fn settings_that_cannot_be_are_all_that_is_told() {
 async fn each_topic_of_a_vehicle_is_told() {
     let folder = tempfile::tempdir().unwrap();
     let endpoint = free_endpoints(1).unwrap().remove(0);
-    std::fs::write(folder.path().join("yard.toml"), TEAM.replace("count = 2", "count = 1")).unwrap();
+    std::fs::write(folder.path().join("yard.toml"), alone()).unwrap();
     let file = folder.path().join("robot.toml");
     let settings = format!(
         "robot = 1\n[common]\nmission = \"yard\"\nscenario = \"yard.toml\"\n[vehicle]\n[ros]\ntransport = \"bridge\"\n\
@@ -100,6 +211,8 @@ async fn each_topic_of_a_vehicle_is_told() {
         &[
             "FAIL  /odom: ",
             "before this computer's clock",
+            "FAIL  camera narrow: no topic of ros.cameras says what it sees",
+            "FAIL  speed: the vehicle drives 2 m/s, the scenario's robots 1 m/s",
             "FAIL  /seen: ",
             "not the bytes",
             "pass  path: somebody",

@@ -95,17 +95,17 @@ fn a_robot_lives_through_a_recording_and_tells_what_it_would_have_done() {
     let told = place.succeed();
     // It drove there: along the southern edge, where odometry is missing from 50 to 80 m, and north.
     let looks: Vec<&str> =
-        lines(&told, "looks").iter().map(|line| &line["from ".len()..][.."(0, 0)".len()]).collect();
-    assert_eq!(looks[..2], ["(0, 0)", "(0, 1)"], "{told}");
-    assert!(looks.contains(&"(1, 3)") && looks.contains(&"(2, 3)"), "{told}");
-    assert_eq!(lines(&told, "finds"), ["an object in (3, 3)"], "{told}");
-    let silent = "pose: no pose comes";
+        lines(&told, "looks").iter().map(|line| &line["from ".len()..][.."[0, 0]".len()]).collect();
+    assert_eq!(looks[..2], ["[0, 0]", "[0, 1]"], "{told}");
+    assert!(looks.contains(&"[1, 3]") && looks.contains(&"[2, 3]"), "{told}");
+    assert_eq!(lines(&told, "finds"), ["an object in [3, 3]"], "{told}");
+    let silent = "pose: no pose comes: /odom: nothing comes";
     assert_eq!(
         lines(&told, "error").iter().chain(&lines(&told, "warning")).filter(|line| **line == silent).count(),
         1,
         "{told}"
     );
-    assert!(lines(&told, "decides").first().is_some_and(|line| line.contains(" to (")), "{told}");
+    assert!(lines(&told, "decides").first().is_some_and(|line| line.contains(" to [")), "{told}");
     let rows: Vec<String> =
         told.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ")).collect();
     // 23.6 s at 20 Hz, less three; and every second time a look.
@@ -118,7 +118,7 @@ fn a_robot_lives_through_a_recording_and_tells_what_it_would_have_done() {
     }
     let fix = "refused on /fix, the last: recorded is std_msgs/msg/String as cdr; allowed is sensor_msgs/msg/NavSatFix as cdr";
     assert!(told.contains(fix), "{told}");
-    assert!(told.contains("found: (3, 3)\n"), "{told}");
+    assert!(told.contains("found: [3, 3]\n"), "{told}");
     assert!(told.contains("/dragnet/belief "), "{told}");
 
     assert_eq!(without_computing(&told), without_computing(&place.succeed()));
@@ -128,6 +128,37 @@ fn a_robot_lives_through_a_recording_and_tells_what_it_would_have_done() {
         .collect();
     left.sort();
     assert_eq!(left, ["drive", "vehicle.toml", "yard.toml"], "nothing is written");
+}
+
+/// What is refused far behind the network is counted with the topic that it came on.
+#[test]
+fn frames_that_cannot_be_used_are_counted_whatever_the_reason() {
+    let told = Place::new(&settings("detections", ""), &["stamps"]).succeed();
+    let row = |topic: &str| -> Vec<u32> {
+        let row = told.lines().find(|line| line.trim_start().starts_with(topic)).unwrap();
+        row.split_whitespace().filter_map(|word| word.parse().ok()).collect()
+    };
+    assert_eq!(row("/camera_0/detections"), [236, 0], "{told}");
+    for camera in ["camera_1", "camera_2"] {
+        // Those of the first seconds are not too old yet.
+        let [messages, refused] = row(&format!("/{camera}/detections"))[..] else { panic!("{told}") };
+        assert!(messages == 236 && refused > 180, "{told}");
+    }
+    let advice = "set `stamps = \"arrival\"` if this computer's clock should count";
+    let refused = "refused on /camera_1/detections, the last: stamped 20.0 s before this computer's clock";
+    assert!(told.contains(&format!("{refused}; {advice}\n")), "{told}");
+    let refused = "refused on /camera_2/detections, the last: stamps stand still";
+    assert!(told.contains(&format!("{refused}; {advice}\n")), "{told}");
+    // Each is one fault, told once; so is that no frame of it can be used.
+    for (camera, level) in [("camera_1", "error"), ("camera_2", "error")] {
+        let silence = format!("silence of {camera}: no frame comes that can be used");
+        assert_eq!(lines(&told, level).iter().filter(|line| **line == silence).count(), 1, "{told}");
+        let count = lines(&told, "warning")
+            .iter()
+            .filter(|line| line.starts_with(&format!("camera {camera}: ")))
+            .count();
+        assert!((1..=2).contains(&count), "{told}");
+    }
 }
 
 #[test]
@@ -140,7 +171,7 @@ fn a_recording_that_is_cut_off_or_none_is_told() {
     let output = place.dry_run(&cut);
     let told = String::from_utf8(output.stdout).unwrap();
     assert!(output.status.success() && told.contains("the recording was cut off"), "{told}");
-    assert!(told.contains("found: (3, 3)"), "{told}");
+    assert!(told.contains("found: [3, 3]"), "{told}");
 
     // A bag is a folder with its recording.
     assert!(place.dry_run(&place.folder.path().join("drive")).status.success());
@@ -170,7 +201,7 @@ fn a_detector_looks_at_recorded_images() {
     let made = Command::new(interpreter(Path::new(ROOT))).arg(script).arg(&modules).output().unwrap();
     assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
     let told = place.succeed();
-    assert_eq!(lines(&told, "finds"), ["an object in (3, 3)"], "{told}");
+    assert_eq!(lines(&told, "finds"), ["an object in [3, 3]"], "{told}");
     assert!(told.contains("/camera_2/image"), "{told}");
 
     // Of another size than the camera's the boxes would mean something else.

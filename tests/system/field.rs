@@ -23,6 +23,13 @@ impl Process {
         Self(command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn().unwrap())
     }
 
+    /// The same, with all that it usually tells in a file, as under a service manager.
+    pub(crate) fn start_logged(command: &mut Command, log: &Path) -> Self {
+        let log = std::fs::File::create(log).unwrap();
+        let command = command.env_remove("RUST_LOG").stdin(Stdio::null()).stdout(Stdio::piped());
+        Self(command.stderr(log).spawn().unwrap())
+    }
+
     /// As when the power fails, or the system needs its memory.
     pub(crate) fn kill(mut self) {
         self.0.kill().unwrap();
@@ -104,10 +111,14 @@ impl Field {
     }
 
     pub(crate) fn coordinator(&self) -> Process {
+        let settings = self.coordinator_settings();
+        Process::start(Command::new(DRAGNET).args(["coordinator", "--config"]).arg(settings))
+    }
+
+    pub(crate) fn coordinator_settings(&self) -> PathBuf {
         let recording = self.path("field.mcap");
         let config = format!("recording = \"{}\"\n{}", recording.display(), self.common(1));
-        let file = self.write("coordinator.toml", &config);
-        Process::start(Command::new(DRAGNET).args(["coordinator", "--config"]).arg(file))
+        self.write("coordinator.toml", &config)
     }
 
     pub(crate) fn robot(&self, number: usize) -> Process {

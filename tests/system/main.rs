@@ -13,6 +13,7 @@ mod field;
 mod hosts;
 #[path = "../python/interpreter.rs"]
 mod interpreter;
+mod localization;
 mod networks;
 mod policies;
 mod processes;

@@ -104,12 +104,12 @@ impl Vehicle {
     }
 }
 
-fn header() -> Header {
+pub(crate) fn header() -> Header {
     let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap();
     Header { stamp: Time::at_unix_ns(i128::try_from(now.as_nanos()).unwrap()), frame_id: "map".to_owned() }
 }
 
-fn posed(pose: plane::Pose) -> Pose {
+pub(crate) fn posed(pose: plane::Pose) -> Pose {
     let mut posed = Pose::default();
     (posed.position.x, posed.position.y) = (pose.x_meters, pose.y_meters);
     (posed.orientation.z, posed.orientation.w) = (pose.heading_radians / 2.0).sin_cos();

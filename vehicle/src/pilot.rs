@@ -13,17 +13,20 @@
 //! waypoints if the next route comes in time: the agent hears of a waypoint when its cell is entered. While
 //! there is no route, the vehicle drives on to the middle of that cell and stands.
 //!
-//! **Safety.** What is missing or cannot be is told when it begins and when it is well again, and the vehicle
-//! holds or goes on as set ([`crate::settings::OnSilence`]). Whatever is set, no evidence comes of it: a frame
+//! **Safety.** What is missing or cannot be is told when it begins and when it has been well again for the settling
+//! time ([`alarms`]), and until then the vehicle holds or goes on as set ([`crate::settings::OnSilence`]). Each pose and
+//! frame that cannot be used is counted besides ([`Action::Refuse`]). Whatever is set, no evidence comes of it: a frame
 //! counts if its camera gave nothing that cannot be and the pose at its time is known; after a jump all tracks
 //! and all that was seen since the last look are dropped.
 
+pub mod alarms;
 pub mod diagnostic;
 mod drive;
 mod event;
 mod localization;
 mod perception;
 mod route;
+mod stamp;
 
 use dragnet_search::cell::Cell;
 use dragnet_search::sensor::Sensor;
@@ -37,13 +40,13 @@ use crate::lattice::plan::PlannerError;
 use crate::plane::Pose;
 use crate::settings::{Caution, Checked};
 use crate::tracker::settings::SettingsError as TrackerError;
-use diagnostic::{Conditions, Fault, Subject};
+use diagnostic::{Conditions, Fault, NO_POSE, Subject};
 use drive::{Corridor, Driver, Goal, Leg};
 use localization::{Clock, Judgement, Localization};
 use perception::Perception;
 use route::Route;
 
-pub use event::{Action, CameraFrame, Event, Fix, Report, Sights};
+pub use event::{Action, CameraFrame, Event, Fix, InputSource, Report, Sights};
 
 /// So near to the middle of a run's last cell the next run begins, cells: corners are cut by no more, so that
 /// the vehicle keeps to its route's cells.
@@ -101,7 +104,7 @@ impl Pilot {
             leg: Leg::Idle,
             route: Route::default(),
             told: None,
-            conditions: Conditions::default(),
+            conditions: Conditions::new(settings.settling_ns),
             settings,
             terrain,
             sensor,
@@ -121,6 +124,7 @@ impl Pilot {
             self.notice_silence(now_ns, &mut actions);
             self.sense(now_ns, &mut actions);
         }
+        actions.extend(self.conditions.settle(self.clock.now_ns()).into_iter().map(Action::Tell));
         self.drive(self.clock.now_ns(), &mut actions);
         actions
     }
@@ -129,6 +133,11 @@ impl Pilot {
     #[must_use]
     pub fn camera(&self, name: &str) -> Option<&Camera> {
         self.settings.cameras.iter().map(|(camera, _)| camera).find(|camera| camera.settings().name == name)
+    }
+
+    /// The cameras' names.
+    pub fn cameras(&self) -> impl Iterator<Item = &str> {
+        self.settings.cameras.iter().map(|(camera, _)| camera.settings().name.as_str())
     }
 
     /// Things that are followed now.
@@ -142,17 +151,17 @@ impl Pilot {
         let (subject, latest_ns) = (Subject::Clock, self.clock.now_ns());
         match self.clock.read(now_ns) {
             Judgement::Good => {
-                self.well(&subject, actions);
+                self.well(&subject);
                 true
             }
             Judgement::Restarted => {
                 self.localization.forget(now_ns);
                 self.perception.restart(now_ns);
                 self.told = self.told.map(|(cell, _)| (cell, now_ns));
-                self.well(&subject, actions);
+                self.cured(&subject, actions);
                 true
             }
-            Judgement::Doubtful => {
+            Judgement::Repeated | Judgement::Doubtful => {
                 let numbers = [("now_seconds", seconds(now_ns)), ("latest_seconds", seconds(latest_ns))];
                 self.ill(subject, Fault::new("backwards", "time runs backwards", &numbers), actions);
                 false
@@ -173,7 +182,7 @@ impl Pilot {
             }
             Event::Map(map) => match self.driver.set_map(&map) {
                 Ok(()) => {
-                    self.well(&Subject::Map, actions);
+                    self.well(&Subject::Map);
                     self.leg = Leg::Idle;
                 }
                 Err(error) => {
@@ -184,7 +193,7 @@ impl Pilot {
                 let is_stay = cells.is_empty();
                 self.route = Route::new(cells);
                 if is_stay {
-                    self.well(&Subject::Way, actions);
+                    self.well(&Subject::Way);
                     self.hold(Leg::Holding, actions);
                 } else if !self.is_arriving() {
                     self.leg = Leg::Idle;
@@ -200,10 +209,15 @@ impl Pilot {
             Ok(Judgement::Restarted) => {
                 self.perception.restart(now_ns);
                 self.leg = Leg::Idle;
-                self.well(&Subject::Pose, actions);
+                self.cured(&Subject::Pose, actions);
             }
-            Ok(_) => self.well(&Subject::Pose, actions),
-            Err(fault) => self.ill(Subject::Pose, fault, actions),
+            // That the vehicle stands where it stood a while ago is no news of now.
+            Ok(Judgement::Repeated) => {}
+            Ok(_) => self.well(&Subject::Pose),
+            Err(fault) => {
+                actions.push(Action::Refuse(InputSource::Pose, fault.to_string()));
+                self.ill(Subject::Pose, fault, actions);
+            }
         }
         self.look_out(actions);
     }
@@ -219,7 +233,10 @@ impl Pilot {
     fn judge_camera(&mut self, name: String, result: Result<(), Fault>, actions: &mut Vec<Action>) {
         match result {
             Ok(()) => {}
-            Err(fault) => self.ill(Subject::Camera(name), fault, actions),
+            Err(fault) => {
+                actions.push(Action::Refuse(InputSource::Camera(name.clone()), fault.to_string()));
+                self.ill(Subject::Camera(name), fault, actions);
+            }
         }
     }
 
@@ -243,9 +260,11 @@ impl Pilot {
 
     fn notice_silence(&mut self, now_ns: u64, actions: &mut Vec<Action>) {
         let silence_ns = self.localization.silence_ns(now_ns);
-        if silence_ns > self.settings.pose_silence_ns && !self.conditions.is_ill(&Subject::Pose) {
+        // Poses that cannot be used are no silence: what is wrong with them is told.
+        let is_silent = self.localization.unused_for_ns(now_ns) > self.settings.pose_silence_ns;
+        if silence_ns > self.settings.pose_silence_ns && is_silent {
             let numbers = [("silence_seconds", seconds(silence_ns))];
-            self.ill(Subject::Pose, Fault::new("silent", "no pose comes", &numbers), actions);
+            self.ill(Subject::Pose, Fault::new("silent", NO_POSE, &numbers), actions);
         }
         for (name, silence_ns) in self.perception.silences(now_ns) {
             let subject = Subject::Silence(name);
@@ -255,22 +274,22 @@ impl Pilot {
             } else {
                 let Subject::Silence(name) = &subject else { continue };
                 if self.perception.is_good(name) {
-                    self.well(&Subject::Camera(name.clone()), actions);
+                    self.well(&Subject::Camera(name.clone()));
                 }
-                self.well(&subject, actions);
+                self.well(&subject);
             }
         }
     }
 
     /// Tells the agent of a cell, if there is something to tell.
     fn sense(&mut self, now_ns: u64, actions: &mut Vec<Action>) {
-        if self.conditions.is_ill(&Subject::Pose) {
+        if self.conditions.is_bad(&Subject::Pose) {
             return;
         }
         let Some(pose) = self.localization.pose() else { return };
         let cell = match standing_cell(&self.terrain, &pose) {
             Ok(cell) => {
-                self.well(&Subject::Ground, actions);
+                self.well(&Subject::Ground);
                 cell
             }
             Err(error) => {
@@ -340,7 +359,7 @@ impl Pilot {
         while !is_underway && !self.route.is_empty() {
             match self.set_out(&pose) {
                 Ok((target, action)) => {
-                    self.well(&Subject::Way, actions);
+                    self.well(&Subject::Way);
                     self.leg = Leg::Driving { target };
                     actions.push(action);
                     return;
@@ -407,11 +426,15 @@ impl Pilot {
     }
 
     fn ill(&mut self, subject: Subject, fault: Fault, actions: &mut Vec<Action>) {
-        actions.extend(self.conditions.ill(subject, fault).map(Action::Tell));
+        actions.extend(self.conditions.ill(self.clock.now_ns(), subject, fault).map(Action::Tell));
     }
 
-    fn well(&mut self, subject: &Subject, actions: &mut Vec<Action>) {
-        actions.extend(self.conditions.well(subject).map(Action::Tell));
+    fn well(&mut self, subject: &Subject) {
+        self.conditions.well(self.clock.now_ns(), subject);
+    }
+
+    fn cured(&mut self, subject: &Subject, actions: &mut Vec<Action>) {
+        actions.extend(self.conditions.cured(subject).map(Action::Tell));
     }
 }
 

@@ -5,7 +5,9 @@ use std::time::{Duration, Instant};
 
 use dragnet_agent::agent::{Agent, Orders};
 use dragnet_proto::participant::{Mind, Stimulus};
+use dragnet_proto::plausible::SPEED_TOLERANCE;
 use dragnet_proto::ros::input::Image;
+use dragnet_proto::scenario::Scenario;
 use dragnet_proto::time::MissionTime;
 use dragnet_search::information::InformationTable;
 use dragnet_vehicle::camera::CameraSettings;
@@ -66,6 +68,22 @@ pub(super) fn decisions(orders: &Orders) -> Finding {
     } else {
         Finding::fail("decisions", found, "take larger cells, a faster policy (gnn) or a faster computer")
     }
+}
+
+/// Whether the robot's team believes that it can be where its vehicle takes it.
+pub(super) fn speed(vehicle: f64, scenario: &Scenario) -> Finding {
+    let mission = scenario.mission().speed_meters_per_second;
+    let found = format!("the vehicle drives {vehicle} m/s, the scenario's robots {mission} m/s");
+    if vehicle <= mission * SPEED_TOLERANCE {
+        return Finding::pass("speed", found);
+    }
+    let advice =
+        "make vehicle.speed_meters_per_second and mission.speed_meters_per_second true of the vehicle";
+    Finding::fail(
+        "speed",
+        format!("{found}: what it sees is refused, as of a robot that cannot be there yet"),
+        advice,
+    )
 }
 
 /// Whether there is the detector that the settings ask for, and how long it takes for a gray image of each camera.

@@ -1,11 +1,11 @@
-//! The team's network: who is there, and do their clocks agree?
+//! The team's network: who is there, does anybody have this robot's number, and do their clocks agree?
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use dragnet_proto::convert::Codec;
 use dragnet_proto::key::Mission;
-use dragnet_proto::message::{Message, Participant};
+use dragnet_proto::message::{Heartbeat, Message, Participant};
 use dragnet_proto::scenario::Scenario;
 use dragnet_search::observation::RobotId;
 use tokio::time::Instant;
@@ -14,94 +14,143 @@ use super::Finding;
 use crate::link::{Heard, Link};
 use crate::session::{Endpoints, open};
 
+/// A doctor listens as a robot that no team has, so that it hears all, the robot of its own settings too.
+const NOBODY: RobotId = RobotId(u16::MAX);
+
+/// Whose team is looked at.
+pub(super) struct Member<'a> {
+    pub(super) mission: Mission,
+    pub(super) robot: RobotId,
+    pub(super) scenario: &'a Scenario,
+    /// Whether the robot itself runs on this computer.
+    pub(super) runs_here: bool,
+}
+
 /// What was heard in a while.
 #[derive(Default)]
 struct Roll {
     present: BTreeSet<Participant>,
-    /// Seconds by which each robot's mission time was ahead of the first that was heard of.
-    ahead: BTreeMap<RobotId, f64>,
+    /// Seconds by which each one's mission time was ahead of the first that was heard of.
+    ahead: BTreeMap<Participant, f64>,
+    /// Incarnations under which the robot's own number spoke.
+    incarnations: BTreeSet<u64>,
     refused: BTreeMap<String, String>,
 }
 
 pub(super) async fn examine(
     endpoints: &Endpoints,
-    mission: Mission,
-    robot: RobotId,
-    scenario: &Scenario,
+    member: &Member<'_>,
     listen: Duration,
     tell: &mut dyn FnMut(Finding),
 ) {
-    let team = scenario.robots().len();
     let session = match open(endpoints).await {
         Ok(session) => session,
         Err(error) => {
-            let advice =
-                "name an address of this computer, and a port that nobody uses (the robot itself may)";
+            let advice = "see that `zenoh` names what Zenoh takes, and files that are there";
             return tell(Finding::fail("network", error.to_string(), advice));
         }
     };
-    let codec = Codec::new(scenario.terrain().grid());
-    let roll = match Link::join(session, mission, Participant::Robot(robot), codec).await {
-        Ok(mut link) => call(&mut link, listen).await,
+    let codec = Codec::new(member.scenario.terrain().grid());
+    let joined = Link::join(session, member.mission.clone(), Participant::Robot(NOBODY), codec).await;
+    let roll = match joined {
+        Ok(mut link) => call(&mut link, member.robot, listen).await,
         Err(error) => return tell(Finding::fail("network", error.to_string(), "")),
     };
-    let names: Vec<String> = roll.present.iter().map(ToString::to_string).collect();
-    let seconds = listen.as_secs_f64();
-    if team == 1 && names.is_empty() {
-        tell(Finding::pass("team", "it searches alone, and no coordinator is there"));
-    } else if names.is_empty() {
-        let (called, heard) = (endpoints.connect.join(", "), endpoints.listen.join(", "));
-        let found =
-            format!("nobody is there within {seconds:.0} s; it calls [{called}] and listens at [{heard}]");
-        let advice = "start the others; see that addresses, ports, mission and certificates are theirs";
-        tell(Finding::fail("team", found, advice));
-    } else {
-        tell(Finding::pass(
-            "team",
-            format!("{} of the mission are there: {}", names.len(), names.join(", ")),
-        ));
-    }
+    tell(mates(&roll, endpoints, member, listen));
+    number(&roll, member).into_iter().for_each(&mut *tell);
     for (key, reason) in &roll.refused {
         let advice = "another version, map or mission speaks there: give all the same scenario and program";
         tell(Finding::fail("team", format!("what came under {key} was refused: {reason}"), advice));
     }
-    clocks(&roll, scenario, tell);
+    clocks(&roll, member.scenario).into_iter().for_each(tell);
 }
 
-async fn call(link: &mut Link, listen: Duration) -> Roll {
+async fn call(link: &mut Link, robot: RobotId, listen: Duration) -> Roll {
     let (mut roll, started) = (Roll::default(), Instant::now());
     let mut first = None;
     while let Ok(Some(heard)) = tokio::time::timeout_at(started + listen, link.hear()).await {
-        match heard {
-            Heard::Message { message: Message::Heartbeat(heartbeat), .. } => {
-                let ahead = heartbeat.time_ns as f64 / 1e9 - started.elapsed().as_secs_f64();
-                let first = *first.get_or_insert(ahead);
-                roll.ahead.insert(heartbeat.robot, ahead - first);
+        let (from, time_ns) = match heard {
+            Heard::Message {
+                message: Message::Heartbeat(Heartbeat { robot: from, time_ns, intent, .. }),
+                ..
+            } => {
+                if from == robot {
+                    roll.incarnations.insert(intent.origin.incarnation);
+                }
+                (Participant::Robot(from), time_ns)
             }
+            Heard::Message { from, message: Message::MissionStatus(status), .. } => (from, status.time_ns),
             Heard::Refused { key, reason } => {
                 roll.refused.insert(key, reason);
+                continue;
             }
-            Heard::Message { .. } | Heard::Came(_) | Heard::Left(_) => {}
-        }
+            Heard::Message { .. } | Heard::Came(_) | Heard::Left(_) => continue,
+        };
+        let ahead = time_ns as f64 / 1e9 - started.elapsed().as_secs_f64();
+        let first = *first.get_or_insert(ahead);
+        roll.ahead.insert(from, ahead - first);
     }
     roll.present.clone_from(link.present());
     roll
 }
 
-/// Robots count their mission's time by themselves; what one dates in another's future is not taken yet.
-fn clocks(roll: &Roll, scenario: &Scenario, tell: &mut dyn FnMut(Finding)) {
+fn mates(roll: &Roll, endpoints: &Endpoints, member: &Member<'_>, listen: Duration) -> Finding {
+    let me = Participant::Robot(member.robot);
+    let names: Vec<String> = roll.present.iter().filter(|who| **who != me).map(ToString::to_string).collect();
+    if !names.is_empty() {
+        return Finding::pass(
+            "team",
+            format!("{} of the mission are there: {}", names.len(), names.join(", ")),
+        );
+    }
+    if member.scenario.robots().len() == 1 {
+        return Finding::pass("team", "it searches alone, and no coordinator is there");
+    }
+    let (called, heard) = (endpoints.connect.join(", "), endpoints.listen.join(", "));
+    let seconds = listen.as_secs_f64();
+    let found =
+        format!("nobody is there within {seconds:.0} s; it calls [{called}] and listens at [{heard}]");
+    let advice = "start the others; see that addresses, ports, mission and certificates are theirs";
+    Finding::fail("team", found, advice)
+}
+
+/// Two robots of one number drive to the same cells, and each takes the other's words for its own.
+fn number(roll: &Roll, member: &Member<'_>) -> Option<Finding> {
+    let robot = member.robot;
+    let advice = format!(
+        "give each robot a number of its own; stop the other robot {robot}, whose settings were copied"
+    );
+    if roll.incarnations.len() > 1 {
+        let found = format!("{} robots have number {robot}", roll.incarnations.len());
+        return Some(Finding::fail("number", found, advice));
+    }
+    let is_there = roll.present.contains(&Participant::Robot(robot)) || !roll.incarnations.is_empty();
+    if !is_there {
+        return None;
+    }
+    Some(if member.runs_here {
+        Finding::pass("number", format!("robot {robot} is there, as this computer runs it"))
+    } else {
+        let found =
+            format!("a robot {robot} is there already, and does not run on this computer by these settings");
+        Finding::fail("number", found, advice)
+    })
+}
+
+/// Whoever is there counts the same mission's time; what one dates in another's future is not taken yet.
+fn clocks(roll: &Roll, scenario: &Scenario) -> Option<Finding> {
     if roll.ahead.len() < 2 {
-        return;
+        return None;
     }
     let ends = roll.ahead.values().fold((0.0_f64, 0.0_f64), |(low, high), &it| (low.min(it), high.max(it)));
     let apart = ends.1 - ends.0;
     let tolerance = scenario.mission().clock_tolerance.as_secs_f64();
-    let found =
-        format!("those of {} robots are {apart:.1} s apart; {tolerance:.0} s will do", roll.ahead.len());
-    if apart <= tolerance {
-        tell(Finding::pass("clocks", found));
+    let names: Vec<String> = roll.ahead.keys().map(ToString::to_string).collect();
+    let found = format!("those of {} are {apart:.1} s apart; {tolerance:.0} s will do", names.join(", "));
+    Some(if apart <= tolerance {
+        Finding::pass("clocks", found)
     } else {
-        let advice = "start robots together, keep their clocks together (chrony), or raise mission.clock_tolerance_seconds";
-        tell(Finding::fail("clocks", found, advice));
-    }
+        let advice = "start robots together, or raise mission.clock_tolerance_seconds";
+        Finding::fail("clocks", found, advice)
+    })
 }

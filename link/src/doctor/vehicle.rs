@@ -1,35 +1,85 @@
-//! The robot's own ROS 2 network: is anybody there, which topics are alive, and do its stamps make sense?
+//! The robot's own ROS 2 network: is anybody there, are the topics alive that its settings use, do its stamps make sense,
+//! and is its map that of the search?
 
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use dragnet_proto::ros::input::{InputKind, Occupancy};
 use dragnet_proto::ros::name::TopicName;
 use dragnet_proto::ros::output::OutputKind;
+use dragnet_proto::scenario::Scenario;
+use dragnet_vehicle::evidence::standing_cell;
+use dragnet_vehicle::plane::Pose;
 use tokio::time::Instant;
 
 use super::Finding;
 use crate::config::Body;
 use crate::ros::heard::Heard;
 use crate::ros::node::Node;
-use crate::ros::settings::Stamps;
+use crate::ros::settings::{Localization, Stamps};
 use crate::unix_time;
+use crate::vehicle::ground::Likeness;
+use crate::vehicle::place::posed;
 
 /// Stamps that are farther from this computer's clock are of another clock, seconds.
 const MOST_SKEW_SECONDS: f64 = 1.0;
 
+/// What a topic is to the robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Use {
+    /// Without it the robot does not search.
+    Needed,
+    /// It is listened to; what it does without, it does.
+    Welcome(&'static str),
+    /// By these settings nothing comes of it.
+    None,
+}
+
 /// What came on one topic.
-#[derive(Default)]
 struct Traffic {
+    is: Use,
+    /// Whether what stands is told to those who come late, with a stamp of long ago.
+    is_latched: bool,
     messages: u32,
     /// By how much the stamp that was farthest off was behind this computer's clock, seconds.
     behind_seconds: f64,
     refused: Option<String>,
 }
 
-pub(super) async fn examine(body: Body, listen: Duration, tell: &mut dyn FnMut(Finding)) {
-    let stamps = body.ros.stamps();
-    let Ok(opened) = tokio::time::timeout(listen.max(Duration::from_secs(3)), Node::open(body.ros)).await
-    else {
+/// The last that was said of these.
+#[derive(Default)]
+struct Last {
+    map: Option<Occupancy>,
+    /// Where the vehicle is, in the network's frame.
+    pose: Option<Pose>,
+}
+
+/// Looks at the cameras: of each the settings must name a topic, and the pilot waits for it.
+pub(super) fn cameras(body: &Body) -> Vec<Finding> {
+    let absent =
+        body.pilot.cameras().filter(|camera| body.ros.heard.iter().all(|one| *one.camera != **camera));
+    let advice = "name its detections or its images under ros.cameras, or leave it out of vehicle.cameras";
+    let fail = |camera: &str| {
+        let found = "no topic of ros.cameras says what it sees: to the robot it is silent";
+        Finding::fail(format!("camera {camera}"), found, advice)
+    };
+    absent.map(fail).collect()
+}
+
+pub(super) async fn examine(
+    body: Body,
+    scenario: &Scenario,
+    listen: Duration,
+    tell: &mut dyn FnMut(Finding),
+) {
+    let Body { ros, moved_by, .. } = body;
+    let (stamps, localization) = (ros.stamps(), ros.localization());
+    let mut traffic: BTreeMap<TopicName, Traffic> = ros
+        .heard
+        .iter()
+        .map(|one| (one.topic.clone(), Traffic::none(one.kind, localization, moved_by)))
+        .collect();
+    let Ok(opened) = tokio::time::timeout(listen.max(Duration::from_secs(3)), Node::open(ros)).await else {
         let advice = "start rmw_zenohd or zenoh-bridge-ros2dds, and see that ros.zenoh.connect names it";
         return tell(Finding::fail("vehicle", "no router and no bridge answers", advice));
     };
@@ -37,21 +87,24 @@ pub(super) async fn examine(body: Body, listen: Duration, tell: &mut dyn FnMut(F
         Ok(node) => node,
         Err(error) => return tell(Finding::fail("vehicle", error.to_string(), "")),
     };
-    let mut traffic: BTreeMap<TopicName, Traffic> =
-        node.topics().map(|topic| (topic.clone(), Traffic::default())).collect();
+    let mut last = Last::default();
     let end = Instant::now() + listen;
     while let Ok((topic, heard)) = tokio::time::timeout_at(end, node.hear_on()).await {
-        traffic.entry(topic).or_default().take(&heard);
+        if let Some(traffic) = traffic.get_mut(&topic) {
+            traffic.take(&heard);
+        }
+        last.take(heard, localization);
     }
     let neighbors = node.neighbors().await;
     if neighbors == 0 {
         let advice = "the connection was lost: see that the router or bridge runs on";
         tell(Finding::fail("vehicle", "nobody is connected", advice));
     }
-    for (topic, traffic) in &traffic {
+    for (topic, traffic) in traffic.iter().filter(|(_, traffic)| traffic.is != Use::None) {
         tell(traffic.finding(topic, listen, stamps));
     }
-    tell(listened_to(&node, body.moved_by).await);
+    last.findings(scenario).into_iter().for_each(&mut *tell);
+    tell(listened_to(&node, moved_by).await);
 }
 
 async fn listened_to(node: &Node, kind: OutputKind) -> Finding {
@@ -67,7 +120,32 @@ async fn listened_to(node: &Node, kind: OutputKind) -> Finding {
     }
 }
 
+impl Use {
+    const fn of(kind: InputKind, localization: Localization, moved_by: OutputKind) -> Self {
+        match (kind, localization, moved_by) {
+            (
+                InputKind::Odometry | InputKind::Detections | InputKind::Image | InputKind::CompressedImage,
+                ..,
+            )
+            | (InputKind::Pose, Localization::Pose, _)
+            | (InputKind::Fix, Localization::Fix, _) => Self::Needed,
+            (InputKind::Map, _, OutputKind::Path) => {
+                Self::Welcome("paths are planned on the scenario's map until one comes")
+            }
+            (InputKind::Map, ..) => Self::Welcome("it cannot be held against the scenario's map"),
+            (InputKind::Goals, _, OutputKind::Goal) => Self::Welcome("no goal was given yet"),
+            (InputKind::Pose | InputKind::Fix | InputKind::Goals, ..) => Self::None,
+        }
+    }
+}
+
 impl Traffic {
+    fn none(kind: InputKind, localization: Localization, moved_by: OutputKind) -> Self {
+        let is_latched = kind == InputKind::Pose;
+        let is = Use::of(kind, localization, moved_by);
+        Self { is, is_latched, messages: 0, behind_seconds: 0.0, refused: None }
+    }
+
     fn take(&mut self, heard: &Heard) {
         let stamp_unix_ns = match heard {
             Heard::Refused { reason, .. } => {
@@ -78,10 +156,11 @@ impl Traffic {
             Heard::Pose(pose) => Some(pose.stamp_unix_ns),
             Heard::Fix(fix) => Some(fix.stamp_unix_ns),
             Heard::Detections { detections, .. } => Some(detections.stamp_unix_ns),
-            Heard::Map(_) | Heard::Image { .. } | Heard::Goals(_) => None,
+            Heard::Image { image, .. } => Some(image.stamp_unix_ns),
+            Heard::Map(_) | Heard::Goals(_) => None,
         };
         self.messages += 1;
-        if let Some(stamp) = stamp_unix_ns {
+        if let Some(stamp) = stamp_unix_ns.filter(|_| self.messages > u32::from(self.is_latched)) {
             let behind = unix_time::now_ns().saturating_sub(stamp) as f64 / 1e9;
             if behind.abs() > self.behind_seconds.abs() {
                 self.behind_seconds = behind;
@@ -97,15 +176,68 @@ impl Traffic {
                 "name a topic of the right type under ros.hear or ros.cameras, or mend who publishes it";
             return Finding::fail(subject, format!("{found}, and others were refused: {reason}"), advice);
         }
-        if self.messages == 0 {
-            let advice =
-                "start who publishes it; or set its name under ros.hear or ros.cameras to \"\" to do without";
-            return Finding::fail(subject, found, advice);
+        match self.is {
+            Use::Welcome(without) if self.messages == 0 => {
+                return Finding::pass(subject, format!("{found}: {without}"));
+            }
+            _ if self.messages == 0 && self.is_latched => {
+                let advice =
+                    "start the localization, and tell it where the vehicle is (RViz: 2D Pose Estimate)";
+                return Finding::fail(subject, found, advice);
+            }
+            _ if self.messages == 0 => {
+                let advice = "start who publishes it; or set its name under ros.hear or ros.cameras to \"\" to do without";
+                return Finding::fail(subject, found, advice);
+            }
+            _ => {}
         }
         if stamps == Stamps::Clock && self.behind_seconds.abs() > MOST_SKEW_SECONDS {
             let found = format!("{found}, stamped {:.1} s before this computer's clock", self.behind_seconds);
             return Finding::fail(subject, found, "set the clocks (chrony), or ros.stamps = \"arrival\"");
         }
         Finding::pass(subject, found)
+    }
+}
+
+impl Last {
+    fn take(&mut self, heard: Heard, localization: Localization) {
+        match (heard, localization) {
+            (Heard::Map(map), _) => self.map = Some(map),
+            (Heard::Pose(pose), Localization::Pose) => self.pose = Some(posed(pose.pose)),
+            (Heard::Odometry(odometry), Localization::Odometry) => {
+                self.pose = Some(posed(odometry.place.pose))
+            }
+            _ => {}
+        }
+    }
+
+    /// Whether map and place are those of the search.
+    fn findings(&self, scenario: &Scenario) -> Vec<Finding> {
+        let (origin, terrain) = (scenario.origin(), scenario.terrain());
+        let search = Pose::new(origin.x_meters, origin.y_meters, origin.yaw_radians);
+        let advice = "give the scenario the map that the vehicle drives on, with its origin, or the vehicle that of the scenario";
+        let map = self.map.as_ref().map(|map| match Likeness::of(&search, map, terrain) {
+            Err(reason) => Finding::fail("map", reason, advice),
+            Ok(likeness) => {
+                let Likeness { free, outside, occupied } = likeness;
+                let found = format!(
+                    "of {free} cells that are free in the scenario {outside} lie outside of the vehicle's map, and \
+                     {occupied} are occupied there"
+                );
+                if likeness.will_do() { Finding::pass("map", found) } else { Finding::fail("map", found, advice) }
+            }
+        });
+        let place = self.pose.map(|pose| match standing_cell(terrain, &pose.seen_from(&search)) {
+            Err(error) => Finding::fail(
+                "place",
+                error.to_string(),
+                "drive it to where it is to search; and see the map's origin",
+            ),
+            Ok(cell) => {
+                let position = terrain.grid().position(cell);
+                Finding::pass("place", format!("it stands in cell [{}, {}]", position.row, position.column))
+            }
+        });
+        map.into_iter().chain(place).collect()
     }
 }

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Duration;
 
 use dragnet_proto::ros::input::InputKind;
 use dragnet_proto::ros::name::{Namespace, NodeName, TopicName};
@@ -18,7 +19,7 @@ const MAX_CAMERAS: usize = 16;
 
 /// The table `[ros]`: only `transport` has to be there. A topic's name is as ROS has it: with a leading slash it is whole,
 /// with `~/` the node's own, else the namespace's; an empty one is not heard or said at all.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Settings {
     /// The way in.
@@ -41,6 +42,16 @@ pub struct Settings {
     /// By what the robot knows where it is.
     #[serde(default)]
     pub localization: Localization,
+    /// Poses or fixes that have been silent for longer than this are missed, seconds, if the vehicle has meanwhile moved
+    /// farther than the next two keys allow: localization such as AMCL's is silent as long as the vehicle stands.
+    #[serde(default = "localization_timeout_seconds")]
+    pub localization_timeout_seconds: f64,
+    /// So far it may move by odometry alone after that time, metres.
+    #[serde(default = "max_uncorrected_meters")]
+    pub max_uncorrected_meters: f64,
+    /// And so far it may turn, degrees.
+    #[serde(default = "max_uncorrected_degrees")]
+    pub max_uncorrected_degrees: f64,
     /// What the stamps of messages mean.
     #[serde(default)]
     pub stamps: Stamps,
@@ -79,6 +90,15 @@ pub enum Localization {
     Odometry,
     /// By fixes on the earth, and by odometry from each to the next, whose x axis points east. The map needs an origin.
     Fix,
+}
+
+/// How far a vehicle may go by odometry alone before it is taken to be lost.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Uncorrected {
+    /// Within this time as far as it likes, nanoseconds.
+    pub(crate) timeout_ns: u64,
+    pub(crate) meters: f64,
+    pub(crate) radians: f64,
 }
 
 /// What the stamps of messages mean.
@@ -206,6 +226,20 @@ fn odom() -> String {
     "odom".to_owned()
 }
 
+const fn localization_timeout_seconds() -> f64 {
+    5.0
+}
+
+/// Four times as far as AMCL lets a vehicle move before it speaks.
+const fn max_uncorrected_meters() -> f64 {
+    1.0
+}
+
+/// Four times as far as AMCL lets a vehicle turn before it speaks.
+const fn max_uncorrected_degrees() -> f64 {
+    45.0
+}
+
 /// Settings that have been checked.
 #[derive(Clone, Debug)]
 pub struct Checked {
@@ -214,6 +248,7 @@ pub struct Checked {
     pub(super) namespace: Namespace,
     pub(super) node: NodeName,
     localization: Localization,
+    pub(crate) uncorrected: Uncorrected,
     stamps: Stamps,
     pub(super) map_frame: String,
     pub(super) odometry_frame: String,
@@ -291,6 +326,7 @@ impl Settings {
             transport: self.transport,
             domain: *domain,
             localization: self.localization,
+            uncorrected: self.uncorrected()?,
             stamps: self.stamps,
             map_frame: self.map_frame.clone(),
             odometry_frame: self.odometry_frame.clone(),
@@ -299,6 +335,22 @@ impl Settings {
             said,
             namespace: names.namespace,
             node: names.node,
+        })
+    }
+
+    fn uncorrected(&self) -> Result<Uncorrected, String> {
+        let check = |key: &str, value: f64, most: f64| {
+            let is_allowed = value > 0.0 && value <= most;
+            is_allowed
+                .then_some(value)
+                .ok_or_else(|| format!("ros.{key} is {value}; allowed is above 0, at most {most}"))
+        };
+        let seconds = check("localization_timeout_seconds", self.localization_timeout_seconds, 3600.0)?;
+        let degrees = check("max_uncorrected_degrees", self.max_uncorrected_degrees, 180.0)?;
+        Ok(Uncorrected {
+            timeout_ns: u64::try_from(Duration::from_secs_f64(seconds).as_nanos()).unwrap_or(u64::MAX),
+            meters: check("max_uncorrected_meters", self.max_uncorrected_meters, 1e6)?,
+            radians: degrees.to_radians(),
         })
     }
 
@@ -432,6 +484,11 @@ mod tests {
         refused("hear.odom = 'odom'", "unknown field `odom`");
         refused("hear.odometry = 'a b'", "ros.hear.odometry: \"a b\" is no name of a ROS 2 topic");
         refused("namespace = '1'", "ros.namespace: \"1\" is no name");
+        refused(
+            "localization_timeout_seconds = 0",
+            "localization_timeout_seconds is 0; allowed is above 0, at most 3600",
+        );
+        refused("max_uncorrected_meters = nan", "ros.max_uncorrected_meters is NaN");
         refused("map_frame = ''", "ros.map_frame is empty");
         refused("say.goal = 'odom'", "topic /odom is named twice");
         refused("zenoh.listen = ['tcp/127.0.0.1:7447']", "a client calls one endpoint");

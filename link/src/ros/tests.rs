@@ -9,7 +9,9 @@ use dragnet_proto::cdr;
 use dragnet_proto::ros::errand::{Errand, Progress};
 use dragnet_proto::ros::input::{GoalState, PlanarPose};
 use dragnet_proto::ros::output::{Diagnostic, Level, Output, OutputKind};
-use dragnet_proto::wire::robot::{GoalInfo, GoalStatus, GoalStatusArray, Odometry, Uuid};
+use dragnet_proto::wire::robot::{
+    GoalInfo, GoalStatus, GoalStatusArray, Odometry, PoseWithCovarianceStamped, Uuid,
+};
 use dragnet_proto::wire::standard::{Header, MapMetaData, OccupancyGrid, PoseStamped, Time};
 use dragnet_proto::wire::vision::{Detection2D, Detection2DArray};
 use tokio::sync::mpsc;
@@ -178,6 +180,29 @@ async fn a_map_that_was_published_before_is_heard() {
         let Heard::Map(heard) = in_time(node.hear()).await else { panic!("{transport}") };
         assert_eq!((heard.cells, heard.grid.columns()), (vec![0, 100, -1], 3));
     }
+}
+
+/// AMCL's pose is latched, and comes only when the vehicle moves; that of another localization may not be latched.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_pose_that_was_published_before_is_heard_and_one_that_nobody_latches_too() {
+    let network = Network::start().await;
+    let pose = |x: f64| {
+        let mut pose = PoseWithCovarianceStamped { header: grid().header, ..Default::default() };
+        (pose.pose.pose.position.x, pose.pose.pose.orientation.w) = (x, 1.0);
+        cdr::encode(&pose)
+    };
+    let heard_x = async |node: &Node| match in_time(node.hear()).await {
+        Heard::Pose(heard) => heard.pose.x_meters,
+        other => panic!("{other:?}"),
+    };
+    let latched = network.robot.declare_publisher("amcl_pose").advanced().publisher_detection();
+    let latched = latched.cache(CacheConfig::default().max_samples(1)).await.unwrap();
+    latched.put(pose(1.0)).await.unwrap();
+    let node = Node::open(network.settings("transport = 'bridge'")).await.unwrap();
+    assert!((heard_x(&node).await - 1.0).abs() < 1e-12);
+    let plain = network.publisher("amcl_pose".to_owned()).await;
+    plain.put(pose(2.0)).await.unwrap();
+    assert!((heard_x(&node).await - 2.0).abs() < 1e-12);
 }
 
 #[tokio::test(flavor = "multi_thread")]

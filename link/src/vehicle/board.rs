@@ -4,19 +4,43 @@ use std::collections::BTreeMap;
 
 use dragnet_proto::ros::name::TopicName;
 use dragnet_proto::ros::output::{Diagnostic, Level};
+use dragnet_proto::time::MissionTime;
+use dragnet_vehicle::pilot::alarms::Alarms;
 use dragnet_vehicle::pilot::diagnostic::{Diagnostic as Said, Level as Degree};
 
 /// So many subjects stand on it: their names come from settings and from the pilot, so that there are few.
 const MOST: usize = 256;
+/// Something is well again after so long without a fault, nanoseconds.
+const RECOVERY_NS: u64 = 3_000_000_000;
 
 /// The last that was said of each subject.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Board {
     entries: BTreeMap<String, Diagnostic>,
+    /// Of what is not the pilot's: that has alarms of its own.
+    alarms: Alarms<String>,
     /// What is to be told once, not as long as it stands.
     news: Vec<Diagnostic>,
-    /// What was refused, by topic.
-    refused: BTreeMap<TopicName, u64>,
+    refused: BTreeMap<TopicName, RefusedInput>,
+}
+
+/// What came on a topic and could not be used.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct RefusedInput {
+    pub(crate) count: u64,
+    /// Why the last of it could not.
+    pub(crate) reason: String,
+}
+
+impl Default for Board {
+    fn default() -> Self {
+        Self {
+            entries: BTreeMap::new(),
+            alarms: Alarms::new(RECOVERY_NS),
+            news: Vec::new(),
+            refused: BTreeMap::new(),
+        }
+    }
 }
 
 impl Board {
@@ -28,38 +52,81 @@ impl Board {
             Degree::Error => Level::Error,
         };
         let values = said.numbers.iter().map(|(name, value)| ((*name).to_owned(), value.to_string()));
-        self.put(&said.name, level, &said.message, values.collect(), true);
+        self.put(name(&said.name), level, &said.message, values.collect());
     }
 
     /// Something that somebody should look at.
-    pub(super) fn note(&mut self, subject: &str, message: &str) {
-        let is_new = self.entries.get(&name(subject)).is_none_or(|entry| entry.message != message);
-        self.put(subject, Level::Warning, message, Vec::new(), is_new);
+    pub(super) fn note(&mut self, now: MissionTime, subject: &str, message: &str) {
+        let name = name(subject);
+        if self.alarms.raise(now.0, name.clone(), message.to_owned()) {
+            self.put(name, Level::Warning, message, Vec::new());
+        }
     }
 
     /// Nobody need look at it any more.
-    pub(super) fn well(&mut self, subject: &str) {
-        if self.entries.get(&name(subject)).is_some_and(|entry| entry.level != Level::Ok) {
-            self.put(subject, Level::Ok, "well again", Vec::new(), true);
+    pub(super) fn well(&mut self, now: MissionTime, subject: &str) {
+        self.alarms.ease(now.0, &name(subject));
+    }
+
+    /// What came on a topic cannot be used, for a reason that is told by this alone: the first is news, the others are
+    /// only counted.
+    pub(super) fn refuse(&mut self, now: MissionTime, topic: &TopicName, reason: &str) {
+        self.count(topic, reason);
+        let name = name(&topic.to_string());
+        if self.alarms.raise(now.0, name.clone(), "refused") {
+            self.put(name, Level::Warning, reason, Vec::new());
+        } else if let Some(entry) = self.entries.get_mut(&name) {
+            reason.clone_into(&mut entry.message);
         }
     }
 
-    /// What came on a topic cannot be. The first of each topic is news, the others are only counted.
-    pub(super) fn refuse(&mut self, topic: &TopicName, reason: &str) {
-        let count = self.refused.entry(topic.clone()).or_default();
-        *count += 1;
-        let count = *count;
-        let values = vec![("refused".to_owned(), count.to_string())];
-        self.put(&topic.to_string(), Level::Warning, reason, values, count == 1);
+    /// What came on a topic cannot be used, for a reason that is told otherwise.
+    pub(super) fn count(&mut self, topic: &TopicName, reason: &str) {
+        if let Some(refused) = self.refused.get_mut(topic) {
+            refused.count += 1;
+            reason.clone_into(&mut refused.reason);
+        } else if self.refused.len() < MOST {
+            self.refused.insert(topic.clone(), RefusedInput { count: 1, reason: reason.to_owned() });
+        }
     }
 
-    /// All of it, or that all is well.
+    /// What came on a topic can be used.
+    pub(super) fn heard(&mut self, now: MissionTime, topic: &TopicName) {
+        if self.refused.contains_key(topic) {
+            self.well(now, &topic.to_string());
+        }
+    }
+
+    /// Time passes: what has been well for long enough is well again.
+    pub(super) fn settle(&mut self, now: MissionTime) {
+        for name in self.alarms.settle(now.0) {
+            self.put(name, Level::Ok, "well again", Vec::new());
+        }
+    }
+
+    /// All of it, or that all is well; and what was refused of each topic.
     pub(super) fn all(&self) -> Vec<Diagnostic> {
-        if self.entries.is_empty() {
+        let mut all = self.entries.clone();
+        for (topic, refused) in &self.refused {
+            let name = name(&topic.to_string());
+            let entry = all.entry(name.clone()).or_insert_with(|| Diagnostic {
+                level: Level::Ok,
+                name,
+                message: format!("the last that was refused: {}", refused.reason),
+                values: Vec::new(),
+            });
+            entry.values.push(("refused".to_owned(), refused.count.to_string()));
+        }
+        if all.is_empty() {
             let (name, message) = (name("vehicle"), "well".to_owned());
             return vec![Diagnostic { level: Level::Ok, name, message, values: Vec::new() }];
         }
-        self.entries.values().cloned().collect()
+        all.into_values().collect()
+    }
+
+    /// What was refused, by topic.
+    pub(super) const fn refused(&self) -> &BTreeMap<TopicName, RefusedInput> {
+        &self.refused
     }
 
     /// What came up since this was last asked.
@@ -67,20 +134,10 @@ impl Board {
         std::mem::take(&mut self.news)
     }
 
-    fn put(
-        &mut self,
-        subject: &str,
-        level: Level,
-        message: &str,
-        values: Vec<(String, String)>,
-        is_new: bool,
-    ) {
-        let name = name(subject);
+    fn put(&mut self, name: String, level: Level, message: &str, values: Vec<(String, String)>) {
         if self.entries.len() < MOST || self.entries.contains_key(&name) {
             let entry = Diagnostic { level, name: name.clone(), message: message.to_owned(), values };
-            if is_new {
-                self.news.push(entry.clone());
-            }
+            self.news.push(entry.clone());
             self.entries.insert(name, entry);
         }
     }
@@ -94,6 +151,14 @@ fn name(subject: &str) -> String {
 mod tests {
     use super::*;
 
+    fn at(seconds: u64) -> MissionTime {
+        MissionTime(seconds * 1_000_000_000)
+    }
+
+    fn topic(name: &str) -> TopicName {
+        TopicName::resolve(name, &"".parse().unwrap(), &"dragnet".parse().unwrap()).unwrap()
+    }
+
     #[test]
     fn the_last_that_was_said_of_a_subject_stands() {
         let mut board = Board::default();
@@ -105,14 +170,14 @@ mod tests {
             numbers: vec![("silence_seconds", 2.5)],
         };
         board.pin(&say(Degree::Error, "no pose comes"));
-        board.note("map", "turned");
-        board.note("path", "nobody drives");
-        board.well("path");
-        board.well("goal");
-        let topic: TopicName =
-            TopicName::resolve("/fix", &"".parse().unwrap(), &"dragnet".parse().unwrap()).unwrap();
-        board.refuse(&topic, "NaN");
-        board.refuse(&topic, "infinite");
+        board.note(at(1), "map", "turned");
+        board.note(at(1), "path", "nobody drives");
+        board.well(at(1), "path");
+        board.well(at(1), "goal");
+        board.refuse(at(1), &topic("/fix"), "NaN");
+        board.refuse(at(2), &topic("/fix"), "infinite");
+        board.count(&topic("/seen"), "stamps stand still");
+        board.settle(at(4));
         board.pin(&say(Degree::Ok, "well again"));
         let lines: Vec<String> = board
             .all()
@@ -123,13 +188,29 @@ mod tests {
             lines,
             [
                 "dragnet: /fix Warning infinite [(\"refused\", \"2\")]",
+                "dragnet: /seen Ok the last that was refused: stamps stand still [(\"refused\", \"1\")]",
                 "dragnet: map Warning turned []",
                 "dragnet: path Ok well again []",
                 "dragnet: pose Ok well again [(\"silence_seconds\", \"2.5\")]",
             ]
         );
         let news: Vec<String> = board.take_news().into_iter().map(|entry| entry.message).collect();
-        assert_eq!(news, ["no pose comes", "turned", "nobody drives", "well again", "NaN", "well again"]);
+        assert_eq!(news, ["no pose comes", "turned", "nobody drives", "NaN", "well again", "well again"]);
         assert!(board.take_news().is_empty());
+    }
+
+    #[test]
+    fn a_topic_that_is_good_and_bad_in_turn_is_told_once_and_counted() {
+        let mut board = Board::default();
+        for second in 0..1000 {
+            board.refuse(at(second), &topic("/odom"), "NaN");
+            board.heard(at(second), &topic("/odom"));
+            board.settle(at(second));
+        }
+        assert_eq!(board.take_news().len(), 1);
+        assert_eq!(board.refused()[&topic("/odom")], RefusedInput { count: 1000, reason: "NaN".to_owned() });
+        board.settle(at(1002));
+        let news: Vec<Level> = board.take_news().into_iter().map(|entry| entry.level).collect();
+        assert_eq!(news, [Level::Ok]);
     }
 }

@@ -44,7 +44,7 @@ pub(crate) async fn serve(
     loop {
         let Service { node, vehicle, eyes, .. } = &mut service;
         let effects = tokio::select! {
-            heard = node.hear() => vehicle.hear(now(clock), heard),
+            (topic, heard) = node.hear_on() => vehicle.hear(now(clock), &topic, heard),
             seen = eyes.see() => vehicle.see(now(clock), seen),
             route = orders.routes.recv() => {
                 let Some(route) = route else { break };

@@ -9,30 +9,43 @@ use dragnet_search::cell::Position;
 use super::*;
 use crate::config::AgentConfig;
 
-/// Robot 1 of a field of 4 x 4 cells of 20 m, moved by the lattice or by goals.
+const PATIENT: &str = "safety = { pose_silence_seconds = 60.0, camera_silence_seconds = 60.0 }";
+
+/// Robot 1 of a field of 4 x 4 cells of 20 m, moved by the lattice or by goals. Nothing is missed soon.
 fn vehicle(motion: &str) -> (Vehicle, Scenario) {
+    vehicle_with(motion, PATIENT, "arrival")
+}
+
+/// The same, with this about its safety, and stamps that mean this.
+fn vehicle_with(motion: &str, safety: &str, stamps: &str) -> (Vehicle, Scenario) {
     let text = "name = 'field'\nmap = { shape = 'all_traversable', rows = 4, columns = 4, cell_meters = 20.0 }\n\
                 objects.count = 1\nsensor.radius = 2\n[mission]\nbudget_seconds = 900.0\nspeed_meters_per_second = 10.0\n";
     let scenario = Scenario::from_text(Path::new("field.toml"), text.to_owned()).unwrap();
     let settings = format!(
         "robot = 1\ncommon = {{ mission = 'field', scenario = 'field.toml' }}\n\
          [vehicle]\nspeed_meters_per_second = 10.0\nfootprint = {{ shape = 'disc', radius_meters = 0.5 }}\n\
-         motion = {{ kind = '{motion}' }}\n\
-         safety = {{ pose_silence_seconds = 60.0, camera_silence_seconds = 60.0 }}\n\
-         [ros]\ntransport = 'bridge'\nlocalization = 'odometry'\nodometry_frame = 'map'\nstamps = 'arrival'\n"
+         motion = {{ kind = '{motion}' }}\n{safety}\n\
+         [ros]\ntransport = 'bridge'\nlocalization = 'odometry'\nodometry_frame = 'map'\nstamps = '{stamps}'\n"
     );
     let config: AgentConfig = toml::from_str(&settings).unwrap();
     let body = config.body(Path::new("vehicle.toml"), &scenario).unwrap().unwrap();
     (Vehicle::new(body.pilot, &body.ros, &scenario), scenario)
 }
 
+fn topic(name: &str) -> TopicName {
+    TopicName::resolve(name, &"".parse().unwrap(), &"dragnet".parse().unwrap()).unwrap()
+}
+
+fn odometry(stamp_unix_ns: i64, x_meters: f64) -> Heard {
+    let pose = PlanarPose { x_meters, y_meters: 10.0, yaw_radians: 0.0 };
+    let place = PoseEstimate { stamp_unix_ns, frame: "map".to_owned(), pose, covariance: None };
+    Heard::Odometry(Odometry { place, robot_frame: String::new(), velocity: Velocity::default() })
+}
+
 /// Stands somewhere at so many seconds; what that brings about.
 fn stand(vehicle: &mut Vehicle, seconds: u64, x_meters: f64) -> Vec<Effect> {
     let now = Now { mission: MissionTime::START + Duration::from_secs(seconds), unix_ns: 0 };
-    let pose = PlanarPose { x_meters, y_meters: 10.0, yaw_radians: 0.0 };
-    let place = PoseEstimate { stamp_unix_ns: 0, frame: "map".to_owned(), pose, covariance: None };
-    let odometry = Odometry { place, robot_frame: String::new(), velocity: Velocity::default() };
-    let mut effects = vehicle.hear(now, Heard::Odometry(odometry));
+    let mut effects = vehicle.hear(now, &topic("/odom"), odometry(0, x_meters));
     effects.extend(vehicle.tick(now));
     effects
 }
@@ -89,15 +102,16 @@ fn what_is_left_of_a_path_is_told_again_to_a_vehicle_that_stands() {
     assert_eq!(told(&stand(&mut vehicle, 6, 10.0)), again(10, 50));
     // It drives, and stands again.
     let well = Told { levels: vec![Level::Ok], ..Told::default() };
-    assert_eq!(told(&stand(&mut vehicle, 8, 26.0)), well);
-    for seconds in 9..=13 {
-        assert_eq!(told(&stand(&mut vehicle, seconds, 26.0)), Told::default());
+    for (seconds, expected) in
+        [(8, Told::default()), (11, well), (12, Told::default()), (13, Told::default())]
+    {
+        assert_eq!(told(&stand(&mut vehicle, seconds, 26.0)), expected);
     }
     assert_eq!(told(&stand(&mut vehicle, 14, 26.0)), again(26, 50));
     // At its end nothing is left to drive.
     stand(&mut vehicle, 16, 50.0);
     for seconds in 17..30 {
-        assert_eq!(told(&stand(&mut vehicle, seconds, 50.0)), Told::default());
+        assert!(told(&stand(&mut vehicle, seconds, 50.0)).ways.is_empty());
     }
 }
 
@@ -120,4 +134,46 @@ fn a_belief_that_stands_is_shown_again() {
     let shown =
         changes.map(|has_changed| vehicle.show(now, scenario.prior(), has_changed).iter().any(is_shown));
     assert_eq!(shown, [true, false, false, false, false, true, true, true, false]);
+}
+
+/// A stamp that stands still, forty times a second for a minute.
+#[test]
+fn stamps_that_stand_still_are_told_once_and_all_that_came_is_counted() {
+    let (mut vehicle, _) = vehicle_with("lattice", "", "clock");
+    let mut news: Vec<Diagnostic> = Vec::new();
+    for tick in 0..60 * 40 {
+        let mission = MissionTime(1_000_000_000 + tick * 25_000_000);
+        let now = Now { mission, unix_ns: 1_700_000_000_000_000_000_i64.saturating_add_unsigned(mission.0) };
+        let mut effects = vehicle.hear(now, &topic("/odom"), odometry(1_700_000_001_000_000_000, 10.0));
+        effects.extend(vehicle.tick(now));
+        news.extend(effects.into_iter().filter_map(|effect| match effect {
+            Effect::Tell(diagnostic) => Some(diagnostic),
+            _ => None,
+        }));
+    }
+    let of_pose: Vec<&str> =
+        news.iter().filter(|told| told.name == "dragnet: pose").map(|told| told.message.as_str()).collect();
+    let cause = "stamps stand still; set `stamps = \"arrival\"` if this computer's clock should count";
+    assert_eq!(of_pose, [cause]);
+    let refused = &vehicle.refused()[&topic("/odom")];
+    assert!(refused.count > 2000 && refused.reason == cause, "{refused:?}");
+}
+
+#[test]
+fn where_no_pose_comes_the_topic_is_named() {
+    let (mut vehicle, _) = vehicle_with("lattice", "", "clock");
+    let why = |vehicle: &mut Vehicle, seconds: u64| {
+        let now = Now { mission: MissionTime(seconds * 1_000_000_000), unix_ns: 0 };
+        let told = vehicle.tick(now).into_iter().find_map(|effect| match effect {
+            Effect::Tell(diagnostic) if diagnostic.name == "dragnet: pose" => Some(diagnostic.message),
+            _ => None,
+        });
+        told.unwrap_or_default()
+    };
+    assert_eq!(why(&mut vehicle, 0), "");
+    let now = Now { mission: MissionTime(500_000_000), unix_ns: 0 };
+    let reason = "frame_id is \"odom\"".to_owned();
+    vehicle.hear(now, &topic("/odom"), Heard::Refused { topic: topic("/odom"), reason });
+    let expected = "no pose comes: /odom: nothing comes; the last was refused: frame_id is \"odom\"";
+    assert_eq!(why(&mut vehicle, 2), expected);
 }

@@ -80,13 +80,14 @@ impl InputKind {
         }
     }
 
-    /// How it is heard. Of images and of places the newest one says all.
+    /// How it is heard. Of images and of places the newest one says all. AMCL's pose is latched, and comes only when the
+    /// vehicle moves; publishers that latch nothing are heard alike.
     #[must_use]
     pub const fn qos(self) -> Qos {
         match self {
-            Self::Odometry | Self::Pose | Self::Fix | Self::Detections => Qos::SENSOR,
+            Self::Odometry | Self::Fix | Self::Detections => Qos::SENSOR,
             Self::Image | Self::CompressedImage => Qos { depth: 1, ..Qos::SENSOR },
-            Self::Map | Self::Goals => Qos::LATCHED,
+            Self::Pose | Self::Map | Self::Goals => Qos::LATCHED,
         }
     }
 

@@ -1,9 +1,13 @@
-//! What is wrong with a vehicle's senses and ways, told when it begins, when it changes and when it ends.
+//! What is wrong with a vehicle's senses and ways, told when it begins, when it changes and when it is over: by
+//! [`super::alarms`], so that neither the log nor the vehicle starts and stops with every message.
 
-use std::collections::BTreeMap;
 use std::fmt;
 
+use super::alarms::Alarms;
 use crate::settings::{Caution, OnSilence};
+
+/// What is told of the pose where none comes that could be refused.
+pub const NO_POSE: &str = "no pose comes";
 
 /// How bad it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -64,6 +68,12 @@ impl Fault {
     }
 }
 
+impl fmt::Display for Fault {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(&self.message)
+    }
+}
+
 impl Subject {
     const fn level(&self) -> Level {
         match self {
@@ -99,32 +109,48 @@ impl fmt::Display for Subject {
     }
 }
 
-/// All that is ill, in a word each.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Conditions(BTreeMap<Subject, &'static str>);
+/// All that is ill.
+#[derive(Clone, Debug)]
+pub(super) struct Conditions(Alarms<Subject>);
 
 impl Conditions {
-    pub(super) fn ill(&mut self, subject: Subject, fault: Fault) -> Option<Diagnostic> {
-        if self.0.get(&subject) == Some(&fault.kind) {
-            return None;
-        }
+    pub(super) const fn new(recovery_ns: u64) -> Self {
+        Self(Alarms::new(recovery_ns))
+    }
+
+    pub(super) fn ill(&mut self, now_ns: u64, subject: Subject, fault: Fault) -> Option<Diagnostic> {
         let (level, name) = (subject.level(), subject.to_string());
-        self.0.insert(subject, fault.kind);
-        Some(Diagnostic { level, name, message: fault.message, numbers: fault.numbers })
+        let is_news = self.0.raise(now_ns, subject, fault.kind);
+        is_news.then_some(Diagnostic { level, name, message: fault.message, numbers: fault.numbers })
     }
 
-    pub(super) fn well(&mut self, subject: &Subject) -> Option<Diagnostic> {
-        self.0.remove(subject)?;
-        let message = "well again".to_owned();
-        Some(Diagnostic { level: Level::Ok, name: subject.to_string(), message, numbers: Vec::new() })
+    /// Nothing is wrong with it now; it is well again once that has lasted.
+    pub(super) fn well(&mut self, now_ns: u64, subject: &Subject) {
+        self.0.ease(now_ns, subject);
     }
 
-    pub(super) fn is_ill(&self, subject: &Subject) -> bool {
-        self.0.contains_key(subject)
+    /// It has been well for long enough, as whoever says so knows.
+    pub(super) fn cured(&mut self, subject: &Subject) -> Option<Diagnostic> {
+        self.0.end(subject).then(|| well_again(subject))
+    }
+
+    /// What is well again.
+    pub(super) fn settle(&mut self, now_ns: u64) -> Vec<Diagnostic> {
+        self.0.settle(now_ns).iter().map(well_again).collect()
+    }
+
+    /// Whether something is wrong with it right now.
+    pub(super) fn is_bad(&self, subject: &Subject) -> bool {
+        self.0.is_bad(subject)
     }
 
     /// Whether something is ill for which the vehicle is to stand.
     pub(super) fn forbid(&self, on_silence: &OnSilence) -> bool {
-        self.0.keys().any(|subject| subject.caution(on_silence) == Caution::Hold)
+        self.0.standing().any(|subject| subject.caution(on_silence) == Caution::Hold)
     }
+}
+
+fn well_again(subject: &Subject) -> Diagnostic {
+    let message = "well again".to_owned();
+    Diagnostic { level: Level::Ok, name: subject.to_string(), message, numbers: Vec::new() }
 }

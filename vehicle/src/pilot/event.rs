@@ -89,4 +89,15 @@ pub enum Action {
     Hold,
     /// Tell whoever watches.
     Tell(Diagnostic),
+    /// Count something that was sensed and cannot be used. It comes with each, where [`Action::Tell`] comes once.
+    Refuse(InputSource, String),
+}
+
+/// Who told the pilot something.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum InputSource {
+    /// Whoever knows where the vehicle is.
+    Pose,
+    /// The camera of this name.
+    Camera(String),
 }

@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 use dragnet_search::terrain::Terrain;
 
 use super::diagnostic::Fault;
-use super::{Fix, seconds};
+use super::{Fix, seconds, stamp};
 use crate::plane::{Pose, turn_radians, wrapped_radians};
 use crate::settings::Checked;
 
@@ -26,6 +26,8 @@ const KEPT_FIXES: usize = 256;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Judgement {
     Good,
+    /// It is what was known already.
+    Repeated,
     /// It is not what was, but has been the same for long enough.
     Restarted,
     Doubtful,
@@ -72,10 +74,16 @@ pub(super) struct Localization {
     speed_meters_per_second: f64,
     most_deviation_meters: f64,
     settling_ns: u64,
+    /// A pose that is stamped farther from now is none of now.
+    most_age_ns: u64,
     /// By time, each once.
     fixes: VecDeque<Fix>,
     /// When the last of them came; before the first, when it was expected to.
     heard_ns: Option<u64>,
+    /// When the last pose came that told nothing new, or was refused.
+    unused_ns: Option<u64>,
+    /// The time of the last pose, whether it was believed or not.
+    stamp_ns: Option<u64>,
     /// Since when poses are known.
     known_since_ns: Option<u64>,
     /// First and last of the poses elsewhere that agree with each other.
@@ -88,8 +96,11 @@ impl Localization {
             speed_meters_per_second: settings.speed_meters_per_second,
             most_deviation_meters: settings.most_deviation_meters,
             settling_ns: settings.settling_ns,
+            most_age_ns: settings.pose_silence_ns,
             fixes: VecDeque::new(),
             heard_ns: None,
+            unused_ns: None,
+            stamp_ns: None,
             known_since_ns: None,
             elsewhere: None,
         }
@@ -110,6 +121,11 @@ impl Localization {
         self.heard_ns.map_or(0, |heard_ns| now_ns.saturating_sub(heard_ns))
     }
 
+    /// How long no pose has come that could not be used.
+    pub(super) fn unused_for_ns(&self, now_ns: u64) -> u64 {
+        self.unused_ns.map_or(u64::MAX, |unused_ns| now_ns.saturating_sub(unused_ns))
+    }
+
     /// For how long there have been poses.
     pub(super) fn known_for_ns(&self, now_ns: u64) -> u64 {
         self.known_since_ns.map_or(0, |since_ns| now_ns.saturating_sub(since_ns))
@@ -120,14 +136,24 @@ impl Localization {
         self.fixes.clear();
         self.elsewhere = None;
         self.heard_ns = Some(now_ns);
+        (self.unused_ns, self.stamp_ns) = (None, None);
         self.known_since_ns = None;
     }
 
     /// Takes in a pose, if it can be.
     pub(super) fn judge(&mut self, now_ns: u64, fix: &Fix, terrain: &Terrain) -> Result<Judgement, Fault> {
-        self.check(fix, terrain)?;
+        let stamped = stamp::check(now_ns, fix.time_ns, self.stamp_ns, self.most_age_ns);
+        self.stamp_ns = Some(fix.time_ns);
+        let judged = self.check(fix, terrain).and(stamped).and_then(|()| self.place(now_ns, fix));
+        if matches!(judged, Err(_) | Ok(Judgement::Repeated)) {
+            self.unused_ns = Some(now_ns);
+        }
+        judged
+    }
+
+    fn place(&mut self, now_ns: u64, fix: &Fix) -> Result<Judgement, Fault> {
         let judgement = match self.fixes.back() {
-            Some(last) if fix.time_ns == last.time_ns => return Ok(Judgement::Good),
+            Some(last) if fix.time_ns == last.time_ns => return Ok(Judgement::Repeated),
             Some(last) if !self.can_follow(last, fix) => {
                 let jumped = jump(last, fix);
                 self.settle(fix).ok_or(jumped)?
@@ -229,6 +255,10 @@ fn distance_meters(a: &Fix, b: &Fix) -> f64 {
 }
 
 fn jump(last: &Fix, fix: &Fix) -> Fault {
+    if fix.time_ns < last.time_ns {
+        let numbers = [("behind_seconds", seconds(last.time_ns - fix.time_ns))];
+        return Fault::new("backwards", "the stamps of poses run backwards", &numbers);
+    }
     let numbers = [
         ("distance_meters", distance_meters(last, fix)),
         ("elapsed_seconds", seconds(fix.time_ns) - seconds(last.time_ns)),

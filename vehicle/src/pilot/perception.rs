@@ -10,7 +10,7 @@ use dragnet_search::terrain::Terrain;
 
 use super::diagnostic::Fault;
 use super::localization::{At, Localization};
-use super::{CameraFrame, Fix, Sights, seconds};
+use super::{CameraFrame, Fix, Sights, seconds, stamp};
 use crate::camera::{BoxRefusal, Camera, Detections};
 use crate::evidence::coverage::Coverage;
 use crate::evidence::{self, EvidenceError, Look, Seen};
@@ -34,6 +34,8 @@ pub(super) struct Perception {
     by_name: BTreeMap<String, usize>,
     tracker_settings: TrackerSettings,
     tracker: Tracker,
+    /// A frame that is stamped farther from now is none of now.
+    most_age_ns: u64,
     waiting: VecDeque<(usize, CameraFrame, Detections)>,
     coverage: Coverage,
     /// When the last look ended: the time of its last frame, and one.
@@ -47,6 +49,8 @@ struct Eye {
     deviation_radians: f64,
     /// When it last gave a frame that could be used; before the first, when it was expected to begin.
     heard_ns: Option<u64>,
+    /// The time of its last frame.
+    stamp_ns: Option<u64>,
     /// Whether the last frame was good.
     is_good: bool,
 }
@@ -60,6 +64,7 @@ impl Perception {
                 deviation_radians: camera.bearing_deviation_radians(*column_deviation_pixels),
                 camera: camera.clone(),
                 heard_ns: None,
+                stamp_ns: None,
                 is_good: false,
             })
             .collect();
@@ -69,6 +74,7 @@ impl Perception {
             eyes,
             tracker_settings: settings.tracker.clone(),
             tracker: Tracker::new(settings.tracker.clone())?,
+            most_age_ns: settings.camera_silence_ns,
             waiting: VecDeque::new(),
             coverage: Coverage::default(),
             since_ns: 0,
@@ -118,7 +124,9 @@ impl Perception {
             return Err(Fault::new("stranger", &message, &[]));
         };
         let eye = &mut self.eyes[index];
-        let detections = detections(&eye.camera, &frame);
+        let before_ns = eye.stamp_ns.replace(frame.time_ns);
+        let stamped = stamp::check(now_ns, frame.time_ns, before_ns, self.most_age_ns);
+        let detections = stamped.and_then(|()| detections(&eye.camera, &frame));
         eye.is_good = detections.is_ok();
         let detections = detections?;
         eye.heard_ns = Some(now_ns);

@@ -320,6 +320,7 @@ fn a_navigation_stack_is_sent_to_the_ends_of_runs() {
     assert_eq!(message(&failed), "the drive failed: a wall");
     let next = Pose::new(45.0, 35.0, 1_f64.atan2(2.0));
     assert_eq!(failed.last(), Some(&Action::Go(next)), "on to the cells after those");
+    drive.steps(4);
     let arrived = drive.tell(Event::Drive(Report::Arrived));
     assert!(message(&arrived).contains("ended before the cell was entered") && is_hold(&arrived));
     drive.go(&[(3, 4), (4, 4)]);

@@ -50,7 +50,8 @@ fn a_camera_that_stops() {
     let mut drive = under_way(Caution::Hold);
     with_front(&mut drive, 4, |_| None);
     assert!(drive.path.is_empty());
-    let actions = drive.step();
+    assert!(drive.step().is_empty(), "not believed yet");
+    let actions = drive.steps(4);
     assert!(told(&actions).contains(&"silence of front Ok".to_owned()) && is_drive(&actions));
     assert_eq!(sensed(&drive.steps(40)).last(), cells(&ROUTE).last());
 }
@@ -111,7 +112,8 @@ fn a_pose_that_jumps_and_one_outside_of_the_map() {
     );
     let mut drive = under_way(Caution::Hold);
     assert!(message(&jumped(&mut drive, at(95.0, 95.0))).contains("jumped farther than the vehicle drives"));
-    assert!(is_drive(&drive.step()), "one wrong pose does no harm");
+    assert!(drive.step().is_empty(), "not believed yet");
+    assert!(is_drive(&drive.steps(4)), "one wrong pose does no harm");
 }
 
 #[test]
@@ -153,6 +155,86 @@ fn poses_that_stop() {
     assert!(sensed(&drive.actions[before..]).is_empty(), "nobody knows from where that was seen");
 }
 
+/// A minute of poses and frames 20 times a second, whose stamps are as told.
+fn stamped(drive: &mut Drive, stamp: impl Fn(&Drive) -> u64) -> Vec<Action> {
+    let before = drive.actions.len();
+    for _ in 0..60 * 20 {
+        drive.now_ns += SECOND / 20;
+        let time_ns = stamp(drive);
+        let (fix, frame) = (drive.fix(), drive.frame(&drive.cameras[0].clone()));
+        drive.tell(Event::Pose(Fix { time_ns, ..fix }));
+        drive.tell(Event::Frame(CameraFrame { time_ns, ..frame }));
+    }
+    drive.actions[before..].to_vec()
+}
+
+type Stamp = fn(&Drive) -> u64;
+
+/// What is told of a subject, in order.
+fn messages(actions: &[Action], subject: &str) -> Vec<String> {
+    let of_subject = |action: &Action| match action {
+        Action::Tell(diagnostic) if diagnostic.name == subject => Some(diagnostic.message.clone()),
+        _ => None,
+    };
+    actions.iter().filter_map(of_subject).collect()
+}
+
+#[test]
+fn stamps_that_cannot_be_of_now_are_one_alarm_that_names_its_cause() {
+    let frozen = "stamps stand still; set `stamps = \"arrival\"` if this computer's clock should count";
+    let zero = "stamped before the mission began, or not at all; set `stamps = \"arrival\"` if";
+    let old = "stamped 20.0 s before this computer's clock; set `stamps";
+    let ahead = "stamped 20.0 s ahead of this computer's clock; set `stamps";
+    let cases: [(Stamp, &str); 4] = [
+        (|_| 100 * SECOND + STEP_NS, frozen),
+        (|_| 0, zero),
+        (|drive| drive.now_ns - 20 * SECOND, old),
+        (|drive| drive.now_ns + 20 * SECOND, ahead),
+    ];
+    for (stamp, cause) in cases {
+        let mut drive = Drive::new(&settings());
+        drive.now_ns = 100 * SECOND;
+        drive.step();
+        let actions = stamped(&mut drive, stamp);
+        for subject in ["pose", "camera front"] {
+            let told = messages(&actions, subject);
+            assert!(told.last().unwrap().starts_with(cause), "{subject}: {told:?}");
+            assert!(told.len() <= 2 && !told.contains(&"well again".to_owned()), "{subject}: {told:?}");
+        }
+        assert_eq!(messages(&actions, "silence of front"), ["no frame comes that can be used"]);
+        let refused = |source: &InputSource| {
+            actions
+                .iter()
+                .filter(|action| matches!(action, Action::Refuse(from, _) if from == source))
+                .count()
+        };
+        assert!(refused(&InputSource::Pose) > 1000, "{cause}");
+        assert!(refused(&InputSource::Camera("front".to_owned())) > 1000, "{cause}");
+        assert!(readings(&actions).is_empty(), "{cause}");
+    }
+}
+
+#[test]
+fn a_pose_that_is_good_and_bad_in_turn_stops_the_vehicle_once() {
+    let mut drive = under_way(Caution::Hold);
+    let before = drive.actions.len();
+    for turn in 0..40 * 60 {
+        drive.now_ns += SECOND / 40;
+        let fix = drive.fix();
+        let x_meters = if turn % 2 == 0 { f64::NAN } else { fix.pose.x_meters };
+        drive.tell(Event::Pose(Fix { pose: Pose { x_meters, ..fix.pose }, ..fix }));
+        for camera in drive.cameras.clone() {
+            drive.tell(Event::Frame(drive.frame(&camera)));
+        }
+    }
+    let actions = &drive.actions[before..];
+    assert_eq!(told(actions), ["pose Error"]);
+    assert_eq!(actions.iter().filter(|action| matches!(action, Action::Hold)).count(), 1);
+    assert!(!is_drive(actions));
+    let actions = drive.steps(4);
+    assert!(told(&actions) == ["pose Ok"] && is_drive(&actions));
+}
+
 #[test]
 fn time_that_runs_backwards() {
     check_both(
@@ -163,6 +245,7 @@ fn time_that_runs_backwards() {
         "clock Error",
     );
     let mut drive = under_way(Caution::Hold);
+    drive.steps(5);
     drive.now_ns = 0;
     let actions = drive.steps(8);
     assert_eq!(
@@ -228,7 +311,8 @@ fn check_both_ways(caution: Caution) {
     assert_eq!(asked.is_empty(), caution == Caution::Hold, "after another fault too");
     let actions = drive.tell(Event::Map(CostMap::from_terrain(scenario().terrain(), 8).unwrap()));
     if caution == Caution::Hold {
-        assert!(is_drive(&actions) && told(&actions) == ["way Ok"], "the way is free again");
+        assert!(is_drive(&actions), "the way is free again");
+        assert_eq!(told(&drive.steps(4)), ["way Ok"]);
     }
     let mut drive = under_way(caution);
     drive.tell(Event::Map(walled()));
@@ -275,7 +359,8 @@ fn a_map_that_changes_its_size() {
             (caution == Caution::Hold, caution == Caution::Hold)
         );
         let same = CostMap::from_terrain(scenario().terrain(), 8).unwrap();
-        let actions = drive.tell(Event::Map(same));
+        let mut actions = drive.tell(Event::Map(same));
+        actions.extend(drive.steps(4));
         assert!(told(&actions) == ["map Ok"] && is_drive(&actions));
     }
 }

@@ -1,0 +1,32 @@
+//! Whether a stamp can be of now: what was sensed long ago, or will be, says nothing of where the vehicle is.
+
+use super::diagnostic::Fault;
+use super::seconds;
+
+/// What to do about a clock that is not this computer's.
+const ADVICE: &str = "set `stamps = \"arrival\"` if this computer's clock should count";
+
+/// Whether something that was stamped so, after something of the same source that was stamped `before_ns`, is no
+/// farther from now than `most_ns`.
+///
+/// # Errors
+/// What is wrong with the stamp.
+pub(super) fn check(now_ns: u64, time_ns: u64, before_ns: Option<u64>, most_ns: u64) -> Result<(), Fault> {
+    if now_ns.abs_diff(time_ns) <= most_ns {
+        return Ok(());
+    }
+    // Whatever was before the mission began is all the same here.
+    if time_ns > 0 && before_ns == Some(time_ns) {
+        return Err(Fault::new("frozen", &format!("stamps stand still; {ADVICE}"), &[]));
+    }
+    let apart_seconds = seconds(now_ns.abs_diff(time_ns));
+    let (kind, found) = match time_ns {
+        0 => ("stale", "stamped before the mission began, or not at all".to_owned()),
+        _ if time_ns < now_ns => {
+            ("stale", format!("stamped {apart_seconds:.1} s before this computer's clock"))
+        }
+        _ => ("ahead", format!("stamped {apart_seconds:.1} s ahead of this computer's clock")),
+    };
+    let numbers = [("apart_seconds", apart_seconds), ("most_seconds", seconds(most_ns))];
+    Err(Fault::new(kind, &format!("{found}; {ADVICE}"), &numbers))
+}
