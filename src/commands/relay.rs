@@ -13,7 +13,7 @@ use super::Failure;
 #[derive(clap::Args)]
 #[command(after_help = "\
 Example: what robot 2 says to robot 1, at 10.0.0.11, takes a fifth of a second, and so does what it hears
-  dragnet relay 10.0.0.9:7447=10.0.0.11:7447 --delay 0.2 --rate 20000")]
+  dragnet relay 10.0.0.9:7140=10.0.0.11:7140 --delay 0.2 --rate 20000")]
 pub(crate) struct Arguments {
     /// Where to listen, and whom to call for each connection
     #[arg(required = true, value_name = "LISTEN=TO", value_parser = parse_forward)]
@@ -33,10 +33,10 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
 
 fn parse_forward(text: &str) -> Result<Forward, String> {
     let (listen, to) =
-        text.split_once('=').ok_or("allowed are two addresses, as 10.0.0.9:7447=10.0.0.11:7447")?;
+        text.split_once('=').ok_or("allowed are two addresses, as 10.0.0.9:7140=10.0.0.11:7140")?;
     let address = |text: &str| {
         text.parse::<SocketAddr>()
-            .map_err(|_| format!("{text:?} is no address; allowed are those like 10.0.0.9:7447"))
+            .map_err(|_| format!("{text:?} is no address; allowed are those like 10.0.0.9:7140"))
     };
     Ok(Forward { listen: address(listen)?, to: address(to)? })
 }

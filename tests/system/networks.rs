@@ -67,7 +67,7 @@ impl Mission {
 
     fn start_coordinator(&mut self, recording: &str) {
         let path = self.hosts.path(recording);
-        let config = format!("recording = \"{}\"\n{}", path.display(), self.common("tcp/10.0.0.2:7447", &[]));
+        let config = format!("recording = \"{}\"\n{}", path.display(), self.common("tcp/10.0.0.2:7140", &[]));
         self.hosts.write("coordinator.toml", &config);
         let router = if self.shape == Shape::Star { "--router" } else { "" };
         let config = self.hosts.path("coordinator.toml");
@@ -75,17 +75,17 @@ impl Mission {
     }
 
     fn start_robot(&mut self, robot: u16) {
-        let mut connect = vec!["tcp/10.0.0.2:7447".to_owned()];
+        let mut connect = vec!["tcp/10.0.0.2:7140".to_owned()];
         if self.shape == Shape::Mesh {
-            connect.push("tcp/10.9.0.1:7447".to_owned());
-            connect.extend((1..robot).map(|other| format!("tcp/10.0.0.{}:7447", 10 + other)));
+            connect.push("tcp/10.9.0.1:7140".to_owned());
+            connect.extend((1..robot).map(|other| format!("tcp/10.0.0.{}:7140", 10 + other)));
         }
         if self.shape == Shape::Mesh && robot == ROBOTS {
             // All but the world, which is no matter of radio.
             connect = (0..robot).map(|place| format!("tcp/10.0.0.9:{}", 7000 + place)).collect();
-            connect.push("tcp/10.9.0.1:7447".to_owned());
+            connect.push("tcp/10.9.0.1:7140".to_owned());
         }
-        let listen = format!("tcp/10.0.0.{}:7447", 10 + robot);
+        let listen = format!("tcp/10.0.0.{}:7140", 10 + robot);
         let name = format!("robot-{robot}");
         self.hosts
             .write(&format!("{name}.toml"), &format!("robot = {robot}\n{}", self.common(&listen, &connect)));
@@ -95,9 +95,9 @@ impl Mission {
 
     /// A fifth of a second each way, and 100 kB a second: port 7000 is the coordinator's, then one a robot.
     fn start_relay(&mut self) {
-        let mut forwards = "10.0.0.9:7000=10.0.0.2:7447".to_owned();
+        let mut forwards = "10.0.0.9:7000=10.0.0.2:7140".to_owned();
         for robot in 1..ROBOTS {
-            write!(forwards, " 10.0.0.9:{}=10.0.0.{}:7447", 7000 + robot, 10 + robot).unwrap();
+            write!(forwards, " 10.0.0.9:{}=10.0.0.{}:7140", 7000 + robot, 10 + robot).unwrap();
         }
         self.hosts.start("relay", &format!("relay {forwards} --delay 0.2 --rate 100000"));
     }
@@ -105,9 +105,9 @@ impl Mission {
     fn start_world(&mut self) {
         let connect = match self.shape {
             Shape::Mesh => Vec::new(),
-            Shape::Star => vec!["tcp/10.0.0.2:7447".to_owned()],
+            Shape::Star => vec!["tcp/10.0.0.2:7140".to_owned()],
         };
-        let zenoh = self.zenoh("tcp/10.9.0.1:7447", &connect);
+        let zenoh = self.zenoh("tcp/10.9.0.1:7140", &connect);
         self.hosts
             .write("sim.toml", &format!("mission = \"field\"\nseed = 4\npace = {PACE:?}\n[zenoh]\n{zenoh}"));
         let (scenario, config) = (self.hosts.path("search.toml"), self.hosts.path("sim.toml"));
