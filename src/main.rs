@@ -4,15 +4,13 @@
 //! what comes out into text and pictures.
 
 mod commands;
+mod log;
 mod plot;
 mod terminal;
 
 use std::process::ExitCode;
 
 use clap::Parser;
-use tracing_subscriber::EnvFilter;
-use tracing_subscriber::layer::{Layer, SubscriberExt};
-use tracing_subscriber::util::SubscriberInitExt;
 
 use commands::Command;
 
@@ -47,19 +45,9 @@ Exit codes: 0 done, 1 a run failed, 2 bad input.";
 
 fn main() -> ExitCode {
     let command = CommandLine::parse().command;
-    keep_log(&command);
+    log::keep(&command);
     match commands::execute(command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => failure.report(),
     }
-}
-
-/// What happens beside the command's own output goes to stderr: what `RUST_LOG` asks for or, without, warnings, and
-/// who comes and goes where a process serves a mission, and whom it turns away.
-fn keep_log(command: &Command) {
-    let usual = if command.serves() { "warn,dragnet_link=info,zenoh=error" } else { "warn,zenoh=error" };
-    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(usual));
-    let lines = tracing_subscriber::fmt::layer().with_target(false).with_writer(std::io::stderr);
-    let refusals = command.serves().then(dragnet_link::refusals::layer);
-    tracing_subscriber::registry().with(lines.with_filter(filter)).with(refusals).init();
 }

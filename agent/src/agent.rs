@@ -255,6 +255,12 @@ impl Agent {
         &self.belief
     }
 
+    /// Whether an object is found in a cell, as sure as the mission asks.
+    #[must_use]
+    pub fn is_found(&self, cell: Cell) -> bool {
+        self.belief.is_found(cell, self.orders.mission.tau)
+    }
+
     /// What the robot does.
     #[must_use]
     pub const fn activity(&self) -> Activity {

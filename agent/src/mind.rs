@@ -6,6 +6,7 @@ use std::time::Instant;
 use dragnet_proto::message::Message;
 use dragnet_proto::participant::{Mind, MindError, Reaction, Stimulus};
 use dragnet_proto::time::MissionTime;
+use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;
 
 use crate::agent::{Action, Agent, Event};
@@ -55,6 +56,10 @@ impl Mind for Agent {
 
     fn release(&mut self, held: NonZeroUsize) {
         Agent::release(self, held);
+    }
+
+    fn is_found(&self, cell: Cell) -> bool {
+        Agent::is_found(self, cell)
     }
 
     fn digest(&self) -> Digest {

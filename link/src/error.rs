@@ -5,11 +5,13 @@ use std::time::Duration;
 
 use dragnet_proto::message::Participant;
 
+use crate::source_places::without;
+
 /// Why a participant, or a whole team, cannot go on.
 #[derive(Debug, thiserror::Error)]
 pub enum LinkError {
     /// A file of settings is not what it should be.
-    #[error("{file}: {reason}", file = file.display())]
+    #[error("{file}: {reason}", file = file.display(), reason = without(reason))]
     Settings {
         /// The file.
         file: PathBuf,
@@ -17,7 +19,7 @@ pub enum LinkError {
         reason: String,
     },
     /// A session could not be opened, as when a port is in use.
-    #[error("cannot open a Zenoh session that listens on [{listen}]: {reason}")]
+    #[error("cannot open a Zenoh session that listens on [{listen}]: {reason}", reason = without(reason))]
     Open {
         /// Where it was to listen.
         listen: String,
@@ -25,7 +27,7 @@ pub enum LinkError {
         reason: String,
     },
     /// Zenoh refused something on an open session.
-    #[error("Zenoh cannot {what}: {reason}")]
+    #[error("Zenoh cannot {what}: {reason}", reason = without(reason))]
     Zenoh {
         /// What was tried.
         what: String,

@@ -3,7 +3,7 @@
 //! Minds ([`dragnet_proto::participant::Mind`]) know no network; here they get one.
 //!
 //! - [`session`], [`link`]: how a session is opened, and what a participant says and hears on it;
-//! - [`refusals`]: whom Zenoh turns away, told in plain words;
+//! - [`refusals`]: whom Zenoh turns away, told in plain words; [`source_places`]: and without folders of other machines;
 //! - [`live`]: a participant driven by the wall clock, as in the field; [`journal`]: what it remembers if it starts again;
 //! - [`lockstep`], [`remote_crew`]: participants driven by the simulator, event by event, over the same messages;
 //! - [`ros`], [`vehicle`]: a robot's own ROS 2 network, and its vehicle on it;
@@ -26,11 +26,13 @@ pub mod remote_crew;
 pub mod ros;
 pub mod serve;
 pub mod session;
+pub mod source_places;
 pub mod team;
 pub mod vehicle;
 pub mod world;
 
 mod error;
+mod narrator;
 mod unix_time;
 mod watchdog;
 

@@ -6,6 +6,7 @@ use std::time::Duration;
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::key::{Key, Mission, Selection, Topic};
 use dragnet_proto::message::{Audience, Message, Participant};
+use dragnet_search::cell::Grid;
 use tokio::sync::mpsc;
 use zenoh::Session;
 use zenoh::bytes::ZBytes;
@@ -23,6 +24,7 @@ pub struct Link {
     session: Session,
     mission: Mission,
     me: Participant,
+    codec: Codec,
     heard: mpsc::Receiver<Heard>,
     present: BTreeSet<Participant>,
     /// Says that this participant is there, as long as it is.
@@ -95,7 +97,7 @@ impl Link {
             .background()
             .await
             .map_err(LinkError::zenoh("watch who is there"))?;
-        Ok(Self { session, mission, me, heard, present: BTreeSet::new(), token: None })
+        Ok(Self { session, mission, me, codec, heard, present: BTreeSet::new(), token: None })
     }
 
     /// Lets the others know that this participant is there, and hears.
@@ -158,6 +160,12 @@ impl Link {
     #[must_use]
     pub const fn mission(&self) -> &Mission {
         &self.mission
+    }
+
+    /// The cells that messages speak of.
+    #[must_use]
+    pub const fn grid(&self) -> Grid {
+        self.codec.grid()
     }
 
     /// Who this is.

@@ -15,6 +15,7 @@ use tokio::time::Instant;
 use crate::LinkError;
 use crate::journal::Journal;
 use crate::link::{Heard, Link};
+use crate::narrator::Narrator;
 use crate::watchdog::Watchdog;
 
 /// A robot with a journal holds so many observations of each origin in memory, the last ones: what was lost on its way to
@@ -93,6 +94,7 @@ pub async fn run(
         published: 0,
         wake_at: MissionTime(u64::MAX),
         log: Log::default(),
+        narrator: Narrator::new(link.me(), link.grid()),
         gone: BTreeSet::new(),
         told: Told::default(),
     };
@@ -149,6 +151,7 @@ struct Driver<'a> {
     published: u64,
     wake_at: MissionTime,
     log: Log,
+    narrator: Narrator,
     /// Those who left, and have not come back.
     gone: BTreeSet<Participant>,
     told: Told,
@@ -206,8 +209,10 @@ impl Driver<'_> {
         stimulus: Stimulus<Message>,
     ) -> Result<(), LinkError> {
         let reaction = self.mind.experience(now, stimulus);
-        let Reaction { kept, mut published, wake_at, decision, repeats, refused, .. } =
+        let reaction =
             reaction.map_err(|error| LinkError::Participant { who: link.me(), reason: error.reason })?;
+        self.narrator.tell(self.mind, &reaction);
+        let Reaction { kept, mut published, wake_at, decision, repeats, refused, .. } = reaction;
         if let Some(journal) = &mut self.journal {
             journal.note(kept);
             if !published.is_empty() {

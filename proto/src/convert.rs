@@ -92,6 +92,12 @@ impl Codec {
         Self { grid }
     }
 
+    /// The cells that messages speak of.
+    #[must_use]
+    pub const fn grid(&self) -> Grid {
+        self.grid
+    }
+
     /// The message of a kind that these bytes are.
     ///
     /// # Errors

@@ -172,6 +172,18 @@ pub enum Activity {
 }
 
 impl Activity {
+    /// Why a robot does not move, or what it does instead.
+    #[must_use]
+    pub const fn reason(self) -> &'static str {
+        match self {
+            Self::Searching => "it has not decided yet",
+            Self::Cleared => "nothing is left that is worth a search",
+            Self::Spent => "its budget is spent",
+            Self::Stuck => "there is nowhere to go",
+            Self::Paused => "the search is paused",
+        }
+    }
+
     /// Whether the robot has come to rest by itself: one that a person has paused will go on.
     #[must_use]
     pub const fn is_rest(self) -> bool {

@@ -29,6 +29,11 @@ pub trait Mind: Send {
     /// whoever keeps the others answers for them ([`Reaction::repeats`]). One that nobody keeps anything for holds all.
     fn release(&mut self, _held: NonZeroUsize) {}
 
+    /// Whether a robot has found an object in a cell, as sure as the mission asks; no coordinator has, which declares them.
+    fn is_found(&self, _cell: Cell) -> bool {
+        false
+    }
+
     /// Digest of its evidence.
     fn digest(&self) -> Digest;
 

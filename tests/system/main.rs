@@ -14,6 +14,7 @@ mod hosts;
 #[path = "../python/interpreter.rs"]
 mod interpreter;
 mod localization;
+mod logs;
 mod networks;
 mod policies;
 mod processes;

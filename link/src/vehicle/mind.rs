@@ -65,6 +65,10 @@ impl Mind for Embodied {
         self.agent.release(held);
     }
 
+    fn is_found(&self, cell: Cell) -> bool {
+        self.agent.is_found(cell)
+    }
+
     fn digest(&self) -> Digest {
         self.agent.digest()
     }

@@ -76,7 +76,7 @@ impl Narrator {
             Some(&waypoint) => {
                 format!("goes to {}, {}", place(self.grid, waypoint), counted(route.len(), "cell"))
             }
-            None => activity.map_or("rests".to_owned(), |activity| format!("rests: {}", reason(activity))),
+            None => activity.map_or("rests".to_owned(), |activity| format!("rests: {}", activity.reason())),
         }
     }
 
@@ -101,16 +101,6 @@ impl Narrator {
 pub(in crate::commands) fn place(grid: Grid, cell: Cell) -> String {
     let Position { row, column } = grid.position(cell);
     format!("[{row}, {column}]")
-}
-
-const fn reason(activity: Activity) -> &'static str {
-    match activity {
-        Activity::Searching => "it has not decided yet",
-        Activity::Cleared => "nothing is left that is worth a search",
-        Activity::Spent => "its budget is spent",
-        Activity::Stuck => "there is nowhere to go",
-        Activity::Paused => "the search is paused",
-    }
 }
 
 /// Steps of a progress bar.

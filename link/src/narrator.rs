@@ -1,0 +1,161 @@
+//! What a participant decides, finds and declares: a line each in its log, for whoever reads there how a search went.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use dragnet_proto::message::{Message, MissionStatus, Participant};
+use dragnet_proto::participant::{Mind, Reaction};
+use dragnet_search::cell::{Cell, Grid, Position};
+use dragnet_search::observation::Observation;
+
+/// Tells what one participant does.
+pub(crate) struct Narrator {
+    me: Participant,
+    grid: Grid,
+    /// Where a robot has found an object, or the coordinator has declared one.
+    found: BTreeSet<Cell>,
+}
+
+impl Narrator {
+    pub(crate) const fn new(me: Participant, grid: Grid) -> Self {
+        Self { me, grid, found: BTreeSet::new() }
+    }
+
+    /// Tells what came of what has just happened to a mind.
+    pub(crate) fn tell(&mut self, mind: &dyn Mind, reaction: &Reaction<Message>) {
+        for line in self.lines(mind, reaction) {
+            tracing::info!("{} {line}", self.me);
+        }
+    }
+
+    fn lines(&mut self, mind: &dyn Mind, reaction: &Reaction<Message>) -> Vec<String> {
+        let mut lines = match self.me {
+            Participant::Robot(_) => self.finds(mind, &reaction.kept),
+            // It keeps observations to record them, and declares what is found.
+            Participant::Coordinator => Vec::new(),
+        };
+        let statuses = reaction.published.iter().filter_map(|(_, message)| match message {
+            Message::MissionStatus(status) => Some(status),
+            _ => None,
+        });
+        lines.extend(statuses.flat_map(|status| self.declares(status)).collect::<Vec<_>>());
+        lines.extend(self.decides(reaction));
+        lines
+    }
+
+    fn decides(&self, reaction: &Reaction<Message>) -> Option<String> {
+        let route = reaction.route.as_ref()?;
+        let Some(&waypoint) = route.last() else {
+            return Some(format!("resting: {}", reaction.activity.reason()));
+        };
+        let cells = if route.len() == 1 { "1 cell".to_owned() } else { format!("{} cells", route.len()) };
+        let took = reaction.decision.map(|took| format!(", in {:.1} ms", took.as_secs_f64() * 1e3));
+        Some(format!("decided: {cells} to {}{}", self.place(waypoint), took.unwrap_or_default()))
+    }
+
+    /// A robot has seen or heard of something.
+    fn finds(&mut self, mind: &dyn Mind, observations: &[Arc<Observation>]) -> Vec<String> {
+        let readings = observations.iter().flat_map(|observation| &observation.readings);
+        let cells: BTreeSet<Cell> = readings.map(|reading| reading.cell).collect();
+        let change = |cell: Cell| match (mind.is_found(cell), self.found.contains(&cell)) {
+            (true, false) => {
+                self.found.insert(cell);
+                Some(format!("found: an object at {}", self.place(cell)))
+            }
+            (false, true) => {
+                self.found.remove(&cell);
+                Some(format!("doubts: an object at {}, found before", self.place(cell)))
+            }
+            _ => None,
+        };
+        cells.into_iter().filter_map(change).collect()
+    }
+
+    /// The coordinator says how the mission stands.
+    fn declares(&mut self, status: &MissionStatus) -> Vec<String> {
+        let declared: BTreeSet<Cell> = status.declared.iter().map(|object| object.cell).collect();
+        let before = std::mem::replace(&mut self.found, declared);
+        let new = status.declared.iter().filter(|object| !before.contains(&object.cell)).map(|object| {
+            format!(
+                "declared: an object at {}, probability {:.3}",
+                self.place(object.cell),
+                object.probability
+            )
+        });
+        let withdrawn = before.difference(&self.found);
+        let withdrawn = withdrawn.map(|&cell| format!("withdrawn: an object at {}", self.place(cell)));
+        new.chain(withdrawn).collect()
+    }
+
+    fn place(&self, cell: Cell) -> String {
+        let Position { row, column } = self.grid.position(cell);
+        format!("[{row}, {column}]")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use dragnet_agent::agent::{Agent, Orders};
+    use dragnet_coordinator::desk::Desk;
+    use dragnet_proto::participant::Stimulus;
+    use dragnet_proto::scenario::Scenario;
+    use dragnet_proto::time::MissionTime;
+    use dragnet_search::evidence::Reading;
+    use dragnet_search::observation::RobotId;
+
+    use super::*;
+    use crate::team::{self, Options};
+
+    /// A robot, on four cells in a row of which the last holds an object, and its coordinator.
+    fn scenario() -> Scenario {
+        let text = "name = 'lane'\nmap = { shape = 'all_traversable', rows = 1, columns = 4, cell_meters = 10.0 }\n\
+                    objects.count = 1\nsensor.radius = 2\nrobots = { count = 1, policy = 'greedy' }\n\
+                    [mission]\nbudget_seconds = 900.0\nexpected_undeclared = 0.9\n";
+        Scenario::from_text(Path::new("lane.toml"), text.to_owned()).unwrap()
+    }
+
+    #[test]
+    fn a_mission_is_told_in_four_words() {
+        let scenario = scenario();
+        let grid = scenario.terrain().grid();
+        let [from, object] = [2, 3].map(|column| grid.cell(Position { row: 0, column }).unwrap());
+        #[expect(clippy::cast_possible_truncation, reason = "as readings hold it")]
+        let variance = scenario.sensor().variance(1) as f32;
+        let sensed = |value: f32| Stimulus::Sensed {
+            cell: from,
+            readings: vec![Reading { cell: object, value, variance }],
+        };
+        let robot = Participant::Robot(RobotId(1));
+        let mut agent = Agent::new(Orders::of_team(&scenario, 1).remove(0));
+        let mut desk: Desk = team::recording::desk(&scenario, 1, &Options::default()).unwrap();
+        let mut of_robot = Narrator::new(robot, grid);
+        let mut of_coordinator = Narrator::new(Participant::Coordinator, grid);
+        let mut lines = Vec::new();
+        let mut now = MissionTime::START;
+        // It sees the object, and then that there is none.
+        for value in [0.5].into_iter().chain([1.0; 10]).chain([0.0; 20]) {
+            now = MissionTime(now.0 + 20_000_000_000);
+            let reaction = agent.experience(now, sensed(value)).unwrap();
+            lines.extend(of_robot.lines(&agent, &reaction));
+            for (_, parcel) in reaction.published {
+                let reaction = desk.experience(now, Stimulus::Delivered { from: robot, parcel }).unwrap();
+                lines.extend(of_coordinator.lines(&desk, &reaction));
+            }
+        }
+        let lines: Vec<&str> = lines.iter().map(|line| line.split(", in ").next().unwrap()).collect();
+        assert!(lines[0].starts_with("decided: 1 cell to [0, "), "{lines:#?}");
+        let expected = [
+            "found: an object at [0, 3]",
+            "resting: nothing is left that is worth a search",
+            "doubts: an object at [0, 3], found before",
+            "withdrawn: an object at [0, 3]",
+        ];
+        for line in expected {
+            assert_eq!(lines.iter().filter(|told| **told == line).count(), 1, "{line}: {lines:#?}");
+        }
+        let declared = "declared: an object at [0, 3], probability ";
+        assert_eq!(lines.iter().filter(|told| told.starts_with(declared)).count(), 1, "{lines:#?}");
+    }
+}

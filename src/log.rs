@@ -1,0 +1,38 @@
+//! The log: what happens beside a command's own output, a line each on stderr.
+
+use std::io::{self, Write};
+
+use dragnet_link::source_places;
+use tracing_subscriber::EnvFilter;
+use tracing_subscriber::layer::{Layer, SubscriberExt};
+use tracing_subscriber::util::SubscriberInitExt;
+
+use crate::commands::Command;
+
+/// Keeps what `RUST_LOG` asks for or, without, warnings; and where a process serves a mission, what it does, who comes
+/// and goes, and whom it turns away.
+pub(crate) fn keep(command: &Command) {
+    let usual = if command.serves() { "warn,dragnet_link=info,zenoh=error" } else { "warn,zenoh=error" };
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(usual));
+    let lines = tracing_subscriber::fmt::layer()
+        .with_target(false)
+        .with_ansi(console::colors_enabled_stderr())
+        .with_writer(|| Lines);
+    let refusals = command.serves().then(dragnet_link::refusals::layer);
+    tracing_subscriber::registry().with(lines.with_filter(filter)).with(refusals).init();
+}
+
+/// stderr, a whole line at a time: libraries tell where in their source they failed.
+struct Lines;
+
+impl Write for Lines {
+    fn write(&mut self, line: &[u8]) -> io::Result<usize> {
+        let text = String::from_utf8_lossy(line);
+        io::stderr().write_all(source_places::without(&text).as_bytes())?;
+        Ok(line.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        io::stderr().flush()
+    }
+}

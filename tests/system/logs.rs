@@ -1,0 +1,71 @@
+//! What the processes of a mission tell in their logs.
+
+use std::path::Path;
+use std::process::Command;
+
+use crate::field::{DRAGNET, Field, Process};
+
+const SEARCH: &str = "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows = 10\ncolumns = 10\n\
+                      [objects]\ncount = 2\n[robots]\ncount = 2\npolicy = \"path\"\n\
+                      [mission]\nbudget_seconds = 3600.0\nexpected_undeclared = 0.001\n";
+
+fn read(log: &Path) -> String {
+    let log = std::fs::read_to_string(log).unwrap();
+    assert!(!log.contains('\x1b'), "colors are for terminals: {log}");
+    log
+}
+
+/// What is told after these words, line by line.
+fn told<'a>(log: &'a str, words: &str) -> Vec<&'a str> {
+    log.lines().filter_map(|line| line.split_once(words).map(|(_, rest)| rest)).collect()
+}
+
+#[test]
+fn logs_tell_what_was_decided_and_found_and_declared_and_why_a_robot_rests() {
+    let field = Field::new(SEARCH, 2, 3);
+    let log = |name: &str| field.path(&format!("{name}.log"));
+    let start = |name: &str, verb: &str, settings: &Path| {
+        let mut command = Command::new(DRAGNET);
+        Process::start_logged(command.args([verb, "--config"]).arg(settings), &log(name))
+    };
+    let coordinator = start("coordinator", "coordinator", &field.coordinator_settings());
+    let robots =
+        [1, 2].map(|number| start(&format!("robot_{number}"), "agent", &field.robot_settings(number, None)));
+    field.world().output();
+    robots.into_iter().for_each(Process::terminate);
+    coordinator.terminate();
+    let declared = read(&log("coordinator"));
+    let declared = told(&declared, "the coordinator declared: an object at ");
+    assert_eq!(declared.len(), 2, "{declared:?}");
+    for number in [1, 2] {
+        let log = read(&log(&format!("robot_{number}")));
+        let told = |words: &str| told(&log, &format!("robot {number} {words}: "));
+        let decided = told("decided");
+        assert!(decided.len() > 2 && decided[0].contains(" to ["), "{log}");
+        assert_eq!(told("resting").last(), Some(&"nothing is left that is worth a search"), "{log}");
+        let found: Vec<&str> =
+            told("found").iter().map(|line| line.trim_start_matches("an object at ")).collect();
+        for cell in &found {
+            assert!(declared.iter().any(|declared| declared.starts_with(cell)), "{cell}: {declared:?}");
+        }
+        assert_eq!(found.len(), 2, "by itself or by its teammate: {log}");
+    }
+}
+
+#[test]
+fn an_error_names_no_folder_of_the_machine_that_built_the_program() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("field.toml"), SEARCH).unwrap();
+    std::fs::write(folder.path().join("zenoh.json5"), "{ mode: 7, listen: ").unwrap();
+    for zenoh in ["listen = [\"tcp\"]", "listen = [\"tcp/0.0.0.256:x\"]", "config = \"zenoh.json5\""] {
+        let settings = folder.path().join("robot.toml");
+        let common = "mission = \"field\"\nscenario = \"field.toml\"";
+        let text = format!("robot = 1\n[common]\n{common}\n[common.zenoh]\n{zenoh}\n");
+        std::fs::write(&settings, text).unwrap();
+        let output = Command::new(DRAGNET).args(["agent", "--config"]).arg(&settings).output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.len() > 20 && !said.contains(".cargo") && !said.contains(".rs:"), "{said}");
+        assert!(!said.contains('\x1b'), "{said}");
+    }
+}
