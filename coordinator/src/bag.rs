@@ -9,7 +9,7 @@ use std::sync::Arc;
 use mcap::records::Record;
 
 use crate::mcap_file::read::McapReader;
-use crate::mcap_file::{Ending, RecordingError};
+use crate::mcap_file::{Ending, RecordingError, foreign};
 
 /// Iterates over the messages of a recording in the order in which they were written down, until the first record that is
 /// not whole. Of a bag that was split each file is a recording.
@@ -90,13 +90,13 @@ impl Iterator for Bag {
 fn only(folder: &Path) -> Result<PathBuf, RecordingError> {
     let failed = |source| RecordingError::Read { path: folder.to_owned(), source };
     let entries = folder.read_dir().map_err(failed)?.collect::<Result<Vec<_>, _>>().map_err(failed)?;
-    let recordings: Vec<PathBuf> = entries
-        .iter()
-        .map(DirEntry::path)
-        .filter(|path| path.extension().is_some_and(|extension| extension == "mcap"))
-        .collect();
-    match recordings.as_slice() {
+    let of_kind = |kind: &str| -> Vec<PathBuf> {
+        let paths = entries.iter().map(DirEntry::path);
+        paths.filter(|path| path.extension().is_some_and(|extension| extension == kind)).collect()
+    };
+    match of_kind("mcap").as_slice() {
         [recording] => Ok(recording.clone()),
+        [] if !of_kind("db3").is_empty() => Err(foreign::sqlite(folder)),
         others => {
             let found = format!("a folder with {} recordings (.mcap); of many name one", others.len());
             Err(RecordingError::NotARecording { path: folder.to_owned(), found })

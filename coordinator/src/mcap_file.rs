@@ -1,6 +1,7 @@
 //! MCAP files, with errors that name the file: [`write`] writes them, [`read`] reads as much of them as is whole.
 
 mod error;
+pub(crate) mod foreign;
 pub(crate) mod read;
 pub(crate) mod write;
 

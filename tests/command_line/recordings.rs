@@ -28,3 +28,28 @@ fn what_is_no_recording_is_refused() {
     place.refuse(&["recover", "small.toml", "out.mcap"], &["small.toml"]);
     assert!(!place.path("out.mcap").exists());
 }
+
+/// As ROS 2 records it unless it is told otherwise, up to Humble.
+#[test]
+fn a_bag_in_sqlite_is_called_that_and_how_to_convert_it_is_said() {
+    let place = Place::new();
+    fs::create_dir(place.path("drive")).unwrap();
+    fs::write(place.path("drive/drive_0.db3"), b"SQLite format 3\0and more").unwrap();
+    let said = [
+        "not a recording: a bag in SQLite (.db3)",
+        "`ros2 bag convert -i drive -o mcap.yaml`",
+        "storage_id: mcap",
+    ];
+    for verb in ["inspect", "replay"] {
+        place.refuse(&[verb, "drive/drive_0.db3"], &said);
+    }
+    place.refuse(&["recover", "drive/drive_0.db3", "out.mcap"], &said);
+    assert!(!place.path("out.mcap").exists());
+    place.write(
+        "robot.toml",
+        "robot = 1\n[common]\nmission = \"a\"\nscenario = \"small.toml\"\n[vehicle]\n[ros]\ntransport = \"bridge\"\n",
+    );
+    for bag in ["drive", "drive/drive_0.db3"] {
+        place.refuse(&["agent", "--config", "robot.toml", "--dry-run", bag], &said);
+    }
+}

@@ -70,6 +70,7 @@ impl McapReader<BufReader<File>> {
         let failed = |source| RecordingError::Read { path: path.to_owned(), source };
         let file = File::open(path).map_err(failed)?;
         let length = file.metadata().map_err(failed)?.len();
+        super::foreign::check(path, &file)?;
         Self::new(path, BufReader::new(file), length)
     }
 }
