@@ -16,6 +16,7 @@ use std::io::Write;
 use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
+use dragnet_proto::file::read_text_at_most;
 use dragnet_proto::key::Mission;
 use time::{Duration, OffsetDateTime};
 
@@ -63,7 +64,7 @@ impl Folder {
     /// If it is not there, or was changed into something that makes no sense.
     pub fn open(path: &Path) -> Result<Self, KeysError> {
         let file = path.join(REGISTER);
-        let text = fs::read_to_string(&file).map_err(KeysError::file(&file))?;
+        let text = read_text_at_most(&file, MAX_FILE_BYTES).map_err(KeysError::file(&file))?;
         let register: Register = toml::from_str(&text)
             .map_err(|error| KeysError::Register { path: file, reason: error.to_string() })?;
         let mission = register.mission()?;
@@ -147,7 +148,7 @@ impl Folder {
     fn authority(&self) -> Result<Signed, KeysError> {
         let read = |extension: &str| {
             let file = self.path.join(format!("{AUTHORITY}.{extension}"));
-            fs::read_to_string(&file).map_err(KeysError::file(&file))
+            read_text_at_most(&file, MAX_FILE_BYTES).map_err(KeysError::file(&file))
         };
         Ok(Signed { certificate: read("pem")?, private_key: read("key")? })
     }
@@ -170,6 +171,9 @@ impl Folder {
         Ok(())
     }
 }
+
+/// The longest file that is read, bytes: a list of all certificates of a large team takes a hundredth.
+const MAX_FILE_BYTES: u64 = 1 << 24;
 
 fn make_folder(path: &Path) -> Result<(), KeysError> {
     DirBuilder::new().mode(0o700).create(path).map_err(KeysError::file(path))

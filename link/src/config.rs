@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use dragnet_agent::agent::Orders;
+use dragnet_proto::file::read_text_at_most;
 use dragnet_proto::key::Mission;
 use dragnet_proto::ros::output::OutputKind;
 use dragnet_proto::scenario::Scenario;
@@ -124,6 +125,11 @@ pub struct SimConfig {
     pub zenoh: Endpoints,
 }
 
+/// The longest settings, bytes: with the text of a scenario in them, quoted.
+const MAX_SETTINGS_BYTES: u64 = 4 * Scenario::MAX_BYTES as u64;
+/// The longest file of motion primitives, bytes.
+const MAX_PRIMITIVES_BYTES: u64 = 1 << 26;
+
 const fn one() -> f64 {
     1.0
 }
@@ -134,7 +140,7 @@ const fn one() -> f64 {
 /// If it cannot be read or says what is not allowed: with the key and the place.
 pub fn load<T: DeserializeOwned>(file: &Path) -> Result<T, LinkError> {
     let failed = |reason: String| LinkError::Settings { file: file.to_owned(), reason };
-    let text = std::fs::read_to_string(file).map_err(|error| failed(error.to_string()))?;
+    let text = read_text_at_most(file, MAX_SETTINGS_BYTES).map_err(|error| failed(error.to_string()))?;
     let toml = toml::Deserializer::parse(&text).map_err(|error| failed(error.to_string()))?;
     serde_path_to_error::deserialize(toml)
         .map_err(|error| failed(format!("{}: {}", error.path(), error.inner())))
@@ -205,7 +211,7 @@ impl AgentConfig {
                 let told = |error: std::io::Error| {
                     failed(format!("vehicle.motion.primitives: {}: {error}", path.display()))
                 };
-                Some(std::fs::read_to_string(&path).map_err(told)?)
+                Some(read_text_at_most(&path, MAX_PRIMITIVES_BYTES).map_err(told)?)
             }
             MotionTable::Lattice { .. } | MotionTable::Goal => None,
         };

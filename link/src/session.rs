@@ -5,6 +5,7 @@ use std::hash::{BuildHasher, RandomState};
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 
+use dragnet_proto::file::check_plain;
 use serde::{Deserialize, Serialize};
 use tokio::runtime::Runtime;
 use zenoh::{Config, Session};
@@ -139,10 +140,18 @@ fn private() -> Result<Config, zenoh::Error> {
     Ok(config)
 }
 
+/// The longest file that Zenoh is given to read, bytes.
+const MAX_FILE_BYTES: u64 = 1 << 22;
+
 /// Settings of Zenoh from a file: whoever names no endpoint listens nowhere, and files that it names lie beside it.
 pub(crate) fn read(file: &Path) -> Result<Config, LinkError> {
     let failed =
         |error: zenoh::Error| LinkError::Settings { file: file.to_owned(), reason: error.to_string() };
+    let endless = |path: &Path, error: std::io::Error| LinkError::Settings {
+        file: file.to_owned(),
+        reason: format!("{}: {error}", path.display()),
+    };
+    check_plain(file, MAX_FILE_BYTES).map_err(|error| endless(file, error))?;
     let mut config = Config::from_file(file).map_err(failed)?;
     let listen = "listen/endpoints";
     let usual = Config::default().get_json(listen).map_err(failed)?;
@@ -155,6 +164,7 @@ pub(crate) fn read(file: &Path) -> Result<Config, LinkError> {
         let value = config.get_json(&key).unwrap_or_default();
         if let Ok(path) = serde_json::from_str::<PathBuf>(&value) {
             let path = file.parent().unwrap_or(Path::new("")).join(path);
+            check_plain(&path, MAX_FILE_BYTES).map_err(|error| endless(&path, error))?;
             config.insert_json5(&key, &format!("{:?}", path.display().to_string())).map_err(failed)?;
         }
     }
@@ -262,5 +272,19 @@ mod tests {
         let key = format!("{:?}", folder.path().join("a.key").display().to_string());
         assert_eq!(value("transport/link/tls/listen_private_key"), key);
         assert_eq!(value("transport/link/tls/root_ca_certificate"), "\"/b.pem\"");
+    }
+
+    #[test]
+    fn files_without_an_end_are_not_given_to_zenoh() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("zenoh.json5");
+        std::fs::write(&file, "{ transport: { link: { tls: { listen_private_key: \"/dev/zero\" } } } }")
+            .unwrap();
+        let check = |file: &Path| {
+            let error = read(file).err().unwrap().to_string();
+            assert!(error.contains("/dev/zero: no plain file"), "{error}");
+        };
+        check(&file);
+        check(Path::new("/dev/zero"));
     }
 }

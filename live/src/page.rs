@@ -13,6 +13,7 @@ use axum::routing::{get, post};
 use axum::{Json, Router};
 use dragnet_coordinator::desk::Listener;
 use dragnet_coordinator::playback::Playback;
+use dragnet_proto::file::read_text_at_most;
 use dragnet_proto::message::Message;
 use dragnet_proto::participant::Stimulus;
 use dragnet_proto::time::MissionTime;
@@ -212,10 +213,13 @@ impl Page {
     }
 }
 
+/// The longest file of a token, bytes.
+const MAX_TOKEN_BYTES: u64 = 1 << 12;
+
 fn token(settings: &Settings) -> Result<Token, PageError> {
     let Some(file) = &settings.token_file else { return Ok(Token::random()?) };
     let failed = |reason: String| PageError::TokenFile { file: file.clone(), reason };
-    let text = std::fs::read_to_string(file).map_err(|error| failed(error.to_string()))?;
+    let text = read_text_at_most(file, MAX_TOKEN_BYTES).map_err(|error| failed(error.to_string()))?;
     Token::chosen(&text).map_err(|error| failed(error.to_string()))
 }
 

@@ -21,10 +21,15 @@ mod raster;
 mod ros;
 mod scanline;
 
+use std::fmt;
 use std::path::Path;
 
 use dragnet_learn::file::read_at_most;
+use dragnet_search::cell::Cell;
 use dragnet_search::terrain::Terrain;
+use serde::Serialize;
+
+use crate::wire::standard as wire;
 
 pub use areas::{Area, Areas, Purpose};
 pub use earth::Earth;
@@ -47,7 +52,9 @@ pub struct MapFile {
 
 /// Pose of the map's south-western corner in the frame of its file: of a ROS map in the frame `map`. Zero for
 /// all others.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+///
+/// Whatever says where something is in that frame asks here: recordings, exports, and what a robot's own network is told.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct MapOrigin {
     /// Metres along the frame's x axis.
     pub x_meters: f64,
@@ -55,6 +62,41 @@ pub struct MapOrigin {
     pub y_meters: f64,
     /// From the frame's x axis to the map's eastern one, counterclockwise, radians.
     pub yaw_radians: f64,
+}
+
+impl MapOrigin {
+    /// Where in the frame, metres, a point of the map lies: so many metres along its rows and up its columns from the
+    /// corner.
+    #[must_use]
+    pub fn point(&self, (along_meters, up_meters): (f64, f64)) -> (f64, f64) {
+        let (sine, cosine) = self.yaw_radians.sin_cos();
+        (
+            self.x_meters + (cosine * along_meters - sine * up_meters),
+            self.y_meters + (sine * along_meters + cosine * up_meters),
+        )
+    }
+
+    /// The middle of a cell in the frame, metres.
+    #[must_use]
+    pub fn center(&self, terrain: &Terrain, cell: Cell) -> (f64, f64) {
+        self.point(terrain.center_meters(cell))
+    }
+}
+
+/// Of a pose that stands upright, as maps do.
+impl From<wire::Pose> for MapOrigin {
+    fn from(pose: wire::Pose) -> Self {
+        let wire::Pose { position, orientation } = pose;
+        let yaw_radians = 2.0 * orientation.z.atan2(orientation.w);
+        Self { x_meters: position.x, y_meters: position.y, yaw_radians }
+    }
+}
+
+impl fmt::Display for MapOrigin {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { x_meters, y_meters, yaw_radians } = self;
+        write!(formatter, "({x_meters}, {y_meters}) m, turned by {yaw_radians} rad")
+    }
 }
 
 impl MapFile {
@@ -103,8 +145,8 @@ fn read_text(file: &Path) -> Result<String, MapFileError> {
 }
 
 fn read_text_at_most(file: &Path, bytes: u64) -> Result<String, MapFileError> {
-    String::from_utf8(read_bytes_at_most(file, bytes)?)
-        .map_err(|source| MapFileError::syntax(file, format!("no UTF-8 text: {source}")))
+    dragnet_learn::file::text_of(read_bytes_at_most(file, bytes)?)
+        .map_err(|source| MapFileError::syntax(file, source))
 }
 
 fn read_bytes(file: &Path) -> Result<Vec<u8>, MapFileError> {

@@ -16,12 +16,11 @@ mod schema;
 mod warning;
 mod world;
 
-use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use dragnet_learn::file::read_at_most;
+use dragnet_learn::file::read_text_at_most;
 use dragnet_learn::policy::{PolicyName, Shipped};
 use dragnet_search::belief::Belief;
 use dragnet_search::route::Moves;
@@ -90,10 +89,7 @@ impl Scenario {
     /// If one cannot be read, is not what its format says, or a value is out of range or contradicts another.
     pub fn load(path: &Path) -> Result<Self, ScenarioError> {
         let read = |source| ScenarioError::Read { file: path.to_owned(), source };
-        let no_text = |error| io::Error::new(io::ErrorKind::InvalidData, format!("no UTF-8 text: {error}"));
-        let bytes = read_at_most(path, Self::MAX_BYTES as u64).map_err(read)?;
-        let text = String::from_utf8(bytes).map_err(|error| read(no_text(error)))?;
-        Self::from_text(path, text)
+        Self::from_text(path, read_text_at_most(path, Self::MAX_BYTES as u64).map_err(read)?)
     }
 
     /// A scenario from its text, as if read from a path: messages name it, and files are relative to its

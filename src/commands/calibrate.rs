@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use csv::Reader;
+use dragnet_learn::file::read_text_at_most;
 use dragnet_search::sensor;
 use dragnet_vehicle::calibration::{self, AtDistance, Calibration, Estimate, LabelledLook};
 use serde::Deserialize;
@@ -49,9 +50,14 @@ struct Row {
     value: f32,
 }
 
+/// The longest table, bytes.
+const MAX_BYTES: u64 = 1 << 28;
+
 fn read(path: &Path) -> Result<Vec<LabelledLook>, Failure> {
     let failed = |reason: String| Failure::Input(format!("{}: {reason}", path.display()));
-    let mut reader = Reader::from_path(path).map_err(|error| failed(format!("cannot read it: {error}")))?;
+    let text = read_text_at_most(path, MAX_BYTES);
+    let text = text.map_err(|error| failed(format!("cannot read it: {error}")))?;
+    let mut reader = Reader::from_reader(text.as_bytes());
     let rows = reader.deserialize::<Row>().map(|row| {
         let Row { distance, object, value } = row.map_err(|error| failed(error.to_string()))?;
         if object > 1 {

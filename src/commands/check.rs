@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use dragnet_proto::map_file::areas::{Claims, Region, Rest};
-use dragnet_proto::map_file::{GeoPoint, Georeference};
+use dragnet_proto::map_file::{GeoPoint, Georeference, MapOrigin};
 use dragnet_proto::scenario::Scenario;
 
 use super::{Failure, complain, scenario};
@@ -77,9 +77,13 @@ fn earth(scenario: &Scenario) -> Vec<String> {
         format!("  {} {:?}: {cells}\n", area.purpose.word(), area.name)
     });
     let claims = scenario.claims().map(claims).unwrap_or_default();
-    let left_out =
-        areas.left_out.iter().map(|name| format!("  left out: {}, no area of ours\n", name.escape_debug()));
-    corner.into_iter().chain(drawn).chain(claims).chain(left_out).collect()
+    corner.into_iter().chain(frame(scenario)).chain(drawn).chain(claims).collect()
+}
+
+/// Where the map lies in the frame of its file, if that is not where the frame begins.
+fn frame(scenario: &Scenario) -> Option<String> {
+    let origin = scenario.origin();
+    (origin != MapOrigin::default()).then(|| format!("  south-western corner in the frame map: {origin}\n"))
 }
 
 fn claims(claims: &Claims) -> Vec<String> {

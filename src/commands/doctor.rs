@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use dragnet_keys::certificate;
+use dragnet_learn::file::read_at_most;
 use dragnet_link::config::{self, AgentConfig};
 use dragnet_link::doctor::{self, Finding, Verdict};
 use dragnet_link::session;
@@ -60,10 +61,13 @@ fn certificates(file: &Path) -> Vec<Finding> {
     paths.iter().map(|path| certificate(path, now)).collect()
 }
 
+/// The longest certificate, bytes.
+const MAX_CERTIFICATE_BYTES: u64 = 1 << 20;
+
 fn certificate(path: &Path, now: OffsetDateTime) -> Finding {
     let subject = format!("certificate {}", path.display());
     let advice = "make new ones: dragnet keys add";
-    let bytes = match std::fs::read(path) {
+    let bytes = match read_at_most(path, MAX_CERTIFICATE_BYTES) {
         Ok(bytes) => bytes,
         Err(error) => return Finding::fail(subject, error.to_string(), advice),
     };

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use dragnet_learn::file::read_at_most;
 use serde::Deserialize;
 
 use super::comparison::part::{self, Joined};
@@ -45,7 +46,7 @@ fn are_demonstrations(files: &[PathBuf]) -> bool {
     struct Stamp {
         format: String,
     }
-    let text = files.first().and_then(|path| fs::read(path).ok());
+    let text = files.first().and_then(|path| read_at_most(path, shard::MAX_PART_BYTES).ok());
     let stamp = text.and_then(|text| serde_json::from_slice::<Stamp>(&text).ok());
     stamp.is_some_and(|stamp| stamp.format == demonstrate::part::FORMAT)
 }

@@ -58,6 +58,9 @@ impl Shard {
     }
 }
 
+/// The longest part that is read, bytes.
+pub(super) const MAX_PART_BYTES: u64 = 1 << 30;
+
 /// Whether a file is named as [`Shard::file_name`] names it.
 pub(super) fn is_part(path: &Path) -> bool {
     let stem = path.file_stem().and_then(|stem| stem.to_str());

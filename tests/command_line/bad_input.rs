@@ -95,3 +95,76 @@ fn nothing_is_recorded_of_what_is_refused() {
     place.refuse(&["run", "small.toml", "--robots", "0", "--record", "a.mcap"], &["--robots"]);
     assert!(!place.path("a.mcap").exists());
 }
+
+/// A device never ends: each file that a user can name is read no further than it may be long.
+#[test]
+fn files_without_an_end_are_refused() {
+    let place = Place::new();
+    place.write(
+        "yaml.toml",
+        &SMALL.replace("shape = 'all_traversable'\nrows = 12\ncolumns = 12", "file = 'a.yaml'"),
+    );
+    std::os::unix::fs::symlink("/dev/zero", place.path("a.yaml")).unwrap();
+    std::os::unix::fs::symlink("/dev/zero", place.path("part-1-of-1.json")).unwrap();
+    let agent = "mission = 'small'\nscenario = 'small.toml'\nzenoh.config = '/dev/zero'\n";
+    place.write("agent.toml", &format!("robot = 1\n[common]\n{agent}"));
+    let endless = "bytes that are read";
+    for (arguments, said) in [
+        (&["check", "/dev/zero"] as &[&str], &["/dev/zero", endless] as &[&str]),
+        (&["check", "yaml.toml"], &["a.yaml: longer than the 65536", endless]),
+        (&["agent", "--config", "/dev/zero"], &["/dev/zero", endless]),
+        (&["coordinator", "--config", "/dev/zero"], &["/dev/zero", endless]),
+        (&["sim", "small.toml", "--config", "/dev/zero"], &["/dev/zero", endless]),
+        (&["agent", "--config", "agent.toml"], &["/dev/zero: no plain file"]),
+        (&["calibrate", "/dev/zero"], &["/dev/zero", endless]),
+        (&["inspect", "/dev/zero"], &["/dev/zero", "not a recording"]),
+    ] {
+        place.refuse(arguments, said);
+    }
+}
+
+/// A byte-order mark is no part of any text.
+#[test]
+fn what_an_editor_writes_before_a_text_is_no_part_of_it() {
+    let place = Place::new();
+    let mark = "\u{feff}";
+    let looks = format!("distance,object,value\n{}", "1,1,0.9\n1,0,0.1\n2,1,1.3\n2,0,-0.2\n".repeat(20));
+    let files = [
+        ("m.pgm", "P2 3 2 255 254 254 254 254 254 254", ""),
+        (
+            "m.yaml",
+            "image: m.pgm\nresolution: 1.0\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n",
+            mark,
+        ),
+        ("m.txt", "...\n...\n", mark),
+        ("m.map", "type octile\nheight 2\nwidth 3\nmap\n...\n...\n", mark),
+        ("prior.csv", "0.1,0.2,0.3\n0.1,0.2,0.3\n", mark),
+        ("m.geojson", r#"{"type":"Polygon","coordinates":[[[0,0],[0.001,0],[0.001,0.001],[0,0]]]}"#, mark),
+        (
+            "m.kml",
+            "<kml><Placemark><Polygon><outerBoundaryIs><LinearRing><coordinates>0,0 0.001,0 0.001,0.001 0,0\
+                   </coordinates></LinearRing></outerBoundaryIs></Polygon></Placemark></kml>",
+            mark,
+        ),
+        ("looks.csv", &*looks, mark),
+    ];
+    for (name, text, mark) in files {
+        place.write(name, &format!("{mark}{text}"));
+    }
+    for map in ["m.yaml", "m.txt", "m.map", "m.geojson", "m.kml"] {
+        let prior =
+            if map.starts_with("m.g") || map.starts_with("m.k") { "" } else { "prior.file = 'prior.csv'\n" };
+        let text = format!(
+            "{mark}name = 't'\nmap = {{ file = '{map}', cell_meters = 1.0 }}\nsensor.radius = 1\nobjects.count = 1\n{prior}\
+             mission.budget_meters = 30.0\n"
+        );
+        place.write("t.toml", &text);
+        assert!(place.succeed(&["check", "t.toml"]).contains("t.toml: ok"), "{map}");
+    }
+    place.succeed(&["calibrate", "looks.csv"]);
+    let utf16: Vec<u8> = format!("{mark}{SMALL}").encode_utf16().flat_map(u16::to_le_bytes).collect();
+    std::fs::write(place.path("wide.toml"), utf16).unwrap();
+    assert!(place.succeed(&["check", "wide.toml"]).contains("wide.toml: ok"));
+    std::fs::write(place.path("wide.toml"), [0xff, 0xfe, 0x41]).unwrap();
+    place.refuse(&["check", "wide.toml"], &["no UTF-16 text"]);
+}

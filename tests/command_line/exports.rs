@@ -39,10 +39,37 @@ fn check_tells_what_was_drawn() {
         "  no_go \"Pond\": 3 searched cells\n",
         "  prior \"Wood\": POA 70.0 % in 44 cells\n",
         "  rest: POA 30.0 %, spread over 77 cells outside of all areas\n",
-        "  left out: Tent, no area of ours\n",
+        "drawn.toml: warning: left out: Tent, no area of ours\n",
     ] {
         assert!(text.contains(line), "{line}{text}");
     }
+}
+
+/// A search tells what it does not begin with, not only who asks for it.
+#[test]
+fn a_run_tells_what_it_left_out_and_enters_no_area_that_html_forbids() {
+    let place = Place::new();
+    let area = |description: &str, shape: &str| {
+        format!(
+            "<Placemark><name>A</name><description><![CDATA[{description}]]></description>{shape}</Placemark>"
+        )
+    };
+    let wood = "<Polygon><outerBoundaryIs><LinearRing><coordinates>8,47 8.01,47 8.01,47.01 8,47.01 8,47</coordinates>\
+                </LinearRing></outerBoundaryIs></Polygon>";
+    let cliff = "<LineString><coordinates>8.005,47 8.005,47.01</coordinates></LineString>";
+    let tent = "<Placemark><name>Tent</name><Point><coordinates>8,47</coordinates></Point></Placemark>";
+    let areas = [area("", wood), area("<div>kind: no_go</div>", cliff), tent.to_owned()].concat();
+    place.write("area.kml", &format!("<kml>{areas}</kml>"));
+    let scenario = "name = 'area'\nmap.file = 'area.kml'\nobjects.count = 1\nmission.budget_meters = 300.0\n";
+    place.write("area.toml", scenario);
+    let output = place.dragnet(&["run", "area.toml", "--record", "area.mcap", "--json"]);
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && told.contains("left out: Tent, no area of ours"), "{told}");
+    assert!(place.succeed(&["check", "area.toml"]).contains("no_go \"A\""));
+    place.write("area.kml", &format!("<kml>{}</kml>", areas.replace("kind: no_go", "no_go")));
+    let output = place.dragnet(&["run", "area.toml", "--record", "again.mcap"]);
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.code() == Some(2) && told.contains("\"no_go\", which is not understood"), "{told}");
 }
 
 #[test]

@@ -14,8 +14,6 @@ const MAX_PIXELS: u64 = 1 << 26;
 pub(super) struct Picture {
     pub(super) columns: u32,
     pub(super) rows: u32,
-    /// Whether the file has an alpha channel.
-    pub(super) has_alpha: bool,
     /// Row by row from the southern edge, west to east: the last row of the file first.
     pub(super) shades: Vec<Shade>,
 }
@@ -23,7 +21,7 @@ pub(super) struct Picture {
 /// One pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Shade {
-    /// Mean of red, green and blue, 0 black to 1 white.
+    /// Luma of red, green and blue by ITU-R BT.709, 0 black to 1 white.
     pub(super) brightness: f32,
     /// 0 transparent to 1 opaque.
     pub(super) alpha: f32,
@@ -42,8 +40,7 @@ pub(super) fn decode(file: &Path, bytes: &[u8]) -> Result<Picture, MapFileError>
     let (columns, rows) = decoder.dimensions();
     check_size(file, columns, rows)?;
     let image = DynamicImage::from_decoder(decoder).map_err(|error| no_image(&error))?;
-    let has_alpha = image.color().has_alpha();
-    Ok(Picture { columns, rows, has_alpha, shades: shades_of(image) })
+    Ok(Picture { columns, rows, shades: shades_of(image) })
 }
 
 fn check_size(file: &Path, columns: u32, rows: u32) -> Result<(), MapFileError> {
@@ -75,7 +72,9 @@ where
     let white: f32 = P::Subpixel::DEFAULT_MAX_VALUE.into();
     let shade = |pixel: &P| {
         let [red, green, blue, alpha] = pixel.to_rgba().0.map(Into::into);
-        Shade { brightness: (red + green + blue) / (3.0 * white), alpha: alpha / white }
+        // Of a gray pixel exactly that gray.
+        let luma = green + 0.212_656 * (red - green) + 0.072_186 * (blue - green);
+        Shade { brightness: luma / white, alpha: alpha / white }
     };
     image.rows().rev().flat_map(|row| row.map(shade)).collect()
 }
@@ -97,7 +96,6 @@ mod tests {
         for (shade, expected) in brightness.iter().zip([0.5, 1.0, 0.0, 0.25]) {
             assert!((shade - expected).abs() < 0.003, "{brightness:?}");
         }
-        assert!(!picture.has_alpha);
     }
 
     #[test]

@@ -1,13 +1,13 @@
 //! Maps of the ROS 2 `map_server`: a YAML file and its image.
 //!
-//! Pixels become occupancy exactly as `nav2_map_server` reads them (`map_io.cpp`, `loadMapFromFile`): with
-//! `shade` the mean of red, green and blue from 0 to 1 (in mode `trinary` of an image with alpha, the mean of
-//! the three and of the opacity) and `occupancy = negate ? shade : 1 - shade`,
-//! - `trinary`: above `occupied_thresh` occupied, below `free_thresh` free, else unknown;
-//! - `scale`: the same, but pixels that are not fully opaque are unknown and those between the thresholds
-//!   take
+//! Both are read as `nav2_map_server` does (`map_io.cpp`, of 2026): numbers may be quoted, `negate` is a number or any
+//! word that YAML 1.1 has for yes and no, and modes are written in any case. With `shade` the brightness of a pixel in 255
+//! steps, from 0 to 1, and `occupancy = negate ? shade : 1 - shade`, both in single precision,
+//! - `trinary`: from `occupied_thresh` on occupied, up to `free_thresh` free, else unknown;
+//! - `scale`: the same, but those between the thresholds take
 //!   `round(100 (occupancy - free) / (occupied - free))`;
-//! - `raw`: `round(255 shade)`, unknown above 100; `negate` and the thresholds play no part there.
+//! - in both, pixels that are not fully opaque are unknown;
+//! - `raw`: `255 shade`, unknown above 100; `negate`, the thresholds and opacity play no part there.
 //!
 //! `nav2_map_server` leaves it to others what a value between free (0) and occupied (100) means. Here a pixel
 //! is free if its value is 0, or in `raw` below `100 free_thresh`. Only free pixels are crossed and searched;
@@ -15,27 +15,33 @@
 
 use std::path::Path;
 
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer};
 
 use super::picture::{self, Picture, Shade};
 use super::raster::Raster;
-use super::{MapFile, MapFileError, MapOrigin, read_text};
+use super::{MapFile, MapFileError, MapOrigin, read_text_at_most};
+
+/// The longest YAML file, bytes: a hundred times what one takes.
+const MAX_HEADER_BYTES: u64 = 1 << 16;
 
 /// The YAML file. Keys that other tools add are ignored, as by `nav2_map_server`.
 #[derive(Deserialize)]
 struct Header {
     image: String,
+    #[serde(deserialize_with = "number")]
     resolution: f64,
-    origin: Vec<f64>,
-    negate: Negate,
+    origin: Vec<Scalar>,
+    #[serde(deserialize_with = "flag")]
+    negate: bool,
+    #[serde(deserialize_with = "number")]
     occupied_thresh: f64,
+    #[serde(deserialize_with = "number")]
     free_thresh: f64,
-    #[serde(default)]
+    #[serde(default, deserialize_with = "mode")]
     mode: Mode,
 }
 
-#[derive(Clone, Copy, Default, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Default, PartialEq, Eq)]
 enum Mode {
     #[default]
     Trinary,
@@ -43,30 +49,75 @@ enum Mode {
     Raw,
 }
 
-/// `map_server` takes a number or a boolean.
-#[derive(Clone, Copy, Deserialize)]
+/// A value as `map_server` takes it: quotes change nothing.
+#[derive(Clone, Deserialize)]
 #[serde(untagged)]
-enum Negate {
-    Number(i64),
+enum Scalar {
     Flag(bool),
+    Integer(i64),
+    Number(f64),
+    Text(String),
 }
 
-impl Negate {
-    const fn is_set(self) -> bool {
-        matches!(self, Self::Flag(true)) || matches!(self, Self::Number(number) if number != 0)
+impl Scalar {
+    fn number(&self) -> Result<f64, String> {
+        match self {
+            Self::Integer(integer) => Ok(*integer as f64),
+            Self::Number(number) => Ok(*number),
+            Self::Flag(flag) => Err(format!("{flag} is no number")),
+            Self::Text(text) => text.trim().parse().map_err(|_| format!("{text:?} is no number")),
+        }
+    }
+
+    /// A whole number, or else a word of YAML 1.1: small, large, or with a large first letter.
+    fn flag(&self) -> Result<bool, String> {
+        let allowed = "a whole number, or yes, no, true, false, on, off, y or n";
+        let text = match self {
+            Self::Flag(flag) => return Ok(*flag),
+            Self::Integer(integer) => return Ok(*integer != 0),
+            Self::Number(number) => return Err(format!("{number} is neither; allowed is {allowed}")),
+            Self::Text(text) => text.trim(),
+        };
+        if let Ok(integer) = text.parse::<i64>() {
+            return Ok(integer != 0);
+        }
+        let small = text.to_lowercase();
+        let is_cased =
+            text.to_uppercase() == text || text.chars().skip(1).all(|letter| !letter.is_uppercase());
+        match small.as_str() {
+            "yes" | "true" | "on" | "y" if is_cased => Ok(true),
+            "no" | "false" | "off" | "n" if is_cased => Ok(false),
+            _ => Err(format!("{text:?} is neither; allowed is {allowed}")),
+        }
+    }
+}
+
+fn number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Scalar::deserialize(deserializer)?.number().map_err(serde::de::Error::custom)
+}
+
+fn flag<'de, D: Deserializer<'de>>(deserializer: D) -> Result<bool, D::Error> {
+    Scalar::deserialize(deserializer)?.flag().map_err(serde::de::Error::custom)
+}
+
+fn mode<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Mode, D::Error> {
+    let word = String::deserialize(deserializer)?;
+    match word.to_lowercase().as_str() {
+        "trinary" => Ok(Mode::Trinary),
+        "scale" => Ok(Mode::Scale),
+        "raw" => Ok(Mode::Raw),
+        _ => Err(serde::de::Error::custom(format!("{word:?}; allowed is trinary, scale or raw"))),
     }
 }
 
 pub(super) fn load(file: &Path, cell_meters: f64) -> Result<MapFile, MapFileError> {
-    let header = read_header(file, &read_text(file)?)?;
+    let (header, origin) = read_header(file, &read_text_at_most(file, MAX_HEADER_BYTES)?)?;
     let picture = picture::load(&file.with_file_name(&header.image))?;
     let terrain = raster(&header, &picture).terrain(file, cell_meters)?;
-    let origin =
-        MapOrigin { x_meters: header.origin[0], y_meters: header.origin[1], yaw_radians: header.origin[2] };
     Ok(MapFile { origin, ..MapFile::unplaced(terrain) })
 }
 
-fn read_header(file: &Path, text: &str) -> Result<Header, MapFileError> {
+fn read_header(file: &Path, text: &str) -> Result<(Header, MapOrigin), MapFileError> {
     let header: Header = serde_path_to_error::deserialize(serde_yaml_ng::Deserializer::from_str(text))
         .map_err(|error| MapFileError::syntax(file, error))?;
     let is_length = header.resolution.is_finite() && header.resolution > 0.0;
@@ -74,9 +125,14 @@ fn read_header(file: &Path, text: &str) -> Result<Header, MapFileError> {
         let allowed = "a finite length in metres above 0";
         return Err(MapFileError::value(file, "resolution", header.resolution, allowed));
     }
-    if header.origin.len() != 3 || header.origin.iter().any(|value| !value.is_finite()) {
-        let found = format!("{:?}", header.origin);
-        return Err(MapFileError::value(file, "origin", found, "[x, y, yaw], finite"));
+    let origin: Result<Vec<f64>, String> = header.origin.iter().map(Scalar::number).collect();
+    let origin = origin.map_err(|error| MapFileError::syntax(file, format!("origin: {error}")))?;
+    let &[x_meters, y_meters, yaw_radians] = origin.as_slice() else {
+        let found = format!("{} numbers", origin.len());
+        return Err(MapFileError::value(file, "origin", found, "[x, y, yaw]"));
+    };
+    if origin.iter().any(|value| !value.is_finite()) {
+        return Err(MapFileError::value(file, "origin", format!("{origin:?}"), "[x, y, yaw], finite"));
     }
     // Written so that NaN fails as well.
     if !(0.0 <= header.free_thresh
@@ -90,35 +146,33 @@ fn read_header(file: &Path, text: &str) -> Result<Header, MapFileError> {
     if header.image.is_empty() {
         return Err(MapFileError::value(file, "image", "empty", "the path of a PGM or PNG image"));
     }
-    Ok(header)
+    Ok((header, MapOrigin { x_meters, y_meters, yaw_radians }))
 }
 
 fn raster(header: &Header, picture: &Picture) -> Raster {
-    let averages_alpha = picture.has_alpha && matches!(header.mode, Mode::Trinary);
-    let is_free = |shade: &Shade| {
-        let brightness = f64::from(shade.brightness);
-        let alpha = f64::from(shade.alpha);
-        let shade = if averages_alpha { (3.0 * brightness + alpha) / 4.0 } else { brightness };
-        is_free(header, shade, alpha)
-    };
     Raster {
         columns: picture.columns,
         rows: picture.rows,
         pixel_meters: header.resolution,
-        is_free: picture.shades.iter().map(is_free).collect(),
+        is_free: picture.shades.iter().map(|shade| is_free(header, *shade)).collect(),
     }
 }
 
-fn is_free(header: &Header, shade: f64, alpha: f64) -> bool {
-    let occupancy = if header.negate.is_set() { shade } else { 1.0 - shade };
+/// In single precision, as `map_server` compares.
+#[expect(clippy::cast_possible_truncation, reason = "as map_server does")]
+fn is_free(header: &Header, pixel: Shade) -> bool {
+    let steps = |value: f32| (255.0 * value).round();
+    let shade = steps(pixel.brightness) / 255.0;
+    let occupancy = if header.negate { shade } else { 1.0 - shade };
+    let (free, occupied) = (header.free_thresh as f32, header.occupied_thresh as f32);
+    let is_opaque = steps(pixel.alpha) >= 255.0;
     match header.mode {
-        Mode::Trinary => occupancy < header.free_thresh,
+        Mode::Trinary => is_opaque && occupancy <= free,
         Mode::Scale => {
-            let span = header.occupied_thresh - header.free_thresh;
-            let value = (100.0 * (occupancy - header.free_thresh) / span).round_ties_even();
-            alpha >= 1.0 && (occupancy < header.free_thresh || value <= 0.0)
+            let value = (100.0 * ((occupancy - free) / (occupied - free))).round();
+            is_opaque && (occupancy <= free || (value <= 0.0 && occupancy < occupied))
         }
-        Mode::Raw => (shade * 255.0).round() < 100.0 * header.free_thresh,
+        Mode::Raw => f64::from(steps(pixel.brightness)) < 100.0 * header.free_thresh,
     }
 }
 
@@ -168,9 +222,9 @@ mod tests {
     }
 
     #[test]
-    fn see_through_pixels_are_unknown_in_scale_and_darker_in_trinary() {
+    fn see_through_pixels_are_unknown() {
         let folder = tempfile::tempdir().unwrap();
-        let pixels = [255, 255, 255, 255, 255, 255, 255, 0];
+        let pixels = [255, 255, 255, 255, 255, 255, 255, 254];
         let image = image::RgbaImage::from_raw(2, 1, pixels.to_vec()).unwrap();
         image.save(folder.path().join("a.png")).unwrap();
         let file = folder.path().join("a.yaml");
@@ -182,6 +236,35 @@ mod tests {
     }
 
     #[test]
+    fn values_are_read_as_map_server_reads_them() {
+        let image = b"P2 2 1 255  255 0";
+        for no in ["no", "No", "NO", "false", "off", "n", "0", "'0'", "\"no\""] {
+            check(&YAML.replace("negate: 0", &format!("negate: {no}")), image, ".#");
+        }
+        for yes in ["yes", "True", "ON", "y", "1", "'1'", "-7"] {
+            check(&YAML.replace("negate: 0", &format!("negate: {yes}")), image, "#.");
+        }
+        for mode in ["Trinary", "TRINARY", "'trinary'", "Scale"] {
+            check(&format!("{YAML}mode: {mode}\n"), image, ".#");
+        }
+        let quoted = YAML.replace("0.5", "'0.5'").replace("-2.0", "\"-2\"").replace("0.25", "'.25'");
+        assert_eq!(load(&quoted, image, 0.5).unwrap(), load(YAML, image, 0.5).unwrap());
+        // A threshold itself is free: 1 - 204 / 255 is 0.2 in single precision.
+        check(&YAML.replace("0.25", "0.2"), b"P2 2 1 255  204 203", ".#");
+    }
+
+    #[test]
+    fn a_colored_pixel_is_as_bright_as_its_luma() {
+        let folder = tempfile::tempdir().unwrap();
+        let image = image::RgbImage::from_raw(3, 1, vec![0, 255, 0, 255, 0, 0, 200, 200, 200]).unwrap();
+        image.save(folder.path().join("a.png")).unwrap();
+        let file = folder.path().join("a.yaml");
+        fs::write(&file, YAML.replace("a.pgm", "a.png").replace("0.25", "0.3")).unwrap();
+        let terrain = super::load(&file, 0.5).unwrap().terrain;
+        assert_eq!(terrain, Terrain::from_ascii(".#.", 0.5).unwrap());
+    }
+
+    #[test]
     fn a_bad_header_names_its_key() {
         let image = b"P2 1 1 255 255";
         let check = |from: &str, to: &str, message: &str| {
@@ -190,11 +273,18 @@ mod tests {
         };
         check("0.5", ".nan", "resolution is NaN; allowed is a finite length in metres above 0");
         check("0.5", "-0.5", "resolution is -0.5");
-        check("0.5", "wide", "resolution: invalid type: string \"wide\", expected f64 at line 2");
+        check("0.5", "wide", "resolution: \"wide\" is no number");
         check("0.65", "0.2", "free_thresh is 0.25 and occupied_thresh 0.2; allowed is 0 <= free_thresh <");
         check("0.65", ".nan", "occupied_thresh NaN");
-        check("[1.0, -2.0, 0.0]", "[1.0]", "origin is [1.0]; allowed is [x, y, yaw], finite");
-        check("negate: 0", "negate: 0\nmode: grey", "unknown variant `grey`, expected one of `trinary`");
+        check("[1.0, -2.0, 0.0]", "[1.0]", "origin is 1 numbers; allowed is [x, y, yaw]");
+        check("negate: 0", "negate: 0\nmode: grey", "mode: \"grey\"; allowed is trinary, scale or raw");
+        check(
+            "negate: 0",
+            "negate: perhaps",
+            "negate: \"perhaps\" is neither; allowed is a whole number, or yes",
+        );
+        check("negate: 0", "negate: nO", "negate: \"nO\" is neither");
+        check("-2.0", "far", "origin: \"far\" is no number");
         check("image: a.pgm", "picture: a.pgm", "missing field `image`");
         check("image: a.pgm", "image: ''", "image is empty; allowed is the path of a PGM or PNG");
     }

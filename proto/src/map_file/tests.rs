@@ -36,7 +36,7 @@ fn a_missing_file_and_bytes_that_are_no_text_are_refused() {
     assert!(error.contains("no/such.map: No such file"), "{error}");
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("a.map");
-    fs::write(&file, [0xff, 0xfe]).unwrap();
+    fs::write(&file, [0xff, 0xff]).unwrap();
     let error = MapFile::load(&file, 1.0).unwrap_err().to_string();
     assert!(error.contains("a.map: no UTF-8 text"), "{error}");
     fs::File::create(&file).unwrap().set_len(MapFile::MAX_BYTES + 1).unwrap();

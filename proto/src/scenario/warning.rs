@@ -29,6 +29,11 @@ pub enum Warning {
         /// The first one that it cannot reach.
         other: RobotId,
     },
+    /// Something that is drawn in a file and means nothing to the search.
+    LeftOut {
+        /// Its name, or where it stands.
+        name: String,
+    },
 }
 
 impl fmt::Display for Warning {
@@ -41,6 +46,7 @@ impl fmt::Display for Warning {
             Self::Apart { robot, other } => {
                 write!(formatter, "robots {robot} and {other} start in areas that no path connects")
             }
+            Self::LeftOut { name } => write!(formatter, "left out: {}, no area of ours", name.escape_debug()),
         }
     }
 }
@@ -63,7 +69,8 @@ impl Scenario {
                 reached[cell.index()] = true;
             }
         }
-        self.unseen(&reached).into_iter().chain(apart).collect()
+        let left_out = self.areas().left_out.into_iter().map(|name| Warning::LeftOut { name });
+        self.unseen(&reached).into_iter().chain(apart).chain(left_out).collect()
     }
 
     fn unseen(&self, reached: &[bool]) -> Option<Warning> {

@@ -1,9 +1,9 @@
 //! Parts: the trials of one shard in a file, with all that says what they are trials of; and how parts are joined.
 
 use std::fmt::Display;
-use std::fs;
 use std::path::{Path, PathBuf};
 
+use dragnet_learn::file::read_at_most;
 use dragnet_sim::comparison::{Setting, Trial};
 use serde::{Deserialize, Serialize};
 
@@ -72,7 +72,7 @@ impl Part {
 
     fn read(path: &Path) -> Result<Self, Failure> {
         let wrong = |what: &dyn Display| Failure::Input(format!("{}: {what}", path.display()));
-        let bytes = fs::read(path).map_err(|error| wrong(&error))?;
+        let bytes = read_at_most(path, shard::MAX_PART_BYTES).map_err(|error| wrong(&error))?;
         Self::parse(&bytes).map_err(|what| wrong(&what))
     }
 

@@ -1,9 +1,9 @@
 //! What a shard of demonstrations says of itself, and how shards are joined.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use dragnet_learn::demonstration::{self, Source};
+use dragnet_learn::file::read_at_most;
 use serde::{Deserialize, Serialize};
 
 use super::plan::Plan;
@@ -46,7 +46,7 @@ impl Part {
 
     fn read(path: &Path) -> Result<Self, Failure> {
         let wrong = |what: String| Failure::Input(format!("{}: {what}", path.display()));
-        let bytes = fs::read(path).map_err(|error| wrong(error.to_string()))?;
+        let bytes = read_at_most(path, shard::MAX_PART_BYTES).map_err(|error| wrong(error.to_string()))?;
         serde_json::from_slice(&bytes).map_err(|error| wrong(format!("no part of demonstrations: {error}")))
     }
 }

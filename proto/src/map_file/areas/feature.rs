@@ -2,6 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use super::description;
+
+/// A word by which a feature seems to be meant for a search, in the form of [`words`].
+const NO_GO_WORD: &str = "no_go";
+
 /// A position as it is written, degrees: longitude, latitude, and what may follow.
 pub(super) type Position = Vec<f64>;
 
@@ -17,7 +22,11 @@ pub(super) struct Feature {
 
 /// What its author says of a feature, by key.
 #[derive(Debug, Default)]
-pub(super) struct Facts(BTreeMap<&'static str, String>);
+pub(super) struct Facts {
+    known: BTreeMap<&'static str, String>,
+    /// What seems to be meant for a search and says nothing, as it stands there.
+    unclear: Option<String>,
+}
 
 /// Where a feature lies, not checked yet.
 #[derive(Debug, Default)]
@@ -34,7 +43,13 @@ impl Feature {
         let name = name.map(|name| name.trim().to_owned()).filter(|name| !name.is_empty());
         let shown = name.as_ref().map(|name| name.chars().take(40).collect::<String>());
         let place = shown.map_or_else(|| place.to_owned(), |shown| format!("{place} {shown:?}"));
-        Self { place, name, ..Self::default() }
+        let mut feature = Self { place, name, ..Self::default() };
+        if let Some(name) =
+            feature.name.as_deref().filter(|name| words(name).iter().any(|word| word == NO_GO_WORD))
+        {
+            feature.facts.unclear = Some(format!("its name, {:?}", shortened(name)));
+        }
+        feature
     }
 }
 
@@ -44,27 +59,102 @@ impl Facts {
     pub(super) const SPREAD: &str = "spread_meters";
     const KEYS: [&str; 3] = [Self::KIND, Self::POA, Self::SPREAD];
 
-    /// Keeps what is said under a key that means something; what was said first stays.
+    /// Keeps what a property says under a key that means something; what was said first stays.
     pub(super) fn say(&mut self, key: &str, value: &str) {
-        let known = Self::KEYS.into_iter().find(|known| known.eq_ignore_ascii_case(key.trim()));
-        if let Some(known) = known.filter(|_| !value.trim().is_empty()) {
-            self.0.entry(known).or_insert_with(|| value.trim().to_owned());
+        let value = value.trim();
+        if value.is_empty() {
+            // Tables have a column for all of their rows.
+            return;
+        }
+        if let Some(known) = known_key(key) {
+            self.known.entry(known).or_insert_with(|| value.to_owned());
+        } else if is_own_key(key) || is_kind(value) {
+            self.suspect(&format!("{key}: {value}"));
         }
     }
 
     /// Keeps what the lines of a description say, such as `poa: 25 %`: for tools that know no properties.
     pub(super) fn describe(&mut self, description: &str) {
-        let breaks = description.replace("<br>", "\n").replace("<br/>", "\n").replace("<br />", "\n");
-        for line in breaks.lines() {
-            if let Some((key, value)) = line.split_once([':', '=']) {
-                self.say(key, value);
+        for line in description::lines(description) {
+            let said = line.split_once([':', '=']).filter(|(_, value)| !value.trim().is_empty());
+            match said.and_then(|(key, value)| Some((known_key(key)?, value))) {
+                Some((known, value)) => {
+                    self.known.entry(known).or_insert_with(|| value.trim().to_owned());
+                }
+                None if is_about_searches(&line) => self.suspect(&line),
+                None => {}
             }
         }
     }
 
-    pub(super) fn get(&self, key: &'static str) -> Option<&str> {
-        self.0.get(key).map(String::as_str)
+    /// What seems to be meant for a search, of a feature that does not say what it is in a way that is understood.
+    fn suspect(&mut self, found: &str) {
+        self.unclear.get_or_insert_with(|| format!("{:?}", shortened(found)));
     }
+
+    /// What seems to be meant for a search and is not understood.
+    pub(super) fn unclear(&self) -> Option<&str> {
+        self.unclear.as_deref()
+    }
+
+    /// Whether anything is said.
+    pub(super) fn are_some(&self) -> bool {
+        !self.known.is_empty()
+    }
+
+    pub(super) fn get(&self, key: &'static str) -> Option<&str> {
+        self.known.get(key).map(String::as_str)
+    }
+}
+
+fn known_key(key: &str) -> Option<&'static str> {
+    Facts::KEYS.into_iter().find(|known| known.eq_ignore_ascii_case(key.trim()))
+}
+
+/// Whether a text is one of the kinds that nobody means by chance.
+fn is_kind(text: &str) -> bool {
+    matches!(words(text).join(" ").as_str(), NO_GO_WORD | "last known position")
+}
+
+/// Whether a key is one of ours, as people write them: `kind`, `POA (%)`, `spread m`.
+fn is_own_key(key: &str) -> bool {
+    let words = words(key);
+    match words.iter().map(String::as_str).collect::<Vec<_>>().as_slice() {
+        ["kind" | "poa" | "spread"] => true,
+        [first, second] => [first, second].iter().any(|word| matches!(**word, "poa" | "spread")),
+        _ => false,
+    }
+}
+
+/// Whether a line is about searches, though it says nothing in the form that is understood: a key of ours, or a word
+/// that means nothing else.
+fn is_about_searches(line: &str) -> bool {
+    let is_keyed = line.split_once([':', '=']).is_some_and(|(key, _)| is_own_key(key));
+    let words = words(line);
+    let is_said = match words.as_slice() {
+        [key, _] => key == "kind",
+        [key, .., number] => key == "spread" && number.parse::<f64>().is_ok(),
+        _ => false,
+    };
+    is_keyed || is_said || words.iter().any(|word| word == NO_GO_WORD || word == "poa")
+}
+
+/// The words of a text in small letters; `no go`, `no-go`, `no_go` and `nogo` are one.
+fn words(text: &str) -> Vec<String> {
+    let text = text.to_lowercase();
+    let mut words: Vec<String> = Vec::new();
+    for word in text.split(|letter: char| !letter.is_alphanumeric()).filter(|word| !word.is_empty()) {
+        match words.last_mut() {
+            Some(last) if last == "no" && word == "go" => NO_GO_WORD.clone_into(last),
+            _ if word == "nogo" => words.push(NO_GO_WORD.to_owned()),
+            _ => words.push(word.to_owned()),
+        }
+    }
+    words
+}
+
+fn shortened(text: &str) -> String {
+    text.chars().take(60).collect()
 }
 
 impl Shapes {

@@ -10,8 +10,8 @@ use super::{Area, Purpose};
 use crate::map_file::MapFileError;
 
 pub(super) fn features(file: &Path, text: &str) -> Result<Vec<Feature>, MapFileError> {
-    let text = text.trim_start_matches('\u{feff}');
     let json: GeoJson = text.parse().map_err(|error| MapFileError::syntax(file, error))?;
+    check_crs(file, &json)?;
     Ok(match json {
         GeoJson::Geometry(geometry) => {
             let mut feature = Feature::at("geometry 1", None);
@@ -23,6 +23,51 @@ pub(super) fn features(file: &Path, text: &str) -> Result<Vec<Feature>, MapFileE
             (1..).zip(collection.features).map(|(number, drawn)| feature(number, drawn)).collect()
         }
     })
+}
+
+/// RFC 7946 has degrees of WGS84 and nothing else; what came before it, and many tools still write, may say another
+/// coordinate reference system on every level.
+fn check_crs(file: &Path, json: &GeoJson) -> Result<(), MapFileError> {
+    let mut said: Vec<&JsonObject> = Vec::new();
+    match json {
+        GeoJson::Geometry(geometry) => said_of_geometry(geometry, &mut said),
+        GeoJson::Feature(feature) => said_of_feature(feature, &mut said),
+        GeoJson::FeatureCollection(collection) => {
+            said.extend(&collection.foreign_members);
+            collection.features.iter().for_each(|feature| said_of_feature(feature, &mut said));
+        }
+    }
+    let systems = said.iter().filter_map(|members| members.get("crs")).filter(|crs| !crs.is_null());
+    for crs in systems {
+        let properties = crs.get("properties");
+        let name =
+            properties.and_then(|properties| properties.get("name").or_else(|| properties.get("code")));
+        let name = name.map_or_else(|| plain(crs), plain);
+        let code = name.rsplit([':', '/']).next().unwrap_or_default();
+        if !WGS84.contains(&code) {
+            let shown: String = name.chars().take(80).collect();
+            let allowed = "longitude and latitude of WGS84 (OGC:CRS84 or EPSG:4326): export the file in that";
+            return Err(MapFileError::value(file, "crs", format!("{shown:?}"), allowed));
+        }
+    }
+    Ok(())
+}
+
+/// Names and numbers of WGS84's longitude and latitude, with a height and without.
+const WGS84: [&str; 4] = ["CRS84", "CRS84h", "4326", "4979"];
+
+fn said_of_feature<'a>(feature: &'a Drawn, said: &mut Vec<&'a JsonObject>) {
+    said.extend(&feature.foreign_members);
+    if let Some(geometry) = &feature.geometry {
+        said_of_geometry(geometry, said);
+    }
+}
+
+fn said_of_geometry<'a>(geometry: &'a Geometry, said: &mut Vec<&'a JsonObject>) {
+    said.extend(&geometry.foreign_members);
+    if let GeometryValue::GeometryCollection { geometries } = &geometry.value {
+        geometries.iter().for_each(|geometry| said_of_geometry(geometry, said));
+    }
 }
 
 fn feature(number: usize, drawn: Drawn) -> Feature {

@@ -35,16 +35,7 @@ pub(super) fn area(file: &Path, feature: &Feature) -> Result<Option<Area>, MapFi
 }
 
 fn kind(file: &Path, feature: &Feature) -> Result<Option<&'static str>, MapFileError> {
-    let Some(word) = feature.facts.get(Facts::KIND) else {
-        let is_likely = feature.facts.get(Facts::POA).is_some();
-        let shapes = &feature.shapes;
-        return Ok(match (shapes.polygons.is_empty(), is_likely) {
-            (false, false) => Some(SEARCH),
-            (false, true) => Some(PRIOR),
-            (true, true) if shapes.points.len() == 1 => Some(LAST_KNOWN_POSITION),
-            (true, _) => None,
-        });
-    };
+    let Some(word) = feature.facts.get(Facts::KIND) else { return kind_unsaid(file, feature) };
     let plain = word.to_lowercase().replace([' ', '-'], "_");
     if EXPORTED.contains(&plain.as_str()) {
         return Ok(None);
@@ -54,6 +45,28 @@ fn kind(file: &Path, feature: &Feature) -> Result<Option<&'static str>, MapFileE
         let shown: String = word.chars().take(40).collect();
         invalid(file, feature, Facts::KIND, format!("{shown:?}"), &known.join(", "))
     })
+}
+
+/// Of a feature that does not say its kind. One that seems to be meant for a search, and does not say so, is no feature
+/// to be left out: it may be a cliff.
+fn kind_unsaid(file: &Path, feature: &Feature) -> Result<Option<&'static str>, MapFileError> {
+    if let Some(unclear) = feature.facts.unclear() {
+        let found = format!("{unclear}, which is not understood");
+        let allowed = "a property, or a line of the description, such as `kind: no_go` or `poa: 60%`; \
+                       `kind: search` of a polygon that is searched";
+        return Err(MapFileError::value(file, &feature.place, found, allowed));
+    }
+    let shapes = &feature.shapes;
+    let is_likely = feature.facts.get(Facts::POA).is_some();
+    match (shapes.polygons.is_empty(), is_likely) {
+        (false, false) => Ok(Some(SEARCH)),
+        (false, true) => Ok(Some(PRIOR)),
+        (true, _) if feature.facts.are_some() && shapes.points.len() == 1 => Ok(Some(LAST_KNOWN_POSITION)),
+        (true, _) if feature.facts.are_some() => {
+            Err(wrong_shape(file, feature, "a likely place", "a polygon or one point"))
+        }
+        (true, _) => Ok(None),
+    }
 }
 
 fn polygons(file: &Path, feature: &Feature, kind: &str) -> Result<MultiPolygon<f64>, MapFileError> {

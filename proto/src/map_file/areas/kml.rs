@@ -3,6 +3,8 @@
 
 use std::path::Path;
 
+use quick_xml::Reader as Scan;
+use quick_xml::events::{BytesStart, Event};
 use roxmltree::{Document, Node, ParsingOptions};
 
 use super::feature::{Feature, Position, Shapes};
@@ -10,8 +12,11 @@ use crate::map_file::MapFileError;
 
 /// The most elements, texts and comments of one file.
 const MAX_NODES: u32 = 1_000_000;
+/// The most attributes of an element, and names of namespaces that hold in one: each is compared with each.
+const MAX_ATTRIBUTES: usize = 100;
 
 pub(super) fn features(file: &Path, text: &str) -> Result<Vec<Feature>, MapFileError> {
+    check_attributes(file, text)?;
     let options = ParsingOptions { allow_dtd: false, nodes_limit: MAX_NODES, ..ParsingOptions::default() };
     let document = Document::parse_with_options(text, options).map_err(|error| syntax(file, &error))?;
     let root = document.root_element();
@@ -20,8 +25,65 @@ pub(super) fn features(file: &Path, text: &str) -> Result<Vec<Feature>, MapFileE
         return Err(MapFileError::value(file, "the root element", found, "<kml>"));
     }
     let line_ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n').map(|(at, _)| at).collect();
-    let reader = Reader { file, line_ends };
-    root.descendants().filter(|node| is(*node, "Placemark")).map(|node| reader.feature(node)).collect()
+    let reader = Reader { file, line_ends, text };
+    let drawn = |node: &Node<'_, '_>| is(*node, "Placemark") || is(*node, "NetworkLink");
+    let mut features = Vec::new();
+    let mut end = 0;
+    for node in root.descendants().filter(drawn) {
+        if node.range().start < end {
+            let place = format!("the placemark in {}", reader.line(node));
+            return Err(MapFileError::value(file, place, "within another one", "one beside others"));
+        }
+        end = node.range().end;
+        features.push(reader.feature(node)?);
+    }
+    Ok(features)
+}
+
+/// The tree is made in a time that grows with the square of these; all else is linear. What is wrong otherwise is told as
+/// the tree is made.
+fn check_attributes(file: &Path, text: &str) -> Result<(), MapFileError> {
+    let mut scan = Scan::from_str(text);
+    scan.config_mut().check_end_names = false;
+    let is_namespace = |name: &str| name == "xmlns" || name.starts_with("xmlns:");
+    let count = |element: &BytesStart<'_>| {
+        let mut counts = (0, 0);
+        for attribute in element.attributes().with_checks(false).flatten() {
+            counts.0 += 1;
+            counts.1 += usize::from(is_namespace(attribute.key.as_ref()));
+        }
+        counts
+    };
+    // Names of namespaces that each open element has in scope.
+    let mut scopes = vec![0];
+    loop {
+        let (element, is_open) = match scan.read_event() {
+            Ok(Event::Start(element)) => (element, true),
+            Ok(Event::Empty(element)) => (element, false),
+            Ok(Event::End(_)) => {
+                scopes.pop();
+                continue;
+            }
+            Ok(Event::Eof) | Err(_) => return Ok(()),
+            Ok(_) => continue,
+        };
+        let (attributes, namespaces) = count(&element);
+        let scope = scopes.last().unwrap_or(&0) + namespaces;
+        if attributes.max(scope) > MAX_ATTRIBUTES {
+            let read = usize::try_from(scan.buffer_position()).unwrap_or(usize::MAX);
+            let line = 1 + text.bytes().take(read).filter(|it| *it == b'\n').count();
+            let found = format!("an element with {} attributes and namespaces", attributes.max(scope));
+            return Err(MapFileError::value(
+                file,
+                format!("line {line}"),
+                found,
+                format!("at most {MAX_ATTRIBUTES}"),
+            ));
+        }
+        if is_open {
+            scopes.push(scope);
+        }
+    }
 }
 
 fn syntax(file: &Path, error: &roxmltree::Error) -> MapFileError {
@@ -41,6 +103,7 @@ struct Reader<'a> {
     file: &'a Path,
     /// Where lines of the text end, bytes.
     line_ends: Vec<usize>,
+    text: &'a str,
 }
 
 impl Reader<'_> {
@@ -50,16 +113,28 @@ impl Reader<'_> {
         for node in extended.flat_map(|extended| extended.descendants()) {
             let value = match node.tag_name().name() {
                 "Data" => text_of(node, "value"),
-                "SimpleData" => node.text().map(str::to_owned),
+                "SimpleData" => Some(text_in(node)),
                 _ => None,
             };
             if let Some((key, value)) = node.attribute("name").zip(value) {
                 feature.facts.say(key, &value);
             }
         }
-        feature.facts.describe(&text_of(placemark, "description").unwrap_or_default());
+        if let Some(description) = placemark.children().find(|node| is(*node, "description")) {
+            feature.facts.describe(&self.html(description));
+        }
         feature.shapes = self.shapes(placemark)?;
         Ok(feature)
+    }
+
+    /// What an element says as HTML: its text, and the elements in it as they stand there.
+    fn html(&self, element: Node<'_, '_>) -> String {
+        let part = |child: Node<'_, '_>| match child.text() {
+            Some(text) if child.is_text() => text.to_owned(),
+            _ if child.is_element() => self.text[child.range()].replace("<![CDATA[", "").replace("]]>", ""),
+            _ => String::new(),
+        };
+        element.children().map(part).collect()
     }
 
     fn shapes(&self, placemark: Node<'_, '_>) -> Result<Shapes, MapFileError> {
@@ -112,6 +187,10 @@ fn is(node: Node<'_, '_>, name: &str) -> bool {
 
 /// All text of the first child of a name.
 fn text_of(node: Node<'_, '_>, name: &str) -> Option<String> {
-    let child = node.children().find(|child| is(*child, name))?;
-    Some(child.children().filter_map(|part| part.text()).collect())
+    node.children().find(|child| is(*child, name)).map(text_in)
+}
+
+/// The text of an element, without its comments.
+fn text_in(element: Node<'_, '_>) -> String {
+    element.children().filter(|part| part.is_text()).filter_map(|part| part.text()).collect()
 }

@@ -130,6 +130,148 @@ fn an_area_of_the_wrong_kind_is_refused() {
     check(r#""poa":0.5,"spread_meters":"inf""#, POINT, "spread_meters is inf; allowed");
 }
 
+/// A KML of one placemark, which holds this.
+fn placemark(content: &str) -> String {
+    format!("<kml><Document><Placemark>{content}</Placemark></Document></kml>")
+}
+
+const KML_LINE: &str = "<LineString><coordinates>0,0 0.01,0.01</coordinates></LineString>";
+const KML_POINT: &str = "<Point><coordinates>0.001,0.002</coordinates></Point>";
+const KML_TRIANGLE: &str = "<Polygon><outerBoundaryIs><LinearRing><coordinates>0,0 0.01,0 0,0.01 0,0</coordinates>\
+                            </LinearRing></outerBoundaryIs></Polygon>";
+
+#[test]
+fn a_description_in_html_says_what_it_says_in_plain_text() {
+    let check = |description: &str, shape: &str, word: &str| {
+        for whole in [
+            format!("<description><![CDATA[{description}]]></description>"),
+            format!("<description>{description}</description>"),
+            format!("<description>{}</description>", description.replace('<', "&lt;")),
+        ] {
+            let areas = kml(&placemark(&format!("<name>A</name>{whole}{shape}"))).unwrap();
+            assert_eq!(
+                areas.areas.iter().map(|area| area.purpose.word()).collect::<Vec<_>>(),
+                [word],
+                "{whole}"
+            );
+        }
+    };
+    check("<div>kind: no_go</div>", KML_LINE, "no_go");
+    check("<p>poa: 60%</p><p>spread_meters: 100</p>", KML_POINT, "last_known_position");
+    check("<table><tr><td>poa</td><td>60%</td></tr></table>", KML_TRIANGLE, "prior");
+    check("<b>Cliff</b><br/><i>kind</i>: no-go", KML_TRIANGLE, "no_go");
+    let property = r#""description":"<p>kind: no_go</p>""#;
+    assert_eq!(geojson(&collection(&[(property, LINE)])).unwrap().areas[0].purpose.word(), "no_go");
+}
+
+#[test]
+fn what_is_commented_out_says_nothing() {
+    let word = |content: &str| {
+        let areas = kml(&placemark(content)).unwrap().areas;
+        areas[0].purpose.word()
+    };
+    assert_eq!(word(&format!("<description><!-- kind: no_go --></description>{KML_TRIANGLE}")), "search");
+    assert_eq!(
+        word(&format!("<description><![CDATA[<!-- kind: no_go -->]]>a wood</description>{KML_TRIANGLE}")),
+        "search"
+    );
+    let data = "<ExtendedData><Data name='kind'><!-- search --><value><!-- search -->no_go</value></Data>\
+                <SimpleData name='poa'><!-- 1 --></SimpleData></ExtendedData>";
+    assert_eq!(word(&format!("{data}{KML_TRIANGLE}")), "no_go");
+    let commented = KML_TRIANGLE.replace("0.01,0 ", "<!-- a corner -->0.01,0<!-- 0,0 --> ");
+    assert_eq!(kml(&placemark(&commented)).unwrap(), kml(&placemark(KML_TRIANGLE)).unwrap());
+}
+
+/// A cliff that is not understood is no feature to be left out.
+#[test]
+fn what_seems_to_be_meant_and_is_not_understood_is_refused_by_its_name() {
+    let refused = |content: &str, message: &str| {
+        let error = kml(&placemark(&format!("<name>Cliff</name>{content}"))).unwrap_err();
+        assert!(error.starts_with("a.kml: line 1 \"Cliff\"") && error.contains(message), "{error}");
+    };
+    let described = |text: &str, shape: &str| format!("<description>{text}</description>{shape}");
+    refused(
+        &described("kind no_go", KML_LINE),
+        "is \"kind no_go\", which is not understood; allowed is a property",
+    );
+    refused(&described("kind:", KML_LINE), "\"kind:\", which is not understood");
+    refused(&described("This is a no-go area!", KML_TRIANGLE), "\"This is a no-go area!\"");
+    refused(&described("POA is 60 %", KML_TRIANGLE), "\"POA is 60 %\"");
+    refused(&described("spread_meters: 100", KML_POINT), "poa is missing");
+    refused(
+        &described("poa: 60%", KML_LINE),
+        "is a likely place drawn as 1 line; allowed is a polygon or one point",
+    );
+    let data = |key: &str, value: &str, shape: &str| {
+        format!("<ExtendedData><Data name='{key}'><value>{value}</value></Data></ExtendedData>{shape}")
+    };
+    refused(&data("type", "No go", KML_LINE), "\"type: No go\", which is not understood");
+    refused(&data("POA (%)", "60", KML_TRIANGLE), "\"POA (%): 60\", which is not understood");
+    let error = kml(&placemark(&format!("<name>No-go: cliff</name>{KML_TRIANGLE}"))).unwrap_err();
+    assert!(error.contains("is its name, \"No-go: cliff\", which is not understood"), "{error}");
+    // What says its kind may say anything else beside it, and nobody is asked for more than is needed.
+    for content in [
+        format!("<name>No go</name>{}", data("kind", "search", KML_TRIANGLE)),
+        format!("<name>A</name>{}", described("beside the no-go area\nkind: search", KML_TRIANGLE)),
+        format!("<name>A</name>{}", described("What kind of wood: mixed\nIt spread.", KML_TRIANGLE)),
+        format!("<name>A</name>{}", data("kind", "", KML_TRIANGLE)),
+        format!("<name>A</name>{}", data("kind_of_wood", "mixed", KML_TRIANGLE)),
+    ] {
+        assert_eq!(kml(&placemark(&content)).unwrap().areas[0].purpose.word(), "search", "{content}");
+    }
+    let link = "<kml><NetworkLink><name>More</name></NetworkLink></kml>";
+    assert_eq!(kml(link).unwrap().left_out, ["More"]);
+}
+
+#[test]
+fn coordinates_of_another_system_are_refused() {
+    let check = |crs: &str, is_read: bool| {
+        let member = format!(r#""crs":{{"type":"name","properties":{{"name":"{crs}"}}}}"#);
+        let feature = format!(r#"{{"type":"Feature","properties":{{}},"geometry":{TRIANGLE}}}"#);
+        for text in [
+            format!(r#"{{"type":"FeatureCollection",{member},"features":[{feature}]}}"#),
+            format!(r#"{{"type":"Feature",{member},"properties":{{}},"geometry":{TRIANGLE}}}"#),
+            TRIANGLE.replacen('{', &format!("{{{member},"), 1),
+        ] {
+            match geojson(&text) {
+                Ok(read) => assert!(is_read && read.areas.len() == 1, "{text}"),
+                Err(error) => {
+                    let expected = format!("a.geojson: crs is \"{crs}\"; allowed is longitude and latitude");
+                    assert!(!is_read && error.starts_with(&expected), "{error}");
+                }
+            }
+        }
+    };
+    check("urn:ogc:def:crs:OGC:1.3:CRS84", true);
+    check("urn:ogc:def:crs:EPSG::4326", true);
+    check("EPSG:4326", true);
+    check("urn:ogc:def:crs:EPSG::2056", false);
+    check("EPSG:3857", false);
+    check("http://www.opengis.net/def/crs/EPSG/0/32632", false);
+}
+
+/// Comparing each attribute with each would take minutes.
+#[test]
+fn elements_with_attributes_without_end_are_refused_at_once() {
+    let attributes =
+        |count: usize, name: &str| (0..count).map(|it| format!(" {name}{it}='1'")).collect::<String>();
+    let check = |text: &str| {
+        let error = kml(text).unwrap_err();
+        assert!(error.contains("line 2 is an element with ") && error.contains("at most 100"), "{error}");
+    };
+    check(&format!("<kml>\n<Document{}></Document></kml>", attributes(160_000, "a")));
+    check(&format!("<kml>\n<Document{}/></kml>", attributes(101, "a")));
+    assert!(kml(&format!("<kml>\n<Document{}/></kml>", attributes(100, "a"))).is_ok());
+    // Namespaces hold in all elements within.
+    let nested: String = (0..60_000).map(|it| format!("<a xmlns:n{it}='b'>")).collect();
+    check(&format!("<kml>\n{nested}"));
+    let beside: String = (0..1000).map(|it| format!("<a xmlns:n{it}='b'></a>")).collect();
+    assert!(kml(&format!("<kml>\n{beside}</kml>")).is_ok());
+    let nested = "<Placemark>".repeat(100_000) + &"</Placemark>".repeat(100_000);
+    let error = kml(&format!("<kml>{nested}</kml>")).unwrap_err();
+    assert!(error.contains("the placemark in line 1 is within another one"), "{error}");
+}
+
 #[test]
 fn a_kml_that_is_none_is_refused_with_its_line() {
     let check = |text: &str, message: &str| {
