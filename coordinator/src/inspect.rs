@@ -5,7 +5,9 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use dragnet_proto::cdr;
+use dragnet_proto::map_file::MapOrigin;
 use dragnet_proto::wire::dragnet::MissionStatus;
+use dragnet_proto::wire::standard::OccupancyGrid;
 use dragnet_search::observation::RobotId;
 use mcap::records::{MessageHeader, Record};
 use serde::Serialize;
@@ -32,6 +34,8 @@ pub struct Inspection {
     pub library: String,
     /// From the first message to the last; `None` without a message.
     pub times: Option<TimeRange>,
+    /// Where the map's south-western corner lies in the frame `map`; `None` without a map.
+    pub origin: Option<MapOrigin>,
     /// Topics, by name.
     pub topics: BTreeMap<String, TopicContent>,
     /// Numbers of the robots that were heard.
@@ -109,6 +113,7 @@ pub fn inspect(path: &Path) -> Result<Inspection, RecordingError> {
         ending: reader.ending(),
         library: reader.header().library.clone(),
         times: inspector.times,
+        origin: inspector.origin,
         robots: inspector
             .robots()
             .map(|(robot, _)| robot)
@@ -126,6 +131,7 @@ pub fn inspect(path: &Path) -> Result<Inspection, RecordingError> {
 #[derive(Default)]
 struct Inspector {
     times: Option<TimeRange>,
+    origin: Option<MapOrigin>,
     /// Names of messages, by schema.
     schemas: BTreeMap<u16, String>,
     channels: BTreeMap<u16, ChannelContent>,
@@ -172,6 +178,11 @@ impl Inspector {
         {
             self.status = Some(status);
         }
+        if channel.topic == Topic::Map.to_string()
+            && let Ok(map) = cdr::decode::<OccupancyGrid>(data)
+        {
+            self.origin = Some(map.info.origin.into());
+        }
     }
 
     /// Robots' numbers, with what each of their channels holds.
@@ -217,6 +228,9 @@ impl fmt::Display for Inspection {
             let start = times.start_unix_ns as f64 / NANOSECONDS;
             writeln!(formatter, "time          {:.3} s from Unix time {start:.3} s on", times.seconds())?;
         }
+        if let Some(origin) = self.origin {
+            writeln!(formatter, "map           its south-western corner at {origin}")?;
+        }
         writeln!(
             formatter,
             "robots        {}",
@@ -248,8 +262,8 @@ impl Inspection {
         match &self.ending {
             Ending::Complete => "complete".into(),
             Ending::CutOff => format!("cut off: {} bytes can be read", self.readable_bytes),
-            Ending::Damaged { reason } => {
-                format!("damaged after {} bytes, which can be read: {reason}", self.readable_bytes)
+            damaged @ Ending::Damaged { .. } => {
+                format!("{damaged}; {} bytes can be read", self.readable_bytes)
             }
         }
     }

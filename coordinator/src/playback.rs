@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use dragnet_proto::cdr;
 use dragnet_proto::convert::Codec;
-use dragnet_proto::map_file::Earth;
+use dragnet_proto::map_file::{Earth, MapOrigin};
 use dragnet_proto::message::{Message, MessageKind};
 use dragnet_proto::time::MissionTime;
 use dragnet_proto::wire::standard::{Grid as WireGrid, OccupancyGrid};
@@ -21,12 +21,17 @@ use crate::mission::Record;
 use crate::record::topic::{RobotTopic, Topic};
 use crate::record::{AREAS_ATTACHMENT, EARTH_METADATA, RUN_METADATA, SCENARIO_ATTACHMENT, SUMMARY_METADATA};
 
+/// Of a recording that has lost what was drawn.
+const NO_AREAS: &str = r#"{"type":"FeatureCollection","features":[]}"#;
+
 /// A mission as it was recorded. Of the records those that tell what came and how the mission stood:
 /// [`Record::Observation`], [`Record::Intent`], [`Record::Heartbeat`] and [`Record::Status`]; all else follows from them.
 #[derive(Clone, Debug)]
 pub struct Playback {
     /// The map at the start.
     pub terrain: Arc<Terrain>,
+    /// Where it lies in the frame of its file.
+    pub origin: MapOrigin,
     /// The prior probability of an object, shape `[cells]`; 0 where nothing is searched.
     pub prior: Vec<f32>,
     /// What came, and when the coordinator knew it, in that order.
@@ -44,27 +49,39 @@ pub struct Playback {
 }
 
 impl Playback {
-    /// Reads a recording through. One that was cut off or is damaged is read as far as it is whole.
+    /// Reads a recording through. Of one that was cut off or is damaged all that is whole is read.
     ///
     /// # Errors
     /// If the file cannot be read, is no recording of ours, or has messages of another version.
     pub fn read(path: &Path) -> Result<Self, RecordingError> {
         let mut reader = McapReader::open(path)?;
         let mut tape = Tape::default();
-        for record in &mut reader {
-            tape.take(record?)
-                .map_err(|reason| RecordingError::Unreadable { path: path.to_owned(), reason })?;
+        while let Some(record) = reader.next() {
+            tape.take(record?).map_err(|reason| {
+                let reason = match reader.ending() {
+                    damaged @ Ending::Damaged { .. } => format!("{reason}; the recording is {damaged}"),
+                    _ => reason,
+                };
+                RecordingError::Unreadable { path: path.to_owned(), reason }
+            })?;
         }
         let ending = reader.ending();
-        let unreadable = |reason: &str| RecordingError::Unreadable {
-            path: path.to_owned(),
-            reason: format!("{reason}: it is no recording of a mission, or was cut off at its start"),
+        let unreadable = |reason: &str| {
+            let why = match &ending {
+                Ending::Complete => "it is no recording of a mission".to_owned(),
+                ending => {
+                    format!("it is no recording of a mission, or its start is lost, for it is {ending}")
+                }
+            };
+            RecordingError::Unreadable { path: path.to_owned(), reason: format!("{reason}: {why}") }
         };
         let terrain = tape.terrain.ok_or_else(|| unreadable("it has no map"))?;
         let facts = tape.metadata.remove(EARTH_METADATA);
-        let earth = facts.map(|facts| Earth::read(&facts, &tape.areas)).transpose();
+        let areas = tape.areas.as_deref().unwrap_or(NO_AREAS);
+        let earth = facts.map(|facts| Earth::read(&facts, areas)).transpose();
         Ok(Self {
             terrain: Arc::new(terrain),
+            origin: tape.origin,
             start_unix_ns: tape.start_unix_ns,
             earth: earth.map_err(|reason| unreadable(&reason))?,
             prior: tape.prior.ok_or_else(|| unreadable("it has no belief"))?,
@@ -100,10 +117,12 @@ pub fn prior_belief(terrain: &Terrain, prior: &[f32]) -> Belief {
 #[derive(Default)]
 struct Tape {
     start_unix_ns: u64,
-    areas: String,
+    /// What is drawn on the earth, if that is not lost.
+    areas: Option<String>,
     topics: BTreeMap<u16, String>,
     map: Option<OccupancyGrid>,
     terrain: Option<Terrain>,
+    origin: MapOrigin,
     prior: Option<Vec<f32>>,
     records: Vec<(MissionTime, Record)>,
     metadata: BTreeMap<String, BTreeMap<String, String>>,
@@ -119,7 +138,7 @@ impl Tape {
                 self.start_unix_ns = header.log_time;
             }
             McapRecord::Attachment { header, data, .. } if header.name == AREAS_ATTACHMENT => {
-                self.areas = String::from_utf8_lossy(&data).into_owned();
+                self.areas = Some(String::from_utf8_lossy(&data).into_owned());
             }
             McapRecord::Metadata(metadata) => {
                 self.metadata.insert(metadata.name, metadata.metadata);
@@ -138,11 +157,16 @@ impl Tape {
         let text = |error: &dyn std::fmt::Display| error.to_string();
         if topic == Topic::Map.to_string() {
             self.map = Some(cdr::decode(data).map_err(|error| text(&error))?);
+            // It is told at the start, which the attachments may not be left to say.
+            self.start_unix_ns = header.log_time;
         } else if topic == Topic::Belief.to_string() && self.terrain.is_none() {
+            self.check_start(header)?;
             let belief = cdr::decode(data).map_err(|error| text(&error))?;
             let map = self.map.take().ok_or("before the map")?;
+            self.origin = map.info.origin.into();
             self.terrain = Some(terrain(&map, &belief)?);
         } else if topic == Topic::BeliefProbability.to_string() && self.prior.is_none() {
+            self.check_start(header)?;
             let grid = cdr::decode(data).map_err(|error| text(&error))?;
             self.prior = Some(self.prior_of(&grid)?);
         } else if let Some(kind) = kind(topic) {
@@ -152,6 +176,14 @@ impl Tape {
             self.records.extend(record(message).map(|record| (time, record)));
         }
         Ok(())
+    }
+
+    /// A later belief would be taken for the prior if that is lost.
+    fn check_start(&self, header: MessageHeader) -> Result<(), String> {
+        if header.log_time == self.start_unix_ns {
+            return Ok(());
+        }
+        Err("what was believed at the start is lost".to_owned())
     }
 
     fn prior_of(&self, grid: &WireGrid) -> Result<Vec<f32>, String> {

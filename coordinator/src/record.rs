@@ -12,6 +12,8 @@
 //! /mission/status            with all that is declared
 //! ```
 //!
+//! Positions are in the frame `map` of the map's file, as a robot tells its own network.
+//!
 //! The scenario is attached as `scenario.toml`. Of a mission that lies on the earth, metadata `earth` say where, and
 //! `areas.geojson` is what is drawn there. Metadata `run` says at the start how the run was made, metadata
 //! `summary` at the end how it went. Messages are logged at the mission time at which the coordinator knew them and
@@ -27,7 +29,7 @@ use std::time::Duration;
 
 use dragnet_proto::cdr;
 use dragnet_proto::convert::viewer::Viewer;
-use dragnet_proto::map_file::Earth;
+use dragnet_proto::map_file::{Earth, MapOrigin};
 use dragnet_proto::message::{Detection, MissionStatus};
 use dragnet_proto::schema::RosMessage;
 use dragnet_proto::time::MissionTime;
@@ -68,6 +70,8 @@ pub struct Header {
     pub start_unix_ns: i64,
     /// The map.
     pub terrain: Arc<Terrain>,
+    /// Where it lies in the frame of its file, which all positions are in.
+    pub origin: MapOrigin,
     /// What is believed before any reading.
     pub prior: Belief,
     /// The text of the scenario file.
@@ -83,6 +87,7 @@ pub struct Recorder {
     file: McapWriter<File>,
     start_unix_ns: i64,
     terrain: Arc<Terrain>,
+    origin: MapOrigin,
     channels: BTreeMap<Topic, Channel>,
     /// Cells and times, nanoseconds, of what was declared at the last status.
     declared: BTreeSet<(Cell, u64)>,
@@ -113,6 +118,7 @@ impl Recorder {
             file: McapWriter::create(path, PROFILE, LIBRARY)?,
             start_unix_ns: header.start_unix_ns,
             terrain: header.terrain,
+            origin: header.origin,
             channels: BTreeMap::new(),
             declared: BTreeSet::new(),
             next_flush: MissionTime::START + FLUSH_PERIOD,
@@ -187,7 +193,7 @@ impl Recorder {
     }
 
     fn viewer(&self) -> Viewer<'_> {
-        Viewer::new(&self.terrain, self.start_unix_ns)
+        Viewer::new(&self.terrain, self.origin, self.start_unix_ns)
     }
 
     fn attach(&mut self, name: &str, media_type: &str, data: &[u8]) -> Result<(), RecordingError> {

@@ -1,10 +1,13 @@
-//! Mends a recording that was cut off: all that is whole goes into a new file that ends as it should.
+//! Mends a recording that was cut off or damaged: all that is whole, also behind what is not, goes into a new file that
+//! ends as it should.
 
 use std::collections::BTreeSet;
 use std::fmt;
 use std::fs;
+use std::io::{Read, Seek};
 use std::path::Path;
 
+use mcap::McapError;
 use mcap::records::Record;
 use mcap::write::Metadata;
 use serde::Serialize;
@@ -13,14 +16,14 @@ use crate::mcap_file::read::McapReader;
 use crate::mcap_file::write::McapWriter;
 use crate::mcap_file::{Ending, RecordingError};
 
-/// What was recovered, and where it stopped.
+/// What was recovered.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Recovered {
     /// How the recording ended.
     pub ending: Ending,
     /// Its size, bytes.
     pub file_bytes: u64,
-    /// Up to where it is whole, bytes.
+    /// How much of it could be read, bytes.
     pub readable_bytes: u64,
     /// Messages copied.
     pub messages: u64,
@@ -49,7 +52,7 @@ pub fn recover(from: &Path, to: &Path) -> Result<Recovered, RecordingError> {
     recovered
 }
 
-fn copy<R: std::io::Read>(
+fn copy<R: Read + Seek>(
     mut reader: McapReader<R>,
     mut writer: McapWriter<fs::File>,
 ) -> Result<Recovered, RecordingError> {
@@ -62,13 +65,22 @@ fn copy<R: std::io::Read>(
         attachments: 0,
         metadata: 0,
     };
-    let mut channels = BTreeSet::new();
+    let (mut schemas, mut channels) = (BTreeSet::new(), BTreeSet::new());
     for record in &mut reader {
         match record? {
-            Record::Schema { header, data } => writer.copy_schema(&header, &data)?,
-            Record::Channel(channel) => {
-                writer.copy_channel(&channel)?;
-                channels.insert(channel.id);
+            Record::Schema { header, data } => {
+                if is_new(writer.copy_schema(&header, &data))? {
+                    schemas.insert(header.id);
+                }
+            }
+            Record::Channel(mut channel) => {
+                if !schemas.contains(&channel.schema_id) {
+                    // Its definition is lost. 0 says that there is none; its messages are whole.
+                    channel.schema_id = 0;
+                }
+                if is_new(writer.copy_channel(&channel))? {
+                    channels.insert(channel.id);
+                }
             }
             Record::Message { header, data } if channels.contains(&header.channel_id) => {
                 writer.message(&header, &data)?;
@@ -92,6 +104,19 @@ fn copy<R: std::io::Read>(
     Ok(recovered)
 }
 
+/// Whether a definition was taken in. One that says another thing than an earlier one of its number, as a damaged one
+/// may, is left out.
+fn is_new(copied: Result<(), RecordingError>) -> Result<bool, RecordingError> {
+    match copied {
+        Err(RecordingError::Write {
+            source:
+                McapError::ConflictingSchemas(_) | McapError::ConflictingChannels(_) | McapError::InvalidSchemaId,
+            ..
+        }) => Ok(false),
+        copied => copied.map(|()| true),
+    }
+}
+
 impl fmt::Display for Recovered {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { messages, attachments, metadata, readable_bytes, file_bytes, .. } = self;
@@ -103,7 +128,7 @@ impl fmt::Display for Recovered {
         match &self.ending {
             Ending::Complete => formatter.write_str("the recording was complete")?,
             Ending::CutOff => formatter.write_str("there it is cut off")?,
-            Ending::Damaged { reason } => write!(formatter, "there it is damaged: {reason}")?,
+            damaged @ Ending::Damaged { .. } => write!(formatter, "it is {damaged}")?,
         }
         if self.messages_without_topic > 0 {
             write!(formatter, "; left out {} messages of unknown topics", self.messages_without_topic)?;

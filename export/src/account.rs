@@ -142,7 +142,8 @@ fn earth(playback: &Playback, origin: Option<GeoPoint>) -> Result<Earth, ExportE
     match (&playback.earth, origin) {
         (Some(earth), None) => Ok(earth.clone()),
         (None, Some(origin)) => Ok(Earth {
-            frame: Georeference::of_map(origin, &playback.terrain),
+            // The frame of a ROS map has its x axis to the east.
+            frame: Georeference::of_map(origin, &playback.terrain).turned(playback.origin.yaw_radians),
             areas: Vec::new(),
             expected_objects: playback.prior.iter().map(|&it| f64::from(it)).filter(|it| *it >= 0.0).sum(),
         }),

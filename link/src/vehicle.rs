@@ -18,6 +18,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use dragnet_proto::convert::viewer::Viewer;
+use dragnet_proto::map_file::MapOrigin;
 use dragnet_proto::ros::errand::{Errand, Progress};
 use dragnet_proto::ros::input::{DetectedBox, GoalStatus, Image, Occupancy};
 use dragnet_proto::ros::name::TopicName;
@@ -200,7 +201,9 @@ impl Vehicle {
         if has_changed || self.unchanged >= SHOW_AGAIN {
             self.unchanged = 0;
             let start_unix_ns = now.unix_ns.saturating_sub_unsigned(now.mission.0);
-            let drawn = Viewer::new(&self.terrain, start_unix_ns).belief(belief, now.mission);
+            // Where the map lies in the frame that the robot is told of is known to `places`.
+            let viewer = Viewer::new(&self.terrain, MapOrigin::default(), start_unix_ns);
+            let drawn = viewer.belief(belief, now.mission);
             shown.push(Output::Belief(drawn, planar(&self.places.in_frame(&Pose::default()))));
             shown.push(Output::Objects(self.found(belief).map(|cell| self.object(belief, cell)).collect()));
         }

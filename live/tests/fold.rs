@@ -86,6 +86,7 @@ fn play() -> Played {
     let header = Header {
         start_unix_ns: 946_684_800_000_000_000,
         terrain: Arc::clone(&orders.terrain),
+        origin: scenario.origin(),
         prior: scenario.prior().clone(),
         scenario: SCENARIO.to_owned(),
         earth: scenario.earth(),

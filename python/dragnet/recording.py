@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from math import cos, sin
 from pathlib import Path
 from typing import Any
 
@@ -21,10 +22,12 @@ class Recording:
     run: dict[str, str]
     #: How it went; empty in a recording that was cut off.
     summary: dict[str, str]
-    #: ``"complete"``, ``"cut off"`` or ``"damaged: ..."``; what is whole is here in any case.
+    #: ``"complete"``, ``"cut off"`` or ``"damaged in ..."``; what is whole is here in any case.
     ending: str
     #: Edge of a cell, metres.
     cell_meters: float
+    #: Pose of the map's south-western corner in the frame ``map``: x and y, metres, and yaw, radians.
+    origin: tuple[float, float, float]
     #: Where a robot can be, bool.
     traversable: NDArray[np.bool_]
     #: Where an object can be, bool.
@@ -47,13 +50,21 @@ class Recording:
     #: ``expected_undeclared`` and ``digest``.
     statuses: list[dict[str, Any]]
 
+    def position(self, cell: int) -> tuple[float, float]:
+        """The middle of a cell in the frame ``map``, metres."""
+        row, column = divmod(int(cell), self.traversable.shape[1])
+        along, up = (column + 0.5) * self.cell_meters, (row + 0.5) * self.cell_meters
+        x, y, yaw = self.origin
+        return x + cos(yaw) * along - sin(yaw) * up, y + sin(yaw) * along + cos(yaw) * up
+
     def path(self, robot: int) -> NDArray[np.int64]:
         """Every cell that a robot has looked from, in order."""
         return self.observations["cell"][self.observations["robot"] == robot]
 
 
 def read_recording(path: str | os.PathLike[str]) -> Recording:
-    """Reads a recording (MCAP) that ``dragnet run`` has written. One that was cut off is read as far as it is whole.
+    """Reads a recording (MCAP) that ``dragnet run`` has written. Of one that was cut off or is
+    damaged all that is whole is read.
 
     Raises ``OSError`` if the file cannot be read and ``ValueError`` if it is no recording of ours.
     """

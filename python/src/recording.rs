@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
+use dragnet_coordinator::RecordingError;
 use dragnet_coordinator::mission::Record;
 use dragnet_coordinator::playback::Playback;
-use dragnet_coordinator::{Ending, RecordingError};
+use dragnet_proto::map_file::MapOrigin;
 use dragnet_proto::message::{Activity, MissionStatus};
 use dragnet_proto::time::MissionTime;
 use dragnet_search::belief::Belief;
@@ -23,7 +24,7 @@ pub(crate) fn read_recording(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_
     let recording = PyDict::new(py);
     recording.set_item("run", &playback.run)?;
     recording.set_item("summary", &playback.summary)?;
-    recording.set_item("ending", ending(&playback.ending))?;
+    recording.set_item("ending", playback.ending.to_string())?;
     add_map(&recording, &playback)?;
     add_observations(&recording, &playback)?;
     add_belief(&recording, &playback)?;
@@ -63,18 +64,12 @@ fn unreadable(error: &RecordingError) -> PyErr {
     }
 }
 
-fn ending(ending: &Ending) -> String {
-    match ending {
-        Ending::Complete => "complete".to_owned(),
-        Ending::CutOff => "cut off".to_owned(),
-        Ending::Damaged { reason } => format!("damaged: {reason}"),
-    }
-}
-
 fn add_map(recording: &Bound<'_, PyDict>, playback: &Playback) -> PyResult<()> {
     let (py, terrain) = (recording.py(), &playback.terrain);
     let grid = terrain.grid();
     recording.set_item("cell_meters", terrain.cell_meters())?;
+    let MapOrigin { x_meters, y_meters, yaw_radians } = playback.origin;
+    recording.set_item("origin", (x_meters, y_meters, yaw_radians))?;
     recording.set_item("traversable", cells(py, grid, |cell| terrain.is_traversable(cell))?)?;
     recording.set_item("searched", cells(py, grid, |cell| terrain.is_searched(cell))?)?;
     recording.set_item("prior", cells(py, grid, |cell| playback.prior[cell.index()])?)

@@ -87,8 +87,8 @@ fn text(summary: &Summary) -> String {
     let ending = match &summary.ending {
         Ending::Complete => String::new(),
         Ending::CutOff => "the recording was cut off; all of it that is whole was read\n".to_owned(),
-        Ending::Damaged { reason } => {
-            format!("the recording is damaged, and was read up to there: {reason}\n")
+        damaged @ Ending::Damaged { .. } => {
+            format!("the recording is {damaged}; all of it that is whole was read\n")
         }
     };
     format!(

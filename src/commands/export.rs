@@ -83,7 +83,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let account = Account::new(&playback, arguments.origin, arguments.at)
         .map_err(|error| Failure::Input(format!("{}: {error}", arguments.recording.display())))?;
     if playback.ending != Ending::Complete {
-        let what = "was cut off or is damaged, and is exported as far as it is whole";
+        let what = format!("is {}; what is whole of it is exported", playback.ending);
         complain("warning", &format!("{}: {what}", arguments.recording.display()));
     }
     for (path, text) in files(arguments, format, &account)? {

@@ -9,7 +9,7 @@ use crate::terminal;
 
 /// Say what a recording holds.
 ///
-/// When, who, which topics, and what was found. A recording that was cut off is read as far as it is whole; `dragnet recover` makes a complete one of it.
+/// When, who, which topics, and what was found. Of a recording that was cut off or is damaged all that is whole is read; `dragnet recover` makes a complete one of it.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  dragnet inspect ice_cream_cone-0.mcap")]
 pub(crate) struct Arguments {

@@ -7,13 +7,13 @@ use dragnet_coordinator::{RecordingError, recover};
 use super::Failure;
 use crate::terminal;
 
-/// Mend a recording that was cut off.
+/// Mend a recording that was cut off or damaged.
 ///
-/// As by a crash or a full disk. All that is whole is copied to a new file, which ends as it should. The old one stays as it is.
+/// As by a crash or a full disk. All that is whole, also behind what is damaged, is copied to a new file, which ends as it should. The old one stays as it is.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  dragnet recover cut_off.mcap mended.mcap")]
 pub(crate) struct Arguments {
-    /// The recording that was cut off
+    /// The recording that was cut off or damaged
     file: PathBuf,
     /// The new file; it must not exist
     out: PathBuf,

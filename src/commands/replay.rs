@@ -26,7 +26,7 @@ use crate::terminal::{self, counted};
 /// See a recorded mission again.
 ///
 /// Prints each decision and each declared object, then the map as it was believed at the end. With --live it is served as
-/// a page instead, with a slider for its time. A recording that was cut off is shown as far as it is whole.
+/// a page instead, with a slider for its time. Of a recording that was cut off or is damaged all that is whole is shown.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  dragnet replay ice_cream_cone-0.mcap\n  dragnet replay ice_cream_cone-0.mcap --live"
@@ -42,7 +42,8 @@ pub(crate) struct Arguments {
 pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let playback = Playback::read(&arguments.file).map_err(Failure::input)?;
     if playback.ending != Ending::Complete {
-        let what = "was cut off or is damaged, and is shown as far as it is whole";
+        let ending = &playback.ending;
+        let what = format!("is {ending}; what is whole of it is shown");
         complain("warning", &format!("{}: {what}", arguments.file.display()));
     }
     if let Some(listen) = arguments.live {

@@ -53,3 +53,54 @@ fn a_bag_in_sqlite_is_called_that_and_how_to_convert_it_is_said() {
         place.refuse(&["agent", "--config", "robot.toml", "--dry-run", bag], &said);
     }
 }
+
+/// One bit of one chunk: all other chunks are read, and what is lost is told, by all who read recordings.
+#[test]
+fn a_damaged_chunk_costs_itself_alone() {
+    let place = Place::new();
+    place.json(&["run", "small.toml", "--record", "whole.mcap", "--json"]);
+    let mut bytes = fs::read(place.path("whole.mcap")).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    fs::write(place.path("bad.mcap"), &bytes).unwrap();
+    let whole = place.succeed(&["recover", "whole.mcap", "copy.mcap"]);
+    let recovered = place.succeed(&["recover", "bad.mcap", "mended.mcap"]);
+    let messages = |text: &str| text.split_whitespace().nth(2).unwrap().parse::<u32>().unwrap();
+    let (all, kept) = (messages(&whole), messages(&recovered));
+    assert!(kept < all && kept > all * 9 / 10, "{kept} of {all}: {recovered}");
+    assert!(recovered.contains("it is damaged in one place: "), "{recovered}");
+    assert!(recovered.contains(&format!(" with {} messages; first at byte ", all - kept)), "{recovered}");
+    for arguments in [
+        &["inspect", "bad.mcap"] as &[&str],
+        &["replay", "bad.mcap"],
+        &["export", "bad.mcap", "--origin", "47,8", "--to", "out.geojson"],
+    ] {
+        let output = place.dragnet(arguments);
+        let told = String::from_utf8(output.stdout).unwrap() + &String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success() && told.contains("damaged in one place: "), "{arguments:?} {told}");
+    }
+}
+
+/// Where the map of a `map_server` lies is where its recording says that it lies.
+#[test]
+fn a_recording_has_the_frame_of_its_map() {
+    let place = Place::new();
+    place.write("hall.pgm", &format!("P2 8 8 255{}", " 254".repeat(64)));
+    place.write(
+        "hall.yaml",
+        "image: hall.pgm\nmode: Trinary\nresolution: '1.0'\norigin: [-20.0, '-12', 0.5]\nnegate: no\n\
+         occupied_thresh: 0.65\nfree_thresh: 0.196\n",
+    );
+    let scenario = "name = 'hall'\nmap = { file = 'hall.yaml', cell_meters = 1.0 }\nobjects.count = 1\n\
+                    mission.budget_meters = 20.0\n";
+    place.write("hall.toml", scenario);
+    let corner = "south-western corner";
+    let text = place.succeed(&["check", "hall.toml"]);
+    assert!(text.contains(&format!("{corner} in the frame map: (-20, -12) m, turned by 0.5 rad")), "{text}");
+    place.json(&["run", "hall.toml", "--record", "hall.mcap", "--json"]);
+    let text = place.succeed(&["inspect", "hall.mcap"]);
+    assert!(
+        text.contains(&format!("map           its {corner} at (-20, -12) m, turned by 0.5 rad")),
+        "{text}"
+    );
+}

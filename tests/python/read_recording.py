@@ -18,6 +18,10 @@ def seconds(stamp):
     return stamp.sec + stamp.nanosec / 1e9
 
 
+def posed(pose):
+    return [pose.position.x, pose.position.y, pose.orientation.z, pose.orientation.w]
+
+
 class Sights:
     """What one reader saw."""
 
@@ -27,6 +31,8 @@ class Sights:
         self.poses = {}
         self.paths = {}
         self.frames = {}
+        self.turns = []
+        self.belief_origin = None
         self.map = None
         self.belief = None
         self.probability = None
@@ -45,18 +51,23 @@ class Sights:
                 "width": message.info.width,
                 "height": message.info.height,
                 "resolution": message.info.resolution,
+                "origin": posed(message.info.origin),
             }
         elif topic == "/belief":
             self.belief = [int(value) for value in message.data]
+            self.belief_origin = posed(message.info.origin)
         elif topic == "/belief/probability":
             self.probability = {
                 "bytes": list(bytes(message.data)),
                 "columns": message.column_count,
+                "origin": posed(message.pose),
                 "field": message.fields[0].name,
             }
         elif topic == "/tf":
             for transform in message.transforms:
                 place = transform.transform.translation
+                turn = transform.transform.rotation
+                self.turns.append([turn.z, turn.w])
                 self.frames.setdefault(transform.child_frame_id, []).append([place.x, place.y])
         elif topic == "/objects":
             self.objects.append([message.cell, message.probability, message.time_ns])

@@ -48,6 +48,14 @@ pub enum RecordingError {
         /// What it is instead.
         found: String,
     },
+    /// It is packed in a way that is unknown here.
+    #[error("{}: compressed with {compression}, which is not understood; allowed are zstd, lz4 and none", path.display())]
+    Compression {
+        /// The file.
+        path: PathBuf,
+        /// The method, as the file names it.
+        compression: String,
+    },
     /// Something in it is not what this program records.
     #[error("{}: cannot be played back: {reason}", path.display())]
     Unreadable {

@@ -1,67 +1,72 @@
-//! Reads the whole records of an MCAP file that may end anywhere.
+//! Reads the whole records of an MCAP file that may end anywhere, and may be damaged anywhere.
 //!
 //! A length is never trusted: neither more than the file has left nor more than [`MAX_RECORD_BYTES`] is ever read. A
-//! chunk counts only as a whole, when its checksum is right.
+//! chunk counts only as a whole, when its checksum is right. What is damaged is left out, and reading goes on with the
+//! next record: behind the damaged one, or if its length is not to be trusted either, where one is found
+//! ([`super::resume`]).
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 use std::fs::File;
-use std::io::{self, BufReader, Read};
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use mcap::records::{Header, Record, op};
-use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use mcap::{MAGIC, McapError, McapResult, parse_record};
-use serde::Serialize;
+use mcap::{MAGIC, parse_record};
 
-use super::RecordingError;
+use super::chunk::{self, ChunkError, MAX_RECORD_BYTES};
+use super::layout::{self, PREFIX_BYTES, Prefix};
+use super::{Ending, RecordingError, resume};
 
-/// The longest record or unpacked chunk: four times the belief of the largest map.
-const MAX_RECORD_BYTES: usize = 256 << 20;
-/// What a record begins with: its kind, 1 byte, and its length, 8.
-const PREFIX_BYTES: usize = 9;
-
-/// How a recording ends.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
-pub enum Ending {
-    /// It was finished.
-    Complete,
-    /// Whoever wrote it was stopped, or the end is lost.
-    CutOff,
-    /// A record cannot be right.
-    Damaged {
-        /// Why.
-        reason: String,
-    },
-}
-
-/// A record as it stands in the file.
-struct Frame {
-    opcode: u8,
-    /// With its prefix.
-    bytes: Vec<u8>,
-}
-
-impl Frame {
-    fn body(&self) -> &[u8] {
-        &self.bytes[PREFIX_BYTES..]
-    }
-}
-
-/// Iterates over the records of the data section, those within chunks one by one, until the first that is not whole.
-/// Indexes are skipped.
+/// Iterates over the records of the data section that are whole, those within chunks one by one. Indexes are skipped.
 pub(crate) struct McapReader<R> {
     path: PathBuf,
     source: R,
-    length: u64,
-    /// Where the last whole record ends.
-    offset: u64,
+    /// Where the source stands.
+    position: u64,
+    pub(super) length: u64,
+    /// Up to where the file is read.
+    pub(super) offset: u64,
     header: Header,
-    unpacked: VecDeque<Record<'static>>,
+    /// Definitions that stand at the file's end too.
+    repeated: VecDeque<Record<'static>>,
+    unpacked: Unpacked,
+    /// Numbers of the topics that were defined.
+    pub(super) channels: BTreeSet<u16>,
     /// Messages so far.
     messages: u64,
+    has_chunk: bool,
+    /// How a chunk is packed that nobody here can unpack.
+    foreign: Option<ChunkError>,
     is_in_summary: bool,
+    /// Bytes that may be read in vain.
+    pub(super) patience: u64,
+    damage: Damage,
     ending: Option<Ending>,
+}
+
+/// The records of a chunk, and how far they were handed on.
+#[derive(Default)]
+struct Unpacked {
+    bytes: Vec<u8>,
+    next: usize,
+}
+
+/// What was left out.
+#[derive(Default)]
+struct Damage {
+    first: Option<String>,
+    places: u64,
+    bytes: u64,
+    /// Messages that the index tells of.
+    messages: Option<u64>,
+}
+
+/// What a record of the file holds.
+enum Content {
+    /// A chunk's records, each with its prefix.
+    Chunk(Vec<u8>),
+    /// It is one itself.
+    Record(Record<'static>),
 }
 
 impl McapReader<BufReader<File>> {
@@ -75,18 +80,25 @@ impl McapReader<BufReader<File>> {
     }
 }
 
-impl<R: Read> McapReader<R> {
-    /// Reads a source of so many bytes.
+impl<R: Read + Seek> McapReader<R> {
+    /// Reads a source of so many bytes from its start.
     pub(crate) fn new(path: &Path, source: R, length: u64) -> Result<Self, RecordingError> {
         let mut reader = Self {
             path: path.to_owned(),
             source,
+            position: 0,
             length,
             offset: 0,
             header: Header { profile: String::new(), library: String::new() },
-            unpacked: VecDeque::new(),
+            repeated: VecDeque::new(),
+            unpacked: Unpacked::default(),
+            channels: BTreeSet::new(),
             messages: 0,
+            has_chunk: false,
+            foreign: None,
             is_in_summary: false,
+            patience: resume::patience(length),
+            damage: Damage::default(),
             ending: None,
         };
         reader.read_start()?;
@@ -103,14 +115,23 @@ impl<R: Read> McapReader<R> {
         self.length
     }
 
-    /// Bytes up to the end of the last whole record.
+    /// Bytes that could be read.
     pub(crate) const fn readable(&self) -> u64 {
-        self.offset
+        self.offset.saturating_sub(self.damage.bytes)
     }
 
     /// How the file ends, once all is read.
     pub(crate) fn ending(&self) -> Ending {
-        self.ending.clone().unwrap_or(Ending::CutOff)
+        let Damage { first, places, bytes, messages } = &self.damage;
+        match first {
+            Some(reason) => Ending::Damaged {
+                reason: reason.clone(),
+                places: *places,
+                lost_bytes: *bytes,
+                lost_messages: *messages,
+            },
+            None => self.ending.clone().unwrap_or(Ending::CutOff),
+        }
     }
 
     fn read_start(&mut self) -> Result<(), RecordingError> {
@@ -121,178 +142,249 @@ impl<R: Read> McapReader<R> {
         if self.length == 0 {
             return Err(not(&self.path, "the file is empty"));
         }
-        let magic = self.take(MAGIC.len())?;
-        if magic.as_deref() != Some(MAGIC) {
-            return Err(not(&self.path, "it does not begin like an MCAP file"));
-        }
-        self.offset = MAGIC.len() as u64;
-        let record = self.frame()?.and_then(|frame| {
-            self.offset += frame.bytes.len() as u64;
-            parse_record(frame.opcode, frame.body()).ok().map(Record::into_owned)
-        });
-        match record {
-            Some(Record::Header(header)) => self.header = header,
-            _ => return Err(not(&self.path, "it ends, or is damaged, before it says anything")),
-        }
-        Ok(())
-    }
-
-    /// So many bytes; `None` if the file ends before.
-    fn take(&mut self, count: usize) -> Result<Option<Vec<u8>>, RecordingError> {
-        if count as u64 > self.length - self.offset {
-            return Ok(None);
-        }
-        let mut bytes = vec![0; count];
-        self.source.read_exact(&mut bytes).map_err(|source| self.failed(source))?;
-        Ok(Some(bytes))
-    }
-
-    fn failed(&self, source: io::Error) -> RecordingError {
-        RecordingError::Read { path: self.path.clone(), source }
-    }
-
-    /// The next record; `None` where the file ends, is cut off, or claims a length that cannot be.
-    fn frame(&mut self) -> Result<Option<Frame>, RecordingError> {
-        let Some(mut bytes) = self.take(PREFIX_BYTES)? else { return Ok(None) };
-        let Some((&opcode, length)) = bytes.split_first() else { return Ok(None) };
-        let length = length.try_into().map_or(u64::MAX, u64::from_le_bytes);
-        let left = self.length - self.offset - PREFIX_BYTES as u64;
-        let Some(length) = usize::try_from(length).ok().filter(|&length| length as u64 <= left) else {
-            return Ok(None);
-        };
-        if length > MAX_RECORD_BYTES {
-            let reason = format!("a record of {length} bytes; allowed are at most {MAX_RECORD_BYTES}");
-            self.ending = Some(Ending::Damaged { reason });
-            return Ok(None);
-        }
-        bytes.resize(PREFIX_BYTES + length, 0);
-        self.source.read_exact(&mut bytes[PREFIX_BYTES..]).map_err(|source| self.failed(source))?;
-        Ok(Some(Frame { opcode, bytes }))
-    }
-
-    /// Reads one record of the file into `unpacked`, or finds the file's end.
-    fn advance(&mut self) -> Result<(), RecordingError> {
-        let Some(frame) = self.frame()? else {
-            self.ending.get_or_insert(Ending::CutOff);
+        let start = MAGIC.len() as u64;
+        let is_begun = self.is_magic_at(0)?;
+        if is_begun && let Some((header, end)) = self.header_at(start)? {
+            (self.header, self.offset) = (header, end);
             return Ok(());
+        }
+        // Of a file that ends like one the beginning is damaged.
+        let is_one = is_begun || self.is_magic_at(self.length.saturating_sub(start))?;
+        if is_one && let Some(next) = self.find_record(start)? {
+            return self.lose(next, "the header is damaged".to_owned());
+        }
+        let found = if is_begun {
+            "it ends, or is damaged, before it says anything"
+        } else {
+            "it does not begin like an MCAP file"
         };
-        if let Err(reason) =
-            unpack(&frame).map_err(|error| error.to_string()).and_then(|found| self.accept(found))
+        Err(not(&self.path, found))
+    }
+
+    /// The header, which stands there, and where it ends.
+    fn header_at(&mut self, start: u64) -> Result<Option<(Header, u64)>, RecordingError> {
+        let end = self.prefix_at(start)?.and_then(|prefix| prefix.end(start));
+        let Some(end) = end.filter(|end| *end <= self.length && end - start <= MAX_RECORD_BYTES) else {
+            return Ok(None);
+        };
+        let frame = self.read_at(start, end - start)?;
+        let (opcode, body) = (frame[0], &frame[PREFIX_BYTES..]);
+        if opcode == op::HEADER
+            && layout::fits(opcode, body)
+            && let Ok(Record::Header(header)) = parse_record(opcode, body)
         {
-            self.ending = Some(Ending::Damaged { reason });
-            return Ok(());
+            return Ok(Some((header, end)));
         }
-        self.offset += frame.bytes.len() as u64;
-        self.is_in_summary |= frame.opcode == op::DATA_END;
-        if frame.opcode == op::FOOTER {
-            let is_whole = self.take(MAGIC.len())?.as_deref() == Some(MAGIC);
-            if is_whole {
-                self.offset += MAGIC.len() as u64;
+        Ok(None)
+    }
+
+    /// So many bytes from a place on, all of which the file has.
+    pub(super) fn read_at(&mut self, offset: u64, count: u64) -> Result<Vec<u8>, RecordingError> {
+        let path = &self.path;
+        let failed = |source: io::Error| RecordingError::Read { path: path.clone(), source };
+        if self.position != offset {
+            self.source.seek(SeekFrom::Start(offset)).map_err(failed)?;
+            self.position = offset;
+        }
+        let mut bytes = Vec::new();
+        self.source.by_ref().take(count).read_to_end(&mut bytes).map_err(failed)?;
+        self.position += bytes.len() as u64;
+        if bytes.len() as u64 == count {
+            return Ok(bytes);
+        }
+        // The file has become shorter since it was opened.
+        Err(failed(io::ErrorKind::UnexpectedEof.into()))
+    }
+
+    /// What a record at this place would begin with; `None` where the file has no room for it.
+    pub(super) fn prefix_at(&mut self, offset: u64) -> Result<Option<Prefix>, RecordingError> {
+        if self.length.saturating_sub(offset) < PREFIX_BYTES as u64 {
+            return Ok(None);
+        }
+        let bytes = self.read_at(offset, PREFIX_BYTES as u64)?;
+        Ok(bytes.first_chunk().map(|bytes| Prefix::read(*bytes)))
+    }
+
+    pub(super) fn is_magic_at(&mut self, offset: u64) -> Result<bool, RecordingError> {
+        let count = MAGIC.len() as u64;
+        Ok(self.length.saturating_sub(offset) >= count && self.read_at(offset, count)? == MAGIC)
+    }
+
+    /// Reads one record of the file, or finds the file's end.
+    fn advance(&mut self) -> Result<(), RecordingError> {
+        let Some(prefix) = self.prefix_at(self.offset)? else {
+            self.ending = Some(Ending::CutOff);
+            return Ok(());
+        };
+        let Some(end) = prefix.end(self.offset).filter(|end| *end <= self.length) else {
+            return self.resume_after_length(prefix.body_bytes);
+        };
+        let (is_filled, content) = if prefix.body_bytes > MAX_RECORD_BYTES {
+            let bytes = prefix.body_bytes;
+            (false, Err(format!("a record of {bytes} bytes; allowed are at most {MAX_RECORD_BYTES}")))
+        } else {
+            let frame = self.read_at(self.offset, end - self.offset)?;
+            let body = &frame[PREFIX_BYTES..];
+            // A message of any length is one.
+            let is_filled = prefix.opcode != op::MESSAGE && layout::fills(prefix.opcode, body);
+            (is_filled, self.content(prefix.opcode, body))
+        };
+        match content {
+            Ok(content) if is_filled || self.is_followed(end)? => {
+                self.offset = end;
+                self.accept(content)
             }
-            self.ending = Some(if is_whole { Ending::Complete } else { Ending::CutOff });
+            Err(reason) if self.is_followed(end)? => self.lose(end, reason),
+            // Where it ends is not to be trusted.
+            content => {
+                self.patience = self.patience.saturating_sub(end - self.offset);
+                self.resume(content.err().unwrap_or_else(|| "a record is followed by none".to_owned()))
+            }
+        }
+    }
+
+    /// Where a record claims more than the file has, the file was cut off, or the length is damaged.
+    fn resume_after_length(&mut self, claimed: u64) -> Result<(), RecordingError> {
+        if let Some(next) = self.find_record(self.offset + 1)? {
+            return self.lose(next, format!("a record claims {claimed} bytes, more than the file has"));
+        }
+        self.ending = Some(Ending::CutOff);
+        Ok(())
+    }
+
+    /// Goes on at the next record that is found; if there is none, the rest is lost.
+    fn resume(&mut self, reason: String) -> Result<(), RecordingError> {
+        let next = self.find_record(self.offset + 1)?;
+        self.lose(next.unwrap_or(self.length), reason)
+    }
+
+    /// Leaves out everything up to a place.
+    fn lose(&mut self, next: u64, reason: String) -> Result<(), RecordingError> {
+        self.damage.bytes += next - self.offset;
+        let at = self.offset;
+        self.offset = next;
+        self.note(format!("at byte {at}: {reason}"))
+    }
+
+    fn note(&mut self, reason: String) -> Result<(), RecordingError> {
+        self.damage.places += 1;
+        if self.damage.first.is_none() {
+            self.damage.first = Some(reason);
+            // What was lost may have defined the topics of all that comes.
+            self.repeated = self.definitions()?;
         }
         Ok(())
     }
 
-    /// Takes in the records of the data section, and checks those of the summary against them.
-    fn accept(&mut self, records: Vec<Record<'static>>) -> Result<(), String> {
-        for record in records {
-            match &record {
-                Record::Message { .. } => self.messages += 1,
-                Record::Statistics(told) if told.message_count != self.messages => {
-                    let (told, found) = (told.message_count, self.messages);
-                    return Err(format!("its index tells of {told} messages, {found} are there"));
+    fn content(&mut self, opcode: u8, body: &[u8]) -> Result<Content, String> {
+        if !layout::fits(opcode, body) {
+            return Err(format!("a record of kind {opcode} has no room for what it claims"));
+        }
+        match parse_record(opcode, body).map_err(|error| error.to_string())? {
+            Record::Chunk { header, data } => match chunk::unpack(&header, &data) {
+                Ok(bytes) => Ok(Content::Chunk(bytes)),
+                Err(error) => {
+                    let reason = error.to_string();
+                    if matches!(error, ChunkError::Compression(_)) {
+                        self.foreign.get_or_insert(error);
+                    }
+                    Err(reason)
                 }
-                _ => {}
+            },
+            record => Ok(Content::Record(record.into_owned())),
+        }
+    }
+
+    fn accept(&mut self, content: Content) -> Result<(), RecordingError> {
+        match content {
+            Content::Chunk(bytes) => {
+                self.has_chunk = true;
+                self.unpacked = Unpacked { bytes, next: 0 };
             }
-            if !self.is_in_summary {
-                self.unpacked.push_back(record);
+            Content::Record(Record::DataEnd(_)) => self.is_in_summary = true,
+            Content::Record(Record::Footer(_)) => {
+                let is_whole = self.is_magic_at(self.offset)?;
+                if is_whole {
+                    self.offset += MAGIC.len() as u64;
+                }
+                self.ending = Some(if is_whole { Ending::Complete } else { Ending::CutOff });
+            }
+            Content::Record(Record::Statistics(told)) => {
+                let (told, found) = (told.message_count, self.messages);
+                self.damage.messages = told.checked_sub(found);
+                if told != found && self.damage.first.is_none() {
+                    return self.note(format!("its index tells of {told} messages, {found} are there"));
+                }
+            }
+            Content::Record(record) => {
+                if !self.is_in_summary {
+                    self.repeated.push_back(record);
+                }
             }
         }
         Ok(())
+    }
+
+    /// The next record of the chunk that is unpacked. Of one that nobody checked a record may be damaged.
+    fn take_unpacked(&mut self) -> Result<Option<Record<'static>>, RecordingError> {
+        let Unpacked { bytes, next } = &self.unpacked;
+        let rest = &bytes[*next..];
+        if rest.is_empty() {
+            return Ok(None);
+        }
+        let frame = layout::split(rest);
+        let record = frame.and_then(|(opcode, body)| parse_record(opcode, body).ok().map(Record::into_owned));
+        self.unpacked.next = match frame {
+            Some((_, body)) => next + PREFIX_BYTES + body.len(),
+            None => bytes.len(),
+        };
+        if record.is_none() {
+            self.note(format!("before byte {}: a record of a chunk is not whole", self.offset))?;
+        }
+        Ok(record)
+    }
+
+    /// The next record, if there is one left.
+    fn step(&mut self) -> Result<Option<Record<'static>>, RecordingError> {
+        loop {
+            if let Some(record) = self.repeated.pop_front() {
+                return Ok(Some(record));
+            }
+            if let Some(record) = self.take_unpacked()? {
+                return Ok(Some(record));
+            }
+            if self.unpacked.next < self.unpacked.bytes.len() || !self.repeated.is_empty() {
+                continue;
+            }
+            if self.ending.is_some() {
+                return Ok(None);
+            }
+            self.advance()?;
+            if self.ending.is_some()
+                && !self.has_chunk
+                && let Some(ChunkError::Compression(compression)) = self.foreign.take()
+            {
+                return Err(RecordingError::Compression { path: self.path.clone(), compression });
+            }
+        }
     }
 }
 
-impl<R: Read> Iterator for McapReader<R> {
+impl<R: Read + Seek> Iterator for McapReader<R> {
     type Item = Result<Record<'static>, RecordingError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        while self.unpacked.is_empty() && self.ending.is_none() {
-            if let Err(error) = self.advance() {
-                self.ending = Some(Ending::CutOff);
-                return Some(Err(error));
+        let step = self.step();
+        match &step {
+            Ok(Some(Record::Message { .. })) => self.messages += 1,
+            Ok(Some(Record::Channel(channel))) => {
+                self.channels.insert(channel.id);
             }
+            Err(_) => self.ending = Some(Ending::CutOff),
+            Ok(_) => {}
         }
-        self.unpacked.pop_front().map(Ok)
+        step.transpose()
     }
-}
-
-/// The records in a record: all of a chunk's, or the one that it is.
-fn unpack(frame: &Frame) -> McapResult<Vec<Record<'static>>> {
-    match frame.opcode {
-        op::CHUNK => unpack_chunk(frame),
-        op::ATTACHMENT if !attachment_fits(frame.body()) => Err(McapError::UnexpectedEof),
-        opcode => Ok(vec![parse_record(opcode, frame.body())?.into_owned()]),
-    }
-}
-
-fn unpack_chunk(frame: &Frame) -> McapResult<Vec<Record<'static>>> {
-    let Record::Chunk { header, data } = parse_record(frame.opcode, frame.body())? else {
-        return Ok(Vec::new());
-    };
-    // Without compression and checksum the crate trusts the lengths of the records within.
-    if header.compression.is_empty() && header.uncompressed_crc == 0 {
-        return unpack_plain(&data);
-    }
-    let mut reader = LinearReader::new_with_options(
-        LinearReaderOptions::default()
-            .with_skip_start_magic(true)
-            .with_skip_end_magic(true)
-            .with_prevalidate_chunk_crcs(true)
-            .with_record_length_limit(MAX_RECORD_BYTES),
-    );
-    let mut rest = frame.bytes.as_slice();
-    let mut records = Vec::new();
-    while let Some(event) = reader.next_event() {
-        match event? {
-            LinearReadEvent::ReadRequest(wanted) => {
-                let (given, later) = rest.split_at(wanted.min(rest.len()));
-                reader.insert(given.len()).copy_from_slice(given);
-                reader.notify_read(given.len());
-                rest = later;
-            }
-            LinearReadEvent::Record { data, opcode } => {
-                records.push(parse_record(opcode, data)?.into_owned());
-            }
-        }
-    }
-    Ok(records)
-}
-
-/// The records of a chunk that is neither compressed nor checked, as `ros2 bag record` writes them with its preset
-/// `fastwrite`.
-fn unpack_plain(mut data: &[u8]) -> McapResult<Vec<Record<'static>>> {
-    let mut records = Vec::new();
-    while let Some((&opcode, rest)) = data.split_first() {
-        let (length, rest) = rest.split_first_chunk().ok_or(McapError::UnexpectedEof)?;
-        let length = usize::try_from(u64::from_le_bytes(*length)).unwrap_or(usize::MAX);
-        let (body, rest) = rest.split_at_checked(length).ok_or(McapError::UnexpectedEof)?;
-        records.push(parse_record(opcode, body)?.into_owned());
-        data = rest;
-    }
-    Ok(records)
-}
-
-/// Whether an attachment has room for what its lengths claim, as far as the crate trusts them: two times and two
-/// texts, the length of the data, and a checksum at the end.
-fn attachment_fits(body: &[u8]) -> bool {
-    let text_end = |start: usize| {
-        let end = start.checked_add(4)?;
-        let length = body.get(start..end)?.try_into().map(u32::from_le_bytes).ok()?;
-        end.checked_add(usize::try_from(length).ok()?)
-    };
-    let data_length_start = text_end(16).and_then(text_end);
-    data_length_start.is_some_and(|start| start.saturating_add(8 + 4) <= body.len())
 }
 
 #[cfg(test)]
@@ -320,7 +412,8 @@ mod tests {
 
     /// Messages read, and how it ended.
     fn read(bytes: &[u8]) -> Option<(usize, Ending)> {
-        let mut reader = McapReader::new(Path::new("chatter.mcap"), bytes, bytes.len() as u64).ok()?;
+        let mut reader =
+            McapReader::new(Path::new("chatter.mcap"), io::Cursor::new(bytes), bytes.len() as u64).ok()?;
         let messages = (&mut reader).filter(|record| matches!(record, Ok(Record::Message { .. }))).count();
         Some((messages, reader.ending()))
     }

@@ -188,7 +188,7 @@ mod tests {
         drop(file);
         let bytes = disk.0.lock().unwrap().clone();
         let length = bytes.len() as u64;
-        let reader = McapReader::new(path, bytes.as_slice(), length).unwrap();
+        let reader = McapReader::new(path, io::Cursor::new(bytes), length).unwrap();
         let kept =
             reader.filter(|record| matches!(record, Ok(mcap::records::Record::Message { .. }))).count();
         assert!(flushed > 40, "{flushed}");

@@ -1,21 +1,25 @@
 //! Recordings that are cut off or damaged, anywhere.
 
 use std::fs;
+use std::io::Write;
 use std::path::Path;
 
 use dragnet_coordinator::inspect::inspect;
+use dragnet_coordinator::playback::Playback;
 use dragnet_coordinator::recover::recover;
 use dragnet_coordinator::{Ending, RecordingError};
 use mcap::{MessageStream, Summary};
 use tempfile::tempdir;
 
-use crate::episode::{Episode, header};
+use crate::episode::{Episode, header, seconds};
 
 /// A whole recording, and where its parts end as its own index says.
 struct Whole {
     bytes: Vec<u8>,
     /// End of each chunk, and the messages in it.
     chunks: Vec<(usize, usize)>,
+    /// Start of each chunk.
+    starts: Vec<usize>,
     attachment_ends: Vec<usize>,
     metadata_ends: Vec<usize>,
 }
@@ -26,12 +30,14 @@ impl Whole {
         let bytes = fs::read(path).unwrap();
         let summary = Summary::read(&bytes).unwrap().unwrap();
         let end = |offset: u64, length: u64| usize::try_from(offset + length).unwrap();
+        let starts = summary.chunk_indexes.iter().map(|chunk| end(chunk.chunk_start_offset, 0)).collect();
         let messages = |chunk| summary.stream_chunk(&bytes, chunk).unwrap().count();
         let chunks = summary.chunk_indexes.iter();
         Self {
             chunks: chunks
                 .map(|chunk| (end(chunk.chunk_start_offset, chunk.chunk_length), messages(chunk)))
                 .collect(),
+            starts,
             attachment_ends: summary
                 .attachment_indexes
                 .iter()
@@ -44,6 +50,12 @@ impl Whole {
                 .collect(),
             bytes,
         }
+    }
+
+    /// Messages of the chunk that a byte belongs to.
+    fn chunk_of(&self, byte: usize) -> usize {
+        let chunks = self.starts.iter().zip(&self.chunks);
+        chunks.filter(|(start, (end, _))| (**start..*end).contains(&byte)).map(|(_, (_, count))| count).sum()
     }
 
     /// Messages in whole chunks, attachments and metadata up to a cut.
@@ -130,30 +142,104 @@ fn nothing_that_exists_is_overwritten() {
 }
 
 #[test]
-fn a_flipped_bit_panics_nowhere_and_costs_nothing_before_it() {
+fn a_flipped_bit_panics_nowhere_and_costs_at_most_its_chunk() {
     let folder = tempdir().unwrap();
     let whole = Whole::record(&folder.path().join("whole.mcap"));
     let (damaged, mended) = (folder.path().join("damaged.mcap"), folder.path().join("mended.mcap"));
     let mut endings = [0; 3];
-    for at in (0..whole.bytes.len()).step_by(whole.bytes.len() / 400) {
+    let end = whole.bytes.len();
+    for at in (0..end).step_by(end / 400).chain(end - 40..end) {
         let mut bytes = whole.bytes.clone();
         bytes[at] ^= 1 << (at % 8);
         fs::write(&damaged, &bytes).unwrap();
-        if let Ok(recovered) = recover(&damaged, &mended) {
-            let (messages, ..) = whole.until(at);
-            assert!(recovered.messages >= messages as u64, "flipped at {at}: {recovered}");
-            let is_all = recovered.messages == whole.until(whole.bytes.len()).0 as u64;
-            assert!(is_all || recovered.ending != Ending::Complete, "flipped at {at}: {recovered}");
-            assert_eq!(inspect(&mended).unwrap().ending, Ending::Complete);
-            endings[match recovered.ending {
-                Ending::Complete => 0,
-                Ending::CutOff => 1,
-                Ending::Damaged { .. } => 2,
-            }] += 1;
-        }
-        let _ = fs::remove_file(&mended);
+        let recovered = recover(&damaged, &mended).unwrap();
+        let (all, ..) = whole.until(end);
+        let least = all - whole.chunk_of(at);
+        assert!(recovered.messages >= least as u64, "flipped at {at}: {recovered}, not {least}");
+        let is_all = recovered.messages == all as u64;
+        assert!(is_all || recovered.ending != Ending::Complete, "flipped at {at}: {recovered}");
+        assert_eq!(inspect(&mended).unwrap().ending, Ending::Complete);
+        check_is_part(&mended, &whole);
+        endings[match recovered.ending {
+            Ending::Complete => 0,
+            Ending::CutOff => 1,
+            Ending::Damaged { .. } => 2,
+        }] += 1;
+        fs::remove_file(&mended).unwrap();
     }
     assert!(endings[1] > 0 && endings[2] > 100, "{endings:?}");
+}
+
+/// The mended file holds messages of the whole one, in their order, and nothing else.
+fn check_is_part(mended: &Path, whole: &Whole) {
+    let mended = fs::read(mended).unwrap();
+    let mut originals = MessageStream::new(&whole.bytes).unwrap().map(Result::unwrap);
+    for message in MessageStream::new(&mended).unwrap().map(Result::unwrap) {
+        assert!(originals.any(|original| original == message), "{message:?} was never said");
+    }
+}
+
+#[test]
+fn what_is_whole_behind_damage_is_recovered_and_what_is_lost_is_counted() {
+    let folder = tempdir().unwrap();
+    let whole = Whole::record(&folder.path().join("whole.mcap"));
+    let (damaged, mended) = (folder.path().join("damaged.mcap"), folder.path().join("mended.mcap"));
+    let (all, ..) = whole.until(whole.bytes.len());
+    // The first says what the map is, and which topics there are; two neighbours; one of the end.
+    let last = whole.chunks.len() - 1;
+    for spoiled in [vec![0], vec![3], vec![4, 5], vec![2, last]] {
+        let mut bytes = whole.bytes.clone();
+        let mut lost = 0;
+        for &number in &spoiled {
+            let (end, messages) = whole.chunks[number];
+            // Within a chunk's data: its length is as it was. The length too: the next record is searched for.
+            bytes[end - 10] ^= 0x10;
+            if number % 2 == 0 {
+                bytes[whole.starts[number] + 1] ^= 0x04;
+            }
+            lost += messages;
+        }
+        fs::write(&damaged, &bytes).unwrap();
+        let recovered = recover(&damaged, &mended).unwrap();
+        assert_eq!(recovered.messages, (all - lost) as u64, "{spoiled:?}: {recovered}");
+        assert_eq!((recovered.messages_without_topic, recovered.attachments, recovered.metadata), (0, 1, 2));
+        let Ending::Damaged { places, lost_messages, lost_bytes, .. } = &recovered.ending else {
+            panic!("{recovered}")
+        };
+        assert_eq!((*places, *lost_messages), (spoiled.len() as u64, Some(lost as u64)), "{recovered}");
+        assert_eq!(recovered.readable_bytes + lost_bytes, recovered.file_bytes);
+        check_is_part(&mended, &whole);
+        check_playback(&damaged, spoiled[0] == 0, lost);
+        fs::remove_file(&mended).unwrap();
+    }
+}
+
+/// A mission without its map cannot be seen again; one that lacks something in between can.
+fn check_playback(damaged: &Path, is_start_lost: bool, lost: usize) {
+    match Playback::read(damaged) {
+        Ok(playback) => {
+            let Ending::Damaged { lost_messages, .. } = playback.ending else { panic!("{playback:?}") };
+            assert!(!is_start_lost && lost_messages == Some(lost as u64));
+            assert!(playback.end() >= seconds(15.0), "{:?}", playback.end());
+        }
+        Err(error) => {
+            let error = error.to_string();
+            assert!(is_start_lost && error.contains("is damaged in one place"), "{error}");
+        }
+    }
+}
+
+#[test]
+fn a_damaged_beginning_costs_what_the_file_said_of_itself() {
+    let folder = tempdir().unwrap();
+    let whole = Whole::record(&folder.path().join("whole.mcap"));
+    let (damaged, mended) = (folder.path().join("damaged.mcap"), folder.path().join("mended.mcap"));
+    let mut bytes = whole.bytes.clone();
+    bytes[..30].fill(0);
+    fs::write(&damaged, &bytes).unwrap();
+    let recovered = recover(&damaged, &mended).unwrap();
+    assert_eq!(recovered.messages, whole.until(bytes.len()).0 as u64, "{recovered}");
+    assert!(recovered.to_string().contains("the header is damaged"), "{recovered}");
 }
 
 #[test]
@@ -186,4 +272,79 @@ fn a_claimed_length_takes_no_memory() {
     let found = inspect(&path).unwrap();
     assert_eq!((found.ending, found.readable_bytes), (Ending::CutOff, end as u64));
     assert_eq!(found.run, header().run);
+}
+
+/// A chunk record with this header and these packed bytes.
+fn chunk(compression: &str, unpacked_bytes: u64, sum: u32, packed: &[u8]) -> Vec<u8> {
+    let mut body = [0; 16].to_vec();
+    body.extend(unpacked_bytes.to_le_bytes());
+    body.extend(sum.to_le_bytes());
+    body.extend(u32::try_from(compression.len()).unwrap().to_le_bytes());
+    body.extend(compression.as_bytes());
+    body.extend((packed.len() as u64).to_le_bytes());
+    body.extend(packed);
+    [&[mcap::records::op::CHUNK], &(body.len() as u64).to_le_bytes()[..], &body].concat()
+}
+
+#[test]
+fn what_a_chunk_claims_takes_no_memory() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("liar.mcap");
+    let whole = Whole::record(&folder.path().join("whole.mcap"));
+    let packed = zstd::encode_all([7; 1000].as_slice(), 0).unwrap();
+    let (start, end) = (whole.starts[2], whole.chunks[1].0);
+    let bytes = [&whole.bytes[..end], &chunk("zstd", 4 << 30, 0, &packed), &whole.bytes[start..]].concat();
+    fs::write(&path, bytes).unwrap();
+    let found = inspect(&path).unwrap();
+    let Ending::Damaged { reason, lost_messages, .. } = &found.ending else { panic!("{found}") };
+    assert!(reason.contains("a chunk of 4294967296 bytes; allowed are at most 268435456"), "{reason}");
+    assert_eq!(*lost_messages, Some(0), "all that was written is there");
+}
+
+/// The same recording with its chunks packed otherwise, up to its index.
+fn packed_by(whole: &Whole, compression: &str, pack: impl Fn(&[u8]) -> Vec<u8>) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut before = 0;
+    for (&start, &(end, _)) in whole.starts.iter().zip(&whole.chunks) {
+        bytes.extend(&whole.bytes[before..start]);
+        let body = &whole.bytes[start + 9..end];
+        let Ok(mcap::records::Record::Chunk { header, data }) =
+            mcap::parse_record(mcap::records::op::CHUNK, body)
+        else {
+            panic!("no chunk at {start}")
+        };
+        let unpacked = zstd::decode_all(&*data).unwrap();
+        bytes.extend(chunk(compression, header.uncompressed_size, header.uncompressed_crc, &pack(&unpacked)));
+        before = end;
+    }
+    bytes
+}
+
+#[test]
+fn chunks_that_others_pack_are_read_or_named() {
+    let folder = tempdir().unwrap();
+    let whole = Whole::record(&folder.path().join("whole.mcap"));
+    let (path, mended) = (folder.path().join("other.mcap"), folder.path().join("mended.mcap"));
+    let lz4 = |unpacked: &[u8]| {
+        let mut encoder = lz4_flex::frame::FrameEncoder::new(Vec::new());
+        encoder.write_all(unpacked).unwrap();
+        encoder.finish().unwrap()
+    };
+    fs::write(&path, packed_by(&whole, "lz4", lz4)).unwrap();
+    let recovered = recover(&path, &mended).unwrap();
+    assert_eq!(recovered.messages, whole.until(whole.bytes.len()).0 as u64);
+    assert_eq!(recovered.ending, Ending::CutOff);
+    check_is_part(&mended, &whole);
+    fs::remove_file(&mended).unwrap();
+    fs::write(&path, packed_by(&whole, "brotli", lz4)).unwrap();
+    let expected =
+        "other.mcap: compressed with brotli, which is not understood; allowed are zstd, lz4 and none";
+    for error in [
+        inspect(&path).unwrap_err(),
+        recover(&path, &mended).unwrap_err(),
+        Playback::read(&path).unwrap_err(),
+    ] {
+        assert!(error.to_string().ends_with(expected), "{error}");
+    }
+    assert!(!mended.exists());
 }

@@ -8,6 +8,7 @@ use std::time::Duration;
 use dragnet_coordinator::mission::{Action, Event, Mission, MissionOrders, Record};
 use dragnet_coordinator::record::{Header, Recorder};
 use dragnet_proto::directive::Directive;
+use dragnet_proto::map_file::MapOrigin;
 use dragnet_proto::message::{Activity, Heartbeat, Intent, Message, Participant};
 use dragnet_proto::plausible::Limits;
 use dragnet_proto::scenario::Scenario;
@@ -23,6 +24,8 @@ use dragnet_search::terrain::Terrain;
 pub(crate) const SECONDS: u64 = 20;
 /// Where the object is.
 pub(crate) const OBJECT: u32 = 17;
+/// Where its map lies.
+pub(crate) const ORIGIN: MapOrigin = MapOrigin { x_meters: -20.0, y_meters: -12.5, yaw_radians: 0.5 };
 /// Where an object is declared and withdrawn.
 const MIRAGE: u32 = 3;
 const ROBOTS: [RobotId; 2] = [RobotId(1), RobotId(2)];
@@ -61,6 +64,7 @@ pub(crate) fn header() -> Header {
     Header {
         start_unix_ns: 1_760_000_000_000_000_000,
         terrain: terrain(),
+        origin: ORIGIN,
         prior: prior(),
         scenario: "# Süd-West\nseed = 7\n".into(),
         earth: None,

@@ -17,7 +17,7 @@ use dragnet_coordinator::mission::Record;
 use dragnet_coordinator::record::Recorder;
 use tempfile::tempdir;
 
-use crate::episode::{Episode, header, seconds};
+use crate::episode::{Episode, ORIGIN, header, seconds};
 
 #[test]
 fn the_same_mission_makes_the_same_bytes() {
@@ -69,12 +69,15 @@ fn a_recording_tells_what_it_holds() {
     for line in [
         "complete",
         "robots        1 2",
+        "map           its south-western corner at (-20, -12.5) m, turned by 0.5 rad",
         "run           seed = 7",
         "summary       found = 1",
         "       2  /objects               dragnet_msgs/msg/Detection",
     ] {
         assert!(table.contains(line), "{line:?} in\n{table}");
     }
+    let origin = found.origin.unwrap();
+    assert!((origin.yaw_radians - ORIGIN.yaw_radians).abs() < 1e-12, "{origin:?}");
     let json = serde_json::to_value(&found).unwrap();
     assert_eq!(json["ending"]["kind"], "complete");
     assert_eq!(json["topics"]["/map"]["messages"], 1);

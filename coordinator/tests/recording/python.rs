@@ -8,10 +8,11 @@ use std::process::Command;
 use dragnet_coordinator::inspect::inspect;
 use dragnet_coordinator::mission::Record;
 use dragnet_coordinator::recover::recover;
+use dragnet_search::cell::Cell;
 use serde_json::{Value, json};
 use tempfile::tempdir;
 
-use crate::episode::{Episode, header};
+use crate::episode::{Episode, ORIGIN, header};
 use crate::interpreter::interpreter;
 
 const WORKSPACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
@@ -29,6 +30,13 @@ fn numbers(value: &Value) -> Vec<f64> {
     value.as_array().unwrap().iter().map(|number| number.as_f64().unwrap()).collect()
 }
 
+/// The middle of a cell in the frame of the map's file: from its corner along its rows, and to their left.
+fn placed(cell: Cell) -> (f64, f64) {
+    let (along, up) = header().terrain.center_meters(cell);
+    let (sine, cosine) = ORIGIN.yaw_radians.sin_cos();
+    (ORIGIN.x_meters + (cosine * along - sine * up), ORIGIN.y_meters + (sine * along + cosine * up))
+}
+
 /// Sum of the values that a robot read, and the places where it was recorded, `[x, y, Unix seconds]`.
 fn expected(episode: &Episode, of: u16) -> (f64, Vec<[f64; 3]>) {
     let start = header().start_unix_ns as f64 / 1e9;
@@ -39,7 +47,7 @@ fn expected(episode: &Episode, of: u16) -> (f64, Vec<[f64; 3]>) {
                 sum += observation.readings.iter().map(|reading| f64::from(reading.value)).sum::<f64>();
             }
             Record::Pose { robot, cell, time } if robot.0 == of => {
-                let (x, y) = header().terrain.center_meters(*cell);
+                let (x, y) = placed(*cell);
                 places.push([x, y, start + time.as_seconds()]);
             }
             _ => {}
@@ -80,6 +88,9 @@ fn check_robot(seen: &Value, episode: &Episode, robot: u16) {
     for (read, expected) in poses.iter().map(numbers).zip(&places) {
         assert!(read.iter().zip(expected).all(|(read, expected)| (read - expected).abs() < 1e-5), "{read:?}");
     }
+    let half = ORIGIN.yaw_radians / 2.0;
+    let turns = seen["turns"].as_array().unwrap();
+    assert!(!turns.is_empty() && turns.iter().all(|turn| *turn == json!([half.sin(), half.cos()])));
     let frames: Vec<[f64; 2]> = places.iter().map(|&[x, y, _]| [x, y]).collect();
     assert_eq!(seen["frames"][format!("robot_{robot}")], json!(frames));
 
@@ -88,7 +99,7 @@ fn check_robot(seen: &Value, episode: &Episode, robot: u16) {
         _ => None,
     });
     let plans: Vec<Vec<(f64, f64)>> =
-        plans.map(|path| path.iter().map(|&cell| header().terrain.center_meters(cell)).collect()).collect();
+        plans.map(|path| path.iter().map(|&cell| placed(cell)).collect()).collect();
     assert_eq!(seen["paths"][format!("/robots/{robot}/path")], json!(plans));
     assert!(plans.iter().any(|plan| plan.len() > 2) && plans.iter().any(Vec::is_empty));
 }
@@ -98,6 +109,10 @@ fn check_maps(seen: &Value, episode: &Episode) {
     let ground = [[0, 0, 0, 0, 0, 0], [0, 0, 0, 0, -1, 0], [0, 0, 100, 0, 100, 0], [0, 0, 0, 0, 0, 0]];
     assert_eq!(seen["map"]["data"], json!(ground.concat()));
     assert_eq!((&seen["map"]["width"], &seen["map"]["height"]), (&json!(6), &json!(4)));
+    let half = ORIGIN.yaw_radians / 2.0;
+    for origin in [&seen["map"]["origin"], &seen["belief_origin"], &seen["probability"]["origin"]] {
+        assert_eq!(*origin, json!([ORIGIN.x_meters, ORIGIN.y_meters, half.sin(), half.cos()]));
+    }
     let probability = |cell| belief.probability(cell);
     let percent: Vec<f64> = terrain
         .grid()

@@ -87,6 +87,13 @@ fn a_map_lies_somewhere_and_in_one_place_only() {
     let point = placed.point(at(0, 0));
     assert!((point.latitude_degrees - 46.0 - 10.0 / 111_150.0).abs() < 1e-6, "{point:?}");
     assert!((point.longitude_degrees - 7.0 - 10.0 / 77_470.0).abs() < 1e-6, "{point:?}");
+    unplaced.origin.yaw_radians = std::f64::consts::FRAC_PI_2;
+    let turned = Account::new(&unplaced, Some(origin), None).unwrap().point(at(0, 1));
+    assert!(
+        (turned.latitude_degrees - 46.0 - 30.0 / 111_150.0).abs() < 1e-6,
+        "its rows run north: {turned:?}"
+    );
+    assert!((turned.longitude_degrees - 7.0 + 10.0 / 77_470.0).abs() < 1e-6, "{turned:?}");
     assert!(placed.areas.is_empty() && (placed.total.poa - 1.0).abs() < 1e-9);
 }
 

@@ -71,6 +71,7 @@ pub(crate) fn playback() -> Playback {
     Playback {
         prior: single_precision(scenario.prior(), grid.cells()),
         terrain: Arc::new(scenario.terrain().clone()),
+        origin: scenario.origin(),
         records,
         start_unix_ns: START_UNIX_NS,
         earth: scenario.earth(),

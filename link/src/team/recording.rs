@@ -22,6 +22,7 @@ pub(crate) fn desk(scenario: &Scenario, seed: u64, options: &Options) -> Result<
         let header = Header {
             start_unix_ns: start_unix_ns(options),
             terrain: Arc::clone(&orders.terrain),
+            origin: scenario.origin(),
             prior: scenario.prior().clone(),
             scenario: scenario.source().text.clone(),
             earth: scenario.earth(),

@@ -1,13 +1,14 @@
 //! What viewers draw: maps, beliefs, poses and routes as standard messages.
 //!
-//! Frame `map`: metres, x east and y north of the map's south-western corner, as
-//! [`Terrain::center_meters`] gives them. Frame `robot_<number>`: a robot, unturned.
+//! Frame `map`: metres, as the map's own file has it, in which the map's south-western corner lies at its [`MapOrigin`].
+//! Frame `robot_<number>`: a robot, x along the rows of the map.
 
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::RobotId;
 use dragnet_search::terrain::Terrain;
 
+use crate::map_file::MapOrigin;
 use crate::time::MissionTime;
 use crate::wire::standard::{
     Grid, Header, MapMetaData, OccupancyGrid, PackedElementField, Path, Point, Pose, PoseStamped, Quaternion,
@@ -24,14 +25,15 @@ const CELL_BYTES: u32 = 4;
 #[derive(Clone, Copy, Debug)]
 pub struct Viewer<'a> {
     terrain: &'a Terrain,
+    origin: MapOrigin,
     start_unix_ns: i64,
 }
 
 impl<'a> Viewer<'a> {
-    /// For a mission that started at a Unix time, nanoseconds.
+    /// For a mission on a map that lies there, which started at a Unix time, nanoseconds.
     #[must_use]
-    pub const fn new(terrain: &'a Terrain, start_unix_ns: i64) -> Self {
-        Self { terrain, start_unix_ns }
+    pub const fn new(terrain: &'a Terrain, origin: MapOrigin, start_unix_ns: i64) -> Self {
+        Self { terrain, origin, start_unix_ns }
     }
 
     /// Mission time as Unix time. Clamped to the years 1901 to 2038, which are all that the message can say.
@@ -42,6 +44,17 @@ impl<'a> Viewer<'a> {
 
     fn header(&self, time: MissionTime) -> Header {
         Header { stamp: self.stamp(time), frame_id: MAP_FRAME.into() }
+    }
+
+    /// Pose of the map's south-western corner.
+    fn corner(&self) -> Pose {
+        self.at(self.origin.point((0.0, 0.0)))
+    }
+
+    /// A pose along the map's rows.
+    fn at(&self, (x, y): (f64, f64)) -> Pose {
+        let (z, w) = (self.origin.yaw_radians / 2.0).sin_cos();
+        Pose { position: Point { x, y, z: 0.0 }, orientation: Quaternion { x: 0.0, y: 0.0, z, w } }
     }
 
     /// The ground: 100 where no robot can be, 0 where one can and objects are searched, -1 where nothing is searched.
@@ -74,7 +87,7 @@ impl<'a> Viewer<'a> {
                 resolution: self.terrain.cell_meters() as f32,
                 width: grid.columns(),
                 height: grid.rows(),
-                origin: Pose::default(),
+                origin: self.corner(),
             },
             data: grid.cells().map(value).collect(),
         }
@@ -89,7 +102,7 @@ impl<'a> Viewer<'a> {
         Grid {
             timestamp: self.stamp(time),
             frame_id: MAP_FRAME.into(),
-            pose: Pose::default(),
+            pose: self.corner(),
             column_count: grid.columns(),
             cell_size: Vector2 { x: edge, y: edge },
             row_stride: grid.columns() * CELL_BYTES,
@@ -106,10 +119,7 @@ impl<'a> Viewer<'a> {
     /// The center of a cell.
     #[must_use]
     pub fn pose(&self, cell: Cell, time: MissionTime) -> PoseStamped {
-        let (x, y) = self.terrain.center_meters(cell);
-        let position = Point { x, y, z: 0.0 };
-        let orientation = Quaternion::default();
-        PoseStamped { header: self.header(time), pose: Pose { position, orientation } }
+        PoseStamped { header: self.header(time), pose: self.at(self.origin.center(self.terrain, cell)) }
     }
 
     /// The centers of cells, in order.
@@ -122,13 +132,14 @@ impl<'a> Viewer<'a> {
     /// Where a robot's own frame is on the map.
     #[must_use]
     pub fn map_from_robot(&self, robot: RobotId, cell: Cell, time: MissionTime) -> TFMessage {
-        let (x, y) = self.terrain.center_meters(cell);
-        let translation = Vector3 { x, y, z: 0.0 };
+        let Pose { position: Point { x, y, z }, orientation: rotation } =
+            self.at(self.origin.center(self.terrain, cell));
+        let translation = Vector3 { x, y, z };
         TFMessage {
             transforms: vec![TransformStamped {
                 header: self.header(time),
                 child_frame_id: robot_frame(robot),
-                transform: Transform { translation, rotation: Quaternion::default() },
+                transform: Transform { translation, rotation },
             }],
         }
     }
@@ -158,7 +169,8 @@ mod tests {
     #[test]
     fn a_map_shows_blocked_free_and_unsearched_ground_from_the_south() {
         let terrain = terrain();
-        let map = Viewer::new(&terrain, 1_500_000_000).terrain(MissionTime(600_000_000));
+        let map =
+            Viewer::new(&terrain, MapOrigin::default(), 1_500_000_000).terrain(MissionTime(600_000_000));
         assert_eq!(map.data, [0, -1, 100, 100]);
         assert_eq!((map.info.width, map.info.height), (2, 2));
         assert!((map.info.resolution - 30.0).abs() < f32::EPSILON);
@@ -172,7 +184,7 @@ mod tests {
         let mut belief = Belief::uniform(&terrain, 0.2).unwrap();
         let out_of_reach = terrain.grid().cell_numbered(2).unwrap();
         belief.add(&Reading { cell: out_of_reach, value: 1.0, variance: 0.001 });
-        let viewer = Viewer::new(&terrain, 0);
+        let viewer = Viewer::new(&terrain, MapOrigin::default(), 0);
         assert_eq!(viewer.belief(&belief, MissionTime::START).data, [20, -1, 100, -1]);
 
         let grid = viewer.probability(&belief, MissionTime::START);
@@ -188,7 +200,7 @@ mod tests {
     #[test]
     fn a_cell_is_drawn_at_its_center() {
         let terrain = terrain();
-        let viewer = Viewer::new(&terrain, 0);
+        let viewer = Viewer::new(&terrain, MapOrigin::default(), 0);
         let cells: Vec<Cell> = terrain.grid().cells().collect();
         let path = viewer.path(&cells[1..3], MissionTime::START);
         let places: Vec<(f64, f64)> =
@@ -201,9 +213,41 @@ mod tests {
     }
 
     #[test]
+    fn a_map_that_lies_elsewhere_takes_all_that_is_on_it_along() {
+        let terrain = terrain();
+        let origin = MapOrigin { x_meters: -20.0, y_meters: -12.0, yaw_radians: std::f64::consts::FRAC_PI_2 };
+        let viewer = Viewer::new(&terrain, origin, 0);
+        let cell = terrain.grid().cells().nth(1).unwrap();
+        let belief = Belief::uniform(&terrain, 0.2).unwrap();
+        let frames = viewer.map_from_robot(RobotId(1), cell, MissionTime::START);
+        let Transform { translation, rotation } = frames.transforms[0].transform;
+        let frame = Pose {
+            position: Point { x: translation.x, y: translation.y, z: translation.z },
+            orientation: rotation,
+        };
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        let check = |pose: Pose, expected: (f64, f64)| {
+            let Pose { position, orientation } = pose;
+            assert!((position.x - expected.0).hypot(position.y - expected.1) < 1e-9, "{position:?}");
+            assert!((orientation.z - half).hypot(orientation.w - half) < 1e-9, "{orientation:?}");
+        };
+        check(viewer.terrain(MissionTime::START).info.origin, (-20.0, -12.0));
+        check(viewer.belief(&belief, MissionTime::START).info.origin, (-20.0, -12.0));
+        check(viewer.probability(&belief, MissionTime::START).pose, (-20.0, -12.0));
+        // 45 m along its rows, which run north, and 15 m to their left, which is west.
+        for pose in [
+            viewer.pose(cell, MissionTime::START).pose,
+            viewer.path(&[cell], MissionTime::START).poses[0].pose,
+            frame,
+        ] {
+            check(pose, (-35.0, 33.0));
+        }
+    }
+
+    #[test]
     fn a_time_before_1970_has_positive_nanoseconds() {
         let terrain = terrain();
-        let stamp = |start, time| Viewer::new(&terrain, start).stamp(MissionTime(time));
+        let stamp = |start, time| Viewer::new(&terrain, MapOrigin::default(), start).stamp(MissionTime(time));
         assert_eq!(stamp(-1, 0), Time { sec: -1, nanosec: 999_999_999 });
         assert_eq!(stamp(i64::MAX, u64::MAX).sec, i32::MAX);
         assert_eq!(stamp(i64::MIN, 0).sec, i32::MIN);

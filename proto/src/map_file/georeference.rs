@@ -60,6 +60,8 @@ pub struct Georeference {
     reference_latitude_degrees: f64,
     east_meters_per_degree: f64,
     north_meters_per_degree: f64,
+    /// From the east to the map's rows, counterclockwise, radians.
+    yaw_radians: f64,
 }
 
 impl Georeference {
@@ -77,7 +79,15 @@ impl Georeference {
             reference_latitude_degrees,
             east_meters_per_degree: (across_meters * cosine).to_radians(),
             north_meters_per_degree: along_meters.to_radians(),
+            yaw_radians: 0.0,
         }
+    }
+
+    /// The same frame for a map whose rows run so far from the east, counterclockwise: metres are then along its rows and
+    /// up its columns.
+    #[must_use]
+    pub const fn turned(self, yaw_radians: f64) -> Self {
+        Self { yaw_radians, ..self }
     }
 
     /// The frame of a map of this size with this south-western corner.
@@ -103,10 +113,11 @@ impl Georeference {
     /// Metres `(east, north)` of the south-western corner.
     #[must_use]
     pub fn meters(&self, point: GeoPoint) -> (f64, f64) {
-        (
-            (point.longitude_degrees - self.south_west.longitude_degrees) * self.east_meters_per_degree,
-            (point.latitude_degrees - self.south_west.latitude_degrees) * self.north_meters_per_degree,
-        )
+        let east =
+            (point.longitude_degrees - self.south_west.longitude_degrees) * self.east_meters_per_degree;
+        let north =
+            (point.latitude_degrees - self.south_west.latitude_degrees) * self.north_meters_per_degree;
+        turn((east, north), -self.yaw_radians)
     }
 
     /// A corner `(longitude, latitude)` in cells of an edge in metres, `(east, north)` of the south-western corner.
@@ -127,12 +138,18 @@ impl Georeference {
 
     /// The point at metres east and north of the south-western corner.
     #[must_use]
-    pub fn point(&self, (east_meters, north_meters): (f64, f64)) -> GeoPoint {
+    pub fn point(&self, meters: (f64, f64)) -> GeoPoint {
+        let (east_meters, north_meters) = turn(meters, self.yaw_radians);
         GeoPoint {
             longitude_degrees: self.south_west.longitude_degrees + east_meters / self.east_meters_per_degree,
             latitude_degrees: self.south_west.latitude_degrees + north_meters / self.north_meters_per_degree,
         }
     }
+}
+
+fn turn((x, y): (f64, f64), radians: f64) -> (f64, f64) {
+    let (sine, cosine) = radians.sin_cos();
+    (cosine * x - sine * y, sine * x + cosine * y)
 }
 
 #[cfg(test)]
@@ -199,5 +216,16 @@ mod tests {
         assert!((back.longitude_degrees - point.longitude_degrees).abs() < 1e-12);
         assert!((back.latitude_degrees - point.latitude_degrees).abs() < 1e-12);
         assert_eq!(frame.meters(frame.south_west()), (0.0, 0.0));
+    }
+
+    #[test]
+    fn the_rows_of_a_map_that_is_turned_run_where_they_do() {
+        let frame = Georeference::new(at(-2.25, 49.16), 49.2);
+        let turned = frame.turned(std::f64::consts::FRAC_PI_2);
+        let (along, north) = (turned.point((100.0, 20.0)), frame.point((-20.0, 100.0)));
+        assert!((along.longitude_degrees - north.longitude_degrees).abs() < 1e-12);
+        assert!((along.latitude_degrees - north.latitude_degrees).abs() < 1e-12);
+        let (x, y) = turned.meters(along);
+        assert!((x - 100.0).hypot(y - 20.0) < 1e-6, "{x} {y}");
     }
 }

@@ -1,0 +1,88 @@
+//! Where a file goes on whose records have lost their count.
+//!
+//! Records stand one behind the other, each with its length. Where one of these is damaged, the next record is searched
+//! for byte by byte: a kind that is known, a length that the file has, parts that fill it, and behind it another record. In bytes that are compressed that does not come about by chance; in those that are not, records
+//! within a damaged chunk may be found, which are records as well.
+
+use std::io::{Read, Seek};
+
+use mcap::records::op;
+
+use super::RecordingError;
+use super::chunk::MAX_RECORD_BYTES;
+use super::layout::{self, PREFIX_BYTES, Prefix};
+use super::read::McapReader;
+
+/// Bytes that are looked through at once.
+const WINDOW_BYTES: u64 = 1 << 16;
+/// So many times its size is read of a file for records that turn out to be none, before the rest is given up: work
+/// stays linear in the size, whatever stands there.
+const MAX_VAIN_READS: u64 = 4;
+
+/// Bytes that may be read in vain.
+pub(super) const fn patience(length: u64) -> u64 {
+    length.saturating_mul(MAX_VAIN_READS)
+}
+
+impl<R: Read + Seek> McapReader<R> {
+    /// The first place from here on where a record stands, if any.
+    pub(super) fn find_record(&mut self, from: u64) -> Result<Option<u64>, RecordingError> {
+        let mut start = from;
+        while self.length.saturating_sub(start) >= PREFIX_BYTES as u64 {
+            let window = self.read_at(start, WINDOW_BYTES.min(self.length - start))?;
+            for (place, bytes) in (start..).zip(window.windows(PREFIX_BYTES)) {
+                let Some(prefix) = bytes.first_chunk().map(|bytes| Prefix::read(*bytes)) else { continue };
+                if is_candidate(prefix, place, self.length) && self.is_record(place, prefix)? {
+                    return Ok(Some(place));
+                }
+                if self.patience == 0 {
+                    return Ok(None);
+                }
+            }
+            start += window.len() as u64 - (PREFIX_BYTES as u64 - 1);
+        }
+        Ok(None)
+    }
+
+    /// Whether another record stands at a place, or the file ends there.
+    pub(super) fn is_followed(&mut self, place: u64) -> Result<bool, RecordingError> {
+        match self.prefix_at(place)? {
+            _ if place == self.length => Ok(true),
+            Some(prefix) if is_candidate(prefix, place, self.length) => {
+                Ok(self.filled(place, prefix)?.is_some())
+            }
+            _ => Ok(false),
+        }
+    }
+
+    fn is_record(&mut self, place: u64, prefix: Prefix) -> Result<bool, RecordingError> {
+        let Some(end) = self.filled(place, prefix)? else { return Ok(false) };
+        match prefix.opcode {
+            op::FOOTER => self.is_magic_at(end),
+            // It says enough of itself.
+            op::CHUNK => Ok(true),
+            _ => self.is_followed(end),
+        }
+    }
+
+    /// Where the record at a place ends, if its parts fill it.
+    fn filled(&mut self, place: u64, prefix: Prefix) -> Result<Option<u64>, RecordingError> {
+        let Some(end) = prefix.end(place) else { return Ok(None) };
+        self.patience = self.patience.saturating_sub(end - place);
+        if self.patience == 0 {
+            return Ok(None);
+        }
+        let frame = self.read_at(place, end - place)?;
+        let body = &frame[PREFIX_BYTES..];
+        let is_heard = prefix.opcode != op::MESSAGE
+            || body.first_chunk().is_some_and(|id| self.channels.contains(&u16::from_le_bytes(*id)));
+        Ok((is_heard && layout::fills(prefix.opcode, body)).then_some(end))
+    }
+}
+
+/// Whether a record of a known kind, which is not the first of a file, has room there.
+fn is_candidate(prefix: Prefix, place: u64, length: u64) -> bool {
+    let is_known = (op::FOOTER..=op::DATA_END).contains(&prefix.opcode);
+    let has_room = prefix.end(place).is_some_and(|end| end <= length);
+    is_known && has_room && prefix.body_bytes <= MAX_RECORD_BYTES
+}
