@@ -4,6 +4,7 @@
 //! or the power dies, which a recording in chunks does not promise; and a second process of the same robot is kept out.
 //! A disk that fails does not stop the robot: what could not be written waits in memory, and is written once it can be.
 
+mod damage;
 mod error;
 
 use std::io::ErrorKind;
@@ -89,7 +90,6 @@ impl Journal {
     /// # Errors
     /// If the file cannot be read or written for another reason, if it is in use, or if it is not this robot's journal.
     pub fn open(path: &Path, subject: Subject<'_>, now_unix_ns: u64) -> Result<(Self, Memory), JournalError> {
-        let failed = |source: redb::Error| JournalError::of(path, source);
         let mut journal = Self {
             path: path.to_owned(),
             codec: Codec::new(subject.terrain.grid()),
@@ -98,22 +98,45 @@ impl Journal {
             waiting: Vec::new(),
             failed: None,
         };
-        let database = match open(path, &journal.facts) {
-            Err(redb::Error::Corrupted(damage)) => {
-                set_aside(path, &damage)?;
-                open(path, &journal.facts)
+        let error = match journal.remember(open(path, &journal.facts), subject) {
+            Ok((database, memory)) => {
+                journal.database = Some(database);
+                return Ok((journal, memory));
             }
-            Err(redb::Error::Io(error)) if is_full(&error) => {
-                journal.fail(&error);
-                let copy = copied(path, &journal.facts).map_err(failed)?;
-                return Ok((journal, remember(&copy, path, subject)?));
-            }
-            database => database,
+            Err(error) => error,
         };
-        let database = database.map_err(failed)?;
-        let memory = remember(&database, path, subject)?;
-        journal.database = Some(database);
-        Ok((journal, memory))
+        let error = match full_disk(error) {
+            Err(error) => error,
+            Ok(full) => {
+                journal.fail(&full);
+                match journal.remember(copied(path, &journal.facts), subject) {
+                    Ok((_, memory)) => return Ok((journal, memory)),
+                    Err(error) => error,
+                }
+            }
+        };
+        damage::set_aside(path, &damage::of(path, error)?)?;
+        match journal.remember(open(path, &journal.facts), subject) {
+            Ok((database, memory)) => {
+                journal.database = Some(database);
+                Ok((journal, memory))
+            }
+            Err(error) => {
+                journal.fail(&full_disk(error)?);
+                Ok((journal, Memory { started_unix_ns: now_unix_ns, observations: Vec::new() }))
+            }
+        }
+    }
+
+    /// The database, with what stands in it, if it is what it should be.
+    fn remember(
+        &self,
+        database: Result<Database, redb::Error>,
+        subject: Subject<'_>,
+    ) -> Result<(Database, Memory), JournalError> {
+        let database = database.map_err(|source| JournalError::of(&self.path, source))?;
+        let memory = remember(&database, &self.path, subject)?;
+        Ok((database, memory))
     }
 
     /// Notes observations; they are on disk after the next [`Journal::commit`].
@@ -222,8 +245,20 @@ fn begin(database: &Database, facts: &Facts) -> Result<(), redb::Error> {
     Ok(transaction.commit()?)
 }
 
-fn is_full(error: &std::io::Error) -> bool {
-    matches!(error.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::ReadOnlyFilesystem)
+/// What a full disk says, or one that may only be read; any other error is one.
+fn full_disk(error: JournalError) -> Result<redb::Error, JournalError> {
+    let is_full = |error: &std::io::Error| {
+        matches!(
+            error.kind(),
+            ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::ReadOnlyFilesystem
+        )
+    };
+    match error {
+        JournalError::Storage { source, .. } if matches!(&*source, redb::Error::Io(error) if is_full(error)) => {
+            Ok(*source)
+        }
+        error => Err(error),
+    }
 }
 
 fn remember(database: &Database, path: &Path, subject: Subject<'_>) -> Result<Memory, JournalError> {
@@ -291,22 +326,6 @@ impl Subject<'_> {
             (fact::MAP, map),
         ]
     }
-}
-
-/// Renames a file to the first free of `NAME.damaged`, `NAME.damaged-2` and so on.
-fn set_aside(path: &Path, damage: &str) -> Result<(), JournalError> {
-    let name = |suffix: &str| {
-        let mut name = path.as_os_str().to_owned();
-        name.push(format!(".damaged{suffix}"));
-        PathBuf::from(name)
-    };
-    let numbered = (2_u32..).map(|number| name(&format!("-{number}")));
-    let mut names = std::iter::once(name("")).chain(numbered);
-    let aside = names.find(|name| !name.exists()).unwrap_or_else(|| name(""));
-    std::fs::rename(path, &aside).map_err(|source| JournalError::of(path, redb::Error::Io(source)))?;
-    let (path, aside) = (path.display(), aside.display());
-    tracing::warn!("{path}: damaged ({damage}); it is kept as {aside}, and a new journal begun");
-    Ok(())
 }
 
 #[cfg(test)]

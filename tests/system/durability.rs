@@ -215,3 +215,30 @@ async fn a_robot_on_a_full_disk_searches_on_says_so_and_recovers() {
     let journal = read(&field, 1, &field.path("disk.copy"));
     assert_eq!(by_name(&journal), by_name(&shared.observations));
 }
+
+/// A first page that never came to the disk, as after a power cut.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_robot_whose_journal_has_lost_its_first_page_searches_on_with_a_new_one() {
+    let field = Field::new(&endless(1), 1, 7);
+    let journal = field.path("field-robot-1.journal");
+    let (sender, mut knowledge) = watch::channel(Knowledge::default());
+    let coordinator = witness::coordinate(&field, sender);
+    let mission = async {
+        let (world, robot, process) = (field.world(), RobotId(1), field.robot(1));
+        learned(&mut knowledge, "a robot", |knowledge| knowledge.latest(robot).is_some()).await;
+        process.kill();
+        let mut bytes = std::fs::read(&journal).unwrap();
+        bytes[..4096].fill(0);
+        std::fs::write(&journal, &bytes).unwrap();
+        let last = knowledge.borrow().latest(robot);
+        let process = field.robot(1);
+        let what = "a robot with a new journal";
+        learned(&mut knowledge, what, |knowledge| knowledge.latest(robot) > last).await;
+        process.kill();
+        world.kill();
+        assert_eq!(std::fs::read(field.path("field-robot-1.journal.damaged")).unwrap(), bytes);
+        drop(knowledge);
+    };
+    tokio::join!(coordinator, mission);
+    assert!(!read(&field, 1, &journal).is_empty());
+}

@@ -27,6 +27,15 @@ pub enum JournalError {
         /// What it should.
         expected: String,
     },
+    /// It is something else, and nothing is done to it.
+    #[error(
+        "{path}: no journal, nor what is left of one; name another file, or move this one away to begin anew",
+        path = path.display()
+    )]
+    NotAJournal {
+        /// The file.
+        path: PathBuf,
+    },
     /// What stands in it makes no sense.
     #[error("{path}: {reason} stands in this journal; move it away to begin anew", path = path.display())]
     Content {

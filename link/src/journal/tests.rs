@@ -110,13 +110,3 @@ fn a_damaged_journal_is_set_aside_and_a_new_one_begun() {
     assert_eq!(memory, Memory { started_unix_ns: 5, observations: Vec::new() });
     assert_eq!(std::fs::read(shelf.folder.path().join("robot.journal.damaged")).unwrap(), bytes);
 }
-
-#[test]
-fn what_is_no_journal_is_left_as_it_is() {
-    let shelf = Shelf::new();
-    let text = "a letter to somebody, which is no journal at all";
-    std::fs::write(shelf.path(), text).unwrap();
-    let error = shelf.open(1, 0).err().unwrap().to_string();
-    assert!(error.contains("robot.journal"), "{error}");
-    assert_eq!(std::fs::read_to_string(shelf.path()).unwrap(), text);
-}

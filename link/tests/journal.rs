@@ -1,0 +1,101 @@
+//! Journals that were damaged, in the first page above all, and files that are none.
+#![expect(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use dragnet_link::journal::{Journal, JournalError, Memory, Subject};
+use dragnet_proto::key::Mission;
+use dragnet_search::evidence::Reading;
+use dragnet_search::observation::{Observation, Origin, RobotId};
+use dragnet_search::terrain::Terrain;
+
+struct Shelf {
+    folder: tempfile::TempDir,
+    mission: Mission,
+    terrain: Terrain,
+}
+
+impl Shelf {
+    fn new() -> Self {
+        let terrain = Terrain::from_ascii("....\n....", 1.0).unwrap();
+        Self { folder: tempfile::tempdir().unwrap(), mission: "cone".parse().unwrap(), terrain }
+    }
+
+    fn path(&self) -> PathBuf {
+        self.folder.path().join("robot.journal")
+    }
+
+    fn open(&self, now_unix_ns: u64) -> Result<(Journal, Memory), JournalError> {
+        let subject = Subject { mission: &self.mission, robot: RobotId(1), terrain: &self.terrain };
+        Journal::open(&self.path(), subject, now_unix_ns)
+    }
+
+    fn observation(&self, sequence: u64) -> Arc<Observation> {
+        let from = self.terrain.grid().cells().next().unwrap();
+        let readings = vec![Reading { cell: from, value: 0.5, variance: 0.25 }];
+        Arc::new(Observation { origin: Origin::first(RobotId(1)), sequence, time_ns: 7, from, readings })
+    }
+}
+
+/// A journal of some observations, as bytes.
+fn written(shelf: &Shelf) -> Vec<u8> {
+    let (mut journal, _) = shelf.open(0).unwrap();
+    journal.note((0..200).map(|sequence| shelf.observation(sequence)).collect());
+    journal.commit();
+    drop(journal);
+    let bytes = std::fs::read(shelf.path()).unwrap();
+    std::fs::remove_file(shelf.path()).unwrap();
+    bytes
+}
+
+/// The robot starts, with what it had or without; if without, the file is kept.
+fn check_starts(shelf: &Shelf, bytes: &[u8], what: &str) -> bool {
+    std::fs::write(shelf.path(), bytes).unwrap();
+    let (journal, memory) = shelf.open(5).map_err(|error| format!("{what}: {error}")).unwrap();
+    let aside = shelf.folder.path().join("robot.journal.damaged");
+    let is_set_aside = aside.exists();
+    if is_set_aside {
+        assert_eq!(memory, Memory { started_unix_ns: 5, observations: Vec::new() }, "{what}");
+        assert_eq!(std::fs::read(&aside).unwrap(), bytes, "{what}");
+        std::fs::remove_file(&aside).unwrap();
+    }
+    drop(journal);
+    std::fs::remove_file(shelf.path()).unwrap();
+    is_set_aside
+}
+
+#[test]
+fn a_first_page_that_is_lost_or_wrong_in_any_byte_stops_no_robot() {
+    let shelf = Shelf::new();
+    let bytes = written(&shelf);
+    let page = bytes[..4096].to_vec();
+    let with = |page: &[u8]| [page, &bytes[page.len()..]].concat();
+    assert!(check_starts(&shelf, &[0; 4096], "a blank page and nothing else"));
+    assert!(check_starts(&shelf, &with(&[0; 4096]), "a blank page"));
+    assert!(check_starts(&shelf, &with(&[0x41; 4096]), "a page of something else"));
+    let used = page.iter().rposition(|&byte| byte != 0).unwrap();
+    let mut set_aside = 0;
+    for place in 0..=used {
+        let mut page = page.clone();
+        page[place] ^= 0x55;
+        set_aside += u32::from(check_starts(&shelf, &with(&page), &format!("byte {place}")));
+    }
+    assert!(set_aside > 20, "{set_aside}");
+    for length in [6, 9, 100, 4095, 4096, 4097, bytes.len() / 2, bytes.len() - 1] {
+        check_starts(&shelf, &bytes[..length], &format!("{length} bytes"));
+    }
+}
+
+#[test]
+fn what_is_no_journal_is_left_as_it_is() {
+    let shelf = Shelf::new();
+    let letter = b"a letter to somebody, which is no journal at all".to_vec();
+    let table = [b"SQLite format 3\0".as_slice(), &[7; 8176]].concat();
+    for content in [letter, table] {
+        std::fs::write(shelf.path(), &content).unwrap();
+        let error = shelf.open(0).err().unwrap().to_string();
+        assert!(error.contains("robot.journal: no journal, nor what is left of one"), "{error}");
+        assert_eq!(std::fs::read(shelf.path()).unwrap(), content);
+    }
+}
