@@ -12,8 +12,10 @@ use dragnet_proto::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Reading;
+use dragnet_search::intent::Promised;
 use dragnet_search::observation::{Entry, Observation, Origin, RobotId};
-use dragnet_search::policy::Policy;
+use dragnet_search::policy::{Decision, Policy};
+use dragnet_search::reach::Reach;
 use dragnet_search::route::Moves;
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_search::sensor::Sensor;
@@ -21,9 +23,10 @@ use dragnet_search::situation::{Place, Situation};
 use dragnet_search::terrain::Terrain;
 use std::num::NonZeroUsize;
 use std::sync::Arc;
+use std::time::Duration;
 
 use crate::pulse::Pulse;
-use crate::team::Team;
+use crate::team::{Patience, Team};
 
 /// All that a robot is told before it starts.
 #[derive(Clone, Debug)]
@@ -77,11 +80,33 @@ impl Orders {
         self.robot.id
     }
 
+    /// How long a robot takes over the longest move.
+    fn step_time(&self) -> Duration {
+        let meters = std::f64::consts::SQRT_2 * self.terrain.cell_meters();
+        Duration::from_secs_f64((meters / self.mission.speed_meters_per_second).min(LONGEST_STEP_SECONDS))
+    }
+
+    /// A teammate may be slower than it should be, and plan its way around what stands there.
+    fn patience(&self) -> Patience {
+        let silence = self.mission.lost_after;
+        Patience { silence, stillness: silence.saturating_add(self.step_time() * SLOW_STEPS) }
+    }
+
+    /// Robots that decide about the same news do so one after the other.
+    fn turn(&self) -> Duration {
+        self.mission.stagger * u32::from(self.place.member)
+    }
+
     /// Robots decide for the first time one after the other, so that each knows the plans of those before it.
     fn first_decision(&self) -> MissionTime {
-        MissionTime::START + self.mission.stagger * u32::from(self.place.member)
+        MissionTime::START + self.turn()
     }
 }
+
+/// Of how many steps a teammate that goes nowhere may take the time, beside that of one who is silent.
+const SLOW_STEPS: u32 = 4;
+/// However slow a robot may be, it is waited for no longer than this over one step.
+const LONGEST_STEP_SECONDS: f64 = 3600.0;
 
 /// What happened to a robot.
 #[derive(Clone, Debug, PartialEq)]
@@ -129,6 +154,8 @@ pub struct Agent {
     policy: Box<dyn Policy + Send>,
     random: Stream,
     belief: Belief,
+    /// What robots can see, from where they were seen to stand.
+    reach: Reach,
     inbox: Inbox,
     team: Team,
     activity: Activity,
@@ -162,6 +189,19 @@ pub struct Agent {
     directive: Directive,
     /// Prior probability in cells that a person adds.
     added_prior: f64,
+    /// While it waits for teammates.
+    waiting: Waiting,
+}
+
+/// When a robot that waits thinks again.
+#[derive(Clone, Copy, Debug, Default)]
+struct Waiting {
+    /// When it last thought about it.
+    since: MissionTime,
+    /// What was known then: observations, and changes of plans.
+    known: (u64, u64),
+    /// When it will think again, if anything has changed.
+    until: Option<MissionTime>,
 }
 
 impl Agent {
@@ -181,6 +221,7 @@ impl Agent {
             policy,
             random: stream(orders.seed, Purpose::Decision, orders.id().0),
             belief: Belief::clone(&orders.prior),
+            reach: Reach::unknown(orders.terrain.grid(), orders.sensor.radius()),
             inbox: Inbox::new(participant, orders.mission.heartbeat / 2, orders.limits.clone()),
             team: Team::default(),
             activity: Activity::Searching,
@@ -200,6 +241,7 @@ impl Agent {
             pulse: Pulse::new(orders.place, orders.mission.heartbeat),
             directive: Directive::default(),
             added_prior: added_prior(&orders.prior, &orders.terrain),
+            waiting: Waiting::default(),
             orders,
         }
     }
@@ -219,7 +261,7 @@ impl Agent {
             self.unused_incarnation = self.unused_incarnation.max(used.saturating_add(1));
         }
         if self.inbox.record(Arc::clone(observation)) == Ok(Entry::New) {
-            self.count(&observation.readings);
+            self.count(observation);
         }
     }
 
@@ -239,13 +281,14 @@ impl Agent {
             Event::Came => self.pulse.welcome(now),
             Event::Lost(robot) => self.team.lost(robot),
         }
+        self.plan_to_think_again(now);
         actions
     }
 
     /// When to be woken, if nothing else happens before.
     #[must_use]
     pub fn wake_at(&self) -> MissionTime {
-        let due = self.pulse.due();
+        let due = self.pulse.due().min(self.waiting.until.unwrap_or(MissionTime(u64::MAX)));
         if self.plans == 0 && self.cell.is_some() { due.min(self.orders.first_decision()) } else { due }
     }
 
@@ -312,7 +355,7 @@ impl Agent {
             return;
         }
         self.observations += 1;
-        self.count(&observation.readings);
+        self.count(&observation);
         actions.push(Action::Keep(Arc::clone(&observation)));
         actions.push(Action::Publish(Audience::All, Message::Observation(observation)));
     }
@@ -334,8 +377,11 @@ impl Agent {
         }
     }
 
-    fn count(&mut self, readings: &[Reading]) {
-        for reading in readings {
+    fn count(&mut self, observation: &Observation) {
+        if observation.origin.robot != RobotId::BY_HAND {
+            self.reach.add_robot(&self.orders.terrain, observation.from);
+        }
+        for reading in &observation.readings {
             self.belief.add(reading);
         }
     }
@@ -368,7 +414,7 @@ impl Agent {
             }
         }
         for observation in received.new {
-            self.count(&observation.readings);
+            self.count(&observation);
             actions.push(Action::Keep(observation));
         }
         actions.extend(received.repeats.into_iter().map(Action::Repeat));
@@ -393,7 +439,10 @@ impl Agent {
         let terrain = Arc::make_mut(&mut self.orders.terrain);
         self.belief.search_also(terrain, self.directive.added.iter().copied(), self.added_prior);
         let is_paused = self.activity == Activity::Paused;
-        if is_paused != self.directive.is_paused || self.activity.is_rest() {
+        if is_paused != self.directive.is_paused
+            || self.activity.is_rest()
+            || self.activity == Activity::Waiting
+        {
             self.decide(now, actions);
         }
     }
@@ -410,12 +459,13 @@ impl Agent {
     }
 
     fn wake(&mut self, now: MissionTime, actions: &mut Vec<Action>) {
-        self.team.forget_silent(now, self.orders.mission.lost_after);
+        self.team.review(now, self.orders.patience());
         let is_first = self.plans == 0;
         let is_running_out = !self.activity.is_rest() && self.is_spent(now);
         // What teammates saw may have withdrawn what was found.
         let is_cleared = self.activity == Activity::Cleared;
-        if is_first || is_running_out || is_cleared {
+        let is_to_think_again = self.waiting.until.is_some_and(|until| now >= until);
+        if is_first || is_running_out || is_cleared || is_to_think_again {
             self.decide(now, actions);
         }
         if self.pulse.beats(now) {
@@ -430,8 +480,24 @@ impl Agent {
     /// Whether so few objects are expected beyond those found that nothing is left that is worth a search.
     fn is_cleared(&self) -> bool {
         self.orders.mission.expected_undeclared.is_some_and(|threshold| {
-            self.belief.expected_undeclared(&self.orders.terrain, self.orders.mission.tau) <= threshold
+            let Orders { terrain, mission, .. } = &self.orders;
+            self.belief.expected_undeclared(terrain, &self.reach, mission.tau) <= threshold
         })
+    }
+
+    /// A robot that waits thinks again when a plan or an observation has changed what it knew: in its turn, so that of
+    /// several that wait each knows what those before it do now, and no sooner than it could have been in another cell.
+    fn plan_to_think_again(&mut self, now: MissionTime) {
+        if self.activity != Activity::Waiting {
+            self.waiting.until = None;
+        } else if self.waiting.until.is_none() && self.waiting.known != self.known() {
+            let soonest = self.waiting.since + self.orders.step_time();
+            self.waiting.until = Some(soonest.max(now) + self.orders.turn());
+        }
+    }
+
+    fn known(&self) -> (u64, u64) {
+        (self.inbox.log().len(), self.team.changes())
     }
 
     /// Chooses a waypoint, or rests.
@@ -446,8 +512,11 @@ impl Agent {
         } else {
             None
         };
-        let path = if resting.is_none() { self.choose(cell) } else { Vec::new() };
-        let activity = resting.unwrap_or(if path.is_empty() { Activity::Stuck } else { Activity::Searching });
+        let (activity, path) = match resting {
+            Some(activity) => (activity, Vec::new()),
+            None => self.choose(cell),
+        };
+        self.waiting = Waiting { since: now, known: self.known(), until: None };
         if activity != Activity::Searching && activity == self.activity {
             return;
         }
@@ -461,19 +530,43 @@ impl Agent {
         actions.push(Action::Publish(Audience::All, Message::Intent(self.intent())));
     }
 
-    fn choose(&mut self, robot: Cell) -> Vec<Cell> {
+    /// Where to go from this cell, or why nowhere.
+    ///
+    /// A robot first leaves to its teammates what they plan to see and what is nearer to them. If nothing else is worth a
+    /// look it helps them: it goes where they do not plan to look, nearer to them as it may be. If they plan to see all of
+    /// that too it waits, and if they plan nothing then nothing is left.
+    fn choose(&mut self, robot: Cell) -> (Activity, Vec<Cell>) {
         let promised = self.team.promised(&self.orders.terrain, &self.orders.sensor, robot);
+        let mut decision = self.decide_with(&promised, robot);
+        if decision.is_rest() && decision.had_candidates() && self.team.is_anything_promised() {
+            let planned = self.team.planned(&self.orders.terrain, &self.orders.sensor);
+            decision = self.decide_with(&planned, robot);
+        }
+        if !decision.is_rest() {
+            self.decisions += 1;
+            return (Activity::Searching, decision.path);
+        }
+        let activity = if !decision.had_candidates() {
+            Activity::Stuck
+        } else if self.team.is_anything_promised() {
+            Activity::Waiting
+        } else {
+            Activity::Cleared
+        };
+        (activity, Vec::new())
+    }
+
+    fn decide_with(&mut self, promised: &Promised, robot: Cell) -> Decision {
         let situation = Situation {
             terrain: &self.orders.terrain,
             moves: self.orders.moves,
             sensor: &self.orders.sensor,
             belief: &self.belief,
-            promised: &promised,
+            promised,
             robot,
             place: self.orders.place,
         };
-        self.decisions += 1;
-        self.policy.decide(&situation, &mut self.random).path
+        self.policy.decide(&situation, &mut self.random)
     }
 
     fn intent(&self) -> Intent {

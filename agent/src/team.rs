@@ -15,6 +15,8 @@ use dragnet_search::terrain::Terrain;
 #[derive(Clone, Debug, Default)]
 pub struct Team {
     mates: BTreeMap<RobotId, Teammate>,
+    /// Counts what has changed of their plans.
+    changes: u64,
 }
 
 #[derive(Clone, Debug)]
@@ -22,9 +24,41 @@ struct Teammate {
     last_heard: MissionTime,
     /// The last plan that was heard of, without the cells that it has entered since.
     plan: Option<Intent>,
+    /// When it last made or walked a part of it.
+    last_progress: MissionTime,
+    /// Whether that was too long ago: it may be held, and its plan promises nothing until it goes on.
+    is_stalled: bool,
+}
+
+impl Teammate {
+    fn has_gone_on(&mut self, now: MissionTime) {
+        self.last_progress = self.last_progress.max(now);
+        self.is_stalled = false;
+    }
+}
+
+/// How long a teammate may keep its team waiting.
+#[derive(Clone, Copy, Debug)]
+pub struct Patience {
+    /// Whoever was not heard for longer is dropped.
+    pub silence: Duration,
+    /// Whoever did not go on with its plan for longer promises nothing.
+    pub stillness: Duration,
 }
 
 impl Team {
+    /// Counts what has changed of the team's plans: each that came, was walked in part, or lapsed.
+    #[must_use]
+    pub const fn changes(&self) -> u64 {
+        self.changes
+    }
+
+    /// Whether a teammate still has cells to enter.
+    #[must_use]
+    pub fn is_anything_promised(&self) -> bool {
+        self.plans_of_all().any(|plan| !plan.path.is_empty())
+    }
+
     /// Whether a teammate is alive, as far as is known.
     #[must_use]
     pub fn is_alive(&self, robot: RobotId) -> bool {
@@ -44,6 +78,8 @@ impl Team {
         let is_newer = known.is_none_or(|known| intent.is_newer_than(known));
         if known.is_none_or(|known| intent.supersedes(known)) {
             mate.plan = Some(intent.clone());
+            mate.has_gone_on(now);
+            self.changes += 1;
         }
         is_newer
     }
@@ -55,17 +91,26 @@ impl Team {
             && let Some(place) = plan.path.iter().position(|&planned| planned == cell)
         {
             plan.path.drain(..=place);
+            mate.has_gone_on(now);
+            self.changes += 1;
         }
     }
 
     /// A teammate is lost: its plan lapses.
     pub fn lost(&mut self, robot: RobotId) {
-        self.mates.remove(&robot);
+        self.changes += u64::from(self.mates.remove(&robot).is_some());
     }
 
-    /// Drops whoever was not heard for so long.
-    pub fn forget_silent(&mut self, now: MissionTime, patience: Duration) {
-        self.mates.retain(|_, mate| now <= mate.last_heard + patience);
+    /// Drops whoever was not heard, and counts no more on whoever does not go on, for longer than there is patience.
+    pub fn review(&mut self, now: MissionTime, patience: Patience) {
+        let before = self.mates.len();
+        self.mates.retain(|_, mate| now <= mate.last_heard + patience.silence);
+        self.changes += u64::from(self.mates.len() < before);
+        for mate in self.mates.values_mut() {
+            let has_stalled = !mate.is_stalled && now > mate.last_progress + patience.stillness;
+            mate.is_stalled |= has_stalled;
+            self.changes += u64::from(has_stalled);
+        }
     }
 
     /// Teammates that are alive.
@@ -73,21 +118,36 @@ impl Team {
         self.mates.keys().copied()
     }
 
+    /// What will be seen on the paths of all plans.
+    #[must_use]
+    pub fn planned(&self, terrain: &Terrain, sensor: &Sensor) -> Promised {
+        let mut planned = Promised::nothing(terrain);
+        for plan in self.plans_of_all() {
+            planned.add_path(terrain, sensor, &plan.path);
+        }
+        planned
+    }
+
     /// What all plans together promise a robot: their paths, and what is left to those who will be nearer.
     #[must_use]
     pub fn promised(&self, terrain: &Terrain, sensor: &Sensor, robot: Cell) -> Promised {
-        let mut promised = Promised::nothing(terrain);
-        let plans = || self.mates.values().filter_map(|mate| mate.plan.as_ref());
-        for plan in plans() {
-            promised.add_path(terrain, sensor, &plan.path);
-        }
-        let waypoints: Vec<Cell> = plans().filter_map(|plan| plan.path.last().copied()).collect();
+        let mut promised = self.planned(terrain, sensor);
+        let waypoints: Vec<Cell> = self.plans_of_all().filter_map(|plan| plan.path.last().copied()).collect();
         promised.add_shares(terrain, sensor, robot, &waypoints);
         promised
     }
 
+    fn plans_of_all(&self) -> impl Iterator<Item = &Intent> {
+        self.mates.values().filter(|mate| !mate.is_stalled).filter_map(|mate| mate.plan.as_ref())
+    }
+
     fn mate(&mut self, now: MissionTime, robot: RobotId) -> &mut Teammate {
-        let mate = self.mates.entry(robot).or_insert(Teammate { last_heard: now, plan: None });
+        let mate = self.mates.entry(robot).or_insert(Teammate {
+            last_heard: now,
+            plan: None,
+            last_progress: now,
+            is_stalled: false,
+        });
         mate.last_heard = mate.last_heard.max(now);
         mate
     }
@@ -165,11 +225,31 @@ mod tests {
     fn who_is_silent_for_too_long_is_lost() {
         let mut field = Field::new();
         field.plans(0, 0..5);
-        let patience = Duration::from_secs(30);
-        field.team.forget_silent(MissionTime::START + patience, patience);
+        let patience = Patience { silence: Duration::from_secs(30), stillness: Duration::from_secs(90) };
+        field.team.review(MissionTime::START + patience.silence, patience);
         field.check(0..5);
-        field.team.forget_silent(MissionTime(30_000_000_001), patience);
+        field.team.review(MissionTime(30_000_000_001), patience);
         field.check([]);
         assert_eq!(field.team.alive().count(), 0);
+    }
+
+    #[test]
+    fn who_stands_still_for_too_long_promises_nothing_until_it_goes_on() {
+        let mut field = Field::new();
+        field.plans(0, 0..5);
+        let at = |seconds: u64| MissionTime(seconds * 1_000_000_000);
+        let patience = Patience { silence: Duration::from_secs(30), stillness: Duration::from_secs(90) };
+        let (third, changes) = (field.cells([2])[0], field.team.changes());
+        field.team.heard(at(91), MATE);
+        field.team.review(at(90), patience);
+        assert!(field.team.is_anything_promised());
+        field.team.review(at(91), patience);
+        field.check([]);
+        assert!(!field.team.is_anything_promised());
+        field.team.review(at(92), patience);
+        assert_eq!(field.team.changes(), changes + 1, "told once");
+        field.team.walked(at(92), MATE, third);
+        field.check(3..5);
+        assert_eq!(field.team.changes(), changes + 2);
     }
 }

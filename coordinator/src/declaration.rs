@@ -9,6 +9,7 @@ use dragnet_proto::message::Detection;
 use dragnet_proto::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
+use dragnet_search::reach::Reach;
 use dragnet_search::terrain::Terrain;
 
 /// Under this probability a declaration is withdrawn, unless `tau` itself is lower.
@@ -67,10 +68,10 @@ impl Declarations {
         })
     }
 
-    /// Expected number of objects in cells where none is declared.
+    /// Expected number of objects in cells where none is declared, of those that a robot can see.
     #[must_use]
-    pub fn expected_undeclared(&self, terrain: &Terrain, belief: &Belief) -> f64 {
-        let undeclared = terrain.searched_cells().filter(|&cell| !self.contains(cell));
+    pub fn expected_undeclared(&self, terrain: &Terrain, reach: &Reach, belief: &Belief) -> f64 {
+        let undeclared = terrain.searched_cells().filter(|&cell| reach.covers(cell) && !self.contains(cell));
         undeclared.map(|cell| belief.probability(cell)).sum()
     }
 }
@@ -147,11 +148,13 @@ mod tests {
     #[test]
     fn what_is_declared_is_expected_no_more_even_when_it_wavers() {
         let mut field = Field::new(TAU);
-        let expected = |field: &Field| field.declarations.expected_undeclared(&field.terrain, &field.belief);
+        let reach = Reach::unknown(field.terrain.grid(), 1);
+        let expected =
+            |field: &Field| field.declarations.expected_undeclared(&field.terrain, &reach, &field.belief);
         assert!((expected(&field) - 0.5).abs() < 1e-12);
         field.learn(4.0);
         field.learn(-3.0);
         assert!(expected(&field).abs() < 1e-12);
-        assert!(field.belief.expected_undeclared(&field.terrain, TAU) > 0.5);
+        assert!(field.belief.expected_undeclared(&field.terrain, &reach, TAU) > 0.5);
     }
 }

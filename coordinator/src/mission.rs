@@ -18,6 +18,7 @@ use dragnet_proto::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::{Observation, Origin, RobotId};
+use dragnet_search::reach::Reach;
 use dragnet_search::terrain::Terrain;
 
 use crate::declaration::Declarations;
@@ -31,6 +32,8 @@ pub struct MissionOrders {
     pub terrain: Arc<Terrain>,
     /// What is believed before any reading.
     pub prior: Belief,
+    /// How far robots see, cells.
+    pub sensor_radius: u32,
     /// Probability from which an object is declared, above 0.
     pub tau: f64,
     /// What robots can have seen.
@@ -53,6 +56,7 @@ impl MissionOrders {
         let (terrain, sensor) = (Arc::new(scenario.terrain().clone()), Arc::new(scenario.sensor().clone()));
         let robots: Vec<RobotId> = scenario.robots().iter().map(|robot| robot.id).collect();
         Self {
+            sensor_radius: sensor.radius(),
             limits: Limits::new(Arc::clone(&terrain), sensor, robots.iter().copied(), mission),
             terrain,
             prior: scenario.prior().clone(),
@@ -131,6 +135,8 @@ pub enum Record {
 pub struct Mission {
     orders: MissionOrders,
     belief: Belief,
+    /// What robots can see, from where they were seen to stand.
+    reach: Reach,
     inbox: Inbox,
     declarations: Declarations,
     liveness: Liveness,
@@ -153,6 +159,7 @@ impl Mission {
         declarations.review(MissionTime::START, &orders.prior, orders.terrain.searched_cells());
         Self {
             belief: orders.prior.clone(),
+            reach: Reach::unknown(orders.terrain.grid(), orders.sensor_radius),
             inbox: Inbox::new(Participant::Coordinator, orders.heartbeat / 2, orders.limits.clone()),
             declarations,
             liveness: Liveness::new(orders.robots.iter().copied(), orders.lost_after),
@@ -231,7 +238,11 @@ impl Mission {
         MissionStatus {
             time_ns: now.0,
             declared: self.declared().collect(),
-            expected_undeclared: self.declarations.expected_undeclared(&self.orders.terrain, &self.belief),
+            expected_undeclared: self.declarations.expected_undeclared(
+                &self.orders.terrain,
+                &self.reach,
+                &self.belief,
+            ),
             alive: self.alive().collect(),
             observations: self.inbox.log().len(),
             versions: self.inbox.log().versions().collect(),
@@ -284,6 +295,7 @@ impl Mission {
             let Observation { origin, from, time_ns, .. } = **observation;
             if origin.robot != RobotId::BY_HAND {
                 self.locate(origin.robot, from, MissionTime(time_ns), actions);
+                self.reach.add_robot(&self.orders.terrain, from);
             }
             for reading in &observation.readings {
                 self.belief.add(reading);

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use dragnet_proto::message::{Message, MissionStatus, Participant};
+use dragnet_proto::message::{Activity, Message, MissionStatus, Participant};
 use dragnet_proto::participant::{Mind, Reaction};
 use dragnet_search::cell::{Cell, Grid, Position};
 use dragnet_search::observation::Observation;
@@ -46,7 +46,8 @@ impl Narrator {
     fn decides(&self, reaction: &Reaction<Message>) -> Option<String> {
         let route = reaction.route.as_ref()?;
         let Some(&waypoint) = route.last() else {
-            return Some(format!("resting: {}", reaction.activity.reason()));
+            let what = if reaction.activity == Activity::Waiting { "waiting" } else { "resting" };
+            return Some(format!("{what}: {}", reaction.activity.reason()));
         };
         let cells = if route.len() == 1 { "1 cell".to_owned() } else { format!("{} cells", route.len()) };
         let took = reaction.decision.map(|took| format!(", in {:.1} ms", took.as_secs_f64() * 1e3));

@@ -185,10 +185,10 @@ impl<'a> WorldServer<'a> {
         let (readings, found) = self.world.sense(robot);
         let (cell, farthest_cells) = (self.world.body(robot).cell, self.world.farthest_cells());
         (self.spectator)(now, Scene::Arrives { robot, cell, farthest_cells });
-        for cell in found {
+        for &cell in &found {
             (self.spectator)(now, Scene::Finds { robot, cell });
         }
-        self.outcome.measure(farthest_cells, self.world.score());
+        self.outcome.measure(now, farthest_cells, self.world.score(), &found);
         let sensed = Sensed { robot, time_ns: now.0, from: cell, readings };
         self.link
             .session()

@@ -74,6 +74,9 @@ pub struct Frame {
     /// Cells whose level has changed: `[number, level]`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub changes: Vec<(u32, u8)>,
+    /// One byte a cell, 1 where something is searched for and no robot can see it; Base64.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub out_of_reach: Option<String>,
     /// Robots, by number.
     pub robots: Vec<RobotFrame>,
     /// Objects that are declared.
@@ -132,6 +135,8 @@ pub struct DeclaredFrame {
 pub struct Shown {
     /// Shape `[cells]`; empty before the first frame.
     levels: Vec<u8>,
+    /// Of the reach, and cells that a person had added; nothing before the first frame.
+    reach: Option<(u32, usize)>,
     steps: BTreeMap<RobotId, u64>,
 }
 
@@ -153,6 +158,7 @@ impl Frame {
         let is_whole = shown.levels.is_empty();
         let (levels, changes) = belief(view, &mut shown.levels);
         let status = view.status();
+        let added = status.map_or(0, |status| status.directive.added.len());
         let (observations, marks) = view.counts();
         Self {
             kind: "frame",
@@ -160,6 +166,7 @@ impl Frame {
             time: view.now().as_seconds(),
             levels,
             changes,
+            out_of_reach: out_of_reach(view, added, &mut shown.reach),
             robots: robots(view, &mut shown.steps),
             declared: declared(view),
             expected: status.map_or(0.0, |status| status.expected_undeclared),
@@ -169,7 +176,7 @@ impl Frame {
             observations,
             marks,
             is_paused: status.is_some_and(|status| status.directive.is_paused),
-            added: status.map_or(0, |status| status.directive.added.len()),
+            added,
             curve: if is_whole { view.curve().to_vec() } else { Vec::new() },
         }
     }
@@ -189,6 +196,16 @@ fn belief(view: &View, shown: &mut Vec<u8>) -> (Option<String>, Vec<(u32, u8)>) 
     } else {
         (None, changes)
     }
+}
+
+fn out_of_reach(view: &View, added: usize, shown: &mut Option<(u32, usize)>) -> Option<String> {
+    let now = (view.reach()?.version(), added);
+    if shown.replace(now) == Some(now) {
+        return None;
+    }
+    let cells = view.terrain().grid().cells();
+    let bytes: Vec<u8> = cells.map(|cell| u8::from(view.is_out_of_reach(cell))).collect();
+    Some(STANDARD.encode(bytes))
 }
 
 fn robots(view: &View, shown: &mut BTreeMap<RobotId, u64>) -> Vec<RobotFrame> {

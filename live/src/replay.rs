@@ -21,6 +21,7 @@ pub fn about(playback: &Playback) -> About {
         name: fact("scenario").unwrap_or("recording").to_owned(),
         terrain: Arc::clone(&playback.terrain),
         prior: playback.prior.clone(),
+        sensor_radius: fact("sensor_radius").and_then(|radius| radius.parse().ok()),
         tau: fact("tau").and_then(|tau| tau.parse().ok()).unwrap_or(USUAL_TAU),
         team: (1..=robots).map(RobotId).collect(),
         objects: objects(playback),

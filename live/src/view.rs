@@ -18,6 +18,7 @@ use dragnet_proto::time::MissionTime;
 use dragnet_search::belief::{Belief, entropy_nats};
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::{Observation, RobotId};
+use dragnet_search::reach::Reach;
 use dragnet_search::terrain::Terrain;
 
 use crate::curve::Curve;
@@ -36,6 +37,8 @@ pub struct About {
     pub terrain: Arc<Terrain>,
     /// The prior probability of an object, shape `[cells]`: as a recording has it, in single precision.
     pub prior: Vec<f32>,
+    /// How far robots see, cells; unknown of older recordings, and then nothing is shown as out of reach.
+    pub sensor_radius: Option<u32>,
     /// Probability from which an object is found.
     pub tau: f64,
     /// The robots that belong to it.
@@ -52,6 +55,7 @@ impl About {
             name: scenario.name().to_owned(),
             terrain: Arc::new(scenario.terrain().clone()),
             prior: Self::prior_of(scenario.terrain(), scenario.prior()),
+            sensor_radius: Some(scenario.sensor().radius()),
             tau: scenario.mission().tau,
             team: scenario.robots().iter().map(|robot| robot.id).collect(),
             objects,
@@ -73,6 +77,8 @@ pub struct View {
     /// The map, with the cells that a person has added.
     terrain: Terrain,
     belief: Belief,
+    /// What robots can see from where they were, where it is known how far they see.
+    reach: Option<Reach>,
     added_prior: f64,
     now: MissionTime,
     tracks: Tracks,
@@ -119,6 +125,8 @@ pub enum State {
     Spent,
     /// There is nowhere to go.
     Stuck,
+    /// Its teammates are about to see all that is worth a look.
+    Waiting,
 }
 
 impl View {
@@ -138,6 +146,7 @@ impl View {
             observations: 0,
             marks: 0,
             heard: VecDeque::new(),
+            reach: about.sensor_radius.map(|radius| Reach::unknown(terrain.grid(), radius)),
             terrain,
             belief,
             about,
@@ -174,6 +183,9 @@ impl View {
             self.heard.push_back(self.now);
             self.observations += 1;
             self.walk(observation.origin.robot, observation.from, observation.time_ns);
+            if let Some(reach) = &mut self.reach {
+                reach.add_robot(&self.terrain, observation.from);
+            }
         }
         for reading in &observation.readings {
             let before = self.entropy_of(reading.cell);
@@ -234,13 +246,14 @@ impl View {
         self.curve.push(self.now.as_seconds(), [self.entropy_nats, self.progress()]);
     }
 
-    /// Recall where the objects are known; otherwise how many are declared.
+    /// Recall where the objects are known, of those that robots can see; otherwise how many are declared.
     pub(crate) fn progress(&self) -> f64 {
         match &self.about.objects {
-            Some(objects) if objects.is_empty() => 1.0,
             Some(objects) => {
+                let in_reach = || objects.iter().filter(|&&cell| !self.is_out_of_reach(cell));
                 let is_found = |cell: &&Cell| self.belief.is_found(**cell, self.about.tau);
-                objects.iter().filter(is_found).count() as f64 / objects.len() as f64
+                let count = in_reach().count();
+                if count == 0 { 1.0 } else { in_reach().filter(is_found).count() as f64 / count as f64 }
             }
             None => self.declared().len() as f64,
         }
@@ -262,6 +275,18 @@ impl View {
     #[must_use]
     pub const fn belief(&self) -> &Belief {
         &self.belief
+    }
+
+    /// What robots can see from where they were, where it is known how far they see.
+    #[must_use]
+    pub const fn reach(&self) -> Option<&Reach> {
+        self.reach.as_ref()
+    }
+
+    /// Whether a cell is searched, and no robot can see it from anywhere.
+    #[must_use]
+    pub fn is_out_of_reach(&self, cell: Cell) -> bool {
+        self.terrain.is_searched(cell) && self.reach.as_ref().is_some_and(|reach| !reach.covers(cell))
     }
 
     /// The mission's time.
@@ -312,6 +337,7 @@ impl View {
             Some(Activity::Cleared) => State::Cleared,
             Some(Activity::Spent) => State::Spent,
             Some(Activity::Stuck) => State::Stuck,
+            Some(Activity::Waiting) => State::Waiting,
         }
     }
 

@@ -82,7 +82,7 @@ fn play() -> Played {
     let scenario = Scenario::from_text(&folder.path().join("a.toml"), SCENARIO.to_owned()).unwrap();
     let file = folder.path().join("a.mcap");
     let orders = MissionOrders::of(&scenario);
-    let run = [("scenario", "a"), ("robots", "2"), ("tau", "0.95")];
+    let run = [("scenario", "a"), ("robots", "2"), ("tau", "0.95"), ("sensor_radius", "1")];
     let header = Header {
         start_unix_ns: 946_684_800_000_000_000,
         terrain: Arc::clone(&orders.terrain),
@@ -133,6 +133,7 @@ fn a_recording_shows_at_every_time_what_the_running_mission_showed() {
         name: "a".to_owned(),
         terrain: Arc::new(scenario.terrain().clone()),
         prior: About::prior_of(scenario.terrain(), scenario.prior()),
+        sensor_radius: about(&playback).sensor_radius,
         tau: scenario.mission().tau,
         team: scenario.robots().iter().map(|robot| robot.id).collect(),
         objects: about(&playback).objects,

@@ -169,6 +169,8 @@ pub enum Activity {
     Stuck,
     /// A person has paused the search.
     Paused,
+    /// Its teammates have promised to see all that is worth a look: it waits for what they see.
+    Waiting,
 }
 
 impl Activity {
@@ -181,15 +183,16 @@ impl Activity {
             Self::Spent => "its budget is spent",
             Self::Stuck => "there is nowhere to go",
             Self::Paused => "the search is paused",
+            Self::Waiting => "its teammates are about to see all that is worth a look",
         }
     }
 
-    /// Whether the robot has come to rest by itself: one that a person has paused will go on.
+    /// Whether the robot has come to rest by itself: one that a person has paused, or that waits, may go on.
     #[must_use]
     pub const fn is_rest(self) -> bool {
         match self {
             Self::Cleared | Self::Spent | Self::Stuck => true,
-            Self::Searching | Self::Paused => false,
+            Self::Searching | Self::Paused | Self::Waiting => false,
         }
     }
 }

@@ -55,6 +55,7 @@ fn activities() -> impl Strategy<Value = Activity> {
         Just(Activity::Spent),
         Just(Activity::Stuck),
         Just(Activity::Paused),
+        Just(Activity::Waiting),
     ]
 }
 

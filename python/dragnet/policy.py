@@ -32,9 +32,10 @@ def policy_names() -> list[str]:
 class Decision:
     """What a policy decided, and from what."""
 
-    #: The cell to go to, by number: an action of ``control="waypoint"``. The robot's own if there is nowhere to go.
+    #: The cell to go to, by number: an action of ``control="waypoint"``. The robot's own if there is nowhere to go or
+    #: nothing is worth a look.
     waypoint: int
-    #: The first step on the way there: an action of ``control="step"``; ``None`` if there is nowhere to go.
+    #: The first step on the way there: an action of ``control="step"``; ``None`` if the robot is to rest.
     step: int | None
     #: Cells entered on the way, the waypoint last, int64.
     path: NDArray[np.int64]

@@ -71,6 +71,13 @@ fn columns<'py>(py: Python<'py>, row: &Row) -> PyResult<Bound<'py, PyDict>> {
     columns.set_item("cells_to_full_recall_mean", row.cells_to_full_recall.mean)?;
     columns.set_item("cells_to_full_recall_sem", row.cells_to_full_recall.sem)?;
     columns.set_item("cells_to_full_recall_reached", row.cells_to_full_recall.reached)?;
+    columns.set_item("remaining_mean", row.remaining.mean)?;
+    columns.set_item("remaining_sem", row.remaining.sem)?;
+    columns.set_item("expected_remaining_mean", row.expected_remaining.mean)?;
+    columns.set_item("expected_remaining_sem", row.expected_remaining.sem)?;
+    columns.set_item("seeds_with_remaining", row.seeds_with_remaining)?;
+    columns.set_item("tail_s_mean", row.tail_s.mean)?;
+    columns.set_item("tail_s_sem", row.tail_s.sem)?;
     columns.set_item("decision_ms_p50", row.decision_ms.p50)?;
     columns.set_item("decision_ms_p99", row.decision_ms.p99)?;
     Ok(columns)

@@ -141,6 +141,7 @@ const fn activity(activity: Activity) -> &'static str {
         Activity::Spent => "spent",
         Activity::Stuck => "stuck",
         Activity::Paused => "paused",
+        Activity::Waiting => "waiting",
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::cell::Cell;
 use crate::evidence::{CellEvidence, Digest, Evidence, Reading};
+use crate::reach::Reach;
 use crate::terrain::Terrain;
 
 /// Independent Bernoulli prior and all evidence so far.
@@ -162,11 +163,12 @@ impl Belief {
         (log_odds_nats > 0.0 || tau <= 0.5) && probability(log_odds_nats) >= tau
     }
 
-    /// Expected number of objects in cells whose probability is below `tau`.
+    /// Expected number of objects in cells whose probability is below `tau`, of those that a robot can see.
     #[must_use]
-    pub fn expected_undeclared(&self, terrain: &Terrain, tau: f64) -> f64 {
+    pub fn expected_undeclared(&self, terrain: &Terrain, reach: &Reach, tau: f64) -> f64 {
         terrain
             .searched_cells()
+            .filter(|&cell| reach.covers(cell))
             .map(|cell| self.probability(cell))
             .filter(|&probability| probability < tau)
             .sum()
@@ -247,7 +249,18 @@ mod tests {
         }
         assert!(belief.probability(cells[0]).abs() < f64::MIN_POSITIVE);
         assert!(belief.is_found(cells[1], 0.95));
-        assert!(belief.expected_undeclared(&terrain, 0.95).abs() < f64::MIN_POSITIVE);
+        let reach = Reach::unknown(terrain.grid(), 1);
+        assert!(belief.expected_undeclared(&terrain, &reach, 0.95).abs() < f64::MIN_POSITIVE);
+    }
+
+    #[test]
+    fn nothing_is_expected_where_nobody_can_look() {
+        let terrain = Terrain::from_ascii(".~~~", 1.0).unwrap();
+        let belief = Belief::uniform(&terrain, 0.2).unwrap();
+        let mut reach = Reach::unknown(terrain.grid(), 1);
+        assert!((belief.expected_undeclared(&terrain, &reach, 0.95) - 0.8).abs() < 1e-12);
+        reach.add_robot(&terrain, terrain.grid().cells().next().unwrap());
+        assert!((belief.expected_undeclared(&terrain, &reach, 0.95) - 0.4).abs() < 1e-12);
     }
 
     #[test]

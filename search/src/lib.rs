@@ -5,7 +5,8 @@
 //!
 //! 1. [`cell`], [`terrain`], [`shape`], [`generated`]: where one can be, and what is searched;
 //! 2. [`sensor`], [`evidence`], [`belief`], [`observation`]: what is seen, and what it means;
-//! 3. [`information`], [`outlook`], [`route`], [`intent`]: what a look, a path and a teammate's plan are worth;
+//! 3. [`information`], [`outlook`], [`route`], [`reach`], [`intent`]: what a look, a path and a teammate's plan are worth,
+//!    and what nobody can see;
 //! 4. [`situation`], [`policy`]: the decision;
 //! 5. [`measures`], [`seed`]: how a search is judged and repeated.
 
@@ -19,6 +20,7 @@ pub mod measures;
 pub mod observation;
 pub mod outlook;
 pub mod policy;
+pub mod reach;
 pub mod route;
 pub mod seed;
 pub mod sensor;

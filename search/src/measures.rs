@@ -2,6 +2,7 @@
 
 use crate::belief::Belief;
 use crate::cell::Cell;
+use crate::reach::Reach;
 use crate::terrain::Terrain;
 
 /// The truth: which cells hold an object, shape `[cells]`.
@@ -50,11 +51,11 @@ pub struct Score {
 }
 
 impl Score {
-    /// Scores every searched cell.
+    /// Scores every searched cell that a robot can see: an object that nobody could find is none that was missed.
     #[must_use]
-    pub fn of(terrain: &Terrain, belief: &Belief, truth: &Truth, tau: f64) -> Self {
+    pub fn of(terrain: &Terrain, reach: &Reach, belief: &Belief, truth: &Truth, tau: f64) -> Self {
         let mut score = Self::default();
-        for cell in terrain.searched_cells() {
+        for cell in terrain.searched_cells().filter(|&cell| reach.covers(cell)) {
             score.count(belief.is_found(cell, tau), truth.is_object(cell));
         }
         score

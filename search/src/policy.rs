@@ -1,5 +1,11 @@
 //! Policies: a situation in, a decision out.
 //!
+//! A robot goes where a policy's score is highest; of equal scores it goes to the nearest cell. It is to rest where nothing
+//! is worth a look (`worth`): policies that score information rest if no score is above [`LEAST_NATS`]. Others score
+//! something else. NATS, GUTS and the learned policies pass over cells whose path would show nothing, and rest if there is
+//! no other; `random` and `coverage` go their way, and rest when no path shows anything. What teammates have promised to
+//! see counts as seen for those that know of it: the policies of information, and those that imitate them.
+//!
 //! To add one, write its file and add its line to [`PolicyName`] and [`build`].
 
 mod coverage;
@@ -9,16 +15,17 @@ mod path_additive;
 mod path_by_definition;
 mod random;
 mod thompson;
+mod worth;
 
 use std::fmt;
 use std::str::FromStr;
 
 use crate::cell::Cell;
-use crate::route::Routes;
 use crate::seed::Stream;
 use crate::situation::Situation;
 
 pub use path_by_definition::PathByDefinition;
+pub use worth::LEAST_NATS;
 
 /// Chooses where to go next.
 ///
@@ -32,26 +39,13 @@ pub trait Policy {
 /// What a policy decided, and from what. Logged, tested, drawn and imitated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Decision {
-    /// The waypoint; the robot's own cell if there is nowhere to go.
+    /// The waypoint; the robot's own cell if it is to rest.
     pub chosen: Cell,
-    /// Cells entered on the way there, the waypoint last; empty if there is nowhere to go.
+    /// Cells entered on the way there, the waypoint last; empty if the robot is to rest, since there is nowhere to go or
+    /// nothing is worth a look.
     pub path: Vec<Cell>,
     /// What the policy maximised, shape `[cells]`, in units of its own; `-inf` for cells that are no candidates.
     pub scores: Vec<f64>,
-}
-
-impl Decision {
-    /// The candidate of the highest score; of equal ones the smallest cell index. Scores have the shape `[cells]`.
-    #[must_use]
-    pub fn best(routes: &Routes, scores: Vec<f64>) -> Self {
-        let chosen = routes
-            .candidates()
-            .iter()
-            .copied()
-            .max_by(|&a, &b| scores[a.index()].total_cmp(&scores[b.index()]).then(b.cmp(&a)))
-            .unwrap_or(routes.root());
-        Self { chosen, path: routes.path(chosen), scores }
-    }
 }
 
 /// The policies, by name.

@@ -11,16 +11,15 @@ use dragnet_proto::participant::MindError;
 use dragnet_proto::scenario::Scenario;
 
 use crate::episode;
-use crate::simulation::End;
 pub use latencies::Latencies;
 pub use row::{DecisionTimes, Estimate, FullRecall, MeanCurve, Row};
 pub use setting::{Setting, digest};
 pub use trial::Trial;
 
-/// Runs an episode of a setting: to full recall, as the paper's trials end, or to the end of the budget.
+/// Runs an episode of a setting, until all robots rest or, unless the setting lets it go on, every object is found.
 ///
 /// # Errors
 /// Never, as long as robots of this process cannot fail.
 pub fn run(setting: &Setting, scenario: &Scenario, seed: u64) -> Result<Trial, MindError> {
-    Ok(Trial::new(setting, seed, episode::run(scenario, seed, End::AllFound)?))
+    Ok(Trial::new(setting, seed, episode::run(scenario, seed, setting.end)?))
 }

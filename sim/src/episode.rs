@@ -10,6 +10,7 @@ use dragnet_proto::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::evidence::Digest;
 use dragnet_search::measures::{Score, Truth};
+use dragnet_search::reach::Reach;
 
 use crate::crew::{Crew, LocalCrew};
 use crate::faults::Faults;
@@ -23,8 +24,12 @@ pub struct Episode {
     pub truth: Truth,
     /// The belief that all readings together support.
     pub belief: Belief,
-    /// How it compares with the truth.
+    /// What robots could see from where they started.
+    pub reach: Reach,
+    /// How the belief compares with the truth, as far as robots could see.
     pub score: Score,
+    /// Objects that the belief expects not to be found, of those that robots could see: `score.false_negatives` are not.
+    pub expected_remaining: f64,
     /// Way covered by each robot, cells.
     pub path_cells: Vec<f64>,
     /// What was measured on the way.
@@ -37,7 +42,9 @@ impl Episode {
     pub fn new(world: World, outcome: Outcome) -> Self {
         Self {
             truth: world.truth().clone(),
+            reach: world.reach().clone(),
             score: world.score(),
+            expected_remaining: world.expected_remaining(),
             path_cells: world.path_cells().collect(),
             belief: world.into_merged(),
             outcome,

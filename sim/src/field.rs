@@ -34,6 +34,7 @@ use dragnet_vehicle::pilot::{Action, Event, Pilot, PilotError};
 use dragnet_vehicle::settings::SettingsError;
 
 use crate::crew::{Crew, LocalCrew};
+use crate::world;
 use body::Body;
 use eyes::Eyes;
 use site::Site;
@@ -162,10 +163,11 @@ impl<'a> Mission<'a> {
             });
         }
         let (merged, tau) = (scenario.prior().clone(), scenario.mission().tau);
+        let reach = world::draw_reach(scenario, seed);
         let trial = Trial {
             found: None,
             ended: MissionTime::START,
-            score: Score::of(scenario.terrain(), &merged, site.truth(), tau),
+            score: Score::of(scenario.terrain(), &reach, &merged, site.truth(), tau),
             driven_meters: Vec::new(),
             decisions: Vec::new(),
             looks: 0,

@@ -14,6 +14,8 @@ use dragnet_search::evidence::Digest;
 use dragnet_search::measures::{Curve, Score};
 use dragnet_search::observation::RobotId;
 
+use serde::{Deserialize, Serialize};
+
 use crate::crew::Crew;
 use crate::faults::Faults;
 use crate::network::{Network, Tally};
@@ -30,7 +32,8 @@ pub struct Rules {
 }
 
 /// When an episode ends.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum End {
     /// When no robot searches any more.
     Resting,
@@ -85,6 +88,8 @@ pub type Spectator<'a> = &'a mut dyn FnMut(MissionTime, Scene);
 pub struct Outcome {
     /// When the search ended.
     pub ended: MissionTime,
+    /// When a cell was last found, whether it holds an object or not.
+    pub last_find: Option<MissionTime>,
     /// F1 of the merged belief against the way of the farthest robot, cells.
     pub f1: Curve,
     /// Recall of the merged belief, likewise.
@@ -109,6 +114,7 @@ impl Outcome {
     pub fn new(world: &World) -> Self {
         Self {
             ended: MissionTime::START,
+            last_find: None,
             f1: Curve::default(),
             recall: Curve::default(),
             cells_to_full_recall: None,
@@ -120,9 +126,18 @@ impl Outcome {
         }
     }
 
-    /// Another observation is in, at this way of the farthest robot, and the merged belief scores so.
-    pub fn measure(&mut self, farthest_cells: f64, score: Score) {
+    /// From the last find to the end; from the start where nothing was found.
+    #[must_use]
+    pub fn tail(&self) -> Duration {
+        self.ended.since(self.last_find.unwrap_or(MissionTime::START))
+    }
+
+    /// Another observation is in, at this way of the farthest robot: the merged belief scores so, and has found these.
+    pub fn measure(&mut self, now: MissionTime, farthest_cells: f64, score: Score, found: &[Cell]) {
         self.observations += 1;
+        if !found.is_empty() {
+            self.last_find = Some(now);
+        }
         self.f1.push(farthest_cells, score.f1());
         self.recall.push(farthest_cells, score.recall());
         if score.false_negatives == 0 && self.cells_to_full_recall.is_none() {
@@ -376,10 +391,10 @@ impl<C: Crew, S: FnMut(MissionTime, Scene)> Simulation<C, S> {
         let cell = self.world.body(robot).cell;
         let farthest_cells = self.world.farthest_cells();
         (self.spectator)(now, Scene::Arrives { robot, cell, farthest_cells });
-        for cell in found {
+        for &cell in &found {
             (self.spectator)(now, Scene::Finds { robot, cell });
         }
-        self.outcome.measure(farthest_cells, self.world.score());
+        self.outcome.measure(now, farthest_cells, self.world.score(), &found);
         let route_number = self.world.body(robot).route_number;
         self.tell(now, Participant::Robot(robot), Stimulus::Sensed { cell, readings })?;
         if self.world.body(robot).route_number == route_number {

@@ -221,7 +221,7 @@ impl Solo {
             self.ended = Some(Ended::Spent);
         } else if self.terms.end == End::Resting
             && let Some(threshold) = mission.expected_undeclared
-            && self.belief().expected_undeclared(self.field.scenario().terrain(), mission.tau) <= threshold
+            && self.world.expected_remaining() <= threshold
         {
             self.ended = Some(Ended::Cleared);
         }

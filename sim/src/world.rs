@@ -9,6 +9,7 @@ use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{CellEvidence, Reading};
 use dragnet_search::measures::{Score, Truth};
 use dragnet_search::observation::RobotId;
+use dragnet_search::reach::Reach;
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_search::sensor::Sensor;
 use dragnet_search::terrain::Terrain;
@@ -26,6 +27,8 @@ pub struct World {
     bodies: Vec<Body>,
     /// What somebody would believe who had every reading at once.
     merged: Belief,
+    /// What robots can see from where they start.
+    reach: Reach,
     tau: f64,
     score: Score,
 }
@@ -68,14 +71,16 @@ impl World {
                 noise: stream(seed, Purpose::Noise, robot.id.0),
             })
             .collect();
+        let reach = draw_reach(scenario, seed);
         let (merged, tau) = (scenario.prior().clone(), scenario.mission().tau);
-        let score = Score::of(terrain, &merged, &truth, tau);
+        let score = Score::of(terrain, &reach, &merged, &truth, tau);
         Self {
             terrain: terrain.clone(),
             sensor: Arc::new(scenario.sensor().clone()),
             truth,
             bodies,
             merged,
+            reach,
             tau,
             score,
         }
@@ -99,7 +104,19 @@ impl World {
         &self.merged
     }
 
-    /// How the merged belief compares with the truth.
+    /// What robots can see from where they started.
+    #[must_use]
+    pub const fn reach(&self) -> &Reach {
+        &self.reach
+    }
+
+    /// Expected number of objects that the merged belief has not found, of those that robots can see.
+    #[must_use]
+    pub fn expected_remaining(&self) -> f64 {
+        self.merged.expected_undeclared(&self.terrain, &self.reach, self.tau)
+    }
+
+    /// How the merged belief compares with the truth, as far as robots can see.
     #[must_use]
     pub const fn score(&self) -> Score {
         self.score
@@ -210,7 +227,7 @@ impl World {
         let before = self.merged.is_found(cell, self.tau);
         self.merged.add_evidence(cell, evidence);
         let after = self.merged.is_found(cell, self.tau);
-        if self.terrain.is_searched(cell) && before != after {
+        if before != after && self.terrain.is_searched(cell) && self.reach.covers(cell) {
             self.score.change(after, self.truth.is_object(cell));
         }
         after && !before
@@ -244,6 +261,15 @@ pub(crate) fn draw_starts(scenario: &Scenario, seed: u64) -> Vec<Cell> {
             Start::Cell(cell) => cell,
         })
         .collect()
+}
+
+/// What robots can see from where they start.
+pub(crate) fn draw_reach(scenario: &Scenario, seed: u64) -> Reach {
+    let mut reach = Reach::unknown(scenario.terrain().grid(), scenario.sensor().radius());
+    for start in draw_starts(scenario, seed) {
+        reach.add_robot(scenario.terrain(), start);
+    }
+    reach
 }
 
 #[cfg(test)]

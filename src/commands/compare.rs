@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use dragnet_learn::policy::PolicyName;
 use dragnet_proto::scenario::Scenario;
+use dragnet_sim::simulation::End;
 
 use super::comparison::part::{self, Part};
 use super::comparison::{Case, Experiment, Origin, Output, Seeds};
@@ -15,9 +16,10 @@ use crate::terminal::{self, counted};
 /// Compare policies over scenarios and seeds.
 ///
 /// With the same seed every policy meets the same objects, starts and noise. An episode ends when every object is found,
-/// as the paper's trials do, or when the budget is spent; F1 and recall keep their last values up to the budget. The area
+/// as the paper's trials do, or when all robots rest; F1 and recall keep their last values up to the budget. The area
 /// under F1 and the average recall are their means over the way from 0 to the budget, full recall the way of the farthest
-/// robot until every object was found. Results depend neither on the number of threads nor on that of shards.
+/// robot until every object was found, the tail the time from the last find to the end. Results depend neither on the
+/// number of threads nor on that of shards.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -46,6 +48,9 @@ pub(crate) struct Arguments {
     /// Way that each robot may cover, instead of all budgets of the scenario
     #[arg(long, value_name = "CELLS", allow_negative_numbers = true)]
     budget: Option<u32>,
+    /// When an episode ends: all_found when every object is found or all robots rest, resting only when they rest
+    #[arg(long, value_name = "WHEN", default_value = "all_found", value_parser = parse_end)]
+    end: End,
     /// Episodes that run at a time [default: as many as there are cores]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024), allow_negative_numbers = true)]
     threads: Option<u16>,
@@ -112,7 +117,8 @@ fn cases(arguments: &Arguments) -> Result<Vec<Case>, Failure> {
             complain("warning", &format!("{}: {warning}", path.display()));
         }
         for &policy in &arguments.policies {
-            cases.push(Case::new(changed(&scenario, policy, arguments)?, policy.as_str()));
+            let case = Case::new(changed(&scenario, policy, arguments)?, policy.as_str());
+            cases.push(case.until(arguments.end));
         }
     }
     Ok(cases)
@@ -123,4 +129,12 @@ fn changed(scenario: &Scenario, policy: PolicyName, arguments: &Arguments) -> Re
     let scenario = scenario::with(scenario, "--robots", arguments.robots, Scenario::with_robots)?;
     let scenario = scenario::with(scenario, "--density", arguments.density, Scenario::with_density)?;
     scenario::with(scenario, "--budget", arguments.budget, Scenario::with_budget_cells)
+}
+
+fn parse_end(text: &str) -> Result<End, String> {
+    match text {
+        "all_found" => Ok(End::AllFound),
+        "resting" => Ok(End::Resting),
+        _ => Err("allowed are all_found and resting".to_owned()),
+    }
 }

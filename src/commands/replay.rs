@@ -17,6 +17,7 @@ use dragnet_proto::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::measures::Truth;
 use dragnet_search::observation::RobotId;
+use dragnet_search::reach::Reach;
 
 use super::search::place;
 use super::{Failure, complain, live};
@@ -143,8 +144,10 @@ impl Teller {
         let known = about.objects.clone();
         let objects = known.clone().unwrap_or_else(|| self.declared.iter().copied().collect());
         let terrain = self.view.terrain();
+        let everywhere = Reach::unknown(terrain.grid(), 1);
         let picture = Picture {
             terrain,
+            reach: self.view.reach().unwrap_or(&everywhere),
             belief: self.view.belief(),
             truth: &Truth::new(terrain, objects),
             tau: about.tau,

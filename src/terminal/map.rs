@@ -4,6 +4,7 @@ use console::{Color, Style};
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::{Cell, Grid, Position};
 use dragnet_search::measures::Truth;
+use dragnet_search::reach::Reach;
 use dragnet_search::terrain::Terrain;
 
 /// What a map shows.
@@ -14,6 +15,8 @@ pub(crate) struct Picture<'a> {
     pub(crate) belief: &'a Belief,
     /// Where the objects are.
     pub(crate) truth: &'a Truth,
+    /// What robots could see.
+    pub(crate) reach: &'a Reach,
     /// From which probability on a cell is found.
     pub(crate) tau: f64,
     /// Cells that each robot was in, in order; robots by number.
@@ -27,6 +30,8 @@ enum Mark {
     Blocked,
     /// Crossed, not searched.
     Passage,
+    /// Searched, and no robot can see it from anywhere.
+    OutOfReach,
     /// The evidence speaks against an object as strongly as `tau` speaks for one.
     Cleared,
     Unknown,
@@ -39,7 +44,7 @@ enum Mark {
     Missed,
 }
 
-const LEGEND: [Mark; 9] = [
+const LEGEND: [Mark; 10] = [
     Mark::Found,
     Mark::Missed,
     Mark::FalsePositive,
@@ -47,6 +52,7 @@ const LEGEND: [Mark; 9] = [
     Mark::Cleared,
     Mark::Track(1),
     Mark::Robot,
+    Mark::OutOfReach,
     Mark::Passage,
     Mark::Blocked,
 ];
@@ -97,6 +103,7 @@ impl Picture<'_> {
             (true, true) => Mark::Found,
             (true, false) => Mark::FalsePositive,
             (false, true) => Mark::Missed,
+            (false, false) if !self.reach.covers(cell) => Mark::OutOfReach,
             (false, false) if is_cleared => Mark::Cleared,
             (false, false) => Mark::Unknown,
         }
@@ -185,6 +192,7 @@ impl Mark {
         match self {
             Self::Blocked => "blocked",
             Self::Passage => "not searched",
+            Self::OutOfReach => "out of reach",
             Self::Cleared => "cleared",
             Self::Unknown => "unknown",
             Self::Track(_) => "track of robot 1 and so on",
@@ -199,6 +207,7 @@ impl Mark {
         match self {
             Self::Blocked => '#',
             Self::Passage => '_',
+            Self::OutOfReach => '~',
             Self::Cleared => '.',
             Self::Unknown => '?',
             Self::Track(robot) => char::from_digit(u32::try_from(robot % 10).unwrap_or(0), 10).unwrap_or('0'),
@@ -212,7 +221,7 @@ impl Mark {
     /// Colored where stdout is a terminal that wants colors.
     fn painted(self) -> String {
         let style = match self {
-            Self::Blocked | Self::Passage | Self::Cleared => Style::new().dim(),
+            Self::Blocked | Self::Passage | Self::OutOfReach | Self::Cleared => Style::new().dim(),
             Self::Unknown => Style::new().yellow(),
             Self::Track(robot) => Style::new().fg(TRACK_COLORS[robot % TRACK_COLORS.len()]),
             Self::Robot => Style::new().bold(),
@@ -240,7 +249,10 @@ mod tests {
         }
         let truth = Truth::new(&terrain, vec![south[0], south[2]]);
         let tracks = [Vec::new(), vec![south[5], south[6]]];
-        Picture { terrain: &terrain, belief: &belief, truth: &truth, tau: 0.95, tracks: &tracks }
+        let mut reach = Reach::unknown(terrain.grid(), 3);
+        reach.add_robot(&terrain, south[0]);
+        let tracks = &tracks;
+        Picture { terrain: &terrain, belief: &belief, truth: &truth, reach: &reach, tau: 0.95, tracks }
             .draw(columns)
     }
 
@@ -253,6 +265,14 @@ mod tests {
         for entry in ["* found", "! missed", "x false positive", "? unknown", ". cleared", "# blocked"] {
             assert!(lines[3..].iter().any(|line| line.contains(entry)), "{entry}\n{drawn}");
         }
+    }
+
+    #[test]
+    fn what_no_robot_can_see_is_shown_so() {
+        let drawn = picture("~~~~~~~\n~~~~~~~\n~~~~~~~\n~~~~~~~\n~~~~~~~\n.......", 80);
+        let lines: Vec<&str> = drawn.lines().collect();
+        assert_eq!(lines[..3], ["   5 ~ ~ ~ ~ ~ ~ ~", "   4 ~ ~ ~ ~ ~ ~ ~", "   3 ? ? ? ? ? ? ?"], "{drawn}");
+        assert!(drawn.contains("~ out of reach"), "{drawn}");
     }
 
     #[test]

@@ -68,6 +68,18 @@ fn average_recall_is_that_of_the_episodes() {
 }
 
 #[test]
+fn a_search_that_ends_at_rest_has_a_tail_and_leaves_what_it_expects() {
+    let arguments = ["--policies", "path", "--seeds", "3", "--budget", "10000"];
+    let ended = |end: &str| rows(&Place::new(), &[&arguments[..], &["--end", end]].concat()).remove(0);
+    let (found, resting) = (ended("all_found"), ended("resting"));
+    let mean = |row: &Value, key: &str| row[key]["mean"].as_f64().unwrap();
+    assert!(mean(&found, "tail_s") < mean(&resting, "tail_s"), "{found} {resting}");
+    assert!((0.0..=0.05).contains(&mean(&resting, "expected_remaining")), "{resting}");
+    assert_eq!(resting["seeds_with_remaining"] == 0, mean(&resting, "remaining") < f64::MIN_POSITIVE);
+    assert_eq!(found["cells_to_full_recall"], resting["cells_to_full_recall"]);
+}
+
+#[test]
 fn results_do_not_depend_on_the_number_of_threads() {
     let place = Place::new();
     let with = |threads| rows(&place, &["--policies", "guts,path", "--seeds", "2..6", "--threads", threads]);

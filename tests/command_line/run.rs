@@ -16,6 +16,7 @@ fn one_json_object_holds_all_measures() {
         "policy",
         "robots",
         "objects",
+        "objects_out_of_reach",
         "found",
         "false_positives",
         "recall",
@@ -24,6 +25,9 @@ fn one_json_object_holds_all_measures() {
         "auc_f1",
         "path_cells",
         "mission_time_s",
+        "expected_remaining",
+        "last_find_s",
+        "tail_s",
         "decisions",
         "decision_ms",
         "observations_sent",
@@ -48,6 +52,31 @@ fn one_json_object_holds_all_measures() {
     let share = |key: &str| report[key].as_f64().unwrap();
     assert!((share("recall") - share("found") / share("objects")).abs() < 1e-12);
     assert!(share("auc_f1") > 0.0 && share("auc_f1") <= 1.0);
+    assert!((share("last_find_s") + share("tail_s") - share("mission_time_s")).abs() < 1e-6);
+}
+
+/// The middle of the lake is farther from every shore than a robot sees.
+#[test]
+fn what_no_robot_can_see_is_shown_and_ends_the_search_all_the_same() {
+    let place = Place::new();
+    place.write(
+        "lake.txt",
+        &["........", "..~~~~~~", "..~~~~~~", "..~~~~~~", "..~~~~~~", "........"].join("\n"),
+    );
+    place.write(
+        "lake.toml",
+        "name = 'lake'\nmap.file = 'lake.txt'\nsensor.radius = 1\nobjects.cells = [[0, 0], [2, 5]]\n\
+         mission.budget_seconds = 100000.0\n",
+    );
+    let report = place.json(&["run", "lake.toml", "--json"]);
+    assert_eq!((&report["objects"], &report["objects_out_of_reach"]), (&2.into(), &1.into()));
+    assert_eq!((&report["found"], &report["recall"]), (&1.into(), &1.0.into()));
+    assert!(report["mission_time_s"].as_f64().unwrap() < 5000.0, "{report}");
+    let text = place.succeed(&["run", "lake.toml"]);
+    for said in ["~ out of reach", "out of reach: no robot can see them", "[2, 5]", "rests: nothing is left"]
+    {
+        assert!(text.contains(said), "{said:?} is missing\n{text}");
+    }
 }
 
 #[test]

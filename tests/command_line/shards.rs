@@ -197,7 +197,7 @@ fn what_is_no_whole_part_is_refused() {
     place.refuse(&second, &[part, "cut off"]);
     for (damage, said) in [
         (("/format", json!("other")), "no part of a comparison"),
-        (("/format_version", json!(2)), "format version 2; this program reads version 1"),
+        (("/format_version", json!(3)), "format version 3; this program reads version 2"),
         (("/trials/0/seed", json!(77)), "not those of shard 1/3"),
         (("/trials/0/curve", json!([0.0])), "not those of shard 1/3"),
         (("/trials/0", json!({})), "a damaged part"),

@@ -35,10 +35,10 @@ const RESTLESS: u64 = 0;
 /// The world of this seed is at the end of time: clocks count no further.
 const LAST: u64 = 1;
 
-/// A small map with blocked cells, and a search that goes on.
+/// A small map with blocked cells, and a search that goes on: looks tell so little that nothing is ever certain.
 const SCENARIO: &str = "name = 'hostile'
 map = { shape = 'ice_cream_cone', rows = 6, columns = 6, cell_meters = 5.0 }
-sensor.radius = 1
+sensor = { radius = 1, sigma2 = 500.0 }
 objects.count = 1
 robots.count = 3
 mission = { budget_meters = 1e9, expected_undeclared = 0.0 }

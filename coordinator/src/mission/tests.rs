@@ -29,6 +29,7 @@ fn mission() -> Mission {
         limits: limits(),
         prior: Belief::uniform(&terrain, 0.1).unwrap(),
         terrain,
+        sensor_radius: 4,
         tau: 0.95,
         robots: vec![ONE, TWO],
         heartbeat: SECOND,

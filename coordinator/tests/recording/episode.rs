@@ -79,6 +79,7 @@ impl Episode {
             limits: limits(),
             terrain: terrain(),
             prior: prior(),
+            sensor_radius: 4,
             tau: 0.95,
             robots: ROBOTS.to_vec(),
             heartbeat: Duration::from_secs(1),

@@ -32,11 +32,14 @@ impl Recorder {
 impl Policy for Recorder {
     fn decide(&mut self, situation: &Situation<'_>, random: &mut Stream) -> Decision {
         let decision = self.expert.decide(situation, random);
-        // Nobody may be listening any more: then the search is about to be stopped.
-        let _ = self.sink.send(demonstration(situation, &decision));
+        // A network does not choose to rest: it rests where its expert does, by the same rule.
+        if !decision.is_rest() {
+            // Nobody may be listening any more: then the search is about to be stopped.
+            let _ = self.sink.send(demonstration(situation, &decision));
+        }
         // Drawn always, so that the robot's other random choices do not depend on the rate.
         let (strays, place) = (random.random::<f64>() < self.explore, random.random::<f64>());
-        if !strays {
+        if !strays || decision.is_rest() {
             return decision;
         }
         let routes = Routes::from(situation.terrain, situation.moves, situation.robot);

@@ -10,7 +10,8 @@ use dragnet_search::situation::Situation;
 use crate::graph::{Graph, Topology};
 use crate::network::{Network, Room};
 
-/// Goes where the network's logit is highest: what it is most sure that its expert would have chosen.
+/// Goes where the network's logit is highest, what it is most sure that its expert would have chosen, among the cells on
+/// whose path there is anything to be seen; rests if there is none, as its expert does.
 #[derive(Clone, Debug)]
 pub struct Gnn {
     network: Arc<Network>,
@@ -38,6 +39,6 @@ impl Policy for Gnn {
                 scores[cell.index()] = f64::from(logit);
             }
         }
-        Decision::best(&routes, scores)
+        Decision::best_of_informative(situation, &routes, scores)
     }
 }

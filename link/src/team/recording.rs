@@ -46,6 +46,7 @@ fn run_metadata(scenario: &Scenario, seed: u64, options: &Options) -> BTreeMap<S
         ("robots", policies.len().to_string()),
         ("policies", policies.join(",")),
         ("tau", scenario.mission().tau.to_string()),
+        ("sensor_radius", scenario.sensor().radius().to_string()),
         ("speed_meters_per_second", scenario.mission().speed_meters_per_second.to_string()),
     ])
 }

@@ -18,6 +18,7 @@ export function probability(level) {
 }
 export const UNSEARCHED = [223, 227, 232];
 export const BLOCKED = [154, 161, 172];
+export const OUT_OF_REACH = [196, 186, 205];
 const ROBOTS = ["#d55e00", "#56b4e9", "#009e73", "#cc79a7", "#e69f00", "#0072b2"];
 export function robotColor(robot) {
     return ROBOTS[(robot - 1 + ROBOTS.length) % ROBOTS.length] ?? "#d55e00";

@@ -1,5 +1,5 @@
 import { fit } from "./chart.js";
-import { BLOCKED, UNSEARCHED, logOdds, MOST_NATS, probability, robotColor, shade } from "./colors.js";
+import { BLOCKED, OUT_OF_REACH, UNSEARCHED, logOdds, MOST_NATS, probability, robotColor, shade } from "./colors.js";
 const STRIDE = 5;
 export class MapView {
     ground;
@@ -92,7 +92,8 @@ export class MapView {
         mission.levels.forEach((level, cell) => {
             const [row, column] = mission.place(cell);
             const plain = mission.isTraversable[cell] === 1 ? UNSEARCHED : BLOCKED;
-            const [red, green, blue] = level === 0 ? plain : shade((logOdds(level) / MOST_NATS + 1) / 2);
+            const ground = mission.isOutOfReach[cell] === 1 ? OUT_OF_REACH : plain;
+            const [red, green, blue] = ground !== OUT_OF_REACH && level !== 0 ? shade((logOdds(level) / MOST_NATS + 1) / 2) : ground;
             image.data.set([red, green, blue, 255], 4 * ((rows - 1 - row) * columns + column));
         });
         this.cells.getContext("2d")?.putImageData(image, 0, 0);
@@ -280,7 +281,8 @@ export function describe(mission, cell) {
     const here = robots.map((robot) => `, robot ${robot.robot} is here`).join("");
     const isDeclared = (mission.frame?.declared ?? []).some((object) => object.cell === cell);
     const belief = level === 0 ? "not searched" : `probability of an object ${bounded(level)}`;
-    return `Cell ${mission.name(cell)}: ${belief}${isDeclared ? ", declared" : ""}${way}${here}`;
+    const reach = mission.isOutOfReach[cell] === 1 ? ", out of reach: no robot can see it" : "";
+    return `Cell ${mission.name(cell)}: ${belief}${isDeclared ? ", declared" : ""}${reach}${way}${here}`;
 }
 function bounded(level) {
     if (level === 1)

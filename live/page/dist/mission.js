@@ -4,6 +4,7 @@ export class Mission {
     hello;
     isTraversable;
     levels;
+    isOutOfReach;
     frame;
     trails = new Map();
     curve = [];
@@ -12,6 +13,7 @@ export class Mission {
         this.hello = hello;
         this.isTraversable = bytes(hello.ground);
         this.levels = new Uint8Array(hello.rows * hello.columns);
+        this.isOutOfReach = new Uint8Array(hello.rows * hello.columns);
     }
     take(frame) {
         if (frame.is_whole) {
@@ -25,6 +27,8 @@ export class Mission {
         }
         if (frame.levels !== undefined)
             this.levels = bytes(frame.levels);
+        if (frame.out_of_reach !== undefined)
+            this.isOutOfReach = bytes(frame.out_of_reach);
         for (const [cell, level] of frame.changes ?? [])
             this.levels[cell] = level;
         for (const robot of frame.robots) {

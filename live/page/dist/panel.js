@@ -20,6 +20,7 @@ const SIGNS = {
     cleared: "✓ nothing left",
     spent: "■ budget spent",
     stuck: "▲ nowhere to go",
+    waiting: "◷ waits for teammates",
 };
 let known;
 export function forget() {

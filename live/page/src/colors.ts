@@ -32,6 +32,7 @@ export function probability(level: number): number {
 
 export const UNSEARCHED: Rgb = [223, 227, 232];
 export const BLOCKED: Rgb = [154, 161, 172];
+export const OUT_OF_REACH: Rgb = [196, 186, 205];
 
 /** Colors of robots' ways (Okabe and Ito 2008), in turn; a robot is known by its number too. */
 const ROBOTS = ["#d55e00", "#56b4e9", "#009e73", "#cc79a7", "#e69f00", "#0072b2"];

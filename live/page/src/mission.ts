@@ -18,6 +18,7 @@ export interface Frame {
   time: number;
   levels?: string;
   changes?: [number, number][];
+  out_of_reach?: string;
   robots: RobotFrame[];
   declared: Declared[];
   expected: number;
@@ -31,7 +32,7 @@ export interface Frame {
   curve?: Point[];
 }
 
-export type State = "awaited" | "lost" | "searching" | "paused" | "cleared" | "spent" | "stuck";
+export type State = "awaited" | "lost" | "searching" | "paused" | "cleared" | "spent" | "stuck" | "waiting";
 
 export interface RobotFrame {
   robot: number;
@@ -66,6 +67,8 @@ export class Mission {
   readonly isTraversable: Uint8Array;
   /** The belief, one level a cell: 0 not searched, otherwise 1 to 255 over the log-odds. */
   levels: Uint8Array;
+  /** 1 where something is searched for and no robot can see it. */
+  isOutOfReach: Uint8Array;
   frame: Frame | undefined;
   trails = new Map<number, number[]>();
   curve: Point[] = [];
@@ -75,6 +78,7 @@ export class Mission {
     this.hello = hello;
     this.isTraversable = bytes(hello.ground);
     this.levels = new Uint8Array(hello.rows * hello.columns);
+    this.isOutOfReach = new Uint8Array(hello.rows * hello.columns);
   }
 
   take(frame: Frame): void {
@@ -86,6 +90,7 @@ export class Mission {
       if (this.curve.length > MOST_POINTS) this.curve = this.curve.filter((_, index) => index % 2 === 0);
     }
     if (frame.levels !== undefined) this.levels = bytes(frame.levels);
+    if (frame.out_of_reach !== undefined) this.isOutOfReach = bytes(frame.out_of_reach);
     for (const [cell, level] of frame.changes ?? []) this.levels[cell] = level;
     for (const robot of frame.robots) {
       const trail = [...(this.trails.get(robot.robot) ?? []), ...robot.trail];

@@ -23,6 +23,7 @@ const SIGNS: Record<RobotFrame["state"], string> = {
   cleared: "✓ nothing left",
   spent: "■ budget spent",
   stuck: "▲ nowhere to go",
+  waiting: "◷ waits for teammates",
 };
 
 /** Cells declared when the page last looked; none before it has. */

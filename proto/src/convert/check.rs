@@ -169,8 +169,9 @@ impl Check {
             2 => Ok(Activity::Spent),
             3 => Ok(Activity::Stuck),
             4 => Ok(Activity::Paused),
+            5 => Ok(Activity::Waiting),
             _ => {
-                let allowed = "0 searching, 1 cleared, 2 spent, 3 stuck, 4 paused";
+                let allowed = "0 searching, 1 cleared, 2 spent, 3 stuck, 4 paused, 5 waiting";
                 Err(ConvertError::Alternative { at: self.at("activity"), found, allowed })
             }
         }
@@ -200,6 +201,7 @@ pub(super) const fn activity_number(activity: Activity) -> u8 {
         Activity::Spent => 2,
         Activity::Stuck => 3,
         Activity::Paused => 4,
+        Activity::Waiting => 5,
     }
 }
 

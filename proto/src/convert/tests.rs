@@ -111,8 +111,8 @@ fn a_heartbeat_out_of_range_is_refused_by_field() {
         assert_eq!(refusal(MessageKind::Heartbeat, &wire), format!("dragnet_msgs/msg/Heartbeat: {expected}"));
     };
     check(
-        |wire| wire.activity = 5,
-        "activity: 5; allowed are 0 searching, 1 cleared, 2 spent, 3 stuck, 4 paused",
+        |wire| wire.activity = 6,
+        "activity: 6; allowed are 0 searching, 1 cleared, 2 spent, 3 stuck, 4 paused, 5 waiting",
     );
     check(|wire| wire.path_meters = f64::INFINITY, "path_meters: inf; allowed are finite numbers from 0");
     check(|wire| wire.intent.robot = 8, "intent.robot: of robot 8; allowed is robot 7 only");

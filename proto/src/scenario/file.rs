@@ -241,8 +241,8 @@ pub struct MissionTable {
     /// Speed of a robot, metres a second, above 0; whoever claims to be faster is not believed.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub speed_meters_per_second: f64,
-    /// Stop when this number of objects or fewer are expected outside the declared cells, at least 0; 0 is
-    /// never.
+    /// Stop when this number of objects or fewer are expected outside the declared cells, of those that robots can see, at
+    /// least 0; 0 is not before nothing is worth a look.
     #[schemars(range(min = 0.0))]
     pub expected_undeclared: f64,
     /// Time between two signs of life of a robot, seconds, above 0.

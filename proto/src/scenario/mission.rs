@@ -17,8 +17,9 @@ pub struct Mission {
     pub budget: Budget,
     /// Speed of a robot in simulation, above 0; whoever claims to be faster is not believed.
     pub speed_meters_per_second: f64,
-    /// The search is over when this number of objects or fewer are expected outside the declared cells;
-    /// `None` is never.
+    /// The search is over when this number of objects or fewer are expected outside the declared cells, of those that
+    /// robots can see. That is what is left behind in the mean over many searches, for the belief is the posterior of the
+    /// model that readings are drawn from, whenever it is looked at. `None` is not before nothing is worth a look.
     pub expected_undeclared: Option<f64>,
     /// Time between two signs of life of a robot, above 0.
     pub heartbeat: Duration,

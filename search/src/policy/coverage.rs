@@ -1,7 +1,9 @@
 //! Back and forth over all that is in reach, in an order fixed at the first decision.
 
+use super::worth::without_promises;
 use super::{Decision, Policy};
 use crate::cell::Cell;
+use crate::intent::Promised;
 use crate::route::Routes;
 use crate::seed::Stream;
 use crate::situation::{Place, Situation};
@@ -42,7 +44,8 @@ impl Policy for Coverage {
             scores[waypoint.index()] = 1.0;
             self.next += 1;
         }
-        Decision::best(&routes, scores)
+        let nothing = Promised::nothing(situation.terrain);
+        Decision::best(&routes, scores).unless_all_is_known(&without_promises(situation, &nothing), &routes)
     }
 }
 

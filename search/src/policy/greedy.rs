@@ -15,6 +15,6 @@ impl Policy for Greedy {
     fn decide(&mut self, situation: &Situation<'_>, _: &mut Stream) -> Decision {
         let routes = Routes::from(situation.terrain, situation.moves, situation.robot);
         let scores = Outlook::new(situation).look_gains(situation, &routes);
-        Decision::best(&routes, scores)
+        Decision::most_informative(&routes, scores)
     }
 }

@@ -35,7 +35,7 @@ impl Policy for Path {
             let weight = path_length_weight(self.length_weight, routes.length(visit.cell));
             scores[visit.cell.index()] = weight * f64::from(utility);
         }
-        Decision::best(&routes, scores)
+        Decision::most_informative(&routes, scores)
     }
 }
 

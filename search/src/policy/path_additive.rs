@@ -4,8 +4,8 @@
 //! shortest paths the sum is that of the cell before plus one look, so all candidates cost little more than greedy.
 //! Departure: the look from the robot's own cell is not part of the path, for it has been taken.
 
+use super::worth::path_information;
 use super::{Decision, Policy, path_length_weight};
-use crate::outlook::Outlook;
 use crate::route::Routes;
 use crate::seed::Stream;
 use crate::situation::Situation;
@@ -23,15 +23,10 @@ impl PathAdditive {
 impl Policy for PathAdditive {
     fn decide(&mut self, situation: &Situation<'_>, _: &mut Stream) -> Decision {
         let routes = Routes::from(situation.terrain, situation.moves, situation.robot);
-        let mut utility = Outlook::new(situation).look_gains(situation, &routes);
-        utility[routes.root().index()] = 0.0;
-        for &cell in routes.candidates() {
-            utility[cell.index()] += utility[routes.parent(cell).index()];
-        }
-        utility[routes.root().index()] = f64::NEG_INFINITY;
+        let mut utility = path_information(situation, &routes);
         for &cell in routes.candidates() {
             utility[cell.index()] *= path_length_weight(self.length_weight, routes.length(cell));
         }
-        Decision::best(&routes, utility)
+        Decision::most_informative(&routes, utility)
     }
 }

@@ -35,7 +35,7 @@ impl Policy for PathByDefinition {
             let weight = path_length_weight(self.length_weight, routes.length(cell));
             scores[cell.index()] = weight * sum.of(&routes.path(cell));
         }
-        Decision::best(&routes, scores)
+        Decision::most_informative(&routes, scores)
     }
 }
 

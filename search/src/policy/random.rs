@@ -2,7 +2,9 @@
 
 use rand::RngExt;
 
+use super::worth::without_promises;
 use super::{Decision, Policy};
+use crate::intent::Promised;
 use crate::route::Routes;
 use crate::seed::Stream;
 use crate::situation::Situation;
@@ -22,6 +24,7 @@ impl Policy for Random {
         }
         let chosen = candidates[random.random_range(0..candidates.len())];
         scores[chosen.index()] = 1.0;
-        Decision::best(&routes, scores)
+        let nothing = Promised::nothing(situation.terrain);
+        Decision::best(&routes, scores).unless_all_is_known(&without_promises(situation, &nothing), &routes)
     }
 }

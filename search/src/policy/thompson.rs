@@ -11,14 +11,17 @@
 //! Since a reading concerns one cell, every matrix is diagonal and a decision takes one footprint a candidate.
 //! Departures: our sensor sees all around (theirs has headings), so a candidate is a cell; candidates are the cells
 //! in reach but the robot's own; cells outside the search area are left out of belief and loss, which is GUTS's prior
-//! of 0 there (of its prior of 0.05 inside, its released estimate makes no use).
+//! of 0 there (of its prior of 0.05 inside, its released estimate makes no use); and cells on whose path there is nothing
+//! left to be seen are passed over, which the released code visits again and again. That makes both better baselines.
 
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 
+use super::worth::without_promises;
 use super::{Decision, Policy};
 use crate::cell::Cell;
 use crate::evidence::{CellEvidence, UNITS};
+use crate::intent::Promised;
 use crate::outlook::Frame;
 use crate::route::Routes;
 use crate::seed::Stream;
@@ -71,7 +74,8 @@ impl Policy for Thompson {
         for (&cell, reward) in routes.candidates().iter().zip(self.rewards(situation, &routes, &loss)) {
             scores[cell.index()] = reward;
         }
-        Decision::best(&routes, scores)
+        let nothing = Promised::nothing(situation.terrain);
+        Decision::best_of_informative(&without_promises(situation, &nothing), &routes, scores)
     }
 }
 

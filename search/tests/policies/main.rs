@@ -6,7 +6,7 @@ use dragnet_search::belief::Belief;
 use dragnet_search::cell::{Cell, Grid};
 use dragnet_search::evidence::Reading;
 use dragnet_search::intent::Promised;
-use dragnet_search::policy::{Decision, Parameters, PolicyName, build};
+use dragnet_search::policy::{Decision, LEAST_NATS, Parameters, PolicyName, build};
 use dragnet_search::route::{Moves, Routes};
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_search::sensor::{Noise, Sensor};
@@ -89,7 +89,8 @@ fn any_ground(random: &mut Stream) -> Ground {
     }
 }
 
-/// The scores agree on every candidate, and the decision is the best of them with its shortest path.
+/// The scores agree on every candidate, and the decision is the best of them with its shortest path, of equal ones the
+/// nearest and then the first; or it is to rest, and none is above what a look must be worth.
 fn check(case: &Case, decision: &Decision, expected: impl Fn(Cell) -> f64, tolerance: f64) {
     let routes = case.routes();
     let is_candidate = |cell| routes.length(cell).is_finite() && cell != case.robot;
@@ -105,12 +106,16 @@ fn check(case: &Case, decision: &Decision, expected: impl Fn(Cell) -> f64, toler
             assert!(score == f64::NEG_INFINITY, "{cell:?} is no candidate and scores {score}");
         }
     }
-    if best.is_finite() {
-        assert!(decision.scores[decision.chosen.index()] >= best);
-        assert_eq!(decision.path, routes.path(decision.chosen));
-    } else {
+    assert_eq!(decision.path, routes.path(decision.chosen));
+    if decision.is_rest() {
+        assert!(best <= LEAST_NATS, "it rests, and {best} was to be had");
         assert_eq!(decision.chosen, case.robot);
+        return;
     }
+    let rank = |cell: Cell| (routes.length(cell), cell);
+    let equal = routes.candidates().iter().filter(|cell| decision.scores[cell.index()] >= best);
+    let expected = equal.copied().min_by(|&a, &b| rank(a).partial_cmp(&rank(b)).unwrap());
+    assert_eq!(Some(decision.chosen), expected);
 }
 
 #[test]

@@ -27,6 +27,14 @@ pub struct Row {
     pub average_recall: Estimate,
     /// Way of the farthest robot until every object was found, cells.
     pub cells_to_full_recall: FullRecall,
+    /// Objects in reach that were not found at the end of an episode.
+    pub remaining: Estimate,
+    /// How many of them the belief expected then. Where episodes end by it, the two have the same mean.
+    pub expected_remaining: Estimate,
+    /// Episodes that ended with an object not found.
+    pub seeds_with_remaining: usize,
+    /// From the last find to the end of an episode, seconds of mission time.
+    pub tail_s: Estimate,
     /// Computing time of a decision.
     pub decision_ms: DecisionTimes,
     /// F1 by way.
@@ -95,6 +103,10 @@ impl Row {
             auc_f1: Estimate::of(trials.iter().map(|trial| trial.auc_f1)),
             average_recall: Estimate::of(trials.iter().map(|trial| trial.average_recall)),
             cells_to_full_recall: FullRecall::of(&trials),
+            remaining: Estimate::of(trials.iter().map(|trial| f64::from(trial.remaining))),
+            expected_remaining: Estimate::of(trials.iter().map(|trial| trial.expected_remaining)),
+            seeds_with_remaining: trials.iter().filter(|trial| trial.remaining > 0).count(),
+            tail_s: Estimate::of(trials.iter().map(|trial| trial.tail_seconds)),
             decision_ms: DecisionTimes::of(decisions),
             curve: MeanCurve::of(setting.lengths(), &trials),
             objects: setting.objects.clone(),

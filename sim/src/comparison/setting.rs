@@ -10,6 +10,8 @@ use dragnet_search::evidence::Digest;
 use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::Xxh3;
 
+use crate::simulation::End;
+
 /// A curve has about so many points at most.
 const MAX_POINTS: f64 = 1000.0;
 
@@ -29,12 +31,15 @@ pub struct Setting {
     pub objects: String,
     /// Way that each robot may cover.
     pub budget_cells: f64,
+    /// When an episode ends.
+    pub end: End,
     /// Of all that decides an episode, but for its seed and the program: 32 hexadecimal digits.
     pub digest: String,
 }
 
 impl Setting {
-    /// That of a scenario whose robots decide as the label says.
+    /// That of a scenario whose robots decide as the label says; an episode ends when every object is found, as the paper's
+    /// trials do.
     #[must_use]
     pub fn new(scenario: &Scenario, policy: String) -> Self {
         Self {
@@ -44,6 +49,7 @@ impl Setting {
             robots: scenario.robots().len(),
             objects: scenario.objects().to_string(),
             budget_cells: scenario.budget_cells(),
+            end: End::AllFound,
             digest: digest(scenario).to_string(),
         }
     }

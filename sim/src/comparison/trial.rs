@@ -25,6 +25,12 @@ pub struct Trial {
     pub recall: f64,
     /// Way of the farthest robot at the end, cells.
     pub farthest_cells: f64,
+    /// Objects in reach that were not found at the end.
+    pub remaining: u32,
+    /// How many of them the merged belief expected.
+    pub expected_remaining: f64,
+    /// From the last find to the end, seconds of mission time.
+    pub tail_seconds: f64,
     /// F1 at each of the setting's lengths.
     pub curve: Vec<f64>,
     /// Computing time of each decision.
@@ -36,7 +42,7 @@ impl Trial {
     /// What is kept of an episode of a setting.
     #[must_use]
     pub fn new(setting: &Setting, seed: u64, episode: Episode) -> Self {
-        let Episode { score, path_cells, outcome, .. } = episode;
+        let Episode { score, expected_remaining, path_cells, outcome, .. } = episode;
         Self {
             seed,
             auc_f1: outcome.f1.mean_until(setting.budget_cells),
@@ -45,6 +51,9 @@ impl Trial {
             f1: score.f1(),
             recall: score.recall(),
             farthest_cells: path_cells.into_iter().fold(0.0, f64::max),
+            remaining: score.false_negatives,
+            expected_remaining,
+            tail_seconds: outcome.tail().as_secs_f64(),
             curve: setting.lengths().into_iter().map(|length| outcome.f1.at(length)).collect(),
             decisions: outcome.decisions,
         }
@@ -88,6 +97,9 @@ mod tests {
             f1: 1.0 - f64::EPSILON,
             recall: 0.0,
             farthest_cells: 1e9 / 7.0,
+            remaining: 3,
+            expected_remaining: 0.1 / 3.0,
+            tail_seconds: 1e3 / 7.0,
             curve: shares(),
             decisions: vec![Duration::from_nanos(1), Duration::from_nanos(u64::MAX)],
         };

@@ -36,8 +36,12 @@ fn search(scenario: &Scenario, end: End, seed: u64) -> Solo {
             robot: solo.cell(),
             place: Place::ALONE,
         };
-        let chosen = policy.decide(&situation, &mut random).chosen;
-        solo.go(chosen);
+        let decision = policy.decide(&situation, &mut random);
+        if decision.is_rest() {
+            solo.wait();
+        } else {
+            solo.go(decision.chosen);
+        }
     }
     solo
 }

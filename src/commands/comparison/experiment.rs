@@ -3,6 +3,7 @@
 use dragnet_proto::participant::MindError;
 use dragnet_proto::scenario::Scenario;
 use dragnet_sim::comparison::{self, Setting, Trial};
+use dragnet_sim::simulation::End;
 
 use super::design::Design;
 use super::seeds::Seeds;
@@ -46,6 +47,12 @@ impl Case {
     /// A scenario whose robots decide as the label says.
     pub(crate) fn new(scenario: Scenario, policy: &str) -> Self {
         Self { setting: Setting::new(&scenario, policy.to_owned()), scenario }
+    }
+
+    /// The same to another end of its episodes.
+    pub(crate) fn until(mut self, end: End) -> Self {
+        self.setting.end = end;
+        self
     }
 
     fn run(&self, seed: u64) -> Result<Trial, MindError> {

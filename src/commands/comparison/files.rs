@@ -58,6 +58,13 @@ pub(crate) fn summary(rows: &[Row]) -> Result<Vec<u8>, csv::Error> {
         "cells_to_full_recall_mean",
         "cells_to_full_recall_sem",
         "cells_to_full_recall_reached",
+        "remaining_mean",
+        "remaining_sem",
+        "expected_remaining_mean",
+        "expected_remaining_sem",
+        "seeds_with_remaining",
+        "tail_s_mean",
+        "tail_s_sem",
         "decision_ms_p50",
         "decision_ms_p99",
     ];
@@ -68,6 +75,9 @@ pub(crate) fn summary(rows: &[Row]) -> Result<Vec<u8>, csv::Error> {
                 (&row.scenario, &row.map, &row.policy, row.robots, row.seeds, row.budget_cells),
                 (f1.mean, f1.sem, recall.mean, recall.sem),
                 (full.mean, full.sem, full.reached),
+                (row.remaining.mean, row.remaining.sem),
+                (row.expected_remaining.mean, row.expected_remaining.sem, row.seeds_with_remaining),
+                (row.tail_s.mean, row.tail_s.sem),
                 (row.decision_ms.p50, row.decision_ms.p99),
             ))
         })
@@ -87,6 +97,9 @@ pub(crate) fn episodes(rows: &[Row]) -> Result<Vec<u8>, csv::Error> {
         "f1_at_end",
         "recall_at_end",
         "cells_at_end",
+        "remaining",
+        "expected_remaining",
+        "tail_s",
     ];
     table(titles, |writer| {
         rows.iter().flat_map(|row| row.trials.iter().map(move |trial| (row, trial))).try_for_each(
@@ -94,6 +107,7 @@ pub(crate) fn episodes(rows: &[Row]) -> Result<Vec<u8>, csv::Error> {
                 writer.serialize((
                     (&row.scenario, &row.policy, row.robots, trial.seed, trial.auc_f1, trial.average_recall),
                     (trial.cells_to_full_recall, trial.f1, trial.recall, trial.farthest_cells),
+                    (trial.remaining, trial.expected_remaining, trial.tail_seconds),
                 ))
             },
         )

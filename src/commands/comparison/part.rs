@@ -14,7 +14,7 @@ use crate::commands::{Failure, output};
 
 const FORMAT: &str = "dragnet comparison part";
 /// Of the format; no other is read.
-const FORMAT_VERSION: u32 = 1;
+const FORMAT_VERSION: u32 = 2;
 
 /// The trials of one shard.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]

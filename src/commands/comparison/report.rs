@@ -63,6 +63,10 @@ impl Report<'_> {
             "average recall",
             "full recall",
             "reached",
+            "missed",
+            "remaining",
+            "expected",
+            "tail s",
             "p50 ms",
             "p99 ms",
         ]);
@@ -75,6 +79,10 @@ impl Report<'_> {
                 estimate(Some(row.average_recall.mean), row.average_recall.sem, 3),
                 estimate(full.mean, full.sem, 1),
                 format!("{} of {}", full.reached, row.seeds),
+                format!("{} of {}", row.seeds_with_remaining, row.seeds),
+                estimate(Some(row.remaining.mean), row.remaining.sem, 3),
+                estimate(Some(row.expected_remaining.mean), None, 3),
+                estimate(Some(row.tail_s.mean), row.tail_s.sem, 0),
                 estimate(row.decision_ms.p50, None, 3),
                 estimate(row.decision_ms.p99, None, 3),
             ]);
@@ -84,10 +92,12 @@ impl Report<'_> {
 }
 
 const NOTE: &str = "\
-Values are means over the seeds ± their standard error. An episode ends when every object is found: F1 and recall then
-keep their last values up to the budget, over which the area under F1 and the average recall are taken. Full recall is
-the way of the farthest robot until every object was found, in cells, over those seeds only that reached it. p50 and p99
-are times that half and 99 % of the decisions took no longer than.";
+Values are means over the seeds ± their standard error. An episode ends when every object is found, or when the robots
+rest; with --end resting only then. F1 and recall then keep their last values up to the budget, over which the area under
+F1 and the average recall are taken. Full recall is the way of the farthest robot until every object was found, in cells,
+over those seeds only that reached it. Missed are episodes that ended with an object not found; so many objects remained,
+and so many the belief expected, in the mean (the two agree with --end resting only). The tail is the mission time from
+the last find to the end. p50 and p99 are times that half and 99 % of the decisions took no longer than.";
 
 impl fmt::Display for Origin {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {

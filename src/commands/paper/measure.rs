@@ -124,6 +124,9 @@ mod tests {
             f1: 0.0,
             recall: 0.0,
             farthest_cells: 2.0,
+            remaining: 0,
+            expected_remaining: 0.0,
+            tail_seconds: 0.0,
             curve: curve.to_vec(),
             decisions: Vec::new(),
         });

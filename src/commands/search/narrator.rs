@@ -76,7 +76,13 @@ impl Narrator {
             Some(&waypoint) => {
                 format!("goes to {}, {}", place(self.grid, waypoint), counted(route.len(), "cell"))
             }
-            None => activity.map_or("rests".to_owned(), |activity| format!("rests: {}", activity.reason())),
+            None => activity.map_or("rests".to_owned(), |activity| {
+                format!(
+                    "{}: {}",
+                    if activity == Activity::Waiting { "waits" } else { "rests" },
+                    activity.reason()
+                )
+            }),
         }
     }
 

@@ -23,6 +23,8 @@ pub(super) struct Report {
     policy: String,
     robots: usize,
     objects: usize,
+    /// Of these, objects that no robot can see from anywhere: they count in no measure.
+    objects_out_of_reach: usize,
     found: u32,
     false_positives: u32,
     recall: f64,
@@ -33,6 +35,12 @@ pub(super) struct Report {
     /// Way of each robot, by number.
     path_cells: Vec<f64>,
     mission_time_s: f64,
+    /// Objects beyond those found that the belief expects where robots can see.
+    expected_remaining: f64,
+    /// When a cell was last found; nothing if none was.
+    last_find_s: Option<f64>,
+    /// From then, or else from the start, to the end.
+    tail_s: f64,
     decisions: usize,
     decision_ms: DecisionTimes,
     observations_sent: u64,
@@ -52,7 +60,7 @@ struct DecisionTimes {
 
 impl Report {
     pub(super) fn new(scenario: &Scenario, ended: &Ended) -> Self {
-        let Episode { truth, score, path_cells, outcome, .. } = &ended.episode;
+        let Episode { truth, reach, score, path_cells, outcome, .. } = &ended.episode;
         let latencies = Latencies::new(outcome.decisions.clone());
         Self {
             scenario: scenario.name().to_owned(),
@@ -60,6 +68,7 @@ impl Report {
             policy: scenario::policies(scenario),
             robots: scenario.robots().len(),
             objects: truth.objects().len(),
+            objects_out_of_reach: truth.objects().iter().filter(|&&cell| !reach.covers(cell)).count(),
             found: score.true_positives,
             false_positives: score.false_positives,
             recall: score.recall(),
@@ -68,6 +77,9 @@ impl Report {
             auc_f1: outcome.f1.mean_until(scenario.budget_cells()),
             path_cells: path_cells.clone(),
             mission_time_s: outcome.ended.as_seconds(),
+            expected_remaining: ended.episode.expected_remaining,
+            last_find_s: outcome.last_find.map(|time| time.as_seconds()),
+            tail_s: outcome.tail().as_secs_f64(),
             decisions: latencies.count(),
             decision_ms: DecisionTimes {
                 p50: latencies.percentile_ms(50),
@@ -88,6 +100,7 @@ impl Report {
             terrain: scenario.terrain(),
             belief: &episode.belief,
             truth: &episode.truth,
+            reach: &episode.reach,
             tau: scenario.mission().tau,
             tracks: &watched.tracks,
         };
@@ -97,7 +110,7 @@ impl Report {
     }
 
     fn measures(&self, scenario: &Scenario) -> String {
-        let Self { recall, precision, f1, auc_f1, mission_time_s, .. } = self;
+        let Self { recall, precision, f1, auc_f1, mission_time_s, tail_s, .. } = self;
         let budget_cells = scenario.budget_cells();
         let merged = self.observations_merged.map_or_else(String::new, |merged| format!(", {merged} merged"));
         let beliefs = if self.beliefs_equal { "the same" } else { "NOT the same" };
@@ -105,7 +118,7 @@ impl Report {
             format!("recording     {recording}: open it in Foxglove (https://foxglove.dev)\n")
         });
         format!(
-            "searched      {mission_time_s:.1} s, {}\n\
+            "searched      {mission_time_s:.1} s, {tail_s:.1} s of it after the last find; {}\n\
              quality       recall {recall:.3}, precision {precision:.3}, F1 {f1:.3}; \
              mean of F1 over {budget_cells:.0} cells {auc_f1:.3}\n\
              decisions     {}\n\
@@ -153,12 +166,21 @@ fn objects(scenario: &Scenario, episode: &Episode, finds: &[Find]) -> String {
         format!("{}, robot {robot} after {:.1} s", line(*cell), time.as_seconds())
     });
     let objects = truth.objects().iter().copied();
-    let missed = objects.filter(|&cell| !is_found(cell)).map(line);
+    let (missed, out_of_reach): (Vec<Cell>, Vec<Cell>) =
+        objects.filter(|&cell| !is_found(cell)).partition(|&cell| episode.reach.covers(cell));
     let searched = scenario.terrain().searched_cells();
     let wrong = searched.filter(|&cell| is_found(cell) && !truth.is_object(cell)).map(line);
     let title =
         format!("found {} of {}\n", episode.score.true_positives, counted(truth.objects().len(), "object"));
-    [title, listed(found), section("missed", missed), section("false positives", wrong)].concat()
+    let (missed, out_of_reach) = (missed.into_iter().map(line), out_of_reach.into_iter().map(line));
+    [
+        title,
+        listed(found),
+        section("missed", missed),
+        section("out of reach: no robot can see them from anywhere", out_of_reach),
+        section("false positives", wrong),
+    ]
+    .concat()
 }
 
 /// Things under a title, if there is one of them.

@@ -1,0 +1,209 @@
+//! What a robot does whose teammates have promised to see what there is to see.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use dragnet_agent::agent::{Action, Agent, Event, Orders};
+use dragnet_proto::message::{Activity, Audience, Heartbeat, Intent, Message, Participant};
+use dragnet_proto::scenario::Scenario;
+use dragnet_proto::time::MissionTime;
+use dragnet_search::cell::Cell;
+use dragnet_search::evidence::{Digest, Reading};
+use dragnet_search::observation::{Observation, Origin, RobotId};
+
+const SECOND: u64 = 1_000_000_000;
+const MATE: RobotId = RobotId(2);
+
+/// Robots 1 and 2 on a corridor of 12 cells, 15 s each. Objects can be in the last three; robot 1 starts in the first.
+struct Field {
+    scenario: Scenario,
+    robot: Agent,
+    mate_sequence: u64,
+}
+
+fn at(seconds: u64) -> MissionTime {
+    MissionTime(seconds * SECOND)
+}
+
+impl Field {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("map.txt"), "............\n").unwrap();
+        std::fs::write(folder.path().join("prior.csv"), "0,0,0,0,0,0,0,0,0,0.1,0.1,0.1\n").unwrap();
+        let text = "name = 'a'\nmap.file = 'map.txt'\nprior.file = 'prior.csv'\nsensor.radius = 1\nobjects.count = 1\n\
+                    robots.count = 2\nmission = { budget_seconds = 1e6, expected_undeclared = 0.0 }\n";
+        let scenario = Scenario::from_text(&folder.path().join("a.toml"), text.to_owned()).unwrap();
+        let robot = Agent::new(Orders::of_team(&scenario, 0).remove(0));
+        Self { scenario, robot, mate_sequence: 0 }
+    }
+
+    fn cell(&self, number: u32) -> Cell {
+        self.scenario.terrain().grid().cell_numbered(number).unwrap()
+    }
+
+    fn start(&mut self) -> Vec<Action> {
+        let readings = Vec::new();
+        self.robot.handle(at(0), Event::Sensed { cell: self.cell(0), readings })
+    }
+
+    fn hear(&mut self, seconds: u64, message: Message) -> Vec<Action> {
+        self.robot.handle(at(seconds), Event::Received { from: Participant::Robot(MATE), message })
+    }
+
+    /// The mate is about to enter these cells.
+    fn plan(&mut self, seconds: u64, decision: u64, path: impl IntoIterator<Item = u32>) -> Vec<Action> {
+        let path = path.into_iter().map(|number| self.cell(number)).collect();
+        let time_ns = at(seconds).0;
+        self.hear(seconds, Message::Intent(Intent { origin: Origin::first(MATE), decision, time_ns, path }))
+    }
+
+    /// The mate has entered a cell and seen that these are empty.
+    fn walk(&mut self, seconds: u64, from: u32, empty: impl IntoIterator<Item = u32>) -> Vec<Action> {
+        let reading = |number: u32| {
+            let variance = self.scenario.sensor().variance(number.abs_diff(from));
+            Reading { cell: self.cell(number), value: 0.0, variance }
+        };
+        let observation = Observation {
+            origin: Origin::first(MATE),
+            sequence: self.mate_sequence,
+            time_ns: at(seconds).0,
+            from: self.cell(from),
+            readings: empty.into_iter().map(reading).collect(),
+        };
+        self.mate_sequence += 1;
+        self.hear(seconds, Message::Observation(observation.into()))
+    }
+
+    fn wake(&mut self, seconds: u64) -> Vec<Action> {
+        self.robot.handle(at(seconds), Event::Woke)
+    }
+}
+
+fn route(actions: &[Action]) -> Option<&[Cell]> {
+    actions.iter().find_map(|action| match action {
+        Action::Follow(route) => Some(route.as_slice()),
+        _ => None,
+    })
+}
+
+fn told(actions: &[Action]) -> Option<Activity> {
+    actions.iter().find_map(|action| match action {
+        Action::Publish(Audience::All, Message::Heartbeat(beat)) => Some(beat.activity),
+        _ => None,
+    })
+}
+
+#[test]
+fn it_waits_while_a_plan_covers_all_that_is_left_and_says_so() {
+    let mut field = Field::new();
+    field.plan(0, 1, 8..12);
+    let actions = field.start();
+    assert_eq!(route(&actions), Some(&[][..]), "{actions:?}");
+    assert_eq!(field.robot.activity(), Activity::Waiting);
+    assert!(!Activity::Waiting.is_rest(), "the search is not over");
+    assert_eq!(told(&field.wake(10)), Some(Activity::Waiting));
+    assert_eq!(field.robot.decisions(), 0, "to wait is no waypoint");
+}
+
+#[test]
+fn it_helps_where_nobody_plans_to_look_though_a_teammate_is_nearer() {
+    let mut field = Field::new();
+    field.plan(0, 1, [9]);
+    let actions = field.start();
+    // Cells 9 and 10 are promised; only 11 is left, and the mate is next to it.
+    assert!(route(&actions).unwrap().last().is_some_and(|goal| goal.index() >= 10), "{actions:?}");
+    assert_eq!(field.robot.activity(), Activity::Searching);
+}
+
+#[test]
+fn when_the_plan_is_walked_nothing_is_left_and_it_rests() {
+    let mut field = Field::new();
+    field.plan(0, 1, 8..12);
+    field.start();
+    for (seconds, cell) in [(15, 8), (30, 9), (45, 10)] {
+        field.walk(seconds, cell, cell - 1..=cell + 1);
+        field.wake(seconds + 2);
+        assert_eq!(field.robot.activity(), Activity::Waiting);
+    }
+    field.walk(60, 11, 10..12);
+    field.wake(80);
+    assert_eq!(field.robot.activity(), Activity::Cleared);
+    assert!(field.robot.activity().is_rest());
+}
+
+#[test]
+fn it_goes_where_a_plan_that_was_changed_no_longer_leads() {
+    let mut field = Field::new();
+    field.plan(0, 1, 8..12);
+    field.start();
+    field.plan(20, 2, []);
+    assert!(field.robot.wake_at() <= at(22), "it thinks again at once: {:?}", field.robot.wake_at());
+    let actions = field.wake(22);
+    assert!(route(&actions).is_some_and(|route| route.len() >= 8), "{actions:?}");
+}
+
+#[test]
+fn whoever_is_lost_or_stands_still_is_waited_for_no_longer() {
+    for is_heard in [false, true] {
+        let mut field = Field::new();
+        field.plan(0, 1, 8..12);
+        field.start();
+        if is_heard {
+            let heartbeat = |seconds: u64, field: &Field| {
+                Message::Heartbeat(Heartbeat {
+                    robot: MATE,
+                    time_ns: at(seconds).0,
+                    activity: Activity::Searching,
+                    cell: field.cell(7),
+                    path_meters: 0.0,
+                    intent: Intent {
+                        origin: Origin::first(MATE),
+                        decision: 1,
+                        time_ns: 0,
+                        path: (8..12).map(|number| field.cell(number)).collect(),
+                    },
+                    versions: Vec::new(),
+                    digest: Digest(0),
+                    directive: dragnet_proto::directive::Directive::default(),
+                })
+            };
+            for seconds in (10..=110).step_by(10) {
+                let beat = heartbeat(seconds, &field);
+                field.hear(seconds, beat);
+                field.wake(seconds);
+                assert_eq!(field.robot.activity(), Activity::Waiting, "at {seconds} s");
+            }
+            for seconds in (120..=180).step_by(10) {
+                let beat = heartbeat(seconds, &field);
+                field.hear(seconds, beat);
+                field.wake(seconds);
+            }
+        } else {
+            field.wake(5);
+            field.wake(15);
+            field.robot.handle(at(20), Event::Lost(MATE));
+            let wake_at = field.robot.wake_at();
+            assert!(wake_at < at(22), "{wake_at:?}");
+            field.robot.handle(wake_at, Event::Woke);
+        }
+        assert_eq!(field.robot.activity(), Activity::Searching, "heard: {is_heard}");
+    }
+}
+
+#[test]
+fn it_sleeps_while_nothing_changes_and_thinks_no_more_often_than_it_could_move() {
+    let mut field = Field::new();
+    field.plan(0, 1, 8..12);
+    field.start();
+    assert_eq!(field.robot.wake_at(), at(5), "its turn to give a sign of life");
+    // A storm of news.
+    for _ in 0..1000 {
+        field.walk(1, 7, [7]);
+    }
+    field.wake(5);
+    field.wake(15);
+    let thinks_at = field.robot.wake_at();
+    // A diagonal move over cells of 30 m, at 2 m/s.
+    assert!((thinks_at.as_seconds() - 15.0 * 2.0_f64.sqrt()).abs() < 1e-6, "{thinks_at:?}");
+    field.robot.handle(thinks_at, Event::Woke);
+    assert_eq!(field.robot.wake_at(), at(25), "and then sleeps on");
+}

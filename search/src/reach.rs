@@ -1,0 +1,180 @@
+//! What can be seen at all, from where robots can stand.
+
+use std::collections::VecDeque;
+
+use crate::cell::{Cell, Grid, Offset};
+use crate::terrain::Terrain;
+
+/// Farther than any sensor sees, [`crate::sensor::Sensor::MAX_RADIUS`].
+const OUT_OF_SIGHT: u8 = u8::MAX;
+
+const AROUND: [Offset; 4] = [
+    Offset { north: -1, east: 0 },
+    Offset { north: 0, east: -1 },
+    Offset { north: 0, east: 1 },
+    Offset { north: 1, east: 0 },
+];
+
+/// The cells that some robot can see from some cell that it can drive to, from where robots were seen to stand.
+///
+/// It follows from the map, the sensor's radius and the cells that observations were made from, in any order: whoever
+/// knows the same observations has the same reach. Before any observation everything counts as in reach. Where diagonal
+/// moves are allowed they connect no more than the straight ones do, for no corner is cut.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Reach {
+    grid: Grid,
+    radius: u8,
+    /// Manhattan distance to the nearest cell where a robot can stand, cells, as far as the sensor sees; shape `[cells]`,
+    /// empty before a robot was seen to stand anywhere.
+    distance: Vec<u8>,
+    /// Counts the areas where robots can drive that were added.
+    areas: u32,
+}
+
+impl Reach {
+    /// Of robots that nobody has seen yet, whose sensors have this radius (cells, at most
+    /// [`crate::sensor::Sensor::MAX_RADIUS`]).
+    #[must_use]
+    pub fn unknown(grid: Grid, radius: u32) -> Self {
+        let radius = u8::try_from(radius).unwrap_or(OUT_OF_SIGHT).min(OUT_OF_SIGHT - 1);
+        Self { grid, radius, distance: Vec::new(), areas: 0 }
+    }
+
+    /// A robot stands in this cell: so it can drive to all that is connected with it.
+    pub fn add_robot(&mut self, terrain: &Terrain, cell: Cell) {
+        if self.distance.is_empty() {
+            self.distance = vec![OUT_OF_SIGHT; self.grid.cell_count()];
+        }
+        if self.distance[cell.index()] == 0 {
+            return;
+        }
+        self.areas += 1;
+        let area = self.connected(terrain, cell);
+        self.look_around(area);
+    }
+
+    /// All cells where a robot can drive to from this one. The map may be wrong about the first.
+    fn connected(&mut self, terrain: &Terrain, first: Cell) -> VecDeque<Cell> {
+        self.distance[first.index()] = 0;
+        let mut area = vec![first];
+        let mut next = 0;
+        while let Some(&cell) = area.get(next) {
+            next += 1;
+            for beside in AROUND.iter().filter_map(|&offset| self.grid.step(cell, offset)) {
+                let distance = &mut self.distance[beside.index()];
+                if *distance > 0 && terrain.is_traversable(beside) {
+                    *distance = 0;
+                    area.push(beside);
+                }
+            }
+        }
+        area.into()
+    }
+
+    /// Distances from these cells, by breadth-first search over the whole rectangle: sensors see across what stops wheels.
+    fn look_around(&mut self, mut queue: VecDeque<Cell>) {
+        while let Some(cell) = queue.pop_front() {
+            let distance = self.distance[cell.index()] + 1;
+            if distance > self.radius {
+                continue;
+            }
+            for beside in AROUND.iter().filter_map(|&offset| self.grid.step(cell, offset)) {
+                if distance < self.distance[beside.index()] {
+                    self.distance[beside.index()] = distance;
+                    queue.push_back(beside);
+                }
+            }
+        }
+    }
+
+    /// Whether a robot can see this cell from somewhere.
+    #[must_use]
+    #[inline]
+    pub fn covers(&self, cell: Cell) -> bool {
+        self.distance.get(cell.index()).is_none_or(|&distance| distance <= self.radius)
+    }
+
+    /// Counts what was added: while it is the same, the reach is.
+    #[must_use]
+    pub const fn version(&self) -> u32 {
+        self.areas
+    }
+
+    /// Searched cells that no robot can see, by index.
+    pub fn out_of_reach<'a>(&'a self, terrain: &'a Terrain) -> impl Iterator<Item = Cell> + 'a {
+        terrain.searched_cells().filter(|&cell| !self.covers(cell))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::route::{Moves, Routes};
+    use crate::sensor::{Noise, Sensor};
+    use crate::terrain::Ground;
+
+    fn drawn(drawing: &str, radius: u32, robots: &[usize]) -> String {
+        let terrain = Terrain::from_ascii(drawing, 1.0).unwrap();
+        let cells: Vec<Cell> = terrain.grid().cells().collect();
+        let mut reach = Reach::unknown(terrain.grid(), radius);
+        for &robot in robots {
+            reach.add_robot(&terrain, cells[robot]);
+        }
+        cells.iter().map(|&cell| if reach.covers(cell) { 'x' } else { '-' }).collect()
+    }
+
+    #[test]
+    fn a_lake_is_seen_from_its_shore_only() {
+        assert_eq!(drawn("..~~~~~..", 2, &[]), "xxxxxxxxx", "nobody was seen yet");
+        assert_eq!(drawn("..~~~~~..", 2, &[0]), "xxxx-----");
+        assert_eq!(drawn("..~~~~~..", 2, &[0, 8]), "xxxx-xxxx");
+        assert_eq!(drawn("..~~~~~..", 2, &[8, 1, 0]), "xxxx-xxxx");
+        assert_eq!(drawn("..~~~~~..", 1, &[4]), "---xxx---", "the map is wrong about where it stands");
+    }
+
+    fn terrain() -> impl Strategy<Value = Terrain> {
+        (1_u32..9, 1_u32..9).prop_flat_map(|(rows, columns)| {
+            let grid = Grid::new(rows, columns).unwrap();
+            prop::collection::vec(prop::bool::weighted(0.5), grid.cell_count()).prop_map(move |open| {
+                let ground =
+                    open.into_iter().map(|open| if open { Ground::OPEN } else { Ground::OUT_OF_REACH });
+                Terrain::new(grid, 1.0, ground.collect()).unwrap()
+            })
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn it_is_all_footprints_of_all_routes_whatever_the_order(
+            terrain in terrain(), places in prop::collection::vec(any::<prop::sample::Index>(), 1..4),
+            radius in 1_u32..4, eight in any::<bool>(),
+        ) {
+            let standing: Vec<Cell> = terrain.traversable_cells().collect();
+            prop_assume!(!standing.is_empty());
+            let moves = if eight { Moves::Eight } else { Moves::Four };
+            let sensor = Sensor::new(radius, 0.005, Noise::Gaussian).unwrap();
+            let robots: Vec<Cell> = places.iter().map(|place| *place.get(&standing)).collect();
+            let mut seen = vec![false; terrain.grid().cell_count()];
+            for &robot in &robots {
+                for &from in Routes::from(&terrain, moves, robot).reached() {
+                    for look in sensor.footprint() {
+                        if let Some(cell) = terrain.grid().step(from, look.offset) {
+                            seen[cell.index()] = true;
+                        }
+                    }
+                }
+            }
+            let reach_of = |robots: &mut dyn Iterator<Item = &Cell>| {
+                let mut reach = Reach::unknown(terrain.grid(), radius);
+                robots.for_each(|&robot| reach.add_robot(&terrain, robot));
+                reach
+            };
+            let reach = reach_of(&mut robots.iter());
+            let covered: Vec<bool> = terrain.grid().cells().map(|cell| reach.covers(cell)).collect();
+            prop_assert_eq!(covered, seen);
+            prop_assert_eq!(reach, reach_of(&mut robots.iter().rev()));
+        }
+    }
+}
