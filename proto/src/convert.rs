@@ -21,6 +21,7 @@ pub use error::{ConvertError, Field};
 use self::check::{Check, Place};
 use crate::cdr;
 use crate::message::{Message, MessageKind, Participant};
+use crate::scenario::Scenario;
 use crate::schema::RosMessage;
 use crate::step::{Sensed, Step, StepReply};
 use crate::wire::dragnet as wire;
@@ -83,13 +84,31 @@ pub fn check_sender(message: &Message, sender: Participant) -> Result<(), Conver
 #[derive(Clone, Copy, Debug)]
 pub struct Codec {
     grid: Grid,
+    /// Robots of the team, numbered from 1.
+    robots: u16,
 }
 
 impl Codec {
-    /// For messages about this grid.
+    /// For messages about this grid, of any team.
     #[must_use]
     pub const fn new(grid: Grid) -> Self {
-        Self { grid }
+        Self { grid, robots: u16::MAX }
+    }
+
+    /// For messages of this scenario's team: none lists more than such a team can have.
+    #[must_use]
+    pub fn of(scenario: &Scenario) -> Self {
+        let robots = u16::try_from(scenario.robots().len()).unwrap_or(u16::MAX);
+        Self { grid: scenario.terrain().grid(), robots }
+    }
+
+    /// Whether somebody is of the team.
+    #[must_use]
+    pub const fn knows(&self, who: Participant) -> bool {
+        match who {
+            Participant::Robot(robot) => robot.0 > 0 && robot.0 <= self.robots,
+            Participant::Coordinator => true,
+        }
     }
 
     /// The cells that messages speak of.
@@ -161,7 +180,7 @@ impl Codec {
     /// The version is looked at first: a message of another version may have other fields.
     fn read<T: RosMessage + DeserializeOwned>(self, bytes: &[u8]) -> Result<(T, Check), ConvertError> {
         let refused = |source| ConvertError::Bytes { message: T::NAME, source };
-        let check = Check { grid: self.grid, message: T::NAME, place: Place::Message };
+        let check = Check { grid: self.grid, robots: self.robots, message: T::NAME, place: Place::Message };
         if let Some(&version) = cdr::body(bytes).map_err(refused)?.first() {
             check.version(version)?;
         }

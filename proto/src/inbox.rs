@@ -7,6 +7,8 @@
 //! What is missing for ever, as when a robot lost its memory before anybody had heard it, ends its log: what came after
 //! it counts nowhere, for one participant as for all.
 
+mod questions;
+
 use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 use std::sync::Arc;
@@ -14,6 +16,7 @@ use std::time::Duration;
 
 use dragnet_search::observation::{Entry, Observation, ObservationLog, Origin, RobotId, Version};
 
+use self::questions::Questions;
 use crate::message::{LogReply, LogRequest, Message, Participant};
 use crate::plausible::{Limits, Refusal, Refused};
 use crate::time::MissionTime;
@@ -21,31 +24,15 @@ use crate::time::MissionTime;
 /// From so many starts of one robot observations are taken. Names of starts are numbers of 64 bits: without a limit, who
 /// invents them could fill any memory.
 pub const MAX_STARTS: usize = 1024;
-/// Who was asked so often and brought nothing is not asked again before others had their chance to be: somebody may claim
-/// to know more, and always be the first to claim it.
-const MOST_TRIES: u32 = 3;
-/// So many questions may wait for their answers: whoever invents origins is not asked about all of them.
-const MAX_QUESTIONS: usize = 1024;
 
 /// What one participant knows of all observations.
 #[derive(Clone, Debug)]
 pub struct Inbox {
     owner: Participant,
-    /// How long an answer is waited for before the question is asked again.
-    patience: Duration,
     limits: Limits,
     log: ObservationLog,
-    asked: BTreeMap<Origin, Question>,
+    questions: Questions,
     refused: BTreeMap<Refused, u64>,
-}
-
-/// The last question about an origin; one whose answer brought something is no longer kept.
-#[derive(Clone, Copy, Debug)]
-struct Question {
-    at: MissionTime,
-    whom: Participant,
-    /// How often this one was asked, one time after another, and brought nothing.
-    tries: u32,
 }
 
 /// What a message brought.
@@ -62,11 +49,11 @@ pub struct Received {
 }
 
 impl Inbox {
-    /// An empty inbox.
+    /// An empty inbox. An answer is waited for with `patience` before the question is asked again.
     #[must_use]
     pub fn new(owner: Participant, patience: Duration, limits: Limits) -> Self {
-        let (log, asked, refused) = (ObservationLog::default(), BTreeMap::new(), BTreeMap::new());
-        Self { owner, patience, limits, log, asked, refused }
+        let (log, refused) = (ObservationLog::default(), BTreeMap::new());
+        Self { owner, limits, log, questions: Questions::new(patience), refused }
     }
 
     /// All observations known.
@@ -166,7 +153,7 @@ impl Inbox {
         match dated.and_then(|()| self.offer(Arc::clone(observation))) {
             Ok(entry) => {
                 if entry == Entry::New {
-                    self.asked.remove(&observation.origin);
+                    self.questions.answered(observation.origin);
                     received.new.push(Arc::clone(observation));
                 }
                 Some(entry)
@@ -206,24 +193,13 @@ impl Inbox {
         let is_new = self.log.next(of) == 0;
         let is_pointless =
             !self.limits.counts(of.robot) || is_new && self.log.incarnations(of.robot) >= MAX_STARTS;
-        if is_pointless
-            || self.asked.get(&of).is_some_and(|question| !question.may_follow(now, whom, self.patience))
-        {
-            return;
-        }
-        if self.asked.len() >= MAX_QUESTIONS {
-            let patience = self.patience;
-            self.asked.retain(|_, question| now < question.at + patience);
-        }
-        if self.asked.len() < MAX_QUESTIONS {
+        if !is_pointless && self.questions.may_ask(now, whom, of) {
             self.ask_now(now, whom, of, received);
         }
     }
 
     fn ask_now(&mut self, now: MissionTime, whom: Participant, of: Origin, received: &mut Received) {
-        let before = self.asked.get(&of).filter(|question| question.whom == whom);
-        let tries = before.map_or(1, |question| question.tries.saturating_add(1));
-        self.asked.insert(of, Question { at: now, whom, tries });
+        self.questions.ask(now, whom, of);
         let request = LogRequest { from: self.owner, of, first: self.log.next(of) };
         received.replies.push((whom, Message::LogRequest(request)));
     }
@@ -239,15 +215,6 @@ impl Inbox {
     }
 }
 
-impl Question {
-    /// Whether it is time to put the question to this one, after it was put in vain.
-    fn may_follow(&self, now: MissionTime, whom: Participant, patience: Duration) -> bool {
-        // Others are heard within a heartbeat, which is twice the patience.
-        let waits = if self.whom == whom && self.tries >= MOST_TRIES { 3 } else { 1 };
-        now >= self.at + patience * waits
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use std::path::Path;
@@ -255,6 +222,7 @@ mod tests {
     use dragnet_search::cell::Grid;
     use dragnet_search::evidence::Digest;
 
+    use super::questions::MOST_TO_ONE;
     use super::*;
     use crate::directive::Directive;
     use crate::message::{Activity, Heartbeat, Intent};
@@ -414,7 +382,10 @@ mod tests {
         };
         let versions = (0..60_000).map(invented(9)).chain((0..5000).map(invented(2))).collect();
         let received = inbox.receive(MissionTime::START, robot(2), &heartbeat(versions));
-        assert_eq!((received.replies.len(), inbox.asked.len()), (MAX_QUESTIONS, MAX_QUESTIONS));
+        assert_eq!((received.replies.len(), inbox.questions.len()), (MOST_TO_ONE, MOST_TO_ONE));
+        // Others are asked all the same, at once.
+        let told = vec![Version { origin: Origin::first(RobotId(3)), next: 1 }];
+        assert_eq!(inbox.receive(MissionTime::START, robot(3), &heartbeat(told)).replies.len(), 1);
         for incarnation in 0..3000 {
             let mut start = (*observation(2, 0)).clone();
             start.origin.incarnation = incarnation;

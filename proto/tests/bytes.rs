@@ -82,7 +82,8 @@ fn intents() -> impl Strategy<Value = Intent> {
 }
 
 fn versions() -> impl Strategy<Value = Vec<Version>> {
-    vec((origins(), any::<u64>()).prop_map(|(origin, next)| Version { origin, next }), 0..5)
+    let known = proptest::collection::btree_map(origins(), any::<u64>(), 0..5);
+    known.prop_map(|known| known.into_iter().map(|(origin, next)| Version { origin, next }).collect())
 }
 
 fn directives() -> impl Strategy<Value = Directive> {

@@ -88,6 +88,8 @@ pub struct Version {
 #[derive(Clone, Debug, Default)]
 pub struct ObservationLog {
     logs: BTreeMap<Origin, Known>,
+    /// Incarnations of each robot of which something is known.
+    incarnations: BTreeMap<RobotId, usize>,
 }
 
 /// The first and the last known observation of an origin.
@@ -126,9 +128,11 @@ impl ObservationLog {
     pub fn insert(&mut self, observation: Arc<Observation>) -> Entry {
         let entry = self.entry(&observation);
         if entry == Entry::New {
-            let known = self.logs.entry(observation.origin);
-            let begin = || Known { first: Arc::clone(&observation), released: 0, held: Vec::new() };
-            known.or_insert_with(begin).held.push(observation);
+            let known = self.logs.entry(observation.origin).or_insert_with(|| {
+                *self.incarnations.entry(observation.origin.robot).or_default() += 1;
+                Known { first: Arc::clone(&observation), released: 0, held: Vec::new() }
+            });
+            known.held.push(observation);
         }
         entry
     }
@@ -177,8 +181,7 @@ impl ObservationLog {
     /// Incarnations of a robot of which something is known.
     #[must_use]
     pub fn incarnations(&self, robot: RobotId) -> usize {
-        let [first, last] = [0, u64::MAX].map(|incarnation| Origin { robot, incarnation });
-        self.logs.range(first..=last).count()
+        self.incarnations.get(&robot).copied().unwrap_or_default()
     }
 
     /// Observations of an origin from a sequence number on, in order; none if that one is missing or released.

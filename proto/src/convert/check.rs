@@ -4,22 +4,21 @@ use std::fmt;
 
 use dragnet_search::cell::{Cell, Grid};
 use dragnet_search::evidence::{Digest, Reading};
-use dragnet_search::observation::RobotId;
+use dragnet_search::observation::{Origin, RobotId, Version};
 use dragnet_search::sensor::Sensor;
 
 use super::error::{ConvertError, Field};
+use crate::inbox::MAX_STARTS;
 use crate::message::{Activity, Participant};
-use crate::wire::dragnet::VERSION;
+use crate::wire::dragnet::{self as wire, VERSION};
 
 /// The most readings of one look: cells within [`Sensor::MAX_RADIUS`].
 pub(super) const MAX_READINGS: usize = {
     let radius = Sensor::MAX_RADIUS as usize;
     2 * radius * (radius + 1) + 1
 };
-/// The most robots of a team: as many as there are numbers.
-pub(super) const MAX_ROBOTS: usize = 1 << 16;
-/// The most incarnations of robots that one can have heard of.
-pub(super) const MAX_ORIGINS: usize = 1 << 16;
+/// The most incarnations of robots, of all of a large team, that a message tells of.
+const MAX_ORIGINS: usize = 1 << 16;
 
 /// Which part of a message is being checked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,6 +54,8 @@ impl fmt::Display for Place {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Check {
     pub(super) grid: Grid,
+    /// Robots of the team.
+    pub(super) robots: u16,
     pub(super) message: &'static str,
     pub(super) place: Place,
 }
@@ -108,6 +109,36 @@ impl Check {
                 }
             })
             .collect()
+    }
+
+    /// What somebody knows of every origin: no more than a team can have, each once and in order.
+    pub(super) fn versions(self, known: &[wire::Version]) -> Result<Vec<Version>, ConvertError> {
+        // A person's marks are numbered like one more robot's observations.
+        let most = (usize::from(self.robots) + 1) * MAX_STARTS;
+        self.at_most(most.min(MAX_ORIGINS), "known", known.len())?;
+        let mut versions: Vec<Version> = Vec::with_capacity(known.len());
+        for (index, wire) in known.iter().enumerate() {
+            let check = self.within(Place::Known(index));
+            check.version(wire.version)?;
+            let origin = Origin { robot: RobotId(wire.robot), incarnation: wire.incarnation };
+            if let Some(before) = versions.last() {
+                check.follows(origin, before.origin)?;
+            }
+            versions.push(Version { origin, next: wire.next });
+        }
+        Ok(versions)
+    }
+
+    fn follows(self, origin: Origin, before: Origin) -> Result<(), ConvertError> {
+        if origin > before {
+            return Ok(());
+        }
+        let (name, found, before) = if origin.robot == before.robot {
+            ("incarnation", origin.incarnation, before.incarnation)
+        } else {
+            ("robot", origin.robot.0.into(), before.robot.0.into())
+        };
+        Err(ConvertError::Order { at: self.at(name), found, before })
     }
 
     pub(super) fn at_most(self, most: usize, name: &'static str, found: usize) -> Result<(), ConvertError> {

@@ -5,8 +5,7 @@ use std::sync::Arc;
 use dragnet_search::observation::{Observation, Origin, RobotId, Version};
 
 use super::check::{
-    Check, Columns, MAX_ORIGINS, MAX_ROBOTS, Place, activity_number, digest, digest_halves, numbers,
-    participant_numbers,
+    Check, Columns, Place, activity_number, digest, digest_halves, numbers, participant_numbers,
 };
 use super::error::ConvertError;
 use crate::message::{Detection, Heartbeat, Intent, LogReply, LogRequest, MissionStatus};
@@ -154,16 +153,6 @@ impl Check {
         })
     }
 
-    fn versions(self, known: &[wire::Version]) -> Result<Vec<Version>, ConvertError> {
-        self.at_most(MAX_ORIGINS, "known", known.len())?;
-        let versions = known.iter().enumerate().map(|(index, wire)| {
-            self.within(Place::Known(index)).version(wire.version)?;
-            let origin = origin(wire.robot, wire.incarnation);
-            Ok(Version { origin, next: wire.next })
-        });
-        versions.collect()
-    }
-
     pub(super) fn log_request(self, wire: &wire::LogRequest) -> Result<LogRequest, ConvertError> {
         self.version(wire.version)?;
         Ok(LogRequest {
@@ -213,7 +202,7 @@ impl Check {
     pub(super) fn mission_status(self, wire: &wire::MissionStatus) -> Result<MissionStatus, ConvertError> {
         self.version(wire.version)?;
         self.at_most(self.grid.cell_count(), "declared", wire.declared.len())?;
-        self.at_most(MAX_ROBOTS, "alive", wire.alive.len())?;
+        self.at_most(self.robots.into(), "alive", wire.alive.len())?;
         let declared = wire
             .declared
             .iter()

@@ -120,6 +120,48 @@ fn a_heartbeat_out_of_range_is_refused_by_field() {
     check(|wire| wire.intent.path = vec![0; 7], "intent.path: 7 entries; allowed are at most 6");
     check(|wire| wire.intent.path[1] = 6, "intent.path[1]: cell 6 is not on the map; allowed are 0 to 5");
     check(|wire| wire.known[0].version = 1, "known[0].version: 1; this program speaks version 3");
+    let known = |robot, incarnation| wire::Version { version: wire::VERSION, robot, incarnation, next: 1 };
+    let mut wire = wire::Heartbeat::from(&heartbeat());
+    let mut check = |before: (u16, u64), after: (u16, u64), expected: &str| {
+        wire.known = [before, after].map(|(robot, incarnation)| known(robot, incarnation)).to_vec();
+        let expected =
+            format!("dragnet_msgs/msg/Heartbeat: known[1].{expected}; allowed are ascending numbers");
+        assert_eq!(refusal(MessageKind::Heartbeat, &wire), expected);
+    };
+    check((3, 0), (2, 9), "robot: 2 after 3");
+    check((3, 5), (3, 5), "incarnation: 5 after 5");
+}
+
+#[test]
+fn no_list_is_longer_than_the_team_can_make_it() {
+    let text = "name = 'a'\nmap = { shape = 'all_traversable', rows = 2, columns = 3 }\nobjects.count = 1\nsensor.radius = 1\n\
+                mission = { budget_seconds = 60.0, speed_meters_per_second = 1.0 }\nrobots.count = 2\n";
+    let codec = Codec::of(&Scenario::from_text(std::path::Path::new("a.toml"), text.to_owned()).unwrap());
+    let known = |count: u64| {
+        let version = |incarnation| wire::Version { version: wire::VERSION, robot: 7, incarnation, next: 1 };
+        (0..count).map(version).collect::<Vec<_>>()
+    };
+    let heartbeat = |count| wire::Heartbeat { known: known(count), ..wire::Heartbeat::from(&heartbeat()) };
+    let decode = |count| codec.decode(MessageKind::Heartbeat, &cdr::encode(&heartbeat(count)));
+    assert!(decode(3 * 1024).is_ok());
+    let refused = decode(3 * 1024 + 1).unwrap_err().to_string();
+    assert_eq!(refused, "dragnet_msgs/msg/Heartbeat: known: 3073 entries; allowed are at most 3072");
+    let mut status = wire::MissionStatus {
+        version: wire::VERSION,
+        time_ns: 0,
+        declared: Vec::new(),
+        expected_undeclared: 1.0,
+        alive: Vec::new(),
+        observations: 0,
+        known: known(3 * 1024 + 1),
+        digest: [0; 2],
+        directive: wire::Heartbeat::from(&self::heartbeat()).directive,
+    };
+    let refused = codec.decode(MessageKind::MissionStatus, &cdr::encode(&status)).unwrap_err().to_string();
+    assert_eq!(refused, "dragnet_msgs/msg/MissionStatus: known: 3073 entries; allowed are at most 3072");
+    (status.known, status.alive) = (Vec::new(), vec![1, 2, 3]);
+    let refused = codec.decode(MessageKind::MissionStatus, &cdr::encode(&status)).unwrap_err().to_string();
+    assert_eq!(refused, "dragnet_msgs/msg/MissionStatus: alive: 3 entries; allowed are at most 2");
 }
 
 #[test]
