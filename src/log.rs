@@ -17,6 +17,8 @@ pub(crate) fn keep(command: &Command) {
     let lines = tracing_subscriber::fmt::layer()
         .with_target(false)
         .with_ansi(console::colors_enabled_stderr())
+        // A terminal that is closed while a robot searches on takes no lines: no reason to end, and nobody to tell.
+        .log_internal_errors(false)
         .with_writer(|| Lines);
     let refusals = command.serves().then(dragnet_link::refusals::layer);
     tracing_subscriber::registry().with(lines.with_filter(filter)).with(refusals).init();

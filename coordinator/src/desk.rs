@@ -10,14 +10,15 @@ use dragnet_search::evidence::Digest;
 use crate::RecordingError;
 use crate::mission::{Action, Event, Mission, Record};
 use crate::record::Recorder;
+use crate::recording::{Notify, Recording};
 
 /// Where the mission is watched and written down.
 ///
-/// A recording that fails does not stop the mission: what was written stays, the rest is not recorded, and
+/// A recording that fails does not stop the mission: see [`crate::recording`]. If not all could be recorded,
 /// [`Desk::finish`] says so.
 pub struct Desk {
     mission: Mission,
-    recording: Option<Result<Recorder, RecordingError>>,
+    recording: Option<Recording>,
     listener: Option<Listener>,
 }
 
@@ -28,7 +29,7 @@ impl Desk {
     /// A mission, recorded if there is a recorder.
     #[must_use]
     pub fn new(mission: Mission, recorder: Option<Recorder>) -> Self {
-        Self { mission, recording: recorder.map(Ok), listener: None }
+        Self { mission, recording: recorder.map(Recording::new), listener: None }
     }
 
     /// The same, telling a listener of each record from now on.
@@ -37,16 +38,25 @@ impl Desk {
         Self { listener, ..self }
     }
 
+    /// The same, telling somebody from now on what becomes of the recording.
+    #[must_use]
+    pub fn notifying(mut self, notify: Notify) -> Self {
+        if let Some(recording) = &mut self.recording {
+            recording.notify(notify);
+        }
+        self
+    }
+
     /// The mission.
     #[must_use]
     pub const fn mission(&self) -> &Mission {
         &self.mission
     }
 
-    /// Why nothing is recorded any more, if so.
+    /// Why nothing is recorded now, if so.
     #[must_use]
     pub fn failure(&self) -> Option<&RecordingError> {
-        self.recording.as_ref()?.as_ref().err()
+        self.recording.as_ref()?.failure()
     }
 
     /// Ends the mission and its recording.
@@ -60,10 +70,8 @@ impl Desk {
     ) -> Result<Mission, RecordingError> {
         self.handle(now, Event::Finished);
         summary.extend(self.refused());
-        match self.recording {
-            Some(Ok(recorder)) => recorder.finish(summary)?,
-            Some(Err(error)) => return Err(error),
-            None => {}
+        if let Some(recording) = self.recording {
+            recording.finish(now, &self.mission, summary)?;
         }
         Ok(self.mission)
     }
@@ -81,17 +89,13 @@ impl Desk {
             if let (Action::Record(record), Some(listener)) = (action, &mut self.listener) {
                 listener(now, record);
             }
-            if let (Action::Record(record), Some(Ok(recorder))) = (action, &mut self.recording)
-                && let Err(error) = recorder.record(now, record)
-            {
-                self.recording = Some(Err(error));
+            if let (Action::Record(record), Some(recording)) = (action, &mut self.recording) {
+                recording.record(now, record);
             }
             matches!(action, Action::Publish(..) | Action::Refuse(_) | Action::Record(Record::Observation(_)))
         });
-        if let Some(Ok(recorder)) = &mut self.recording
-            && let Err(error) = recorder.tick(now)
-        {
-            self.recording = Some(Err(error));
+        if let Some(recording) = &mut self.recording {
+            recording.tick(now, &self.mission);
         }
         actions
     }

@@ -1,7 +1,7 @@
 //! The mission seen from outside: what is found, who is alive, and the recording of it all.
 //!
 //! - [`mission`]: the state machine, made of [`declaration`], [`liveness`] and [`track`];
-//! - [`record`]: the recording, an MCAP file that ROS 2 tools and viewers read;
+//! - [`record`]: the recording, an MCAP file that ROS 2 tools and viewers read; [`recording`]: how it outlives a full disk;
 //! - [`inspect`], [`recover`]: what a recording holds, and how one that was cut off is mended;
 //! - [`playback`]: a recording as the records that made it;
 //! - [`bag`]: recordings that ROS 2 made.
@@ -17,6 +17,7 @@ mod mcap_file;
 pub mod mission;
 pub mod playback;
 pub mod record;
+pub mod recording;
 pub mod recover;
 pub mod track;
 

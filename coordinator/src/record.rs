@@ -22,8 +22,7 @@
 pub(crate) mod topic;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs::File;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -43,7 +42,7 @@ use mcap::write::Metadata;
 
 use self::topic::{RobotTopic, Topic};
 use crate::mcap_file::RecordingError;
-use crate::mcap_file::write::McapWriter;
+use crate::mcap_file::write::LiveMcapWriter;
 use crate::mission::Record;
 
 /// Name of the attachment that holds the scenario.
@@ -84,10 +83,9 @@ pub struct Header {
 
 /// Writes one recording. One that is dropped is finished, without a summary.
 pub struct Recorder {
-    file: McapWriter<File>,
-    start_unix_ns: i64,
-    terrain: Arc<Terrain>,
-    origin: MapOrigin,
+    path: PathBuf,
+    header: Header,
+    file: LiveMcapWriter,
     channels: BTreeMap<Topic, Channel>,
     /// Cells and times, nanoseconds, of what was declared at the last status.
     declared: BTreeSet<(Cell, u64)>,
@@ -114,37 +112,79 @@ impl Recorder {
     /// # Errors
     /// If something is there already, or nothing can be written there.
     pub fn create(path: &Path, header: Header) -> Result<Self, RecordingError> {
+        let file = LiveMcapWriter::create(path, PROFILE, LIBRARY)?;
+        Self::begin(path.to_owned(), file, header)
+    }
+
+    /// Creates the file or, where something is there already, the first after it that is not there: `today-2.mcap` after
+    /// `today.mcap`.
+    ///
+    /// # Errors
+    /// If nothing can be written there.
+    pub fn create_beside(path: &Path, header: Header) -> Result<Self, RecordingError> {
+        let mut free = path.to_owned();
+        for number in 2.. {
+            match LiveMcapWriter::create(&free, PROFILE, LIBRARY) {
+                Err(RecordingError::Exists { .. }) => free = numbered(path, number),
+                file => return Self::begin(free, file?, header),
+            }
+        }
+        Err(RecordingError::Exists { path: path.to_owned() })
+    }
+
+    fn begin(path: PathBuf, file: LiveMcapWriter, header: Header) -> Result<Self, RecordingError> {
         let mut recorder = Self {
-            file: McapWriter::create(path, PROFILE, LIBRARY)?,
-            start_unix_ns: header.start_unix_ns,
-            terrain: header.terrain,
-            origin: header.origin,
+            path,
+            header,
+            file,
             channels: BTreeMap::new(),
             declared: BTreeSet::new(),
             next_flush: MissionTime::START + FLUSH_PERIOD,
         };
-        let start = MissionTime::START;
-        let metadata = Metadata { name: RUN_METADATA.into(), metadata: header.run };
-        recorder.file.metadata(&metadata)?;
-        recorder.attach(SCENARIO_ATTACHMENT, "application/toml", header.scenario.as_bytes())?;
-        if let Some(earth) = &header.earth {
-            let metadata = Metadata { name: EARTH_METADATA.into(), metadata: earth.facts() };
-            recorder.file.metadata(&metadata)?;
-            let areas = earth.areas_geojson();
-            recorder.attach(AREAS_ATTACHMENT, "application/geo+json", areas.as_bytes())?;
-        }
-        let map = recorder.viewer().terrain(start);
-        recorder.put(Topic::Map, Times { logged: start, published: start }, &map)?;
-        recorder.put_belief(start, &header.prior)?;
-        recorder.file.flush()?;
+        recorder.put_header()?;
         Ok(recorder)
+    }
+
+    fn put_header(&mut self) -> Result<(), RecordingError> {
+        let start = MissionTime::START;
+        let metadata = Metadata { name: RUN_METADATA.into(), metadata: self.header.run.clone() };
+        self.file.metadata(&metadata)?;
+        self.attach(SCENARIO_ATTACHMENT, "application/toml", self.header.scenario.clone().as_bytes())?;
+        if let Some(earth) = &self.header.earth {
+            let metadata = Metadata { name: EARTH_METADATA.into(), metadata: earth.facts() };
+            let areas = earth.areas_geojson();
+            self.file.metadata(&metadata)?;
+            self.attach(AREAS_ATTACHMENT, "application/geo+json", areas.as_bytes())?;
+        }
+        let map = self.viewer().terrain(start);
+        self.put(Topic::Map, Times { logged: start, published: start }, &map)?;
+        let prior = self.header.prior.clone();
+        self.put_belief(start, &prior)?;
+        self.file.flush()
+    }
+
+    /// The file.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Why the disk takes nothing now, if so: what is to be recorded waits in memory.
+    #[must_use]
+    pub fn trouble(&self) -> Option<String> {
+        self.file.trouble()
+    }
+
+    /// Gives up a file that cannot be written on: what it began with is what the next one begins with.
+    pub(crate) fn give_up(self) -> Header {
+        self.header
     }
 
     /// Writes a record of the mission.
     ///
     /// # Errors
-    /// If it cannot be written, as when the disk is full. What was flushed before stays readable, but nothing more
-    /// can be recorded.
+    /// If it cannot be written, as when the disk has been full for so long that no more can wait in memory. What was
+    /// flushed before stays readable, but nothing more can be recorded.
     pub fn record(&mut self, now: MissionTime, record: &Record) -> Result<(), RecordingError> {
         let at = |time_ns| Times { logged: now, published: MissionTime(time_ns) };
         match record {
@@ -183,6 +223,14 @@ impl Recorder {
         self.file.flush()
     }
 
+    /// Hands everything to the operating system.
+    ///
+    /// # Errors
+    /// As [`Recorder::record`].
+    pub(crate) fn flush(&mut self) -> Result<(), RecordingError> {
+        self.file.flush()
+    }
+
     /// Writes how the run went, and ends the file.
     ///
     /// # Errors
@@ -193,7 +241,7 @@ impl Recorder {
     }
 
     fn viewer(&self) -> Viewer<'_> {
-        Viewer::new(&self.terrain, self.origin, self.start_unix_ns)
+        Viewer::new(&self.header.terrain, self.header.origin, self.header.start_unix_ns)
     }
 
     fn attach(&mut self, name: &str, media_type: &str, data: &[u8]) -> Result<(), RecordingError> {
@@ -258,7 +306,18 @@ impl Recorder {
 
     /// MCAP counts from 1970 on.
     fn unix_ns(&self, time: MissionTime) -> u64 {
-        let unix_ns = i128::from(self.start_unix_ns) + i128::from(time.0);
+        let unix_ns = i128::from(self.header.start_unix_ns) + i128::from(time.0);
         u64::try_from(unix_ns.max(0)).unwrap_or(u64::MAX)
     }
+}
+
+/// The name of a further file beside one.
+fn numbered(path: &Path, number: u32) -> PathBuf {
+    let mut name = path.file_stem().unwrap_or_default().to_owned();
+    name.push(format!("-{number}"));
+    if let Some(extension) = path.extension() {
+        name.push(".");
+        name.push(extension);
+    }
+    path.with_file_name(name)
 }

@@ -64,6 +64,12 @@ pub enum LinkError {
     /// The recording is not whole.
     #[error(transparent)]
     Recording(#[from] dragnet_coordinator::RecordingError),
+    /// Somebody stopped a search; all until then is recorded.
+    #[error("stopped before the search was over{}", recording.as_ref().map(|file| format!("; {} holds all until then", file.display())).unwrap_or_default())]
+    Stopped {
+        /// Its recording.
+        recording: Option<PathBuf>,
+    },
     /// This mode cannot do what the scenario asks for.
     #[error("{0}")]
     Unsupported(String),

@@ -9,6 +9,7 @@
 //! - [`ros`], [`vehicle`]: a robot's own ROS 2 network, and its vehicle on it;
 //! - [`dry_run`]: a robot that lives through a recording of its vehicle's network;
 //! - [`doctor`]: whether all is there that a robot's settings name;
+//! - [`stop`]: when a process is to end;
 //! - [`relay`]: a slow link, to try a team on;
 //! - [`world`]: the simulated world for participants driven by the wall clock;
 //! - [`team`]: a whole team in one call; [`config`], [`serve`]: each part as a process of its own.
@@ -27,13 +28,16 @@ pub mod ros;
 pub mod serve;
 pub mod session;
 pub mod source_places;
+pub mod stop;
 pub mod team;
 pub mod vehicle;
 pub mod world;
 
 mod error;
+mod log_limit;
 mod narrator;
 mod unix_time;
+mod waiting;
 mod watchdog;
 
 pub use error::LinkError;

@@ -1,13 +1,12 @@
 //! A participant's place on the network: what it says, and what it hears.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::key::{Key, Mission, Selection, Topic};
 use dragnet_proto::message::{Audience, Message, Participant};
 use dragnet_search::cell::Grid;
-use tokio::sync::mpsc;
 use zenoh::Session;
 use zenoh::bytes::ZBytes;
 use zenoh::liveliness::LivelinessToken;
@@ -15,9 +14,9 @@ use zenoh::qos::CongestionControl;
 use zenoh::sample::{Sample, SampleKind};
 
 use crate::LinkError;
+use crate::waiting::{self, Arrival, Inlet, Outlet, Raw};
 
-/// So many messages may wait to be heard; further ones are dropped, and repaired later like any that is lost.
-const WAITING: usize = 65_536;
+pub use crate::waiting::Sender;
 
 /// A participant on the network.
 pub struct Link {
@@ -25,7 +24,7 @@ pub struct Link {
     mission: Mission,
     me: Participant,
     codec: Codec,
-    heard: mpsc::Receiver<Heard>,
+    waiting: Outlet,
     present: BTreeSet<Participant>,
     /// Says that this participant is there, as long as it is.
     token: Option<LivelinessToken>,
@@ -45,6 +44,8 @@ pub enum Heard {
     },
     /// Something under a key of the mission that is no message, or not by whom the key says.
     Refused {
+        /// Who sent it, as far as the key tells.
+        from: Sender,
         /// The key.
         key: String,
         /// What is wrong.
@@ -67,20 +68,16 @@ impl Link {
         me: Participant,
         codec: Codec,
     ) -> Result<Self, LinkError> {
-        let (sender, heard) = mpsc::channel(WAITING);
+        let (inlet, waiting) = waiting::waiting(waiting::MOST_BYTES);
         let to_all = [Selection::Observations, Selection::Intents, Selection::Heartbeats];
         let to_me = [Selection::LogRequestsTo(me), Selection::LogRepliesTo(me)];
         let coordinator = [Topic::Status, Topic::ByHand].map(|topic| mission.key(topic).to_string());
         let expressions = to_all.iter().chain(&to_me).map(|&selection| mission.expression(selection));
         for expression in expressions.chain(coordinator) {
-            let (sender, what) = (sender.clone(), format!("subscribe to {expression}"));
+            let (inlet, what) = (inlet.clone(), format!("subscribe to {expression}"));
             session
                 .declare_subscriber(expression)
-                .callback(move |sample| {
-                    if let Some(heard) = understand(&sample, me, codec) {
-                        offer(&sender, heard);
-                    }
-                })
+                .callback(move |sample| put_message(&inlet, &sample, me, codec))
                 .background()
                 .await
                 .map_err(LinkError::zenoh(what))?;
@@ -89,15 +86,11 @@ impl Link {
             .liveliness()
             .declare_subscriber(mission.expression(Selection::Alive))
             .history(true)
-            .callback(move |sample| {
-                if let Some(heard) = presence(&sample, me) {
-                    offer(&sender, heard);
-                }
-            })
+            .callback(move |sample| put_presence(&inlet, &sample, me, codec))
             .background()
             .await
             .map_err(LinkError::zenoh("watch who is there"))?;
-        Ok(Self { session, mission, me, codec, heard, present: BTreeSet::new(), token: None })
+        Ok(Self { session, mission, me, codec, waiting, present: BTreeSet::new(), token: None })
     }
 
     /// Lets the others know that this participant is there, and hears.
@@ -131,17 +124,28 @@ impl Link {
 
     /// The next thing heard; `None` once the session is closed.
     pub async fn hear(&mut self) -> Option<Heard> {
-        let heard = self.heard.recv().await?;
-        match heard {
-            Heard::Came(who) => {
+        Some(match self.waiting.take().await? {
+            Arrival::Message { from, raw } => read(raw, from, self.codec),
+            Arrival::Presence { who, is_here: true } => {
                 self.present.insert(who);
+                Heard::Came(who)
             }
-            Heard::Left(who) => {
+            Arrival::Presence { who, is_here: false } => {
                 self.present.remove(&who);
+                Heard::Left(who)
             }
-            Heard::Message { .. } | Heard::Refused { .. } => {}
-        }
-        Some(heard)
+        })
+    }
+
+    /// Whose messages had to be dropped, more of them than can wait, since this was last asked; and how many. They are
+    /// repaired later like any that is lost.
+    pub(crate) fn dropped(&self) -> BTreeMap<Sender, u64> {
+        self.waiting.dropped()
+    }
+
+    /// Who somebody is to whoever counts what comes: all who are not of the team are one.
+    pub(crate) fn sender(&self, who: Participant) -> Sender {
+        sender(Some(who), self.codec)
     }
 
     /// Others that are there.
@@ -174,7 +178,7 @@ impl Link {
         self.me
     }
 
-    /// Waits until all of these are there. Whatever else is heard meanwhile is returned.
+    /// Waits until all of these are there. Whatever else is heard meanwhile is handed over.
     ///
     /// # Errors
     /// If one does not come in time.
@@ -182,15 +186,15 @@ impl Link {
         &mut self,
         expected: &[Participant],
         patience: Duration,
-    ) -> Result<Vec<Heard>, LinkError> {
+        mut others: impl FnMut(Heard),
+    ) -> Result<(), LinkError> {
         let deadline = tokio::time::Instant::now() + patience;
-        let mut others = Vec::new();
         loop {
             let absent = expected.iter().find(|who| **who != self.me && !self.present.contains(who));
-            let Some(&absent) = absent else { return Ok(others) };
+            let Some(&absent) = absent else { return Ok(()) };
             match tokio::time::timeout_at(deadline, self.hear()).await {
                 Ok(Some(Heard::Came(_) | Heard::Left(_))) => {}
-                Ok(Some(heard)) => others.push(heard),
+                Ok(Some(heard)) => others(heard),
                 Ok(None) | Err(_) => {
                     return Err(LinkError::Absent { who: absent.to_string(), waited: patience });
                 }
@@ -199,43 +203,61 @@ impl Link {
     }
 }
 
-fn offer(sender: &mpsc::Sender<Heard>, heard: Heard) {
-    if let Err(mpsc::error::TrySendError::Full(_)) = sender.try_send(heard) {
-        tracing::warn!("more than {WAITING} messages wait; one is dropped, and asked for later");
+/// Leaves a message to be read, unless it is this participant's own. Reading is left to whoever takes it, so that what has
+/// to be dropped has cost nothing.
+fn put_message(inlet: &Inlet, sample: &Sample, me: Participant, codec: Codec) {
+    let key = sample.key_expr().as_str();
+    let from = key.parse().ok().and_then(|key: Key| key.topic.speech()).map(|(_, from)| from);
+    if from != Some(me) {
+        inlet.message(sender(from, codec), raw(sample));
     }
 }
 
-/// What a sample says; nothing if it is this participant's own.
-fn understand(sample: &Sample, me: Participant, codec: Codec) -> Option<Heard> {
-    let refused = |reason: String| Some(Heard::Refused { key: sample.key_expr().to_string(), reason });
-    let key: Key = match sample.key_expr().as_str().parse() {
-        Ok(key) => key,
-        Err(error) => return refused(format!("{error}")),
-    };
-    let Some((kind, from)) = key.topic.speech() else { return refused("no message belongs here".to_owned()) };
-    if from == me {
-        return None;
+/// Leaves word that somebody has come or left. Who is not of the team has no place there: that is read like a message,
+/// and refused.
+fn put_presence(inlet: &Inlet, sample: &Sample, me: Participant, codec: Codec) {
+    let key: Option<Key> = sample.key_expr().as_str().parse().ok();
+    match key.map(|key| key.topic) {
+        Some(Topic::Alive(who)) if who == me => {}
+        Some(Topic::Alive(who)) if codec.knows(who) => inlet.presence(who, sample.kind() == SampleKind::Put),
+        _ => inlet.message(Sender::Stranger, raw(sample)),
     }
+}
+
+fn sender(from: Option<Participant>, codec: Codec) -> Sender {
+    from.filter(|&from| codec.knows(from)).map_or(Sender::Stranger, Sender::Known)
+}
+
+/// A copy: what Zenoh has may be a small part of a large buffer.
+fn raw(sample: &Sample) -> Raw {
     let number = sample.attachment().and_then(|bytes| {
         let bytes: [u8; 8] = bytes.to_bytes().as_ref().try_into().ok()?;
         Some(u64::from_le_bytes(bytes))
     });
-    let Some(number) = number else {
-        return refused("without the message's number as attachment".to_owned());
-    };
-    let message = codec.decode(kind, &sample.payload().to_bytes());
-    match message.and_then(|message| convert::check_sender(&message, from).map(|()| message)) {
-        Ok(message) => Some(Heard::Message { from, number, message }),
-        Err(error) => refused(error.to_string()),
-    }
+    let key = sample.key_expr().as_str().to_owned();
+    Raw { key, payload: sample.payload().to_bytes().into_owned(), number }
 }
 
-/// Who has come or left; nothing if it is this participant itself.
-fn presence(sample: &Sample, me: Participant) -> Option<Heard> {
-    let key: Key = sample.key_expr().as_str().parse().ok()?;
-    let Topic::Alive(who) = key.topic else { return None };
-    (who != me).then(|| match sample.kind() {
-        SampleKind::Put => Heard::Came(who),
-        SampleKind::Delete => Heard::Left(who),
-    })
+/// What was sent, or why it is refused.
+fn read(raw: Raw, from: Sender, codec: Codec) -> Heard {
+    let refused = |key: String, reason: String| Heard::Refused { from, key, reason };
+    let key: Key = match raw.key.parse() {
+        Ok(key) => key,
+        Err(error) => return refused(raw.key, error.to_string()),
+    };
+    let Some((kind, from)) = key.topic.speech() else {
+        let reason = match key.topic {
+            Topic::Alive(who) => format!("{who} is not of the team"),
+            _ => "no message belongs here".to_owned(),
+        };
+        return refused(raw.key, reason);
+    };
+    let Some(number) = raw.number else {
+        return refused(raw.key, "without the message's number as attachment".to_owned());
+    };
+    let message = codec.decode(kind, &raw.payload);
+    match message.and_then(|message| convert::check_sender(&message, from).map(|()| message)) {
+        Ok(message) => Heard::Message { from, number, message },
+        Err(error) => refused(raw.key, error.to_string()),
+    }
 }

@@ -7,14 +7,14 @@ use std::time::Duration;
 
 use dragnet_proto::message::{Audience, LogReply, LogRequest, Message, Participant};
 use dragnet_proto::participant::{Mind, Reaction, Stimulus};
-use dragnet_proto::plausible::Refused;
 use dragnet_proto::time::MissionTime;
 use tokio::sync::mpsc;
 use tokio::time::Instant;
 
 use crate::LinkError;
 use crate::journal::Journal;
-use crate::link::{Heard, Link};
+use crate::link::{Heard, Link, Sender};
+use crate::log_limit::{Kind, Teller};
 use crate::narrator::Narrator;
 use crate::watchdog::Watchdog;
 
@@ -96,7 +96,7 @@ pub async fn run(
         log: Log::default(),
         narrator: Narrator::new(link.me(), link.grid()),
         gone: BTreeSet::new(),
-        told: Told::default(),
+        teller: Teller::default(),
     };
     driver.experience(link, clock.now(), Stimulus::Start).await?;
     let mut has_reports = true;
@@ -108,6 +108,7 @@ pub async fn run(
         tokio::select! {
             () = &mut stop => return Ok(driver.finish()),
             () = watchdog.feed() => {}
+            () = driver.teller.settle() => {}
             heard = link.hear() => match heard {
                 Some(heard) => {
                     has_time = has_time || clock.follow(&heard);
@@ -133,12 +134,12 @@ pub async fn run(
 }
 
 /// What a journal answers to a question for what its robot has released.
-fn repeat(journal: &Journal, request: LogRequest) -> Option<(Audience, Message)> {
+fn repeat(journal: &Journal, request: LogRequest, teller: &mut Teller) -> Option<(Audience, Message)> {
     match journal.since(request.of, request.first, LogReply::MAX_OBSERVATIONS) {
         Ok(observations) if observations.is_empty() => None,
         Ok(observations) => Some((Audience::One(request.from), Message::LogReply(LogReply { observations }))),
         Err(error) => {
-            tracing::warn!("{error}");
+            teller.warn(Kind::Journal, Sender::Known(request.from), error);
             None
         }
     }
@@ -154,22 +155,7 @@ struct Driver<'a> {
     narrator: Narrator,
     /// Those who left, and have not come back.
     gone: BTreeSet<Participant>,
-    told: Told,
-}
-
-/// What was refused and told: each once, and no more than [`Told::MOST`].
-#[derive(Default)]
-struct Told(BTreeSet<Refused>);
-
-impl Told {
-    /// Who is not of the team may come under any number.
-    const MOST: usize = 1000;
-
-    fn tell(&mut self, refused: Refused) {
-        if self.0.len() < Self::MOST && self.0.insert(refused) {
-            tracing::warn!("{refused}; whatever else of this kind comes is only counted");
-        }
-    }
+    teller: Teller,
 }
 
 impl Driver<'_> {
@@ -181,19 +167,27 @@ impl Driver<'_> {
     }
 
     async fn hear(&mut self, link: &Link, now: MissionTime, heard: Heard) -> Result<(), LinkError> {
+        for (from, count) in link.dropped() {
+            let text =
+                format!("dropped {count} messages of {from}: more wait than can; they are asked for later");
+            self.teller.warn(Kind::Dropped, from, text);
+        }
         match heard {
             Heard::Message { from, message, .. } => {
                 self.experience(link, now, Stimulus::Delivered { from, parcel: message }).await?;
             }
-            Heard::Refused { key, reason } => tracing::warn!("refused what came under {key}: {reason}"),
+            Heard::Refused { from, key, reason } => {
+                let text = format_args!("refused what came under {key}: {reason}");
+                self.teller.warn(Kind::NoMessage, from, text);
+            }
             Heard::Came(who) => {
                 let what = if self.gone.remove(&who) { "is back" } else { "is here" };
-                tracing::info!("{who} {what}");
+                self.teller.inform(Kind::Came, Sender::Known(who), format_args!("{who} {what}"));
                 self.experience(link, now, Stimulus::Came).await?;
             }
             Heard::Left(who) => {
                 self.gone.insert(who);
-                tracing::info!("{who} has left");
+                self.teller.inform(Kind::Left, Sender::Known(who), format_args!("{who} has left"));
                 if let Participant::Robot(robot) = who {
                     self.experience(link, now, Stimulus::Lost(robot)).await?;
                 }
@@ -221,17 +215,19 @@ impl Driver<'_> {
                     self.mind.release(HELD);
                 }
             }
-            published.extend(repeats.into_iter().filter_map(|request| repeat(journal, request)));
+            let teller = &mut self.teller;
+            published.extend(repeats.into_iter().filter_map(|request| repeat(journal, request, teller)));
         }
         for (audience, message) in published {
             // A robot goes on without its network; what is not heard is asked for later.
             if let Err(error) = link.publish(self.published, audience, &message).await {
-                tracing::warn!("{error}");
+                self.teller.warn(Kind::Network, Sender::Known(link.me()), error);
             }
             self.published += 1;
         }
         for refused in refused {
-            self.told.tell(refused);
+            let from = link.sender(refused.from);
+            self.teller.warn(Kind::Refused(refused.why), from, refused);
         }
         self.wake_at = wake_at;
         self.log.decisions.extend(decision);

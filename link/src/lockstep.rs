@@ -20,6 +20,7 @@ use zenoh::query::{Query, Queryable};
 
 use crate::LinkError;
 use crate::link::{Heard, Link};
+use crate::log_limit::{Kind, Teller};
 
 /// How long somebody, or a message that has set out, is waited for: wall-clock time.
 pub const PATIENCE: Duration = Duration::from_secs(30);
@@ -35,6 +36,7 @@ pub struct Puppet<'a> {
     parcels: BTreeMap<(Participant, u64), Message>,
     /// Messages published.
     published: u64,
+    teller: Teller,
 }
 
 impl<'a> Puppet<'a> {
@@ -55,7 +57,8 @@ impl<'a> Puppet<'a> {
         let steps = session.declare_queryable(key).await.map_err(LinkError::zenoh("offer to be driven"))?;
         let mut link = Link::join(session, mission, me, codec).await?;
         link.announce().await?;
-        Ok(Self { link, codec, steps, mind, team, parcels: BTreeMap::new(), published: 0 })
+        let (parcels, teller) = (BTreeMap::new(), Teller::default());
+        Ok(Self { link, codec, steps, mind, team, parcels, published: 0, teller })
     }
 
     /// Does what the simulator says until it says that the mission is over.
@@ -64,7 +67,10 @@ impl<'a> Puppet<'a> {
     /// If the mind cannot go on, or the network fails; the simulator has been told.
     pub async fn serve(mut self) -> Result<(), LinkError> {
         loop {
-            let query = self.steps.recv_async().await.map_err(LinkError::zenoh("hear the simulator"))?;
+            let query = tokio::select! {
+                query = self.steps.recv_async() => query.map_err(LinkError::zenoh("hear the simulator"))?,
+                () = self.teller.settle() => continue,
+            };
             let bytes = query.payload().map(|payload| payload.to_bytes().into_owned()).unwrap_or_default();
             let outcome = match self.codec.decode_step(&bytes) {
                 Ok(Step { event: StepEvent::Finish, .. }) => {
@@ -108,10 +114,9 @@ impl<'a> Puppet<'a> {
 
     /// Who is there has subscribed before; so nothing is published that somebody cannot hear.
     async fn await_team(&mut self) -> Result<(), LinkError> {
-        for heard in self.link.wait_for(&self.team, PATIENCE).await? {
-            self.keep(heard)?;
-        }
-        Ok(())
+        let mut others = Vec::new();
+        self.link.wait_for(&self.team, PATIENCE, |heard| others.push(heard)).await?;
+        others.into_iter().try_for_each(|heard| self.keep(heard))
     }
 
     /// A message that was published, once it is here. A copy stays: it may arrive twice.
@@ -133,8 +138,9 @@ impl<'a> Puppet<'a> {
                 self.parcels.insert((from, number), message);
                 Ok(())
             }
-            Heard::Refused { key, reason } => {
-                tracing::warn!("refused what came under {key}: {reason}");
+            Heard::Refused { from, key, reason } => {
+                let text = format_args!("refused what came under {key}: {reason}");
+                self.teller.warn(Kind::NoMessage, from, text);
                 Ok(())
             }
             Heard::Came(_) => Ok(()),

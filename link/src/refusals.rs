@@ -4,19 +4,18 @@
 //! where nobody looks. This layer of the log listens there, and says of each refusal once a minute what it means.
 
 use std::cell::Cell;
-use std::collections::BTreeMap;
 use std::fmt::{self, Write};
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
-use std::time::{Duration, Instant};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::time::Instant;
 
 use tracing::field::{Field, Visit};
 use tracing::{Event, Level, Metadata, Subscriber};
 use tracing_subscriber::layer::{Context, Filter, Layer};
 use tracing_subscriber::registry::LookupSpan;
 
-/// The same refusal is told again after so long.
-const SILENCE: Duration = Duration::from_mins(1);
-/// So many different ones are remembered, and so many may wait to be told.
+use crate::log_limit::{LogLimit, PERIOD};
+
+/// So many may wait to be told.
 const MOST: usize = 1000;
 
 const TLS: &str = "zenoh_link_tls";
@@ -77,16 +76,19 @@ impl Visit for Text {
 }
 
 fn tell(refusals: &Receiver<String>) {
-    let mut told: BTreeMap<String, Instant> = BTreeMap::new();
-    for refusal in refusals {
+    let mut limit: LogLimit<String> = LogLimit::default();
+    loop {
+        let due = limit.due().map_or(PERIOD, |due| due.saturating_duration_since(Instant::now()));
+        let refusal = refusals.recv_timeout(due);
         let now = Instant::now();
-        if told.len() >= MOST {
-            told.retain(|_, &mut at| now.duration_since(at) < SILENCE);
+        for (refusal, count) in limit.settle(now) {
+            let what = refusal.as_deref().unwrap_or("refusals of too many kinds to be told apart");
+            tracing::warn!("{count} more in {} s, not told: {what}", PERIOD.as_secs());
         }
-        let is_news = told.get(&refusal).is_none_or(|&at| now.duration_since(at) >= SILENCE);
-        if is_news && told.len() < MOST {
-            tracing::warn!("{refusal}");
-            told.insert(refusal, now);
+        match refusal {
+            Ok(refusal) if limit.admits(now, &refusal) => tracing::warn!("{refusal}"),
+            Ok(_) | Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => return,
         }
     }
 }

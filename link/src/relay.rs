@@ -61,7 +61,11 @@ async fn accept(listener: TcpListener, to: SocketAddr, quality: Quality) {
             Ok((caller, _)) => {
                 tokio::spawn(connect(caller, to, quality));
             }
-            Err(error) => tracing::warn!("a caller was lost: {error}"),
+            Err(error) => {
+                tracing::warn!("a caller was lost: {error}");
+                // As when too many files are open: that does not pass at once.
+                tokio::time::sleep(Duration::from_secs(1)).await;
+            }
         }
     }
 }

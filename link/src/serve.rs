@@ -16,8 +16,6 @@ use dragnet_proto::scenario::Scenario;
 use dragnet_proto::time::MissionTime;
 use dragnet_sim::episode::Episode;
 use dragnet_sim::simulation::Spectator;
-use tokio::io::AsyncReadExt;
-use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::mpsc;
 use zenoh::Session;
 
@@ -27,6 +25,8 @@ use crate::link::Link;
 use crate::live::{self, Clock};
 use crate::lockstep::Puppet;
 use crate::session::{Endpoints, Mode, block_on, open};
+use crate::stop::{self, Bond};
+use crate::team::recording::Existing;
 use crate::team::{self, Options};
 use crate::vehicle::{self, Embodied, detector};
 use crate::world::{self, WorldServer};
@@ -48,7 +48,7 @@ pub fn agent(file: &Path, make: detector::Make<'_>) -> Result<(), LinkError> {
     let mut agent = Agent::new(orders);
     block_on(async {
         let session = open(&config.common.zenoh).await?;
-        let stop = until_stopped(config.attached)?;
+        let stop = stop::asked(if config.attached { Bond::Input } else { Bond::None })?;
         if config.time == TimeSource::Simulator {
             let team = team::everybody(&scenario);
             let puppet = Puppet::new(session, mission, who, grid, team, &mut agent).await?;
@@ -59,7 +59,7 @@ pub fn agent(file: &Path, make: detector::Make<'_>) -> Result<(), LinkError> {
         }
         let subject = Subject { mission: &mission, robot, terrain: scenario.terrain() };
         let (journal, clock) = resume(&mut agent, &config.journal(file), subject, config.common.pace)?;
-        let codec = Codec::new(grid);
+        let codec = Codec::of(&scenario);
         let Some(body) = body else {
             let reports = world::sensor(&session, &mission, robot, codec).await?;
             let mut link = enter(session, mission, who, codec, &config.common.zenoh).await?;
@@ -191,17 +191,27 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), LinkErr
         Some((server, listener, commands)) => (Some(server), Some(listener), commands),
         None => (None, None, mpsc::channel(1).1),
     };
-    let mut desk = team::recording::desk(&scenario, config.common.seed, &options)?.told_to(listener);
-    let codec = Codec::new(scenario.terrain().grid());
+    let there = Existing::Beside;
+    let desk = team::recording::desk(&scenario, config.common.seed, &options, there)?;
+    let mut desk = desk.told_to(listener);
+    let codec = Codec::of(&scenario);
     let clock = Clock::new(pace);
     block_on(async {
-        let session = open(&config.common.zenoh).await?;
-        let stop = until_stopped(false)?;
-        let mut link = enter(session, mission, Participant::Coordinator, codec, &config.common.zenoh).await?;
+        let stop = stop::asked(Bond::None)?;
+        tokio::pin!(stop);
+        let entered = async {
+            let session = open(&config.common.zenoh).await?;
+            enter(session, mission, Participant::Coordinator, codec, &config.common.zenoh).await
+        };
+        // What it records is finished, however early it is told to stop.
+        let mut link = tokio::select! {
+            link = entered => link?,
+            () = &mut stop => return Ok(()),
+        };
         if let Some(server) = &shown {
             tracing::info!("live page: {}", server.address());
         }
-        live::run(&mut link, &mut desk, clock, None, commands, stop).await
+        live::run(&mut link, &mut desk, clock, None, commands, stop).await.map(|_| ())
     })?;
     desk.finish(clock.now(), BTreeMap::new())?;
     Ok(())
@@ -253,29 +263,4 @@ fn tell_start(link: &Link, endpoints: &Endpoints) {
         list(&endpoints.listen),
         list(&endpoints.connect),
     );
-}
-
-/// Ready when the process is asked to stop: by a signal or, if attached, by its standard input closing.
-fn until_stopped(is_attached: bool) -> Result<impl Future<Output = ()>, LinkError> {
-    let failed = |error: std::io::Error| LinkError::Zenoh {
-        what: "listen for signals".to_owned(),
-        reason: error.to_string(),
-    };
-    let mut interrupt = signal(SignalKind::interrupt()).map_err(failed)?;
-    let mut terminate = signal(SignalKind::terminate()).map_err(failed)?;
-    Ok(async move {
-        let closed = async {
-            let mut byte = [0];
-            if is_attached {
-                while tokio::io::stdin().read(&mut byte).await.is_ok_and(|count| count > 0) {}
-            } else {
-                std::future::pending::<()>().await;
-            }
-        };
-        tokio::select! {
-            _ = interrupt.recv() => {}
-            _ = terminate.recv() => {}
-            () = closed => {}
-        }
-    })
 }

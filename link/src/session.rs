@@ -6,6 +6,7 @@ use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 
 use dragnet_proto::file::check_plain;
+use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use serde::{Deserialize, Serialize};
 use tokio::runtime::Runtime;
 use zenoh::{Config, Session};
@@ -67,7 +68,18 @@ pub(crate) fn block_on<T>(participant: impl Future<Output = Result<T, LinkError>
 
 /// What sessions and their participants run on.
 pub(crate) fn runtime() -> Result<Runtime, LinkError> {
+    allow_more_files();
     Runtime::new().map_err(|error| LinkError::Zenoh { what: "start".to_owned(), reason: error.to_string() })
+}
+
+/// As many files may be open as the system lets this process have: each connection is one, and strangers' count too until
+/// they are refused. Many systems allow 1,024 at first, and far more to whoever asks.
+fn allow_more_files() {
+    let limit = getrlimit(Resource::Nofile);
+    if limit.current < limit.maximum || limit.maximum.is_none() {
+        // If it may not, it goes on with what it has.
+        let _ = setrlimit(Resource::Nofile, Rlimit { current: limit.maximum, maximum: limit.maximum });
+    }
 }
 
 /// Opens a session as a peer: scouting is off unless the settings file turns it on.
@@ -89,6 +101,12 @@ pub async fn open(endpoints: &Endpoints) -> Result<Session, LinkError> {
     }
     if let Some(mode) = endpoints.mode {
         config.insert_json5("mode", &format!("{:?}", mode.name())).map_err(refused)?;
+    }
+    if let Some(endpoint) = beyond_tls(&config) {
+        return Err(LinkError::Unsupported(format!(
+            "connect {endpoint:?}: Zenoh's TLS cannot call a number of IPv6; allowed are a number of IPv4 and a name, as \
+             `/etc/hosts` or mDNS may give it to this number"
+        )));
     }
     let open_to_all = exposed(&config);
     if !open_to_all.is_empty() {
@@ -114,6 +132,14 @@ fn exposed(config: &Config) -> Vec<String> {
     };
     let endpoints = serde_json::from_str(&listen).map_or_else(|_| Vec::new(), |value| strings(&value));
     endpoints.into_iter().filter(|endpoint| !is_private(endpoint)).collect()
+}
+
+/// Whom a session is to call and cannot: Zenoh takes the brackets of the address for a part of the host's name, finds that
+/// no certificate can be for such a name, and says so only where nobody looks.
+fn beyond_tls(config: &Config) -> Option<String> {
+    let called = config.get_json("connect/endpoints").unwrap_or_default();
+    let endpoints = serde_json::from_str(&called).map_or_else(|_| Vec::new(), |value| strings(&value));
+    endpoints.into_iter().find(|endpoint| endpoint.starts_with("tls/["))
 }
 
 fn is_mutual(config: &Config) -> bool {
@@ -258,6 +284,22 @@ mod tests {
         check("tcp/192.168.1.7:7447#iface=eth0", true, true);
         check("tls/192.168.1.7:7447", true, false);
         check("tls/192.168.1.7:7447", false, true);
+    }
+
+    #[tokio::test]
+    async fn whom_tls_cannot_call_is_refused_before_anything_is_tried() {
+        for (endpoint, is_refused) in
+            [("tls/[::1]:7447", true), ("tcp/[::1]:7447", false), ("tls/localhost:7447", false)]
+        {
+            let endpoints = Endpoints { connect: vec![endpoint.to_owned()], ..Endpoints::default() };
+            let mut config = private().unwrap();
+            config.insert_json5("connect/endpoints", &json(&endpoints.connect)).unwrap();
+            assert_eq!(beyond_tls(&config).is_some(), is_refused, "{endpoint}");
+            if is_refused {
+                let error = open(&endpoints).await.unwrap_err();
+                assert!(error.is_bad_input() && error.to_string().contains(endpoint), "{error}");
+            }
+        }
     }
 
     #[test]

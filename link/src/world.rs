@@ -1,6 +1,7 @@
 //! The simulated world by the wall clock: moves robots along the plans that they publish, and lets them see.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use dragnet_proto::convert::{self, Codec};
@@ -19,8 +20,9 @@ use tokio::sync::mpsc;
 use zenoh::Session;
 
 use crate::LinkError;
-use crate::link::{Heard, Link};
+use crate::link::{Heard, Link, Sender};
 use crate::live::{Clock, Report};
+use crate::log_limit::{Kind, Teller};
 
 /// How long robots are waited for: at the start to come, at the end to agree.
 const PATIENCE: Duration = Duration::from_mins(1);
@@ -43,6 +45,7 @@ pub struct WorldServer<'a> {
     heartbeats: BTreeMap<RobotId, Heartbeat>,
     outcome: Outcome,
     spectator: Spectator<'a>,
+    teller: Teller,
 }
 
 impl<'a> WorldServer<'a> {
@@ -61,10 +64,10 @@ impl<'a> WorldServer<'a> {
         let world = World::new(scenario, seed);
         let robots: BTreeSet<RobotId> = scenario.robots().iter().map(|robot| robot.id).collect();
         // It listens as one more participant would who has nothing to say.
-        let codec = Codec::new(scenario.terrain().grid());
+        let codec = Codec::of(scenario);
         let mut link = Link::join(session, mission, Participant::Robot(RobotId(0)), codec).await?;
         let team: Vec<Participant> = robots.iter().map(|&robot| Participant::Robot(robot)).collect();
-        link.wait_for(&team, PATIENCE).await?;
+        link.wait_for(&team, PATIENCE, |_| {}).await?;
         let outcome = Outcome::new(&world);
         Ok(Self {
             link,
@@ -80,6 +83,7 @@ impl<'a> WorldServer<'a> {
             heartbeats: BTreeMap::new(),
             outcome,
             spectator,
+            teller: Teller::default(),
         })
     }
 
@@ -119,6 +123,7 @@ impl<'a> WorldServer<'a> {
             self.arrivals.iter().map(|(&robot, &due)| (due, robot)).min().filter(|&(due, _)| due < until);
         let due = next.map_or(until, |(due, _)| due);
         tokio::select! {
+            () = self.teller.settle() => {}
             heard = self.link.hear() => match heard {
                 Some(heard) => self.hear(heard).await?,
                 None => {
@@ -169,7 +174,10 @@ impl<'a> WorldServer<'a> {
                 self.look(self.clock.now(), robot).await?;
             }
             Heard::Message { .. } | Heard::Came(_) | Heard::Left(Participant::Coordinator) => {}
-            Heard::Refused { key, reason } => tracing::warn!("refused what came under {key}: {reason}"),
+            Heard::Refused { from, key, reason } => {
+                let text = format_args!("refused what came under {key}: {reason}");
+                self.teller.warn(Kind::NoMessage, from, text);
+            }
         }
         Ok(())
     }
@@ -227,16 +235,20 @@ pub async fn sensor(
     codec: Codec,
 ) -> Result<mpsc::Receiver<Report>, LinkError> {
     let (sender, reports) = mpsc::channel(1024);
+    let (teller, who) = (Mutex::new(Teller::default()), Sender::Known(Participant::Robot(robot)));
+    let warn = move |text: std::fmt::Arguments<'_>| {
+        teller.lock().unwrap_or_else(PoisonError::into_inner).warn(Kind::Sensor, who, text);
+    };
     session
         .declare_subscriber(mission.key(Topic::SimSensed(robot)).to_string())
         .callback(move |sample| match codec.decode_sensed(&sample.payload().to_bytes()) {
             Ok(Sensed { time_ns, from, readings, .. }) => {
                 let report = (Some(MissionTime(time_ns)), Stimulus::Sensed { cell: from, readings });
                 if sender.try_send(report).is_err() {
-                    tracing::warn!("robot {robot} does not keep up with its sensor");
+                    warn(format_args!("robot {robot} does not keep up with its sensor"));
                 }
             }
-            Err(error) => tracing::warn!("refused what the sensor of robot {robot} said: {error}"),
+            Err(error) => warn(format_args!("refused what the sensor of robot {robot} said: {error}")),
         })
         .background()
         .await

@@ -59,10 +59,15 @@ impl Token {
         &self.0
     }
 
-    /// Whether the header `Authorization: Bearer TOKEN` has it. Takes as long wherever the two differ.
+    /// Whether the header `Authorization: Bearer TOKEN` has it.
     #[must_use]
     pub fn is_in(&self, authorization: Option<&str>) -> bool {
-        let Some(given) = authorization.and_then(|value| value.strip_prefix("Bearer ")) else { return false };
+        authorization.and_then(|value| value.strip_prefix("Bearer ")).is_some_and(|given| self.is(given))
+    }
+
+    /// Whether this is the token. Takes as long wherever the two differ.
+    #[must_use]
+    pub fn is(&self, given: &str) -> bool {
         let difference = self
             .0
             .bytes()

@@ -4,13 +4,14 @@
 //!   for a recorded one;
 //! - [`replay`]: a recording, at any time of it;
 //! - [`polygon`], [`ask`]: what a person asks for, from the page's words to the mission's;
-//! - [`page`]: the server of the page, the only part with a socket; [`guard`] says who may do what.
+//! - [`page`]: the server of the page; [`guard`] says who may do what, and `door`, which alone has a socket, who comes in.
 //!
 //! `page/` holds the page itself, in TypeScript, and as what browsers run in `page/dist/`.
 
 pub mod ask;
 mod assets;
 mod curve;
+mod door;
 pub mod frame;
 pub mod guard;
 pub mod page;

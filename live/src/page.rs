@@ -4,6 +4,7 @@ use std::io;
 use std::net::{SocketAddr, TcpListener};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use axum::extract::{DefaultBodyLimit, Request, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
@@ -20,16 +21,22 @@ use dragnet_proto::time::MissionTime;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use tokio::runtime::Runtime;
-use tokio::sync::{Semaphore, mpsc, watch};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc, watch};
+use tokio::time::timeout;
 
 use crate::ask::Ask;
 use crate::assets::ASSETS;
+use crate::door;
 use crate::guard::{Token, TokenError, is_own_page};
 use crate::stream;
 use crate::view::{About, View};
 
-/// So many may watch at a time.
+/// So many may watch at a time,
 const MOST_VIEWERS: usize = 32;
+/// and so many more of those who have the token.
+const MOST_OPERATORS: usize = 8;
+/// A request that is not answered within this time is given up, as one whose body does not come.
+const MOST_TIME: Duration = Duration::from_secs(10);
 /// The longest command, bytes: a polygon of [`crate::polygon::MOST_CORNERS`].
 const MOST_BYTES: usize = 64 * 1024;
 /// Commands that may wait for the coordinator.
@@ -93,7 +100,10 @@ pub struct Page {
 /// What all requests share.
 pub(crate) struct Shared {
     pub(crate) show: Show,
-    pub(crate) viewers: Arc<Semaphore>,
+    /// Places for viewers.
+    viewers: Arc<Semaphore>,
+    /// Further ones, for those who have the token.
+    operators: Arc<Semaphore>,
     token: Token,
 }
 
@@ -117,6 +127,15 @@ pub(crate) struct Running {
 pub(crate) struct News {
     pub(crate) records: u64,
     pub(crate) is_over: bool,
+}
+
+impl Shared {
+    /// A place for a viewer, if there is one; `token` is what it says of itself.
+    pub(crate) fn place(&self, token: Option<&str>) -> Option<OwnedSemaphorePermit> {
+        let take = |places: &Arc<Semaphore>| Arc::clone(places).try_acquire_owned().ok();
+        let has_token = || token.is_some_and(|token| self.token.is(token));
+        take(&self.viewers).or_else(|| if has_token() { take(&self.operators) } else { None })
+    }
 }
 
 impl Running {
@@ -179,8 +198,8 @@ impl Page {
             Show::Running(_) if settings.token_file.is_none() => format!("/#token={}", token.text()),
             Show::Running(_) | Show::Recorded(_) => "/".to_owned(),
         };
-        let viewers = Arc::new(Semaphore::new(MOST_VIEWERS));
-        let shared = Arc::new(Shared { show, viewers, token });
+        let [viewers, operators] = [MOST_VIEWERS, MOST_OPERATORS].map(|most| Arc::new(Semaphore::new(most)));
+        let shared = Arc::new(Shared { show, viewers, operators, token });
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(2)
             .enable_all()
@@ -189,11 +208,7 @@ impl Page {
         let router = router(Arc::clone(&shared));
         let listener =
             runtime.block_on(async { tokio::net::TcpListener::from_std(listener) }).map_err(failed)?;
-        runtime.spawn(async move {
-            if let Err(error) = axum::serve(listener, router).await {
-                tracing::warn!("the page is served no more: {error}");
-            }
-        });
+        runtime.spawn(door::serve(listener, router));
         Ok(Self { runtime, address: format!("http://{address}{rights}"), shared })
     }
 
@@ -204,11 +219,9 @@ impl Page {
         &self.address
     }
 
-    /// Serves on until somebody interrupts the program.
-    pub fn until_interrupted(self) {
-        if let Err(error) = self.runtime.block_on(tokio::signal::ctrl_c()) {
-            tracing::warn!("cannot wait for Ctrl-C: {error}");
-        }
+    /// Serves on until something is ready that `stop` makes, within the runtime of the page.
+    pub fn serve_until<F: Future<Output = ()>>(self, stop: impl FnOnce() -> F) {
+        self.runtime.block_on(async { stop().await });
         self.runtime.shutdown_background();
     }
 }
@@ -245,7 +258,8 @@ async fn guard(request: Request, next: Next) -> Response {
         is_own_page(value(header::HOST), value(header::ORIGIN))
     };
     let mut response = if is_own {
-        next.run(request).await
+        let answer = timeout(MOST_TIME, next.run(request)).await;
+        answer.unwrap_or_else(|_| refusal(StatusCode::REQUEST_TIMEOUT, "the request did not come in time"))
     } else {
         refusal(StatusCode::FORBIDDEN, "only a page of this server, by its number or localhost, is answered")
     };

@@ -6,15 +6,16 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use axum::body::Bytes;
 use axum::extract::State;
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
-use axum::http::StatusCode;
+use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::Response;
 use dragnet_coordinator::playback::Playback;
 use dragnet_proto::time::MissionTime;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
-use tokio::time::{Instant, timeout};
+use tokio::time::{Instant, sleep_until, timeout};
 
 use crate::frame::{Frame, Hello, Shown};
 use crate::page::{Running, Shared, Show, refusal};
@@ -24,17 +25,31 @@ use crate::replay::Replay;
 const PERIOD: Duration = Duration::from_millis(100);
 /// Who takes longer for a frame is not there any more.
 const PATIENCE: Duration = Duration::from_secs(10);
+/// Between two questions whether a viewer still reads.
+const PING: Duration = Duration::from_secs(3);
+/// Who has not answered for so long is not there any more.
+const SILENCE: Duration = Duration::from_secs(10);
+/// What a viewer speaks,
+const PROTOCOL: &str = "dragnet";
+/// and, before the token, what it may offer beside it.
+const TOKEN: &str = "token.";
 /// The longest message of a viewer, bytes.
 const MOST_BYTES: usize = 4096;
 
 /// Why a stream ends: the viewer is gone.
 struct Gone;
 
-pub(crate) async fn open(State(shared): State<Arc<Shared>>, upgrade: WebSocketUpgrade) -> Response {
-    let Ok(place) = Arc::clone(&shared.viewers).try_acquire_owned() else {
+pub(crate) async fn open(
+    State(shared): State<Arc<Shared>>,
+    headers: HeaderMap,
+    upgrade: WebSocketUpgrade,
+) -> Response {
+    let Some(place) = shared.place(token(&headers)) else {
         return refusal(StatusCode::SERVICE_UNAVAILABLE, "too many are watching; try again later");
     };
-    upgrade.max_message_size(MOST_BYTES).on_upgrade(async move |mut socket| {
+    let upgrade = upgrade.max_message_size(MOST_BYTES).protocols([PROTOCOL]);
+    upgrade.on_upgrade(async move |socket| {
+        let mut socket = Viewer::new(socket);
         // A viewer that goes ends its stream: that is no failure.
         let _gone = match &shared.show {
             Show::Running(running) => show_running(&mut socket, running).await,
@@ -44,7 +59,54 @@ pub(crate) async fn open(State(shared): State<Arc<Shared>>, upgrade: WebSocketUp
     })
 }
 
-async fn show_running(socket: &mut WebSocket, running: &Running) -> Result<(), Gone> {
+/// The token that a viewer says beside the protocol: a page can give its stream no other header.
+fn token(headers: &HeaderMap) -> Option<&str> {
+    let offered = headers.get(header::SEC_WEBSOCKET_PROTOCOL)?.to_str().ok()?;
+    offered.split(',').find_map(|name| name.trim().strip_prefix(TOKEN))
+}
+
+/// A viewer, and how lately it has been heard.
+struct Viewer {
+    socket: WebSocket,
+    heard: Instant,
+    next_ping: Instant,
+}
+
+impl Viewer {
+    fn new(socket: WebSocket) -> Self {
+        let heard = Instant::now();
+        Self { socket, heard, next_ping: heard + PING }
+    }
+
+    /// The next message of the viewer. It is asked from time to time whether it still reads: what nobody reads fits for
+    /// minutes into what lies between, and would keep the place of somebody who does.
+    async fn recv(&mut self) -> Result<Message, Gone> {
+        loop {
+            tokio::select! {
+                message = self.socket.recv() => {
+                    self.heard = Instant::now();
+                    return message.and_then(Result::ok).ok_or(Gone);
+                }
+                () = sleep_until(self.next_ping) => {
+                    self.next_ping = Instant::now() + PING;
+                    if self.heard.elapsed() > SILENCE {
+                        return Err(Gone);
+                    }
+                    self.send(Message::Ping(Bytes::new())).await?;
+                }
+            }
+        }
+    }
+
+    async fn send(&mut self, message: Message) -> Result<(), Gone> {
+        match timeout(PATIENCE, self.socket.send(message)).await {
+            Ok(Ok(())) => Ok(()),
+            Ok(Err(_)) | Err(_) => Err(Gone),
+        }
+    }
+}
+
+async fn show_running(socket: &mut Viewer, running: &Running) -> Result<(), Gone> {
     let mut shown = Shown::default();
     let mut news = running.news.subscribe();
     let hello = Hello::new(&running.view(), None);
@@ -116,7 +178,7 @@ impl Place {
     }
 }
 
-async fn show_recorded(socket: &mut WebSocket, playback: &Arc<Playback>) -> Result<(), Gone> {
+async fn show_recorded(socket: &mut Viewer, playback: &Arc<Playback>) -> Result<(), Gone> {
     let mut replay = Replay::new(Arc::clone(playback));
     let end = replay.end().as_seconds();
     send(socket, &Hello::new(replay.view(), Some(end))).await?;
@@ -135,7 +197,7 @@ async fn show_recorded(socket: &mut WebSocket, playback: &Arc<Playback>) -> Resu
 }
 
 /// What the viewer says within a time, if it says something.
-async fn listen(socket: &mut WebSocket, most: Duration) -> Result<Option<Wish>, Gone> {
+async fn listen(socket: &mut Viewer, most: Duration) -> Result<Option<Wish>, Gone> {
     match timeout(most, hear(socket)).await {
         Ok(heard) => heard,
         Err(_) => Ok(None),
@@ -143,18 +205,15 @@ async fn listen(socket: &mut WebSocket, most: Duration) -> Result<Option<Wish>, 
 }
 
 /// What the viewer says next; nothing if that is no wish.
-async fn hear(socket: &mut WebSocket) -> Result<Option<Wish>, Gone> {
-    match socket.recv().await {
-        None | Some(Err(_) | Ok(Message::Close(_))) => Err(Gone),
-        Some(Ok(Message::Text(text))) => Ok(serde_json::from_str(&text).ok()),
-        Some(Ok(_)) => Ok(None),
+async fn hear(socket: &mut Viewer) -> Result<Option<Wish>, Gone> {
+    match socket.recv().await? {
+        Message::Close(_) => Err(Gone),
+        Message::Text(text) => Ok(serde_json::from_str(&text).ok()),
+        _ => Ok(None),
     }
 }
 
-async fn send(socket: &mut WebSocket, message: &impl Serialize) -> Result<(), Gone> {
+async fn send(socket: &mut Viewer, message: &impl Serialize) -> Result<(), Gone> {
     let text = serde_json::to_string(message).map_err(|_| Gone)?;
-    match timeout(PATIENCE, socket.send(Message::Text(text.into()))).await {
-        Ok(Ok(())) => Ok(()),
-        Ok(Err(_)) | Err(_) => Err(Gone),
-    }
+    socket.send(Message::Text(text.into())).await
 }

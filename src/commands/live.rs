@@ -4,10 +4,11 @@ use std::io::{self, IsTerminal, Write};
 use std::net::{IpAddr, SocketAddr};
 use std::process::{Command, Stdio};
 
+use dragnet_link::stop::{self, Bond};
 use dragnet_live::page::{Page, PageError, Settings};
 use tempfile::NamedTempFile;
 
-use super::Failure;
+use super::{Failure, complain};
 
 /// Where a page is served that nobody gave a place: here, on any port.
 pub(super) const ANYWHERE: &str = "127.0.0.1:0";
@@ -54,7 +55,12 @@ impl Announced {
     /// Serves the page until Ctrl-C.
     pub(super) fn stay(self) {
         let _ = writeln!(io::stderr(), "the page stays at {} until Ctrl-C", self.page.address());
-        self.page.until_interrupted();
+        self.page.serve_until(|| async {
+            match stop::asked(Bond::None) {
+                Ok(asked) => asked.await,
+                Err(error) => complain("error", &error.to_string()),
+            }
+        });
     }
 }
 

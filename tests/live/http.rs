@@ -121,15 +121,21 @@ fn a_recording_cannot_be_changed() {
 
 /// A viewer: the status that its call is answered with, and the socket with whatever comes next.
 fn watch(served: &Served) -> (u16, TcpStream) {
+    watch_as(served, &[])
+}
+
+fn watch_as(served: &Served, headers: &[&str]) -> (u16, TcpStream) {
     let mut socket = TcpStream::connect(served.host()).unwrap();
+    let host = format!("Host: {}", served.host());
     let head = [
         "GET /stream HTTP/1.1",
-        &format!("Host: {}", served.host()),
+        &host,
         "Connection: Upgrade",
         "Upgrade: websocket",
         "Sec-WebSocket-Version: 13",
         "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==",
     ];
+    let head = [&head, headers].concat();
     write!(socket, "{}\r\n\r\n", head.join("\r\n")).unwrap();
     let mut status = [0; 12];
     socket.read_exact(&mut status).unwrap();
@@ -152,4 +158,58 @@ fn there_are_so_many_viewers_at_most_and_who_leaves_makes_room() {
         watch(&served).0
     });
     assert!(tries.any(|status| status == 101));
+}
+
+/// Tries for a minute, which is no measure: what keeps a place for ever keeps it longer.
+fn comes_true(mut is_so: impl FnMut() -> bool) -> bool {
+    (0..600).any(|_| {
+        let is_so = is_so();
+        if !is_so {
+            std::thread::sleep(std::time::Duration::from_millis(100));
+        }
+        is_so
+    })
+}
+
+#[test]
+fn viewers_that_do_not_read_keep_nobody_out() {
+    let served = Served::run();
+    let silent: Vec<(u16, TcpStream)> = (0..32).map(|_| watch(&served)).collect();
+    assert!(silent.iter().all(|&(status, _)| status == 101));
+    assert_eq!(watch(&served).0, 503);
+    // Whoever has the token finds a place at once; whoever has another one does not.
+    let offer = |token: &str| format!("Sec-WebSocket-Protocol: dragnet, token.{token}");
+    assert_eq!(watch_as(&served, &[&offer(served.token())]).0, 101);
+    assert_eq!(watch_as(&served, &[&offer("0123456789abcdef0123456789abcdef")]).0, 503);
+    // They neither read nor answer, and their sockets stay open.
+    assert!(comes_true(|| watch(&served).0 == 101));
+    drop(silent);
+}
+
+#[test]
+fn requests_that_never_end_are_hung_up_on() {
+    let served = Served::run();
+    let open = |text: &str| {
+        let mut socket = TcpStream::connect(served.host()).unwrap();
+        socket.write_all(text.as_bytes()).unwrap();
+        socket
+    };
+    let head = format!("POST /command HTTP/1.1\r\nHost: {}\r\n", served.host());
+    let body = format!("{head}Authorization: Bearer {}\r\nContent-Length: 99\r\n\r\n{{", served.token());
+    let sockets = ["", "GET / HTTP/1.1\r\nHo", &head, &body].map(open);
+    for mut socket in sockets {
+        socket.set_read_timeout(Some(std::time::Duration::from_mins(1))).unwrap();
+        assert!(socket.read_to_end(&mut Vec::new()).is_ok(), "the server still waits");
+    }
+}
+
+#[test]
+fn one_address_does_not_take_all_places() {
+    let served = Served::run();
+    let crowd: Vec<TcpStream> = (0..100).map(|_| TcpStream::connect(served.host()).unwrap()).collect();
+    let hung_up = |mut socket: &TcpStream| {
+        socket.set_nonblocking(true).unwrap();
+        !socket.read(&mut [0]).is_err_and(|error| error.kind() == std::io::ErrorKind::WouldBlock)
+    };
+    assert!(comes_true(|| crowd.iter().filter(|socket| hung_up(socket)).count() >= 36));
 }

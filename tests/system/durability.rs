@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
 use std::time::Duration;
@@ -19,7 +19,7 @@ const ROBOTS: usize = 4;
 const KILLS: u64 = 200;
 
 /// A search that goes on when all is found: one look tells so little that there is always something left to see.
-fn endless(robots: usize) -> String {
+pub(crate) fn endless(robots: usize) -> String {
     format!(
         "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows = 30\ncolumns = 30\n[sensor]\nsigma2 = 20.0\n[objects]\ncount = 4\n\
          [robots]\ncount = {robots}\npolicy = \"random\"\n[mission]\nbudget_seconds = 1e6\nexpected_undeclared = 0\n"
@@ -105,13 +105,13 @@ async fn robots_that_are_killed_200_times_lose_nothing_that_they_said() {
     }
 }
 
-/// A robot whose journal is on a small disk of its own, which can be filled.
-struct Cramped {
+/// A process whose files are on a small disk of its own, which can be filled.
+pub(crate) struct Cramped {
     shell: Child,
     answers: BufReader<std::process::ChildStdout>,
 }
 
-/// Mounts the disk where only this shell and its children see it, runs the robot, and does what it is told.
+/// Mounts the disk where only this shell and its children see it, runs the process, and does what it is told.
 const SHELL: &str = r#"
 disk=$1; log=$2; shift 2
 mount -t tmpfs -o size=2m tmpfs "$disk"
@@ -122,15 +122,21 @@ while read -r order; do
         fill) dd if=/dev/zero of="$disk/filler" bs=4k 2> /dev/null || true ;;
         free) rm "$disk/filler" ;;
         restart) kill -9 $robot; wait $robot || true; start "$@" ;;
-        stop) kill $robot; wait $robot; cp "$disk"/*.journal "$disk.copy" ;;
+        stop) kill $robot; wait $robot; cp "$disk"/* "$disk.copy" ;;
     esac
     echo done
 done
+kill -9 $robot 2> /dev/null || true
 "#;
 
 impl Cramped {
-    /// Nothing where a process may have no mounts of its own.
-    fn start(field: &Field, number: usize) -> Option<Self> {
+    /// Runs a command of the program, with settings that may name files on the disk. Nothing where a process may have no
+    /// mounts of its own.
+    pub(crate) fn start(
+        field: &Field,
+        command: &str,
+        settings: impl FnOnce(&Path) -> PathBuf,
+    ) -> Option<Self> {
         let mut unshare = Command::new("unshare");
         unshare.args(["--user", "--map-root-user", "--mount"]);
         if !unshare.arg("true").status().is_ok_and(|status| status.success()) {
@@ -138,11 +144,12 @@ impl Cramped {
         }
         let disk = field.path("disk");
         std::fs::create_dir(&disk).unwrap();
-        let settings = field.robot_settings(number, Some(&disk.join("robot.journal")));
+        std::fs::create_dir(field.path("disk.copy")).unwrap();
+        let settings = settings(&disk);
         let mut shell = Command::new("unshare")
             .args(["--user", "--map-root-user", "--mount", "sh", "-ec", SHELL, "sh"])
             .args([&disk, &field.path("log")])
-            .args([DRAGNET, "agent", "--config"])
+            .args([DRAGNET, command, "--config"])
             .arg(settings)
             .env("RUST_LOG", "info")
             .stdin(Stdio::piped())
@@ -153,7 +160,12 @@ impl Cramped {
         Some(Self { shell, answers })
     }
 
-    fn order(&mut self, order: &str) {
+    /// Where a file of the disk is seen from outside.
+    pub(crate) fn seen(&self, file: &Path) -> PathBuf {
+        PathBuf::from(format!("/proc/{}/root{}", self.shell.id(), file.display()))
+    }
+
+    pub(crate) fn order(&mut self, order: &str) {
         writeln!(self.shell.stdin.as_mut().unwrap(), "{order}").unwrap();
         let mut answer = String::new();
         self.answers.read_line(&mut answer).unwrap();
@@ -184,7 +196,8 @@ async fn said(log: &Path, words: &str, knowledge: &mut watch::Receiver<Knowledge
 #[tokio::test(flavor = "multi_thread")]
 async fn a_robot_on_a_full_disk_searches_on_says_so_and_recovers() {
     let field = Field::new(&endless(2), 2, 6);
-    let Some(mut cramped) = Cramped::start(&field, 1) else {
+    let settings = |disk: &Path| field.robot_settings(1, Some(&disk.join("robot.journal")));
+    let Some(mut cramped) = Cramped::start(&field, "agent", settings) else {
         eprintln!("skipped: a disk of its own needs a mount namespace, which this system does not give");
         return;
     };
@@ -212,7 +225,7 @@ async fn a_robot_on_a_full_disk_searches_on_says_so_and_recovers() {
     };
     let ((), shared) = tokio::join!(coordinator, mission);
     assert_eq!(shared.conflicting, 0);
-    let journal = read(&field, 1, &field.path("disk.copy"));
+    let journal = read(&field, 1, &field.path("disk.copy/robot.journal"));
     assert_eq!(by_name(&journal), by_name(&shared.observations));
 }
 

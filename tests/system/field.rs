@@ -2,7 +2,7 @@
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
 
 use dragnet_link::session::{Endpoints, free_endpoints};
 use dragnet_proto::scenario::Scenario;
@@ -37,9 +37,25 @@ impl Process {
     }
 
     /// Asks it to stop, as a person would.
-    pub(crate) fn terminate(mut self) {
-        assert!(Command::new("kill").arg(self.0.id().to_string()).status().unwrap().success());
-        assert!(self.0.wait().unwrap().success());
+    pub(crate) fn terminate(self) {
+        assert!(self.signal("TERM").success());
+    }
+
+    /// How it ends after a signal.
+    pub(crate) fn signal(mut self, name: &str) -> ExitStatus {
+        let sent = Command::new("kill").args(["-s", name, &self.0.id().to_string()]).status().unwrap();
+        assert!(sent.success());
+        self.0.wait().unwrap()
+    }
+
+    pub(crate) fn id(&self) -> u32 {
+        self.0.id()
+    }
+
+    /// Nobody reads what it prints any more. How it ends then.
+    pub(crate) fn deafen(mut self) -> ExitStatus {
+        drop(self.0.stdout.take());
+        self.0.wait().unwrap()
     }
 
     /// What it prints until it ends.
@@ -111,12 +127,12 @@ impl Field {
     }
 
     pub(crate) fn coordinator(&self) -> Process {
-        let settings = self.coordinator_settings();
+        let settings = self.coordinator_settings(&self.path("field.mcap"));
         Process::start(Command::new(DRAGNET).args(["coordinator", "--config"]).arg(settings))
     }
 
-    pub(crate) fn coordinator_settings(&self) -> PathBuf {
-        let recording = self.path("field.mcap");
+    /// The settings of a coordinator that records there.
+    pub(crate) fn coordinator_settings(&self, recording: &Path) -> PathBuf {
         let config = format!("recording = \"{}\"\n{}", recording.display(), self.common(1));
         self.write("coordinator.toml", &config)
     }

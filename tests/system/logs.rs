@@ -28,7 +28,8 @@ fn logs_tell_what_was_decided_and_found_and_declared_and_why_a_robot_rests() {
         let mut command = Command::new(DRAGNET);
         Process::start_logged(command.args([verb, "--config"]).arg(settings), &log(name))
     };
-    let coordinator = start("coordinator", "coordinator", &field.coordinator_settings());
+    let coordinator =
+        start("coordinator", "coordinator", &field.coordinator_settings(&field.path("field.mcap")));
     let robots =
         [1, 2].map(|number| start(&format!("robot_{number}"), "agent", &field.robot_settings(number, None)));
     field.world().output();

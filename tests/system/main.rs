@@ -8,6 +8,7 @@ mod deploy;
 mod doctor;
 mod dry_run;
 mod durability;
+mod endings;
 mod faults;
 mod field;
 mod hosts;

@@ -226,7 +226,7 @@ async fn pose(endpoint: &str, settings: PathBuf) -> Link {
     let who = Participant::Robot(RobotId(2));
     let mut mouth = Link::join(session.clone(), "field".parse().unwrap(), who, codec).await.unwrap();
     mouth.announce().await.unwrap();
-    mouth.wait_for(&[Participant::Coordinator], PATIENCE).await.unwrap();
+    mouth.wait_for(&[Participant::Coordinator], PATIENCE, |_| ()).await.unwrap();
     let number = 7_u64.to_le_bytes();
     session
         .put("dragnet/field/robots/1/intent", convert::encode(&intent_of(1)))
@@ -337,8 +337,11 @@ fn in_a_star_the_coordinator_passes_on_what_robots_say() {
             links.push(link);
         }
         let [first, second] = &mut links[..] else { panic!("two robots") };
-        first.wait_for(&[Participant::Robot(RobotId(2)), Participant::Coordinator], PATIENCE).await.unwrap();
-        second.wait_for(&[Participant::Robot(RobotId(1))], PATIENCE).await.unwrap();
+        first
+            .wait_for(&[Participant::Robot(RobotId(2)), Participant::Coordinator], PATIENCE, |_| ())
+            .await
+            .unwrap();
+        second.wait_for(&[Participant::Robot(RobotId(1))], PATIENCE, |_| ()).await.unwrap();
         first.publish(1, Audience::All, &intent_of(1)).await.unwrap();
         loop {
             let heard = tokio::time::timeout(PATIENCE, second.hear()).await.unwrap().unwrap();

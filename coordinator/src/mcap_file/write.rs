@@ -3,13 +3,15 @@
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, BufWriter, ErrorKind, Write};
+use std::ops::{Deref, DerefMut};
 use std::path::{Path, PathBuf};
 
 use mcap::records::{AttachmentHeader, MessageHeader, SchemaHeader};
 use mcap::write::{Metadata, NoSeek};
-use mcap::{Attachment, Compression, McapResult, WriteOptions, Writer};
+use mcap::{Attachment, Compression, McapError, McapResult, WriteOptions, Writer};
 
 use super::RecordingError;
+use super::patient::{Patient, Watch};
 
 /// Bytes of a chunk before compression.
 const CHUNK_BYTES: u64 = 512 * 1024;
@@ -18,6 +20,49 @@ const CHUNK_BYTES: u64 = 512 * 1024;
 pub(crate) struct McapWriter<W: Write> {
     path: PathBuf,
     writer: Writer<NoSeek<BufWriter<W>>>,
+}
+
+/// One that grows while something goes on that cannot wait for a disk.
+pub(crate) struct LiveMcapWriter {
+    writer: McapWriter<Patient<File>>,
+    disk: Watch<File>,
+}
+
+impl LiveMcapWriter {
+    /// Creates the file; whatever is there already stays.
+    pub(crate) fn create(path: &Path, profile: &str, library: &str) -> Result<Self, RecordingError> {
+        let file = File::create_new(path).map_err(|source| refusal(path, source))?;
+        let (patient, disk) = Patient::new(file);
+        Ok(Self { writer: McapWriter::new(path, patient, profile, library)?, disk })
+    }
+
+    /// Why the disk takes nothing now, if so: what is to be written waits in memory.
+    pub(crate) fn trouble(&self) -> Option<String> {
+        self.disk.failure()
+    }
+
+    /// Ends the file with its index.
+    pub(crate) fn finish(self) -> Result<(), RecordingError> {
+        let path = self.writer.path.clone();
+        self.writer.finish()?;
+        let Some(reason) = self.disk.settle() else { return Ok(()) };
+        let source = McapError::Io(io::Error::other(reason));
+        Err(RecordingError::Write { path, what: "all that waited for room".into(), source })
+    }
+}
+
+impl Deref for LiveMcapWriter {
+    type Target = McapWriter<Patient<File>>;
+
+    fn deref(&self) -> &Self::Target {
+        &self.writer
+    }
+}
+
+impl DerefMut for LiveMcapWriter {
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        &mut self.writer
+    }
 }
 
 impl McapWriter<File> {

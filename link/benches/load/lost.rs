@@ -57,7 +57,7 @@ async fn until_lost(cut: Cut) -> Duration {
     });
     let other = Participant::Robot(RobotId(2));
     let there = join(2, &there).await;
-    here.wait_for(&[other], Duration::from_secs(10)).await.unwrap();
+    here.wait_for(&[other], Duration::from_secs(10), |_| ()).await.unwrap();
     order.send(()).unwrap();
     let started = Instant::now();
     while !matches!(here.hear().await, Some(Heard::Left(who)) if who == other) {}

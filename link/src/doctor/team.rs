@@ -80,7 +80,7 @@ async fn call(link: &mut Link, robot: RobotId, listen: Duration) -> Roll {
                 (Participant::Robot(from), time_ns)
             }
             Heard::Message { from, message: Message::MissionStatus(status), .. } => (from, status.time_ns),
-            Heard::Refused { key, reason } => {
+            Heard::Refused { key, reason, .. } => {
                 roll.refused.insert(key, reason);
                 continue;
             }

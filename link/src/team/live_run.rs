@@ -1,5 +1,7 @@
 //! A team by the wall clock: everybody runs as in the field, but for the world.
 
+use std::collections::BTreeMap;
+
 use dragnet_agent::agent::{Agent, Orders};
 use dragnet_coordinator::desk::Desk;
 use dragnet_proto::convert::Codec;
@@ -16,6 +18,7 @@ use crate::LinkError;
 use crate::config::TimeSource;
 use crate::link::Link;
 use crate::live::{self, Clock, Log};
+use crate::stop::{self, Bond};
 use crate::world::{self, WorldServer};
 
 pub(super) async fn run(
@@ -27,45 +30,72 @@ pub(super) async fn run(
     spectator: Spectator<'_>,
 ) -> Result<Run, LinkError> {
     let mission = mission(scenario)?;
-    let codec = Codec::new(scenario.terrain().grid());
+    let codec = Codec::of(scenario);
     let (listener, commands) = match onlooker {
         Some(Onlooker { listener, commands }) => (Some(listener), commands),
         None => (None, mpsc::channel(1).1),
     };
-    let desk = recording::desk(scenario, seed, options)?.told_to(listener);
+    let desk = recording::desk(scenario, seed, options, recording::Existing::Refused)?.told_to(listener);
     let mesh = Mesh::new(scenario)?;
     let world = mesh.open_world().await?;
     let (stop, stopped) = watch::channel(());
+    let (asked, clock) = (stop::asked(Bond::Output)?, Clock::new(pace));
     let session = mesh.open_participant(Participant::Coordinator).await?;
     let link = Link::join(session, mission.clone(), Participant::Coordinator, codec).await?;
     let desk: JoinHandle<Result<(Desk, Log), LinkError>> =
         participate(link, desk, pace, commands, stopped.clone());
     let mut children = Children::default();
     let mut robots = Vec::new();
-    for orders in Orders::of_team(scenario, seed) {
-        let robot = orders.robot.id;
-        let who = Participant::Robot(robot);
-        if let Some(program) = &options.processes {
-            let time = TimeSource::Wall;
-            let brief = Brief { program, scenario, seed, mission: &mission, time, pace };
-            children.start(&brief, robot, mesh.participant(who))?;
-        } else {
-            let session = mesh.open_participant(who).await?;
-            let reports = world::sensor(&session, &mission, robot, codec).await?;
-            let link = Link::join(session, mission.clone(), who, codec).await?;
-            robots.push(participate(link, Agent::new(orders), pace, reports, stopped.clone()));
+    let search = async {
+        for orders in Orders::of_team(scenario, seed) {
+            let robot = orders.robot.id;
+            let who = Participant::Robot(robot);
+            if let Some(program) = &options.processes {
+                let time = TimeSource::Wall;
+                let brief = Brief { program, scenario, seed, mission: &mission, time, pace };
+                children.start(&brief, robot, mesh.participant(who))?;
+            } else {
+                let session = mesh.open_participant(who).await?;
+                let reports = world::sensor(&session, &mission, robot, codec).await?;
+                let link = Link::join(session, mission.clone(), who, codec).await?;
+                robots.push(participate(link, Agent::new(orders), pace, reports, stopped.clone()));
+            }
         }
-    }
-    let server = WorldServer::open(world, mission, scenario, seed, pace, spectator).await?;
-    let mut episode = server.run().await?;
+        let mission = mission.clone();
+        WorldServer::open(world, mission, scenario, seed, pace, spectator).await?.run().await
+    };
+    // However it ends, what the coordinator has recorded is finished.
+    let mut ended = tokio::select! {
+        ended = search => Some(ended),
+        () = asked => None,
+    };
     drop(stop);
+    let mut decisions = Vec::new();
     for robot in robots {
-        episode.outcome.decisions.extend(joined(robot).await?.1.decisions);
+        match joined(robot).await {
+            Ok((_, log)) => decisions.extend(log.decisions),
+            Err(error) => ended = Some(Err(error)),
+        }
     }
     let (desk, _) = joined(desk).await?;
     let observations_merged = desk.observations();
-    desk.finish(episode.outcome.ended, recording::summary(&episode))?;
-    Ok(Run { episode, observations_merged, recording: options.recording.clone() })
+    let recording = options.recording.clone();
+    match ended {
+        Some(Ok(mut episode)) => {
+            episode.outcome.decisions.extend(decisions);
+            desk.finish(episode.outcome.ended, recording::summary(&episode))?;
+            Ok(Run { episode, observations_merged, recording })
+        }
+        Some(Err(error)) => {
+            desk.finish(clock.now(), BTreeMap::from([("failed".to_owned(), error.to_string())]))?;
+            Err(error)
+        }
+        None => {
+            let why = ("stopped".to_owned(), "before the search was over".to_owned());
+            desk.finish(clock.now(), BTreeMap::from([why]))?;
+            Err(LinkError::Stopped { recording })
+        }
+    }
 }
 
 /// Runs a participant until the mission stops; returns it as it was then.

@@ -25,7 +25,7 @@ pub(super) fn run(
     options: &Options,
     spectator: Spectator<'_>,
 ) -> Result<Run, LinkError> {
-    let desk = recording::desk(scenario, seed, options)?;
+    let desk = recording::desk(scenario, seed, options, recording::Existing::Refused)?;
     let stage =
         Stage { mission: mission(scenario)?, grid: scenario.terrain().grid(), team: everybody(scenario) };
     let mesh = Mesh::new(scenario)?;

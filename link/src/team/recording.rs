@@ -6,6 +6,7 @@ use std::sync::Arc;
 use dragnet_coordinator::desk::Desk;
 use dragnet_coordinator::mission::{Mission, MissionOrders};
 use dragnet_coordinator::record::{Header, Recorder};
+use dragnet_coordinator::recording::Notice;
 use dragnet_proto::scenario::Scenario;
 use dragnet_sim::episode::Episode;
 
@@ -16,7 +17,12 @@ use crate::{LinkError, unix_time};
 const SIMULATED_START_UNIX_NS: i64 = 946_684_800_000_000_000;
 
 /// The coordinator of a scenario, with its recorder if something is to be recorded.
-pub(crate) fn desk(scenario: &Scenario, seed: u64, options: &Options) -> Result<Desk, LinkError> {
+pub(crate) fn desk(
+    scenario: &Scenario,
+    seed: u64,
+    options: &Options,
+    there: Existing,
+) -> Result<Desk, LinkError> {
     let orders = MissionOrders::of(scenario);
     let recorder = options.recording.as_ref().map(|path| {
         let header = Header {
@@ -28,9 +34,36 @@ pub(crate) fn desk(scenario: &Scenario, seed: u64, options: &Options) -> Result<
             earth: scenario.earth(),
             run: run_metadata(scenario, seed, options),
         };
-        Recorder::create(path, header)
+        match there {
+            Existing::Refused => Recorder::create(path, header),
+            Existing::Beside => Recorder::create_beside(path, header),
+        }
     });
-    Ok(Desk::new(Mission::new(orders), recorder.transpose()?))
+    let recorder = recorder.transpose()?;
+    if let (Some(recorder), Some(path)) = (&recorder, &options.recording)
+        && recorder.path() != path
+    {
+        let (path, free) = (path.display(), recorder.path().display());
+        tracing::info!("{path} is there already, from an earlier start; this one records to {free}");
+    }
+    Ok(Desk::new(Mission::new(orders), recorder).notifying(Box::new(tell)))
+}
+
+fn tell(notice: &Notice) {
+    if notice.is_trouble() {
+        tracing::warn!("{notice}");
+    } else {
+        tracing::info!("{notice}");
+    }
+}
+
+/// What becomes of a recording whose file is there already.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Existing {
+    /// It is an error: whoever asked for it can choose another name.
+    Refused,
+    /// Another file beside it is begun: nobody may be there to choose.
+    Beside,
 }
 
 fn start_unix_ns(options: &Options) -> i64 {

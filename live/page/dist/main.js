@@ -12,7 +12,7 @@ const map = new MapView(element("ground", HTMLElement), element("canvas", HTMLCa
     tapped: (spot) => controls.tapped(spot),
 });
 const controls = new Controls(map, draw);
-const stream = new Stream({ heard, lost });
+const stream = new Stream({ heard, lost }, controls.token);
 const player = new Player(stream);
 function heard(message) {
     isLost = false;

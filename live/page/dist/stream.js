@@ -2,10 +2,12 @@ const FIRST_WAIT = 500;
 const LAST_WAIT = 8000;
 export class Stream {
     listener;
+    token;
     socket;
     wait = FIRST_WAIT;
-    constructor(listener) {
+    constructor(listener, token) {
         this.listener = listener;
+        this.token = token;
         this.open();
     }
     say(message) {
@@ -13,7 +15,8 @@ export class Stream {
             this.socket.send(JSON.stringify(message));
     }
     open() {
-        const socket = new WebSocket(new URL("stream", location.href.replace(/^http/, "ws").split("#")[0]));
+        const address = new URL("stream", location.href.replace(/^http/, "ws").split("#")[0]);
+        const socket = new WebSocket(address, this.token === null ? ["dragnet"] : ["dragnet", `token.${this.token}`]);
         socket.onmessage = (event) => {
             this.wait = FIRST_WAIT;
             this.listener.heard(JSON.parse(String(event.data)));

@@ -13,7 +13,7 @@ export class Controls {
   private mission: Mission | undefined;
   private lock: Lock = "asking for leave …";
   private isDrawing = false;
-  private readonly token = new URLSearchParams(location.hash.slice(1)).get("token");
+  readonly token = new URLSearchParams(location.hash.slice(1)).get("token");
 
   constructor(
     private readonly map: MapView,

@@ -16,7 +16,10 @@ export class Stream {
   private socket: WebSocket | undefined;
   private wait = FIRST_WAIT;
 
-  constructor(private readonly listener: Listener) {
+  constructor(
+    private readonly listener: Listener,
+    private readonly token: string | null,
+  ) {
     this.open();
   }
 
@@ -25,7 +28,9 @@ export class Stream {
   }
 
   private open(): void {
-    const socket = new WebSocket(new URL("stream", location.href.replace(/^http/, "ws").split("#")[0]));
+    const address = new URL("stream", location.href.replace(/^http/, "ws").split("#")[0]);
+    // Whoever has the token finds a place where many others watch.
+    const socket = new WebSocket(address, this.token === null ? ["dragnet"] : ["dragnet", `token.${this.token}`]);
     socket.onmessage = (event) => {
       this.wait = FIRST_WAIT;
       this.listener.heard(JSON.parse(String(event.data)));

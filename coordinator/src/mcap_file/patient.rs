@@ -1,0 +1,180 @@
+//! A file that waits for its disk: what cannot be written stays in memory, in its order, until it can be.
+
+use std::io::{self, ErrorKind, Write};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// So many bytes may wait; then the file has failed.
+const MOST_BYTES: usize = 64 * 1024 * 1024;
+
+/// Writes to a file, with patience.
+pub(crate) struct Patient<W> {
+    state: Arc<Mutex<State<W>>>,
+}
+
+/// Looks at a file while somebody else writes to it.
+pub(crate) struct Watch<W> {
+    state: Arc<Mutex<State<W>>>,
+}
+
+struct State<W> {
+    file: W,
+    waiting: Vec<u8>,
+    /// So many of the bytes that wait have been written.
+    written: usize,
+    /// Why the disk takes nothing, if so.
+    failure: Option<io::Error>,
+    most_bytes: usize,
+    /// Too much had to wait: bytes are missing, and none that follow make sense.
+    is_lost: bool,
+}
+
+impl<W: Write> Patient<W> {
+    pub(crate) fn new(file: W) -> (Self, Watch<W>) {
+        Self::with_room(file, MOST_BYTES)
+    }
+
+    fn with_room(file: W, most_bytes: usize) -> (Self, Watch<W>) {
+        let (waiting, written, failure, is_lost) = (Vec::new(), 0, None, false);
+        let state = Arc::new(Mutex::new(State { file, waiting, written, failure, most_bytes, is_lost }));
+        (Self { state: Arc::clone(&state) }, Watch { state })
+    }
+}
+
+impl<W: Write> Watch<W> {
+    /// Writes what waits, if that can be; why not all could be written.
+    pub(crate) fn settle(&self) -> Option<String> {
+        lock(&self.state).write_out();
+        self.failure()
+    }
+}
+
+impl<W> Watch<W> {
+    /// Why the disk takes nothing now, if so.
+    pub(crate) fn failure(&self) -> Option<String> {
+        lock(&self.state).failure.as_ref().map(ToString::to_string)
+    }
+}
+
+fn lock<W>(state: &Mutex<State<W>>) -> MutexGuard<'_, State<W>> {
+    state.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl<W: Write> Write for Patient<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        lock(&self.state).take(bytes)
+    }
+
+    /// Tries again. That the disk still takes nothing is no error: see [`Watch::failure`].
+    fn flush(&mut self) -> io::Result<()> {
+        let mut state = lock(&self.state);
+        if state.is_lost {
+            return Err(state.error());
+        }
+        state.write_out();
+        Ok(())
+    }
+}
+
+impl<W: Write> State<W> {
+    fn take(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.is_lost |= self.waiting.len() - self.written + bytes.len() > self.most_bytes;
+        if self.is_lost {
+            return Err(self.error());
+        }
+        self.waiting.extend_from_slice(bytes);
+        // Once it fails it is tried again when somebody flushes, not for each byte.
+        if self.failure.is_none() {
+            self.write_out();
+        }
+        Ok(bytes.len())
+    }
+
+    fn write_out(&mut self) {
+        self.failure = None;
+        while self.written < self.waiting.len() {
+            match self.file.write(&self.waiting[self.written..]) {
+                Ok(0) => self.failure = Some(ErrorKind::WriteZero.into()),
+                Ok(count) => self.written += count,
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) => self.failure = Some(error),
+            }
+            if self.failure.is_some() {
+                break;
+            }
+        }
+        self.waiting.drain(..self.written);
+        self.written = 0;
+        if self.failure.is_none()
+            && let Err(error) = self.file.flush()
+        {
+            self.failure = Some(error);
+        }
+    }
+
+    fn error(&self) -> io::Error {
+        match &self.failure {
+            Some(failure) => io::Error::new(failure.kind(), failure.to_string()),
+            None => ErrorKind::StorageFull.into(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A disk with room for so many bytes.
+    struct Disk {
+        bytes: Vec<u8>,
+        room: usize,
+    }
+
+    impl Write for Disk {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            let room = self.room - self.bytes.len();
+            if room == 0 {
+                return Err(ErrorKind::StorageFull.into());
+            }
+            let taken = &bytes[..bytes.len().min(room)];
+            self.bytes.extend_from_slice(taken);
+            Ok(taken.len())
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    fn patient(room: usize, most_bytes: usize) -> (Patient<Disk>, Watch<Disk>) {
+        Patient::with_room(Disk { bytes: Vec::new(), room }, most_bytes)
+    }
+
+    #[test]
+    fn what_waited_for_room_is_written_in_its_order_and_nothing_is_missing() {
+        let (mut file, watch) = patient(10, 100);
+        for chunk in ["0123456", "789abcd", "efgh"] {
+            file.write_all(chunk.as_bytes()).unwrap();
+            file.flush().unwrap();
+        }
+        assert_eq!(lock(&file.state).file.bytes, b"0123456789");
+        assert!(watch.failure().is_some());
+        lock(&file.state).file.room = 15;
+        file.flush().unwrap();
+        assert!(watch.failure().is_some(), "there is not room for all");
+        lock(&file.state).file.room = 100;
+        file.write_all(b"ij").unwrap();
+        file.flush().unwrap();
+        assert_eq!(watch.failure(), None);
+        assert_eq!(lock(&file.state).file.bytes, b"0123456789abcdefghij");
+    }
+
+    #[test]
+    fn when_too_much_waits_the_file_has_failed_for_good() {
+        let (mut file, _) = patient(10, 20);
+        file.write_all(&[1; 30]).unwrap_err();
+        file.write_all(&[1; 5]).unwrap_err();
+        lock(&file.state).file.room = 100;
+        file.flush().unwrap_err();
+        assert!(lock(&file.state).file.bytes.is_empty());
+    }
+}

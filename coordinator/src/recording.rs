@@ -1,0 +1,230 @@
+//! The recording of a mission in the field, through whatever its disk does.
+//!
+//! While the disk takes nothing, what is to be recorded waits in memory. If that becomes too much the file ends with what
+//! was written, and once there is room again another one beside it begins, with all observations so far: each file can be
+//! shown by itself.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use dragnet_proto::time::MissionTime;
+
+use crate::RecordingError;
+use crate::mission::{Mission, Record};
+use crate::record::{Header, Recorder};
+
+/// A further file is tried so often.
+const RETRY: Duration = Duration::from_secs(10);
+
+/// What whoever watches is told of a recording.
+#[derive(Debug)]
+pub enum Notice {
+    /// The disk takes nothing; what is to be recorded waits in memory.
+    Waits {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        reason: String,
+    },
+    /// All that waited is written.
+    Written {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A file ends before the mission does.
+    Ended(RecordingError),
+    /// The recording goes on in another file.
+    GoesOn {
+        /// The file.
+        path: PathBuf,
+        /// How many observations it begins with.
+        observations: u64,
+    },
+}
+
+impl fmt::Display for Notice {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Waits { path, reason } => {
+                let path = path.display();
+                write!(
+                    formatter,
+                    "{path}: {reason}; the mission goes on, and what is to be recorded waits in memory"
+                )
+            }
+            Self::Written { path } => {
+                write!(formatter, "{}: written again, nothing is missing", path.display())
+            }
+            Self::Ended(error) => {
+                write!(
+                    formatter,
+                    "{error}; what was written stays, and a further file begins when there is room"
+                )
+            }
+            Self::GoesOn { path, observations } => {
+                let path = path.display();
+                write!(
+                    formatter,
+                    "{path}: the recording goes on here, with all {observations} observations so far"
+                )
+            }
+        }
+    }
+}
+
+impl Notice {
+    /// Whether it is of something that is wrong, and not mended.
+    #[must_use]
+    pub const fn is_trouble(&self) -> bool {
+        matches!(self, Self::Waits { .. } | Self::Ended(_))
+    }
+}
+
+/// Who is told of what becomes of the recording.
+pub type Notify = Box<dyn FnMut(&Notice) + Send>;
+
+/// A recording under way.
+pub(crate) struct Recording {
+    state: State,
+    is_waiting: bool,
+    notify: Option<Notify>,
+}
+
+enum State {
+    Writing(Box<Recorder>),
+    /// The last file failed.
+    Interrupted {
+        path: PathBuf,
+        header: Box<Header>,
+        error: RecordingError,
+        next_try: MissionTime,
+    },
+    /// Between two states.
+    Moving,
+}
+
+impl Recording {
+    pub(crate) fn new(recorder: Recorder) -> Self {
+        Self { state: State::Writing(Box::new(recorder)), is_waiting: false, notify: None }
+    }
+
+    pub(crate) fn notify(&mut self, notify: Notify) {
+        self.notify = Some(notify);
+    }
+
+    /// Why nothing is recorded now, if so.
+    pub(crate) const fn failure(&self) -> Option<&RecordingError> {
+        match &self.state {
+            State::Interrupted { error, .. } => Some(error),
+            State::Writing(_) | State::Moving => None,
+        }
+    }
+
+    pub(crate) fn record(&mut self, now: MissionTime, record: &Record) {
+        if let State::Writing(recorder) = &mut self.state
+            && let Err(error) = recorder.record(now, record)
+        {
+            self.interrupt(now, error);
+        }
+    }
+
+    /// Flushes if it is time to, and sees how the disk does.
+    pub(crate) fn tick(&mut self, now: MissionTime, mission: &Mission) {
+        match &mut self.state {
+            State::Writing(recorder) => match recorder.tick(now) {
+                Ok(()) => self.look(),
+                Err(error) => self.interrupt(now, error),
+            },
+            State::Interrupted { next_try, .. } if now >= *next_try => self.go_on(now, mission),
+            State::Interrupted { .. } | State::Moving => {}
+        }
+    }
+
+    /// Says so when the disk takes nothing, and when it does again.
+    fn look(&mut self) {
+        let State::Writing(recorder) = &self.state else { return };
+        let trouble = recorder.trouble();
+        if trouble.is_some() == self.is_waiting {
+            return;
+        }
+        self.is_waiting = trouble.is_some();
+        let path = recorder.path().to_owned();
+        self.tell(&match trouble {
+            Some(reason) => Notice::Waits { path, reason },
+            None => Notice::Written { path },
+        });
+    }
+
+    fn interrupt(&mut self, now: MissionTime, error: RecordingError) {
+        let told = Notice::Ended(error);
+        self.tell(&told);
+        let (Notice::Ended(error), State::Writing(recorder)) =
+            (told, std::mem::replace(&mut self.state, State::Moving))
+        else {
+            return;
+        };
+        let (path, header) = (recorder.path().to_owned(), Box::new(recorder.give_up()));
+        self.state = State::Interrupted { path, header, error, next_try: now + RETRY };
+    }
+
+    /// Begins a further file, if there is room for all that it begins with.
+    fn go_on(&mut self, now: MissionTime, mission: &Mission) {
+        let State::Interrupted { path, header, error, .. } =
+            std::mem::replace(&mut self.state, State::Moving)
+        else {
+            return;
+        };
+        match begun(&path, (*header).clone(), now, mission) {
+            Some(recorder) => {
+                let observations = mission.inbox().log().len();
+                self.tell(&Notice::GoesOn { path: recorder.path().to_owned(), observations });
+                self.is_waiting = false;
+                self.state = State::Writing(Box::new(recorder));
+            }
+            None => self.state = State::Interrupted { path, header, error, next_try: now + RETRY },
+        }
+    }
+
+    fn tell(&mut self, notice: &Notice) {
+        if let Some(notify) = &mut self.notify {
+            notify(notice);
+        }
+    }
+
+    /// Ends the recording, if need be in a further file.
+    pub(crate) fn finish(
+        mut self,
+        now: MissionTime,
+        mission: &Mission,
+        summary: std::collections::BTreeMap<String, String>,
+    ) -> Result<(), RecordingError> {
+        if self.failure().is_some() {
+            self.go_on(now, mission);
+        }
+        match self.state {
+            State::Writing(recorder) => recorder.finish(summary),
+            State::Interrupted { error, .. } => Err(error),
+            State::Moving => Ok(()),
+        }
+    }
+}
+
+/// A further file with all that is known; nothing, and no file, if the disk does not take it.
+fn begun(path: &Path, header: Header, now: MissionTime, mission: &Mission) -> Option<Recorder> {
+    let mut recorder = Recorder::create_beside(path, header).ok()?;
+    let log = mission.inbox().log();
+    let observations = log.versions().flat_map(|version| log.since(version.origin, 0));
+    let records = observations.map(|observation| Record::Observation(observation.clone()));
+    let stand =
+        [Record::Status(mission.status(now)), Record::Belief(std::sync::Arc::new(mission.belief().clone()))];
+    let written = records.chain(stand).try_for_each(|record| recorder.record(now, &record));
+    if written.and_then(|()| recorder.flush()).is_ok() && recorder.trouble().is_none() {
+        return Some(recorder);
+    }
+    let path = recorder.path().to_owned();
+    drop(recorder);
+    // It holds nothing that is not known.
+    let _ = std::fs::remove_file(path);
+    None
+}
