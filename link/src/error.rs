@@ -86,12 +86,14 @@ impl LinkError {
     #[must_use]
     pub const fn is_bad_input(&self) -> bool {
         use dragnet_coordinator::RecordingError;
+
+        use crate::journal::JournalError;
         matches!(
             self,
             Self::Settings { .. }
                 | Self::Open { .. }
                 | Self::Unsupported(_)
-                | Self::Journal(_)
+                | Self::Journal(JournalError::Foreign { .. } | JournalError::Content { .. })
                 | Self::Recording(
                     RecordingError::Create { .. }
                         | RecordingError::Exists { .. }

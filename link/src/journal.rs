@@ -13,9 +13,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use dragnet_proto::clock::Kept;
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::key::Mission;
 use dragnet_proto::message::{Message, MessageKind};
+use dragnet_proto::time::MissionTime;
 use dragnet_search::observation::{Observation, Origin, RobotId};
 use dragnet_search::terrain::Terrain;
 use redb::backends::InMemoryBackend;
@@ -36,6 +38,8 @@ mod fact {
     pub(super) const ROBOT: &str = "robot";
     pub(super) const MAP: &str = "map";
     pub(super) const STARTED: &str = "started_unix_ns";
+    /// Of what was noted of the mission's time, which is absent before any was: see [`super::Kept`].
+    pub(super) const TIME: &str = "time";
 }
 
 /// Raised whenever what is in a journal, or how, changes.
@@ -61,7 +65,8 @@ type Facts = [(&'static str, String); 5];
 /// What a robot that starts again had before.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Memory {
-    /// When it started for the first time: Unix time, nanoseconds.
+    /// When it started for the first time, by the date that its computer had then: Unix time, nanoseconds. For people:
+    /// nothing depends on it.
     pub started_unix_ns: u64,
     /// All that it knew, its own observations in the order in which it made them.
     pub observations: Vec<Arc<Observation>>,
@@ -77,6 +82,10 @@ pub struct Journal {
     database: Option<Database>,
     /// What is not on disk yet.
     waiting: Vec<Arc<Observation>>,
+    /// The mission's time, as it was noted last.
+    time: Option<Kept>,
+    /// Whether that is not on disk yet.
+    is_time_waiting: bool,
     /// When the disk failed last, since it last did not.
     failed: Option<Instant>,
 }
@@ -96,6 +105,8 @@ impl Journal {
             facts: subject.facts(now_unix_ns),
             database: None,
             waiting: Vec::new(),
+            time: None,
+            is_time_waiting: false,
             failed: None,
         };
         let error = match journal.remember(open(path, &journal.facts), subject) {
@@ -130,12 +141,13 @@ impl Journal {
 
     /// The database, with what stands in it, if it is what it should be.
     fn remember(
-        &self,
+        &mut self,
         database: Result<Database, redb::Error>,
         subject: Subject<'_>,
     ) -> Result<(Database, Memory), JournalError> {
         let database = database.map_err(|source| JournalError::of(&self.path, source))?;
         let memory = remember(&database, &self.path, subject)?;
+        self.time = noted_time(&database).map_err(|source| JournalError::of(&self.path, source))?;
         Ok((database, memory))
     }
 
@@ -144,10 +156,23 @@ impl Journal {
         self.waiting.extend(observations);
     }
 
+    /// Notes the mission's time; it is on disk after the next [`Journal::commit`].
+    pub fn note_time(&mut self, time: Kept) {
+        self.time = Some(time);
+        self.is_time_waiting = true;
+    }
+
+    /// The mission's time, as it was noted last.
+    #[must_use]
+    pub const fn time(&self) -> Option<&Kept> {
+        self.time.as_ref()
+    }
+
     /// Writes down all that was noted. If the disk fails, it is noted further: the log says so, and says when it is
     /// mended.
     pub fn commit(&mut self) {
-        if self.waiting.is_empty() || self.failed.is_some_and(|failed| failed.elapsed() < RETRY) {
+        let is_all_written = self.waiting.is_empty() && !self.is_time_waiting;
+        if is_all_written || self.failed.is_some_and(|failed| failed.elapsed() < RETRY) {
             return;
         }
         if let Err(error) = self.write() {
@@ -158,6 +183,7 @@ impl Journal {
             tracing::info!("{path}: written again, {count} observations that had waited first");
         }
         self.waiting.clear();
+        self.is_time_waiting = false;
     }
 
     fn fail(&mut self, error: &dyn std::error::Error) {
@@ -198,6 +224,9 @@ impl Journal {
                 let name = (observation.origin.robot.0, observation.origin.incarnation, observation.sequence);
                 let bytes = convert::encode(&Message::Observation(Arc::clone(observation)));
                 table.insert(name, bytes.as_slice())?;
+            }
+            if let Some(time) = self.time.as_ref().filter(|_| self.is_time_waiting) {
+                transaction.open_table(FACTS)?.insert(fact::TIME, written_time(time).as_str())?;
             }
         }
         transaction.commit()?;
@@ -283,6 +312,23 @@ fn remember(database: &Database, path: &Path, subject: Subject<'_>) -> Result<Me
 fn said(database: &Database, name: &str) -> Result<String, redb::Error> {
     let facts = database.begin_read()?.open_table(FACTS)?;
     Ok(facts.get(name)?.map(|value| value.value().to_owned()).unwrap_or_default())
+}
+
+/// The mission's time as a fact: the run of the computer, its uptime and the time, nanoseconds.
+fn written_time(Kept { boot, uptime, time }: &Kept) -> String {
+    format!("{boot} {} {}", uptime.as_nanos(), time.0)
+}
+
+/// What was noted of the mission's time, if anything was that makes sense: without it the observations tell enough.
+fn noted_time(database: &Database) -> Result<Option<Kept>, redb::Error> {
+    let text = said(database, fact::TIME)?;
+    let mut words = text.split(' ');
+    let mut next = || words.next();
+    let kept = (|| {
+        let (boot, uptime, time) = (next()?, next()?.parse().ok()?, next()?.parse().ok()?);
+        Some(Kept { boot: boot.to_owned(), uptime: Duration::from_nanos(uptime), time: MissionTime(time) })
+    })();
+    Ok(kept)
 }
 
 /// The first so many of these names, as they were written.

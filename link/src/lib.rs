@@ -4,7 +4,8 @@
 //!
 //! - [`session`], [`link`]: how a session is opened, and what a participant says and hears on it;
 //! - [`refusals`]: whom Zenoh turns away, told in plain words; [`source_places`]: and without folders of other machines;
-//! - [`live`]: a participant driven by the wall clock, as in the field; [`journal`]: what it remembers if it starts again;
+//! - [`live`], [`clock`]: a participant driven by the wall clock, as in the field, in the mission's time; [`journal`]: what
+//!   it remembers if it starts again;
 //! - [`lockstep`], [`remote_crew`]: participants driven by the simulator, event by event, over the same messages;
 //! - [`ros`], [`vehicle`]: a robot's own ROS 2 network, and its vehicle on it;
 //! - [`dry_run`]: a robot that lives through a recording of its vehicle's network;
@@ -14,6 +15,7 @@
 //! - [`world`]: the simulated world for participants driven by the wall clock;
 //! - [`team`]: a whole team in one call; [`config`], [`serve`]: each part as a process of its own.
 
+pub mod clock;
 pub mod config;
 pub mod doctor;
 pub mod dry_run;
@@ -33,6 +35,7 @@ pub mod team;
 pub mod vehicle;
 pub mod world;
 
+mod endpoint;
 mod error;
 mod log_limit;
 mod narrator;

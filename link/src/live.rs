@@ -5,6 +5,7 @@ use std::future::Future;
 use std::num::NonZeroUsize;
 use std::time::Duration;
 
+use dragnet_proto::clock::{self, Adjustment};
 use dragnet_proto::message::{Audience, LogReply, LogRequest, Message, Participant};
 use dragnet_proto::participant::{Mind, Reaction, Stimulus};
 use dragnet_proto::time::MissionTime;
@@ -12,6 +13,7 @@ use tokio::sync::mpsc;
 use tokio::time::Instant;
 
 use crate::LinkError;
+use crate::clock::Clock;
 use crate::journal::Journal;
 use crate::link::{Heard, Link, Sender};
 use crate::log_limit::{Kind, Teller};
@@ -22,57 +24,19 @@ use crate::watchdog::Watchdog;
 /// others is repeated from there. Older ones are in the journal, for those who come late.
 const HELD: NonZeroUsize = NonZeroUsize::new(4).expect("above 0");
 
-/// Mission time by the wall clock.
-#[derive(Clone, Copy, Debug)]
-pub struct Clock {
-    start: Instant,
-    /// Mission seconds a second: 1 in the field.
-    pace: f64,
-}
-
-impl Clock {
-    /// A clock that is at the mission's start now and runs at this pace, above 0.
-    #[must_use]
-    pub fn new(pace: f64) -> Self {
-        Self { start: Instant::now(), pace }
-    }
-
-    /// The time now.
-    #[must_use]
-    pub fn now(&self) -> MissionTime {
-        MissionTime::START + self.start.elapsed().mul_f64(self.pace)
-    }
-
-    /// Sets the clock: it is this time now.
-    pub fn set(&mut self, now: MissionTime) {
-        let since_start = now.since(MissionTime::START).div_f64(self.pace);
-        self.start = Instant::now().checked_sub(since_start).unwrap_or(self.start);
-    }
-
-    /// Sets the clock forward to the time of a robot's sign of life; whether it was one.
-    fn follow(&mut self, heard: &Heard) -> bool {
-        let Heard::Message { message: Message::Heartbeat(heartbeat), .. } = heard else { return false };
-        self.set(self.now().max(MissionTime(heartbeat.time_ns)));
-        true
-    }
-
-    /// When it will be this time, on the wall; within a day.
-    #[must_use]
-    pub fn instant(&self, time: MissionTime) -> Instant {
-        let since_start = time.since(MissionTime::START).as_secs_f64() / self.pace;
-        let from_now = (since_start - self.start.elapsed().as_secs_f64()).clamp(0.0, 86_400.0);
-        Instant::now() + Duration::from_secs_f64(from_now)
-    }
-}
+/// So often whoever listens looks whether it has listened for long enough.
+const LISTENS: Duration = Duration::from_millis(100);
 
 /// What a run by the wall clock measured.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Log {
     /// Computing time of each decision.
     pub decisions: Vec<Duration>,
+    /// Mission time at the end.
+    pub ended: MissionTime,
 }
 
-/// What a vehicle reports besides messages: its time, if it knows better than this clock, and what happened.
+/// What a vehicle reports besides messages: the mission's time, if it knows that better than this clock, and what happened.
 pub type Report = (Option<MissionTime>, Stimulus<Message>);
 
 /// Runs a mind until `stop` is ready or the network closes. `reports` is what its vehicle says: a coordinator has none.
@@ -91,6 +55,7 @@ pub async fn run(
     let mut driver = Driver {
         mind,
         journal,
+        noted: None,
         published: 0,
         wake_at: MissionTime(u64::MAX),
         log: Log::default(),
@@ -100,31 +65,40 @@ pub async fn run(
     };
     driver.experience(link, clock.now(), Stimulus::Start).await?;
     let mut has_reports = true;
-    // Nobody tells a coordinator the time, but the first sign of life that it hears.
-    let mut has_time = link.me() != Participant::Coordinator;
+    let mut told = ToldTime::default();
     let mut watchdog = Watchdog::ready();
     tokio::pin!(stop);
     loop {
+        driver.note_time(&clock);
         tokio::select! {
-            () = &mut stop => return Ok(driver.finish()),
+            () = &mut stop => return Ok(driver.finish(&clock)),
             () = watchdog.feed() => {}
             () = driver.teller.settle() => {}
             heard = link.hear() => match heard {
                 Some(heard) => {
-                    has_time = has_time || clock.follow(&heard);
+                    if let Heard::Message { from, message, .. } = &heard
+                        && let Some(time) = clock::dated(*from, message)
+                    {
+                        told.tell(*from, clock.hear(time));
+                    }
                     driver.hear(link, clock.now(), heard).await?;
                 }
-                None => return Ok(driver.finish()),
+                None => return Ok(driver.finish(&clock)),
             },
-            report = reports.recv(), if has_reports => match report {
+            report = reports.recv(), if has_reports && !clock.listens() => match report {
                 Some((time, stimulus)) => {
-                    // To the nanosecond as the vehicle says: others hold where it was against when.
-                    let now = time.unwrap_or_else(|| clock.now());
-                    clock.set(now);
+                    // To the nanosecond as the simulator says: others hold where a robot was against when.
+                    let followed = time.filter(|&time| clock.follow(time));
+                    if matches!(stimulus, Stimulus::Sensed { .. }) {
+                        clock.begin();
+                    }
+                    driver.note_time(&clock);
+                    let now = followed.unwrap_or_else(|| clock.now());
                     driver.experience(link, now, stimulus).await?;
                 }
                 None => has_reports = false,
             },
+            () = tokio::time::sleep(LISTENS), if clock.listens() => {}
             () = tokio::time::sleep_until(clock.instant(driver.wake_at)) => {
                 let now = clock.now().max(driver.wake_at);
                 driver.experience(link, now, Stimulus::Woke).await?;
@@ -148,6 +122,8 @@ fn repeat(journal: &Journal, request: LogRequest, teller: &mut Teller) -> Option
 struct Driver<'a> {
     mind: &'a mut dyn Mind,
     journal: Option<Journal>,
+    /// The clock as the journal knows it.
+    noted: Option<Clock>,
     /// Messages published.
     published: u64,
     wake_at: MissionTime,
@@ -158,12 +134,44 @@ struct Driver<'a> {
     teller: Teller,
 }
 
+/// What was told of the time: that a clock was set, and once a minute that somebody is not believed.
+#[derive(Default)]
+struct ToldTime(Option<Instant>);
+
+impl ToldTime {
+    /// Less than this is not worth a line.
+    const LEAST: Duration = Duration::from_secs(1);
+    const SILENCE: Duration = Duration::from_mins(1);
+
+    fn tell(&mut self, from: Participant, adjustment: Adjustment) {
+        let [by, left] = [adjustment.by, adjustment.left].map(|it| it.as_secs_f64());
+        if adjustment.by >= Self::LEAST {
+            tracing::info!("mission time is set {by:.0} s forward: {from} has counted longer");
+        }
+        if adjustment.left >= Self::LEAST && self.0.is_none_or(|told| told.elapsed() >= Self::SILENCE) {
+            self.0 = Some(Instant::now());
+            tracing::warn!(
+                "{from} says that the mission is {left:.0} s older than anybody else has said; it is not believed at once"
+            );
+        }
+    }
+}
+
 impl Driver<'_> {
-    fn finish(mut self) -> Log {
+    fn finish(mut self, clock: &Clock) -> Log {
         if let Some(journal) = &mut self.journal {
             journal.commit();
         }
-        self.log
+        Log { ended: clock.now(), ..self.log }
+    }
+
+    /// A journal knows the mission's time from when it begins, and anew when the clock is set.
+    fn note_time(&mut self, clock: &Clock) {
+        let Some(journal) = &mut self.journal else { return };
+        if clock.has_begun() && self.noted.is_none_or(|noted| clock.has_moved_since(&noted)) {
+            journal.note_time(clock.kept());
+            self.noted = Some(*clock);
+        }
     }
 
     async fn hear(&mut self, link: &Link, now: MissionTime, heard: Heard) -> Result<(), LinkError> {

@@ -123,11 +123,17 @@ fn understand_handshake(message: &str) -> Option<String> {
     Some(format!("refused a connection: {meaning} ({reason})"))
 }
 
-/// Somebody was called, and one of the two refused the other.
+/// Somebody was called, and one of the two refused the other; or the network for it is not there.
 fn understand_call(message: &str) -> Option<String> {
+    if let Some(listener) = message.strip_prefix("Unable to open listener ") {
+        return Some(format!("cannot listen yet, and tries again: {listener}"));
+    }
     let call = message.strip_prefix("Unable to connect to configured peer ")?;
     let (call, _) = call.rsplit_once(". Retry in")?;
     let (peer, reason) = call.split_once("! ")?;
+    if reason.contains("lookup address") {
+        return Some(format!("no address of {peer} is known yet, and it is tried again: {reason}"));
+    }
     let is_refusal = ["certificate", "alert", "corrupt message"].iter().any(|sign| reason.contains(sign));
     is_refusal.then(|| format!("no connection to {peer}, one side refuses the other: {reason}"))
 }
@@ -196,6 +202,20 @@ mod tests {
             CALLS,
             "Unable to connect to configured peer tls/1.2.3.4:5! Connection refused (os error 111). Retry in 1s.",
             None,
+        );
+        check(
+            CALLS,
+            "Unable to connect to configured peer tcp/nobody:5! failed to lookup address information: Name or service not known. Retry in 1s.",
+            Some(
+                "no address of tcp/nobody:5 is known yet, and it is tried again: failed to lookup address information: Name or service not known",
+            ),
+        );
+        check(
+            CALLS,
+            "Unable to open listener tcp/192.0.2.7:5: Cannot assign requested address (os error 99)",
+            Some(
+                "cannot listen yet, and tries again: tcp/192.0.2.7:5: Cannot assign requested address (os error 99)",
+            ),
         );
         check(
             ACCESS,

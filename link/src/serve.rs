@@ -19,12 +19,13 @@ use dragnet_sim::simulation::Spectator;
 use tokio::sync::mpsc;
 use zenoh::Session;
 
+use crate::clock::Clock;
 use crate::config::{self, AgentConfig, Body, Checked, CoordinatorConfig, SimConfig, TimeSource};
 use crate::journal::{Journal, Subject};
 use crate::link::Link;
-use crate::live::{self, Clock};
+use crate::live;
 use crate::lockstep::Puppet;
-use crate::session::{Endpoints, Mode, block_on, open};
+use crate::session::{Endpoints, Mode, block_on, open_when_there};
 use crate::stop::{self, Bond};
 use crate::team::recording::Existing;
 use crate::team::{self, Options};
@@ -47,7 +48,7 @@ pub fn agent(file: &Path, make: detector::Make<'_>) -> Result<(), LinkError> {
     let (who, grid) = (Participant::Robot(robot), scenario.terrain().grid());
     let mut agent = Agent::new(orders);
     block_on(async {
-        let session = open(&config.common.zenoh).await?;
+        let session = open_when_there(&config.common.zenoh).await?;
         let stop = stop::asked(if config.attached { Bond::Input } else { Bond::None })?;
         if config.time == TimeSource::Simulator {
             let team = team::everybody(&scenario);
@@ -66,7 +67,7 @@ pub fn agent(file: &Path, make: detector::Make<'_>) -> Result<(), LinkError> {
             return live::run(&mut link, &mut agent, clock, Some(journal), reports, stop).await.map(|_| ());
         };
         let mut link = enter(session, mission, who, codec, &config.common.zenoh).await?;
-        Own { body, detector, scenario }.search(&mut link, agent, clock, journal, stop).await
+        Own { body, detector, scenario }.search(&mut link, agent, clock.listening(), journal, stop).await
     })
 }
 
@@ -104,8 +105,10 @@ impl Own {
         let Self { body, detector, scenario } = self;
         let (mut mind, orders) = Embodied::new(agent);
         let (sender, reports) = mpsc::channel(REPORTS);
+        // A vehicle's time is its own: the mission's may be set forward, and a camera was silent no longer for that.
+        let time = Clock::new(1.0).at(MissionTime::START);
         let mut vehicle = tokio::spawn(async move {
-            vehicle::serve::serve(body, &scenario, clock, detector, orders, sender).await
+            vehicle::serve::serve(body, &scenario, time, detector, orders, sender).await
         });
         let mut broken = None;
         let stop = async {
@@ -135,28 +138,29 @@ const REPORTS: usize = 1024;
 /// A vehicle is told to stand still within this time, or not at all.
 const STANDSTILL: Duration = Duration::from_secs(2);
 
-/// A robot recalls what stands in its journal; its clock goes on, as if it had never stopped.
+/// A robot recalls what stands in its journal; its clock goes on from what is noted there. The date of the computer is not
+/// asked: it may have been set meanwhile.
 fn resume(
     agent: &mut Agent,
     file: &Path,
     subject: Subject<'_>,
     pace: f64,
 ) -> Result<(Journal, Clock), LinkError> {
-    let now_unix_ns = unix_time::now_ns().unsigned_abs();
-    let (journal, memory) = Journal::open(file, subject, now_unix_ns)?;
+    let (journal, memory) = Journal::open(file, subject, unix_time::now_ns().unsigned_abs())?;
     for observation in &memory.observations {
         agent.recall(observation);
     }
-    if !memory.observations.is_empty() {
-        let count = memory.observations.len();
-        tracing::info!("robot {} goes on with {count} observations of {}", subject.robot, file.display());
-    }
-    // The wall's clock may have been set back meanwhile.
+    let clock = Clock::new(pace);
     let latest = memory.observations.iter().map(|observation| MissionTime(observation.time_ns)).max();
-    let elapsed = Duration::from_nanos(now_unix_ns.saturating_sub(memory.started_unix_ns));
-    let mut clock = Clock::new(pace);
-    clock.set(latest.unwrap_or_default().max(MissionTime::START + elapsed.mul_f64(pace)));
-    Ok((journal, clock))
+    let noted = journal.time().map(|kept| clock.resumed(kept));
+    let Some(now) = noted.max(latest) else { return Ok((journal, clock)) };
+    let (robot, count) = (subject.robot, memory.observations.len());
+    tracing::info!(
+        "robot {robot} goes on with {count} observations of {}, {:.0} s into the mission",
+        file.display(),
+        now.as_seconds()
+    );
+    Ok((journal, clock.at(now)))
 }
 
 /// What a coordinator is besides.
@@ -196,24 +200,24 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), LinkErr
     let mut desk = desk.told_to(listener);
     let codec = Codec::of(&scenario);
     let clock = Clock::new(pace);
-    block_on(async {
+    let ended = block_on(async {
         let stop = stop::asked(Bond::None)?;
         tokio::pin!(stop);
         let entered = async {
-            let session = open(&config.common.zenoh).await?;
+            let session = open_when_there(&config.common.zenoh).await?;
             enter(session, mission, Participant::Coordinator, codec, &config.common.zenoh).await
         };
         // What it records is finished, however early it is told to stop.
         let mut link = tokio::select! {
             link = entered => link?,
-            () = &mut stop => return Ok(()),
+            () = &mut stop => return Ok(clock.now()),
         };
         if let Some(server) = &shown {
             tracing::info!("live page: {}", server.address());
         }
-        live::run(&mut link, &mut desk, clock, None, commands, stop).await.map(|_| ())
+        live::run(&mut link, &mut desk, clock, None, commands, stop).await.map(|log| log.ended)
     })?;
-    desk.finish(clock.now(), BTreeMap::new())?;
+    desk.finish(ended, BTreeMap::new())?;
     Ok(())
 }
 
@@ -242,7 +246,7 @@ pub fn world(
     config::check_pace(config.pace).map_err(failed)?;
     let mission = config.mission.parse().map_err(|error| failed(format!("mission: {error}")))?;
     let episode = block_on(async {
-        let session = open(&config.zenoh).await?;
+        let session = open_when_there(&config.zenoh).await?;
         let server =
             WorldServer::open(session, mission, scenario, config.seed, config.pace, spectator).await?;
         server.run().await

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use tokio::runtime::Runtime;
 use zenoh::{Config, Session};
 
-use crate::LinkError;
+use crate::{LinkError, endpoint};
 
 /// Where a session listens and whom it calls.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -85,22 +85,63 @@ fn allow_more_files() {
 /// Opens a session as a peer: scouting is off unless the settings file turns it on.
 ///
 /// # Errors
-/// If the settings are not Zenoh's, or it cannot listen there.
+/// If the settings are not Zenoh's, or it cannot listen there now.
 pub async fn open(endpoints: &Endpoints) -> Result<Session, LinkError> {
+    zenoh::open(settings(endpoints)?).await.map_err(refused(endpoints))
+}
+
+/// The same for a process of the field, whose network may come late: where it cannot listen yet, because an address is
+/// not there or another process has the port, it tries again every few seconds, for ever, and so it calls. The log says
+/// once a minute what is missing ([`crate::refusals`]).
+///
+/// # Errors
+/// If the settings are not Zenoh's, or name what no network will ever have: see [`endpoint`].
+pub async fn open_when_there(endpoints: &Endpoints) -> Result<Session, LinkError> {
+    let mut config = settings(endpoints)?;
+    let impossible = |reason: String| match &endpoints.config {
+        Some(file) => LinkError::Settings { file: file.clone(), reason },
+        None => LinkError::Open { listen: endpoints.listen.join(", "), reason },
+    };
+    endpoint::check(&config).map_err(impossible)?;
+    for name in TLS_FILES {
+        if let Some(path) = tls_file(&config, name) {
+            let told = |error| impossible(format!("transport/link/tls/{name}: {}: {error}", path.display()));
+            std::fs::File::open(&path).map_err(told)?;
+        }
+    }
+    wait_for_network(&mut config).map_err(refused(endpoints))?;
+    zenoh::open(config).await.map_err(refused(endpoints))
+}
+
+/// From now on it is tried again to listen and to call, until it can be done.
+pub(crate) fn wait_for_network(config: &mut Config) -> Result<(), zenoh::Error> {
+    for place in ["listen", "connect"] {
+        config.insert_json5(&format!("{place}/timeout_ms"), "-1")?;
+        config.insert_json5(&format!("{place}/exit_on_failure"), "false")?;
+    }
+    Ok(())
+}
+
+fn refused(endpoints: &Endpoints) -> impl Fn(zenoh::Error) -> LinkError + use<> {
     let listen = endpoints.listen.join(", ");
-    let refused = |error: zenoh::Error| LinkError::Open { listen: listen.clone(), reason: error.to_string() };
+    move |error| LinkError::Open { listen: listen.clone(), reason: error.to_string() }
+}
+
+/// Zenoh's settings for these endpoints.
+fn settings(endpoints: &Endpoints) -> Result<Config, LinkError> {
+    let refused = refused(endpoints);
     let mut config = match &endpoints.config {
         Some(file) => read(file)?,
-        None => private().map_err(refused)?,
+        None => private().map_err(&refused)?,
     };
     if !endpoints.listen.is_empty() || endpoints.config.is_none() {
-        config.insert_json5("listen/endpoints", &json(&endpoints.listen)).map_err(refused)?;
+        config.insert_json5("listen/endpoints", &json(&endpoints.listen)).map_err(&refused)?;
     }
     if !endpoints.connect.is_empty() {
-        config.insert_json5("connect/endpoints", &json(&endpoints.connect)).map_err(refused)?;
+        config.insert_json5("connect/endpoints", &json(&endpoints.connect)).map_err(&refused)?;
     }
     if let Some(mode) = endpoints.mode {
-        config.insert_json5("mode", &format!("{:?}", mode.name())).map_err(refused)?;
+        config.insert_json5("mode", &format!("{:?}", mode.name())).map_err(&refused)?;
     }
     if let Some(endpoint) = beyond_tls(&config) {
         return Err(LinkError::Unsupported(format!(
@@ -116,7 +157,7 @@ pub async fn open(endpoints: &Endpoints) -> Result<Session, LinkError> {
             open_to_all.join(", ")
         );
     }
-    zenoh::open(config).await.map_err(refused)
+    Ok(config)
 }
 
 /// Where a session listens that anybody can reach who is on the same network, without being asked for a certificate.
@@ -130,8 +171,7 @@ fn exposed(config: &Config) -> Vec<String> {
             || host.parse::<std::net::IpAddr>().is_ok_and(|address| address.is_loopback());
         is_loopback || matches!(protocol, "tls" | "quic") && is_mutual(config)
     };
-    let endpoints = serde_json::from_str(&listen).map_or_else(|_| Vec::new(), |value| strings(&value));
-    endpoints.into_iter().filter(|endpoint| !is_private(endpoint)).collect()
+    endpoint::listed(&listen).into_iter().filter(|endpoint| !is_private(endpoint)).collect()
 }
 
 /// Whom a session is to call and cannot: Zenoh takes the brackets of the address for a part of the host's name, finds that
@@ -144,16 +184,6 @@ fn beyond_tls(config: &Config) -> Option<String> {
 
 fn is_mutual(config: &Config) -> bool {
     config.get_json("transport/link/tls/enable_mtls").is_ok_and(|value| value == "true")
-}
-
-/// All strings in a value: endpoints may be listed by mode.
-fn strings(value: &serde_json::Value) -> Vec<String> {
-    match value {
-        serde_json::Value::String(text) => vec![text.clone()],
-        serde_json::Value::Array(values) => values.iter().flat_map(strings).collect(),
-        serde_json::Value::Object(entries) => entries.values().flat_map(strings).collect(),
-        _ => Vec::new(),
-    }
 }
 
 /// A peer that meets only those whom it calls or who call it.
@@ -187,8 +217,7 @@ pub(crate) fn read(file: &Path) -> Result<Config, LinkError> {
     }
     for name in TLS_FILES {
         let key = format!("transport/link/tls/{name}");
-        let value = config.get_json(&key).unwrap_or_default();
-        if let Ok(path) = serde_json::from_str::<PathBuf>(&value) {
+        if let Some(path) = tls_file(&config, name) {
             let path = file.parent().unwrap_or(Path::new("")).join(path);
             check_plain(&path, MAX_FILE_BYTES).map_err(|error| endless(&path, error))?;
             config.insert_json5(&key, &format!("{:?}", path.display().to_string())).map_err(failed)?;
@@ -218,11 +247,14 @@ pub(crate) fn listened(endpoints: &Endpoints) -> Result<Vec<String>, LinkError> 
 pub fn certificates(endpoints: &Endpoints) -> Result<BTreeSet<PathBuf>, LinkError> {
     let Some(file) = &endpoints.config else { return Ok(BTreeSet::new()) };
     let config = read(file)?;
-    let named = TLS_FILES.iter().filter(|name| name.ends_with("certificate")).map(|name| {
-        let value = config.get_json(&format!("transport/link/tls/{name}")).unwrap_or_default();
-        serde_json::from_str::<PathBuf>(&value).ok()
-    });
-    Ok(named.flatten().collect())
+    let named = TLS_FILES.iter().filter(|name| name.ends_with("certificate"));
+    Ok(named.filter_map(|name| tls_file(&config, name)).collect())
+}
+
+/// The file that a setting of TLS names, if it names one.
+fn tls_file(config: &Config, name: &str) -> Option<PathBuf> {
+    let value = config.get_json(&format!("transport/link/tls/{name}")).unwrap_or_default();
+    serde_json::from_str(&value).ok()
 }
 
 /// Settings of Zenoh that name files.

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
+use dragnet_proto::clock;
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::key::{Mission, Topic};
 use dragnet_proto::message::{Heartbeat, Message, Participant};
@@ -20,12 +21,16 @@ use tokio::sync::mpsc;
 use zenoh::Session;
 
 use crate::LinkError;
+use crate::clock::Clock;
 use crate::link::{Heard, Link, Sender};
-use crate::live::{Clock, Report};
+use crate::live::Report;
 use crate::log_limit::{Kind, Teller};
 
 /// How long robots are waited for: at the start to come, at the end to agree.
 const PATIENCE: Duration = Duration::from_mins(1);
+
+/// When a mission begins here: a time of 0 would say that it is not known.
+const BEGINNING: MissionTime = MissionTime(1);
 
 /// A world that real participants move in.
 pub struct WorldServer<'a> {
@@ -93,9 +98,14 @@ impl<'a> WorldServer<'a> {
     /// # Errors
     /// If Zenoh refuses, or the network closes.
     pub async fn run(mut self) -> Result<Episode, LinkError> {
+        // A mission that is under way has its time already, and this world joins it as everybody does.
+        if !self.clock.has_begun() {
+            self.clock = self.clock.at(BEGINNING);
+        }
+        let start = self.clock.now();
         // Each stands where it starts until it may decide: a large team does not see all at the same moment.
         for (turn, &robot) in (0..).zip(&self.team) {
-            self.arrivals.insert(robot, MissionTime::START + self.stagger * turn);
+            self.arrivals.insert(robot, start + self.stagger * turn);
         }
         let mut resting_since = None;
         loop {
@@ -143,7 +153,18 @@ impl<'a> WorldServer<'a> {
         Ok(())
     }
 
+    /// Takes the mission's time from whoever knows it; what is on its way comes as much later.
+    fn keep_time(&mut self, heard: &Heard) {
+        let Heard::Message { from, message, .. } = heard else { return };
+        let Some(time) = clock::dated(*from, message) else { return };
+        let by = self.clock.hear(time).by;
+        for arrival in self.arrivals.values_mut() {
+            *arrival = *arrival + by;
+        }
+    }
+
     async fn hear(&mut self, heard: Heard) -> Result<(), LinkError> {
+        self.keep_time(&heard);
         match heard {
             Heard::Message { message: Message::Intent(intent), .. } => {
                 let (now, robot, route) = (self.clock.now(), intent.origin.robot, intent.path);
@@ -243,7 +264,8 @@ pub async fn sensor(
         .declare_subscriber(mission.key(Topic::SimSensed(robot)).to_string())
         .callback(move |sample| match codec.decode_sensed(&sample.payload().to_bytes()) {
             Ok(Sensed { time_ns, from, readings, .. }) => {
-                let report = (Some(MissionTime(time_ns)), Stimulus::Sensed { cell: from, readings });
+                let time = Some(MissionTime(time_ns)).filter(|&time| time > MissionTime::START);
+                let report = (time, Stimulus::Sensed { cell: from, readings });
                 if sender.try_send(report).is_err() {
                     warn(format_args!("robot {robot} does not keep up with its sensor"));
                 }

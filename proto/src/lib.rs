@@ -2,7 +2,7 @@
 //! search.
 //!
 //! - [`message`], [`step`], [`wire`], [`cdr`], [`convert`], [`schema`]: what is said, as ROS 2 messages in CDR;
-//! - [`key`], [`time`], [`inbox`], [`plausible`]: under which key, when, exactly once, and only if it can be;
+//! - [`key`], [`time`], [`clock`], [`inbox`], [`plausible`]: under which key, when, exactly once, and only if it can be;
 //! - [`command`], [`directive`]: what a person asks for, and how it reaches every robot;
 //! - [`participant`]: what drives a participant, and what it answers;
 //! - [`ros`]: a robot's own ROS 2 network, its names, keys and messages;
@@ -12,6 +12,7 @@
 //! Only this crate knows wire bytes and key expressions.
 
 pub mod cdr;
+pub mod clock;
 pub mod command;
 pub mod convert;
 pub mod directive;

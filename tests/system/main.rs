@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod architecture;
+mod clocks;
 mod decisions;
 mod deploy;
 mod doctor;
@@ -14,6 +15,7 @@ mod field;
 mod hosts;
 #[path = "../python/interpreter.rs"]
 mod interpreter;
+mod late_network;
 mod localization;
 mod logs;
 mod networks;

@@ -5,8 +5,9 @@ use std::sync::Arc;
 
 use dragnet_coordinator::desk::Desk;
 use dragnet_coordinator::mission::{Mission, MissionOrders};
+use dragnet_link::clock::Clock;
 use dragnet_link::link::Link;
-use dragnet_link::live::{self, Clock};
+use dragnet_link::live;
 use dragnet_link::session;
 use dragnet_proto::convert::Codec;
 use dragnet_proto::message::{Message, Participant};

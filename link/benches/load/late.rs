@@ -4,8 +4,9 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use dragnet_agent::agent::{Agent, Orders};
+use dragnet_link::clock::Clock;
 use dragnet_link::journal::Journal;
-use dragnet_link::live::{self, Clock, Report};
+use dragnet_link::live::{self, Report};
 use dragnet_link::session::{Endpoints, open};
 use dragnet_proto::convert::Codec;
 use dragnet_proto::participant::Stimulus;
@@ -95,7 +96,6 @@ async fn take_part(mut probe: Probe, endpoints: Endpoints, journal: Journal, rep
     let (sender, reports) = mpsc::channel(1);
     sender.send(report).await.unwrap();
     let never = std::future::pending::<()>();
-    let mut clock = Clock::new(1.0);
-    clock.set(MissionTime::START + STEP * OBSERVATIONS);
+    let clock = Clock::new(1.0).at(MissionTime::START + STEP * OBSERVATIONS);
     live::run(&mut link, &mut probe, clock, Some(journal), reports, never).await.unwrap();
 }

@@ -4,7 +4,8 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use dragnet_agent::agent::{Agent, Orders};
-use dragnet_link::live::{self, Clock, Report};
+use dragnet_link::clock::Clock;
+use dragnet_link::live::{self, Report};
 use dragnet_link::session::open;
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::message::Message;

@@ -4,8 +4,9 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use dragnet_agent::agent::{Agent, Orders};
+use dragnet_link::clock::Clock;
 use dragnet_link::journal::Journal;
-use dragnet_link::live::{self, Clock};
+use dragnet_link::live;
 use dragnet_link::session::{Endpoints, open};
 use dragnet_link::world::{self, WorldServer};
 use dragnet_proto::convert::Codec;

@@ -4,12 +4,12 @@ use zenoh::{Config, Session, Wait};
 
 use super::settings::{Mode, Network};
 use crate::LinkError;
-use crate::session::{json, read};
+use crate::session::{json, read, wait_for_network};
 
 /// Opens a session as the settings say: it calls until somebody answers. Zenoh's own future would block its thread that long.
 ///
 /// # Errors
-/// If the settings are not Zenoh's, or it cannot listen there.
+/// If the settings are not Zenoh's.
 pub(super) async fn open(network: &Network) -> Result<Session, LinkError> {
     let listen = network.listen.join(", ");
     let refused = |error: zenoh::Error| LinkError::Open { listen: listen.clone(), reason: error.to_string() };
@@ -25,10 +25,6 @@ pub(super) async fn open(network: &Network) -> Result<Session, LinkError> {
         ("mode", mode),
         ("connect/endpoints", &json(&network.connect)),
         ("listen/endpoints", &json(&network.listen)),
-        // Without an end to its patience: a robot may start before its router does.
-        ("connect/timeout_ms", "-1"),
-        ("connect/exit_on_failure", "false"),
-        ("listen/exit_on_failure", "true"),
         ("scouting/multicast/enabled", "false"),
         ("scouting/gossip/enabled", "false"),
         // What is latched is kept by its time.
@@ -37,6 +33,8 @@ pub(super) async fn open(network: &Network) -> Result<Session, LinkError> {
     for (key, value) in settings {
         config.insert_json5(key, value).map_err(refused)?;
     }
+    // A robot may start before its router does, and before its network is there.
+    wait_for_network(&mut config).map_err(refused)?;
     let opening = tokio::task::spawn_blocking(move || zenoh::open(config).wait());
     opening.await.map_err(|error| refused(error.into()))?.map_err(refused)
 }

@@ -15,9 +15,10 @@ use tokio::task::JoinHandle;
 use super::children::{Brief, Children};
 use super::{Mesh, Onlooker, Options, Run, joined, mission, recording};
 use crate::LinkError;
+use crate::clock::Clock;
 use crate::config::TimeSource;
 use crate::link::Link;
-use crate::live::{self, Clock, Log};
+use crate::live::{self, Log};
 use crate::stop::{self, Bond};
 use crate::world::{self, WorldServer};
 

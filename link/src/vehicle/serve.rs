@@ -10,8 +10,9 @@ use tokio::time::{MissedTickBehavior, interval};
 
 use super::detector::{Detector, Eyes};
 use super::{Effect, Now, Orders, SHOW, TICK, Vehicle};
+use crate::clock::Clock;
 use crate::config::Body;
-use crate::live::{Clock, Report};
+use crate::live::Report;
 use crate::ros::node::Node;
 use crate::{LinkError, unix_time};
 

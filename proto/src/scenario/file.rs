@@ -255,7 +255,7 @@ pub struct MissionTable {
     /// seconds, at least 0.
     #[schemars(range(min = 0.0))]
     pub stagger_seconds: f64,
-    /// Clocks of robots may differ by this: observations that are dated later are not taken yet, seconds, at least 0.
+    /// What two robots count as the mission's time may differ by this: observations that are dated later are not taken yet, seconds, at least 0.
     #[schemars(range(min = 0.0))]
     pub clock_tolerance_seconds: f64,
 }

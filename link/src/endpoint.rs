@@ -1,0 +1,76 @@
+//! Endpoints: what no network will ever have, however late it comes, and so must be a mistake in the settings.
+//!
+//! An address that this computer does not have, a name that nobody knows and a port that another process holds may all
+//! be there later. A protocol that this program does not speak, or an address without a port, never will.
+
+use zenoh::Config;
+use zenoh::config::EndPoint;
+
+/// What this program is built to speak.
+const PROTOCOLS: [&str; 2] = ["tcp", "tls"];
+
+/// Whether all endpoints of Zenoh's settings can be.
+///
+/// # Errors
+/// Which one cannot, and what is allowed.
+pub(crate) fn check(config: &Config) -> Result<(), String> {
+    for key in ["listen/endpoints", "connect/endpoints"] {
+        for endpoint in listed(&config.get_json(key).unwrap_or_default()) {
+            check_one(&endpoint).map_err(|reason| format!("{key}: {endpoint:?}: {reason}"))?;
+        }
+    }
+    Ok(())
+}
+
+fn check_one(endpoint: &str) -> Result<(), String> {
+    let parsed: EndPoint = endpoint.parse().map_err(|error| format!("{error}"))?;
+    let protocol = parsed.protocol().to_string();
+    if !PROTOCOLS.contains(&protocol.as_str()) {
+        return Err(format!("{protocol:?} is not spoken here; allowed are tcp/HOST:PORT and tls/HOST:PORT"));
+    }
+    let address = parsed.address().to_string();
+    let (host, port) = address.rsplit_once(':').unwrap_or((&address, ""));
+    let is_host = !host.is_empty() && (!host.contains(':') || host.starts_with('[') && host.ends_with(']'));
+    if !is_host || port.parse::<u16>().is_err() {
+        return Err(format!(
+            "{address:?} is no address; allowed are those like 192.168.1.7:7447, [fe80::7]:7447 and host:7447"
+        ));
+    }
+    Ok(())
+}
+
+/// All endpoints in a value of Zenoh's settings, JSON: they may be listed by mode, and in groups.
+pub(crate) fn listed(json: &str) -> Vec<String> {
+    serde_json::from_str(json).map_or_else(|_| Vec::new(), |value| strings(&value))
+}
+
+fn strings(value: &serde_json::Value) -> Vec<String> {
+    match value {
+        serde_json::Value::String(text) => vec![text.clone()],
+        serde_json::Value::Array(values) => values.iter().flat_map(strings).collect(),
+        serde_json::Value::Object(entries) => entries.values().flat_map(strings).collect(),
+        _ => Vec::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_may_come_later_is_waited_for_and_what_cannot_be_is_refused() {
+        let check = |endpoint: &str, is_possible: bool| {
+            assert_eq!(check_one(endpoint).is_ok(), is_possible, "{endpoint}: {:?}", check_one(endpoint));
+        };
+        check("tcp/192.0.2.7:7447", true);
+        check("tcp/robot-9.invalid:7447", true);
+        check("tls/[fe80::7]:7447#iface=wlan7", true);
+        check("tcp/127.0.0.1:0", true);
+        check("tpc/192.0.2.7:7447", false);
+        check("udp/192.0.2.7:7447", false);
+        check("tcp/192.0.2.7", false);
+        check("tcp/192.0.2.7:74470", false);
+        check("tcp/fe80::7:7447", false);
+        check("192.0.2.7:7447", false);
+    }
+}

@@ -1,0 +1,215 @@
+//! One time for a whole mission: robots on vehicles, without a simulator, that start apart, on computers whose dates are
+//! wrong, and start again with and without what they remember.
+
+use std::path::PathBuf;
+use std::process::Command;
+use std::time::Duration;
+
+use dragnet_link::link::{Heard, Link};
+use dragnet_link::session::{Endpoints, Mode, free_endpoints, open};
+use dragnet_proto::convert::Codec;
+use dragnet_proto::message::{Activity, Heartbeat, Message, Participant};
+use dragnet_proto::scenario::Scenario;
+use dragnet_search::observation::{Observation, Origin, RobotId};
+use tempfile::TempDir;
+use tokio::task::JoinHandle;
+
+use crate::field::{DRAGNET, Process};
+use crate::yard::{SPEED_METERS_PER_SECOND, Vehicle, Yard, cameras, settings};
+
+const YARD: Yard = Yard { side: 6, cell_meters: 10.0, policy: "'random'" };
+/// Robots that never rest, and hold what is dated more than a second ahead for a look of the future.
+const ENDLESS: &str = "expected_undeclared = 0.0\nheartbeat_seconds = 1.0\nlost_after_seconds = 10.0\n\
+                       clock_tolerance_seconds = 1.0\n";
+
+/// What moves the date of a process, and nothing else.
+const SHIFT: &str = r#"
+#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <stdlib.h>
+#include <time.h>
+int clock_gettime(clockid_t clock, struct timespec *time) {
+    static int (*real)(clockid_t, struct timespec *);
+    if (!real) real = dlsym(RTLD_NEXT, "clock_gettime");
+    int failed = real(clock, time);
+    if (!failed && clock == CLOCK_REALTIME) time->tv_sec += atol(getenv("DATE_SHIFT"));
+    return failed;
+}
+"#;
+
+const HOUR: i64 = 3600;
+
+/// Robots whose vehicles drive about in one yard.
+struct Team {
+    folder: TempDir,
+    /// Where each robot meets its team.
+    listen: Vec<String>,
+    /// Where each robot's vehicle is.
+    bridges: Vec<String>,
+    vehicles: Vec<JoinHandle<()>>,
+    /// What is said in the mission.
+    ear: Link,
+}
+
+impl Team {
+    async fn new(robots: usize, mission: &str) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let yard = YARD.scenario().replace("count = 1\npolicy", &format!("count = {robots}\npolicy"));
+        std::fs::write(folder.path().join("yard.toml"), format!("{yard}{mission}")).unwrap();
+        std::fs::write(folder.path().join("shift.c"), SHIFT).unwrap();
+        let shift = ["-shared", "-fPIC", "-o", "shift.so", "shift.c", "-ldl"];
+        let compiled = Command::new("cc").args(shift).current_dir(folder.path()).status().unwrap();
+        assert!(compiled.success());
+        let mut listen = free_endpoints(2 * robots).unwrap();
+        let bridges = listen.split_off(robots);
+        let mut vehicles = Vec::new();
+        for bridge in &bridges {
+            let bridge =
+                Endpoints { listen: vec![bridge.clone()], mode: Some(Mode::Router), ..Endpoints::default() };
+            vehicles.push(tokio::spawn(drive(bridge)));
+        }
+        let session = open(&Endpoints { connect: listen.clone(), ..Endpoints::default() }).await.unwrap();
+        let scenario = Scenario::load(&folder.path().join("yard.toml")).unwrap();
+        let codec = Codec::new(scenario.terrain().grid());
+        let mut ear =
+            Link::join(session, "yard".parse().unwrap(), Participant::Coordinator, codec).await.unwrap();
+        ear.announce().await.unwrap();
+        Self { folder, listen, bridges, vehicles, ear }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn log(&self, robot: usize) -> String {
+        std::fs::read_to_string(self.path(&format!("log-{robot}"))).unwrap()
+    }
+
+    /// Starts a robot, by a date that is so many seconds off.
+    fn start(&self, robot: usize, shift: i64) -> Process {
+        let place = robot - 1;
+        let calls = format!("zenoh = {{ connect = {:?}, listen", &self.listen[..place]);
+        let settings = settings(&self.listen[place], &self.bridges[place])
+            .replacen("robot = 1", &format!("robot = {robot}"), 1)
+            .replacen("zenoh = { listen", &calls, 1);
+        let file = self.path(&format!("robot_{robot}.toml"));
+        std::fs::write(&file, settings).unwrap();
+        let log = std::fs::File::options().create(true).append(true).open(self.path(&format!("log-{robot}")));
+        let mut command = Command::new(DRAGNET);
+        command.args(["agent", "--config"]).arg(file).stderr(log.unwrap());
+        Process::start(command.env("LD_PRELOAD", self.path("shift.so")).env("DATE_SHIFT", shift.to_string()))
+    }
+
+    /// The first message that is looked for.
+    async fn hear<T>(&mut self, what: &str, mut look_for: impl FnMut(&Message) -> Option<T>) -> T {
+        let hearing = async {
+            loop {
+                if let Some(Heard::Message { message, .. }) = self.ear.hear().await
+                    && let Some(found) = look_for(&message)
+                {
+                    return found;
+                }
+            }
+        };
+        let heard = tokio::time::timeout(Duration::from_mins(1), hearing).await;
+        heard.unwrap_or_else(|_| panic!("nobody says {what}; robot 1 says:\n{}", self.log(1)))
+    }
+
+    /// A look of a robot from a mission time on, which none of these starts has made.
+    async fn look(&mut self, robot: u16, since_ns: u64, known: &[Origin]) -> (Origin, u64) {
+        let what = format!("what robot {robot} sees from {since_ns} ns on");
+        self.hear(&what, |message| match message {
+            Message::Observation(observation) => {
+                let Observation { origin, time_ns, .. } = **observation;
+                let is_new = origin.robot == RobotId(robot) && !known.contains(&origin);
+                (is_new && time_ns >= since_ns).then_some((origin, time_ns))
+            }
+            _ => None,
+        })
+        .await
+    }
+
+    /// Waits until a robot has looks of another's start.
+    async fn knows(&mut self, robot: u16, of: Origin) {
+        let what = format!("that robot {robot} knows what {of:?} saw");
+        let is_told = |heartbeat: &Heartbeat| {
+            heartbeat.robot == RobotId(robot) && heartbeat.versions.iter().any(|version| version.origin == of)
+        };
+        self.hear(&what, |message| {
+            matches!(message, Message::Heartbeat(beat) if is_told(beat)).then_some(())
+        })
+        .await;
+    }
+}
+
+impl Drop for Team {
+    fn drop(&mut self) {
+        self.vehicles.iter().for_each(JoinHandle::abort);
+    }
+}
+
+/// A vehicle follows its paths, and sees.
+async fn drive(bridge: Endpoints) {
+    let session = open(&bridge).await.unwrap();
+    let paths = session.declare_subscriber("dragnet/path").await.unwrap();
+    let (mut vehicle, cameras, tick) = (Vehicle::new(YARD), cameras(), Duration::from_millis(50));
+    let mut ticks = tokio::time::interval(tick);
+    loop {
+        ticks.tick().await;
+        while let Ok(Some(sample)) = paths.try_recv() {
+            vehicle.follow(&sample.payload().to_bytes());
+        }
+        vehicle.drive(SPEED_METERS_PER_SECOND * tick.as_secs_f64());
+        for (key, bytes) in vehicle.says(&cameras) {
+            session.put(key, bytes).await.unwrap();
+        }
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn robots_that_start_apart_with_wrong_dates_or_no_memory_share_one_time() {
+    let mut team = Team::new(2, ENDLESS).await;
+    let first = team.start(1, 3 * HOUR);
+    let (one, began_ns) = team.look(1, 0, &[]).await;
+    let later = began_ns + 4_000_000_000;
+    let (_, late_ns) = team.look(1, later, &[]).await;
+    // The second starts when the first has searched for longer than clocks may differ.
+    let second = team.start(2, -HOUR);
+    let (two, time_ns) = team.look(2, 0, &[]).await;
+    assert!(time_ns > late_ns, "{time_ns} {late_ns}");
+    team.knows(1, two).await;
+    team.knows(2, one).await;
+    // So it is when it has forgotten all.
+    second.kill();
+    std::fs::remove_file(team.path("yard-robot-2.journal")).unwrap();
+    let second = team.start(2, HOUR);
+    let (again, later_ns) = team.look(2, 0, &[two]).await;
+    assert!(later_ns > time_ns && again > two, "{later_ns} {time_ns} {again:?} {two:?}");
+    team.knows(1, again).await;
+    team.knows(2, two).await;
+    second.terminate();
+    first.terminate();
+    for robot in [1, 2] {
+        assert!(!team.log(robot).contains("dated in the future"), "{}", team.log(robot));
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_date_that_is_set_between_two_starts_ends_no_search() {
+    let mut team = Team::new(1, ENDLESS).await;
+    let robot = team.start(1, -HOUR);
+    let (one, _) = team.look(1, 0, &[]).await;
+    robot.kill();
+    // The budget is ten hours.
+    let robot = team.start(1, 20 * HOUR);
+    let (two, time_ns) = team.look(1, 0, &[one]).await;
+    let (_, next_ns) = team.look(1, time_ns + 3_000_000_000, &[one]).await;
+    assert!(next_ns < 120_000_000_000, "{next_ns}");
+    assert!(two > one);
+    let activity = team.hear("a sign of life", |message| match message {
+        Message::Heartbeat(heartbeat) => Some(heartbeat.activity),
+        _ => None,
+    });
+    assert_eq!(activity.await, Activity::Searching);
+    robot.terminate();
+}

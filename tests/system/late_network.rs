@@ -1,0 +1,92 @@
+//! A robot whose network is not there when it starts: it takes part once it can.
+
+use std::net::TcpListener;
+use std::os::unix::net::UnixDatagram;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use dragnet_link::link::Link;
+use dragnet_link::session::{Endpoints, free_endpoints, open};
+use dragnet_proto::convert::Codec;
+use dragnet_proto::message::Participant;
+use dragnet_search::observation::RobotId;
+
+use crate::field::{DRAGNET, Field, Process};
+
+const ALONE: &str = "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows = 5\ncolumns = 5\n\
+                     [objects]\ncount = 1\n[mission]\nbudget_seconds = 3600.0\n";
+
+/// The settings of robot 1, which listens and calls as told.
+fn settings(field: &Field, listen: &[String], connect: &[String]) -> PathBuf {
+    let file = field.robot_settings(1, None);
+    let text = std::fs::read_to_string(&file).unwrap();
+    let (common, _) = text.split_once("[common.zenoh]").unwrap();
+    std::fs::write(&file, format!("{common}[common.zenoh]\nlisten = {listen:?}\nconnect = {connect:?}\n"))
+        .unwrap();
+    file
+}
+
+fn agent(settings: &Path) -> Command {
+    let mut command = Command::new(DRAGNET);
+    command.args(["agent", "--config"]).arg(settings);
+    command
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_robot_takes_part_once_its_network_is_there() {
+    let field = Field::new(ALONE, 1, 1);
+    // One address is not this computer's, and another process holds the port of the other.
+    let endpoint = free_endpoints(1).unwrap().remove(0);
+    let address = endpoint.trim_start_matches("tcp/");
+    let holder = TcpListener::bind(address).unwrap();
+    let listen = ["tcp/192.0.2.7:7447".to_owned(), endpoint.clone()];
+    let manager = UnixDatagram::bind(field.path("manager")).unwrap();
+    manager.set_read_timeout(Some(Duration::from_mins(1))).unwrap();
+    let log = field.path("log");
+    let file = settings(&field, &listen, &["tcp/nobody.invalid:7447".to_owned()]);
+    let mut command = agent(&file);
+    command.env("NOTIFY_SOCKET", field.path("manager")).stderr(std::fs::File::create(&log).unwrap());
+    let robot = Process::start(&mut command);
+    let mut words = [0; 256];
+    let length = manager.recv(&mut words).unwrap();
+    assert_eq!(&words[..length], b"READY=1\n", "{}", std::fs::read_to_string(&log).unwrap());
+    for missing in &listen {
+        let told = format!("cannot listen yet, and tries again: {missing}");
+        let is_told = || std::fs::read_to_string(&log).unwrap().contains(&told);
+        let waiting = async {
+            while !is_told() {
+                tokio::time::sleep(Duration::from_millis(20)).await;
+            }
+        };
+        let waited = tokio::time::timeout(Duration::from_mins(1), waiting).await;
+        assert!(waited.is_ok(), "no {told:?} in:\n{}", std::fs::read_to_string(&log).unwrap());
+    }
+    drop(holder);
+    let session = open(&Endpoints { connect: vec![endpoint], ..Endpoints::default() }).await.unwrap();
+    let codec = Codec::new(field.scenario().terrain().grid());
+    let mut link =
+        Link::join(session, "field".parse().unwrap(), Participant::Coordinator, codec).await.unwrap();
+    link.wait_for(&[Participant::Robot(RobotId(1))], Duration::from_mins(1)).await.unwrap();
+    robot.terminate();
+}
+
+#[test]
+fn what_no_network_will_ever_have_ends_a_robot_at_once() {
+    let field = Field::new(ALONE, 1, 1);
+    let check = |listen: &str, connect: &str, expected: &str| {
+        let file = settings(&field, &[listen.to_owned()], &[connect.to_owned()]);
+        let output = agent(&file).stdin(Stdio::null()).output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        // By this status the service manager knows that a person is needed.
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.contains(expected), "{said}");
+    };
+    check("tpc/127.0.0.1:7447", "tcp/127.0.0.1:7448", "\"tpc/127.0.0.1:7447\"");
+    check("tcp/127.0.0.1:0", "tcp/127.0.0.1", "allowed are those like 192.168.1.7:7447");
+    let unit = concat!(env!("CARGO_MANIFEST_DIR"), "/deploy/dragnet-agent@.service");
+    let unit = std::fs::read_to_string(unit).unwrap();
+    for line in ["Restart=always", "RestartPreventExitStatus=2", "StartLimitIntervalSec=0"] {
+        assert!(unit.lines().any(|it| it == line), "{line}");
+    }
+}
