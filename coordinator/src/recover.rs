@@ -69,9 +69,8 @@ fn copy<R: Read + Seek>(
     for record in &mut reader {
         match record? {
             Record::Schema { header, data } => {
-                if is_new(writer.copy_schema(&header, &data))? {
-                    schemas.insert(header.id);
-                }
+                let is_new = is_new(writer.copy_schema(&header, &data))?;
+                schemas.extend(is_new.then_some(header.id));
             }
             Record::Channel(mut channel) => {
                 if !schemas.contains(&channel.schema_id) {

@@ -151,7 +151,7 @@ impl<R: Read + Seek> McapReader<R> {
         // Of a file that ends like one the beginning is damaged.
         let is_one = is_begun || self.is_magic_at(self.length.saturating_sub(start))?;
         if is_one && let Some(next) = self.find_record(start)? {
-            return self.lose(next, "the header is damaged".to_owned());
+            return self.lose(next, "the header is damaged");
         }
         let found = if is_begun {
             "it ends, or is damaged, before it says anything"
@@ -234,11 +234,11 @@ impl<R: Read + Seek> McapReader<R> {
                 self.offset = end;
                 self.accept(content)
             }
-            Err(reason) if self.is_followed(end)? => self.lose(end, reason),
+            Err(reason) if self.is_followed(end)? => self.lose(end, &reason),
             // Where it ends is not to be trusted.
             content => {
                 self.patience = self.patience.saturating_sub(end - self.offset);
-                self.resume(content.err().unwrap_or_else(|| "a record is followed by none".to_owned()))
+                self.resume(content.err().as_deref().unwrap_or("a record is followed by none"))
             }
         }
     }
@@ -246,20 +246,20 @@ impl<R: Read + Seek> McapReader<R> {
     /// Where a record claims more than the file has, the file was cut off, or the length is damaged.
     fn resume_after_length(&mut self, claimed: u64) -> Result<(), RecordingError> {
         if let Some(next) = self.find_record(self.offset + 1)? {
-            return self.lose(next, format!("a record claims {claimed} bytes, more than the file has"));
+            return self.lose(next, &format!("a record claims {claimed} bytes, more than the file has"));
         }
         self.ending = Some(Ending::CutOff);
         Ok(())
     }
 
     /// Goes on at the next record that is found; if there is none, the rest is lost.
-    fn resume(&mut self, reason: String) -> Result<(), RecordingError> {
+    fn resume(&mut self, reason: &str) -> Result<(), RecordingError> {
         let next = self.find_record(self.offset + 1)?;
         self.lose(next.unwrap_or(self.length), reason)
     }
 
     /// Leaves out everything up to a place.
-    fn lose(&mut self, next: u64, reason: String) -> Result<(), RecordingError> {
+    fn lose(&mut self, next: u64, reason: &str) -> Result<(), RecordingError> {
         self.damage.bytes += next - self.offset;
         let at = self.offset;
         self.offset = next;

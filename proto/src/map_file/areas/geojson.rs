@@ -34,7 +34,9 @@ fn check_crs(file: &Path, json: &GeoJson) -> Result<(), MapFileError> {
         GeoJson::Feature(feature) => said_of_feature(feature, &mut said),
         GeoJson::FeatureCollection(collection) => {
             said.extend(&collection.foreign_members);
-            collection.features.iter().for_each(|feature| said_of_feature(feature, &mut said));
+            for feature in &collection.features {
+                said_of_feature(feature, &mut said);
+            }
         }
     }
     let systems = said.iter().filter_map(|members| members.get("crs")).filter(|crs| !crs.is_null());
@@ -66,7 +68,9 @@ fn said_of_feature<'a>(feature: &'a Drawn, said: &mut Vec<&'a JsonObject>) {
 fn said_of_geometry<'a>(geometry: &'a Geometry, said: &mut Vec<&'a JsonObject>) {
     said.extend(&geometry.foreign_members);
     if let GeometryValue::GeometryCollection { geometries } = &geometry.value {
-        geometries.iter().for_each(|geometry| said_of_geometry(geometry, said));
+        for geometry in geometries {
+            said_of_geometry(geometry, said);
+        }
     }
 }
 

@@ -192,5 +192,5 @@ fn text_of(node: Node<'_, '_>, name: &str) -> Option<String> {
 
 /// The text of an element, without its comments.
 fn text_in(element: Node<'_, '_>) -> String {
-    element.children().filter(|part| part.is_text()).filter_map(|part| part.text()).collect()
+    element.children().filter(Node::is_text).filter_map(|part| part.text()).collect()
 }
