@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from . import _dragnet, picture
 from .scenario import Scenario, as_scenario
-from .spaces import OBSERVED, action_space, as_action, as_seed, observation_spaces
+from .spaces import OBSERVED, action_space, as_action, as_seed, check_options, observation_spaces
 
 Observation = dict[str, NDArray[Any]]
 
@@ -65,6 +65,7 @@ class SearchEnv(gym.Env[Any, Any]):
         self._batch = _dragnet.Batch(self.scenario.native, 1, control, reward, end, masked_action)
         self._arrays = self._batch.arrays()
         self._actions = np.zeros(1, dtype=np.int64)
+        self._mask = np.ones(1, dtype=np.bool_)
         self._traversable = self.scenario.traversable.astype(np.int8)
         self._observed = {name: self._arrays[name][0] for name in OBSERVED}
         self._seed = 0
@@ -75,9 +76,10 @@ class SearchEnv(gym.Env[Any, Any]):
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
         """Begins an episode: the one of a seed, or the next one. There are no options."""
+        check_options(options, [])
         super().reset(seed=seed)
         self._seed = int(self.np_random.integers(2**63)) if seed is None else as_seed(seed)
-        self._batch.reset(np.array([self._seed], dtype=np.uint64))
+        self._batch.reset(np.array([self._seed], dtype=np.uint64), self._mask)
         return self._observation(), self._info()
 
     def step(self, action: int) -> tuple[Observation, float, bool, bool, dict[str, Any]]:

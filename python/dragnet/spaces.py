@@ -58,3 +58,11 @@ def as_seed(seed: object) -> int:
     if not 0 <= number < 2**64:
         raise ValueError(f"seed {number}; allowed are 0 to 2**64 - 1")
     return number
+
+
+def check_options(options: dict[str, Any] | None, known: list[str]) -> None:
+    """Refuses options that would otherwise be ignored."""
+    for name in options or {}:
+        if name not in known:
+            allowed = ", ".join(known) if known else "none"
+            raise ValueError(f"option {name!r}; allowed is {allowed}")

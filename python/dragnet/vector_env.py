@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _dragnet, picture
 from .scenario import Scenario, as_scenario
-from .spaces import OBSERVED, action_space, as_seed, observation_spaces
+from .spaces import OBSERVED, action_space, as_seed, check_options, observation_spaces
 
 _MEASURES = ("f1", "recall", "path_cells", "time_seconds")
 
@@ -68,7 +68,12 @@ class SearchVectorEnv(VectorEnv[dict[str, NDArray[Any]], NDArray[np.int64], NDAr
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-        """Begins all episodes: environment ``i`` that of ``seed + i``, or of ``seed[i]``, or its next one. No options."""
+        """Begins all episodes: environment ``i`` that of ``seed + i``, or of ``seed[i]``, or its next one.
+
+        ``options={"reset_mask": mask}`` begins those alone where ``mask``, booleans of shape ``(num_envs,)``, is true; the
+        others go on as if nothing had been called. There are no other options.
+        """
+        mask = self._reset_mask(options)
         if seed is None:
             seeds: list[int | None] = [None] * self.num_envs
         elif isinstance(seed, (int, np.integer)):
@@ -79,7 +84,8 @@ class SearchVectorEnv(VectorEnv[dict[str, NDArray[Any]], NDArray[np.int64], NDAr
             raise ValueError(f"{len(seeds)} seeds; allowed is {self.num_envs}, one each")
         if not self._randoms:
             self._randoms = [seeding.np_random()[0] for _ in range(self.num_envs)]
-        for place, given in enumerate(seeds):
+        for place in np.flatnonzero(mask):
+            given = seeds[place]
             if given is not None:
                 self._seeds[place] = as_seed(given)
                 self._randoms[place] = seeding.np_random(given)[0]
@@ -87,9 +93,26 @@ class SearchVectorEnv(VectorEnv[dict[str, NDArray[Any]], NDArray[np.int64], NDAr
                 self._seeds[place] = self._draw(place)
             else:
                 self._seeds[place] = self._next_seeds[place]
-        self._next_seeds = np.array([self._draw(place) for place in range(self.num_envs)], dtype=np.uint64)
-        self._batch.reset(self._seeds)
-        return self._told(), self._infos()
+        if self._next_seeds is None:
+            self._next_seeds = np.zeros(self.num_envs, dtype=np.uint64)
+        for place in np.flatnonzero(mask):
+            self._next_seeds[place] = self._draw(place)
+        self._batch.reset(self._seeds, mask)
+        return self._told(), self._infos(mask)
+
+    def _reset_mask(self, options: dict[str, Any] | None) -> NDArray[np.bool_]:
+        check_options(options, ["reset_mask"])
+        if not options:
+            return self._all
+        mask = options["reset_mask"]
+        if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_ or mask.shape != (self.num_envs,):
+            found = f"of {mask.dtype} {mask.shape}" if isinstance(mask, np.ndarray) else f"{mask!r}"
+            raise ValueError(f"reset_mask {found}; allowed is an array of booleans of shape ({self.num_envs},)")
+        if not mask.any():
+            raise ValueError("reset_mask without a true entry; allowed is at least one")
+        if self._next_seeds is None and not mask.all():
+            raise RuntimeError("reset of some environments before the first reset; reset all of them first")
+        return mask.copy()
 
     def step(
         self, actions: ArrayLike
@@ -107,7 +130,7 @@ class SearchVectorEnv(VectorEnv[dict[str, NDArray[Any]], NDArray[np.int64], NDAr
         self._batch.step(actions.astype(np.int64, copy=False), self._next_seeds)
         for place in begun:
             self._seeds[place] = self._next_seeds[place]
-            self._next_seeds[place] = self._draw(int(place))
+            self._next_seeds[place] = self._draw(place)
         return (
             self._told(),
             arrays["reward"].copy(),
@@ -130,7 +153,7 @@ class SearchVectorEnv(VectorEnv[dict[str, NDArray[Any]], NDArray[np.int64], NDAr
             for place in range(self.num_envs)
         )
 
-    def _draw(self, place: int) -> int:
+    def _draw(self, place: int | np.integer[Any]) -> int:
         return int(self._randoms[place].integers(2**63))
 
     def _told(self) -> dict[str, NDArray[Any]]:
@@ -138,11 +161,11 @@ class SearchVectorEnv(VectorEnv[dict[str, NDArray[Any]], NDArray[np.int64], NDAr
             return {name: array.copy() for name, array in self._observations.items()}
         return dict(self._observations)
 
-    def _infos(self) -> dict[str, Any]:
+    def _infos(self, told: NDArray[np.bool_] | None = None) -> dict[str, Any]:
         mask = self._arrays["action_mask"]
         infos: dict[str, Any] = {"action_mask": mask.copy() if self._copy else mask, "seed": self._seeds.copy()}
         for name in _MEASURES:
             infos[name] = self._arrays[name].copy()
         for name in list(infos):
-            infos["_" + name] = self._all
+            infos["_" + name] = self._all if told is None else told
         return infos

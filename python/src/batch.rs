@@ -13,6 +13,7 @@ use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelI
 
 use crate::arrays::{Arrays, borrow, column, slice};
 use crate::choice::{self, Masked};
+use crate::pool;
 use crate::scenario::Scenario;
 
 /// Searches of one scenario, each with a seed of its own, and the arrays that show them.
@@ -48,10 +49,12 @@ enum Task {
     Go(Cell),
     /// Stay.
     Wait,
+    /// Remain as it is: this is not its turn.
+    Keep,
 }
 
 /// What a search measures after a task.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 struct Measured {
     reward: f64,
     terminated: bool,
@@ -109,12 +112,19 @@ impl Batch {
         Ok(dict)
     }
 
-    /// Begins all searches anew.
+    /// Begins searches anew: those of the mask.
     #[expect(clippy::needless_pass_by_value, reason = "it comes from Python")]
-    fn reset(&self, py: Python<'_>, seeds: PyReadonlyArray1<'_, u64>) -> PyResult<()> {
+    fn reset(
+        &self,
+        py: Python<'_>,
+        seeds: PyReadonlyArray1<'_, u64>,
+        mask: PyReadonlyArray1<'_, bool>,
+    ) -> PyResult<()> {
         let mut lanes = self.lock()?;
         let seeds = expect_one_each("seeds", seeds.as_array().to_vec(), lanes.len())?;
-        let tasks: Vec<Task> = seeds.into_iter().map(|seed| Task::Begin { seed }).collect();
+        let mask = expect_one_each("mask", mask.as_array().to_vec(), lanes.len())?;
+        let task = |(seed, begins)| if begins { Task::Begin { seed } } else { Task::Keep };
+        let tasks: Vec<Task> = seeds.into_iter().zip(mask).map(task).collect();
         self.perform(py, &mut lanes, &tasks)
     }
 
@@ -250,45 +260,42 @@ impl Batch {
 
     /// Each search performs its task, side by side, and is drawn and measured.
     fn perform(&self, py: Python<'_>, lanes: &mut [Option<Solo>], tasks: &[Task]) -> PyResult<()> {
-        let mut measured = vec![Measured::default(); lanes.len()];
+        let mut measured = vec![None; lanes.len()];
+        let threads = if lanes.len() > 1 { pool::threads(py) } else { None };
         let mut written = self.arrays.write(py)?;
         let mut canvases = written.canvases(lanes.len())?;
         py.detach(|| {
             let work = |((lane, canvas), (task, measured)): (
                 (&mut Option<Solo>, &mut Canvas<'_>),
-                (&Task, &mut Measured),
+                (&Task, &mut Option<Measured>),
             )| {
-                self.perform_one(lane, canvas, *task, measured);
+                *measured = self.perform_one(lane, canvas, *task);
             };
-            if let ([lane], [canvas], [task], [measured]) =
-                (&mut *lanes, &mut *canvases, tasks, &mut *measured)
-            {
-                work(((lane, canvas), (task, measured)));
+            if let Some(threads) = threads {
+                threads.install(|| {
+                    let seen = lanes.par_iter_mut().zip(canvases.par_iter_mut());
+                    let tasks = rayon::iter::IntoParallelRefIterator::par_iter(tasks);
+                    seen.zip(tasks.zip(measured.par_iter_mut())).with_min_len(4).for_each(work);
+                });
             } else {
-                let seen = lanes.par_iter_mut().zip(canvases.par_iter_mut());
-                let done = rayon::iter::IntoParallelRefIterator::par_iter(tasks).zip(measured.par_iter_mut());
-                seen.zip(done).with_min_len(4).for_each(work);
+                let seen = lanes.iter_mut().zip(canvases.iter_mut());
+                seen.zip(tasks.iter().zip(&mut measured)).for_each(work);
             }
         });
         self.measures.write(py, &measured)
     }
 
-    fn perform_one(
-        &self,
-        lane: &mut Option<Solo>,
-        canvas: &mut Canvas<'_>,
-        task: Task,
-        measured: &mut Measured,
-    ) {
+    fn perform_one(&self, lane: &mut Option<Solo>, canvas: &mut Canvas<'_>, task: Task) -> Option<Measured> {
         if let Task::Begin { seed } = task {
             *lane = Some(Solo::new(Arc::clone(&self.field), self.terms, seed));
         }
-        let Some(solo) = lane else { return };
+        let solo = lane.as_mut()?;
         let reward = match (task, self.control) {
             (Task::Go(cell), Control::Waypoint) => solo.go(cell),
             (Task::Go(cell), Control::Step) => solo.step(cell),
             (Task::Wait, _) => solo.wait(),
             (Task::Begin { .. }, _) => 0.0,
+            (Task::Keep, _) => return None,
         };
         let is_new = matches!(task, Task::Begin { .. });
         if is_new {
@@ -296,7 +303,7 @@ impl Batch {
         } else {
             solo.redraw(canvas, self.control);
         }
-        *measured = Measured {
+        Some(Measured {
             reward,
             // A search that is over as it begins tells so after its first action.
             terminated: !is_new && matches!(solo.ended(), Some(Ended::Found | Ended::Cleared)),
@@ -305,7 +312,7 @@ impl Batch {
             recall: solo.score().recall(),
             path_cells: solo.path_cells(),
             time_seconds: solo.now().as_seconds(),
-        };
+        })
     }
 }
 
@@ -332,7 +339,7 @@ impl Measures {
         dict.set_item("time_seconds", &self.time_seconds)
     }
 
-    fn write(&self, py: Python<'_>, measured: &[Measured]) -> PyResult<()> {
+    fn write(&self, py: Python<'_>, measured: &[Option<Measured>]) -> PyResult<()> {
         fill(py, &self.reward, measured, |it| it.reward)?;
         fill(py, &self.terminated, measured, |it| it.terminated)?;
         fill(py, &self.truncated, measured, |it| it.truncated)?;
@@ -346,12 +353,14 @@ impl Measures {
 fn fill<T: numpy::Element>(
     py: Python<'_>,
     column: &Py<PyArray1<T>>,
-    measured: &[Measured],
+    measured: &[Option<Measured>],
     value: impl Fn(&Measured) -> T,
 ) -> PyResult<()> {
     let mut column = borrow(column.bind(py))?;
     for (place, measured) in slice(&mut column)?.iter_mut().zip(measured) {
-        *place = value(measured);
+        if let Some(measured) = measured {
+            *place = value(measured);
+        }
     }
     Ok(())
 }

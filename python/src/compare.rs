@@ -9,6 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
+use crate::pool;
 use crate::scenario::{Scenario, refused};
 
 /// One policy on one scenario.
@@ -37,7 +38,14 @@ pub(crate) fn compare<'py>(
     }
     // What all decisions share is built before any of them is timed.
     let _ = InformationTable::shared();
-    let rows = py.detach(|| cases.iter().map(|case| case.run(&seeds)).collect::<Result<Vec<Row>, String>>());
+    let threads = pool::threads(py);
+    let rows = py.detach(|| {
+        let rows = cases.iter().map(|case| match &threads {
+            Some(threads) => threads.install(|| case.run_side_by_side(&seeds)),
+            None => case.run(&seeds),
+        });
+        rows.collect::<Result<Vec<Row>, String>>()
+    });
     rows.map_err(PyRuntimeError::new_err)?.iter().map(|row| columns(py, row)).collect()
 }
 
@@ -48,11 +56,21 @@ fn case(scenario: &Scenario, policy: &str) -> PyResult<Case> {
 }
 
 impl Case {
-    /// Episodes side by side, as many as there are cores.
+    /// Episodes side by side, as many as there are threads.
+    fn run_side_by_side(&self, seeds: &[u64]) -> Result<Row, String> {
+        self.row(seeds.par_iter().map(|&seed| self.trial(seed)).collect())
+    }
+
     fn run(&self, seeds: &[u64]) -> Result<Row, String> {
-        let trial = |&seed| comparison::run(&self.setting, &self.scenario, seed);
-        let trials = seeds.par_iter().map(trial).collect::<Result<Vec<Trial>, _>>();
-        trials.map(|trials| Row::new(&self.setting, trials)).map_err(|error| error.to_string())
+        self.row(seeds.iter().map(|&seed| self.trial(seed)).collect())
+    }
+
+    fn trial(&self, seed: u64) -> Result<Trial, String> {
+        comparison::run(&self.setting, &self.scenario, seed).map_err(|error| error.to_string())
+    }
+
+    fn row(&self, trials: Result<Vec<Trial>, String>) -> Result<Row, String> {
+        trials.map(|trials| Row::new(&self.setting, trials))
     }
 }
 

@@ -6,6 +6,7 @@
 //! - `scenario`: a scenario, checked;
 //! - `batch`: many searches of one robot each, stepped side by side, seen in arrays that stay where they are;
 //! - `team`: one search of a team;
+//! - `pool`: threads that outlive `fork`;
 //! - `policy`, `compare`, `recording`: decisions, comparisons and recordings.
 //!
 //! The interpreter is let go wherever a search moves on.
@@ -15,6 +16,7 @@ mod batch;
 mod choice;
 mod compare;
 mod policy;
+mod pool;
 mod recording;
 mod scenario;
 mod team;

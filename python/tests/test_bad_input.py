@@ -55,6 +55,18 @@ def test_actions(control):
         refused((ValueError, Exception), "seed|[Ss]eed", env.reset, seed=seed)
 
 
+def test_options_are_refused_by_name():
+    refused(ValueError, "option 'map'; allowed is none", dragnet.SearchEnv(small()).reset, options={"map": 1})
+    env = dragnet.SearchVectorEnv(small(), 2)
+    refused(ValueError, "option 'mask'; allowed is reset_mask", env.reset, options={"mask": 1})
+    for mask in ([True, False], np.array([1, 0]), np.array([True])):
+        refused(ValueError, r"array of booleans of shape \(2,\)", env.reset, options={"reset_mask": mask})
+    refused(ValueError, "at least one", env.reset, options={"reset_mask": np.zeros(2, dtype=bool)})
+    refused(RuntimeError, "first reset", env.reset, options={"reset_mask": np.array([True, False])})
+    env.reset(options={"reset_mask": np.ones(2, dtype=bool)})
+    env.reset(options={})
+
+
 def test_steps_after_the_end():
     env = dragnet.SearchEnv(small(budget_cells=3), control="step")
     _, info = env.reset(seed=0)

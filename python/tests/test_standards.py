@@ -1,6 +1,8 @@
 """What Gymnasium and PettingZoo ask of environments, by their own checks."""
 
 import pickle
+import subprocess
+import sys
 
 import gymnasium as gym
 import numpy as np
@@ -66,6 +68,62 @@ def test_the_vector_environment_goes_through_the_episodes_of_single_ones(control
             assert np.array_equal(mine, its)
         ends += judged[1] | judged[2]
     assert ends.min() >= 2, ends
+
+
+def test_some_environments_begin_anew_as_in_gymnasiums_own_vector_environment():
+    scenario = small(budget_cells=40)
+    ours = dragnet.SearchVectorEnv(scenario, 4, copy=True)
+    theirs = SyncVectorEnv([lambda: dragnet.SearchEnv(scenario)] * 4)
+    random = np.random.default_rng(0)
+    (seen, info), (expected, _) = ours.reset(seed=3), theirs.reset(seed=3)
+    met_an_end = False
+    for turn in range(60):
+        actions = np.array([masked_sample(ours, mask, random) for mask in info["action_mask"]])
+        seen, _, *ended, info = ours.step(actions)
+        expected, _, *its_ended, _ = theirs.step(actions)
+        assert data_equivalence(seen, expected, exact=True)
+        assert np.array_equal(ended, its_ended)
+        if turn % 3 == 2:
+            mask = random.random(4) < 0.5
+            mask[turn % 4] = True
+            is_over = ended[0] | ended[1]
+            met_an_end |= bool(is_over.any())
+            seed = None if turn % 2 else [9, None, 7, None]
+            seen, told = ours.reset(seed=seed, options={"reset_mask": mask})
+            expected, its_told = theirs.reset(seed=seed, options={"reset_mask": mask.copy()})
+            assert data_equivalence(seen, expected, exact=True)
+            assert np.array_equal(told["_seed"], mask)
+            assert np.array_equal(told["seed"][mask], its_told["seed"][mask])
+            info = told
+    assert met_an_end
+
+
+def test_environments_and_comparisons_work_in_a_process_that_was_forked():
+    script = """
+import os, signal, warnings
+import numpy as np
+import dragnet
+warnings.simplefilter("ignore")
+text = '''
+name = "small"
+map = { shape = "all_traversable", rows = 8, columns = 8 }
+objects.count = 2
+mission.budget_meters = 200.0
+'''
+def episode():
+    env = dragnet.SearchVectorEnv(dragnet.Scenario.from_text(text), num_envs=16, masked_action="stay")
+    env.reset(seed=0)
+    table = dragnet.compare([dragnet.Scenario.from_text(text)], ["random"], seeds=4)
+    return env.step(np.arange(16))[1].tobytes(), table[0]["auc_f1_mean"]
+expected = episode()
+pid = os.fork()
+if pid == 0:
+    signal.alarm(60)  # It would wait for ever for the threads that its parent had.
+    os._exit(0 if episode() == expected else 1)
+assert os.waitpid(pid, 0)[1] == 0
+assert episode() == expected
+"""
+    subprocess.run([sys.executable, "-c", script], check=True, timeout=120)
 
 
 def test_the_arrays_of_a_vector_environment_stay_where_they_are_unless_copied():
