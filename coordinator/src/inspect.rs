@@ -36,6 +36,8 @@ pub struct Inspection {
     pub times: Option<TimeRange>,
     /// Where the map's south-western corner lies in the frame `map`; `None` without a map.
     pub origin: Option<MapOrigin>,
+    /// Columns of the map; `None` without a map.
+    pub columns: Option<u32>,
     /// Topics, by name.
     pub topics: BTreeMap<String, TopicContent>,
     /// Numbers of the robots that were heard.
@@ -114,6 +116,7 @@ pub fn inspect(path: &Path) -> Result<Inspection, RecordingError> {
         library: reader.header().library.clone(),
         times: inspector.times,
         origin: inspector.origin,
+        columns: inspector.columns,
         robots: inspector
             .robots()
             .map(|(robot, _)| robot)
@@ -132,6 +135,7 @@ pub fn inspect(path: &Path) -> Result<Inspection, RecordingError> {
 struct Inspector {
     times: Option<TimeRange>,
     origin: Option<MapOrigin>,
+    columns: Option<u32>,
     /// Names of messages, by schema.
     schemas: BTreeMap<u16, String>,
     channels: BTreeMap<u16, ChannelContent>,
@@ -182,6 +186,7 @@ impl Inspector {
             && let Ok(map) = cdr::decode::<OccupancyGrid>(data)
         {
             self.origin = Some(map.info.origin.into());
+            self.columns = Some(map.info.width).filter(|&columns| columns > 0);
         }
     }
 
@@ -242,7 +247,8 @@ impl fmt::Display for Inspection {
             let DeclaredObject { cell, probability, declared_seconds } = object;
             writeln!(
                 formatter,
-                "  cell {cell}, probability {probability:.4}, since {declared_seconds:.1} s"
+                "  cell {}, probability {probability:.4}, since {declared_seconds:.1} s",
+                self.place(*cell)
             )?;
         }
         for (name, bytes) in &self.attachments {
@@ -258,6 +264,14 @@ impl fmt::Display for Inspection {
 }
 
 impl Inspection {
+    /// Where a cell lies, as scenarios write it; its number in a recording without a map.
+    fn place(&self, cell: u32) -> String {
+        match self.columns {
+            Some(columns) => format!("[{}, {}]", cell / columns, cell % columns),
+            None => cell.to_string(),
+        }
+    }
+
     fn state(&self) -> String {
         match &self.ending {
             Ending::Complete => "complete".into(),

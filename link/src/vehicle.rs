@@ -235,11 +235,13 @@ impl Vehicle {
     }
 
     fn moment(&self, now: Now, stamp_unix_ns: i64) -> Moment {
-        let age_ns = match self.stamps {
-            Stamps::Arrival => 0,
-            Stamps::Clock => u64::try_from(now.unix_ns.saturating_sub(stamp_unix_ns)).unwrap_or(0),
+        let age = match self.stamps {
+            Stamps::Arrival => Duration::ZERO,
+            Stamps::Clock => {
+                Duration::from_nanos(u64::try_from(now.unix_ns.saturating_sub(stamp_unix_ns)).unwrap_or(0))
+            }
         };
-        Moment { heard_ns: now.mission.0, time_ns: self.time_ns(now, stamp_unix_ns), age_ns }
+        Moment { heard_ns: now.mission.0, time_ns: self.time_ns(now, stamp_unix_ns), age }
     }
 
     fn locate(&mut self, now: Now, located: &Located) -> Vec<Effect> {

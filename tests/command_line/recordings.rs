@@ -11,6 +11,16 @@ fn a_recording_that_was_cut_off_is_mended() {
     let text = place.succeed(&["inspect", "whole.mcap"]);
     let observations = &report["observations_merged"];
     assert!(text.contains(&format!("observations  {observations}\n")) && text.contains("complete"), "{text}");
+    // Cells are written as a run and a replay write them.
+    let told = place.succeed(&["replay", "whole.mcap"]);
+    let cells: Vec<&str> = text
+        .lines()
+        .filter_map(|line| line.trim().strip_prefix("cell ")?.split(", probability").next())
+        .collect();
+    assert!(!cells.is_empty(), "{text}");
+    for cell in cells {
+        assert!(cell.starts_with('[') && told.contains(cell), "{cell} is not in {told}");
+    }
 
     let bytes = fs::read(place.path("whole.mcap")).unwrap();
     fs::write(place.path("cut.mcap"), &bytes[..bytes.len() * 3 / 4]).unwrap();

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::RecordingError;
 
-/// What every `SQLite` database begins with.
+/// What every database of `SQLite` begins with.
 const SQLITE: &[u8; 16] = b"SQLite format 3\0";
 
 /// Refuses a file that is a recording of another kind.

@@ -205,7 +205,7 @@ impl Last {
             (Heard::Map(map), _) => self.map = Some(map),
             (Heard::Pose(pose), Localization::Pose) => self.pose = Some(posed(pose.pose)),
             (Heard::Odometry(odometry), Localization::Odometry) => {
-                self.pose = Some(posed(odometry.place.pose))
+                self.pose = Some(posed(odometry.place.pose));
             }
             _ => {}
         }

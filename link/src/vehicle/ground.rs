@@ -63,7 +63,7 @@ impl Likeness {
                 match map.grid.cell_at(column, row).map(|square| map.cells[square.index()]) {
                     None => outside += 1,
                     Some(percent) => {
-                        occupied += u32::from(i16::from(percent) >= i16::from(RULE.lethal_percent))
+                        occupied += u32::from(i16::from(percent) >= i16::from(RULE.lethal_percent));
                     }
                 }
             }

@@ -11,6 +11,7 @@
 mod trail;
 
 use std::collections::VecDeque;
+use std::time::Duration;
 
 use dragnet_proto::map_file::{Georeference, MapOrigin};
 use dragnet_proto::ros::input::{Fix, Odometry, PlanarCovariance, PlanarPose, PoseEstimate};
@@ -40,7 +41,7 @@ pub(super) struct Moment {
     /// No earlier than the mission's start.
     pub(super) time_ns: u64,
     /// How old it was when it was heard, however long the mission lasts.
-    pub(super) age_ns: u64,
+    pub(super) age: Duration,
 }
 
 /// How sure a place is: standard deviations, 0 if nobody says.
@@ -192,13 +193,15 @@ impl Places {
     /// An old correction is as good as a new one where the vehicle has stood since. What was latched before this robot
     /// began is all that there is, if the vehicle stands.
     fn check_age(&self, correction: &Correction) -> Result<(), String> {
-        let Moment { time_ns, age_ns, .. } = correction.at;
+        let Moment { time_ns, age, .. } = correction.at;
         let Some((then, latest)) = self.trail.at(time_ns).zip(self.trail.latest()) else { return Ok(()) };
         let is_known = self.trail.reaches(time_ns) || self.anchor.is_none();
-        if age_ns <= self.limits.timeout_ns || is_known && !self.limits.is_left(&then, &latest) {
+        if age <= Duration::from_nanos(self.limits.timeout_ns)
+            || is_known && !self.limits.is_left(&then, &latest)
+        {
             return Ok(());
         }
-        let age = age_ns as f64 / 1e9;
+        let age = age.as_secs_f64();
         Err(format!(
             "stamped {age:.1} s before this computer's clock, and the vehicle has moved since; set `stamps = \"arrival\"` \
              if this computer's clock should count"

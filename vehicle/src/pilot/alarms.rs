@@ -67,7 +67,9 @@ impl<K: Ord + Clone> Alarms<K> {
             .filter(|(_, alarm)| is_over(alarm))
             .map(|(subject, _)| subject.clone())
             .collect();
-        over.iter().for_each(|subject| drop(self.standing.remove(subject)));
+        for subject in &over {
+            self.standing.remove(subject);
+        }
         over
     }
 

@@ -34,7 +34,7 @@ fn at(seconds: f64) -> Moment {
 fn stamped(heard_seconds: f64, stamp_seconds: f64) -> Moment {
     let nanoseconds = |seconds| u64::try_from(Duration::from_secs_f64(seconds).as_nanos()).unwrap();
     let (heard_ns, time_ns) = (nanoseconds(heard_seconds), nanoseconds(stamp_seconds));
-    Moment { heard_ns, time_ns, age_ns: heard_ns.saturating_sub(time_ns) }
+    Moment { heard_ns, time_ns, age: Duration::from_nanos(heard_ns.saturating_sub(time_ns)) }
 }
 
 fn places(source: Localization) -> Places {
