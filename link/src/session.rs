@@ -178,8 +178,7 @@ fn exposed(config: &Config) -> Vec<String> {
 /// no certificate can be for such a name, and says so only where nobody looks.
 fn beyond_tls(config: &Config) -> Option<String> {
     let called = config.get_json("connect/endpoints").unwrap_or_default();
-    let endpoints = serde_json::from_str(&called).map_or_else(|_| Vec::new(), |value| strings(&value));
-    endpoints.into_iter().find(|endpoint| endpoint.starts_with("tls/["))
+    endpoint::listed(&called).into_iter().find(|endpoint| endpoint.starts_with("tls/["))
 }
 
 fn is_mutual(config: &Config) -> bool {
@@ -234,7 +233,7 @@ pub(crate) fn listened(endpoints: &Endpoints) -> Result<Vec<String>, LinkError> 
     match &endpoints.config {
         Some(file) if endpoints.listen.is_empty() => {
             let listen = read(file)?.get_json("listen/endpoints").unwrap_or_default();
-            Ok(serde_json::from_str(&listen).map_or_else(|_| Vec::new(), |value| strings(&value)))
+            Ok(endpoint::listed(&listen))
         }
         _ => Ok(endpoints.listen.clone()),
     }
