@@ -131,6 +131,10 @@ pub enum Event {
     Came,
     /// A teammate has left the network.
     Lost(RobotId),
+    /// The robot is to stay where it is, and is told nothing until it may go on.
+    Halted,
+    /// It may go on.
+    Released,
 }
 
 /// What a robot does, in this order.
@@ -280,6 +284,12 @@ impl Agent {
             Event::Woke => self.wake(now, &mut actions),
             Event::Came => self.pulse.welcome(now),
             Event::Lost(robot) => self.team.lost(robot),
+            Event::Halted => {
+                self.plan.clear();
+                actions.push(Action::Follow(Vec::new()));
+            }
+            Event::Released if !self.activity.is_rest() => self.decide(now, &mut actions),
+            Event::Released => {}
         }
         self.plan_to_think_again(now);
         actions

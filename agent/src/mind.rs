@@ -30,6 +30,8 @@ impl Mind for Agent {
             Stimulus::Woke => self.handle(now, Event::Woke),
             Stimulus::Came => self.handle(now, Event::Came),
             Stimulus::Lost(robot) => self.handle(now, Event::Lost(robot)),
+            Stimulus::Halted => self.handle(now, Event::Halted),
+            Stimulus::Released => self.handle(now, Event::Released),
         };
         let elapsed = start.elapsed();
         let mut reaction = Reaction {

@@ -277,3 +277,14 @@ fn a_robot_that_starts_again_remembers_what_it_kept_and_reuses_no_name() {
     });
     assert_eq!(way, Some((again.scenario.terrain().cell_meters(), 3)));
 }
+
+#[test]
+fn a_robot_that_is_halted_stays_and_decides_anew_when_it_may_go_on() {
+    let mut field = Field::new(1, ENDLESS);
+    let planned = field.sense(0, field.cell(0, 0));
+    assert!(route(&planned).is_some_and(|route| !route.is_empty()));
+    let halted = field.robot.handle(MissionTime(SECOND), Event::Halted);
+    assert_eq!(halted, [Action::Follow(Vec::new())], "it says nothing");
+    let released = field.robot.handle(MissionTime(90 * SECOND), Event::Released);
+    assert!(route(&released).is_some_and(|route| !route.is_empty()));
+}

@@ -108,7 +108,11 @@ impl Mind for Desk {
         stimulus: Stimulus<Message>,
     ) -> Result<Reaction<Message>, MindError> {
         let actions = match stimulus {
-            Stimulus::Start | Stimulus::Sensed { .. } | Stimulus::Came => Vec::new(),
+            Stimulus::Start
+            | Stimulus::Sensed { .. }
+            | Stimulus::Came
+            | Stimulus::Halted
+            | Stimulus::Released => Vec::new(),
             Stimulus::Delivered { from, parcel } => {
                 self.handle(now, Event::Received { from, message: parcel })
             }

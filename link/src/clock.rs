@@ -24,6 +24,8 @@ pub struct Clock {
 const FIRST_NS: u64 = 1_000_000_000;
 /// Whoever is in the mission already is heard within this time.
 const LISTEN: Duration = Duration::from_secs(2);
+/// Whoever is connected is known to be there within this time.
+const SETTLE: Duration = Duration::from_secs(1);
 /// No time on the wall is farther away than this.
 const FARTHEST: Duration = Duration::from_hours(24);
 
@@ -43,10 +45,12 @@ impl Clock {
         Self { listens: LISTEN, ..self }
     }
 
-    /// Whether it listens for others before anything else.
+    /// Whether it listens for others before anything else: one that knows the mission's time does so for a moment, too, as
+    /// another process of its number may be there.
     #[must_use]
     pub fn listens(&self) -> bool {
-        !self.has_begun() && self.local() < self.listens
+        let listens = if self.has_begun() { self.listens.min(SETTLE) } else { self.listens };
+        self.local() < listens
     }
 
     /// The same, that it is this mission time now.

@@ -93,7 +93,11 @@ impl LinkError {
             Self::Settings { .. }
                 | Self::Open { .. }
                 | Self::Unsupported(_)
-                | Self::Journal(JournalError::Foreign { .. } | JournalError::Content { .. })
+                | Self::Journal(
+                    JournalError::Foreign { .. }
+                        | JournalError::NotAJournal { .. }
+                        | JournalError::Content { .. }
+                )
                 | Self::Recording(
                     RecordingError::Create { .. }
                         | RecordingError::Exists { .. }

@@ -35,6 +35,7 @@ pub mod team;
 pub mod vehicle;
 pub mod world;
 
+mod doubles;
 mod endpoint;
 mod error;
 mod log_limit;

@@ -1,11 +1,13 @@
 //! A participant's place on the network: what it says, and what it hears.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::time::Duration;
+use std::hash::{BuildHasher, Hasher, RandomState};
+use std::time::{Duration, Instant};
 
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::key::{Key, Mission, Selection, Topic};
 use dragnet_proto::message::{Audience, Message, Participant};
+use dragnet_proto::sender::{Envelope, Process};
 use dragnet_search::cell::Grid;
 use zenoh::Session;
 use zenoh::bytes::ZBytes;
@@ -18,6 +20,9 @@ use crate::waiting::{self, Arrival, Inlet, Outlet, Raw};
 
 pub use crate::waiting::Sender;
 
+/// So many processes of one participant are known, at most.
+const MOST_PROCESSES: usize = 16;
+
 /// A participant on the network.
 pub struct Link {
     session: Session,
@@ -26,6 +31,12 @@ pub struct Link {
     codec: Codec,
     waiting: Outlet,
     present: BTreeSet<Participant>,
+    /// Of each participant, this one too: other processes that are there, those that came first before.
+    processes: BTreeMap<Participant, Vec<u64>>,
+    identity: u64,
+    started: Instant,
+    /// Whether it counts as older than all others of its number.
+    takes_over: bool,
     /// Says that this participant is there, as long as it is.
     token: Option<LivelinessToken>,
 }
@@ -37,6 +48,8 @@ pub enum Heard {
     Message {
         /// Who sent it.
         from: Participant,
+        /// Which process of it.
+        identity: u64,
         /// Its number among the sender's messages.
         number: u64,
         /// What it says.
@@ -51,10 +64,12 @@ pub enum Heard {
         /// What is wrong.
         reason: String,
     },
-    /// Somebody has come.
-    Came(Participant),
-    /// Somebody has left.
-    Left(Participant),
+    /// Another process of this one's own participant has spoken.
+    Rival(Process),
+    /// A process of somebody has come.
+    Came(Participant, u64),
+    /// The last process of somebody has left.
+    Left(Participant, u64),
 }
 
 impl Link {
@@ -69,6 +84,7 @@ impl Link {
         codec: Codec,
     ) -> Result<Self, LinkError> {
         let (inlet, waiting) = waiting::waiting(waiting::MOST_BYTES);
+        let identity = RandomState::new().build_hasher().finish();
         let to_all = [Selection::Observations, Selection::Intents, Selection::Heartbeats];
         let to_me = [Selection::LogRequestsTo(me), Selection::LogRepliesTo(me)];
         let coordinator = [Topic::Status, Topic::ByHand].map(|topic| mission.key(topic).to_string());
@@ -77,7 +93,7 @@ impl Link {
             let (inlet, what) = (inlet.clone(), format!("subscribe to {expression}"));
             session
                 .declare_subscriber(expression)
-                .callback(move |sample| put_message(&inlet, &sample, me, codec))
+                .callback(move |sample| put_message(&inlet, &sample, me, identity, codec))
                 .background()
                 .await
                 .map_err(LinkError::zenoh(what))?;
@@ -86,11 +102,23 @@ impl Link {
             .liveliness()
             .declare_subscriber(mission.expression(Selection::Alive))
             .history(true)
-            .callback(move |sample| put_presence(&inlet, &sample, me, codec))
+            .callback(move |sample| put_presence(&inlet, &sample, identity, codec))
             .background()
             .await
             .map_err(LinkError::zenoh("watch who is there"))?;
-        Ok(Self { session, mission, me, codec, waiting, present: BTreeSet::new(), token: None })
+        Ok(Self {
+            session,
+            mission,
+            me,
+            codec,
+            waiting,
+            present: BTreeSet::new(),
+            processes: BTreeMap::new(),
+            identity,
+            started: Instant::now(),
+            takes_over: false,
+            token: None,
+        })
     }
 
     /// Lets the others know that this participant is there, and hears.
@@ -98,7 +126,7 @@ impl Link {
     /// # Errors
     /// If Zenoh refuses.
     pub async fn announce(&mut self) -> Result<(), LinkError> {
-        let key = self.mission.key(Topic::Alive(self.me)).to_string();
+        let key = self.mission.key(Topic::Alive { who: self.me, identity: self.identity }).to_string();
         let token = self.session.liveliness().declare_token(key).await;
         self.token = Some(token.map_err(LinkError::zenoh("say who is there"))?);
         Ok(())
@@ -115,7 +143,7 @@ impl Link {
         };
         self.session
             .put(self.mission.key(topic).to_string(), convert::encode(message))
-            .attachment(ZBytes::from(number.to_le_bytes()))
+            .attachment(ZBytes::from(Envelope { number, process: self.process() }.encode()))
             .congestion_control(CongestionControl::Block)
             .express(true)
             .await
@@ -124,17 +152,50 @@ impl Link {
 
     /// The next thing heard; `None` once the session is closed.
     pub async fn hear(&mut self) -> Option<Heard> {
-        Some(match self.waiting.take().await? {
-            Arrival::Message { from, raw } => read(raw, from, self.codec),
-            Arrival::Presence { who, is_here: true } => {
-                self.present.insert(who);
-                Heard::Came(who)
+        loop {
+            match self.waiting.take().await? {
+                Arrival::Message { from, raw } => return Some(read(raw, from, self.me, self.codec)),
+                Arrival::Presence { who, identity, is_here: true } => {
+                    if self.come(who, identity) {
+                        return Some(Heard::Came(who, identity));
+                    }
+                }
+                Arrival::Presence { who, identity, is_here: false } => {
+                    return Some(match self.leave(who, identity) {
+                        // Somebody is there all the same: whoever is left has come, for those who spoke to the other.
+                        Some(left) => Heard::Came(who, left),
+                        None => Heard::Left(who, identity),
+                    });
+                }
             }
-            Arrival::Presence { who, is_here: false } => {
-                self.present.remove(&who);
-                Heard::Left(who)
+        }
+    }
+
+    /// A process has come; whether it is known from now on. More of one participant than that can only be made up.
+    fn come(&mut self, who: Participant, identity: u64) -> bool {
+        let processes = self.processes.entry(who).or_default();
+        if !processes.contains(&identity) {
+            if processes.len() >= MOST_PROCESSES {
+                return false;
             }
-        })
+            processes.push(identity);
+        }
+        if who != self.me {
+            self.present.insert(who);
+        }
+        true
+    }
+
+    /// A process has left; the first of its participant that is left.
+    fn leave(&mut self, who: Participant, identity: u64) -> Option<u64> {
+        let processes = self.processes.get_mut(&who)?;
+        processes.retain(|&process| process != identity);
+        let left = processes.first().copied();
+        if left.is_none() {
+            self.processes.remove(&who);
+            self.present.remove(&who);
+        }
+        left
     }
 
     /// Whose messages had to be dropped, more of them than can wait, since this was last asked; and how many. They are
@@ -152,6 +213,39 @@ impl Link {
     #[must_use]
     pub const fn present(&self) -> &BTreeSet<Participant> {
         &self.present
+    }
+
+    /// Processes of a participant that are there, besides this one, in the order in which they came.
+    #[must_use]
+    pub fn processes(&self, who: Participant) -> &[u64] {
+        self.processes.get(&who).map_or(&[], Vec::as_slice)
+    }
+
+    /// Participants that have several processes, this one with its own: as when two robots have one number. The token of
+    /// one that has died stands for a while, beside that of the process that was started in its place.
+    #[must_use]
+    pub fn doubled(&self) -> BTreeSet<Participant> {
+        let own = |who| usize::from(who == self.me && self.token.is_some());
+        let several = self.processes.iter().filter(|(who, others)| others.len() + own(**who) > 1);
+        several.map(|(&who, _)| who).collect()
+    }
+
+    /// This process.
+    #[must_use]
+    pub fn process(&self) -> Process {
+        let age_ms = u64::try_from(self.started.elapsed().as_millis()).unwrap_or(u64::MAX);
+        Process { identity: self.identity, age_ms: if self.takes_over { u64::MAX } else { age_ms } }
+    }
+
+    /// For how long this process has been on the network.
+    #[must_use]
+    pub fn age(&self) -> Duration {
+        self.started.elapsed()
+    }
+
+    /// From now on it counts as older than all other processes of its number.
+    pub const fn take_over(&mut self) {
+        self.takes_over = true;
     }
 
     /// The session.
@@ -193,7 +287,7 @@ impl Link {
             let absent = expected.iter().find(|who| **who != self.me && !self.present.contains(who));
             let Some(&absent) = absent else { return Ok(()) };
             match tokio::time::timeout_at(deadline, self.hear()).await {
-                Ok(Some(Heard::Came(_) | Heard::Left(_))) => {}
+                Ok(Some(Heard::Came(..) | Heard::Left(..))) => {}
                 Ok(Some(heard)) => others(heard),
                 Ok(None) | Err(_) => {
                     return Err(LinkError::Absent { who: absent.to_string(), waited: patience });
@@ -203,23 +297,27 @@ impl Link {
     }
 }
 
-/// Leaves a message to be read, unless it is this participant's own. Reading is left to whoever takes it, so that what has
+/// Leaves a message to be read, unless it is this process's own. Reading is left to whoever takes it, so that what has
 /// to be dropped has cost nothing.
-fn put_message(inlet: &Inlet, sample: &Sample, me: Participant, codec: Codec) {
+fn put_message(inlet: &Inlet, sample: &Sample, me: Participant, own: u64, codec: Codec) {
     let key = sample.key_expr().as_str();
     let from = key.parse().ok().and_then(|key: Key| key.topic.speech()).map(|(_, from)| from);
-    if from != Some(me) {
-        inlet.message(sender(from, codec), raw(sample));
+    let raw = raw(sample);
+    let is_own = from == Some(me) && raw.envelope.is_none_or(|it| it.process.identity == own);
+    if !is_own {
+        inlet.message(sender(from, codec), raw);
     }
 }
 
 /// Leaves word that somebody has come or left. Who is not of the team has no place there: that is read like a message,
 /// and refused.
-fn put_presence(inlet: &Inlet, sample: &Sample, me: Participant, codec: Codec) {
+fn put_presence(inlet: &Inlet, sample: &Sample, own: u64, codec: Codec) {
     let key: Option<Key> = sample.key_expr().as_str().parse().ok();
     match key.map(|key| key.topic) {
-        Some(Topic::Alive(who)) if who == me => {}
-        Some(Topic::Alive(who)) if codec.knows(who) => inlet.presence(who, sample.kind() == SampleKind::Put),
+        Some(Topic::Alive { identity, .. }) if identity == own => {}
+        Some(Topic::Alive { who, identity }) if codec.knows(who) => {
+            inlet.presence(who, identity, sample.kind() == SampleKind::Put);
+        }
         _ => inlet.message(Sender::Stranger, raw(sample)),
     }
 }
@@ -230,16 +328,13 @@ fn sender(from: Option<Participant>, codec: Codec) -> Sender {
 
 /// A copy: what Zenoh has may be a small part of a large buffer.
 fn raw(sample: &Sample) -> Raw {
-    let number = sample.attachment().and_then(|bytes| {
-        let bytes: [u8; 8] = bytes.to_bytes().as_ref().try_into().ok()?;
-        Some(u64::from_le_bytes(bytes))
-    });
+    let envelope = sample.attachment().and_then(|bytes| Envelope::decode(&bytes.to_bytes()));
     let key = sample.key_expr().as_str().to_owned();
-    Raw { key, payload: sample.payload().to_bytes().into_owned(), number }
+    Raw { key, payload: sample.payload().to_bytes().into_owned(), envelope }
 }
 
 /// What was sent, or why it is refused.
-fn read(raw: Raw, from: Sender, codec: Codec) -> Heard {
+fn read(raw: Raw, from: Sender, me: Participant, codec: Codec) -> Heard {
     let refused = |key: String, reason: String| Heard::Refused { from, key, reason };
     let key: Key = match raw.key.parse() {
         Ok(key) => key,
@@ -247,17 +342,20 @@ fn read(raw: Raw, from: Sender, codec: Codec) -> Heard {
     };
     let Some((kind, from)) = key.topic.speech() else {
         let reason = match key.topic {
-            Topic::Alive(who) => format!("{who} is not of the team"),
+            Topic::Alive { who, .. } => format!("{who} is not of the team"),
             _ => "no message belongs here".to_owned(),
         };
         return refused(raw.key, reason);
     };
-    let Some(number) = raw.number else {
-        return refused(raw.key, "without the message's number as attachment".to_owned());
+    let Some(Envelope { number, process }) = raw.envelope else {
+        return refused(raw.key, "without number, identity and age as attachment, 24 bytes".to_owned());
     };
+    if from == me {
+        return Heard::Rival(process);
+    }
     let message = codec.decode(kind, &raw.payload);
     match message.and_then(|message| convert::check_sender(&message, from).map(|()| message)) {
-        Ok(message) => Heard::Message { from, number, message },
+        Ok(message) => Heard::Message { from, identity: process.identity, number, message },
         Err(error) => refused(raw.key, error.to_string()),
     }
 }

@@ -14,6 +14,7 @@ use tokio::time::Instant;
 
 use crate::LinkError;
 use crate::clock::Clock;
+use crate::doubles::{Doubles, News};
 use crate::journal::Journal;
 use crate::link::{Heard, Link, Sender};
 use crate::log_limit::{Kind, Teller};
@@ -62,6 +63,9 @@ pub async fn run(
         narrator: Narrator::new(link.me(), link.grid()),
         gone: BTreeSet::new(),
         teller: Teller::default(),
+        doubles: Doubles::default(),
+        stands: false,
+        has_stood: false,
     };
     driver.experience(link, clock.now(), Stimulus::Start).await?;
     let mut has_reports = true;
@@ -70,6 +74,7 @@ pub async fn run(
     tokio::pin!(stop);
     loop {
         driver.note_time(&clock);
+        driver.look_for_doubles(link, clock.now()).await?;
         tokio::select! {
             () = &mut stop => return Ok(driver.finish(&clock)),
             () = watchdog.feed() => {}
@@ -93,13 +98,13 @@ pub async fn run(
                         clock.begin();
                     }
                     driver.note_time(&clock);
-                    let now = followed.unwrap_or_else(|| clock.now());
-                    driver.experience(link, now, stimulus).await?;
+                    let is_lost = time.is_some() && followed.is_none();
+                    driver.report(link, followed.unwrap_or_else(|| clock.now()), stimulus, is_lost).await?;
                 }
                 None => has_reports = false,
             },
             () = tokio::time::sleep(LISTENS), if clock.listens() => {}
-            () = tokio::time::sleep_until(clock.instant(driver.wake_at)) => {
+            () = tokio::time::sleep_until(clock.instant(driver.wake_at)), if !driver.stands => {
                 let now = clock.now().max(driver.wake_at);
                 driver.experience(link, now, Stimulus::Woke).await?;
             }
@@ -132,6 +137,11 @@ struct Driver<'a> {
     /// Those who left, and have not come back.
     gone: BTreeSet<Participant>,
     teller: Teller,
+    doubles: Doubles,
+    /// Whether it stands, and says nothing, since an older process of its number is in the mission.
+    stands: bool,
+    /// Whether it was shown anything since it started.
+    has_stood: bool,
 }
 
 /// What was told of the time: that a clock was set, and once a minute that somebody is not believed.
@@ -181,6 +191,7 @@ impl Driver<'_> {
             self.teller.warn(Kind::Dropped, from, text);
         }
         match heard {
+            Heard::Message { .. } if self.stands => {}
             Heard::Message { from, message, .. } => {
                 self.experience(link, now, Stimulus::Delivered { from, parcel: message }).await?;
             }
@@ -188,18 +199,75 @@ impl Driver<'_> {
                 let text = format_args!("refused what came under {key}: {reason}");
                 self.teller.warn(Kind::NoMessage, from, text);
             }
-            Heard::Came(who) => {
+            Heard::Rival(process) => self.doubles.hear(link.process(), process),
+            Heard::Came(who, _) => {
                 let what = if self.gone.remove(&who) { "is back" } else { "is here" };
                 self.teller.inform(Kind::Came, Sender::Known(who), format_args!("{who} {what}"));
-                self.experience(link, now, Stimulus::Came).await?;
+                if !self.stands {
+                    self.experience(link, now, Stimulus::Came).await?;
+                }
             }
-            Heard::Left(who) => {
+            Heard::Left(who, _) => {
                 self.gone.insert(who);
                 self.teller.inform(Kind::Left, Sender::Known(who), format_args!("{who} has left"));
-                if let Participant::Robot(robot) = who {
+                if let Participant::Robot(robot) = who
+                    && who != link.me()
+                    && !self.stands
+                {
                     self.experience(link, now, Stimulus::Lost(robot)).await?;
                 }
             }
+        }
+        Ok(())
+    }
+
+    /// What its vehicle says. A simulator that has started again and is lost in time does not know where the robot is,
+    /// either: it hears both in the robot's next sign of life.
+    async fn report(
+        &mut self,
+        link: &Link,
+        now: MissionTime,
+        stimulus: Stimulus<Message>,
+        is_lost: bool,
+    ) -> Result<(), LinkError> {
+        if self.stands {
+            return Ok(());
+        }
+        if is_lost && self.has_stood {
+            return self.experience(link, now, Stimulus::Came).await;
+        }
+        self.has_stood |= matches!(stimulus, Stimulus::Sensed { .. });
+        self.experience(link, now, stimulus).await
+    }
+
+    /// Two of one number are told of, and the younger one of this process's own number stands.
+    async fn look_for_doubles(&mut self, link: &Link, now: MissionTime) -> Result<(), LinkError> {
+        let (me, own) = (link.me(), link.process());
+        for (who, news) in self.doubles.tell(link.age(), &link.doubled()) {
+            match news {
+                News::Two => tracing::warn!(
+                    "{who} is here twice: it was started again before its last process was known to be gone, or two \
+                     have its number"
+                ),
+                News::Both => {
+                    tracing::error!("TWO PROCESSES SAY THAT THEY ARE {who}: give each robot its own number")
+                }
+                News::One => tracing::info!("{who} is here once again"),
+            }
+        }
+        let is_robot = matches!(me, Participant::Robot(_));
+        let stands = is_robot && self.doubles.must_stand(own, link.processes(me));
+        if stands && !self.stands {
+            tracing::error!(
+                "{me} stands still, and says nothing, as long as another process of {me} is in the mission; the one that \
+                 is started with --take-over goes on instead"
+            );
+            self.experience(link, now, Stimulus::Halted).await?;
+            self.stands = true;
+        } else if !stands && self.stands {
+            tracing::info!("{me} goes on: no older process of it is in the mission");
+            self.stands = false;
+            self.experience(link, now, Stimulus::Released).await?;
         }
         Ok(())
     }

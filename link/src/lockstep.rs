@@ -134,7 +134,7 @@ impl<'a> Puppet<'a> {
 
     fn keep(&mut self, heard: Heard) -> Result<(), LinkError> {
         match heard {
-            Heard::Message { from, number, message } => {
+            Heard::Message { from, number, message, .. } => {
                 self.parcels.insert((from, number), message);
                 Ok(())
             }
@@ -143,8 +143,8 @@ impl<'a> Puppet<'a> {
                 self.teller.warn(Kind::NoMessage, from, text);
                 Ok(())
             }
-            Heard::Came(_) => Ok(()),
-            Heard::Left(who) => {
+            Heard::Came(..) | Heard::Rival(_) => Ok(()),
+            Heard::Left(who, _) => {
                 let reason = "it left before the mission was over".to_owned();
                 if self.team.contains(&who) { Err(LinkError::Participant { who, reason }) } else { Ok(()) }
             }

@@ -139,8 +139,8 @@ fn event(stimulus: Stimulus<u64>) -> Result<StepEvent, LinkError> {
         Stimulus::Delivered { from, parcel } => StepEvent::Deliver { sender: from, parcel },
         Stimulus::Woke => StepEvent::Wake,
         Stimulus::Lost(robot) => StepEvent::Lost(robot),
-        Stimulus::Came | Stimulus::Commanded(_) => {
-            let why = "nobody comes or gives commands in simulated time: run by the wall clock";
+        Stimulus::Came | Stimulus::Commanded(_) | Stimulus::Halted | Stimulus::Released => {
+            let why = "nobody comes, is halted or gives commands in simulated time: run by the wall clock";
             return Err(LinkError::Unsupported(why.to_owned()));
         }
     })

@@ -10,14 +10,12 @@ use dragnet_coordinator::desk::Listener;
 use dragnet_live::page::{Page, Settings};
 use dragnet_live::view::About;
 use dragnet_proto::convert::Codec;
-use dragnet_proto::key::Mission;
 use dragnet_proto::message::Participant;
 use dragnet_proto::scenario::Scenario;
 use dragnet_proto::time::MissionTime;
 use dragnet_sim::episode::Episode;
 use dragnet_sim::simulation::Spectator;
 use tokio::sync::mpsc;
-use zenoh::Session;
 
 use crate::clock::Clock;
 use crate::config::{self, AgentConfig, Body, Checked, CoordinatorConfig, SimConfig, TimeSource};
@@ -33,11 +31,20 @@ use crate::vehicle::{self, Embodied, detector};
 use crate::world::{self, WorldServer};
 use crate::{LinkError, unix_time};
 
+/// Which of several processes of one robot goes on; the others stand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Precedence {
+    /// The one that was started first.
+    ByAge,
+    /// This one.
+    First,
+}
+
 /// Runs one robot until it is told to stop; `make` makes its detector, if its settings ask for one.
 ///
 /// # Errors
 /// If the settings are not allowed, or the robot cannot go on.
-pub fn agent(file: &Path, make: detector::Make<'_>) -> Result<(), LinkError> {
+pub fn agent(file: &Path, precedence: Precedence, make: detector::Make<'_>) -> Result<(), LinkError> {
     let mut config: AgentConfig = config::load(file)?;
     config.common.zenoh = config.common.zenoh.named_in(file);
     let Checked { mission, scenario } = config.common.check(file)?;
@@ -61,28 +68,25 @@ pub fn agent(file: &Path, make: detector::Make<'_>) -> Result<(), LinkError> {
         let subject = Subject { mission: &mission, robot, terrain: scenario.terrain() };
         let (journal, clock) = resume(&mut agent, &config.journal(file), subject, config.common.pace)?;
         let codec = Codec::of(&scenario);
+        let mut link = Link::join(session, mission, who, codec).await?;
+        if precedence == Precedence::First {
+            link.take_over();
+        }
         let Some(body) = body else {
-            let reports = world::sensor(&session, &mission, robot, codec).await?;
-            let mut link = enter(session, mission, who, codec, &config.common.zenoh).await?;
+            let reports = world::sensor(&link, robot, codec).await?;
+            enter(&mut link, &config.common.zenoh).await?;
             return live::run(&mut link, &mut agent, clock, Some(journal), reports, stop).await.map(|_| ());
         };
-        let mut link = enter(session, mission, who, codec, &config.common.zenoh).await?;
+        enter(&mut link, &config.common.zenoh).await?;
         Own { body, detector, scenario }.search(&mut link, agent, clock.listening(), journal, stop).await
     })
 }
 
 /// Takes part in a mission, and says so.
-async fn enter(
-    session: Session,
-    mission: Mission,
-    who: Participant,
-    codec: Codec,
-    endpoints: &Endpoints,
-) -> Result<Link, LinkError> {
-    let mut link = Link::join(session, mission, who, codec).await?;
+async fn enter(link: &mut Link, endpoints: &Endpoints) -> Result<(), LinkError> {
     link.announce().await?;
-    tell_start(&link, endpoints);
-    Ok(link)
+    tell_start(link, endpoints);
+    Ok(())
 }
 
 /// A robot's own vehicle, and what it needs.
@@ -205,7 +209,8 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), LinkErr
         tokio::pin!(stop);
         let entered = async {
             let session = open_when_there(&config.common.zenoh).await?;
-            enter(session, mission, Participant::Coordinator, codec, &config.common.zenoh).await
+            let mut link = Link::join(session, mission, Participant::Coordinator, codec).await?;
+            enter(&mut link, &config.common.zenoh).await.map(|()| link)
         };
         // What it records is finished, however early it is told to stop.
         let mut link = tokio::select! {

@@ -9,10 +9,13 @@ use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use dragnet_proto::message::Participant;
+use dragnet_proto::sender::Envelope;
 use tokio::sync::mpsc;
 
 /// So many bytes may wait, from all senders together.
 pub(crate) const MOST_BYTES: usize = 64 * 1024 * 1024;
+/// So often may it wait to be heard that processes of one sender came or left.
+const MOST_PRESENCE: usize = 64;
 /// A message takes so much room besides what it says.
 const OVERHEAD: usize = 256;
 
@@ -39,8 +42,8 @@ impl fmt::Display for Sender {
 pub(crate) struct Raw {
     pub(crate) key: String,
     pub(crate) payload: Vec<u8>,
-    /// The sender's number of the message, if there was one.
-    pub(crate) number: Option<u64>,
+    /// What it came in, if it came in one.
+    pub(crate) envelope: Option<Envelope>,
 }
 
 /// Something that has come.
@@ -48,8 +51,8 @@ pub(crate) struct Raw {
 pub(crate) enum Arrival {
     /// A message, not yet read.
     Message { from: Sender, raw: Raw },
-    /// Somebody has come, or has left.
-    Presence { who: Participant, is_here: bool },
+    /// A process of somebody has come, or has left.
+    Presence { who: Participant, identity: u64, is_here: bool },
 }
 
 /// Where arrivals are put. When the last one is gone, nothing comes any more.
@@ -80,9 +83,9 @@ impl Inlet {
         self.tell();
     }
 
-    /// Puts in that somebody of the team has come or left.
-    pub(crate) fn presence(&self, who: Participant, is_here: bool) {
-        lock(&self.queues).put_presence(who, is_here);
+    /// Puts in that a process of somebody of the team has come or left.
+    pub(crate) fn presence(&self, who: Participant, identity: u64, is_here: bool) {
+        lock(&self.queues).put_presence(who, identity, is_here);
         self.tell();
     }
 
@@ -132,8 +135,8 @@ struct Queues {
 #[derive(Debug, Default)]
 struct Queue {
     messages: VecDeque<(u64, Raw)>,
-    /// Whether it came or left, the last two times: what was before makes no difference.
-    presence: VecDeque<(u64, Participant, bool)>,
+    /// Whether each of its processes came or left, the last two times: what was before makes no difference.
+    presence: VecDeque<(u64, Participant, u64, bool)>,
     arrivals: u64,
     bytes: usize,
     /// What was taken of it, bytes, as if it had always had something to say.
@@ -151,13 +154,18 @@ impl Queues {
         while self.bytes > self.most_bytes && self.drop_one() {}
     }
 
-    fn put_presence(&mut self, who: Participant, is_here: bool) {
+    fn put_presence(&mut self, who: Participant, identity: u64, is_here: bool) {
         let queue = self.queue(Sender::Known(who));
         let place = queue.arrive();
-        if queue.presence.len() == 2 {
+        let mut same =
+            (0..).zip(&queue.presence).filter(|(_, (_, _, it, _))| *it == identity).map(|(at, _)| at);
+        if let (Some(first), Some(_)) = (same.next(), same.next()) {
+            queue.presence.remove(first);
+        }
+        if queue.presence.len() == MOST_PRESENCE {
             queue.presence.pop_front();
         }
-        queue.presence.push_back((place, who, is_here));
+        queue.presence.push_back((place, who, identity, is_here));
     }
 
     fn queue(&mut self, from: Sender) -> &mut Queue {
@@ -211,8 +219,8 @@ impl Queue {
             let bytes = room(&raw);
             Some((Arrival::Message { from, raw }, bytes))
         } else {
-            let (_, who, is_here) = self.presence.pop_front()?;
-            Some((Arrival::Presence { who, is_here }, 0))
+            let (_, who, identity, is_here) = self.presence.pop_front()?;
+            Some((Arrival::Presence { who, identity, is_here }, 0))
         }
     }
 }

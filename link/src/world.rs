@@ -7,11 +7,12 @@ use std::time::Duration;
 use dragnet_proto::clock;
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::key::{Mission, Topic};
-use dragnet_proto::message::{Heartbeat, Message, Participant};
+use dragnet_proto::message::{Activity, Heartbeat, Intent, Message, Participant};
 use dragnet_proto::participant::Stimulus;
 use dragnet_proto::scenario::Scenario;
 use dragnet_proto::step::Sensed;
 use dragnet_proto::time::MissionTime;
+use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;
 use dragnet_search::observation::RobotId;
 use dragnet_sim::episode::Episode;
@@ -19,6 +20,7 @@ use dragnet_sim::simulation::{Outcome, Scene, Spectator};
 use dragnet_sim::world::World;
 use tokio::sync::mpsc;
 use zenoh::Session;
+use zenoh::sample::Sample;
 
 use crate::LinkError;
 use crate::clock::Clock;
@@ -29,6 +31,10 @@ use crate::log_limit::{Kind, Teller};
 /// How long robots are waited for: at the start to come, at the end to agree.
 const PATIENCE: Duration = Duration::from_mins(1);
 
+/// Of whom nothing is heard is shown again what it sees after so many times between two of its signs of life.
+const SHOWN_AGAIN: u32 = 3;
+/// A world that is farther behind its robots, on the wall, has started again.
+const BEHIND: Duration = Duration::from_secs(1);
 /// When a mission begins here: a time of 0 would say that it is not known.
 const BEGINNING: MissionTime = MissionTime(1);
 
@@ -44,6 +50,14 @@ pub struct WorldServer<'a> {
     team: BTreeSet<RobotId>,
     /// Those who are there.
     robots: BTreeSet<RobotId>,
+    /// Those who are where this world has them: one that has started again in the middle of a mission learns from its
+    /// robots where they are.
+    placed: BTreeSet<RobotId>,
+    /// The last plan of each, and of which process it is.
+    plans: BTreeMap<RobotId, (u64, Intent)>,
+    /// When each was shown last what it sees.
+    looked: BTreeMap<RobotId, MissionTime>,
+    heartbeat: Duration,
     /// Whether somebody was away: what it was shown then, nobody may have seen.
     has_missed: bool,
     arrivals: BTreeMap<RobotId, MissionTime>,
@@ -72,9 +86,10 @@ impl<'a> WorldServer<'a> {
         let codec = Codec::of(scenario);
         let mut link = Link::join(session, mission, Participant::Robot(RobotId(0)), codec).await?;
         let team: Vec<Participant> = robots.iter().map(|&robot| Participant::Robot(robot)).collect();
-        link.wait_for(&team, PATIENCE, |_| {}).await?;
+        let mut heard = Vec::new();
+        link.wait_for(&team, PATIENCE, |other| heard.push(other)).await?;
         let outcome = Outcome::new(&world);
-        Ok(Self {
+        let mut server = Self {
             link,
             world,
             clock: Clock::new(pace),
@@ -83,13 +98,21 @@ impl<'a> WorldServer<'a> {
             stagger: scenario.mission().stagger,
             team: robots.clone(),
             robots,
+            placed: BTreeSet::new(),
+            plans: BTreeMap::new(),
+            looked: BTreeMap::new(),
+            heartbeat: scenario.mission().heartbeat,
             has_missed: false,
             arrivals: BTreeMap::new(),
             heartbeats: BTreeMap::new(),
             outcome,
             spectator,
             teller: Teller::default(),
-        })
+        };
+        for heard in heard {
+            server.hear(heard).await?;
+        }
+        Ok(server)
     }
 
     /// Runs until every robot rests and all believe the same, or have had the time to; robots that are gone may come back
@@ -101,11 +124,12 @@ impl<'a> WorldServer<'a> {
         // A mission that is under way has its time already, and this world joins it as everybody does.
         if !self.clock.has_begun() {
             self.clock = self.clock.at(BEGINNING);
+            self.placed.clone_from(&self.team);
         }
         let start = self.clock.now();
         // Each stands where it starts until it may decide: a large team does not see all at the same moment.
         for (turn, &robot) in (0..).zip(&self.team) {
-            self.arrivals.insert(robot, start + self.stagger * turn);
+            self.arrivals.entry(robot).or_insert(start + self.stagger * turn);
         }
         let mut resting_since = None;
         loop {
@@ -143,6 +167,7 @@ impl<'a> WorldServer<'a> {
             () = tokio::time::sleep_until(self.clock.instant(due)) => {
                 if let Some((due, robot)) = next {
                     self.arrivals.remove(&robot);
+                    self.has_missed |= !self.world.body(robot).is_moving() && self.looked.contains_key(&robot);
                     self.world.advance(robot);
                     // What is seen is dated as if the clock were exact.
                     self.depart(due, robot);
@@ -158,6 +183,11 @@ impl<'a> WorldServer<'a> {
         let Heard::Message { from, message, .. } = heard else { return };
         let Some(time) = clock::dated(*from, message) else { return };
         let by = self.clock.hear(time).by;
+        if by > BEHIND.mul_f64(self.pace.max(1.0)) {
+            // The mission has gone on without this world.
+            self.placed.clear();
+            self.has_missed = true;
+        }
         for arrival in self.arrivals.values_mut() {
             *arrival = *arrival + by;
         }
@@ -166,13 +196,15 @@ impl<'a> WorldServer<'a> {
     async fn hear(&mut self, heard: Heard) -> Result<(), LinkError> {
         self.keep_time(&heard);
         match heard {
-            Heard::Message { message: Message::Intent(intent), .. } => {
-                let (now, robot, route) = (self.clock.now(), intent.origin.robot, intent.path);
-                (self.spectator)(now, Scene::Departs { robot, route: route.clone(), activity: None });
-                self.world.set_route(robot, route);
-                self.depart(now, robot);
+            Heard::Message { from, identity, message: Message::Intent(intent), .. } => {
+                if self.is_moved_by(from, identity) {
+                    self.follow(identity, &intent);
+                }
             }
-            Heard::Message { message: Message::Heartbeat(heartbeat), .. } => {
+            Heard::Message { from, identity, message: Message::Heartbeat(heartbeat), .. } => {
+                if self.is_moved_by(from, identity) {
+                    self.keep_up(identity, &heartbeat).await?;
+                }
                 if self.robots.contains(&heartbeat.robot) {
                     self.heartbeats.insert(heartbeat.robot, heartbeat);
                 }
@@ -182,25 +214,78 @@ impl<'a> WorldServer<'a> {
             {
                 self.world.take_in(&mark.readings);
             }
-            Heard::Left(Participant::Robot(gone)) => {
+            Heard::Left(Participant::Robot(gone), _) => {
                 self.has_missed = true;
                 self.robots.remove(&gone);
                 self.arrivals.remove(&gone);
                 self.heartbeats.remove(&gone);
             }
             // It has started again, wherever it stood.
-            Heard::Came(Participant::Robot(robot)) if self.team.contains(&robot) => {
+            Heard::Came(Participant::Robot(robot), _) if self.team.contains(&robot) => {
                 self.robots.insert(robot);
                 self.world.set_route(robot, Vec::new());
                 self.look(self.clock.now(), robot).await?;
             }
-            Heard::Message { .. } | Heard::Came(_) | Heard::Left(Participant::Coordinator) => {}
+            Heard::Message { .. }
+            | Heard::Rival(_)
+            | Heard::Came(..)
+            | Heard::Left(Participant::Coordinator, _) => {}
             Heard::Refused { from, key, reason } => {
                 let text = format_args!("refused what came under {key}: {reason}");
                 self.teller.warn(Kind::NoMessage, from, text);
             }
         }
         Ok(())
+    }
+
+    /// Whether what is said moves a robot: of two processes of one number that which came first does.
+    fn is_moved_by(&self, who: Participant, identity: u64) -> bool {
+        let first = self.link.processes(who).first();
+        matches!(who, Participant::Robot(robot) if self.team.contains(&robot))
+            && first.is_none_or(|&first| first == identity)
+    }
+
+    /// A robot has a plan: one that was told before, and comes again, moves nobody.
+    fn follow(&mut self, identity: u64, intent: &Intent) {
+        let robot = intent.origin.robot;
+        let known = self.plans.get(&robot);
+        if known.is_none_or(|(by, known)| *by != identity || intent.is_newer_than(known)) {
+            self.plans.insert(robot, (identity, intent.clone()));
+            self.send(robot, intent.path.clone());
+        }
+    }
+
+    /// A robot's sign of life: if it was not heard, or did not hear, for a while, it says what it waits for.
+    async fn keep_up(&mut self, identity: u64, heartbeat: &Heartbeat) -> Result<(), LinkError> {
+        let (now, robot) = (self.clock.now(), heartbeat.robot);
+        if self.placed.insert(robot) && self.world.body(robot).cell != heartbeat.cell {
+            self.world.enter(robot, heartbeat.cell);
+            self.plans.remove(&robot);
+        }
+        self.follow(identity, &heartbeat.intent);
+        if self.world.body(robot).is_moving() {
+            return Ok(());
+        }
+        // It is heard: it need not be shown again where it stands.
+        self.arrivals.remove(&robot);
+        let (here, path) = (self.world.body(robot).cell, &heartbeat.intent.path);
+        let entered = path.iter().position(|&cell| cell == here).map_or(0, |place| place + 1);
+        let was_shown_long_ago = self.looked.get(&robot).is_none_or(|&at| now >= at + self.heartbeat);
+        if entered < path.len() {
+            self.send(robot, path[entered..].to_vec());
+        } else if was_shown_long_ago && (entered > 0 || heartbeat.activity == Activity::Searching) {
+            // It does not know that it is there, or waits to be shown where it is.
+            self.has_missed = true;
+            self.look(now, robot).await?;
+        }
+        Ok(())
+    }
+
+    fn send(&mut self, robot: RobotId, route: Vec<Cell>) {
+        let now = self.clock.now();
+        (self.spectator)(now, Scene::Departs { robot, route: route.clone(), activity: None });
+        self.world.set_route(robot, route);
+        self.depart(now, robot);
     }
 
     fn depart(&mut self, now: MissionTime, robot: RobotId) {
@@ -218,16 +303,20 @@ impl<'a> WorldServer<'a> {
             (self.spectator)(now, Scene::Finds { robot, cell });
         }
         self.outcome.measure(now, farthest_cells, self.world.score(), &found);
+        self.looked.insert(robot, now);
+        if !self.world.body(robot).is_moving() {
+            // Unless it is heard before: what it is shown may be lost.
+            self.arrivals.insert(robot, now + self.heartbeat * SHOWN_AGAIN);
+        }
         let sensed = Sensed { robot, time_ns: now.0, from: cell, readings };
-        self.link
-            .session()
-            .put(
-                self.link.mission().key(Topic::SimSensed(robot)).to_string(),
-                convert::encode_sensed(&sensed),
-            )
-            .express(true)
-            .await
-            .map_err(LinkError::zenoh("let a robot see"))
+        let key = self.link.mission().key(Topic::SimSensed(robot)).to_string();
+        let shown = self.link.session().put(key, convert::encode_sensed(&sensed)).express(true);
+        // Of two processes of one number the first alone sees: otherwise what it sees would count twice.
+        let shown = match self.link.processes(Participant::Robot(robot)) {
+            [first, ..] => shown.attachment(first.to_le_bytes()),
+            [] => shown,
+        };
+        shown.await.map_err(LinkError::zenoh("let a robot see"))
     }
 
     fn are_all_resting(&self) -> bool {
@@ -249,20 +338,19 @@ impl<'a> WorldServer<'a> {
 ///
 /// # Errors
 /// If Zenoh refuses.
-pub async fn sensor(
-    session: &Session,
-    mission: &Mission,
-    robot: RobotId,
-    codec: Codec,
-) -> Result<mpsc::Receiver<Report>, LinkError> {
+pub async fn sensor(link: &Link, robot: RobotId, codec: Codec) -> Result<mpsc::Receiver<Report>, LinkError> {
     let (sender, reports) = mpsc::channel(1024);
     let (teller, who) = (Mutex::new(Teller::default()), Sender::Known(Participant::Robot(robot)));
     let warn = move |text: std::fmt::Arguments<'_>| {
         teller.lock().unwrap_or_else(PoisonError::into_inner).warn(Kind::Sensor, who, text);
     };
-    session
-        .declare_subscriber(mission.key(Topic::SimSensed(robot)).to_string())
+    let own = link.process().identity.to_le_bytes();
+    let is_another =
+        move |sample: &Sample| sample.attachment().is_some_and(|bytes| bytes.to_bytes().as_ref() != own);
+    link.session()
+        .declare_subscriber(link.mission().key(Topic::SimSensed(robot)).to_string())
         .callback(move |sample| match codec.decode_sensed(&sample.payload().to_bytes()) {
+            Ok(_) if is_another(&sample) => {}
             Ok(Sensed { time_ns, from, readings, .. }) => {
                 let time = Some(MissionTime(time_ns)).filter(|&time| time > MissionTime::START);
                 let report = (time, Stimulus::Sensed { cell: from, readings });

@@ -1,15 +1,18 @@
 //! Keys: under which name each message travels.
 //!
 //! ```text
-//! dragnet/<mission>/robots/<robot>/{observation,intent,heartbeat,alive}
+//! dragnet/<mission>/robots/<robot>/{observation,intent,heartbeat}
+//! dragnet/<mission>/robots/<robot>/alive/<identity>
 //! dragnet/<mission>/robots/<from>/{log_request,log_reply}/<to>
-//! dragnet/<mission>/coordinator/{status,alive,observation}
+//! dragnet/<mission>/coordinator/{status,observation}
+//! dragnet/<mission>/coordinator/alive/<identity>
 //! dragnet/<mission>/coordinator/{log_request,log_reply}/<to>
 //! dragnet/<mission>/sim/step/<participant>
 //! dragnet/<mission>/sim/sensed/<robot>
 //! ```
 //!
-//! `<robot>` is a number, `<from>` too; `<to>` and `<participant>` are a number or `coordinator`.
+//! `<robot>` is a number, `<from>` too; `<to>` and `<participant>` are a number or `coordinator`; `<identity>` is that of a
+//! process ([`crate::sender`]), 16 hexadecimal digits.
 //! [`Key`]'s `Display` builds each key, its `FromStr` parses each; they are inverse.
 
 mod mission;
@@ -46,8 +49,13 @@ pub enum Topic {
     Intent(RobotId),
     /// A robot's signs of life, [`MessageKind::Heartbeat`].
     Heartbeat(RobotId),
-    /// Liveliness token of a participant.
-    Alive(Participant),
+    /// Liveliness token of a participant's process.
+    Alive {
+        /// The participant.
+        who: Participant,
+        /// Its process.
+        identity: u64,
+    },
     /// Requests of one participant to another, [`MessageKind::LogRequest`].
     LogRequest {
         /// Who asks.
@@ -103,7 +111,7 @@ impl Topic {
             Self::LogReply { from, .. } => Some((MessageKind::LogReply, from)),
             Self::Status => Some((MessageKind::MissionStatus, Participant::Coordinator)),
             Self::ByHand => Some((MessageKind::Observation, Participant::Coordinator)),
-            Self::Alive(_) | Self::SimStep(_) | Self::SimSensed(_) => None,
+            Self::Alive { .. } | Self::SimStep(_) | Self::SimSensed(_) => None,
         }
     }
 }
@@ -115,7 +123,7 @@ impl fmt::Display for Key {
             Topic::Observation(robot) => write!(formatter, "robots/{robot}/observation"),
             Topic::Intent(robot) => write!(formatter, "robots/{robot}/intent"),
             Topic::Heartbeat(robot) => write!(formatter, "robots/{robot}/heartbeat"),
-            Topic::Alive(participant) => write!(formatter, "{}/alive", Home(participant)),
+            Topic::Alive { who, identity } => write!(formatter, "{}/alive/{identity:016x}", Home(who)),
             Topic::LogRequest { from, to } => {
                 write!(formatter, "{}/log_request/{}", Home(from), Address(to))
             }
@@ -207,7 +215,11 @@ fn topic(chunks: &[&str]) -> Result<Option<Topic>, NotARobot> {
         ["robots", robot, "observation"] => Topic::Observation(number(robot)?),
         ["robots", robot, "intent"] => Topic::Intent(number(robot)?),
         ["robots", robot, "heartbeat"] => Topic::Heartbeat(number(robot)?),
-        ["robots", robot, "alive"] => Topic::Alive(Participant::Robot(number(robot)?)),
+        ["robots", robot, "alive", chunk] => {
+            let who = Participant::Robot(number(robot)?);
+            let Some(identity) = identity(chunk) else { return Ok(None) };
+            Topic::Alive { who, identity }
+        }
         ["robots", from, "log_request", to] => {
             Topic::LogRequest { from: Participant::Robot(number(from)?), to: address(to)? }
         }
@@ -216,7 +228,10 @@ fn topic(chunks: &[&str]) -> Result<Option<Topic>, NotARobot> {
         }
         [COORDINATOR, "status"] => Topic::Status,
         [COORDINATOR, "observation"] => Topic::ByHand,
-        [COORDINATOR, "alive"] => Topic::Alive(Participant::Coordinator),
+        [COORDINATOR, "alive", chunk] => {
+            let Some(identity) = identity(chunk) else { return Ok(None) };
+            Topic::Alive { who: Participant::Coordinator, identity }
+        }
         [COORDINATOR, "log_request", to] => Topic::LogRequest { from: from_coordinator, to: address(to)? },
         [COORDINATOR, "log_reply", to] => Topic::LogReply { from: from_coordinator, to: address(to)? },
         ["sim", "step", participant] => Topic::SimStep(address(participant)?),
@@ -227,6 +242,10 @@ fn topic(chunks: &[&str]) -> Result<Option<Topic>, NotARobot> {
 
 fn address(chunk: &str) -> Result<Participant, NotARobot> {
     if chunk == COORDINATOR { Ok(Participant::Coordinator) } else { number(chunk).map(Participant::Robot) }
+}
+
+fn identity(chunk: &str) -> Option<u64> {
+    u64::from_str_radix(chunk, 16).ok().filter(|identity| format!("{identity:016x}") == chunk)
 }
 
 /// One number has one spelling, so that a key has only one.

@@ -2,7 +2,8 @@
 //! search.
 //!
 //! - [`message`], [`step`], [`wire`], [`cdr`], [`convert`], [`schema`]: what is said, as ROS 2 messages in CDR;
-//! - [`key`], [`time`], [`clock`], [`inbox`], [`plausible`]: under which key, when, exactly once, and only if it can be;
+//! - [`key`], [`sender`], [`time`], [`clock`], [`inbox`], [`plausible`]: under which key, by which process, when, exactly once,
+//!   and only if it can be;
 //! - [`command`], [`directive`]: what a person asks for, and how it reaches every robot;
 //! - [`participant`]: what drives a participant, and what it answers;
 //! - [`ros`]: a robot's own ROS 2 network, its names, keys and messages;
@@ -26,6 +27,7 @@ pub mod plausible;
 pub mod ros;
 pub mod scenario;
 pub mod schema;
+pub mod sender;
 pub mod step;
 pub mod time;
 pub mod wire;

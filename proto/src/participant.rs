@@ -78,6 +78,10 @@ pub enum Stimulus<P> {
     Lost(RobotId),
     /// A person asks for something, at the coordinator.
     Commanded(Command),
+    /// Another process of this one's number is in the mission, and is the older one: the robot stays where it is.
+    Halted,
+    /// It may go on.
+    Released,
 }
 
 /// What a participant does.

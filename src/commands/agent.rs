@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use dragnet_link::serve;
+use dragnet_link::serve::{self, Precedence};
 
 use super::{Failure, dry_run, eyes, latency};
 
@@ -22,12 +22,18 @@ pub(crate) struct Arguments {
     /// print what the robot would have seen, believed and decided
     #[arg(long, value_name = "RECORDING")]
     dry_run: Option<PathBuf>,
+    /// Go on even if another process of this robot's number is in the mission already: that one stands then, and not this
+    #[arg(long, conflicts_with = "dry_run")]
+    take_over: bool,
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     latency::warm_up();
     match &arguments.dry_run {
         Some(recording) => dry_run::execute(&arguments.config, recording),
-        None => Ok(serve::agent(&arguments.config, &eyes::make)?),
+        None => {
+            let precedence = if arguments.take_over { Precedence::First } else { Precedence::ByAge };
+            Ok(serve::agent(&arguments.config, precedence, &eyes::make)?)
+        }
     }
 }

@@ -91,6 +91,8 @@ impl Team {
         let calls = format!("zenoh = {{ connect = {:?}, listen", &self.listen[..place]);
         let settings = settings(&self.listen[place], &self.bridges[place])
             .replacen("robot = 1", &format!("robot = {robot}"), 1)
+            // Stamps of the vehicle are not of the date that the robot has.
+            .replacen("[ros]\n", "[ros]\nstamps = \"arrival\"\n", 1)
             .replacen("zenoh = { listen", &calls, 1);
         let file = self.path(&format!("robot_{robot}.toml"));
         std::fs::write(&file, settings).unwrap();

@@ -14,6 +14,7 @@ use dragnet_link::link::{Heard, Link};
 use dragnet_link::session::{Endpoints, free_endpoints, open};
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::message::{Audience, Intent, Message, Participant};
+use dragnet_proto::sender::{Envelope, Process as Sender};
 use dragnet_search::cell::Grid;
 use dragnet_search::observation::{Origin, RobotId};
 use serde_json::{Value, json};
@@ -227,7 +228,7 @@ async fn pose(endpoint: &str, settings: PathBuf) -> Link {
     let mut mouth = Link::join(session.clone(), "field".parse().unwrap(), who, codec).await.unwrap();
     mouth.announce().await.unwrap();
     mouth.wait_for(&[Participant::Coordinator], PATIENCE, |_| ()).await.unwrap();
-    let number = 7_u64.to_le_bytes();
+    let number = Envelope { number: 7, process: Sender { identity: 5, age_ms: 0 } }.encode();
     session
         .put("dragnet/field/robots/1/intent", convert::encode(&intent_of(1)))
         .attachment(number)
@@ -261,7 +262,7 @@ fn a_robot_speaks_as_itself_and_as_nobody_else() {
                     assert_eq!((from, message), (Participant::Robot(RobotId(2)), intent_of(2)));
                     break;
                 }
-                Heard::Came(who) => assert_eq!(who, Participant::Robot(RobotId(2))),
+                Heard::Came(who, _) => assert_eq!(who, Participant::Robot(RobotId(2))),
                 other => panic!("{other:?}"),
             }
         }

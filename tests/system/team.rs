@@ -135,6 +135,7 @@ mod stranger {
     use dragnet_link::link::{Heard, Link};
     use dragnet_proto::convert::{self, Codec};
     use dragnet_proto::message::{Audience, Intent, Message, Participant};
+    use dragnet_proto::sender::{Envelope, Process};
     use dragnet_search::cell::Grid;
     use dragnet_search::observation::{Origin, RobotId};
 
@@ -147,7 +148,7 @@ mod stranger {
     async fn next_message(link: &mut Link) -> Heard {
         loop {
             let heard = tokio::time::timeout(Duration::from_secs(20), link.hear()).await.unwrap().unwrap();
-            if !matches!(heard, Heard::Came(_) | Heard::Left(_)) {
+            if !matches!(heard, Heard::Came(..) | Heard::Left(..)) {
                 return heard;
             }
         }
@@ -167,8 +168,13 @@ mod stranger {
 
         let intent = Intent { origin: Origin::first(RobotId(2)), decision: 1, time_ns: 0, path: Vec::new() };
         let honest = Message::Intent(intent.clone());
-        let number = 7_u64.to_le_bytes();
-        session.put("dragnet/m/robots/2/observation", vec![1, 2, 3]).attachment(number).await.unwrap();
+        let process = Process { identity: 5, age_ms: 0 };
+        let number = Envelope { number: 7, process }.encode();
+        session
+            .put("dragnet/m/robots/2/observation", vec![1, 2, 3])
+            .attachment(number.clone())
+            .await
+            .unwrap();
         session.put("dragnet/m/robots/3/intent", convert::encode(&honest)).attachment(number).await.unwrap();
         session.put("dragnet/m/robots/2/intent", convert::encode(&honest)).await.unwrap();
         mouth.publish(8, Audience::All, &honest).await.unwrap();
@@ -178,7 +184,7 @@ mod stranger {
         for _ in 0..4 {
             match next_message(&mut ear).await {
                 Heard::Refused { key, .. } => refused.push(key),
-                Heard::Message { from, number, message } => {
+                Heard::Message { from, number, message, .. } => {
                     assert_eq!((from, number, message), (robot(2), 8, honest.clone()));
                 }
                 heard => panic!("{heard:?}"),

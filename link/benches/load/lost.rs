@@ -60,7 +60,7 @@ async fn until_lost(cut: Cut) -> Duration {
     here.wait_for(&[other], Duration::from_secs(10), |_| ()).await.unwrap();
     order.send(()).unwrap();
     let started = Instant::now();
-    while !matches!(here.hear().await, Some(Heard::Left(who)) if who == other) {}
+    while !matches!(here.hear().await, Some(Heard::Left(who, _)) if who == other) {}
     let lasted = started.elapsed();
     way.abort();
     drop(there);

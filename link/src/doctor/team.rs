@@ -32,9 +32,9 @@ struct Roll {
     present: BTreeSet<Participant>,
     /// Seconds by which each one's mission time was ahead of the first that was heard of.
     ahead: BTreeMap<Participant, f64>,
-    /// Incarnations under which the robot's own number spoke.
-    incarnations: BTreeSet<u64>,
     refused: BTreeMap<String, String>,
+    /// Those who have several processes.
+    doubled: BTreeSet<Participant>,
 }
 
 pub(super) async fn examine(
@@ -53,7 +53,7 @@ pub(super) async fn examine(
     let codec = Codec::new(member.scenario.terrain().grid());
     let joined = Link::join(session, member.mission.clone(), Participant::Robot(NOBODY), codec).await;
     let roll = match joined {
-        Ok(mut link) => call(&mut link, member.robot, listen).await,
+        Ok(mut link) => call(&mut link, listen).await,
         Err(error) => return tell(Finding::fail("network", error.to_string(), "")),
     };
     tell(mates(&roll, endpoints, member, listen));
@@ -62,35 +62,35 @@ pub(super) async fn examine(
         let advice = "another version, map or mission speaks there: give all the same scenario and program";
         tell(Finding::fail("team", format!("what came under {key} was refused: {reason}"), advice));
     }
+    for who in roll.doubled.iter().filter(|who| **who != Participant::Robot(member.robot)) {
+        let advice = "give each robot a number of its own, and start it once; who was started again after its computer \
+                      had died is there twice for ten seconds";
+        tell(Finding::fail("team", format!("{who} is there twice"), advice));
+    }
     clocks(&roll, member.scenario).into_iter().for_each(tell);
 }
 
-async fn call(link: &mut Link, robot: RobotId, listen: Duration) -> Roll {
+async fn call(link: &mut Link, listen: Duration) -> Roll {
     let (mut roll, started) = (Roll::default(), Instant::now());
     let mut first = None;
     while let Ok(Some(heard)) = tokio::time::timeout_at(started + listen, link.hear()).await {
         let (from, time_ns) = match heard {
             Heard::Message {
-                message: Message::Heartbeat(Heartbeat { robot: from, time_ns, intent, .. }),
-                ..
-            } => {
-                if from == robot {
-                    roll.incarnations.insert(intent.origin.incarnation);
-                }
-                (Participant::Robot(from), time_ns)
-            }
+                message: Message::Heartbeat(Heartbeat { robot: from, time_ns, .. }), ..
+            } => (Participant::Robot(from), time_ns),
             Heard::Message { from, message: Message::MissionStatus(status), .. } => (from, status.time_ns),
             Heard::Refused { key, reason, .. } => {
                 roll.refused.insert(key, reason);
                 continue;
             }
-            Heard::Message { .. } | Heard::Came(_) | Heard::Left(_) => continue,
+            Heard::Message { .. } | Heard::Came(..) | Heard::Left(..) | Heard::Rival(_) => continue,
         };
         let ahead = time_ns as f64 / 1e9 - started.elapsed().as_secs_f64();
         let first = *first.get_or_insert(ahead);
         roll.ahead.insert(from, ahead - first);
     }
     roll.present.clone_from(link.present());
+    roll.doubled = link.doubled();
     roll
 }
 
@@ -120,11 +120,11 @@ fn number(roll: &Roll, member: &Member<'_>) -> Option<Finding> {
     let advice = format!(
         "give each robot a number of its own; stop the other robot {robot}, whose settings were copied"
     );
-    if roll.incarnations.len() > 1 {
-        let found = format!("{} robots have number {robot}", roll.incarnations.len());
+    if roll.doubled.contains(&Participant::Robot(robot)) {
+        let found = format!("2 robots have number {robot}");
         return Some(Finding::fail("number", found, advice));
     }
-    let is_there = roll.present.contains(&Participant::Robot(robot)) || !roll.incarnations.is_empty();
+    let is_there = roll.present.contains(&Participant::Robot(robot));
     if !is_there {
         return None;
     }
@@ -137,7 +137,7 @@ fn number(roll: &Roll, member: &Member<'_>) -> Option<Finding> {
     })
 }
 
-/// Whoever is there counts the same mission's time; what one dates in another's future is not taken yet.
+/// All who hear each other count the same mission's time; what one dates in another's future is not taken yet.
 fn clocks(roll: &Roll, scenario: &Scenario) -> Option<Finding> {
     if roll.ahead.len() < 2 {
         return None;
@@ -150,7 +150,7 @@ fn clocks(roll: &Roll, scenario: &Scenario) -> Option<Finding> {
     Some(if apart <= tolerance {
         Finding::pass("clocks", found)
     } else {
-        let advice = "start robots together, or raise mission.clock_tolerance_seconds";
+        let advice = "they agree as soon as they hear each other: see that each pair has a connection";
         Finding::fail("clocks", found, advice)
     })
 }

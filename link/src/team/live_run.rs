@@ -57,8 +57,8 @@ pub(super) async fn run(
                 children.start(&brief, robot, mesh.participant(who))?;
             } else {
                 let session = mesh.open_participant(who).await?;
-                let reports = world::sensor(&session, &mission, robot, codec).await?;
                 let link = Link::join(session, mission.clone(), who, codec).await?;
+                let reports = world::sensor(&link, robot, codec).await?;
                 robots.push(participate(link, Agent::new(orders), pace, reports, stopped.clone()));
             }
         }

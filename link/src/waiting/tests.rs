@@ -1,5 +1,7 @@
 use dragnet_search::observation::RobotId;
 
+use dragnet_proto::sender::Process;
+
 use super::*;
 
 const fn robot(number: u16) -> Participant {
@@ -10,7 +12,11 @@ const LIAR: Sender = Sender::Known(robot(1));
 const HONEST: Sender = Sender::Known(robot(2));
 
 fn raw(number: u64, bytes: usize) -> Raw {
-    Raw { key: String::new(), payload: vec![0; bytes], number: Some(number) }
+    Raw {
+        key: String::new(),
+        payload: vec![0; bytes],
+        envelope: Some(Envelope { number, process: Process { identity: 0, age_ms: 0 } }),
+    }
 }
 
 /// Takes all that waits: numbers of messages by sender, in order.
@@ -18,7 +24,7 @@ fn taken(queues: &mut Queues) -> Vec<(Sender, u64)> {
     let arrivals = std::iter::from_fn(|| queues.take());
     arrivals
         .filter_map(|arrival| match arrival {
-            Arrival::Message { from, raw } => Some((from, raw.number?)),
+            Arrival::Message { from, raw } => Some((from, raw.envelope?.number)),
             Arrival::Presence { .. } => None,
         })
         .collect()
@@ -76,13 +82,13 @@ fn who_is_there_is_known_however_often_it_comes_and_goes() {
     let mut queues = Queues { most_bytes: 10_000, ..Queues::default() };
     queues.put_message(LIAR, raw(0, 0));
     for turn in 0..10_001 {
-        queues.put_presence(robot(1), turn % 2 == 0);
+        queues.put_presence(robot(1), 7, turn % 2 == 0);
     }
     // A flood takes nobody's presence.
     (1..100).for_each(|number| queues.put_message(LIAR, raw(number, 1000)));
     let presence: Vec<bool> = std::iter::from_fn(|| queues.take())
         .filter_map(|arrival| match arrival {
-            Arrival::Presence { who, is_here } if who == robot(1) => Some(is_here),
+            Arrival::Presence { who, is_here, .. } if who == robot(1) => Some(is_here),
             _ => None,
         })
         .collect();
@@ -93,7 +99,7 @@ fn who_is_there_is_known_however_often_it_comes_and_goes() {
 fn what_one_sender_says_comes_in_its_order() {
     let mut queues = Queues { most_bytes: 10_000, ..Queues::default() };
     queues.put_message(LIAR, raw(0, 10));
-    queues.put_presence(robot(1), false);
+    queues.put_presence(robot(1), 7, false);
     queues.put_message(LIAR, raw(1, 10));
     let is_message = |arrival| matches!(arrival, Arrival::Message { .. });
     let kinds: Vec<bool> = std::iter::from_fn(|| queues.take()).map(is_message).collect();

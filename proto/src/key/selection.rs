@@ -34,7 +34,7 @@ impl fmt::Display for Selection {
             Self::Observations => formatter.write_str("robots/*/observation"),
             Self::Intents => formatter.write_str("robots/*/intent"),
             Self::Heartbeats => formatter.write_str("robots/*/heartbeat"),
-            Self::Alive => formatter.write_str("**/alive"),
+            Self::Alive => formatter.write_str("**/alive/*"),
             Self::LogRequestsTo(to) => write!(formatter, "**/log_request/{}", Address(to)),
             Self::LogRepliesTo(to) => write!(formatter, "**/log_reply/{}", Address(to)),
             Self::PublishedBy(who) => write!(formatter, "{}/**", Home(who)),

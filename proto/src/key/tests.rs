@@ -20,7 +20,7 @@ fn topics() -> impl Strategy<Value = Topic> {
         robot().prop_map(Topic::Observation),
         robot().prop_map(Topic::Intent),
         robot().prop_map(Topic::Heartbeat),
-        participants().prop_map(Topic::Alive),
+        (participants(), any::<u64>()).prop_map(|(who, identity)| Topic::Alive { who, identity }),
         pair().prop_map(|(from, to)| Topic::LogRequest { from, to }),
         pair().prop_map(|(from, to)| Topic::LogReply { from, to }),
         Just(Topic::Status),
@@ -39,7 +39,7 @@ proptest! {
 
     #[test]
     fn a_text_that_is_a_key_is_the_only_one_of_it(
-        text in "(dragnet|drag)/[a-z]{1,2}/(robots|coordinator|sim)(/(0?[0-9]{1,5}|observation|alive|log_reply|step|coordinator)){0,3}",
+        text in "(dragnet|drag)/[a-z]{1,2}/(robots|coordinator|sim)(/(0?[0-9]{1,5}|[0-9a-f]{16}|observation|alive|log_reply|step|coordinator)){0,3}",
     ) {
         if let Ok(key) = text.parse::<Key>() {
             prop_assert_eq!(key.to_string(), text);
@@ -70,8 +70,9 @@ fn keys_are_spelled_as_documented() {
     };
     let (robot, three) = (RobotId(12), Participant::Robot(RobotId(3)));
     check(Topic::Observation(robot), "robots/12/observation");
-    check(Topic::Alive(three), "robots/3/alive");
-    check(Topic::Alive(Participant::Coordinator), "coordinator/alive");
+    check(Topic::Alive { who: three, identity: 0xab }, "robots/3/alive/00000000000000ab");
+    let coordinator = Topic::Alive { who: Participant::Coordinator, identity: u64::MAX };
+    check(coordinator, "coordinator/alive/ffffffffffffffff");
     check(
         Topic::LogRequest { from: three, to: Participant::Coordinator },
         "robots/3/log_request/coordinator",
@@ -99,6 +100,7 @@ fn a_wrong_key_is_refused_with_what_is_allowed() {
     check("other/m/coordinator/alive", "allowed are keys like");
     check("dragnet/m/robots/3/observation/", "allowed are keys like");
     check("dragnet/m/robots/3", "allowed are keys like");
+    check("dragnet/m/robots/3/alive/AB", "allowed are keys like");
     check("dragnet/m", "allowed are keys like");
     check("", "allowed are keys like");
 }
@@ -132,8 +134,8 @@ fn a_selection_matches_its_keys_and_no_others() {
         Topic::Observation(RobotId(3)),
         Topic::Intent(RobotId(4)),
         Topic::Heartbeat(RobotId(3)),
-        Topic::Alive(three),
-        Topic::Alive(coordinator),
+        Topic::Alive { who: three, identity: 1 },
+        Topic::Alive { who: coordinator, identity: 2 },
         Topic::LogRequest { from: coordinator, to: three },
         Topic::LogRequest { from: four, to: three },
         Topic::LogRequest { from: three, to: coordinator },

@@ -1,0 +1,111 @@
+//! Two processes of one robot: copied settings, which nobody means to run.
+
+use std::path::PathBuf;
+use std::process::Command;
+use std::time::Duration;
+
+use dragnet_link::link::{Heard, Link};
+use dragnet_link::session::{free_endpoints, open};
+use dragnet_proto::convert::{Codec, encode_sensed};
+use dragnet_proto::key::Topic;
+use dragnet_proto::message::{Message, Participant};
+use dragnet_proto::step::Sensed;
+use dragnet_search::observation::RobotId;
+
+use crate::field::{DRAGNET, Field, Process};
+
+const SEARCH: &str = "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows = 5\ncolumns = 5\n\
+                      [objects]\ncount = 1\n[mission]\nbudget_seconds = 36000.0\n";
+const ONE: Participant = Participant::Robot(RobotId(1));
+
+/// A process of robot 1 that tells its log.
+struct Told {
+    process: Process,
+    log: PathBuf,
+}
+
+impl Told {
+    fn start(field: &Field, name: &str, settings: &str) -> Self {
+        let (file, log) = (field.path(&format!("{name}.toml")), field.path(&format!("{name}.log")));
+        std::fs::write(&file, settings).unwrap();
+        let mut command = Command::new(DRAGNET);
+        command.args(["agent", "--config"]).arg(file).stderr(std::fs::File::create(&log).unwrap());
+        Self { process: Process::start(&mut command), log }
+    }
+
+    fn log(&self) -> String {
+        std::fs::read_to_string(&self.log).unwrap()
+    }
+}
+
+/// Another participant, who shows robot 1 what it sees, over and over, and hears what it says of it.
+struct Ear {
+    link: Link,
+    sensed: Vec<u8>,
+}
+
+impl Ear {
+    async fn new(field: &Field) -> Self {
+        let scenario = field.scenario();
+        let codec = Codec::new(scenario.terrain().grid());
+        let session = open(&field.endpoints(1)).await.unwrap();
+        let mut link =
+            Link::join(session, "field".parse().unwrap(), Participant::Coordinator, codec).await.unwrap();
+        link.announce().await.unwrap();
+        let from = scenario.terrain().grid().cells().next().unwrap();
+        let sensed = encode_sensed(&Sensed { robot: RobotId(1), time_ns: 0, from, readings: Vec::new() });
+        Self { link, sensed }
+    }
+
+    /// What robot 1 says until something is so: the processes that have said that they see.
+    async fn until(&mut self, what: &str, is_so: impl Fn(&Link, &[u64]) -> bool) -> Vec<u64> {
+        let mut speakers = Vec::new();
+        let waiting = async {
+            let mut ticks = tokio::time::interval(Duration::from_millis(100));
+            while !is_so(&self.link, &speakers) {
+                tokio::select! {
+                    heard = self.link.hear() => {
+                        if let Some(Heard::Message { identity, message: Message::Observation(_), .. }) = heard {
+                            speakers.push(identity);
+                        }
+                    }
+                    _ = ticks.tick() => {
+                        let key = self.link.mission().key(Topic::SimSensed(RobotId(1))).to_string();
+                        self.link.session().put(key, self.sensed.clone()).await.unwrap();
+                    }
+                }
+            }
+        };
+        assert!(tokio::time::timeout(Duration::from_mins(1), waiting).await.is_ok(), "never: {what}");
+        speakers
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn of_two_processes_of_one_robot_the_younger_stands_all_say_so_and_it_goes_on_alone() {
+    let field = Field::new(SEARCH, 1, 1);
+    let mut ear = Ear::new(&field).await;
+    let settings = std::fs::read_to_string(field.robot_settings(1, None)).unwrap();
+    let first = Told::start(&field, "first", &settings);
+    let speakers = ear.until("the first sees", |_, speakers| speakers.len() > 2).await;
+    let identity = speakers[0];
+    // A copy, on another computer as it were: it listens elsewhere, and calls all that the first calls, and the first.
+    let own = &field.endpoints(2).listen[0];
+    let elsewhere = free_endpoints(1).unwrap().remove(0);
+    let copy = settings
+        .replacen(own, &elsewhere, 1)
+        .replacen("connect = [", &format!("connect = [{own:?}, "), 1)
+        .replacen("robot = 1\n", "robot = 1\njournal = \"copy.journal\"\n", 1);
+    let second = Told::start(&field, "second", &copy);
+    let stands = || second.log().contains("robot 1 stands still");
+    let is_told = || first.log().contains("robot 1 is here twice");
+    ear.until("both say so", |link, _| stands() && is_told() && link.doubled().contains(&ONE)).await;
+    // What the second said before it knew of the first may still be on its way.
+    ear.until("the first goes on", |_, speakers| speakers.len() > 9).await;
+    let said = ear.until("the first goes on alone", |_, speakers| speakers.len() > 9).await;
+    assert!(said.iter().all(|&speaker| speaker == identity), "{said:?} {identity}");
+    first.process.kill();
+    let said = ear.until("the second goes on", |_, speakers| speakers.iter().any(|&it| it != identity)).await;
+    assert!(!said.is_empty() && ear.link.doubled().is_empty());
+    second.process.terminate();
+}

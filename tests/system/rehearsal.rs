@@ -1,0 +1,242 @@
+//! Rehearsals: robots on their own, and a simulated world that comes, goes and mishears.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::Command;
+use std::time::Duration;
+
+use dragnet_link::link::{Heard, Link};
+use dragnet_link::live::Report;
+use dragnet_link::session::{Endpoints, free_endpoints, open};
+use dragnet_link::world::{self, WorldServer};
+use dragnet_proto::convert::Codec;
+use dragnet_proto::directive::Directive;
+use dragnet_proto::message::{Activity, Audience, Heartbeat, Intent, Message, Participant};
+use dragnet_proto::participant::Stimulus;
+use dragnet_proto::scenario::Scenario;
+use dragnet_search::cell::Cell;
+use dragnet_search::evidence::Digest;
+use dragnet_search::observation::{Origin, RobotId};
+use tokio::sync::mpsc;
+
+use crate::field::{DRAGNET, Field, Process};
+use crate::scenario;
+
+const ONE: RobotId = RobotId(1);
+
+/// A robot whose words are the test's.
+struct Robot {
+    link: Link,
+    sights: mpsc::Receiver<Report>,
+    cells: Vec<Cell>,
+    number: u64,
+}
+
+impl Robot {
+    async fn join(scenario: &Scenario, world: &str) -> Self {
+        let session =
+            open(&Endpoints { connect: vec![world.to_owned()], ..Endpoints::default() }).await.unwrap();
+        let codec = Codec::new(scenario.terrain().grid());
+        let mut link =
+            Link::join(session, "m".parse().unwrap(), Participant::Robot(ONE), codec).await.unwrap();
+        let sights = world::sensor(&link, ONE, codec).await.unwrap();
+        link.announce().await.unwrap();
+        Self { link, sights, cells: scenario.terrain().grid().cells().collect(), number: 0 }
+    }
+
+    async fn say(&mut self, message: Message) {
+        self.link.publish(self.number, Audience::All, &message).await.unwrap();
+        self.number += 1;
+    }
+
+    fn intent(&self, decision: u64, path: &[usize]) -> Intent {
+        let path = path.iter().map(|&cell| self.cells[cell]).collect();
+        Intent { origin: Origin::first(ONE), decision, time_ns: 0, path }
+    }
+
+    async fn beat(&mut self, cell: usize, decision: u64, path: &[usize]) {
+        let heartbeat = Heartbeat {
+            robot: ONE,
+            time_ns: 0,
+            activity: Activity::Searching,
+            cell: self.cells[cell],
+            path_meters: 0.0,
+            intent: self.intent(decision, path),
+            versions: Vec::new(),
+            digest: Digest(0),
+            directive: Directive::default(),
+        };
+        self.say(Message::Heartbeat(heartbeat)).await;
+    }
+
+    /// The next cell that the world shows it, unless it is the one where it is.
+    async fn enters(&mut self, here: usize) -> usize {
+        loop {
+            let report = tokio::time::timeout(Duration::from_mins(1), self.sights.recv()).await;
+            let Ok(Some((_, Stimulus::Sensed { cell, .. }))) = report else { panic!("it is shown nothing") };
+            let cell = self.cells.iter().position(|&it| it == cell).unwrap();
+            if cell != here {
+                return cell;
+            }
+        }
+    }
+}
+
+/// What was lost on its way to the world, its robot's signs of life tell; what comes again, or to another one of its
+/// number, moves nobody and is no sight of another.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_robot_drives_by_its_signs_of_life_and_not_by_what_is_replayed() {
+    let row = scenario(
+        "name = \"row\"\n[map]\nshape = \"all_traversable\"\nrows = 1\ncolumns = 6\n[objects]\ncount = 1\n\
+         [robots]\ncount = 1\nstart = [0, 0]\n[mission]\nbudget_seconds = 36000.0\nspeed_meters_per_second = 1.0\n\
+         heartbeat_seconds = 5.0\nlost_after_seconds = 20.0\n",
+    );
+    let listen = free_endpoints(1).unwrap();
+    let mut robot = None;
+    let session = open(&Endpoints { listen: listen.clone(), ..Endpoints::default() }).await.unwrap();
+    let mut nobody = |_, _| ();
+    let world = async {
+        let server = WorldServer::open(session, "m".parse().unwrap(), &row, 1, 20.0, &mut nobody);
+        server.await.unwrap().run().await.map(|_| ())
+    };
+    let story = async {
+        let robot = robot.insert(Robot::join(&row, &listen[0]).await);
+        assert_eq!(robot.enters(usize::MAX).await, 0);
+        let mut twin = Robot::join(&row, &listen[0]).await;
+        robot.beat(0, 5, &[1, 2]).await;
+        assert_eq!(robot.enters(0).await, 1);
+        assert_eq!(robot.enters(1).await, 2);
+        for (decision, path) in [(4, [1]), (5, [1])] {
+            let old = robot.intent(decision, &path);
+            robot.say(Message::Intent(old)).await;
+        }
+        let another = twin.intent(9, &[0]);
+        twin.say(Message::Intent(another)).await;
+        robot.beat(2, 6, &[3, 4]).await;
+        assert_eq!(robot.enters(2).await, 3);
+        assert_eq!(robot.enters(3).await, 4);
+        // It was not shown that it is there, or did not hear it.
+        robot.beat(3, 6, &[4]).await;
+        tokio::time::sleep(Duration::from_millis(300)).await;
+        robot.beat(3, 6, &[4]).await;
+        assert_eq!(robot.enters(usize::MAX).await, 4);
+        assert!(twin.sights.try_recv().is_err());
+    };
+    tokio::select! {
+        ended = world => panic!("the world ended: {ended:?}"),
+        () = story => {}
+    }
+}
+
+const SEARCH: &str = "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows = 20\ncolumns = 20\n\
+                      [objects]\ncount = 4\n[robots]\ncount = 2\npolicy = \"path\"\n\
+                      [mission]\nbudget_seconds = 3600.0\nexpected_undeclared = 0.001\n";
+
+/// Robots are where they were and the mission is as old as it was: nothing that they see from then on is refused.
+#[test]
+fn a_world_that_is_started_again_joins_the_mission() {
+    let field = Field::new(SEARCH, 2, 3);
+    let coordinator = field.coordinator();
+    let robots = [field.robot(1), field.robot(2)];
+    let world = field.world();
+    let recording = field.path("field.mcap");
+    let seen = || dragnet_coordinator::inspect::inspect(&recording).map_or(0, |it| it.observations);
+    while seen() < 6 {
+        std::thread::yield_now();
+    }
+    world.kill();
+    let before = seen();
+    let outcome: serde_json::Value = serde_json::from_str(&field.world().output()).unwrap();
+    assert_eq!(outcome["beliefs_equal"], true, "{outcome}");
+    robots.into_iter().for_each(Process::terminate);
+    coordinator.terminate();
+    let inspection = dragnet_coordinator::inspect::inspect(&recording).unwrap();
+    assert!(inspection.observations > before);
+    let summary = format!("{:?}", inspection.summary);
+    assert!(!summary.contains("refused"), "{summary}");
+}
+
+/// The TOML block of the guide that follows some words.
+fn block<'a>(guide: &'a str, words: &str) -> &'a str {
+    let (_, rest) = guide.split_once(words).unwrap_or_else(|| panic!("the guide does not say {words:?}"));
+    let (_, block) = rest.split_once("```toml\n").unwrap();
+    block.split_once("```").unwrap().0
+}
+
+/// All endpoints in settings, in order.
+fn endpoints(settings: &str) -> Vec<String> {
+    let quoted = settings.lines().filter(|line| !line.starts_with('#')).flat_map(|line| line.split('"'));
+    quoted.filter(|text| text.starts_with("tcp/")).map(str::to_owned).collect()
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_guides_example_files_meet_each_other_as_printed() {
+    let guide = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/guide.md");
+    let guide = std::fs::read_to_string(guide).unwrap();
+    let robot = block(&guide, "`robot_1.toml`, for");
+    let (coordinator, sim) = (
+        block(&guide, "`coordinator.toml`, for"),
+        block(&guide, "dragnet sim valley.toml --config sim.toml"),
+    );
+    // Addresses of one network, which become ports of this computer.
+    let mut places = BTreeMap::new();
+    for endpoint in [robot, coordinator, sim].into_iter().flat_map(endpoints) {
+        let free = || {
+            free_endpoints(8).unwrap().into_iter().find(|it| !places.values().any(|used| used == it)).unwrap()
+        };
+        if !places.contains_key(&endpoint) {
+            let free = free();
+            places.insert(endpoint, free);
+        }
+    }
+    let here = |settings: &str| {
+        places.iter().fold(settings.to_owned(), |text, (there, here)| {
+            text.replace(&format!("{there:?}"), &format!("{here:?}"))
+        })
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let start = |name: &str, settings: &str, arguments: &[&str]| {
+        std::fs::write(folder.path().join(name), here(settings)).unwrap();
+        let mut command = Command::new(DRAGNET);
+        Process::start(command.args(arguments).args(["--config", name]).current_dir(folder.path()))
+    };
+    let valley = "name = \"valley\"\n[map]\nshape = \"all_traversable\"\nrows = 8\ncolumns = 8\n[objects]\ncount = 1\n\
+                  [robots]\ncount = 3\n[mission]\nbudget_seconds = 3600.0\nspeed_meters_per_second = 5.0\n";
+    std::fs::write(folder.path().join("valley.toml"), valley).unwrap();
+    let team = endpoints(robot);
+    let mut processes = vec![start("coordinator.toml", coordinator, &["coordinator"])];
+    for number in 1..=3 {
+        // The others' files are the first one's, with their numbers and addresses.
+        let (first, own) = (format!("{:?}", team[0]), format!("{:?}", team[number - 1]));
+        let settings = robot
+            .replacen("robot = 1", &format!("robot = {number}"), 1)
+            .replace(&own, "own")
+            .replace(&first, &own)
+            .replace("own", if number == 1 { &own } else { &first });
+        processes.push(start(&format!("robot_{number}.toml"), &settings, &["agent"]));
+    }
+    processes.push(start("sim.toml", sim, &["sim", "valley.toml"]));
+    let connect = team.iter().map(|endpoint| places[endpoint].clone()).collect();
+    let session = open(&Endpoints { connect, ..Endpoints::default() }).await.unwrap();
+    let codec = Codec::new(Scenario::load(&folder.path().join("valley.toml")).unwrap().terrain().grid());
+    let stranger = Participant::Robot(RobotId(0));
+    let mut ear = Link::join(session, "valley".parse().unwrap(), stranger, codec).await.unwrap();
+    let mut searching = Vec::new();
+    let meeting = async {
+        while searching.len() < 3 {
+            if let Some(Heard::Message { from, message: Message::Observation(_), .. }) = ear.hear().await
+                && !searching.contains(&from)
+            {
+                searching.push(from);
+            }
+        }
+    };
+    assert!(tokio::time::timeout(Duration::from_mins(1), meeting).await.is_ok(), "only {searching:?} search");
+    // The coordinator hears them, too.
+    let recording = folder.path().join("valley.mcap");
+    let seen = || dragnet_coordinator::inspect::inspect(&recording).map_or(0, |it| it.observations);
+    while seen() < 3 {
+        tokio::time::sleep(Duration::from_millis(100)).await;
+    }
+    drop(processes);
+}
