@@ -174,6 +174,8 @@ pub struct Agent {
     decided: MissionTime,
     /// Whether a teammate's plan has come late: made before this robot's, and unknown to it then.
     is_overtaken: bool,
+    /// Whether its last look has left open in which cell something is.
+    is_undecided: bool,
     /// Waypoints chosen.
     decisions: u64,
     /// Plans made, those to rest included: the number of the next one.
@@ -235,6 +237,7 @@ impl Agent {
             entered: 0,
             decided: MissionTime::START,
             is_overtaken: false,
+            is_undecided: false,
             decisions: 0,
             plans: 0,
             recalled: None,
@@ -365,6 +368,7 @@ impl Agent {
             return;
         }
         self.observations += 1;
+        self.is_undecided = observation.readings.iter().any(Reading::is_undecided);
         self.count(&observation);
         actions.push(Action::Keep(Arc::clone(&observation)));
         actions.push(Action::Publish(Audience::All, Message::Observation(observation)));
@@ -487,12 +491,14 @@ impl Agent {
         self.orders.mission.budget.is_spent(self.path_meters, now.since(MissionTime::START))
     }
 
-    /// Whether so few objects are expected beyond those found that nothing is left that is worth a search.
+    /// Whether so few objects are expected beyond those found that nothing is left that is worth a search. Who sees
+    /// something and does not know yet in which cell is not done.
     fn is_cleared(&self) -> bool {
-        self.orders.mission.expected_undeclared.is_some_and(|threshold| {
-            let Orders { terrain, mission, .. } = &self.orders;
-            self.belief.expected_undeclared(terrain, &self.reach, mission.tau) <= threshold
-        })
+        !self.is_undecided
+            && self.orders.mission.expected_undeclared.is_some_and(|threshold| {
+                let Orders { terrain, mission, .. } = &self.orders;
+                self.belief.expected_undeclared(terrain, &self.reach, mission.tau) <= threshold
+            })
     }
 
     /// A robot that waits thinks again when a plan or an observation has changed what it knew: in its turn, so that of

@@ -186,6 +186,28 @@ fn a_robot_rests_when_nothing_is_left_and_goes_on_when_doubt_comes_back() {
 }
 
 #[test]
+fn a_robot_does_not_rest_while_its_last_look_leaves_something_open() {
+    let mut field = Field::with_sensor(1, ENDLESS, "radius = 12\nsigma2 = 0.0001");
+    let look = |field: &Field, is_open: bool| -> Vec<Reading> {
+        let open = field.cell(2, 2);
+        let reading = |cell| match cell == open && is_open {
+            true => Reading::undecided(cell),
+            false => Reading { cell, value: 0.0, variance: 0.05 },
+        };
+        field.scenario.terrain().grid().cells().map(reading).collect()
+    };
+    let (cell, readings) = (field.cell(6, 6), look(&field, true));
+    let actions = field.robot.handle(MissionTime(0), Event::Sensed { cell, readings });
+    let path = route(&actions).unwrap().to_vec();
+    assert!(!path.is_empty() && field.robot.activity() == Activity::Searching);
+    let readings = look(&field, false);
+    let last = path[path.len() - 1];
+    let actions = field.robot.handle(MissionTime(300 * SECOND), Event::Sensed { cell: last, readings });
+    assert_eq!(route(&actions), Some(&[][..]));
+    assert_eq!(field.robot.activity(), Activity::Cleared);
+}
+
+#[test]
 fn a_heartbeat_is_due_every_period_in_turn_and_says_what_is_known() {
     let mut field = Field::new(1, ENDLESS);
     field.sense(0, field.cell(0, 0));

@@ -19,6 +19,9 @@ pub const MAX_VARIANCE: f32 = 1e4;
 /// The greatest absolute value of a reading: an object reads 1, an empty cell 0.
 pub const MAX_VALUE: f32 = 1e3;
 
+/// Halfway between empty and an object.
+const UNDECIDED: f32 = 0.5;
+
 /// What one look says of one cell: `value = theta + N(0, variance)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
@@ -31,6 +34,19 @@ pub struct Reading {
 }
 
 impl Reading {
+    /// A cell in which something may be that may as well be in another one: no evidence either way. A robot whose
+    /// last look has one is not done there.
+    #[must_use]
+    pub const fn undecided(cell: Cell) -> Self {
+        Self { cell, value: UNDECIDED, variance: MAX_VARIANCE }
+    }
+
+    /// Whether it is such a one.
+    #[must_use]
+    pub fn is_undecided(&self) -> bool {
+        self.value.to_bits() == UNDECIDED.to_bits()
+    }
+
     /// Whether value and variance are finite and in range. One reading then adds less than 2^46 units, so that no
     /// sum saturates within the first 100,000 of even the most extreme readings of a cell.
     #[must_use]
@@ -181,6 +197,15 @@ mod tests {
         let expected = density(1.0) - density(0.0);
         let given = reading(value, variance).evidence().log_likelihood_ratio_nats();
         assert!((given - expected).abs() < 1e-4, "{given} {expected}");
+    }
+
+    #[test]
+    fn what_is_undecided_is_no_evidence() {
+        let cell = reading(0.0, 1.0).cell;
+        let undecided = Reading::undecided(cell);
+        assert!(undecided.is_valid() && undecided.is_undecided() && !reading(0.0, 1.0).is_undecided());
+        assert!(undecided.evidence().log_likelihood_ratio_nats().abs() < 1e-4);
+        assert!(undecided.evidence().precision < 10);
     }
 
     #[test]

@@ -129,6 +129,8 @@ pub(crate) fn cameras() -> [Camera; 3] {
             height_pixels: 600,
             field_of_view_radians: 125.0_f64.to_radians(),
             mounting: plane::Pose::new(0.0, 0.0, YAWS_DEGREES[number].to_radians()),
+            z_meters: 0.0,
+            pitch_radians: 0.0,
             nearest_meters: 0.5,
             farthest_meters: 80.0,
         };

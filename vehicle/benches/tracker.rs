@@ -11,7 +11,7 @@ use dragnet_search::seed::{Purpose, stream};
 use dragnet_vehicle::camera::View;
 use dragnet_vehicle::plane::{Pose, bearing_radians};
 use dragnet_vehicle::tracker::Tracker;
-use dragnet_vehicle::tracker::frame::Frame;
+use dragnet_vehicle::tracker::frame::{Frame, PoseError};
 use dragnet_vehicle::tracker::settings::Settings;
 use nalgebra::Vector2;
 use rand::RngExt;
@@ -30,6 +30,7 @@ fn frame(number: u64, things: &[Vector2<f64>]) -> Frame {
             .map(|&thing| bearing_radians(camera.position_meters(), thing))
             .collect(),
         bearing_deviation_radians: 0.005,
+        pose_error: PoseError::default(),
     }
 }
 

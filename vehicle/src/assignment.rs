@@ -1,17 +1,17 @@
-//! Which bearing belongs to which track: the assignment of the least total angle.
+//! Which bearing belongs to which track: the assignment of the least total cost.
 //!
-//! Kuhn (1955) and Munkres (1957), on the absolute wrapped angle between where a track should be seen and
-//! where something was seen. To leave a track and a bearing without each other costs as much as a pair at the
-//! gate. So of all assignments the one is chosen that has the least sum of angles with a gate's worth for
-//! every pair that is not made; a good pair is never given up to make two bad ones.
+//! Kuhn (1955) and Munkres (1957). What a pair costs is told by the caller; to leave a track and a bearing
+//! without each other costs as much as a pair at the limit. So of all assignments the one is chosen that has
+//! the least sum of costs with a limit's worth for every pair that is not made; a good pair is never given up
+//! to make two bad ones.
 
 use pathfinding::kuhn_munkres::kuhn_munkres_min;
 use pathfinding::matrix::Matrix;
 
-use crate::plane::wrapped_radians;
-
-/// Angles are compared as integers, so that ties are ties on every machine.
-const UNITS_PER_RADIAN: f64 = 1e9;
+/// Costs are compared as integers, so that ties are ties on every machine.
+const UNITS: f64 = 1e9;
+/// The greatest limit.
+const MAX_LIMIT: f64 = 1e6;
 
 /// What belongs together; all numbers are places in the lists that were given.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -27,19 +27,21 @@ pub struct Assignment {
 /// Why nothing was assigned.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum AssignmentError {
-    /// An angle is missing.
-    #[error("{which} bearing {index} is {value}: not a number")]
-    NotANumber {
-        /// `predicted` or `observed`.
-        which: &'static str,
-        /// Its place in the list.
-        index: usize,
+    /// A cost is missing.
+    #[error(
+        "the cost of track {predicted} and bearing {observed} is {value}: needed is a number of at least 0"
+    )]
+    Cost {
+        /// The track's place in its list.
+        predicted: usize,
+        /// The bearing's place in its list.
+        observed: usize,
         /// As given.
         value: f64,
     },
-    /// A gate that lets nothing or all through.
-    #[error("a gate of {0} radians: allowed is above 0, up to pi")]
-    Gate(f64),
+    /// A limit that lets nothing or all through.
+    #[error("a limit of {0}: allowed is above 0, up to {MAX_LIMIT}")]
+    Limit(f64),
     /// Too much to assign in a frame's time.
     #[error("{predicted} tracks and {observed} bearings: at most {MAX_ASSIGNED} each can be assigned")]
     TooMany {
@@ -53,64 +55,75 @@ pub enum AssignmentError {
 /// So many predicted and so many observed bearings can be assigned: the time grows with the third power.
 pub const MAX_ASSIGNED: usize = 512;
 
-/// Assigns observed to predicted bearings, all in radians in one frame; pairs are at most `gate_radians`
-/// apart.
+/// Assigns observed to predicted things by the cost of each pair, at least 0; infinite is a pair that cannot
+/// be. Pairs cost at most the limit.
 ///
 /// # Errors
-/// If an angle is no number, the gate is not above 0 and at most pi, or one list is longer than
-/// [`MAX_ASSIGNED`].
+/// If a cost is no number or below 0, the limit is not above 0 and at most 10^6, or there are more than
+/// [`MAX_ASSIGNED`] of either.
 pub fn assign(
-    predicted_radians: &[f64],
-    observed_radians: &[f64],
-    gate_radians: f64,
+    predicted: usize,
+    observed: usize,
+    limit: f64,
+    cost: impl Fn(usize, usize) -> f64,
 ) -> Result<Assignment, AssignmentError> {
-    check(predicted_radians, observed_radians, gate_radians)?;
+    let costs = costs(predicted, observed, limit, cost)?;
+    let units_at = |predicted: usize, column: usize| costs[predicted * observed + column];
     // The method wants at least as many columns as rows.
-    let is_turned = predicted_radians.len() > observed_radians.len();
-    let (rows, columns) =
-        if is_turned { (observed_radians, predicted_radians) } else { (predicted_radians, observed_radians) };
-    let gate = units(gate_radians);
-    let distance = |row: usize, column: usize| units(wrapped_radians(rows[row] - columns[column]).abs());
-    let chosen = if rows.is_empty() {
+    let is_turned = predicted > observed;
+    let (rows, columns) = if is_turned { (observed, predicted) } else { (predicted, observed) };
+    let distance =
+        |row: usize, column: usize| if is_turned { units_at(column, row) } else { units_at(row, column) };
+    let chosen = if rows == 0 {
         Vec::new()
     } else {
-        let cost = |(row, column)| distance(row, column).min(gate + 1);
-        kuhn_munkres_min(&Matrix::from_fn(rows.len(), columns.len(), cost)).1
+        kuhn_munkres_min(&Matrix::from_fn(rows, columns, |(row, column)| distance(row, column))).1
     };
-    let within = chosen.into_iter().enumerate().filter(|&(row, column)| distance(row, column) <= gate);
+    let beyond = units(limit) + 1;
+    let within = chosen.into_iter().enumerate().filter(|&(row, column)| distance(row, column) < beyond);
     let mut pairs: Vec<_> =
         within.map(|(row, column)| if is_turned { (column, row) } else { (row, column) }).collect();
     pairs.sort_unstable();
-    let predicted_alone = alone(predicted_radians.len(), pairs.iter().map(|&(predicted, _)| predicted));
-    let observed_alone = alone(observed_radians.len(), pairs.iter().map(|&(_, observed)| observed));
+    let predicted_alone = alone(predicted, pairs.iter().map(|&(predicted, _)| predicted));
+    let observed_alone = alone(observed, pairs.iter().map(|&(_, observed)| observed));
     Ok(Assignment { pairs, predicted_alone, observed_alone })
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "at most pi * 10^9")]
-fn units(radians: f64) -> i64 {
-    (radians * UNITS_PER_RADIAN).round() as i64
+/// In units, by predicted and then observed; what is beyond the limit costs one more than it.
+fn costs(
+    predicted: usize,
+    observed: usize,
+    limit: f64,
+    cost: impl Fn(usize, usize) -> f64,
+) -> Result<Vec<i64>, AssignmentError> {
+    // Written so that NaN fails as well.
+    if !(limit > 0.0 && limit <= MAX_LIMIT) {
+        return Err(AssignmentError::Limit(limit));
+    }
+    if predicted.max(observed) > MAX_ASSIGNED {
+        return Err(AssignmentError::TooMany { predicted, observed });
+    }
+    let mut costs = Vec::with_capacity(predicted * observed);
+    for (predicted, observed) in (0..predicted).flat_map(|row| (0..observed).map(move |column| (row, column)))
+    {
+        let value = cost(predicted, observed);
+        if value.is_nan() || value < 0.0 {
+            return Err(AssignmentError::Cost { predicted, observed, value });
+        }
+        costs.push(if value > limit { units(limit) + 1 } else { units(value) });
+    }
+    Ok(costs)
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "at most 10^6 * 10^9")]
+fn units(cost: f64) -> i64 {
+    (cost * UNITS).round() as i64
 }
 
 fn alone(count: usize, assigned: impl Iterator<Item = usize>) -> Vec<usize> {
     let mut is_alone = vec![true; count];
     assigned.for_each(|index| is_alone[index] = false);
     (0..count).filter(|&index| is_alone[index]).collect()
-}
-
-fn check(predicted: &[f64], observed: &[f64], gate: f64) -> Result<(), AssignmentError> {
-    // Written so that NaN fails as well.
-    if !(gate > 0.0 && gate <= std::f64::consts::PI) {
-        return Err(AssignmentError::Gate(gate));
-    }
-    if predicted.len().max(observed.len()) > MAX_ASSIGNED {
-        return Err(AssignmentError::TooMany { predicted: predicted.len(), observed: observed.len() });
-    }
-    for (which, bearings) in [("predicted", predicted), ("observed", observed)] {
-        if let Some((index, &value)) = bearings.iter().enumerate().find(|(_, value)| !value.is_finite()) {
-            return Err(AssignmentError::NotANumber { which, index, value });
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]
@@ -121,6 +134,13 @@ mod tests {
     use rand::RngExt;
 
     use super::*;
+    use crate::plane::wrapped_radians;
+
+    /// By angles alone.
+    fn assign(predicted: &[f64], observed: &[f64], gate: f64) -> Result<Assignment, AssignmentError> {
+        let angle = |row: usize, column: usize| wrapped_radians(predicted[row] - observed[column]).abs();
+        super::assign(predicted.len(), observed.len(), gate, angle)
+    }
 
     fn check(predicted: &[f64], observed: &[f64], gate: f64, pairs: &[(usize, usize)]) {
         let assignment = assign(predicted, observed, gate).unwrap();
@@ -203,10 +223,21 @@ mod tests {
         let message = |predicted: &[f64], observed: &[f64], gate| {
             assign(predicted, observed, gate).unwrap_err().to_string()
         };
-        assert_eq!(message(&[0.0], &[1.0, f64::NAN], 0.1), "observed bearing 1 is NaN: not a number");
-        assert_eq!(message(&[f64::INFINITY], &[], 0.1), "predicted bearing 0 is inf: not a number");
-        assert!(message(&[0.0], &[0.0], f64::NAN).contains("gate"));
-        assert!(message(&[0.0], &[0.0], 0.0).contains("gate"));
+        let needed = "needed is a number of at least 0";
+        assert_eq!(
+            message(&[0.0], &[1.0, f64::NAN], 0.1),
+            format!("the cost of track 0 and bearing 1 is NaN: {needed}")
+        );
+        assert!(super::assign(1, 1, 1.0, |_, _| -0.5).unwrap_err().to_string().ends_with(needed));
+        assert!(message(&[0.0], &[0.0], f64::NAN).contains("limit"));
+        assert!(message(&[0.0], &[0.0], 0.0).contains("limit"));
         assert!(message(&[0.0], &vec![0.0; 10_000], 0.1).contains("10000 bearings"));
+    }
+
+    #[test]
+    fn a_pair_that_cannot_be_is_not_made() {
+        let cost = |row: usize, column: usize| if row == column { f64::INFINITY } else { 1.0 };
+        assert_eq!(super::assign(2, 2, 5.0, cost).unwrap().pairs, [(0, 1), (1, 0)]);
+        assert_eq!(super::assign(1, 1, 5.0, cost).unwrap().pairs, []);
     }
 }

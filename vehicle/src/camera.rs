@@ -10,7 +10,7 @@ mod view;
 pub use boxes::{BoxRefusal, DetectionBox, Detections, TooManyBoxes};
 pub use view::{View, ViewError};
 
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::plane::{Pose, wrapped_radians};
 
@@ -27,6 +27,10 @@ pub struct CameraSettings {
     pub field_of_view_radians: f64,
     /// Where it is in the vehicle's frame (x forward, y left), and its yaw, counter-clockwise from forward.
     pub mounting: Pose,
+    /// How high it is above the ground, metres, at least 0; 0 if nobody says.
+    pub z_meters: f64,
+    /// How far it looks down, radians, within a right angle of the horizon.
+    pub pitch_radians: f64,
     /// Objects are detected from here on, metres, above 0.
     pub nearest_meters: f64,
     /// And up to here, metres, above `nearest_meters`.
@@ -74,6 +78,19 @@ pub enum CameraError {
         /// As given.
         mounting: Pose,
     },
+    /// No height or pitch.
+    #[error(
+        "camera {name}: z_meters = {z_meters}, looking {pitch_radians} radians down: allowed are 0 to 1000 m, and \
+         less than a right angle up or down"
+    )]
+    Height {
+        /// Of the camera.
+        name: String,
+        /// As given.
+        z_meters: f64,
+        /// As given.
+        pitch_radians: f64,
+    },
     /// Ranges that are none.
     #[error("camera {name}: it sees from {nearest} m to {farthest} m: needed is 0 < nearest < farthest")]
     Ranges {
@@ -108,6 +125,10 @@ impl Camera {
         }
         if !settings.mounting.is_finite() {
             return Err(CameraError::Mounting { name: name(), mounting: settings.mounting });
+        }
+        let CameraSettings { z_meters, pitch_radians, .. } = settings;
+        if !((0.0..=1000.0).contains(&z_meters) && pitch_radians.abs() < FRAC_PI_2) {
+            return Err(CameraError::Height { name: name(), z_meters, pitch_radians });
         }
         let (nearest, farthest) = (settings.nearest_meters, settings.farthest_meters);
         if !view::are_ranges(nearest, farthest) {
@@ -176,6 +197,21 @@ impl Camera {
             settings.nearest_meters,
             settings.farthest_meters,
         )
+        .map(|view| view.with_ground_from(self.ground_meters()))
+    }
+
+    /// From here on the ground is in the middle column of its image, metres: `h / tan(pitch + v / 2)` with the
+    /// vertical field of view `v`. What lies nearer is below the image. Infinite if it looks above the horizon.
+    #[must_use]
+    pub fn ground_meters(&self) -> f64 {
+        let half_rows = f64::from(self.settings.height_pixels) / 2.0;
+        let down_radians = self.settings.pitch_radians + half_rows.atan2(self.focal_length_pixels);
+        match self.settings.z_meters {
+            z_meters if z_meters <= 0.0 => 0.0,
+            _ if down_radians <= 0.0 => f64::INFINITY,
+            _ if down_radians >= FRAC_PI_2 => 0.0,
+            z_meters => z_meters / down_radians.tan(),
+        }
     }
 }
 

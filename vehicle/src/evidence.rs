@@ -1,69 +1,51 @@
 //! From tracks and a look to readings for the belief of the search.
 //!
-//! A look lasts from one cell to the next, and all frames of the way count ([`coverage`]). A cell is read if
-//! the sensor's footprint has it from where the vehicle stands at the end, an object can be in it, and enough
-//! frames had its middle in view with no wall between. Each reading is one of the sensor's own model,
-//! `value = theta + N(0, v(d))`, and never more precise: `d` is the distance from where the vehicle stands,
-//! or from where the cell was seen, whichever is larger.
-//! - **0, empty**, where no track can be: its probability to be there is at most [`NEGLIGIBLE`];
-//! - **1, an object**, where one confirmed track is that was seen in this look: with probability [`CERTAIN`]
-//!   or more;
-//! - **no reading** in between. There is something, but whether in this cell or the next is not known.
-//!   Tentative tracks, and confirmed ones that were not seen in this look, can only withhold readings so.
+//! A look lasts from one cell to the next, and all frames of the way count ([`account`]). A cell is read if
+//! the sensor's footprint has it from where the vehicle stands at the end and an object can be in it. Readings
+//! of a cell add up in the belief, so a look tells how much more is known than was told before:
+//! - **0, empty**, where no track can be ([`finds::NEGLIGIBLE`]): with as much evidence as frames have shown
+//!   by now, of the parts of the cell that were in view;
+//! - **1, an object**, where a track has its cell ([`finds`]): [`OBJECT_NATS`] for all looks together;
+//! - **one half** ([`Reading::undecided`]), which is no evidence, where a confirmed track may be that has no cell
+//!   yet: the agent does not rest while its last look has one. What was told of such a cell's being empty is
+//!   taken back, and nothing that is seen meanwhile counts for it;
+//! - **no reading** where a tentative track may be, which may be a detector's mistake; what was seen there
+//!   counts when that is known.
 //!
-//! A track is in a cell with probability `m` ([`spread`]). That it may not be adds the variance of a coin,
-//! `m (1 - m)`, to the sensor's.
+//! A reading is never more precise than the sensor's own model, `value = theta + N(0, v(d))`: `d` is the
+//! distance from where the vehicle stands, or from where the cell was seen, whichever is larger.
 //!
-//! Limits. The belief takes the errors of all readings as independent, but those of a track's place last from
-//! look to look: this is why a place that is not settled gives no reading at all, rather than a vague one
-//! which many looks would add up to certainty. So a thing is told only when its track fits into a cell; until
-//! then its cells stay as interesting as they were. What was told of a cell when its track was wrong is not
-//! taken back; later looks outweigh it. And a detector that misses a thing without a track reads as often
-//! wrongly 0 as the sensor's model says, not as the detector does: fit the model to the detector
-//! ([`crate::calibration`]).
+//! Limits. Robots add up what each of them has told: two that track one thing on a border may tell it in both
+//! cells. A cell's account ends when the pilot's memory does, after a jump of its pose or a restart.
 
-pub mod coverage;
+pub mod account;
+pub mod finds;
 mod sight;
 pub mod spread;
 
 use dragnet_search::cell::{Cell, Position};
 use dragnet_search::evidence::{MAX_VARIANCE, Reading};
-use dragnet_search::sensor::Sensor;
+use dragnet_search::sensor::{Look, Sensor};
 use dragnet_search::terrain::Terrain;
 
 use crate::plane::Pose;
-use crate::tracker::track::{Standing, Track};
-use coverage::Coverage;
-use spread::Spread;
+use account::Accounts;
+use finds::Finds;
 
-/// With at most this probability of a track a cell reads as if the track were not there.
-pub const NEGLIGIBLE: f64 = 1e-3;
-/// With at least this probability a track is in a cell.
-pub const CERTAIN: f64 = 0.9;
-
-/// All that the cameras have shown since the last look.
-#[derive(Clone, Copy, Debug)]
-pub struct Look<'a> {
-    /// Where the vehicle stands on the map.
-    pub vehicle: Pose,
-    /// What was in view on the way there.
-    pub coverage: &'a Coverage,
-    /// A cell that was in fewer frames is not read: as many as confirm a track, or nothing could have been
-    /// found there.
-    pub fewest_sights: u32,
-    /// What it knows by then.
-    pub tracks: &'a [Track],
-    /// Tracks that were last seen before, nanoseconds of mission time, were not seen in this look: when the
-    /// last one ended.
-    pub since_ns: u64,
-}
+/// What is told of a cell with an object in it, all looks together, nats: more than any prior asks for, and no
+/// more than some teammates' looks that find nothing can outweigh.
+pub const OBJECT_NATS: f64 = 20.0;
+/// Less is not worth a reading, nats.
+const LEAST_NATS: f64 = 0.02;
+/// So probable a confirmed track without a cell takes back what was told of a cell's being empty.
+const TAKE_BACK: f64 = 0.02;
 
 /// What a look has shown.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Seen {
     /// The cell that the vehicle stands in.
     pub from: Cell,
-    /// In the order of the sensor's footprint, each cell at most once.
+    /// Each cell at most once.
     pub readings: Vec<Reading>,
 }
 
@@ -92,38 +74,118 @@ pub enum EvidenceError {
     Blocked(Position),
 }
 
-/// The readings of a look.
+/// Ends a look: its readings from where the vehicle stands, which count as told.
 ///
 /// # Errors
 /// If the vehicle's pose is no number, or it stands outside of the map or where none can.
-pub fn readings(terrain: &Terrain, sensor: &Sensor, look: &Look<'_>) -> Result<Seen, EvidenceError> {
-    let from = standing_cell(terrain, &look.vehicle)?;
-    let spread = Spread::of(look.tracks.iter().map(|track| (track.mixture(), is_seen(track, look))), terrain);
-    let grid = terrain.grid();
-    let reading = |place: &dragnet_search::sensor::Look| {
-        let cell = grid.step(from, place.offset)?;
-        let seen_from = look.coverage.distance(cell, look.fewest_sights)?;
-        read(cell, place.variance.max(sensor.variance(seen_from)), &spread)
-    };
-    Ok(Seen { from, readings: sensor.footprint().iter().filter_map(reading).collect() })
+pub fn readings(
+    terrain: &Terrain,
+    sensor: &Sensor,
+    vehicle: &Pose,
+    finds: &mut Finds,
+    accounts: &mut Accounts,
+) -> Result<Seen, EvidenceError> {
+    let from = standing_cell(terrain, vehicle)?;
+    close(finds, accounts);
+    let mut readings = Vec::new();
+    for place in sensor.footprint() {
+        let Some(cell) = terrain.grid().step(from, place.offset).filter(|&cell| terrain.is_searched(cell))
+        else {
+            continue;
+        };
+        readings.extend(read(cell, sensor, place, finds, accounts));
+    }
+    Ok(Seen { from, readings: undecided(readings, terrain, sensor, from, finds, accounts) })
 }
 
-/// Whether a track may be told as an object.
-fn is_seen(track: &Track, look: &Look<'_>) -> bool {
-    track.standing() == Standing::Confirmed && track.seen_ns() >= look.since_ns
+/// What was seen of each cell in this look counts, means nothing, or waits.
+fn close(finds: &Finds, accounts: &mut Accounts) {
+    for cell in accounts.cells() {
+        if finds.open.contains_key(&cell) || finds.in_cell(cell).is_some() {
+            accounts.of(cell).discard();
+        } else if !finds.doubtful.contains(&cell) {
+            accounts.of(cell).settle();
+        }
+    }
 }
 
-fn read(cell: Cell, variance: f32, spread: &Spread) -> Option<Reading> {
-    let seen = spread.most_of_one_seen(cell);
-    let any = spread.of_any(cell);
-    let (value, probability) = match () {
-        () if seen >= CERTAIN => (1.0, seen),
-        () if any <= NEGLIGIBLE => (0.0, any),
-        () => return None,
-    };
+/// The reading of a cell where no track is undecided, if there is something to tell.
+fn read(
+    cell: Cell,
+    sensor: &Sensor,
+    place: &Look,
+    finds: &mut Finds,
+    accounts: &mut Accounts,
+) -> Option<Reading> {
+    if finds.in_cell(cell).is_some() {
+        let account = accounts.of(cell);
+        let missing_nats = (OBJECT_NATS - account.object).max(0.0) + account.empty;
+        let (reading, told_nats) = reading(cell, 1.0, missing_nats, place.variance)?;
+        account.tell_object(told_nats);
+        return Some(reading);
+    }
+    if finds.open.contains_key(&cell) || !accounts.has(cell) {
+        return None;
+    }
+    let account = accounts.of(cell);
+    if finds.left.contains(&cell) && account.object > 0.0 {
+        let (reading, told_nats) = reading(cell, 0.0, account.object, place.variance)?;
+        account.object = (account.object - told_nats).max(0.0);
+        if account.object < LEAST_NATS {
+            finds.left.remove(&cell);
+        }
+        return Some(reading);
+    }
+    if finds.doubtful.contains(&cell) {
+        return None;
+    }
+    let seen_from = account.nearest().map_or(place.variance, |distance| sensor.variance(distance));
+    let (reading, told_nats) = reading(cell, 0.0, account.growth(), place.variance.max(seen_from))?;
+    account.tell_empty(told_nats);
+    Some(reading)
+}
+
+/// A reading that tells so much, or as much of it as its variance allows, and how much that is, nats:
+/// `|2 y - 1| / (2 v)`.
+fn reading(cell: Cell, value: f32, nats: f64, least_variance: f32) -> Option<(Reading, f64)> {
+    if nats < LEAST_NATS {
+        return None;
+    }
     #[expect(clippy::cast_possible_truncation, reason = "readings travel as f32")]
-    let coin = (probability * (1.0 - probability)).max(0.0) as f32;
-    Some(Reading { cell, value, variance: (variance + coin).min(MAX_VARIANCE) })
+    let variance = ((1.0 / (2.0 * nats)) as f32).max(least_variance).min(MAX_VARIANCE);
+    Some((Reading { cell, value, variance }, 1.0 / (2.0 * f64::from(variance))))
+}
+
+/// Adds the cells where a track is undecided: all but one are free for what was told of their being empty to be
+/// taken back, which is a reading too.
+fn undecided(
+    mut readings: Vec<Reading>,
+    terrain: &Terrain,
+    sensor: &Sensor,
+    from: Cell,
+    finds: &Finds,
+    accounts: &mut Accounts,
+) -> Vec<Reading> {
+    let open = |place: &Look| {
+        let cell = terrain.grid().step(from, place.offset)?;
+        let probability = *finds.open.get(&cell)?;
+        let is_told = accounts.of(cell).object > LEAST_NATS || finds.in_cell(cell).is_some();
+        (!is_told).then_some((cell, probability, place.variance))
+    };
+    let mut open: Vec<(Cell, f64, f32)> = sensor.footprint().iter().filter_map(open).collect();
+    open.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
+    for (index, &(cell, probability, variance)) in open.iter().enumerate() {
+        let account = accounts.of(cell);
+        let told = if index > 0 && probability >= TAKE_BACK { account.empty } else { 0.0 };
+        match reading(cell, 1.0, told, variance) {
+            Some((reading, told_nats)) => {
+                account.tell_object(told_nats);
+                readings.push(reading);
+            }
+            None => readings.push(Reading::undecided(cell)),
+        }
+    }
+    readings
 }
 
 /// The cell that a vehicle stands in.

@@ -33,6 +33,7 @@ use dragnet_search::sensor::Sensor;
 use dragnet_search::terrain::Terrain;
 
 use crate::camera::Camera;
+use crate::evidence::finds::Find;
 use crate::evidence::standing_cell;
 use crate::lattice::costmap::CostMap;
 use crate::lattice::maneuvers::ManeuversError;
@@ -146,6 +147,17 @@ impl Pilot {
         self.perception.tracks()
     }
 
+    /// Things that were told as objects, each with its place, metres, and the covariance of that.
+    pub fn finds(&self) -> impl Iterator<Item = &Find> {
+        self.perception.finds().iter()
+    }
+
+    /// What was told as an object in a cell.
+    #[must_use]
+    pub fn find(&self, cell: Cell) -> Option<&Find> {
+        self.perception.find(cell)
+    }
+
     /// Whether the time can be believed.
     fn read_clock(&mut self, now_ns: u64, actions: &mut Vec<Action>) -> bool {
         let (subject, latest_ns) = (Subject::Clock, self.clock.now_ns());
@@ -178,7 +190,7 @@ impl Pilot {
                 let name = frame.camera.clone();
                 let result = self.perception.receive(now_ns, frame);
                 self.judge_camera(name, result, actions);
-                self.look_out(actions);
+                self.look_out(now_ns, actions);
             }
             Event::Map(map) => match self.driver.set_map(&map) {
                 Ok(()) => {
@@ -200,7 +212,7 @@ impl Pilot {
                 }
             }
             Event::Drive(report) => self.hear(report, actions),
-            Event::Tick => {}
+            Event::Tick => self.look_out(now_ns, actions),
         }
     }
 
@@ -219,12 +231,12 @@ impl Pilot {
                 self.ill(Subject::Pose, fault, actions);
             }
         }
-        self.look_out(actions);
+        self.look_out(now_ns, actions);
     }
 
     /// Takes in the frames whose poses are known by now.
-    fn look_out(&mut self, actions: &mut Vec<Action>) {
-        let results = self.perception.look_out(&self.localization, &self.terrain, &self.sensor);
+    fn look_out(&mut self, now_ns: u64, actions: &mut Vec<Action>) {
+        let results = self.perception.look_out(now_ns, &self.localization, &self.terrain, &self.sensor);
         for (name, result) in results {
             self.judge_camera(name, result, actions);
         }

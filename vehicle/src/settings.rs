@@ -54,6 +54,13 @@ pub struct CameraTable {
     /// Where it looks, degrees counter-clockwise from ahead.
     #[serde(default)]
     pub yaw_degrees: f64,
+    /// How high it is above the ground, metres, 0 to 1000: from it follows how near the ground is seen. Without,
+    /// or with 0, it is seen from `nearest_meters` on.
+    #[serde(default)]
+    pub z_meters: f64,
+    /// How far it looks down from the horizon, degrees, between -90 and 90.
+    #[serde(default)]
+    pub pitch_degrees: f64,
     /// Things are detected from here on, metres, above 0.
     #[serde(default = "nearest_meters")]
     pub nearest_meters: f64,
@@ -70,14 +77,16 @@ pub struct CameraTable {
 pub struct TrackerTable {
     /// Members of a new track, 1 to 64.
     pub members: u32,
-    /// Of each component of a new track's velocity, m/s, above 0, at most 1000.
+    /// Of each component of a new track's velocity, m/s, above 0, at most 1000. The default is that of things
+    /// that lie still; for people on foot 0.5.
     pub velocity_deviation_meters_per_second: f64,
-    /// In a second a velocity wanders by this, m/s, 0 to 1000.
+    /// In a second a velocity wanders by this, m/s, 0 to 1000. The default is that of things that lie still;
+    /// for people on foot 0.1.
     pub acceleration_deviation_meters_per_second: f64,
-    /// A bearing may be so far from where its track is expected, degrees, above 0, at most 180.
+    /// A bearing may be so far from where its track is expected, degrees, above 0, at most 180; and as much
+    /// farther as it is not known where that is.
     pub gate_degrees: f64,
-    /// A track is confirmed once it is seen in so many of its first looks, at least 1. An empty cell is read
-    /// once it was in view in so many frames.
+    /// A track is confirmed once it is seen in so many of its first looks, at least 1.
     pub confirming_hits: u32,
     /// See there; at least `confirming_hits`.
     pub first_looks: u32,
@@ -85,6 +94,18 @@ pub struct TrackerTable {
     pub losing_misses: u32,
     /// Any track is lost when it was not seen for so long, seconds, above 0.
     pub forgetting_seconds: f64,
+    /// In a frame a thing in view is missed with this probability, 0 to 0.95. What an empty cell reads follows
+    /// from it.
+    pub miss_probability: f64,
+    /// So many detections of a frame are of nothing, above 0, at most 100: the more there are, the more sights
+    /// confirm a track.
+    pub false_alarms_per_frame: f64,
+    /// Errors of poses last so long, seconds, 0 to 3600, or from one pose to the next if that is longer: however
+    /// many bearings are taken meanwhile, they are turned alike.
+    pub pose_correlation_seconds: f64,
+    /// Frames of several cameras are taken in by their stamps: a camera is waited for so long, seconds, 0 to 60,
+    /// and a frame that comes later does not count.
+    pub fusion_window_seconds: f64,
 }
 
 /// How the vehicle gets to a cell: by a plan of the lattice, or by a navigation stack of its own.
@@ -232,6 +253,8 @@ impl CameraTable {
             forward_meters: 0.0,
             left_meters: 0.0,
             yaw_degrees: 0.0,
+            z_meters: 0.0,
+            pitch_degrees: 0.0,
             nearest_meters: nearest_meters(),
             farthest_meters,
             column_deviation_pixels: column_deviation_pixels(),
@@ -251,6 +274,10 @@ impl Default for TrackerTable {
             first_looks: settings.first_looks,
             losing_misses: settings.losing_misses,
             forgetting_seconds: settings.forgetting_seconds,
+            miss_probability: settings.miss_probability,
+            false_alarms_per_frame: settings.false_alarms_per_frame,
+            pose_correlation_seconds: settings.pose_correlation_seconds,
+            fusion_window_seconds: 1.0,
         }
     }
 }

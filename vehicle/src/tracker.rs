@@ -1,8 +1,8 @@
 //! Where the things are that cameras see, from bearings alone, seen from a vehicle that moves.
 //!
 //! Each track is a range-parameterised cubature Kalman filter ([`mixture`]). A frame is what one camera saw
-//! at one time. Its bearings go to tracks by their angles ([`crate::assignment`]); those that no track
-//! explains become new tracks. A track is confirmed once it was seen in enough of its first frames, and lost
+//! at one time. Its bearings go to the tracks that make them likely ([`crate::assignment`]), to confirmed ones
+//! first; those that no track explains become new tracks. A track is confirmed once it was seen in enough of its first frames, and lost
 //! when it is missed too often ([`track`]).
 //!
 //! The only way anything changes is [`Tracker::handle`]: what cannot be is refused there, and then nothing
@@ -11,16 +11,22 @@
 pub mod cubature;
 pub mod frame;
 pub mod mixture;
+mod refinement;
 pub mod settings;
 pub mod track;
+mod visibility;
 
 use std::collections::BTreeSet;
 
-use crate::assignment::{Assignment, assign};
+use nalgebra::Vector2;
+
+use crate::assignment::{Assignment, AssignmentError, assign};
 use frame::{Frame, FrameError};
-use mixture::Mixture;
 use settings::{Settings, SettingsError};
-use track::{Fate, Track, TrackId};
+use track::{Fate, Rank, Track, TrackId};
+
+/// A bearing that surprises a track by more than this is none of its own, nats.
+const MOST_SURPRISE_NATS: f64 = 6.0;
 
 /// All tracks of a vehicle.
 #[derive(Clone, Debug)]
@@ -29,6 +35,8 @@ pub struct Tracker {
     tracks: Vec<Track>,
     next_id: u64,
     latest: Option<Latest>,
+    /// As far as any camera has seen until now, metres.
+    farthest_meters: f64,
 }
 
 /// The latest time that frames were taken at.
@@ -63,7 +71,7 @@ impl Tracker {
     /// If a setting is out of its range.
     pub fn new(settings: Settings) -> Result<Self, SettingsError> {
         settings.check()?;
-        Ok(Self { settings, tracks: Vec::new(), next_id: 0, latest: None })
+        Ok(Self { settings, tracks: Vec::new(), next_id: 0, latest: None, farthest_meters: 0.0 })
     }
 
     /// All tracks, oldest first, as of the latest frame.
@@ -84,17 +92,29 @@ impl Tracker {
     /// If the frame cannot be, is older than the latest, or is its camera's second of one time.
     /// Nothing has changed then.
     pub fn handle(&mut self, frame: &Frame) -> Result<Outcome, FrameError> {
+        self.handle_where_unseen(frame, &|_| 1.0)
+    }
+
+    /// The same where it is known what was seen before: `unseen` is the probability that a thing at a place,
+    /// metres east and north, would have been missed by now.
+    ///
+    /// # Errors
+    /// As [`Tracker::handle`].
+    pub fn handle_where_unseen(
+        &mut self,
+        frame: &Frame,
+        unseen: &dyn Fn(Vector2<f64>) -> f64,
+    ) -> Result<Outcome, FrameError> {
         frame.check()?;
         self.check_order(frame)?;
         let tracks = self.predicted(frame.time_ns);
-        let bearing = |track: &Track| track.mixture.bearing_radians(frame.position_meters());
-        let predicted: Vec<f64> = tracks.iter().map(bearing).collect();
-        let assignment = assign(&predicted, &frame.bearings_radians, self.settings.gate_radians)?;
+        let assignment = self.assigned(&tracks, frame)?;
 
         let mut outcome = Outcome::default();
         self.tracks = tracks;
         self.judge(frame, &assignment, &mut outcome);
-        self.give_birth(frame, &assignment.observed_alone, &mut outcome);
+        self.farthest_meters = self.farthest_meters.max(frame.reach().farthest_meters);
+        self.give_birth(frame, &assignment.observed_alone, unseen, &mut outcome);
         self.note(frame);
         Ok(outcome)
     }
@@ -132,6 +152,30 @@ impl Tracker {
         tracks
     }
 
+    /// The surest tracks have the first choice: what is not certain to be there takes no bearing from what is.
+    fn assigned(&self, tracks: &[Track], frame: &Frame) -> Result<Assignment, AssignmentError> {
+        let mut left: Vec<usize> = (0..frame.bearings_radians.len()).collect();
+        let mut assignment = Assignment::default();
+        let (gate_radians, view) =
+            (self.settings.gate_radians, frame.widest_view(self.settings.gate_radians));
+        for rank in [Rank::Established, Rank::Confirmed, Rank::Tentative] {
+            let chosen: Vec<usize> =
+                (0..tracks.len()).filter(|&track| tracks[track].rank() == rank).collect();
+            let surprise = |track: usize, bearing: usize| {
+                let sight = frame.sight(left[bearing]);
+                let mixture = tracks[chosen[track]].mixture();
+                mixture.surprise_nats(&sight, &frame.pose_error, gate_radians, &view)
+            };
+            let part = assign(chosen.len(), left.len(), MOST_SURPRISE_NATS, surprise)?;
+            let pairs = part.pairs.iter().map(|&(track, bearing)| (chosen[track], left[bearing]));
+            assignment.pairs.extend(pairs);
+            assignment.predicted_alone.extend(part.predicted_alone.iter().map(|&track| chosen[track]));
+            left = part.observed_alone.iter().map(|&bearing| left[bearing]).collect();
+        }
+        assignment.observed_alone = left;
+        Ok(assignment)
+    }
+
     /// Tells each track whether it was seen, and parts with the lost ones.
     fn judge(&mut self, frame: &Frame, assignment: &Assignment, outcome: &mut Outcome) {
         let mut bearing_of = vec![None; self.tracks.len()];
@@ -142,12 +186,9 @@ impl Tracker {
             let fate = match bearing_of.next().flatten() {
                 Some(bearing) => {
                     outcome.seen.push((track.id(), bearing));
-                    track.seen(&frame.sight(bearing), frame.time_ns, settings)
+                    track.seen(&frame.sight(bearing), frame, settings)
                 }
-                None if frame.view.contains(track.estimate().position_meters()) => {
-                    track.missed(frame.time_ns, settings)
-                }
-                None => track.out_of_view(frame.time_ns, settings),
+                None => track.not_seen(frame, settings),
             };
             match fate {
                 Fate::Confirmed => outcome.confirmed.push(track.id()),
@@ -158,14 +199,20 @@ impl Tracker {
         });
     }
 
-    fn give_birth(&mut self, frame: &Frame, bearings: &[usize], outcome: &mut Outcome) {
+    fn give_birth(
+        &mut self,
+        frame: &Frame,
+        bearings: &[usize],
+        unseen: &dyn Fn(Vector2<f64>) -> f64,
+        outcome: &mut Outcome,
+    ) {
         let room = Self::MAX_TRACKS - self.tracks.len();
         outcome.refused_births = bearings.len().saturating_sub(room);
         for &bearing in bearings.iter().take(room) {
             let id = TrackId(self.next_id);
             self.next_id += 1;
-            let mixture = Mixture::born(&frame.sight(bearing), frame.reach(), &self.settings);
-            let (track, fate) = Track::born(id, mixture, frame.time_ns, &self.settings);
+            let (track, fate) =
+                Track::born(id, &frame.sight(bearing), frame, self.farthest_meters, unseen, &self.settings);
             outcome.born.push(id);
             if fate == Fate::Confirmed {
                 outcome.confirmed.push(id);

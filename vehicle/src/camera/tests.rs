@@ -11,6 +11,8 @@ fn settings(name: &str, degrees: f64) -> CameraSettings {
         height_pixels: 1516,
         field_of_view_radians: degrees.to_radians(),
         mounting: Pose::new(0.4, 0.0, 0.0),
+        z_meters: 0.0,
+        pitch_radians: 0.0,
         nearest_meters: 2.0,
         farthest_meters: 100.0,
     }

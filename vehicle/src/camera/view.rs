@@ -13,6 +13,8 @@ pub struct View {
     half_radians: f64,
     nearest_meters: f64,
     farthest_meters: f64,
+    /// The ground is in view from here on, metres.
+    ground_meters: f64,
 }
 
 /// A view that cannot be.
@@ -61,13 +63,25 @@ impl View {
         if !are_ranges(nearest_meters, farthest_meters) {
             return Err(ViewError::Ranges { nearest: nearest_meters, farthest: farthest_meters });
         }
-        Ok(Self { camera, half_radians, nearest_meters, farthest_meters })
+        Ok(Self { camera, half_radians, nearest_meters, farthest_meters, ground_meters: 0.0 })
+    }
+
+    /// The same of a camera that sees the ground from so many metres on.
+    #[must_use]
+    pub const fn with_ground_from(self, ground_meters: f64) -> Self {
+        Self { ground_meters, ..self }
     }
 
     /// Where the camera is on the map.
     #[must_use]
     pub const fn camera(&self) -> Pose {
         self.camera
+    }
+
+    /// The angle between its edges, radians.
+    #[must_use]
+    pub const fn width_radians(&self) -> f64 {
+        2.0 * self.half_radians
     }
 
     /// Objects are detected from here on, metres.
@@ -87,6 +101,25 @@ impl View {
     #[must_use]
     pub fn radians_beyond(&self, bearing_radians: f64) -> f64 {
         wrapped_radians(bearing_radians - self.camera.heading_radians).abs() - self.half_radians
+    }
+
+    /// The same, wider by an angle to both sides and by a factor in its ranges; narrower for an angle below 0 and
+    /// a factor below 1.
+    #[must_use]
+    pub(crate) fn widened(self, beyond_radians: f64, times: f64) -> Self {
+        Self {
+            half_radians: (self.half_radians + beyond_radians).clamp(0.0, PI),
+            nearest_meters: self.nearest_meters / times,
+            farthest_meters: self.farthest_meters * times,
+            ..self
+        }
+    }
+
+    /// Whether what lies on the ground at a point of the map would be in view.
+    #[must_use]
+    pub fn shows_ground(&self, point_meters: Vector2<f64>) -> bool {
+        let range_meters = (point_meters - self.camera.position_meters()).norm();
+        range_meters >= self.ground_meters && self.contains(point_meters)
     }
 
     /// Whether a point of the map is in view.

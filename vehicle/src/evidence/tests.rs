@@ -1,6 +1,6 @@
 //! Looks over small maps, as drawings.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use dragnet_search::sensor::Noise;
@@ -10,8 +10,9 @@ use super::*;
 use crate::camera::{Camera, CameraSettings, View};
 use crate::plane::bearing_radians;
 use crate::tracker::Tracker;
-use crate::tracker::frame::Frame;
+use crate::tracker::frame::{Frame, PoseError};
 use crate::tracker::settings::Settings;
+use crate::tracker::track::Track;
 
 const SECOND: u64 = 1_000_000_000;
 const OPEN: &str =
@@ -24,6 +25,8 @@ fn camera(degrees: f64, yaw: f64) -> Camera {
         height_pixels: 1516,
         field_of_view_radians: degrees.to_radians(),
         mounting: Pose::new(0.0, 0.0, yaw),
+        z_meters: 0.0,
+        pitch_radians: 0.0,
         nearest_meters: 2.0,
         farthest_meters: 60.0,
     })
@@ -43,13 +46,17 @@ fn sensor() -> Sensor {
     Sensor::new(8, 0.005, Noise::Gaussian).unwrap()
 }
 
-/// The readings as a drawing: `0`, `1`, and `-` without one; its first line is the northern edge.
+/// The readings as a drawing: `0`, `1`, `?` if it is not decided, and `-` without one; its first line is the northern edge.
 fn drawn(terrain: &Terrain, seen: &Seen) -> String {
     let grid = terrain.grid();
     let mark = |row, column| {
         let cell = grid.cell(Position { row, column }).unwrap();
         let reading = seen.readings.iter().find(|reading| reading.cell == cell);
-        reading.map_or('-', |reading| if reading.value > 0.5 { '1' } else { '0' })
+        reading.map_or('-', |reading| match reading.value {
+            _ if reading.is_undecided() => '?',
+            value if value > 0.5 => '1',
+            _ => '0',
+        })
     };
     let line = |row| (0..grid.columns()).map(|column| mark(row, column)).collect::<String>();
     (0..grid.rows()).rev().map(line).collect::<Vec<_>>().join("\n")
@@ -68,6 +75,7 @@ fn tracks(thing: Vector2<f64>, frames: u64) -> Vec<Track> {
             view: View::new(vehicle, PI, 2.0, 60.0).unwrap(),
             bearings_radians: vec![bearing_radians(vehicle.position_meters(), thing)],
             bearing_deviation_radians: 0.005,
+            pose_error: PoseError::default(),
         };
         tracker.handle(&frame).unwrap();
     }
@@ -76,103 +84,163 @@ fn tracks(thing: Vector2<f64>, frames: u64) -> Vec<Track> {
 
 const VEHICLE: Pose = Pose::new(45.0, 45.0, FRAC_PI_2);
 
-/// What cameras show from where the vehicle stands.
-fn coverage(terrain: &Terrain, cameras: &[Camera]) -> Coverage {
-    let mut coverage = Coverage::default();
+/// What cameras show from a place in so many frames.
+fn seen_from(terrain: &Terrain, cameras: &[Camera], vehicle: &Pose, frames: u32) -> Accounts {
+    let mut accounts = Accounts::default();
     for camera in cameras {
-        coverage.add(terrain, &sensor(), &camera.view(&VEHICLE).unwrap());
+        for _ in 0..frames {
+            accounts.add(terrain, &sensor(), &camera.view(vehicle).unwrap(), 0.2);
+        }
     }
-    coverage
+    accounts
 }
 
-fn look<'a>(coverage: &'a Coverage, tracks: &'a [Track]) -> Look<'a> {
-    Look { vehicle: VEHICLE, coverage, fewest_sights: 1, tracks, since_ns: 0 }
+fn finds(terrain: &Terrain, tracks: &[Track]) -> Finds {
+    let mut finds = Finds::default();
+    finds.update(tracks, tracks.iter().map(Track::seen_ns).max().unwrap_or(0), terrain);
+    finds
+}
+
+/// A look with nothing told before.
+fn look(terrain: &Terrain, accounts: &mut Accounts, tracks: &[Track]) -> Seen {
+    readings(terrain, &sensor(), &VEHICLE, &mut finds(terrain, tracks), accounts).unwrap()
+}
+
+fn nats(reading: &Reading) -> f64 {
+    reading.evidence().log_likelihood_ratio_nats()
 }
 
 #[test]
-fn a_camera_reads_the_cells_before_it() {
+fn a_camera_reads_the_cells_before_it_as_far_as_it_saw_them() {
     let terrain = terrain(OPEN);
-    let seen = readings(&terrain, &sensor(), &look(&coverage(&terrain, &[camera(63.0, 0.0)]), &[])).unwrap();
+    let camera = camera(63.0, 0.0);
+    let mut accounts = seen_from(&terrain, std::slice::from_ref(&camera), &VEHICLE, 40);
+    let seen = look(&terrain, &mut accounts, &[]);
     let expected = "\
-        --00000--\n---000---\n---000---\n----0----\n---------\n---------\n---------\n---------\n---------";
+        -0000000-\n--00000--\n---000---\n---000---\n----0----\n---------\n---------\n---------\n---------";
     assert_eq!(drawn(&terrain, &seen), expected);
     for reading in &seen.readings {
         let distance = terrain.grid().manhattan(seen.from, reading.cell);
-        assert_eq!(reading.variance.to_bits(), sensor().variance(distance).to_bits());
+        assert!(reading.variance >= sensor().variance(distance));
+        assert!(-nats(reading) <= 1000.0_f64.ln() + 1e-3, "{reading:?}");
     }
+    let of = |row: u32, column: u32| {
+        let cell = terrain.grid().cell(Position { row, column }).unwrap();
+        -nats(seen.readings.iter().find(|reading| reading.cell == cell).unwrap())
+    };
+    assert!(of(6, 4) > 5.0 && of(6, 3) < 2.0, "of the one beside only a part: {} {}", of(6, 4), of(6, 3));
+    assert!(of(4, 4) < 1.0, "the vehicle's own is mostly behind it: {}", of(4, 4));
 }
 
 #[test]
-fn what_was_seen_on_the_way_counts_by_the_farther_distance() {
+fn what_was_told_is_not_told_again() {
     let terrain = terrain(OPEN);
-    let mut coverage = Coverage::default();
-    let behind = camera(63.0, PI);
-    // Three frames from the next cell to the north, and from there one of a camera that looks back.
-    let north = Pose::new(45.0, 55.0, FRAC_PI_2);
-    for _ in 0..3 {
-        coverage.add(&terrain, &sensor(), &camera(63.0, 0.0).view(&north).unwrap());
+    let mut accounts = seen_from(&terrain, &all_around(), &VEHICLE, 2);
+    let first = look(&terrain, &mut accounts, &[]);
+    assert!(first.readings.len() > 60, "{}", drawn(&terrain, &first));
+    assert_eq!(look(&terrain, &mut accounts, &[]).readings, [], "nothing was seen meanwhile");
+}
+
+/// A thing in the part of a cell that was never in view is not ruled out by any number of looks.
+#[test]
+fn what_was_never_in_view_stays_possible_however_often_the_rest_was_seen() {
+    let terrain = terrain(OPEN);
+    let near = Camera::new(CameraSettings { z_meters: 2.0, ..camera(63.0, 0.0).settings().clone() }).unwrap();
+    let mut told = BTreeMap::new();
+    let mut accounts = Accounts::default();
+    for _ in 0..200 {
+        for _ in 0..10 {
+            accounts.add(&terrain, &sensor(), &near.view(&VEHICLE).unwrap(), 0.2);
+        }
+        for reading in look(&terrain, &mut accounts, &[]).readings {
+            *told.entry(reading.cell).or_insert(0.0) -= nats(&reading);
+        }
     }
-    coverage.add(&terrain, &sensor(), &behind.view(&north).unwrap());
-    let seen = readings(&terrain, &sensor(), &Look { fewest_sights: 3, ..look(&coverage, &[]) }).unwrap();
-    assert_eq!(drawn(&terrain, &seen).lines().skip(3).filter(|line| line.contains('0')).count(), 0);
-    for reading in &seen.readings {
-        let distance = terrain.grid().manhattan(seen.from, reading.cell);
-        assert_eq!(reading.variance.to_bits(), sensor().variance(distance).to_bits());
-    }
-    let seen = readings(&terrain, &sensor(), &look(&coverage, &[])).unwrap();
-    let own = seen.readings.iter().find(|reading| reading.cell == seen.from).unwrap();
-    assert_eq!(own.variance.to_bits(), sensor().variance(1).to_bits(), "seen from the next cell");
+    let own = terrain.grid().cell(Position { row: 4, column: 4 }).unwrap();
+    let ahead = terrain.grid().cell(Position { row: 7, column: 4 }).unwrap();
+    assert!(told.get(&own).is_none_or(|&nats| nats < 1.0), "{told:?}");
+    assert!(told[&ahead] > 10.0, "seen whole: {}", told[&ahead]);
 }
 
 #[test]
 fn walls_hide_and_what_is_not_searched_is_not_read() {
     let terrain =
         terrain(&OPEN.replacen(".........\n.........\n.........", ".........\n.........\n....#..,.", 1));
-    let seen = readings(&terrain, &sensor(), &look(&coverage(&terrain, &[camera(63.0, 0.0)]), &[])).unwrap();
-    let expected = "\
-        --00-00--\n---0-0---\n---0-0---\n----0----\n---------\n---------\n---------\n---------\n---------";
-    assert_eq!(drawn(&terrain, &seen), expected);
+    let mut accounts = seen_from(&terrain, &[camera(63.0, 0.0)], &VEHICLE, 40);
+    let drawing = drawn(&terrain, &look(&terrain, &mut accounts, &[]));
+    let columns: Vec<char> = drawing.lines().map(|line| line.chars().nth(4).unwrap()).collect();
+    assert_eq!(columns, ['-', '-', '-', '0', '0', '-', '-', '-', '-'], "{drawing}");
 }
 
 #[test]
-fn a_track_that_fits_into_a_cell_is_an_object_there() {
+fn a_track_that_fits_into_a_cell_is_an_object_there_and_is_told_once() {
     let terrain = terrain(OPEN);
     let tracks = tracks(Vector2::new(65.0, 65.0), 150);
-    let seen = readings(&terrain, &sensor(), &look(&coverage(&terrain, &all_around()), &tracks)).unwrap();
-    let ones: Vec<_> = seen.readings.iter().filter(|reading| reading.value > 0.5).collect();
-    assert_eq!(ones.len(), 1, "{}", drawn(&terrain, &seen));
-    assert_eq!(terrain.center_meters(ones[0].cell), (65.0, 65.0));
-    assert_eq!(
-        seen.readings.len(),
-        80,
-        "all others are empty, but the vehicle's own\n{}",
-        drawn(&terrain, &seen)
-    );
+    let mut finds = finds(&terrain, &tracks);
+    let mut accounts = seen_from(&terrain, &all_around(), &VEHICLE, 5);
+    let (mut object_nats, mut looks) = (0.0, 0);
+    for _ in 0..20 {
+        let seen = readings(&terrain, &sensor(), &VEHICLE, &mut finds, &mut accounts).unwrap();
+        for reading in seen.readings.iter().filter(|reading| reading.value > 0.5) {
+            assert_eq!(terrain.center_meters(reading.cell), (65.0, 65.0));
+            object_nats += nats(reading);
+            looks += 1;
+        }
+    }
+    assert!((object_nats - OBJECT_NATS).abs() < 0.1 && looks > 1, "{object_nats} nats in {looks} looks");
+    let find = finds.iter().next().unwrap();
+    assert!((find.position_meters - Vector2::new(65.0, 65.0)).norm() < 1.0);
+    assert!(find.position_covariance.cholesky().is_some());
 }
 
-/// Of one bearing a thing can be all along it; four, from places that are 0.6 m apart, show that it is not
-/// near.
+/// Of one bearing a thing can be all along it: nothing is told of those cells, and once it is confirmed they
+/// are open.
 #[test]
-fn a_track_of_few_bearings_withholds_readings_along_them() {
+fn where_a_track_may_be_nothing_is_empty() {
     let terrain = terrain(OPEN);
-    for (frames, line) in [(1, "0000-----"), (4, "0000-00--")] {
+    for (frames, expected) in [(1, '-'), (4, '?')] {
         let tracks = tracks(Vector2::new(85.0, 45.0), frames);
-        let seen = readings(&terrain, &sensor(), &look(&coverage(&terrain, &all_around()), &tracks)).unwrap();
-        let mut expected = ["000000000"; 9];
-        expected[4] = line;
-        assert_eq!(drawn(&terrain, &seen), expected.join("\n"), "{frames} frames");
+        let mut accounts = seen_from(&terrain, &all_around(), &VEHICLE, 5);
+        let drawing = drawn(&terrain, &look(&terrain, &mut accounts, &tracks));
+        let row = drawing.lines().nth(4).unwrap();
+        assert!(row.starts_with("000") && row.chars().nth(8) == Some(expected), "{frames} frames\n{drawing}");
+        assert!(!row[6..].contains('0'), "{frames} frames\n{drawing}");
+        assert_eq!(drawing.matches('1').count(), 0);
     }
 }
 
+/// What was told of a cell's being empty is taken back when something may be there after all, and while that is
+/// open, nothing that is seen counts.
 #[test]
-fn a_track_that_was_not_seen_in_this_look_is_neither_there_nor_not() {
+fn emptiness_is_taken_back_when_something_may_be_there() {
     let terrain = terrain(OPEN);
-    let tracks = tracks(Vector2::new(65.0, 65.0), 150);
-    let coverage = coverage(&terrain, &all_around());
-    let later = Look { since_ns: 30 * SECOND, ..look(&coverage, &tracks) };
-    let seen = readings(&terrain, &sensor(), &later).unwrap();
-    assert_eq!(seen.readings.len(), 79);
-    assert!(seen.readings.iter().all(|reading| reading.value < 0.5));
+    let mut accounts = seen_from(&terrain, &all_around(), &VEHICLE, 5);
+    let mut told: BTreeMap<Cell, f64> = BTreeMap::new();
+    let mut add = |seen: &Seen| {
+        seen.readings.iter().for_each(|reading| *told.entry(reading.cell).or_default() += nats(reading));
+        told.clone()
+    };
+    let first = add(&look(&terrain, &mut accounts, &[]));
+    let tracks = tracks(Vector2::new(85.0, 45.0), 4);
+    let open = finds(&terrain, &tracks).open;
+    assert!(open.len() > 1);
+    let mut last = first.clone();
+    for _ in 0..30 {
+        for camera in all_around() {
+            accounts.add(&terrain, &sensor(), &camera.view(&VEHICLE).unwrap(), 0.2);
+        }
+        let seen = look(&terrain, &mut accounts, &tracks);
+        assert!(seen.readings.iter().any(Reading::is_undecided), "the robot has something left to do");
+        last = add(&seen);
+    }
+    for (cell, probability) in open.into_iter().filter(|&(_, probability)| probability > 0.1) {
+        assert!(
+            first[&cell] < -0.5 && last[&cell].abs() < 0.05,
+            "{probability} {} {}",
+            first[&cell],
+            last[&cell]
+        );
+    }
 }
 
 /// What the team holds against each observation: a cell once, in the sensor's radius, not more precise than
@@ -184,7 +252,8 @@ fn readings_are_what_the_team_believes() {
     for number in 0..40_u8 {
         let thing = Vector2::new(5.0 + 2.0 * f64::from(number), 62.0 + f64::from(number) / 2.0);
         let tracks = tracks(thing, u64::from(number) * 5);
-        let seen = readings(&terrain, &sensor(), &look(&coverage(&terrain, &all_around()), &tracks)).unwrap();
+        let mut accounts = seen_from(&terrain, &all_around(), &VEHICLE, 3);
+        let seen = look(&terrain, &mut accounts, &tracks);
         let cells: BTreeSet<Cell> = seen.readings.iter().map(|reading| reading.cell).collect();
         assert_eq!(cells.len(), seen.readings.len());
         for reading in &seen.readings {
@@ -201,10 +270,10 @@ fn readings_are_what_the_team_believes() {
 #[test]
 fn a_vehicle_that_is_nowhere_sees_nothing_and_says_why() {
     let terrain = terrain(&format!("{OPEN}\n#........"));
-    let coverage = coverage(&terrain, &all_around());
     let message = |east, north, heading| {
-        let look = Look { vehicle: Pose::new(east, north, heading), ..look(&coverage, &[]) };
-        readings(&terrain, &sensor(), &look).unwrap_err().to_string()
+        let vehicle = Pose::new(east, north, heading);
+        let (mut finds, mut accounts) = (Finds::default(), Accounts::default());
+        readings(&terrain, &sensor(), &vehicle, &mut finds, &mut accounts).unwrap_err().to_string()
     };
     assert!(message(f64::NAN, 1.0, 0.0).contains("not a number"));
     assert!(message(1.0, 1.0, f64::INFINITY).contains("not a number"));

@@ -213,20 +213,26 @@ impl Localization {
     pub(super) fn at(&self, time_ns: u64) -> At {
         let after = self.fixes.partition_point(|fix| fix.time_ns < time_ns);
         let Some(next) = self.fixes.get(after) else { return At::NotYet };
+        let before = after.checked_sub(1).and_then(|index| self.fixes.get(index));
+        let interval_ns = before.map_or(0, |before| next.time_ns - before.time_ns);
         if next.time_ns == time_ns {
-            return At::Known(*next);
+            return At::Known { fix: *next, interval_ns };
         }
-        let Some(before) = after.checked_sub(1).and_then(|index| self.fixes.get(index)) else {
-            return At::Never;
-        };
-        At::Known(between(before, next, time_ns))
+        match before {
+            Some(before) => At::Known { fix: between(before, next, time_ns), interval_ns },
+            None => At::Never,
+        }
     }
 }
 
 /// Where a vehicle was at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum At {
-    Known(Fix),
+    Known {
+        fix: Fix,
+        /// From the pose before that time to the one after it.
+        interval_ns: u64,
+    },
     /// A later pose will tell.
     NotYet,
     /// Before the first pose.

@@ -1,10 +1,14 @@
 //! From frames of the cameras to looks.
 //!
-//! A frame waits until the pose at its time is known. One that holds something that cannot be (a box that is
-//! no number, ten thousand boxes) is left out as a whole: what its detector missed meanwhile, nobody knows.
+//! A frame waits until the pose at its time is known, and until every other camera has told of that time too,
+//! at most as long as the settings say ([`waiting`]). One that holds something that cannot be (a box that is no
+//! number, ten thousand boxes) is left out as a whole: what its detector missed meanwhile, nobody knows.
 
-use std::collections::{BTreeMap, VecDeque};
+mod waiting;
 
+use std::collections::BTreeMap;
+
+use dragnet_search::cell::Cell;
 use dragnet_search::sensor::Sensor;
 use dragnet_search::terrain::Terrain;
 
@@ -12,20 +16,16 @@ use super::diagnostic::Fault;
 use super::localization::{At, Localization};
 use super::{CameraFrame, Fix, Sights, seconds, stamp};
 use crate::camera::{BoxRefusal, Camera, Detections};
-use crate::evidence::coverage::Coverage;
-use crate::evidence::{self, EvidenceError, Look, Seen};
+use crate::evidence::account::Accounts;
+use crate::evidence::finds::{Find, Finds};
+use crate::evidence::{self, EvidenceError, Seen};
 use crate::plane::{Pose, wrapped_radians};
 use crate::settings::Checked;
 use crate::tracker::Tracker;
-use crate::tracker::frame::Frame;
+use crate::tracker::frame::{Frame, PoseError};
 use crate::tracker::settings::{Settings as TrackerSettings, SettingsError as TrackerError};
 use crate::tracker::track::Track;
-
-/// So many frames may wait for a pose.
-const MOST_WAITING: usize = 256;
-/// At this range a place that is not known exactly turns a bearing by as much as it is off, metres: about a
-/// cell. Nearer things are seen from many sides anyway.
-const LEVER_METERS: f64 = 15.0;
+use waiting::{Arrival, Waiting};
 
 /// What the cameras have shown.
 #[derive(Clone, Debug)]
@@ -36,10 +36,9 @@ pub(super) struct Perception {
     tracker: Tracker,
     /// A frame that is stamped farther from now is none of now.
     most_age_ns: u64,
-    waiting: VecDeque<(usize, CameraFrame, Detections)>,
-    coverage: Coverage,
-    /// When the last look ended: the time of its last frame, and one.
-    since_ns: u64,
+    waiting: Waiting,
+    finds: Finds,
+    accounts: Accounts,
 }
 
 #[derive(Clone, Debug)]
@@ -71,14 +70,23 @@ impl Perception {
         let by_name = eyes.iter().enumerate().map(|(index, eye)| (eye.camera.settings().name.clone(), index));
         Ok(Self {
             by_name: by_name.collect(),
+            waiting: Waiting::new(eyes.len(), settings.fusion_window_ns, settings.camera_silence_ns),
             eyes,
             tracker_settings: settings.tracker.clone(),
             tracker: Tracker::new(settings.tracker.clone())?,
             most_age_ns: settings.camera_silence_ns,
-            waiting: VecDeque::new(),
-            coverage: Coverage::default(),
-            since_ns: 0,
+            finds: Finds::default(),
+            accounts: Accounts::default(),
         })
+    }
+
+    pub(super) const fn finds(&self) -> &Finds {
+        &self.finds
+    }
+
+    /// The track behind an object that was told in a cell.
+    pub(super) fn find(&self, cell: Cell) -> Option<&Find> {
+        self.finds.in_cell(cell)
     }
 
     pub(super) fn tracks(&self) -> &[Track] {
@@ -90,6 +98,7 @@ impl Perception {
         for eye in &mut self.eyes {
             eye.heard_ns.get_or_insert(now_ns);
         }
+        self.waiting.begin(now_ns);
     }
 
     /// Where things were said to be means nothing any more, and neither does what was seen since the last
@@ -98,9 +107,9 @@ impl Perception {
         if let Ok(tracker) = Tracker::new(self.tracker_settings.clone()) {
             self.tracker = tracker;
         }
-        self.waiting.clear();
-        self.coverage = Coverage::default();
-        self.since_ns = 0;
+        self.waiting.restart(now_ns);
+        self.finds = Finds::default();
+        self.accounts = Accounts::default();
         self.eyes.iter_mut().for_each(|eye| eye.heard_ns = Some(now_ns));
     }
 
@@ -126,43 +135,55 @@ impl Perception {
         let eye = &mut self.eyes[index];
         let before_ns = eye.stamp_ns.replace(frame.time_ns);
         let stamped = stamp::check(now_ns, frame.time_ns, before_ns, self.most_age_ns);
-        let detections = stamped.and_then(|()| detections(&eye.camera, &frame));
-        eye.is_good = detections.is_ok();
-        let detections = detections?;
-        eye.heard_ns = Some(now_ns);
-        let place = self.waiting.partition_point(|(_, waiting, _)| waiting.time_ns <= frame.time_ns);
-        self.waiting.insert(place, (index, frame, detections));
-        if self.waiting.len() > MOST_WAITING {
-            self.waiting.pop_front();
-            let numbers = [("waiting_frames", MOST_WAITING as f64)];
-            return Err(Fault::new("waiting", "frames come, but no pose of their time", &numbers));
+        let found = stamped.and_then(|()| detections(&eye.camera, &frame));
+        let time_ns = frame.time_ns;
+        let arrival = found.map(|found| self.waiting.put(now_ns, index, frame, found));
+        let eye = &mut self.eyes[index];
+        let result = match arrival {
+            Ok(Arrival::Waits | Arrival::Again) => Ok(()),
+            Ok(Arrival::Late { by_ns }) => {
+                let message = "a frame comes when later ones were taken in already: \
+                               a longer tracker.fusion_window_seconds waits for it";
+                let numbers = [("time_seconds", seconds(time_ns)), ("late_seconds", seconds(by_ns))];
+                Err(Fault::new("late", message, &numbers))
+            }
+            Ok(Arrival::TooMany) => {
+                let numbers = [("waiting_frames", Waiting::MOST as f64)];
+                Err(Fault::new("waiting", "frames come, but no pose of their time", &numbers))
+            }
+            Err(fault) => Err(fault),
+        };
+        eye.is_good = result.is_ok();
+        if result.is_ok() {
+            eye.heard_ns = Some(now_ns);
         }
-        Ok(())
+        result
     }
 
-    /// Follows things through all frames whose poses are known; what became of those that could not be used.
+    /// Follows things through all frames whose turn it is; what became of those that could not be used.
     pub(super) fn look_out(
         &mut self,
+        now_ns: u64,
         localization: &Localization,
         terrain: &Terrain,
         sensor: &Sensor,
     ) -> Vec<(String, Result<(), Fault>)> {
         let mut results = Vec::new();
-        while let Some((index, frame, detections)) = self.waiting.pop_front() {
-            let fix = match localization.at(frame.time_ns) {
-                At::Known(fix) => fix,
-                At::NotYet => {
-                    self.waiting.push_front((index, frame, detections));
-                    break;
+        while let Some(time_ns) = self.waiting.next_ns(now_ns) {
+            let at = localization.at(time_ns);
+            if at == At::NotYet {
+                break;
+            }
+            let Some((index, frame, detections)) = self.waiting.take() else { break };
+            let result = match at {
+                At::Known { fix, interval_ns } => {
+                    self.follow(index, &frame, &detections, (&fix, interval_ns), terrain, sensor)
                 }
-                At::Never => {
+                At::NotYet | At::Never => {
                     let numbers = [("time_seconds", seconds(frame.time_ns))];
-                    let fault = Fault::new("late", "a frame older than all poses that are known", &numbers);
-                    results.push((frame.camera, Err(fault)));
-                    continue;
+                    Err(Fault::new("late", "a frame older than all poses that are known", &numbers))
                 }
             };
-            let result = self.follow(index, &frame, &detections, &fix, terrain, sensor);
             if result.is_err() {
                 self.eyes[index].is_good = false;
                 results.push((frame.camera, result));
@@ -176,7 +197,7 @@ impl Perception {
         index: usize,
         frame: &CameraFrame,
         detections: &Detections,
-        fix: &Fix,
+        (fix, interval_ns): (&Fix, u64),
         terrain: &Terrain,
         sensor: &Sensor,
     ) -> Result<(), Fault> {
@@ -185,14 +206,26 @@ impl Perception {
         // The head turns about the vehicle's reference point.
         let heading_radians = wrapped_radians(fix.pose.heading_radians + frame.head_radians);
         let head = Pose { heading_radians, ..fix.pose };
-        let lever = fix.deviation_meters.atan2(LEVER_METERS);
-        let deviation = eye.deviation_radians.hypot(fix.heading_deviation_radians).hypot(lever);
+        let pose_error = PoseError {
+            heading_std_radians: fix.heading_deviation_radians,
+            position_std_meters: fix.deviation_meters,
+            correlation_seconds: self.tracker_settings.pose_correlation_seconds.max(seconds(interval_ns)),
+        };
         let number = u16::try_from(index).unwrap_or(u16::MAX);
-        let frame =
-            Frame::of_camera(&eye.camera, number, &head, detections, frame.time_ns, deviation.min(0.5))
-                .map_err(|error| refused(&error))?;
-        self.tracker.handle(&frame).map_err(|error| refused(&error))?;
-        self.coverage.add(terrain, sensor, &frame.view);
+        let frame = Frame::of_camera(
+            &eye.camera,
+            number,
+            &head,
+            detections,
+            frame.time_ns,
+            eye.deviation_radians.clamp(1e-6, 0.5),
+            pose_error,
+        )
+        .map_err(|error| refused(&error))?;
+        let accounts = &self.accounts;
+        let unseen = |point| accounts.missed_at(terrain, point);
+        self.tracker.handle_where_unseen(&frame, &unseen).map_err(|error| refused(&error))?;
+        self.accounts.add(terrain, sensor, &frame.view, self.tracker_settings.miss_probability);
         Ok(())
     }
 
@@ -203,17 +236,9 @@ impl Perception {
         sensor: &Sensor,
         vehicle: &Pose,
     ) -> Result<Seen, EvidenceError> {
-        let look = Look {
-            vehicle: *vehicle,
-            coverage: &self.coverage,
-            fewest_sights: self.tracker_settings.confirming_hits,
-            tracks: self.tracker.tracks(),
-            since_ns: self.since_ns,
-        };
-        let seen = evidence::readings(terrain, sensor, &look)?;
-        self.coverage = Coverage::default();
-        self.since_ns = self.tracker.latest_ns().map_or(0, |latest_ns| latest_ns.saturating_add(1));
-        Ok(seen)
+        let latest_ns = self.tracker.latest_ns().unwrap_or(0);
+        self.finds.update(self.tracker.tracks(), latest_ns, terrain);
+        evidence::readings(terrain, sensor, vehicle, &mut self.finds, &mut self.accounts)
     }
 }
 

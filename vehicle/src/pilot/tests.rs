@@ -238,9 +238,12 @@ fn every_cell_of_a_route_is_told_with_readings_that_the_team_believes() {
         *ones.entry(reading.cell).or_default() += 1;
     }
     assert_eq!(ones.keys().copied().collect::<Vec<_>>(), cells(&[(4, 6)]));
-    assert!(ones[&cells(&[(4, 6)])[0]] >= 3, "{ones:?}");
-    assert!(all.len() > 200, "{}", all.len());
-    assert!(all.iter().all(|reading| reading.cell != cells(&[(4, 6)])[0] || reading.value > 0.5));
+    assert!(all.len() > 60, "{}", all.len());
+    assert!(all.iter().all(|reading| reading.cell != cells(&[(4, 6)])[0] || reading.value >= 0.5));
+    let find = drive.pilot.find(cells(&[(4, 6)])[0]).unwrap();
+    let off = find.position_meters - Vector2::new(66.0, 47.0);
+    let std_meters = find.position_covariance.symmetric_eigenvalues().max().sqrt();
+    assert!(off.norm() < 1.0 && std_meters < 1.0 && off.norm() < 4.0 * std_meters, "{off} {std_meters}");
 }
 
 #[test]
@@ -255,10 +258,10 @@ fn the_first_look_lasts_a_turn_of_the_head() {
 fn a_head_turns_what_its_cameras_see() {
     let settings = Settings { cameras: vec![settings().cameras.remove(0)], ..settings() };
     let mut drive = Drive::new(&settings);
-    drive.step();
     let turned = |drive: &Drive, camera: &Camera| {
         Some(CameraFrame { head_radians: std::f64::consts::PI, ..drive.frame(camera) })
     };
+    drive.step_with(turned);
     drive.go(&[(2, 3)]);
     let actions: Vec<Action> = (0..30).flat_map(|_| drive.step_with(turned)).collect();
     let columns: Vec<u32> =
@@ -384,4 +387,50 @@ proptest! {
             }
         }
     }
+}
+
+/// Two cameras, of which one tells of each time half a second after the other; stamps that are the same, and such
+/// as are a nanosecond off.
+#[test]
+fn cameras_of_unlike_latency_are_put_into_the_order_of_their_stamps() {
+    let mut drive = Drive::new(&settings());
+    drive.things = vec![Vector2::new(66.0, 25.0)];
+    drive.step();
+    drive.go(&[(2, 3), (2, 4)]);
+    let mut late: std::collections::VecDeque<(u64, CameraFrame)> = std::collections::VecDeque::new();
+    for number in 0..60 {
+        drive.move_on();
+        let fix = drive.fix();
+        drive.tell(Event::Pose(fix));
+        for camera in drive.cameras.clone() {
+            let mut frame = drive.frame(&camera);
+            frame.time_ns -= number % 2;
+            if frame.camera == "front" {
+                late.push_back((drive.now_ns + SECOND / 2, frame));
+            } else {
+                drive.tell(Event::Frame(frame.clone()));
+                drive.tell(Event::Frame(frame));
+            }
+        }
+        while late.front().is_some_and(|&(due_ns, _)| due_ns <= drive.now_ns) {
+            let (_, frame) = late.pop_front().unwrap();
+            drive.tell(Event::Frame(frame));
+        }
+    }
+    assert_eq!(told(&drive.actions), Vec::<String>::new());
+    assert!(!drive.actions.iter().any(|action| matches!(action, Action::Refuse(..))));
+    let most = drive.pilot.tracks().iter().map(crate::tracker::track::Track::hits).max();
+    assert!(most > Some(50), "what only the slow camera sees: {most:?}");
+}
+
+#[test]
+fn a_frame_that_comes_later_than_the_window_is_refused_and_counted() {
+    let mut drive = Drive::new(&settings());
+    drive.steps(3);
+    let mut frame = drive.frame(&drive.cameras[0].clone());
+    frame.time_ns -= 2 * SECOND;
+    let actions = drive.tell(Event::Frame(frame));
+    assert_eq!(told(&actions), ["camera front Warning"]);
+    assert!(message(&actions).contains("fusion_window_seconds"), "{actions:?}");
+    assert!(actions.iter().any(|action| matches!(action, Action::Refuse(..))));
 }

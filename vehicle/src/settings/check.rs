@@ -24,6 +24,8 @@ pub struct Checked {
     pub cameras: Vec<(Camera, f64)>,
     /// How things are followed.
     pub tracker: TrackerSettings,
+    /// A frame of a slower camera is waited for so long, nanoseconds.
+    pub fusion_window_ns: u64,
     /// How it gets to a cell.
     pub motion: Motion,
     /// Full speed, m/s.
@@ -137,6 +139,7 @@ impl Settings {
         Ok(Checked {
             cameras: cameras(&self.cameras)?,
             tracker: tracker(&self.tracker)?,
+            fusion_window_ns: fusion_window_ns(self.tracker.fusion_window_seconds)?,
             motion: motion(&self.motion, footprint(self.footprint)?, primitives)?,
             speed_meters_per_second: positive(
                 "speed_meters_per_second",
@@ -174,6 +177,8 @@ fn cameras(tables: &[CameraTable]) -> Result<Vec<(Camera, f64)>, SettingsError> 
                 height_pixels: table.height_pixels,
                 field_of_view_radians: table.field_of_view_degrees.to_radians(),
                 mounting: Pose::new(table.forward_meters, table.left_meters, table.yaw_degrees.to_radians()),
+                z_meters: table.z_meters,
+                pitch_radians: table.pitch_degrees.to_radians(),
                 nearest_meters: table.nearest_meters,
                 farthest_meters: table.farthest_meters,
             })?;
@@ -199,9 +204,19 @@ fn tracker(table: &TrackerTable) -> Result<TrackerSettings, SettingsError> {
         first_looks: table.first_looks,
         losing_misses: table.losing_misses,
         forgetting_seconds: table.forgetting_seconds,
+        miss_probability: table.miss_probability,
+        false_alarms_per_frame: table.false_alarms_per_frame,
+        pose_correlation_seconds: table.pose_correlation_seconds,
     };
     settings.check()?;
     Ok(settings)
+}
+
+fn fusion_window_ns(window_seconds: f64) -> Result<u64, SettingsError> {
+    if !(0.0..=60.0).contains(&window_seconds) {
+        return Err(value("tracker.fusion_window_seconds", &window_seconds, "0 to 60"));
+    }
+    Ok(nanoseconds(window_seconds))
 }
 
 fn footprint(table: FootprintTable) -> Result<Footprint, SettingsError> {

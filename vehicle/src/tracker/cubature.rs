@@ -11,7 +11,7 @@
 //! - the covariance is summed up anew as `sum (dx - K dz)(dx - K dz)' / 2n + K R K'`, which equals the
 //!   paper's `P - K S K'` and is symmetric and not negative whatever is rounded.
 
-use nalgebra::{Matrix4, RowVector4, SVector, Vector2, Vector4};
+use nalgebra::{Matrix2, Matrix4, RowVector4, SVector, Vector2, Vector4};
 
 use crate::plane::{bearing_radians, wrapped_radians};
 
@@ -44,6 +44,12 @@ impl Gaussian {
     #[must_use]
     pub fn position_meters(&self) -> Vector2<f64> {
         Vector2::new(self.mean[0], self.mean[1])
+    }
+
+    /// Covariance of the place, square metres.
+    #[must_use]
+    pub fn place_covariance(&self) -> Matrix2<f64> {
+        self.covariance.fixed_view::<2, 2>(0, 0).into_owned()
     }
 
     /// Whether it is one: all numbers, and the covariance positive definite.

@@ -21,9 +21,53 @@ pub struct Frame {
     pub view: View,
     /// What it saw: radians on the map, counter-clockwise from east. All within the view, none twice.
     pub bearings_radians: Vec<f64>,
-    /// Standard deviation of a bearing, radians, `1e-6..=0.5`: of the detector's boxes and of the vehicle's
-    /// heading together.
+    /// Standard deviation of a bearing, radians, `1e-6..=0.5`, that each has of its own: of the detector's
+    /// boxes.
     pub bearing_deviation_radians: f64,
+    /// How far off the vehicle's pose may be, which all bearings around that time share.
+    pub pose_error: PoseError,
+}
+
+/// How far off a vehicle's pose may be.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PoseError {
+    /// Standard deviation of the heading, radians, at least 0.
+    pub heading_std_radians: f64,
+    /// Standard deviation of the place, metres, at least 0.
+    pub position_std_meters: f64,
+    /// Poses within this time are off alike, seconds, at least 0.
+    pub correlation_seconds: f64,
+}
+
+impl PoseError {
+    /// What a bearing adds that is taken so long after another one of the same thing. Errors that last
+    /// `t` seconds are taken in as white ones of equal power: of `n` bearings in that time each is taken to be
+    /// `n` times as vague (in its variance) as the pose, so that together they tell what one pose tells.
+    #[must_use]
+    pub fn after(&self, elapsed_seconds: f64) -> Self {
+        const MOST: f64 = 1e4;
+        let times = (self.correlation_seconds / elapsed_seconds.max(1e-9)).clamp(1.0, MOST).sqrt();
+        Self {
+            heading_std_radians: self.heading_std_radians * times,
+            position_std_meters: self.position_std_meters * times,
+            correlation_seconds: self.correlation_seconds,
+        }
+    }
+
+    /// Variance of the bearing to a thing at a range, radians squared; the place counts as it is seen from
+    /// there.
+    #[must_use]
+    pub fn bearing_variance(&self, range_meters: f64) -> f64 {
+        let lever = self.position_std_meters.atan2(range_meters);
+        self.heading_std_radians.powi(2) + lever.powi(2)
+    }
+
+    fn is_sound(&self) -> bool {
+        let Self { heading_std_radians, position_std_meters, correlation_seconds } = *self;
+        [heading_std_radians, position_std_meters, correlation_seconds]
+            .into_iter()
+            .all(|value| value >= 0.0 && value.is_finite())
+    }
 }
 
 /// A frame that cannot be.
@@ -75,6 +119,9 @@ pub enum FrameError {
     /// A noise that no camera has.
     #[error("a bearing's standard deviation of {0} radians: allowed are 1e-6 to 0.5")]
     Deviation(f64),
+    /// Not an error of a pose.
+    #[error("the error of a pose is no number of at least 0: {0:?}")]
+    PoseError(PoseError),
     /// A track's bearing could not be told.
     #[error(transparent)]
     Assignment(#[from] AssignmentError),
@@ -82,6 +129,9 @@ pub enum FrameError {
 
 /// Bearings at the very edge of the image may miss the view by rounding, radians.
 const EDGE_RADIANS: f64 = 1e-6;
+
+/// A detector's ranges may be off by this factor.
+const RANGE_TOLERANCE: f64 = 1.25;
 
 impl Frame {
     /// What a camera on a vehicle detected.
@@ -95,6 +145,7 @@ impl Frame {
         detections: &Detections,
         time_ns: u64,
         bearing_deviation_radians: f64,
+        pose_error: PoseError,
     ) -> Result<Self, crate::camera::ViewError> {
         let on_map = |bearing: &f64| wrapped_radians(vehicle.heading_radians + bearing);
         Ok(Self {
@@ -103,6 +154,7 @@ impl Frame {
             view: camera.view(vehicle)?,
             bearings_radians: detections.bearings_radians.iter().map(on_map).collect(),
             bearing_deviation_radians,
+            pose_error,
         })
     }
 
@@ -118,8 +170,33 @@ impl Frame {
         }
     }
 
+    /// Where something can be that was seen: most things are seen first from as far as a detector can, so that
+    /// the ranges must not end there.
     pub(super) fn reach(&self) -> Reach {
-        Reach { nearest_meters: self.view.nearest_meters(), farthest_meters: self.view.farthest_meters() }
+        let widest = self.widest_view(0.0);
+        Reach { nearest_meters: widest.nearest_meters(), farthest_meters: widest.farthest_meters() }
+    }
+
+    /// What can be seen at most: views end less sharply than the settings say.
+    pub(super) fn widest_view(&self, beyond_radians: f64) -> View {
+        self.view.widened(beyond_radians, RANGE_TOLERANCE)
+    }
+
+    /// How often something at a place is detected, of what is detected at best: it falls off towards the ends of
+    /// the detector's ranges.
+    pub(super) fn visibility(&self, point_meters: Vector2<f64>) -> f64 {
+        let is_in = |view: View| view.contains(point_meters);
+        match () {
+            () if is_in(self.surest_view(0.0)) => 1.0,
+            () if is_in(self.view) => 0.5,
+            () if is_in(self.widest_view(0.0)) => 0.2,
+            () => 0.0,
+        }
+    }
+
+    /// What is seen at least.
+    pub(super) fn surest_view(&self, beyond_radians: f64) -> View {
+        self.view.widened(-beyond_radians, 1.0 / RANGE_TOLERANCE)
     }
 
     pub(super) fn check(&self) -> Result<(), FrameError> {
@@ -129,6 +206,9 @@ impl Frame {
         // Written so that NaN fails as well.
         if !(1e-6..=0.5).contains(&self.bearing_deviation_radians) {
             return Err(FrameError::Deviation(self.bearing_deviation_radians));
+        }
+        if !self.pose_error.is_sound() {
+            return Err(FrameError::PoseError(self.pose_error));
         }
         let mut known = BTreeSet::new();
         for (index, &value) in self.bearings_radians.iter().enumerate() {

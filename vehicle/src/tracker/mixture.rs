@@ -5,17 +5,22 @@
 //! long as they are far away (by the same factor `rho`), each with a filter of its own; what is seen later
 //! weighs them.
 //!
+//! Where we go beyond it: near to the camera a member's distribution is as wide as its range, and a bearing
+//! says more than one normal distribution can hold. So members are cut anew as the camera comes near
+//! ([`super::refinement`]), and members weigh less where the thing would have been missed, or could not have
+//! been seen ([`super::visibility`]).
+//!
 //! Limits: the range is found only as the camera moves across the bearing, and no filter can tell a thing
-//! that moves along with it from one that is farther away. Estimates are as uncertain as they say while
-//! things are passed at 10 m or more (`vehicle/tests/tracker/consistency.rs`); what is passed more closely,
-//! at standard deviations of its place as large as its range, is in one run of some thousands believed to be
-//! where it is not, until it is seen again from elsewhere.
+//! that moves along with it from one that is farther away.
 
 use nalgebra::{Matrix2, Matrix4, Vector2, Vector4};
 
 use super::cubature::{Gaussian, Sight};
+use super::frame::PoseError;
 use super::settings::Settings;
-use crate::plane::bearing_radians;
+use super::visibility::seen_in;
+use crate::camera::View;
+use crate::plane::{bearing_radians, wrapped_radians};
 
 /// Below this weight a member is dropped.
 const LEAST_WEIGHT: f64 = 1e-3;
@@ -41,7 +46,7 @@ pub struct Member {
 /// What is known of one thing: a weighted sum of normal distributions, never empty.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mixture {
-    members: Vec<Member>,
+    pub(super) members: Vec<Member>,
 }
 
 impl Mixture {
@@ -50,16 +55,13 @@ impl Mixture {
     /// `R_min (rho^i + rho^(i-1)) / 2` and the standard deviation of a uniform distribution over its part,
     /// which is that mean times `2 (rho - 1) / ((rho + 1) sqrt(12))`; all weights are equal.
     #[must_use]
-    pub fn born(sight: &Sight, reach: Reach, settings: &Settings) -> Self {
+    pub fn born(sight: &Sight, pose_error: &PoseError, reach: Reach, settings: &Settings) -> Self {
         let weight = 1.0 / f64::from(settings.members);
         let rho = (reach.farthest_meters / reach.nearest_meters).powf(weight);
         let relative_deviation = 2.0 * (rho - 1.0) / ((rho + 1.0) * 12.0_f64.sqrt());
         let member = |part: i32| {
             let range_meters = reach.nearest_meters * (rho.powi(part) + rho.powi(part - 1)) / 2.0;
-            Member {
-                weight,
-                state: at_range(sight, range_meters, relative_deviation, settings.velocity_deviation),
-            }
+            Member { weight, state: at_range(sight, pose_error, range_meters, relative_deviation, settings) }
         };
         Self { members: (1..=settings.members.cast_signed()).map(member).collect() }
     }
@@ -80,10 +82,15 @@ impl Mixture {
     /// The same after a bearing: `w_i <- w_i N(z; z_i, S_i)`, normalised; members that rounding has spoilt or
     /// that weigh less than 1e-3 are dropped. None if no member is left.
     #[must_use]
-    pub fn updated(&self, sight: &Sight) -> Option<Self> {
+    pub fn updated(&self, sight: &Sight, pose_error: &PoseError) -> Option<Self> {
+        self.explained(sight, pose_error).map(|(mixture, _)| mixture)
+    }
+
+    /// The same, and the logarithm of the bearing's density under what was expected, 1/radians.
+    pub(super) fn explained(&self, sight: &Sight, pose_error: &PoseError) -> Option<(Self, f64)> {
         let mut members = self.members.clone();
         // Logarithms, so that a bearing far from all members still leaves the best of them.
-        members.retain_mut(|member| match member.state.update(sight) {
+        members.retain_mut(|member| match member.state.update(&vaguer(sight, pose_error, &member.state)) {
             Some(log_density) => {
                 member.weight = member.weight.ln() + log_density;
                 true
@@ -94,10 +101,38 @@ impl Mixture {
         for member in &mut members {
             member.weight = (member.weight - most).exp();
         }
+        let log_density = most + members.iter().map(|member| member.weight).sum::<f64>().ln();
+        Some((Self::pruned(members), log_density))
+    }
+
+    /// The same with weights times how likely each member makes something else than a bearing; unchanged if
+    /// none makes it likely at all.
+    #[must_use]
+    pub fn reweighted(&self, likelihood: impl Fn(&Gaussian) -> f64) -> Self {
+        let mut members = self.members.clone();
+        members.iter_mut().for_each(|member| member.weight *= likelihood(&member.state));
+        let sum: f64 = members.iter().map(|member| member.weight).sum();
+        if sum > 1e-12 { Self::pruned(members) } else { self.clone() }
+    }
+
+    /// This, or the other one with a probability.
+    #[must_use]
+    pub(super) fn or(&self, other: &Self, probability: f64) -> Self {
+        let weighed = |mixture: &Self, times: f64| {
+            let members = mixture.members.iter();
+            members.map(|&member| Member { weight: member.weight * times, ..member }).collect::<Vec<_>>()
+        };
+        let mut members = weighed(self, 1.0 - probability);
+        members.extend(weighed(other, probability));
+        Self::pruned(members)
+    }
+
+    /// Weights that add up to 1; those that are next to nothing are dropped.
+    fn pruned(mut members: Vec<Member>) -> Self {
         normalize(&mut members);
         members.retain(|member| member.weight >= LEAST_WEIGHT);
         normalize(&mut members);
-        Some(Self { members })
+        Self { members }
     }
 
     /// Mean and covariance of the whole.
@@ -111,26 +146,68 @@ impl Mixture {
         Gaussian { mean, covariance: self.members.iter().map(spread).sum() }
     }
 
-    /// Where it should be seen from a place: radians on the map, the weighted circular mean of its members'
-    /// bearings.
+    /// How unlikely it is to be seen in a direction, nats, at least 0: the negative logarithm of the density,
+    /// over that of a bearing that is expected within a third of the gate and hits. Infinite beyond the gate,
+    /// and three standard deviations, of all members; those that could not be seen in the view count little.
     #[must_use]
-    pub fn bearing_radians(&self, from_meters: Vector2<f64>) -> f64 {
-        let direction = |member: &Member| {
-            let (sin, cos) = bearing_radians(from_meters, member.state.position_meters()).sin_cos();
-            Vector2::new(cos, sin) * member.weight
+    pub(super) fn surprise_nats(
+        &self,
+        sight: &Sight,
+        pose_error: &PoseError,
+        gate_radians: f64,
+        view: &View,
+    ) -> f64 {
+        let slack = gate_radians / 3.0;
+        let likelihood = |member: &Member| {
+            let place = member.state.position_meters();
+            let off =
+                wrapped_radians(sight.bearing_radians - bearing_radians(sight.from_meters, place)).abs();
+            let noise = vaguer(sight, pose_error, &member.state).deviation_radians;
+            let std_radians = bearing_std_radians(&member.state, sight.from_meters).hypot(noise);
+            if off > gate_radians + 3.0 * std_radians {
+                return 0.0;
+            }
+            let total = std_radians.hypot(slack);
+            let seen = seen_in(&member.state, view);
+            seen * member.weight * slack / total * (-0.5 * (off / total).powi(2)).exp()
         };
-        bearing_radians(Vector2::zeros(), self.members.iter().map(direction).sum())
+        let sum: f64 = self.members.iter().map(likelihood).sum();
+        if sum > 0.0 { (-sum.ln()).max(0.0) } else { f64::INFINITY }
     }
 }
 
+/// Standard deviation of where a distribution is seen, radians, at most a right angle.
+fn bearing_std_radians(state: &Gaussian, from_meters: Vector2<f64>) -> f64 {
+    let offset = state.position_meters() - from_meters;
+    let range_squared = offset.norm_squared().max(1e-6);
+    let across = Vector2::new(-offset.y, offset.x);
+    let variance = across.dot(&(state.place_covariance() * across)) / range_squared.powi(2);
+    variance.max(0.0).sqrt().min(std::f64::consts::FRAC_PI_2)
+}
+
+/// A sight as vague as the pose that it was taken from makes it, for a thing that may be there.
+fn vaguer(sight: &Sight, pose_error: &PoseError, state: &Gaussian) -> Sight {
+    // Nearer than its own size nothing has one bearing.
+    let range_meters = (state.position_meters() - sight.from_meters).norm().max(0.5);
+    let variance = sight.deviation_radians.powi(2) + pose_error.bearing_variance(range_meters);
+    Sight { deviation_radians: variance.sqrt(), ..*sight }
+}
+
 /// Along the bearing as uncertain as its part is long, across it by the bearing's noise.
-fn at_range(sight: &Sight, range_meters: f64, relative_deviation: f64, velocity_deviation: f64) -> Gaussian {
+fn at_range(
+    sight: &Sight,
+    pose_error: &PoseError,
+    range_meters: f64,
+    relative_deviation: f64,
+    settings: &Settings,
+) -> Gaussian {
     let (sin, cos) = sight.bearing_radians.sin_cos();
     let position = sight.from_meters + Vector2::new(cos, sin) * range_meters;
     let turn = Matrix2::new(cos, -sin, sin, cos);
-    let deviations = Vector2::new(relative_deviation, sight.deviation_radians) * range_meters;
+    let across = sight.deviation_radians.powi(2) + pose_error.bearing_variance(range_meters);
+    let deviations = Vector2::new(relative_deviation, across.sqrt()) * range_meters;
     let place = turn * Matrix2::from_diagonal(&deviations.component_mul(&deviations)) * turn.transpose();
-    let mut covariance = Matrix4::from_diagonal_element(velocity_deviation.powi(2));
+    let mut covariance = Matrix4::from_diagonal_element(settings.velocity_deviation.powi(2));
     covariance.fixed_view_mut::<2, 2>(0, 0).copy_from(&((place + place.transpose()) / 2.0));
     Gaussian { mean: Vector4::new(position.x, position.y, 0.0, 0.0), covariance }
 }
@@ -146,6 +223,8 @@ fn normalize(members: &mut [Member]) {
 mod tests {
     use super::*;
 
+    const EXACT: PoseError =
+        PoseError { heading_std_radians: 0.0, position_std_meters: 0.0, correlation_seconds: 0.0 };
     const REACH: Reach = Reach { nearest_meters: 5.0, farthest_meters: 160.0 };
 
     fn sight(east: f64, bearing_radians: f64) -> Sight {
@@ -153,7 +232,7 @@ mod tests {
     }
 
     fn born() -> Mixture {
-        Mixture::born(&sight(0.0, 1.0), REACH, &Settings::default())
+        Mixture::born(&sight(0.0, 1.0), &EXACT, REACH, &Settings::default())
     }
 
     #[test]
@@ -178,11 +257,12 @@ mod tests {
     fn two_bearings_from_two_places_leave_the_right_range() {
         let truth = Vector2::new(30.0, 40.0);
         let still = Settings { velocity_deviation: 0.05, ..Settings::default() };
-        let mut mixture = Mixture::born(&sight(0.0, bearing_radians(Vector2::zeros(), truth)), REACH, &still);
+        let mut mixture =
+            Mixture::born(&sight(0.0, bearing_radians(Vector2::zeros(), truth)), &EXACT, REACH, &still);
         for step in 1..=20 {
             mixture.predict(0.5, 0.0);
             let seen = sight(f64::from(step), bearing_radians(Vector2::new(f64::from(step), 0.0), truth));
-            mixture = mixture.updated(&seen).unwrap();
+            mixture = mixture.updated(&seen, &EXACT).unwrap();
         }
         assert!(mixture.members().len() <= 3, "{}", mixture.members().len());
         let sum: f64 = mixture.members().iter().map(|member| member.weight).sum();
@@ -194,9 +274,9 @@ mod tests {
     #[test]
     fn a_bearing_that_none_expects_leaves_the_best_member() {
         let mixture = born();
-        let after = mixture.updated(&Sight { deviation_radians: 1e-6, ..sight(0.0, -2.0) });
+        let after = mixture.updated(&Sight { deviation_radians: 1e-6, ..sight(0.0, -2.0) }, &EXACT);
         assert!(after.is_none_or(|mixture| mixture.members().iter().all(|member| member.state.is_sound())));
-        let after = mixture.updated(&sight(0.0, 1.3)).unwrap();
+        let after = mixture.updated(&sight(0.0, 1.3), &EXACT).unwrap();
         assert!(after.members().iter().all(|member| member.weight.is_finite()));
     }
 
@@ -205,9 +285,9 @@ mod tests {
         let mut mixture = born();
         mixture.members[2].state.covariance[(0, 0)] = -1.0;
         mixture.members[4].state.mean[1] = f64::NAN;
-        assert_eq!(mixture.updated(&sight(0.0, 1.0)).unwrap().members().len(), 4);
+        assert_eq!(mixture.updated(&sight(0.0, 1.0), &EXACT).unwrap().members().len(), 4);
         mixture.members.iter_mut().for_each(|member| member.state.covariance[(1, 1)] = f64::NAN);
-        assert_eq!(mixture.updated(&sight(0.0, 1.0)), None);
+        assert_eq!(mixture.updated(&sight(0.0, 1.0), &EXACT), None);
     }
 
     #[test]
@@ -217,7 +297,7 @@ mod tests {
             born().members().iter().map(|member| member.state.position_meters().norm()).collect();
         let mean = ranges.iter().sum::<f64>() / 6.0;
         assert!((estimate.position_meters().norm() - mean).abs() < 1e-9);
-        assert!((estimate.covariance[(2, 2)] - 0.25).abs() < 1e-12);
+        assert!((estimate.covariance[(2, 2)] - Settings::default().velocity_deviation.powi(2)).abs() < 1e-12);
         assert!(estimate.is_sound());
     }
 }

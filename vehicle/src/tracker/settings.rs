@@ -12,7 +12,8 @@ pub struct Settings {
     /// Spectral density of the white acceleration, m^2/s^3, at least 0: in a second a velocity wanders by its
     /// root.
     pub acceleration_density: f64,
-    /// A bearing may be so far from where its track is expected, radians, above 0 and at most pi.
+    /// A bearing may be so far from where its track is expected, radians, above 0 and at most pi; and as much
+    /// farther as it is not known where that is.
     pub gate_radians: f64,
     /// A track is confirmed once it is seen in so many of its first [`Settings::first_looks`], at least 1.
     pub confirming_hits: u32,
@@ -22,20 +23,29 @@ pub struct Settings {
     pub losing_misses: u32,
     /// Any track is lost when it was not seen for so long, in view or not, seconds, above 0.
     pub forgetting_seconds: f64,
+    /// In a frame a thing in view is missed with this probability, 0 to 0.95.
+    pub miss_probability: f64,
+    /// So many detections of a frame are of nothing, above 0 and at most 100.
+    pub false_alarms_per_frame: f64,
+    /// Errors of poses last so long, seconds, 0 to 3600: bearings within that time share them.
+    pub pose_correlation_seconds: f64,
 }
 
 impl Default for Settings {
-    /// For people on foot and things that lie about, seen some times a second.
+    /// For things that lie where they are, seen some times a second.
     fn default() -> Self {
         Self {
             members: 6,
-            velocity_deviation: 0.5,
-            acceleration_density: 0.01,
+            velocity_deviation: 0.001,
+            acceleration_density: 1e-8,
             gate_radians: 0.05,
             confirming_hits: 3,
             first_looks: 5,
             losing_misses: 10,
             forgetting_seconds: 60.0,
+            miss_probability: 0.2,
+            false_alarms_per_frame: 0.05,
+            pose_correlation_seconds: 1.0,
         }
     }
 }
@@ -93,6 +103,12 @@ impl Settings {
         quantity("acceleration_density", density, (0.0..=1e6).contains(&density), "0 to 10^6 m^2/s^3")?;
         quantity("gate_radians", gate, gate > 0.0 && gate <= PI, "above 0, at most pi")?;
         quantity("forgetting_seconds", forgetting, forgetting > 0.0, "above 0 seconds")?;
+        let (miss, correlation) = (self.miss_probability, self.pose_correlation_seconds);
+        quantity("miss_probability", miss, (0.0..=0.95).contains(&miss), "0 to 0.95")?;
+        let alarms = self.false_alarms_per_frame;
+        quantity("false_alarms_per_frame", alarms, alarms > 0.0 && alarms <= 100.0, "above 0, at most 100")?;
+        let is_good = (0.0..=3600.0).contains(&correlation);
+        quantity("pose_correlation_seconds", correlation, is_good, "0 to 3600 seconds")?;
         let Self { confirming_hits, first_looks, losing_misses, .. } = *self;
         if confirming_hits == 0 || confirming_hits > first_looks || losing_misses == 0 {
             return Err(SettingsError::Counts { confirming_hits, first_looks, losing_misses });

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use nalgebra::Vector2;
 
-use super::frame::{Frame, FrameError};
+use super::frame::{Frame, FrameError, PoseError};
 use super::settings::Settings;
 use super::track::{Standing, TrackId};
 use super::{Outcome, Tracker};
@@ -29,6 +29,7 @@ fn seen_from(camera: Pose, half_radians: f64, seconds: u64, bearings: &[f64]) ->
         view: View::new(camera, half_radians, 2.0, 200.0).unwrap(),
         bearings_radians: bearings.to_vec(),
         bearing_deviation_radians: 0.005,
+        pose_error: PoseError::default(),
     }
 }
 
@@ -95,6 +96,8 @@ fn a_box_of_a_turned_camera_points_at_its_thing() {
         height_pixels: 1516,
         field_of_view_radians: 63_f64.to_radians(),
         mounting: Pose::new(0.5, 0.3, 1.2),
+        z_meters: 0.0,
+        pitch_radians: 0.0,
         nearest_meters: 2.0,
         farthest_meters: 100.0,
     });
@@ -105,13 +108,14 @@ fn a_box_of_a_turned_camera_points_at_its_thing() {
     let column = camera.column_pixels(1.2 + 0.3).unwrap();
     let detection_box = DetectionBox { left: column - 9.0, top: 100.0, right: column + 9.0, bottom: 150.0 };
     let detections = camera.detections(&[detection_box]).unwrap();
-    let frame = Frame::of_camera(&camera, 0, &vehicle, &detections, SECOND, 0.005).unwrap();
+    let error = PoseError::default();
+    let frame = Frame::of_camera(&camera, 0, &vehicle, &detections, SECOND, 0.005, error).unwrap();
     assert!(frame.view.contains(thing));
     let expected = bearing_radians(eye.position_meters(), thing);
     assert!((frame.bearings_radians[0] - expected).abs() < 1e-12, "{frame:?} {expected}");
     assert_eq!(tracker().handle(&frame).unwrap().born, [TrackId(0)]);
     let lost = Pose::new(20.0, 30.0, f64::NAN);
-    assert!(Frame::of_camera(&camera, 0, &lost, &detections, SECOND, 0.005).is_err());
+    assert!(Frame::of_camera(&camera, 0, &lost, &detections, SECOND, 0.005, error).is_err());
 }
 
 #[test]
@@ -152,6 +156,13 @@ fn what_cannot_be_changes_nothing() {
         (Frame { view, ..frame(2, &[0.6]) }, "outside of the camera's view"),
         (Frame { bearing_deviation_radians: f64::NAN, ..frame(2, &[1.0]) }, "NaN radians"),
         (Frame { bearing_deviation_radians: 0.0, ..frame(2, &[1.0]) }, "0 radians"),
+        (
+            Frame {
+                pose_error: PoseError { heading_std_radians: -1.0, ..PoseError::default() },
+                ..frame(2, &[1.0])
+            },
+            "the error of a pose",
+        ),
     ];
     for (frame, message) in refused {
         let error = tracker.handle(&frame).unwrap_err().to_string();
@@ -163,6 +174,8 @@ fn what_cannot_be_changes_nothing() {
 #[test]
 fn beyond_the_most_tracks_none_is_born_and_that_is_counted() {
     let mut tracker = tracker();
+    let frame =
+        |second: u64, bearings: &[f64]| Frame { bearing_deviation_radians: 1e-4, ..frame(second, bearings) };
     let bearings: Vec<f64> = (0..250).map(|index| f64::from(index) * 0.025 - 3.1).collect();
     tracker.handle(&frame(0, &bearings)).unwrap();
     let between: Vec<f64> = bearings.iter().map(|bearing| bearing + 0.0125).take(200).collect();
@@ -195,6 +208,61 @@ fn settings_that_cannot_be_say_why() {
     check(|settings| settings.acceleration_density = -1.0, "acceleration_density = -1");
     check(|settings| settings.gate_radians = 4.0, "gate_radians = 4");
     check(|settings| settings.forgetting_seconds = 0.0, "forgetting_seconds = 0");
+    check(|settings| settings.miss_probability = 1.0, "miss_probability = 1");
+    check(|settings| settings.false_alarms_per_frame = 0.0, "false_alarms_per_frame = 0");
+    check(|settings| settings.pose_correlation_seconds = f64::NAN, "pose_correlation_seconds = NaN");
     check(|settings| settings.confirming_hits = 6, "6 of 5 looks");
     check(|settings| settings.losing_misses = 0, "0 misses lose: needed is");
+}
+
+/// Bearings of one pose are turned alike: a hundred of them tell no more of the heading than the pose does.
+#[test]
+fn bearings_of_one_pose_do_not_average_its_error_away() {
+    let pose_error =
+        PoseError { heading_std_radians: 0.01, position_std_meters: 0.0, correlation_seconds: 1.0 };
+    for frames_a_second in [2, 10, 50] {
+        let mut tracker = tracker();
+        for number in 0..10 * frames_a_second {
+            let time_ns = number * SECOND / frames_a_second;
+            tracker.handle(&Frame { time_ns, pose_error, ..frame(0, &[1.0]) }).unwrap();
+        }
+        let track = &tracker.tracks()[0];
+        for member in track.mixture().members() {
+            let off = member.state.position_meters();
+            let across = Vector2::new(-off.y, off.x) / off.norm_squared();
+            let std_radians = across.dot(&(member.state.place_covariance() * across)).sqrt();
+            let expected = 0.01 / 10.0_f64.sqrt();
+            let is_so = (std_radians / expected - 1.0).abs() < 0.3;
+            assert!(is_so, "{frames_a_second} Hz: {std_radians} {expected}");
+        }
+        assert!(track.lasting_std_meters() > 0.0);
+    }
+}
+
+/// A mistake of the detector beside a track does not pull it away.
+#[test]
+fn a_false_alarm_does_not_end_what_is_known() {
+    let thing = Vector2::new(40.0, 30.0);
+    let mut tracker = tracker();
+    let at = |step: u64| Pose::new(step as f64 * 0.4, 0.0, 0.0);
+    for step in 0..120_u64 {
+        let camera = at(step);
+        let bearing = bearing_radians(camera.position_meters(), thing);
+        // Every 20th frame misses it and sees something two degrees beside it.
+        let seen = if step % 20 == 19 { bearing + 0.035 } else { bearing };
+        let frame = Frame { time_ns: step * SECOND / 5, ..seen_from(camera, PI, 0, &[seen]) };
+        tracker.handle(&frame).unwrap();
+    }
+    let best = tracker.tracks().iter().max_by_key(|track| track.hits()).unwrap();
+    assert!((best.position_meters() - thing).norm() < 1.0, "{}", best.position_meters());
+}
+
+/// Where everything was seen before, nothing begins.
+#[test]
+fn a_track_begins_where_it_was_not_seen_before() {
+    let mut tracker = tracker();
+    let unseen = |place: Vector2<f64>| if place.norm() < 120.0 { 1e-6 } else { 1.0 };
+    tracker.handle_where_unseen(&frame(0, &[1.0]), &unseen).unwrap();
+    let range = tracker.tracks()[0].position_meters().norm();
+    assert!(range > 120.0, "{range}");
 }

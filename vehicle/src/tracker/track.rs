@@ -1,12 +1,46 @@
 //! The life of a track: born of one bearing, confirmed or given up after its first looks, lost when it is
 //! missed.
 //!
+//! What speaks for there being a thing at all is its score (Blackman and Popoli, Design and Analysis of Modern
+//! Tracking Systems, 1999, section 6.2): the logarithm of how many times as likely a thing makes all that was
+//! seen and missed as a detector's mistakes do.
+//!
 //! A look counts where the camera could see the track: one out of view is neither seen nor missed.
 
+use nalgebra::{Matrix2, Vector2};
+
 use super::cubature::{Gaussian, Sight};
-use super::mixture::Mixture;
+use super::frame::Frame;
+use super::mixture::{Mixture, Reach};
 use super::seconds_between;
 use super::settings::Settings;
+use super::visibility::{SEEN_OUTSIDE, mean_over, seen_in};
+
+/// What is seen or missed within this time has one cause, seconds: together it counts once.
+const INDEPENDENT_SECONDS: f64 = 0.2;
+/// Score of one bearing alone, nats: most are mistakes.
+const FIRST_NATS: f64 = -4.0;
+/// With this score a track can be confirmed,
+const CONFIRMING_NATS: f64 = 3.0;
+/// and below this it is given up.
+const HOPELESS_NATS: f64 = -6.0;
+/// A score grows no further: what is missed later counts against it.
+const MOST_NATS: f64 = 50.0;
+/// Below this probability of a bearing's being a mistake it is taken for none.
+const LEAST_DOUBT: f64 = 0.01;
+/// What would be seen with less than this probability was not missed.
+const LEAST_EXPECTED: f64 = 0.25;
+/// Beyond this score no other track has a better claim to a bearing.
+const ESTABLISHED_NATS: f64 = 25.0;
+/// What was not seen before may have been hidden, with this probability at least.
+const LEAST_UNSEEN: f64 = 0.01;
+/// A single bearing may be a mistake, and the next one of something that this camera does not see.
+const BORN_OUTSIDE: f64 = 0.05;
+/// A tentative track is forgotten as soon as this, seconds: nobody looks where it might be.
+const TENTATIVE_SECONDS: f64 = 5.0;
+/// Of the error of a pose so much may last for ever, of its standard deviation: no number of bearings averages
+/// it away.
+const LASTING_SHARE: f64 = 0.5;
 
 /// Names a track of one tracker for ever.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -19,6 +53,15 @@ pub enum Standing {
     Tentative,
     /// It was seen often enough.
     Confirmed,
+}
+
+/// Who has the first choice of bearings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Rank {
+    /// Confirmed, and long beyond doubt.
+    Established,
+    Confirmed,
+    Tentative,
 }
 
 /// What became of a track in a frame.
@@ -38,15 +81,48 @@ pub struct Track {
     /// Of the first looks; they stop counting when it is confirmed.
     hits: u32,
     misses: u32,
-    misses_in_a_row: u32,
+    /// Those that are independent.
+    misses_in_a_row: f64,
+    /// How much speaks for there being a thing, nats.
+    score_nats: f64,
     seen_ns: u64,
+    /// When it was last seen or missed.
+    judged_ns: u64,
+    /// What is never known better of its place, metres.
+    lasting_std_meters: f64,
 }
 
 impl Track {
-    pub(super) fn born(id: TrackId, mixture: Mixture, time_ns: u64, settings: &Settings) -> (Self, Fate) {
-        let standing = Standing::Tentative;
-        let mut track =
-            Self { id, mixture, standing, hits: 1, misses: 0, misses_in_a_row: 0, seen_ns: time_ns };
+    /// Of a bearing that no track explains. It may be of something that only another camera can see, whose
+    /// sights will be taken for the same track: so all ranges are there, to as far as any camera sees. Where it
+    /// would have been seen before it is less likely: `unseen` is the probability that it was missed there.
+    pub(super) fn born(
+        id: TrackId,
+        sight: &Sight,
+        frame: &Frame,
+        farthest_meters: f64,
+        unseen: &dyn Fn(Vector2<f64>) -> f64,
+        settings: &Settings,
+    ) -> (Self, Fate) {
+        let reach = Reach { farthest_meters, ..frame.reach() };
+        let view = frame.widest_view(settings.gate_radians);
+        let mixture = Mixture::born(sight, &frame.pose_error, reach, settings);
+        let mut track = Self {
+            id,
+            mixture: mixture.reweighted(|state| {
+                let before = mean_over(state, unseen).max(LEAST_UNSEEN);
+                seen_in(state, &view).max(BORN_OUTSIDE) * before
+            }),
+            standing: Standing::Tentative,
+            hits: 1,
+            misses: 0,
+            misses_in_a_row: 0.0,
+            score_nats: FIRST_NATS,
+            seen_ns: frame.time_ns,
+            judged_ns: frame.time_ns,
+            lasting_std_meters: f64::INFINITY,
+        };
+        track.note_lasting_error(frame);
         let fate = track.promoted(settings);
         (track, fate)
     }
@@ -81,32 +157,124 @@ impl Track {
         self.mixture.estimate()
     }
 
-    pub(super) fn seen(&mut self, sight: &Sight, time_ns: u64, settings: &Settings) -> Fate {
-        let Some(mixture) = self.mixture.updated(sight) else { return Fate::Lost };
-        self.mixture = mixture;
-        self.seen_ns = time_ns;
-        self.misses_in_a_row = 0;
+    /// Where it is expected, metres east and north.
+    #[must_use]
+    pub fn position_meters(&self) -> Vector2<f64> {
+        self.estimate().position_meters()
+    }
+
+    /// Covariance of that place, square metres, with what the vehicle's poses may be off for ever.
+    #[must_use]
+    pub fn position_covariance(&self) -> Matrix2<f64> {
+        self.estimate().place_covariance() + Matrix2::identity() * self.lasting_std_meters.powi(2)
+    }
+
+    /// What no number of bearings tells better, metres: each coordinate's standard deviation.
+    #[must_use]
+    pub const fn lasting_std_meters(&self) -> f64 {
+        self.lasting_std_meters
+    }
+
+    /// How often it was seen.
+    #[must_use]
+    pub const fn hits(&self) -> u32 {
+        self.hits
+    }
+
+    /// How much speaks for there being a thing, nats: the logarithm of its odds.
+    #[must_use]
+    pub const fn score_nats(&self) -> f64 {
+        self.score_nats
+    }
+
+    pub(super) fn rank(&self) -> Rank {
+        match self.standing {
+            Standing::Tentative => Rank::Tentative,
+            Standing::Confirmed if self.score_nats >= ESTABLISHED_NATS => Rank::Established,
+            Standing::Confirmed => Rank::Confirmed,
+        }
+    }
+
+    pub(super) fn seen(&mut self, sight: &Sight, frame: &Frame, settings: &Settings) -> Fate {
+        let pose_error = frame.pose_error.after(seconds_between(self.seen_ns, frame.time_ns));
+        self.mixture.refine(sight.from_meters);
+        let widest = frame.widest_view(settings.gate_radians);
+        let expected = self.mixture.mean_of(&|point| frame.visibility(point)).max(SEEN_OUTSIDE);
+        let Some((mixture, log_density)) = self.mixture.explained(sight, &pose_error) else {
+            return Fate::Lost;
+        };
+        let mistakes = settings.false_alarms_per_frame / frame.view.width_radians();
+        let log_odds = ((1.0 - settings.miss_probability) * expected / mistakes).ln() + log_density;
+        // The bearing may be a mistake, and the track as it was.
+        let doubt = 1.0 / (1.0 + log_odds.exp());
+        let seen = mixture.after_seen(&widest);
+        self.mixture = if doubt < LEAST_DOUBT { seen } else { seen.or(&self.mixture, doubt) };
+        self.mixture.condense();
+        self.count(log_odds, frame);
+        self.seen_ns = frame.time_ns;
+        self.misses_in_a_row = 0.0;
         self.hits = self.hits.saturating_add(1);
+        self.note_lasting_error(frame);
         self.promoted(settings)
     }
 
-    pub(super) fn missed(&mut self, time_ns: u64, settings: &Settings) -> Fate {
-        self.misses = self.misses.saturating_add(1);
-        self.misses_in_a_row = self.misses_in_a_row.saturating_add(1);
-        let is_lost = match self.standing {
-            Standing::Tentative => self.misses > settings.first_looks - settings.confirming_hits,
-            Standing::Confirmed => self.misses_in_a_row >= settings.losing_misses,
-        };
-        if is_lost { Fate::Lost } else { self.out_of_view(time_ns, settings) }
+    /// Adds to the score, less if it was added to just now.
+    fn count(&mut self, nats: f64, frame: &Frame) {
+        let share = self.independent_share(frame);
+        self.score_nats = (self.score_nats + share * nats).min(MOST_NATS);
+        self.judged_ns = frame.time_ns;
     }
 
-    pub(super) fn out_of_view(&mut self, time_ns: u64, settings: &Settings) -> Fate {
-        let is_forgotten = seconds_between(self.seen_ns, time_ns) > settings.forgetting_seconds;
+    fn independent_share(&self, frame: &Frame) -> f64 {
+        (seconds_between(self.judged_ns, frame.time_ns) / INDEPENDENT_SECONDS).min(1.0)
+    }
+
+    /// It was not seen: where it would have been it is less likely from now on.
+    pub(super) fn not_seen(&mut self, frame: &Frame, settings: &Settings) -> Fate {
+        let expected = self.mixture.mean_of(&|point| frame.visibility(point));
+        let surest = frame.surest_view(settings.gate_radians);
+        let is_missed = expected >= LEAST_EXPECTED;
+        if expected > 0.0 {
+            let share = self.independent_share(frame);
+            self.misses_in_a_row += if is_missed { share } else { 0.0 };
+            let missed = settings.miss_probability.powf(share);
+            self.mixture.refine(frame.position_meters());
+            self.mixture = self.mixture.after_missed(&surest, missed);
+            self.count((1.0 - (1.0 - settings.miss_probability) * expected).ln(), frame);
+        }
+        if self.is_hopeless(settings) || (is_missed && self.is_lost_by_a_miss(settings)) {
+            return Fate::Lost;
+        }
+        let patience_seconds = match self.standing {
+            Standing::Tentative => settings.forgetting_seconds.min(TENTATIVE_SECONDS),
+            Standing::Confirmed => settings.forgetting_seconds,
+        };
+        let is_forgotten = seconds_between(self.seen_ns, frame.time_ns) > patience_seconds;
         if is_forgotten { Fate::Lost } else { Fate::AsBefore }
     }
 
+    fn is_lost_by_a_miss(&mut self, settings: &Settings) -> bool {
+        self.misses = self.misses.saturating_add(1);
+        if self.standing == Standing::Tentative && self.hits < settings.confirming_hits {
+            return self.misses > settings.first_looks - settings.confirming_hits;
+        }
+        self.misses_in_a_row >= f64::from(settings.losing_misses) - 1e-9
+    }
+
+    fn is_hopeless(&self, settings: &Settings) -> bool {
+        self.hits >= settings.confirming_hits && self.score_nats < HOPELESS_NATS
+    }
+
+    fn note_lasting_error(&mut self, frame: &Frame) {
+        let range_meters = (self.position_meters() - frame.position_meters()).norm();
+        let turned = frame.pose_error.heading_std_radians * range_meters;
+        let std_meters = LASTING_SHARE * turned.hypot(frame.pose_error.position_std_meters);
+        self.lasting_std_meters = self.lasting_std_meters.min(std_meters);
+    }
+
     fn promoted(&mut self, settings: &Settings) -> Fate {
-        if self.standing == Standing::Confirmed || self.hits < settings.confirming_hits {
+        let is_seen = self.hits >= settings.confirming_hits && self.score_nats >= CONFIRMING_NATS;
+        if self.standing == Standing::Confirmed || !is_seen {
             return Fate::AsBefore;
         }
         self.standing = Standing::Confirmed;

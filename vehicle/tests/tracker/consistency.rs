@@ -15,6 +15,7 @@ use std::f64::consts::PI;
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_vehicle::plane::{bearing_radians, wrapped_radians};
 use dragnet_vehicle::tracker::cubature::Sight;
+use dragnet_vehicle::tracker::frame::PoseError;
 use dragnet_vehicle::tracker::mixture::{Mixture, Reach};
 use dragnet_vehicle::tracker::settings::Settings;
 use nalgebra::{Vector2, Vector4};
@@ -75,7 +76,8 @@ fn run(seed: u64) -> Vec<(f64, f64)> {
     let settings = settings();
     let mut random = stream(seed, Purpose::Truth, 0);
     let mut thing = thing(&settings, &mut random);
-    let mut mixture = Mixture::born(&sight(0.0, &thing, &mut random), REACH, &settings);
+    let mut mixture =
+        Mixture::born(&sight(0.0, &thing, &mut random), &PoseError::default(), REACH, &settings);
     let mut errors = Vec::new();
     let mut seconds = 0.0;
     for until in SECONDS {
@@ -83,7 +85,7 @@ fn run(seed: u64) -> Vec<(f64, f64)> {
             seconds += STEP_SECONDS;
             drift(&mut thing, settings.acceleration_density, &mut random);
             mixture.predict(STEP_SECONDS, settings.acceleration_density);
-            mixture = mixture.updated(&sight(seconds, &thing, &mut random)).unwrap();
+            mixture = mixture.updated(&sight(seconds, &thing, &mut random), &PoseError::default()).unwrap();
         }
         let estimate = mixture.estimate();
         let error = estimate.mean - thing;

@@ -7,6 +7,7 @@ use std::process::{Command, Stdio};
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_vehicle::plane::bearing_radians;
 use dragnet_vehicle::tracker::cubature::{Gaussian, Sight};
+use dragnet_vehicle::tracker::frame::PoseError;
 use dragnet_vehicle::tracker::mixture::{Mixture, Reach};
 use dragnet_vehicle::tracker::settings::Settings;
 use nalgebra::{Matrix4, Vector2, Vector4};
@@ -72,7 +73,7 @@ fn difference(ours: &Gaussian, theirs: &Value) -> f64 {
 }
 
 fn settings() -> Settings {
-    Settings { acceleration_density: 0.02, ..Settings::default() }
+    Settings { velocity_deviation: 0.5, acceleration_density: 0.02, ..Settings::default() }
 }
 
 fn alone() -> Gaussian {
@@ -103,7 +104,7 @@ fn scenario(sights: &[(f64, Sight)]) -> Value {
 
 fn check(seed: usize, sights: &[(f64, Sight)], theirs: &Value) {
     let (settings, mut alone) = (settings(), alone());
-    let mut mixture = Mixture::born(&sights[0].1, REACH, &settings);
+    let mut mixture = Mixture::born(&sights[0].1, &PoseError::default(), REACH, &settings);
     let mut largest: f64 = 0.0;
     assert_eq!(theirs.as_array().unwrap().len(), sights.len() - 1);
     for (pair, theirs) in sights.windows(2).zip(theirs.as_array().unwrap()) {
@@ -111,7 +112,7 @@ fn check(seed: usize, sights: &[(f64, Sight)], theirs: &Value) {
         alone.predict(elapsed_seconds, settings.acceleration_density);
         alone.update(&sight).unwrap();
         mixture.predict(elapsed_seconds, settings.acceleration_density);
-        mixture = mixture.updated(&sight).unwrap();
+        mixture = mixture.updated(&sight, &PoseError::default()).unwrap();
         largest = largest.max(difference(&alone, &theirs["alone"]));
         largest = largest.max(difference(&mixture.estimate(), &theirs["mixture"]));
         let weights = theirs["weights"].as_array().unwrap();

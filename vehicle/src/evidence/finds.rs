@@ -1,0 +1,147 @@
+//! Which tracks have a cell, and where others may be.
+//!
+//! A confirmed track has a cell once it is nearly certain to be there, or once its place is known so well that
+//! the cell next to it would be no more wrong: a thing may lie on a border. It keeps that cell while it may
+//! be there. So a thing is told in one cell, with the place and its error, and not in two by turns.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use dragnet_search::cell::Cell;
+use dragnet_search::terrain::Terrain;
+use nalgebra::{Matrix2, Vector2};
+
+use super::spread::over_cells;
+use crate::tracker::seconds_between;
+use crate::tracker::track::{Standing, Track, TrackId};
+
+/// With at most this probability of a track a cell reads as if the track were not there.
+pub const NEGLIGIBLE: f64 = 1e-3;
+/// With at least this probability a track is in a cell.
+pub const CERTAIN: f64 = 0.95;
+/// A track is told as an object if so much speaks for it, nats.
+const SURE_NATS: f64 = 20.0;
+/// A track that is in its cell with less has left it.
+const LEFT: f64 = 0.05;
+/// A place is known well enough if its standard deviation is at most so many metres and this share of a cell,
+const GOOD_METERS: f64 = 0.25;
+const GOOD_SHARE: f64 = 0.02;
+/// or this share, once it has not been seen for so long, seconds, and will hardly be known better.
+const PASSED_SHARE: f64 = 0.25;
+const PASSED_SECONDS: f64 = 5.0;
+/// Two tracks are of one thing if their places are so near, in standard deviations of both.
+const SAME: f64 = 3.0;
+
+/// A confirmed track that has a cell.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Find {
+    /// Its track, which may be lost by now.
+    pub track: TrackId,
+    /// The cell that it is told in.
+    pub cell: Cell,
+    /// Where it is expected, metres east and north.
+    pub position_meters: Vector2<f64>,
+    /// Covariance of that, square metres.
+    pub position_covariance: Matrix2<f64>,
+    /// When it was last seen, nanoseconds of mission time.
+    pub seen_ns: u64,
+}
+
+/// All finds, and where there may be more.
+#[derive(Clone, Debug, Default)]
+pub struct Finds {
+    finds: BTreeMap<TrackId, Find>,
+    /// Where confirmed tracks may be that have no cell, and how probably one is.
+    pub(super) open: BTreeMap<Cell, f64>,
+    /// Where tentative tracks may be.
+    pub(super) doubtful: BTreeSet<Cell>,
+    /// Cells that finds have left and that were not told so yet.
+    pub(super) left: BTreeSet<Cell>,
+}
+
+impl Finds {
+    /// All finds, the oldest track first.
+    pub fn iter(&self) -> impl Iterator<Item = &Find> {
+        self.finds.values()
+    }
+
+    /// The find that is told in a cell, the one seen last if there are several.
+    #[must_use]
+    pub fn in_cell(&self, cell: Cell) -> Option<&Find> {
+        self.finds.values().filter(|find| find.cell == cell).max_by_key(|find| (find.seen_ns, find.track))
+    }
+
+    /// Takes in where tracks are by now.
+    pub fn update(&mut self, tracks: &[Track], now_ns: u64, terrain: &Terrain) {
+        self.open.clear();
+        self.doubtful.clear();
+        for track in tracks {
+            let cells = over_cells(track, terrain);
+            let likely = cells.iter().filter(|&(_, &probability)| probability > NEGLIGIBLE);
+            if track.standing() == Standing::Tentative {
+                self.doubtful.extend(likely.map(|(&cell, _)| cell));
+                continue;
+            }
+            let before = self.finds.get(&track.id()).map(|find| find.cell);
+            let kept = before.filter(|cell| cells.get(cell).is_some_and(|&probability| probability >= LEFT));
+            match kept.or_else(|| self.cell_of(track, &cells, now_ns, terrain)) {
+                Some(cell) => self.place(track, cell, before, tracks),
+                None => {
+                    if let Some(cell) = before {
+                        self.finds.remove(&track.id());
+                        self.left.insert(cell);
+                    }
+                    for (&cell, &probability) in likely.filter(|&(&cell, _)| terrain.is_searched(cell)) {
+                        let most = self.open.entry(cell).or_insert(0.0);
+                        *most = most.max(probability);
+                    }
+                }
+            }
+        }
+        let taken: BTreeSet<Cell> = self.finds.values().map(|find| find.cell).collect();
+        self.left.retain(|cell| !taken.contains(cell));
+    }
+
+    fn place(&mut self, track: &Track, cell: Cell, before: Option<Cell>, tracks: &[Track]) {
+        let find = Find {
+            track: track.id(),
+            cell,
+            position_meters: track.position_meters(),
+            position_covariance: track.position_covariance(),
+            seen_ns: track.seen_ns(),
+        };
+        // Of a track that was lost the new one is the sequel.
+        let is_alive = |id: TrackId| tracks.iter().any(|track| track.id() == id);
+        self.finds.retain(|&id, find| find.cell != cell || is_alive(id));
+        self.left.extend(before.filter(|&before| before != cell));
+        self.finds.insert(track.id(), find);
+    }
+
+    /// The cell that a track is to be told in, if it can be told by now.
+    fn cell_of(
+        &self,
+        track: &Track,
+        cells: &BTreeMap<Cell, f64>,
+        now_ns: u64,
+        terrain: &Terrain,
+    ) -> Option<Cell> {
+        let searched = cells.iter().filter(|&(&cell, _)| terrain.is_searched(cell));
+        let (&cell, &probability) = searched.max_by(|a, b| a.1.total_cmp(b.1).then(b.0.cmp(a.0)))?;
+        let covariance = track.position_covariance();
+        let std_meters = covariance.symmetric_eigenvalues().max().max(0.0).sqrt();
+        let edge_meters = terrain.cell_meters();
+        let has_passed = seconds_between(track.seen_ns(), now_ns) > PASSED_SECONDS;
+        let is_known = probability >= CERTAIN
+            || std_meters <= GOOD_METERS + GOOD_SHARE * edge_meters
+            || (has_passed && std_meters <= PASSED_SHARE * edge_meters);
+        if !is_known || track.score_nats() < SURE_NATS {
+            return None;
+        }
+        let twin = self.finds.values().find(|find| {
+            let offset = find.position_meters - track.position_meters();
+            let both = (find.position_covariance + covariance).cholesky();
+            let is_same = both.is_some_and(|both| offset.dot(&both.solve(&offset)) < SAME * SAME);
+            is_same && cells.get(&find.cell).is_some_and(|&probability| probability >= LEFT)
+        });
+        Some(twin.map_or(cell, |twin| twin.cell))
+    }
+}

@@ -1,0 +1,119 @@
+//! What it means that a thing was seen, or was not: it can be where the camera looks, or where it does not.
+//!
+//! A bearing tells the direction. That there was one at all tells that the thing was within the camera's view;
+//! that there was none while the vehicle passed tells that it is behind by now, too near, or too far.
+//!
+//! A distribution across the edge of a view is neither: it is not cut there, and to weigh it by its share again
+//! and again would take the same for new each time.
+
+use nalgebra::Vector2;
+
+use super::cubature::Gaussian;
+use super::mixture::Mixture;
+use crate::camera::View;
+
+/// A thing may be seen where it should not be.
+pub(super) const SEEN_OUTSIDE: f64 = 1e-3;
+/// In view or not is told from points of the distribution: its middle, and one standard deviation (times the
+/// root of 3) to each side, with the weights of Gauss and Hermite.
+const MIDDLE: f64 = 1.0 / 3.0;
+const SIDE: f64 = 1.0 / 6.0;
+
+impl Mixture {
+    /// The mean of something over where the thing may be.
+    pub(super) fn mean_of(&self, value: &dyn Fn(Vector2<f64>) -> f64) -> f64 {
+        self.members().iter().map(|member| member.weight * mean_over(&member.state, value)).sum()
+    }
+
+    /// After it was seen in a view.
+    #[must_use]
+    pub(super) fn after_seen(&self, view: &View) -> Self {
+        self.reweighted(|state| seen_in(state, view))
+    }
+
+    /// After it was not seen in a view, where it is missed with this probability if it is there.
+    #[must_use]
+    pub(super) fn after_missed(&self, view: &View, miss_probability: f64) -> Self {
+        self.reweighted(|state| 1.0 - (1.0 - miss_probability) * must_be_in_view(state, view))
+    }
+}
+
+/// How likely a thing there is seen in a view, over one that is well within.
+pub(super) fn seen_in(state: &Gaussian, view: &View) -> f64 {
+    may_be_in_view(state, view).max(SEEN_OUTSIDE)
+}
+
+/// 1 if its middle is in view, less if only a side is.
+fn may_be_in_view(state: &Gaussian, view: &View) -> f64 {
+    (share_in_view(state, view) / MIDDLE).min(1.0)
+}
+
+/// 1 if all sides are in view, less if one is not.
+fn must_be_in_view(state: &Gaussian, view: &View) -> f64 {
+    (1.0 - (1.0 - share_in_view(state, view)) / MIDDLE).max(0.0)
+}
+
+fn share_in_view(state: &Gaussian, view: &View) -> f64 {
+    mean_over(state, &|point| f64::from(u8::from(view.contains(point))))
+}
+
+/// The mean of something over where a thing may be.
+pub(super) fn mean_over(state: &Gaussian, value: &dyn Fn(Vector2<f64>) -> f64) -> f64 {
+    let middle = state.position_meters();
+    let Some(root) = state.place_covariance().cholesky().map(|root| root.l() * 3.0_f64.sqrt()) else {
+        return value(middle);
+    };
+    let sides = root.column_iter().flat_map(|axis| [middle + axis, middle - axis]);
+    MIDDLE * value(middle) + sides.map(|point| SIDE * value(point)).sum::<f64>()
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Matrix4, Vector4};
+
+    use super::*;
+    use crate::plane::Pose;
+    use crate::tracker::mixture::Member;
+
+    fn mixture(places: &[f64]) -> Mixture {
+        let member = |&x: &f64| Member {
+            weight: 1.0 / places.len() as f64,
+            state: Gaussian { mean: Vector4::new(x, 0.0, 0.0, 0.0), covariance: Matrix4::identity() * 0.01 },
+        };
+        Mixture { members: places.iter().map(member).collect() }
+    }
+
+    /// Probability of being well within the view.
+    fn within(mixture: &Mixture) -> f64 {
+        mixture.members().iter().map(|member| member.weight * must_be_in_view(&member.state, &view())).sum()
+    }
+
+    fn view() -> View {
+        View::new(Pose::new(0.0, 0.0, 0.0), 0.7, 2.0, 50.0).unwrap()
+    }
+
+    #[test]
+    fn what_was_missed_is_behind_too_near_or_too_far() {
+        let mut it = mixture(&[-5.0, 1.0, 10.0, 80.0]);
+        assert!((within(&it) - 0.25).abs() < 1e-12);
+        (0..6).for_each(|_| it = it.after_missed(&view(), 0.2));
+        assert!(within(&it) < 1e-3, "{}", within(&it));
+        assert_eq!(it.members().len(), 3);
+    }
+
+    #[test]
+    fn what_was_seen_is_in_view() {
+        let mut it = mixture(&[-5.0, 1.0, 10.0, 80.0]);
+        (0..3).for_each(|_| it = it.after_seen(&view()));
+        assert!(within(&it) > 0.999);
+    }
+
+    #[test]
+    fn what_lies_across_the_edge_of_a_view_stays_as_it_is() {
+        let mut it = mixture(&[10.0, 50.0]);
+        for _ in 0..100 {
+            it = it.after_seen(&view());
+        }
+        assert!(it.members().iter().all(|member| (member.weight - 0.5).abs() < 1e-9), "{it:?}");
+    }
+}

@@ -1,0 +1,72 @@
+//! How often an object is declared where it is, over random drives past it.
+//!
+//! `DRAGNET_DRIVES=200 cargo test --release -p dragnet-vehicle --test drives -- --nocapture` is the whole measurement;
+//! without, there are a few drives of each kind. `DRAGNET_SEED` is the first seed of others, `DRAGNET_ONLY` a part
+//! of the name of those that are driven, and `DRAGNET_LOG` tells how the drives went that were not right.
+
+use crate::drive::{Eyes, Kind, Outcome, run};
+
+/// Of each kind, without a number of its own.
+const FEW_DRIVES: u64 = 3;
+/// So many in a hundred are declared where they are at least, and elsewhere at most.
+const LEAST_RIGHT: f64 = 0.97;
+const MOST_WRONG: f64 = 0.01;
+
+#[derive(Default)]
+struct Count {
+    drives: u32,
+    right: u32,
+    wrong: u32,
+    /// Seeds of the drives that were not right.
+    others: Vec<u64>,
+}
+
+impl Count {
+    fn add(&mut self, seed: u64, outcome: &Outcome) {
+        self.drives += 1;
+        self.right += u32::from(outcome.is_right && !outcome.is_wrong);
+        self.wrong += u32::from(outcome.is_wrong);
+        if !outcome.is_right || outcome.is_wrong {
+            self.others.push(seed);
+            if std::env::var("DRAGNET_LOG").is_ok() {
+                println!("seed {seed}: {}", outcome.log);
+            }
+        }
+    }
+
+    fn print(&self, name: &str) {
+        let Self { drives, right, wrong, others } = self;
+        println!("{name}: of {drives} drives {right} right, {wrong} wrong; not right: {others:?}");
+    }
+}
+
+fn number(name: &str, otherwise: u64) -> u64 {
+    std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(otherwise)
+}
+
+#[cfg_attr(test, test)]
+pub(crate) fn objects_are_declared_where_they_are() {
+    let (first, drives) = (number("DRAGNET_SEED", 0), number("DRAGNET_DRIVES", FEW_DRIVES));
+    let only = std::env::var("DRAGNET_ONLY").unwrap_or_default();
+    let mut whole = Count::default();
+    for eyes in [Eyes::TwoWide, Eyes::Default, Eyes::OneWide] {
+        for cell_meters in [10.0, 30.0] {
+            for kind in [Kind::Through, Kind::Abeam, Kind::Border, Kind::Corner] {
+                let name = format!("{eyes:?}, {cell_meters} m, {kind:?}");
+                if !name.contains(&only) {
+                    continue;
+                }
+                let mut count = Count::default();
+                for seed in first..first + drives {
+                    let outcome = run(kind, eyes, cell_meters, seed);
+                    count.add(seed, &outcome);
+                    whole.add(seed, &outcome);
+                }
+                count.print(&name);
+            }
+        }
+    }
+    whole.print("all");
+    let share = |count: u32| f64::from(count) / f64::from(whole.drives.max(1));
+    assert!(share(whole.right) >= LEAST_RIGHT && share(whole.wrong) <= MOST_WRONG, "too few are right");
+}
