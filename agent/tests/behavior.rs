@@ -190,9 +190,12 @@ fn a_robot_does_not_rest_while_its_last_look_leaves_something_open() {
     let mut field = Field::with_sensor(1, ENDLESS, "radius = 12\nsigma2 = 0.0001");
     let look = |field: &Field, is_open: bool| -> Vec<Reading> {
         let open = field.cell(2, 2);
-        let reading = |cell| match cell == open && is_open {
-            true => Reading::undecided(cell),
-            false => Reading { cell, value: 0.0, variance: 0.05 },
+        let reading = |cell| {
+            if cell == open && is_open {
+                Reading::undecided(cell)
+            } else {
+                Reading { cell, value: 0.0, variance: 0.05 }
+            }
         };
         field.scenario.terrain().grid().cells().map(reading).collect()
     };

@@ -250,7 +250,7 @@ impl Driver<'_> {
                      have its number"
                 ),
                 News::Both => {
-                    tracing::error!("TWO PROCESSES SAY THAT THEY ARE {who}: give each robot its own number")
+                    tracing::error!("TWO PROCESSES SAY THAT THEY ARE {who}: give each robot its own number");
                 }
                 News::One => tracing::info!("{who} is here once again"),
             }

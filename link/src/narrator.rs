@@ -107,6 +107,7 @@ mod tests {
     use dragnet_search::observation::RobotId;
 
     use super::*;
+    use crate::team::recording::Existing;
     use crate::team::{self, Options};
 
     /// A robot, on four cells in a row of which the last holds an object, and its coordinator.
@@ -122,15 +123,15 @@ mod tests {
         let scenario = scenario();
         let grid = scenario.terrain().grid();
         let [from, object] = [2, 3].map(|column| grid.cell(Position { row: 0, column }).unwrap());
-        #[expect(clippy::cast_possible_truncation, reason = "as readings hold it")]
-        let variance = scenario.sensor().variance(1) as f32;
+        let variance = scenario.sensor().variance(1);
         let sensed = |value: f32| Stimulus::Sensed {
             cell: from,
             readings: vec![Reading { cell: object, value, variance }],
         };
         let robot = Participant::Robot(RobotId(1));
         let mut agent = Agent::new(Orders::of_team(&scenario, 1).remove(0));
-        let mut desk: Desk = team::recording::desk(&scenario, 1, &Options::default()).unwrap();
+        let mut desk: Desk =
+            team::recording::desk(&scenario, 1, &Options::default(), Existing::Refused).unwrap();
         let mut of_robot = Narrator::new(robot, grid);
         let mut of_coordinator = Narrator::new(Participant::Coordinator, grid);
         let mut lines = Vec::new();

@@ -114,7 +114,7 @@ impl MissionClock {
             ahead.min(self.take_credit(local, ahead))
         };
         *self = self.at(local, now + by);
-        Adjustment { by, left: ahead - by }
+        Adjustment { by, left: ahead.saturating_sub(by) }
     }
 
     /// Whoever moves this participant and shows it what it sees says that it is this time, exactly. Whether it can be
@@ -132,7 +132,7 @@ impl MissionClock {
         let (since, left) = self.credit;
         let has = (left + local.saturating_sub(since).mul_f64(self.pace)).min(CREDIT);
         let taken = asked.min(has);
-        self.credit = (local, has - taken);
+        self.credit = (local, has.saturating_sub(taken));
         taken
     }
 }

@@ -9,12 +9,17 @@ use numpy::{PyArray1, PyReadonlyArray1, ToPyArray};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelIterator};
+use rayon::iter::{
+    IndexedParallelIterator, IntoParallelRefIterator, IntoParallelRefMutIterator, ParallelIterator,
+};
 
 use crate::arrays::{Arrays, borrow, column, slice};
 use crate::choice::{self, Masked};
 use crate::pool;
 use crate::scenario::Scenario;
+
+/// A search and what shows it, with its task and what comes of that.
+type Work<'a, 'b> = ((&'a mut Option<Solo>, &'a mut Canvas<'b>), (&'a Task, &'a mut Option<Measured>));
 
 /// Searches of one scenario, each with a seed of its own, and the arrays that show them.
 #[pyclass(frozen, module = "dragnet._dragnet")]
@@ -265,17 +270,13 @@ impl Batch {
         let mut written = self.arrays.write(py)?;
         let mut canvases = written.canvases(lanes.len())?;
         py.detach(|| {
-            let work = |((lane, canvas), (task, measured)): (
-                (&mut Option<Solo>, &mut Canvas<'_>),
-                (&Task, &mut Option<Measured>),
-            )| {
+            let work = |((lane, canvas), (task, measured)): Work<'_, '_>| {
                 *measured = self.perform_one(lane, canvas, *task);
             };
             if let Some(threads) = threads {
                 threads.install(|| {
                     let seen = lanes.par_iter_mut().zip(canvases.par_iter_mut());
-                    let tasks = rayon::iter::IntoParallelRefIterator::par_iter(tasks);
-                    seen.zip(tasks.zip(measured.par_iter_mut())).with_min_len(4).for_each(work);
+                    seen.zip(tasks.par_iter().zip(measured.par_iter_mut())).with_min_len(4).for_each(work);
                 });
             } else {
                 let seen = lanes.iter_mut().zip(canvases.iter_mut());

@@ -72,7 +72,7 @@ fn watch(scenario: &Scenario, seed: u64) -> Watching {
 fn check_tail(scenario: &Scenario, episode: &Episode, what: &str) {
     let (terrain, mission) = (scenario.terrain(), scenario.mission());
     let ended = episode.outcome.ended.as_seconds();
-    let last_find = episode.outcome.last_find.map_or(0.0, |time| time.as_seconds());
+    let last_find = episode.outcome.last_find.map_or(0.0, dragnet_proto::time::MissionTime::as_seconds);
     let lane = f64::from(2 * scenario.sensor().radius() + 1);
     let sweep_meters = terrain.traversable_cells().count() as f64 / lane * terrain.cell_meters();
     let robots = scenario.robots().len() as f64;

@@ -29,11 +29,9 @@ pub(crate) struct Arguments {
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     latency::warm_up();
-    match &arguments.dry_run {
-        Some(recording) => dry_run::execute(&arguments.config, recording),
-        None => {
-            let precedence = if arguments.take_over { Precedence::First } else { Precedence::ByAge };
-            Ok(serve::agent(&arguments.config, precedence, &eyes::make)?)
-        }
+    if let Some(recording) = &arguments.dry_run {
+        return dry_run::execute(&arguments.config, recording);
     }
+    let precedence = if arguments.take_over { Precedence::First } else { Precedence::ByAge };
+    Ok(serve::agent(&arguments.config, precedence, &eyes::make)?)
 }

@@ -48,7 +48,7 @@ pub(crate) struct Arguments {
     /// Way that each robot may cover, instead of all budgets of the scenario
     #[arg(long, value_name = "CELLS", allow_negative_numbers = true)]
     budget: Option<u32>,
-    /// When an episode ends: all_found when every object is found or all robots rest, resting only when they rest
+    /// When an episode ends: `all_found` when every object is found or all robots rest, `resting` only when they rest
     #[arg(long, value_name = "WHEN", default_value = "all_found", value_parser = parse_end)]
     end: End,
     /// Episodes that run at a time [default: as many as there are cores]

@@ -185,8 +185,8 @@ async fn robots_that_start_apart_with_wrong_dates_or_no_memory_share_one_time() 
     second.kill();
     std::fs::remove_file(team.path("yard-robot-2.journal")).unwrap();
     let second = team.start(2, HOUR);
-    let (again, later_ns) = team.look(2, 0, &[two]).await;
-    assert!(later_ns > time_ns && again > two, "{later_ns} {time_ns} {again:?} {two:?}");
+    let (again, again_ns) = team.look(2, 0, &[two]).await;
+    assert!(again_ns > time_ns && again > two, "{again_ns} {time_ns} {again:?} {two:?}");
     team.knows(1, again).await;
     team.knows(2, two).await;
     second.terminate();

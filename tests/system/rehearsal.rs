@@ -184,10 +184,8 @@ async fn the_guides_example_files_meet_each_other_as_printed() {
         let free = || {
             free_endpoints(8).unwrap().into_iter().find(|it| !places.values().any(|used| used == it)).unwrap()
         };
-        if !places.contains_key(&endpoint) {
-            let free = free();
-            places.insert(endpoint, free);
-        }
+        let here = places.get(&endpoint).cloned().unwrap_or_else(free);
+        places.insert(endpoint, here);
     }
     let here = |settings: &str| {
         places.iter().fold(settings.to_owned(), |text, (there, here)| {

@@ -10,6 +10,7 @@ use dragnet_link::live;
 use dragnet_link::session::{Endpoints, open};
 use dragnet_link::world::{self, WorldServer};
 use dragnet_proto::convert::Codec;
+use dragnet_proto::key::Mission;
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 
@@ -20,6 +21,7 @@ const MISSION: &str = "load";
 
 pub(crate) async fn run(robots: u32, side: u32, seconds: u64) {
     let scenario = scenario(robots, side);
+    let mission: Mission = MISSION.parse().unwrap();
     let endpoints = mesh(robots as usize + 1);
     let session = open(&endpoints[0]).await.unwrap();
     let measured = Arc::new(Mutex::new(Measured::default()));
@@ -71,7 +73,6 @@ async fn join(
     mut stopped: watch::Receiver<()>,
 ) {
     let (robot, codec) = (orders.robot.id, Codec::new(orders.terrain.grid()));
-    let mission: Mission = MISSION.parse().unwrap();
     let session = open(endpoints).await.unwrap();
     let mut link = crate::join(session, MISSION, robot, codec).await;
     let reports = world::sensor(&link, robot, codec).await.unwrap();

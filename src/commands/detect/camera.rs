@@ -52,6 +52,9 @@ impl Rig {
             mounting: Pose::new(self.x_meters, self.y_meters, self.heading_degrees.to_radians()),
             nearest_meters: self.nearest_meters,
             farthest_meters: self.farthest_meters,
+            // Bearings need neither.
+            z_meters: 0.0,
+            pitch_radians: 0.0,
         })
     }
 }

@@ -49,7 +49,7 @@ pub struct Find {
 /// All finds, and where there may be more.
 #[derive(Clone, Debug, Default)]
 pub struct Finds {
-    finds: BTreeMap<TrackId, Find>,
+    by_track: BTreeMap<TrackId, Find>,
     /// Where confirmed tracks may be that have no cell, and how probably one is.
     pub(super) open: BTreeMap<Cell, f64>,
     /// Where tentative tracks may be.
@@ -61,13 +61,13 @@ pub struct Finds {
 impl Finds {
     /// All finds, the oldest track first.
     pub fn iter(&self) -> impl Iterator<Item = &Find> {
-        self.finds.values()
+        self.by_track.values()
     }
 
     /// The find that is told in a cell, the one seen last if there are several.
     #[must_use]
     pub fn in_cell(&self, cell: Cell) -> Option<&Find> {
-        self.finds.values().filter(|find| find.cell == cell).max_by_key(|find| (find.seen_ns, find.track))
+        self.by_track.values().filter(|find| find.cell == cell).max_by_key(|find| (find.seen_ns, find.track))
     }
 
     /// Takes in where tracks are by now.
@@ -81,23 +81,22 @@ impl Finds {
                 self.doubtful.extend(likely.map(|(&cell, _)| cell));
                 continue;
             }
-            let before = self.finds.get(&track.id()).map(|find| find.cell);
+            let before = self.by_track.get(&track.id()).map(|find| find.cell);
             let kept = before.filter(|cell| cells.get(cell).is_some_and(|&probability| probability >= LEFT));
-            match kept.or_else(|| self.cell_of(track, &cells, now_ns, terrain)) {
-                Some(cell) => self.place(track, cell, before, tracks),
-                None => {
-                    if let Some(cell) = before {
-                        self.finds.remove(&track.id());
-                        self.left.insert(cell);
-                    }
-                    for (&cell, &probability) in likely.filter(|&(&cell, _)| terrain.is_searched(cell)) {
-                        let most = self.open.entry(cell).or_insert(0.0);
-                        *most = most.max(probability);
-                    }
-                }
+            if let Some(cell) = kept.or_else(|| self.cell_of(track, &cells, now_ns, terrain)) {
+                self.place(track, cell, before, tracks);
+                continue;
+            }
+            if let Some(cell) = before {
+                self.by_track.remove(&track.id());
+                self.left.insert(cell);
+            }
+            for (&cell, &probability) in likely.filter(|&(&cell, _)| terrain.is_searched(cell)) {
+                let most = self.open.entry(cell).or_insert(0.0);
+                *most = most.max(probability);
             }
         }
-        let taken: BTreeSet<Cell> = self.finds.values().map(|find| find.cell).collect();
+        let taken: BTreeSet<Cell> = self.by_track.values().map(|find| find.cell).collect();
         self.left.retain(|cell| !taken.contains(cell));
     }
 
@@ -111,9 +110,9 @@ impl Finds {
         };
         // Of a track that was lost the new one is the sequel.
         let is_alive = |id: TrackId| tracks.iter().any(|track| track.id() == id);
-        self.finds.retain(|&id, find| find.cell != cell || is_alive(id));
+        self.by_track.retain(|&id, find| find.cell != cell || is_alive(id));
         self.left.extend(before.filter(|&before| before != cell));
-        self.finds.insert(track.id(), find);
+        self.by_track.insert(track.id(), find);
     }
 
     /// The cell that a track is to be told in, if it can be told by now.
@@ -136,7 +135,7 @@ impl Finds {
         if !is_known || track.score_nats() < SURE_NATS {
             return None;
         }
-        let twin = self.finds.values().find(|find| {
+        let twin = self.by_track.values().find(|find| {
             let offset = find.position_meters - track.position_meters();
             let both = (find.position_covariance + covariance).cholesky();
             let is_same = both.is_some_and(|both| offset.dot(&both.solve(&offset)) < SAME * SAME);

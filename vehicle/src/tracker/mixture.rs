@@ -110,7 +110,9 @@ impl Mixture {
     #[must_use]
     pub fn reweighted(&self, likelihood: impl Fn(&Gaussian) -> f64) -> Self {
         let mut members = self.members.clone();
-        members.iter_mut().for_each(|member| member.weight *= likelihood(&member.state));
+        for member in &mut members {
+            member.weight *= likelihood(&member.state);
+        }
         let sum: f64 = members.iter().map(|member| member.weight).sum();
         if sum > 1e-12 { Self::pruned(members) } else { self.clone() }
     }

@@ -257,7 +257,9 @@ impl Drive {
     }
 
     fn look(&mut self, time_ns: u64, cell: Cell, readings: &[Reading]) {
-        readings.iter().for_each(|reading| self.belief.add(reading));
+        for reading in readings {
+            self.belief.add(reading);
+        }
         let found = self.declared();
         self.describe(time_ns, cell, readings, &found);
         self.ever.extend(found);

@@ -26,6 +26,7 @@ pub(super) struct Waiting {
 
 /// A camera.
 #[derive(Clone, Copy, Debug, Default)]
+#[expect(clippy::struct_field_names, reason = "each ends with its unit")]
 struct Source {
     /// When it last gave a frame; before the first, when it was expected to.
     heard_ns: Option<u64>,
@@ -39,7 +40,7 @@ struct Source {
 struct Frame {
     came_ns: u64,
     camera: usize,
-    frame: CameraFrame,
+    content: CameraFrame,
     detections: Detections,
 }
 
@@ -94,15 +95,15 @@ impl Waiting {
         let source = &mut self.cameras[camera];
         source.heard_ns = Some(now_ns);
         source.latest_ns = source.latest_ns.max(Some(time_ns));
-        let is_same = |it: &Frame| it.camera == camera && it.frame.time_ns == time_ns;
+        let is_same = |it: &Frame| it.camera == camera && it.content.time_ns == time_ns;
         if source.taken_ns == Some(time_ns) || self.frames.iter().any(is_same) {
             return Arrival::Again;
         }
         if let Some(taken_ns) = self.taken_ns.filter(|&taken_ns| time_ns < taken_ns) {
             return Arrival::Late { by_ns: taken_ns - time_ns };
         }
-        let place = self.frames.partition_point(|it| it.frame.time_ns <= time_ns);
-        self.frames.insert(place, Frame { came_ns: now_ns, camera, frame, detections });
+        let place = self.frames.partition_point(|it| it.content.time_ns <= time_ns);
+        self.frames.insert(place, Frame { came_ns: now_ns, camera, content: frame, detections });
         if self.frames.len() <= Self::MOST {
             return Arrival::Waits;
         }
@@ -113,7 +114,7 @@ impl Waiting {
     /// The stamp of the next frame, if its turn has come.
     pub(super) fn next_ns(&self, now_ns: u64) -> Option<u64> {
         let next = self.frames.front()?;
-        let time_ns = next.frame.time_ns;
+        let time_ns = next.content.time_ns;
         let has_waited = now_ns.saturating_sub(next.came_ns) >= self.window_ns;
         let is_behind = |source: &Source| {
             let silence_ns = now_ns.saturating_sub(source.heard_ns.unwrap_or(now_ns));
@@ -124,7 +125,7 @@ impl Waiting {
 
     /// Takes that frame: its camera's number, and what is in it.
     pub(super) fn take(&mut self) -> Option<(usize, CameraFrame, Detections)> {
-        let Frame { camera, frame, detections, .. } = self.frames.pop_front()?;
+        let Frame { camera, content: frame, detections, .. } = self.frames.pop_front()?;
         self.taken_ns = Some(frame.time_ns);
         self.cameras[camera].taken_ns = Some(frame.time_ns);
         Some((camera, frame, detections))
