@@ -201,8 +201,9 @@ impl Driver<'_> {
             }
             Heard::Rival(process) => self.doubles.hear(link.process(), process),
             Heard::Came(who, _) => {
-                let what = if self.gone.remove(&who) { "is back" } else { "is here" };
-                self.teller.inform(Kind::Came, Sender::Known(who), format_args!("{who} {what}"));
+                let (kind, what) =
+                    if self.gone.remove(&who) { (Kind::Back, "is back") } else { (Kind::Came, "is here") };
+                self.teller.inform(kind, Sender::Known(who), format_args!("{who} {what}"));
                 if !self.stands {
                     self.experience(link, now, Stimulus::Came).await?;
                 }

@@ -104,6 +104,8 @@ pub(crate) enum Kind {
     Dropped,
     /// Somebody has come.
     Came,
+    /// Somebody who had left has come again.
+    Back,
     /// Somebody has left.
     Left,
     /// What the network did not take.
@@ -121,6 +123,7 @@ impl fmt::Display for Kind {
             Self::Refused(why) => write!(formatter, "refusals ({why})"),
             Self::Dropped => formatter.write_str("messages that had to be dropped"),
             Self::Came => formatter.write_str("coming"),
+            Self::Back => formatter.write_str("coming back"),
             Self::Left => formatter.write_str("leaving"),
             Self::Network => formatter.write_str("failures of the network"),
             Self::Journal => formatter.write_str("failures of the journal"),

@@ -95,7 +95,7 @@ pub async fn open(endpoints: &Endpoints) -> Result<Session, LinkError> {
 /// once a minute what is missing ([`crate::refusals`]).
 ///
 /// # Errors
-/// If the settings are not Zenoh's, or name what no network will ever have: see [`endpoint`].
+/// If the settings are not Zenoh's, or name what no network will ever have: see `endpoint.rs`.
 pub async fn open_when_there(endpoints: &Endpoints) -> Result<Session, LinkError> {
     let mut config = settings(endpoints)?;
     let impossible = |reason: String| match &endpoints.config {

@@ -157,7 +157,7 @@ fn the_honest_of_these_messages_count() {
 fn of_a_million_spoiled_messages_none_brings_evidence_that_cannot_be() {
     let name = "messages::of_a_million_spoiled_messages_none_brings_evidence_that_cannot_be";
     alone(name, WORLD_BYTES, || {
-        let (mut tally, mut decisions) = (Tally::default(), 0);
+        let (mut tally, mut decisions) = (Tally::default(), Vec::new());
         for seed in 0..WORLDS {
             let mut world = World::new(seed);
             for number in 0..MESSAGES_A_WORLD {
@@ -168,10 +168,11 @@ fn of_a_million_spoiled_messages_none_brings_evidence_that_cannot_be() {
                 }
             }
             world.check();
-            decisions += world.decisions();
+            decisions.push(world.decisions());
         }
-        println!("{tally:#?}, {decisions} decisions");
-        assert!(decisions >= 5000, "the robots go on");
+        println!("{tally:#?}, {decisions:?} decisions");
+        // Where all is promised to robots that say what they never do, it waits.
+        assert!(decisions.iter().all(|&of_world| of_world >= 40), "the robots go on");
         check_has_met_all(&tally);
     });
 }

@@ -67,6 +67,11 @@ async fn a_coordinator_that_starts_late_is_told_at_once_and_takes_its_robots_tim
         run(&mut robot, &mut agent, Clock::new(1.0), None, reports, never).await
     });
 
+    // The channel holds one: when there is room for this, the robot has said what it saw.
+    for _ in 0..2 {
+        sender.send((None, Stimulus::Woke)).await.unwrap();
+    }
+
     let endpoints = Endpoints { connect: listen, ..Endpoints::default() };
     let mut link = join(&scenario, Participant::Coordinator, &endpoints).await;
     let (heard, mut times) = mpsc::unbounded_channel();

@@ -1,6 +1,6 @@
 //! What a robot's cameras have shown of a cell, and what the robot has told of it: an account for each cell.
 //!
-//! A cell is cut into [`PARTS`] parts. In each frame whose view holds a part, a thing that lies there would have
+//! A cell is cut into `PARTS` parts. In each frame whose view holds a part, a thing that lies there would have
 //! been missed with a probability; what all frames together leave is the probability that it was missed so far.
 //! If nothing was found, the cell's evidence of being empty is `-ln(mean over its parts)`: a cell of which a
 //! tenth was never in view is never emptier than `ln 10`, however often the rest was seen.

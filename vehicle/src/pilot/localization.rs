@@ -209,7 +209,8 @@ impl Localization {
         (fix.time_ns - first.time_ns >= self.settling_ns).then_some(Judgement::Restarted)
     }
 
-    /// Where the vehicle was at a time: between two fixes on the straight line.
+    /// Where the vehicle was at a time: between two fixes on the straight line, unless poses were silent between them:
+    /// nobody knows how it turned meanwhile.
     pub(super) fn at(&self, time_ns: u64) -> At {
         let after = self.fixes.partition_point(|fix| fix.time_ns < time_ns);
         let Some(next) = self.fixes.get(after) else { return At::NotYet };
@@ -219,8 +220,10 @@ impl Localization {
             return At::Known { fix: *next, interval_ns };
         }
         match before {
-            Some(before) => At::Known { fix: between(before, next, time_ns), interval_ns },
-            None => At::Never,
+            Some(before) if interval_ns <= self.most_age_ns => {
+                At::Known { fix: between(before, next, time_ns), interval_ns }
+            }
+            _ => At::Never,
         }
     }
 }
@@ -235,7 +238,7 @@ pub(super) enum At {
     },
     /// A later pose will tell.
     NotYet,
-    /// Before the first pose.
+    /// Before the first pose, or while poses were silent.
     Never,
 }
 

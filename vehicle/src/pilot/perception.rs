@@ -181,7 +181,11 @@ impl Perception {
                 }
                 At::NotYet | At::Never => {
                     let numbers = [("time_seconds", seconds(frame.time_ns))];
-                    Err(Fault::new("late", "a frame older than all poses that are known", &numbers))
+                    Err(Fault::new(
+                        "late",
+                        "no pose is known of a frame's time: it is older than all poses, or they were silent",
+                        &numbers,
+                    ))
                 }
             };
             if result.is_err() {

@@ -7,8 +7,8 @@
 //!
 //! Where we go beyond it: near to the camera a member's distribution is as wide as its range, and a bearing
 //! says more than one normal distribution can hold. So members are cut anew as the camera comes near
-//! ([`super::refinement`]), and members weigh less where the thing would have been missed, or could not have
-//! been seen ([`super::visibility`]).
+//! (`refinement`), and members weigh less where the thing would have been missed, or could not have
+//! been seen (`visibility`).
 //!
 //! Limits: the range is found only as the camera moves across the bearing, and no filter can tell a thing
 //! that moves along with it from one that is farther away.
