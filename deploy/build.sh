@@ -14,10 +14,6 @@ for machine in "$@"; do
 done
 
 deploy/toolchain.sh
-# Errors and panics name source files: not by folders of the machine that happened to build them. The last that fits
-# counts.
-remapped="--remap-path-prefix=$HOME=home --remap-path-prefix=${CARGO_HOME:-$HOME/.cargo}/registry/src=crates"
-export RUSTFLAGS="${RUSTFLAGS:-} $remapped --remap-path-prefix=$PWD=dragnet"
 for machine in "$@"; do
     triple=$machine-unknown-linux-musl
     PATH=$PWD/target/zig/bin:$PATH cargo zigbuild --locked --profile deploy --target "$triple" --target-dir target

@@ -152,9 +152,9 @@ impl Mission {
             self.hosts.order(&format!("wait robot-{robot} x"));
             assert_eq!(self.journal(robot), recorded.observations, "robot {robot}");
         }
-        // What a robot was shown at the moment at which it was away is lost with that moment.
+        // What a robot was shown while it was away is shown to it again.
         let sent = outcome["observations_sent"].as_u64().unwrap();
-        assert!((sent - u64::from(ROBOTS)..=sent).contains(&recorded.observations), "{outcome}");
+        assert!(recorded.observations <= sent, "{} {outcome}", recorded.observations);
     }
 }
 

@@ -120,7 +120,10 @@ impl<'a> Checks<'a> {
         }
         let waited = now.since(shadow.moved);
         if waited > self.patience {
-            return broken(format!("it searches, and has stood still for {:.1} s", waited.as_secs_f64()));
+            let (waited, most) = (waited.as_secs_f64(), self.patience.as_secs_f64());
+            return broken(format!(
+                "it searches, and has stood still for {waited:.1} s, longer than {most:.1} s"
+            ));
         }
         self.check_published(who, now, reaction)
     }
