@@ -1,3 +1,5 @@
+mod damage;
+
 use dragnet_search::evidence::Reading;
 use dragnet_search::observation::Origin;
 

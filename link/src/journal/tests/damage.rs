@@ -1,47 +1,11 @@
 //! Journals that were damaged, in the first page above all, and files that are none.
-#![expect(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
-use std::path::PathBuf;
-use std::sync::Arc;
-
-use dragnet_link::journal::{Journal, JournalError, Memory, Subject};
-use dragnet_proto::key::Mission;
-use dragnet_search::evidence::Reading;
-use dragnet_search::observation::{Observation, Origin, RobotId};
-use dragnet_search::terrain::Terrain;
-
-struct Shelf {
-    folder: tempfile::TempDir,
-    mission: Mission,
-    terrain: Terrain,
-}
-
-impl Shelf {
-    fn new() -> Self {
-        let terrain = Terrain::from_ascii("....\n....", 1.0).unwrap();
-        Self { folder: tempfile::tempdir().unwrap(), mission: "cone".parse().unwrap(), terrain }
-    }
-
-    fn path(&self) -> PathBuf {
-        self.folder.path().join("robot.journal")
-    }
-
-    fn open(&self, now_unix_ns: u64) -> Result<(Journal, Memory), JournalError> {
-        let subject = Subject { mission: &self.mission, robot: RobotId(1), terrain: &self.terrain };
-        Journal::open(&self.path(), subject, now_unix_ns)
-    }
-
-    fn observation(&self, sequence: u64) -> Arc<Observation> {
-        let from = self.terrain.grid().cells().next().unwrap();
-        let readings = vec![Reading { cell: from, value: 0.5, variance: 0.25 }];
-        Arc::new(Observation { origin: Origin::first(RobotId(1)), sequence, time_ns: 7, from, readings })
-    }
-}
+use super::*;
 
 /// A journal of some observations, as bytes.
 fn written(shelf: &Shelf) -> Vec<u8> {
-    let (mut journal, _) = shelf.open(0).unwrap();
-    journal.note((0..200).map(|sequence| shelf.observation(sequence)).collect());
+    let (mut journal, _) = shelf.open(1, 0).unwrap();
+    journal.note((0..200).map(|sequence| shelf.observation(1, 0, sequence)).collect());
     journal.commit();
     drop(journal);
     let bytes = std::fs::read(shelf.path()).unwrap();
@@ -52,7 +16,7 @@ fn written(shelf: &Shelf) -> Vec<u8> {
 /// The robot starts, with what it had or without; if without, the file is kept.
 fn check_starts(shelf: &Shelf, bytes: &[u8], what: &str) -> bool {
     std::fs::write(shelf.path(), bytes).unwrap();
-    let (journal, memory) = shelf.open(5).map_err(|error| format!("{what}: {error}")).unwrap();
+    let (journal, memory) = shelf.open(1, 5).map_err(|error| format!("{what}: {error}")).unwrap();
     let aside = shelf.folder.path().join("robot.journal.damaged");
     let is_set_aside = aside.exists();
     if is_set_aside {
@@ -94,7 +58,7 @@ fn what_is_no_journal_is_left_as_it_is() {
     let table = [b"SQLite format 3\0".as_slice(), &[7; 8176]].concat();
     for content in [letter, table] {
         std::fs::write(shelf.path(), &content).unwrap();
-        let error = shelf.open(0).err().unwrap().to_string();
+        let error = shelf.open(1, 0).err().unwrap().to_string();
         assert!(error.contains("robot.journal: no journal, nor what is left of one"), "{error}");
         assert_eq!(std::fs::read(shelf.path()).unwrap(), content);
     }
