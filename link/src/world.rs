@@ -220,8 +220,8 @@ impl<'a> WorldServer<'a> {
                 self.arrivals.remove(&gone);
                 self.heartbeats.remove(&gone);
             }
-            // It has started again, wherever it stood.
-            Heard::Came(Participant::Robot(robot), _) if self.team.contains(&robot) => {
+            // It has started again, wherever it stood; one more process of its number is nobody's body.
+            Heard::Came(who @ Participant::Robot(robot), identity) if self.is_moved_by(who, identity) => {
                 self.robots.insert(robot);
                 self.world.set_route(robot, Vec::new());
                 self.look(self.clock.now(), robot).await?;

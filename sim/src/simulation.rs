@@ -340,7 +340,10 @@ impl<C: Crew, S: FnMut(MissionTime, Scene)> Simulation<C, S> {
                 }
             }
             Happening::Waking { who, number } => {
-                if self.members[self.place(who)].waking == number {
+                let place = self.place(who);
+                if self.members[place].waking == number {
+                    // It may ask for the same moment once more.
+                    self.members[place].wake_at = MissionTime(u64::MAX);
                     self.tell(now, who, Stimulus::Woke)?;
                 }
             }

@@ -8,6 +8,7 @@ use dragnet_proto::cdr;
 use dragnet_proto::wire::robot::{Odometry, PoseWithCovarianceStamped};
 use dragnet_proto::wire::standard::{Header, MapMetaData, OccupancyGrid};
 
+use crate::eventually;
 use crate::field::{DRAGNET, Field};
 
 const TEAM: &str = "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows = 8\ncolumns = 8\n[objects]\ncount = 1\n\
@@ -94,13 +95,16 @@ fn a_number_that_another_robot_has_is_told_and_a_robots_own_is_not() {
     let settings = field.robot_settings(1, None);
     let robot = field.robot(1);
     let calls = field.endpoints(2).listen.remove(0);
-    while std::net::TcpStream::connect(calls.trim_start_matches("tcp/")).is_err() {
-        std::thread::yield_now();
-    }
+    eventually("the robot listens", || {
+        std::net::TcpStream::connect(calls.trim_start_matches("tcp/")).is_ok()
+    });
     // The robot runs, and has its journal and its port.
     let own = "it is taken, as by this robot itself";
-    let (said, _) =
-        std::iter::repeat_with(|| examine(&settings, 1)).find(|(said, _)| said.contains(own)).unwrap();
+    let mut said = String::new();
+    eventually("it has its journal", || {
+        said = examine(&settings, 1).0;
+        said.contains(own)
+    });
     assert!(!said.contains("number") && !said.contains("FAIL  port"), "{said}");
     // Elsewhere, by copied settings.
     let folder = tempfile::tempdir().unwrap();

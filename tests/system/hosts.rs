@@ -75,7 +75,7 @@ impl Hosts {
         let start = Instant::now();
         while !is_so(self) {
             assert!(start.elapsed() < Duration::from_mins(2), "in vain until {what}\n{}", self.logs());
-            std::thread::yield_now();
+            std::thread::sleep(Duration::from_millis(20));
         }
     }
 

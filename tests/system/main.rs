@@ -30,12 +30,22 @@ mod witness;
 mod yard;
 
 use std::path::Path;
+use std::time::{Duration, Instant};
 
 use dragnet_proto::scenario::Scenario;
 
 /// A scenario from its text.
 fn scenario(text: &str) -> Scenario {
     Scenario::from_text(Path::new("test.toml"), text.to_owned()).unwrap()
+}
+
+/// Waits until something is so: no test waits for ever.
+fn eventually(what: &str, mut is_so: impl FnMut() -> bool) {
+    let start = Instant::now();
+    while !is_so() {
+        assert!(start.elapsed() < Duration::from_mins(2), "in vain until {what}");
+        std::thread::sleep(Duration::from_millis(20));
+    }
 }
 
 /// A scenario of the repository.

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use dragnet_link::team::{self, Options};
 
-use crate::committed;
 use crate::field::{DRAGNET, Field, Process};
+use crate::{committed, eventually};
 
 #[test]
 fn a_run_of_processes_is_the_run_in_one_process() {
@@ -73,9 +73,7 @@ fn robots_search_on_when_the_coordinator_is_killed() {
     let recording = field.path("field.mcap");
     let observations =
         || dragnet_coordinator::inspect::inspect(&recording).map_or(0, |inspection| inspection.observations);
-    while observations() == 0 {
-        std::thread::yield_now();
-    }
+    eventually("an observation is recorded", || observations() > 0);
     drop(coordinator);
     check_outcome(&world.output());
     robots.into_iter().for_each(Process::terminate);

@@ -20,7 +20,7 @@ use dragnet_search::observation::{Origin, RobotId};
 use tokio::sync::mpsc;
 
 use crate::field::{DRAGNET, Field, Process};
-use crate::scenario;
+use crate::{eventually, scenario};
 
 const ONE: RobotId = RobotId(1);
 
@@ -71,14 +71,17 @@ impl Robot {
 
     /// The next cell that the world shows it, unless it is the one where it is.
     async fn enters(&mut self, here: usize) -> usize {
-        loop {
-            let report = tokio::time::timeout(Duration::from_mins(1), self.sights.recv()).await;
-            let Ok(Some((_, Stimulus::Sensed { cell, .. }))) = report else { panic!("it is shown nothing") };
-            let cell = self.cells.iter().position(|&it| it == cell).unwrap();
-            if cell != here {
-                return cell;
+        let another = async {
+            while let Some((_, Stimulus::Sensed { cell, .. })) = self.sights.recv().await {
+                let cell = self.cells.iter().position(|&it| it == cell);
+                if cell != Some(here) {
+                    return cell;
+                }
             }
-        }
+            None
+        };
+        let entered = tokio::time::timeout(Duration::from_mins(1), another).await;
+        entered.ok().flatten().unwrap_or_else(|| panic!("it is shown no cell but {here}"))
     }
 }
 
@@ -102,9 +105,10 @@ async fn a_robot_drives_by_its_signs_of_life_and_not_by_what_is_replayed() {
     let story = async {
         let robot = robot.insert(Robot::join(&row, &listen[0]).await);
         assert_eq!(robot.enters(usize::MAX).await, 0);
-        let mut twin = Robot::join(&row, &listen[0]).await;
         robot.beat(0, 5, &[1, 2]).await;
         assert_eq!(robot.enters(0).await, 1);
+        // That it comes stops nobody.
+        let mut twin = Robot::join(&row, &listen[0]).await;
         assert_eq!(robot.enters(1).await, 2);
         for (decision, path) in [(4, [1]), (5, [1])] {
             let old = robot.intent(decision, &path);
@@ -141,9 +145,7 @@ fn a_world_that_is_started_again_joins_the_mission() {
     let world = field.world();
     let recording = field.path("field.mcap");
     let seen = || dragnet_coordinator::inspect::inspect(&recording).map_or(0, |it| it.observations);
-    while seen() < 6 {
-        std::thread::yield_now();
-    }
+    eventually("six observations are recorded", || seen() >= 6);
     world.kill();
     let before = seen();
     let outcome: serde_json::Value = serde_json::from_str(&field.world().output()).unwrap();
@@ -233,8 +235,6 @@ async fn the_guides_example_files_meet_each_other_as_printed() {
     // The coordinator hears them, too.
     let recording = folder.path().join("valley.mcap");
     let seen = || dragnet_coordinator::inspect::inspect(&recording).map_or(0, |it| it.observations);
-    while seen() < 3 {
-        tokio::time::sleep(Duration::from_millis(100)).await;
-    }
+    eventually("the coordinator records what they see", || seen() >= 3);
     drop(processes);
 }

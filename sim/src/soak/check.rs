@@ -40,6 +40,8 @@ struct Shadow {
     declared: BTreeSet<Cell>,
     /// When it entered its cell, or began to search.
     moved: MissionTime,
+    /// When something happened to it last: it is to be woken for every sign of life.
+    awake: MissionTime,
 }
 
 impl<'a> Checks<'a> {
@@ -80,6 +82,7 @@ impl<'a> Checks<'a> {
             names: BTreeSet::new(),
             declared: BTreeSet::new(),
             moved: now,
+            awake: now,
         })
     }
 
@@ -112,20 +115,40 @@ impl<'a> Checks<'a> {
             let kept = shadow.names.len();
             return broken(format!("its evidence is not that of the {kept} observations that it kept"));
         }
-        if reaction.activity != Activity::Searching || who == Participant::Coordinator {
+        self.check_awake(who, now, reaction)?;
+        self.check_published(who, now, reaction)
+    }
+
+    /// A robot is woken for every sign of life, goes on while it searches, and does not while it is paused.
+    fn check_awake(
+        &mut self,
+        who: Participant,
+        now: MissionTime,
+        reaction: &Reaction<Message>,
+    ) -> Result<(), Violation> {
+        if who == Participant::Coordinator {
+            return Ok(());
+        }
+        let broken = |what: String| Err(Violation::Broken { at: now, who, what });
+        let (sleep, patience) = (2 * self.scenario.mission().heartbeat, self.patience);
+        let shadow = self.shadow(who, now);
+        if reaction.activity != Activity::Searching {
             shadow.moved = now;
         }
         if reaction.activity == Activity::Paused && reaction.route.as_ref().is_some_and(|it| !it.is_empty()) {
             return broken("it is paused, and goes".to_owned());
         }
-        let waited = now.since(shadow.moved);
-        if waited > self.patience {
-            let (waited, most) = (waited.as_secs_f64(), self.patience.as_secs_f64());
-            return broken(format!(
-                "it searches, and has stood still for {waited:.1} s, longer than {most:.1} s"
-            ));
+        let slept = now.since(std::mem::replace(&mut shadow.awake, now));
+        let stood = now.since(shadow.moved);
+        for (what, time, most) in
+            [("nothing has woken it", slept, sleep), ("it searches, and has stood still", stood, patience)]
+        {
+            if time > most {
+                let (time, most) = (time.as_secs_f64(), most.as_secs_f64());
+                return broken(format!("{what} for {time:.1} s, longer than {most:.1} s"));
+            }
         }
-        self.check_published(who, now, reaction)
+        Ok(())
     }
 
     fn check_published(
