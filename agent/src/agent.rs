@@ -346,7 +346,9 @@ impl Agent {
         self.look(now, cell, readings, actions);
         let is_due = self.orders.robot.policy.replan_after.is_some_and(|cells| self.entered >= cells.get());
         let is_void = self.plan.is_empty() || self.is_overtaken;
-        if self.activity == Activity::Searching && (is_void || is_due || self.is_spent(now)) {
+        // A search ends where it may, not only at a waypoint.
+        let is_to_decide = || is_void || is_due || self.is_spent(now) || self.is_cleared();
+        if self.activity == Activity::Searching && is_to_decide() {
             self.decide(now, actions);
         }
     }
@@ -549,14 +551,16 @@ impl Agent {
     /// Where to go from this cell, or why nowhere.
     ///
     /// A robot first leaves to its teammates what they plan to see and what is nearer to them. If nothing else is worth a
-    /// look it helps them: it goes where they do not plan to look, nearer to them as it may be. If they plan to see all of
-    /// that too it waits, and if they plan nothing then nothing is left.
+    /// look it helps them: it goes where they do not plan to look, nearer to them as it may be, but no farther than it
+    /// sees before it thinks again: where they go next may leave something to it. If they plan to see all of that too it
+    /// waits, and if they plan nothing then nothing is left.
     fn choose(&mut self, robot: Cell) -> (Activity, Vec<Cell>) {
         let promised = self.team.promised(&self.orders.terrain, &self.orders.sensor, robot);
         let mut decision = self.decide_with(&promised, robot);
         if decision.is_rest() && decision.had_candidates() && self.team.is_anything_promised() {
             let planned = self.team.planned(&self.orders.terrain, &self.orders.sensor);
             decision = self.decide_with(&planned, robot);
+            decision.path.truncate(self.orders.sensor.radius() as usize);
         }
         if !decision.is_rest() {
             self.decisions += 1;

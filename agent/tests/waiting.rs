@@ -26,12 +26,19 @@ fn at(seconds: u64) -> MissionTime {
 
 impl Field {
     fn new() -> Self {
+        Self::with_expected(0.0)
+    }
+
+    /// The search may end once so many objects are expected.
+    fn with_expected(undeclared: f64) -> Self {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("map.txt"), "............\n").unwrap();
         std::fs::write(folder.path().join("prior.csv"), "0,0,0,0,0,0,0,0,0,0.1,0.1,0.1\n").unwrap();
-        let text = "name = 'a'\nmap.file = 'map.txt'\nprior.file = 'prior.csv'\nsensor.radius = 1\nobjects.count = 1\n\
-                    robots.count = 2\nmission = { budget_seconds = 1e6, expected_undeclared = 0.0 }\n";
-        let scenario = Scenario::from_text(&folder.path().join("a.toml"), text.to_owned()).unwrap();
+        let text = format!(
+            "name = 'a'\nmap.file = 'map.txt'\nprior.file = 'prior.csv'\nsensor.radius = 1\nobjects.count = 1\n\
+                    robots.count = 2\nmission = {{ budget_seconds = 1e6, expected_undeclared = {undeclared:?} }}\n"
+        );
+        let scenario = Scenario::from_text(&folder.path().join("a.toml"), text).unwrap();
         let robot = Agent::new(Orders::of_team(&scenario, 0).remove(0));
         Self { scenario, robot, mate_sequence: 0 }
     }
@@ -109,9 +116,15 @@ fn it_helps_where_nobody_plans_to_look_though_a_teammate_is_nearer() {
     let mut field = Field::new();
     field.plan(0, 1, [9]);
     let actions = field.start();
-    // Cells 9 and 10 are promised; only 11 is left, and the mate is next to it.
-    assert!(route(&actions).unwrap().last().is_some_and(|goal| goal.index() >= 10), "{actions:?}");
+    // Cells 9 and 10 are promised; only 11 is left, and the mate is next to it. It sees one cell far.
+    assert_eq!(route(&actions), Some(&[field.cell(1)][..]));
     assert_eq!(field.robot.activity(), Activity::Searching);
+    let further = field.robot.handle(at(15), Event::Sensed { cell: field.cell(1), readings: Vec::new() });
+    assert_eq!(route(&further), Some(&[field.cell(2)][..]));
+    field.plan(16, 2, 9..12);
+    let further = field.robot.handle(at(30), Event::Sensed { cell: field.cell(2), readings: Vec::new() });
+    assert_eq!(route(&further), Some(&[][..]), "the mate sees to that, too");
+    assert_eq!(field.robot.activity(), Activity::Waiting);
 }
 
 #[test]
@@ -128,6 +141,21 @@ fn when_the_plan_is_walked_nothing_is_left_and_it_rests() {
     field.wake(80);
     assert_eq!(field.robot.activity(), Activity::Cleared);
     assert!(field.robot.activity().is_rest());
+}
+
+#[test]
+fn on_its_way_too_it_rests_once_what_is_left_is_not_worth_a_search() {
+    for (undeclared, is_over) in [(0.05, true), (0.0, false)] {
+        let mut field = Field::with_expected(undeclared);
+        let path = route(&field.start()).unwrap().to_vec();
+        assert!(path.len() > 5, "{path:?}");
+        for cell in 9..12 {
+            field.walk(10, cell, [cell]);
+        }
+        let actions = field.robot.handle(at(15), Event::Sensed { cell: path[0], readings: Vec::new() });
+        assert_eq!(route(&actions), is_over.then_some(&[][..]), "{undeclared}");
+        assert_eq!(field.robot.activity() == Activity::Cleared, is_over, "{undeclared}");
+    }
 }
 
 #[test]

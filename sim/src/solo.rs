@@ -107,7 +107,6 @@ impl Solo {
             field,
         };
         solo.look();
-        solo.rest();
         solo
     }
 
@@ -135,14 +134,16 @@ impl Solo {
 
     /// Stays for as long as one cell takes, without a look; it costs as much of each budget. Returns 0.
     pub fn wait(&mut self) -> f64 {
-        self.act(|solo| solo.pass(1.0))
+        self.act(|solo| {
+            solo.pass(1.0);
+            solo.rest();
+        })
     }
 
     fn act(&mut self, action: impl FnOnce(&mut Self)) -> f64 {
         self.worth = 0.0;
         if self.ended.is_none() {
             action(self);
-            self.rest();
         }
         self.worth
     }
@@ -195,8 +196,8 @@ impl Solo {
         };
         if self.terms.end == End::AllFound && after.false_negatives == 0 {
             self.ended = Some(Ended::Found);
-        } else if self.is_spent() {
-            self.ended = Some(Ended::Spent);
+        } else {
+            self.rest();
         }
     }
 
@@ -211,7 +212,7 @@ impl Solo {
         removed
     }
 
-    /// Where a robot would decide anew: it may be that nothing is left that is worth a search.
+    /// Ends a search whose budget is spent, or with nothing left that is worth it.
     fn rest(&mut self) {
         if self.ended.is_some() {
             return;
