@@ -24,6 +24,7 @@ mod policies;
 mod processes;
 mod rehearsal;
 mod security;
+mod strangers;
 mod team;
 mod vehicle;
 mod witness;

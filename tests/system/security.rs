@@ -20,18 +20,20 @@ use dragnet_search::observation::{Origin, RobotId};
 use serde_json::{Value, json};
 use time::OffsetDateTime;
 
+use crate::eventually;
+
 const DRAGNET: &str = env!("CARGO_BIN_EXE_dragnet");
 const PATIENCE: Duration = Duration::from_mins(1);
-const NAMES: [Name; 4] = [Name::robot(1), Name::robot(2), Name::COORDINATOR, Name::Simulator];
+pub(crate) const NAMES: [Name; 4] = [Name::robot(1), Name::robot(2), Name::COORDINATOR, Name::Simulator];
 
 /// A mission with certificates, on this machine.
-struct Field {
+pub(crate) struct Field {
     folder: tempfile::TempDir,
-    endpoints: Vec<String>,
+    pub(crate) endpoints: Vec<String>,
 }
 
 impl Field {
-    fn new(topology: Topology) -> Self {
+    pub(crate) fn new(topology: Topology) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let now = OffsetDateTime::now_utc();
         let mut keys =
@@ -72,6 +74,10 @@ impl Field {
 
     /// The process at this place of the mesh: it listens there, and calls all before it.
     fn start(&self, name: Name, place: usize) -> Process {
+        Process::start(&mut self.command(name, place))
+    }
+
+    pub(crate) fn command(&self, name: Name, place: usize) -> Command {
         let calls = &self.endpoints[..place];
         let zenoh = format!(
             "listen = [{:?}]\nconnect = {calls:?}\nconfig = \"{}\"\n",
@@ -95,18 +101,20 @@ impl Field {
         };
         let file = self.path(&format!("{name}.toml"));
         fs::write(&file, config).unwrap();
-        Process::start(Command::new(DRAGNET).args(arguments).arg("--config").arg(file))
+        let mut command = Command::new(DRAGNET);
+        command.args(arguments).arg("--config").arg(file);
+        command
     }
 }
 
 /// A process that does not outlive the test, and whose log is read.
-struct Process {
+pub(crate) struct Process {
     child: Child,
     log: Receiver<String>,
 }
 
 impl Process {
-    fn start(command: &mut Command) -> Self {
+    pub(crate) fn start(command: &mut Command) -> Self {
         let command = command.env_remove("RUST_LOG").stdin(Stdio::null()).stdout(Stdio::piped());
         let mut child = command.stderr(Stdio::piped()).spawn().unwrap();
         let (sender, log) = channel();
@@ -116,7 +124,7 @@ impl Process {
     }
 
     /// Waits until its log says all of this in one line.
-    fn says(&self, parts: &[&str]) -> String {
+    pub(crate) fn says(&self, parts: &[&str]) -> String {
         let mut said = Vec::new();
         loop {
             match self.log.recv_timeout(PATIENCE) {
@@ -127,7 +135,8 @@ impl Process {
         }
     }
 
-    fn output(mut self) -> String {
+    pub(crate) fn output(mut self) -> String {
+        eventually("it has ended", || self.child.try_wait().unwrap().is_some());
         let mut text = String::new();
         std::io::Read::read_to_string(&mut self.child.stdout.take().unwrap(), &mut text).unwrap();
         text
