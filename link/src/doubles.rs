@@ -11,11 +11,11 @@ use std::time::Duration;
 use dragnet_proto::message::Participant;
 use dragnet_proto::sender::Process;
 
+use crate::log_limit::PERIOD;
+
 /// A process that has died is known to be gone within this time: longer than the lease of Zenoh's sessions, ten seconds
 /// unless the settings say otherwise.
 pub(crate) const SETTLING: Duration = Duration::from_secs(12);
-/// As long as there are two, it is told again after so long.
-const SILENCE: Duration = Duration::from_mins(1);
 /// Who has run for longer than another by less than this, as far as is heard, is not known to be older.
 const MARGIN_MS: u64 = 1_000;
 
@@ -33,7 +33,7 @@ pub(crate) struct Doubles {
 pub(crate) enum News {
     /// There are two: one may have died, and started again.
     Two,
-    /// Both are there for longer than one that has died would be.
+    /// Both are there for longer than one that has died would be; told again and again.
     Both,
     /// There is one again.
     One,
@@ -65,7 +65,7 @@ impl Doubles {
                 news.push((who, News::Two));
                 (now, None)
             });
-            if now >= *since + SETTLING && told.is_none_or(|told| now >= told + SILENCE) {
+            if now >= *since + SETTLING && told.is_none_or(|told| now >= told + PERIOD) {
                 *told = Some(now);
                 news.push((who, News::Both));
             }

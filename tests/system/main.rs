@@ -12,6 +12,7 @@ mod durability;
 mod endings;
 mod faults;
 mod field;
+mod floods;
 mod hosts;
 #[path = "../python/interpreter.rs"]
 mod interpreter;
