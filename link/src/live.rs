@@ -9,6 +9,7 @@ use dragnet_proto::clock::{self, Adjustment};
 use dragnet_proto::message::{Audience, LogReply, LogRequest, Message, Participant};
 use dragnet_proto::participant::{Mind, Reaction, Stimulus};
 use dragnet_proto::time::MissionTime;
+use dragnet_search::observation::RobotId;
 use tokio::sync::mpsc;
 
 use crate::LinkError;
@@ -63,6 +64,7 @@ pub async fn run(
         gone: BTreeSet::new(),
         teller: Teller::default(),
         doubles: Doubles::default(),
+        doubled: BTreeSet::new(),
         stands: false,
         has_stood: false,
     };
@@ -73,8 +75,10 @@ pub async fn run(
     loop {
         driver.note_time(&clock);
         driver.look_for_doubles(link, clock.now()).await?;
+        let doubles = driver.doubles.due().map(|due| due.saturating_sub(link.age()));
         tokio::select! {
             () = &mut stop => return Ok(driver.finish(&clock)),
+            () = tokio::time::sleep(doubles.unwrap_or_default()), if doubles.is_some() => {}
             () = watchdog.feed() => {}
             () = driver.teller.settle() => {}
             heard = link.hear() => match heard {
@@ -136,6 +140,8 @@ struct Driver<'a> {
     gone: BTreeSet<Participant>,
     teller: Teller,
     doubles: Doubles,
+    /// Robots whose number several processes have, as its mind knows it.
+    doubled: BTreeSet<RobotId>,
     /// Whether it stands, and says nothing, since an older process of its number is in the mission.
     stands: bool,
     /// Whether it was shown anything since it started.
@@ -238,7 +244,11 @@ impl Driver<'_> {
     /// Two of one number are told of, and the younger one of this process's own number stands.
     async fn look_for_doubles(&mut self, link: &Link, now: MissionTime) -> Result<(), LinkError> {
         self.tell_doubles(link);
-        let me = link.me();
+        let (me, doubled) = (link.me(), self.doubles.lasting(link.age()));
+        if doubled != self.doubled {
+            self.doubled.clone_from(&doubled);
+            self.experience(link, now, Stimulus::Doubled(doubled)).await?;
+        }
         let is_robot = matches!(me, Participant::Robot(_));
         let stands = is_robot && self.doubles.must_stand(link.process(), link.processes(me));
         if stands == self.stands {

@@ -68,6 +68,7 @@ fn long(cell: Cell) -> [(String, Vec<u8>); 2] {
         versions: versions(),
         digest,
         directive,
+        doubled: vec![FLOODER],
     };
     [
         (key(Topic::Heartbeat(FLOODER)), encode(&Message::Heartbeat(heartbeat))),

@@ -43,7 +43,7 @@ impl Field {
                         [objects]\ncount = 4\n[robots]\ncount = 2\npolicy = \"path\"\n\
                         [mission]\nbudget_seconds = 3600.0\nexpected_undeclared = 0.001\n";
         fs::write(folder.path().join("field.toml"), scenario).unwrap();
-        let endpoints = free_endpoints(4).unwrap();
+        let endpoints = free_endpoints(NAMES.len() + 1).unwrap();
         let endpoints = endpoints.iter().map(|endpoint| endpoint.replace("tcp/", "tls/")).collect();
         Self { folder, endpoints }
     }
@@ -52,7 +52,7 @@ impl Field {
         Folder::open(&self.path("keys")).unwrap()
     }
 
-    fn path(&self, name: &str) -> PathBuf {
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 
@@ -125,11 +125,21 @@ impl Process {
 
     /// Waits until its log says all of this in one line.
     pub(crate) fn says(&self, parts: &[&str]) -> String {
+        self.says_until(parts).pop().unwrap_or_default()
+    }
+
+    /// What its log says until it says all of this in one line, the last.
+    pub(crate) fn says_until(&self, parts: &[&str]) -> Vec<String> {
         let mut said = Vec::new();
         loop {
             match self.log.recv_timeout(PATIENCE) {
-                Ok(line) if parts.iter().all(|part| line.contains(part)) => return line,
-                Ok(line) => said.push(line),
+                Ok(line) => {
+                    let is_it = parts.iter().all(|part| line.contains(part));
+                    said.push(line);
+                    if is_it {
+                        return said;
+                    }
+                }
                 Err(end) => panic!("it did not say {parts:?} ({end}), but\n{}", said.join("\n")),
             }
         }
