@@ -21,8 +21,8 @@ impl Mind for Agent {
         // Only measured: no decision depends on it.
         let start = Instant::now();
         let actions = match stimulus {
-            // A person speaks to the coordinator.
-            Stimulus::Start | Stimulus::Commanded(_) => Vec::new(),
+            // A person speaks to the coordinator, and hears there of two robots of one number.
+            Stimulus::Start | Stimulus::Commanded(_) | Stimulus::Doubled(_) => Vec::new(),
             Stimulus::Sensed { cell, readings } => self.handle(now, Event::Sensed { cell, readings }),
             Stimulus::Delivered { from, parcel } => {
                 self.handle(now, Event::Received { from, message: parcel })

@@ -65,6 +65,7 @@ impl Field {
                 versions: Vec::new(),
                 digest: Digest(0),
                 directive: Directive { number, is_paused, added },
+                doubled: Vec::new(),
             }),
         )
     }

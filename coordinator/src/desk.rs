@@ -119,6 +119,7 @@ impl Mind for Desk {
             Stimulus::Woke => self.handle(now, Event::Woke),
             Stimulus::Lost(robot) => self.handle(now, Event::Lost(robot)),
             Stimulus::Commanded(command) => self.handle(now, Event::Commanded(command)),
+            Stimulus::Doubled(robots) => self.handle(now, Event::Doubled(robots)),
         };
         let (mut kept, mut published, mut refused) = (Vec::new(), Vec::new(), Vec::new());
         for action in actions {

@@ -5,6 +5,7 @@
 
 mod command;
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -85,6 +86,8 @@ pub enum Event {
     Lost(RobotId),
     /// A person asks for something.
     Commanded(Command),
+    /// These are the robots now whose number several processes have.
+    Doubled(BTreeSet<RobotId>),
     /// The mission ends: the last event.
     Finished,
 }
@@ -149,6 +152,8 @@ pub struct Mission {
     added_prior: f64,
     /// Under which marks by hand are numbered, once there is one.
     by_hand: Option<Origin>,
+    /// Robots whose number several processes have.
+    doubled: BTreeSet<RobotId>,
 }
 
 impl Mission {
@@ -169,6 +174,7 @@ impl Mission {
             directive: Directive::default(),
             added_prior: added_prior(&orders.prior, &orders.terrain),
             by_hand: None,
+            doubled: BTreeSet::new(),
             orders,
         }
     }
@@ -186,6 +192,10 @@ impl Mission {
                 }
             }
             Event::Commanded(command) => self.command(now, command, &mut actions),
+            Event::Doubled(robots) => {
+                self.doubled = robots;
+                self.report(now, &mut actions);
+            }
             Event::Finished => {
                 self.report(now, &mut actions);
                 self.snapshot(now, &mut actions);
@@ -248,6 +258,7 @@ impl Mission {
             versions: self.inbox.log().versions().collect(),
             digest: self.belief.digest(),
             directive: self.directive.clone(),
+            doubled: self.doubled.iter().copied().collect(),
         }
     }
 

@@ -2,6 +2,7 @@
 //!
 //! A doctor looks and changes nothing. It says who it is to nobody: the robot itself may run meanwhile.
 
+mod clocks;
 mod computer;
 mod ports;
 mod team;
@@ -14,6 +15,7 @@ use std::time::Duration;
 use dragnet_search::observation::RobotId;
 
 use crate::config::{self, AgentConfig, Checked};
+use crate::journal::Subject;
 use crate::session;
 use crate::vehicle::detector::Make;
 
@@ -90,7 +92,17 @@ pub fn examine(file: &Path, listen: Duration, make: Make<'_>, tell: &mut dyn FnM
         return tell(Finding::fail("settings", found, "robot is from 1 to the number of robots.count"));
     };
     tell(Finding::pass("settings", format!("robot {robot} of {team} in mission {mission}")));
-    tell(computer::journal(&config.journal(file)));
+    let journal = config.journal(file);
+    tell(computer::journal(&journal));
+    // What it remembers while it runs, it says itself.
+    let runs_here = ports::runs_here(&journal);
+    let subject = Subject { mission: &mission, robot, terrain: scenario.terrain() };
+    let pace = config.common.pace;
+    let resumed = if runs_here { Ok(None) } else { computer::resumed(&journal, subject, pace) };
+    let resumed = resumed.unwrap_or_else(|finding| {
+        tell(finding);
+        None
+    });
     tell(computer::decisions(&orders));
     if let Some(body) = &body {
         computer::detector(body, file, make).into_iter().for_each(&mut *tell);
@@ -100,7 +112,6 @@ pub fn examine(file: &Path, listen: Duration, make: Make<'_>, tell: &mut dyn FnM
         vehicle::cameras(body).into_iter().for_each(&mut *tell);
     }
     let mut endpoints = config.common.zenoh.clone().named_in(file);
-    let runs_here = ports::runs_here(&config.journal(file));
     let ports = match ports::examine(&endpoints, runs_here) {
         Ok(ports) => ports,
         Err(error) => return tell(Finding::fail("network", error.to_string(), advice)),
@@ -110,7 +121,7 @@ pub fn examine(file: &Path, listen: Duration, make: Make<'_>, tell: &mut dyn FnM
         endpoints.listen = vec![ANY_PORT.to_owned()];
     }
     ports.into_iter().for_each(&mut *tell);
-    let member = team::Member { mission, robot, scenario: &scenario, runs_here };
+    let member = team::Member { mission, robot, scenario: &scenario, runs_here, resumed, pace };
     let networks = async {
         team::examine(&endpoints, &member, listen, tell).await;
         if let Some(body) = body {

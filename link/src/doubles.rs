@@ -10,12 +10,13 @@ use std::time::Duration;
 
 use dragnet_proto::message::Participant;
 use dragnet_proto::sender::Process;
+use dragnet_search::observation::RobotId;
+
+use crate::log_limit::PERIOD;
 
 /// A process that has died is known to be gone within this time: longer than the lease of Zenoh's sessions, ten seconds
 /// unless the settings say otherwise.
 pub(crate) const SETTLING: Duration = Duration::from_secs(12);
-/// As long as there are two, it is told again after so long.
-const SILENCE: Duration = Duration::from_mins(1);
 /// Who has run for longer than another by less than this, as far as is heard, is not known to be older.
 const MARGIN_MS: u64 = 1_000;
 
@@ -33,7 +34,7 @@ pub(crate) struct Doubles {
 pub(crate) enum News {
     /// There are two: one may have died, and started again.
     Two,
-    /// Both are there for longer than one that has died would be.
+    /// Both are there for longer than one that has died would be; told again and again.
     Both,
     /// There is one again.
     One,
@@ -53,6 +54,22 @@ impl Doubles {
         others.iter().any(|other| is_settling || self.elders.contains(other))
     }
 
+    /// When there is something to tell of those that are there, if nobody comes or leaves.
+    pub(crate) fn due(&self) -> Option<Duration> {
+        self.told.values().map(|&(since, told)| told.map_or(since + SETTLING, |told| told + PERIOD)).min()
+    }
+
+    /// Those that have several processes for longer than one that has died would be among them.
+    pub(crate) fn lasting(&self, now: Duration) -> BTreeSet<RobotId> {
+        let lasting = self.told.iter().filter(|(_, (since, _))| now >= *since + SETTLING);
+        lasting
+            .filter_map(|(&who, _)| match who {
+                Participant::Robot(robot) => Some(robot),
+                Participant::Coordinator => None,
+            })
+            .collect()
+    }
+
     /// What is to be told, where these have several processes now.
     pub(crate) fn tell(
         &mut self,
@@ -65,7 +82,7 @@ impl Doubles {
                 news.push((who, News::Two));
                 (now, None)
             });
-            if now >= *since + SETTLING && told.is_none_or(|told| now >= told + SILENCE) {
+            if now >= *since + SETTLING && told.is_none_or(|told| now >= told + PERIOD) {
                 *told = Some(now);
                 news.push((who, News::Both));
             }
@@ -92,8 +109,6 @@ fn is_older(one: Process, other: Process) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use dragnet_search::observation::RobotId;
-
     use super::*;
 
     const fn process(identity: u64, age_seconds: u64) -> Process {
@@ -128,6 +143,34 @@ mod tests {
         };
         assert_ne!(stands(3, 7), stands(7, 3));
         assert!(!stands(u64::MAX, 3));
+    }
+
+    #[test]
+    fn it_is_time_to_tell_again_when_something_is_told() {
+        let two = BTreeSet::from([Participant::Robot(RobotId(2))]);
+        let (mut doubles, second) = (Doubles::default(), Duration::from_secs(1));
+        assert_eq!(doubles.due(), None);
+        doubles.tell(second, &two);
+        for _ in 0..3 {
+            let due = doubles.due().unwrap();
+            assert!(doubles.tell(due.saturating_sub(second), &two).is_empty());
+            assert_eq!(doubles.tell(due, &two).len(), 1);
+        }
+    }
+
+    #[test]
+    fn only_two_that_stay_are_lasting() {
+        let (robot, mut doubles) = (RobotId(2), Doubles::default());
+        let two = BTreeSet::from([Participant::Robot(robot)]);
+        let mut at = |seconds, doubled| {
+            let now = Duration::from_secs(seconds);
+            doubles.tell(now, doubled);
+            doubles.lasting(now)
+        };
+        assert_eq!(at(5, &two), BTreeSet::new());
+        assert_eq!(at(16, &two), BTreeSet::new());
+        assert_eq!(at(17, &two), BTreeSet::from([robot]));
+        assert_eq!(at(18, &BTreeSet::new()), BTreeSet::new());
     }
 
     #[test]

@@ -25,6 +25,8 @@ use redb::{Builder, Database, ReadableDatabase, StorageBackend, TableDefinition}
 
 pub use error::JournalError;
 
+use crate::clock::Clock;
+
 /// What a journal says of itself, by name: see [`fact`].
 const FACTS: TableDefinition<'_, &str, &str> = TableDefinition::new("facts");
 /// Of an observation: robot, incarnation and sequence number.
@@ -70,6 +72,27 @@ pub struct Memory {
     pub started_unix_ns: u64,
     /// All that it knew, its own observations in the order in which it made them.
     pub observations: Vec<Arc<Observation>>,
+}
+
+impl Memory {
+    /// The mission time that a robot goes on at by what it remembers, if it remembers any: by what was `noted`, and no
+    /// earlier than what it knows of.
+    #[must_use]
+    pub fn resumed(&self, noted: Option<&Kept>, clock: &Clock) -> Option<MissionTime> {
+        let latest = self.observations.iter().map(|observation| MissionTime(observation.time_ns)).max();
+        noted.map(|kept| clock.resumed(kept)).max(latest)
+    }
+}
+
+/// What stands in a journal that its robot does not hold now, and the mission's time as it was noted last. Whatever is
+/// wrong with the file, it is left as it is.
+///
+/// # Errors
+/// If it cannot be read, is damaged, or is not this robot's journal.
+pub fn peek(path: &Path, subject: Subject<'_>) -> Result<(Memory, Option<Kept>), JournalError> {
+    let failed = |source: redb::Error| JournalError::of(path, source);
+    let database = copied(path, &subject.facts(0)).map_err(failed)?;
+    Ok((remember(&database, path, subject)?, noted_time(&database).map_err(failed)?))
 }
 
 /// A robot's journal.

@@ -9,8 +9,8 @@ use dragnet_proto::clock::{self, Adjustment};
 use dragnet_proto::message::{Audience, LogReply, LogRequest, Message, Participant};
 use dragnet_proto::participant::{Mind, Reaction, Stimulus};
 use dragnet_proto::time::MissionTime;
+use dragnet_search::observation::RobotId;
 use tokio::sync::mpsc;
-use tokio::time::Instant;
 
 use crate::LinkError;
 use crate::clock::Clock;
@@ -64,19 +64,21 @@ pub async fn run(
         gone: BTreeSet::new(),
         teller: Teller::default(),
         doubles: Doubles::default(),
+        doubled: BTreeSet::new(),
         stands: false,
         has_stood: false,
     };
     driver.experience(link, clock.now(), Stimulus::Start).await?;
     let mut has_reports = true;
-    let mut told = ToldTime::default();
     let mut watchdog = Watchdog::ready();
     tokio::pin!(stop);
     loop {
         driver.note_time(&clock);
         driver.look_for_doubles(link, clock.now()).await?;
+        let doubles = driver.doubles.due().map(|due| due.saturating_sub(link.age()));
         tokio::select! {
             () = &mut stop => return Ok(driver.finish(&clock)),
+            () = tokio::time::sleep(doubles.unwrap_or_default()), if doubles.is_some() => {}
             () = watchdog.feed() => {}
             () = driver.teller.settle() => {}
             heard = link.hear() => match heard {
@@ -84,7 +86,7 @@ pub async fn run(
                     if let Heard::Message { from, message, .. } = &heard
                         && let Some(time) = clock::dated(*from, message)
                     {
-                        told.tell(*from, clock.hear(time));
+                        driver.tell_time(*from, clock.hear(time));
                     }
                     driver.hear(link, clock.now(), heard).await?;
                 }
@@ -138,34 +140,16 @@ struct Driver<'a> {
     gone: BTreeSet<Participant>,
     teller: Teller,
     doubles: Doubles,
+    /// Robots whose number several processes have, as its mind knows it.
+    doubled: BTreeSet<RobotId>,
     /// Whether it stands, and says nothing, since an older process of its number is in the mission.
     stands: bool,
     /// Whether it was shown anything since it started.
     has_stood: bool,
 }
 
-/// What was told of the time: that a clock was set, and once a minute that somebody is not believed.
-#[derive(Default)]
-struct ToldTime(Option<Instant>);
-
-impl ToldTime {
-    /// Less than this is not worth a line.
-    const LEAST: Duration = Duration::from_secs(1);
-    const SILENCE: Duration = Duration::from_mins(1);
-
-    fn tell(&mut self, from: Participant, adjustment: Adjustment) {
-        let [by, left] = [adjustment.by, adjustment.left].map(|it| it.as_secs_f64());
-        if adjustment.by >= Self::LEAST {
-            tracing::info!("mission time is set {by:.0} s forward: {from} has counted longer");
-        }
-        if adjustment.left >= Self::LEAST && self.0.is_none_or(|told| told.elapsed() >= Self::SILENCE) {
-            self.0 = Some(Instant::now());
-            tracing::warn!(
-                "{from} says that the mission is {left:.0} s older than anybody else has said; it is not believed at once"
-            );
-        }
-    }
-}
+/// A clock that is set by less than this is not worth a line.
+const LEAST: Duration = Duration::from_secs(1);
 
 impl Driver<'_> {
     fn finish(mut self, clock: &Clock) -> Log {
@@ -181,6 +165,22 @@ impl Driver<'_> {
         if clock.has_begun() && self.noted.is_none_or(|noted| clock.has_moved_since(&noted)) {
             journal.note_time(clock.kept());
             self.noted = Some(*clock);
+        }
+    }
+
+    /// That the clock was set, or that somebody is not believed.
+    fn tell_time(&mut self, from: Participant, adjustment: Adjustment) {
+        let [by, left] = [adjustment.by, adjustment.left].map(|it| it.as_secs_f64());
+        let sender = Sender::Known(from);
+        if adjustment.by >= LEAST {
+            let text = format_args!("mission time is set {by:.0} s forward: {from} has counted longer");
+            self.teller.inform(Kind::Clock, sender, text);
+        }
+        if adjustment.left >= LEAST {
+            let text = format_args!(
+                "{from} says that the mission is {left:.0} s older than anybody else has said; it is not believed at once"
+            );
+            self.teller.warn(Kind::Disbelief, sender, text);
         }
     }
 
@@ -243,34 +243,61 @@ impl Driver<'_> {
 
     /// Two of one number are told of, and the younger one of this process's own number stands.
     async fn look_for_doubles(&mut self, link: &Link, now: MissionTime) -> Result<(), LinkError> {
-        let (me, own) = (link.me(), link.process());
-        for (who, news) in self.doubles.tell(link.age(), &link.doubled()) {
-            match news {
-                News::Two => tracing::warn!(
-                    "{who} is here twice: it was started again before its last process was known to be gone, or two \
-                     have its number"
-                ),
-                News::Both => {
-                    tracing::error!("TWO PROCESSES SAY THAT THEY ARE {who}: give each robot its own number");
-                }
-                News::One => tracing::info!("{who} is here once again"),
-            }
+        self.tell_doubles(link);
+        let (me, doubled) = (link.me(), self.doubles.lasting(link.age()));
+        if doubled != self.doubled {
+            self.doubled.clone_from(&doubled);
+            self.experience(link, now, Stimulus::Doubled(doubled)).await?;
         }
         let is_robot = matches!(me, Participant::Robot(_));
-        let stands = is_robot && self.doubles.must_stand(own, link.processes(me));
-        if stands && !self.stands {
-            tracing::error!(
-                "{me} stands still, and says nothing, as long as another process of {me} is in the mission; the one that \
-                 is started with --take-over goes on instead"
-            );
+        let stands = is_robot && self.doubles.must_stand(link.process(), link.processes(me));
+        if stands == self.stands {
+            return Ok(());
+        }
+        self.tell_standing(me, stands);
+        if stands {
             self.experience(link, now, Stimulus::Halted).await?;
-            self.stands = true;
-        } else if !stands && self.stands {
-            tracing::info!("{me} goes on: no older process of it is in the mission");
-            self.stands = false;
+        }
+        self.stands = stands;
+        if !stands {
             self.experience(link, now, Stimulus::Released).await?;
         }
         Ok(())
+    }
+
+    fn tell_doubles(&mut self, link: &Link) {
+        for (who, news) in self.doubles.tell(link.age(), &link.doubled()) {
+            let sender = Sender::Known(who);
+            match news {
+                News::Two => {
+                    let text = format_args!(
+                        "{who} is here twice: it was started again before its last process was known to be gone, or two \
+                         have its number"
+                    );
+                    self.teller.warn(Kind::Two, sender, text);
+                }
+                News::Both => {
+                    let text =
+                        format_args!("TWO PROCESSES SAY THAT THEY ARE {who}: give each robot its own number");
+                    self.teller.error(Kind::Double, sender, text);
+                }
+                News::One => self.teller.inform(Kind::One, sender, format_args!("{who} is here once again")),
+            }
+        }
+    }
+
+    fn tell_standing(&mut self, me: Participant, stands: bool) {
+        let sender = Sender::Known(me);
+        if stands {
+            let text = format_args!(
+                "{me} stands still, and says nothing, as long as another process of {me} is in the mission; the one that \
+                 is started with --take-over goes on instead"
+            );
+            self.teller.error(Kind::Stands, sender, text);
+        } else {
+            let text = format_args!("{me} goes on: no older process of it is in the mission");
+            self.teller.inform(Kind::GoesOn, sender, text);
+        }
     }
 
     async fn experience(

@@ -80,6 +80,14 @@ impl<K: Ord + Clone> LogLimit<K> {
         counts
     }
 
+    /// How much of which kinds was left out, whether or not it is time to tell.
+    fn left_out(&mut self) -> Vec<(Option<K>, u64)> {
+        self.due = None;
+        let counts =
+            self.told.iter_mut().map(|(kind, told)| (kind.clone(), std::mem::take(&mut told.left_out)));
+        counts.filter(|(_, count)| *count > 0).collect()
+    }
+
     fn key(&mut self, now: Instant, kind: &K) -> Option<K> {
         let key = Some(kind.clone());
         if self.told.len() < MOST_KINDS || self.told.contains_key(&key) {
@@ -114,6 +122,20 @@ pub(crate) enum Kind {
     Journal,
     /// A sensor.
     Sensor,
+    /// That the clock was set.
+    Clock,
+    /// A time that is not believed.
+    Disbelief,
+    /// That there are two processes of somebody.
+    Two,
+    /// That neither of two is one that has died.
+    Double,
+    /// That there is one process again.
+    One,
+    /// That the own robot stands.
+    Stands,
+    /// That it goes on.
+    GoesOn,
 }
 
 impl fmt::Display for Kind {
@@ -128,6 +150,12 @@ impl fmt::Display for Kind {
             Self::Network => formatter.write_str("failures of the network"),
             Self::Journal => formatter.write_str("failures of the journal"),
             Self::Sensor => formatter.write_str("faults of the sensor"),
+            Self::Clock => formatter.write_str("settings of the clock"),
+            Self::Disbelief => formatter.write_str("times that were not believed"),
+            Self::Two | Self::Double => formatter.write_str("doubles"),
+            Self::One => formatter.write_str("ends of doubles"),
+            Self::Stands => formatter.write_str("standing still"),
+            Self::GoesOn => formatter.write_str("going on"),
         }
     }
 }
@@ -142,6 +170,12 @@ impl Teller {
     pub(crate) fn warn(&mut self, kind: Kind, sender: Sender, text: impl fmt::Display) {
         if self.admits(kind, sender) {
             tracing::warn!("{text}");
+        }
+    }
+
+    pub(crate) fn error(&mut self, kind: Kind, sender: Sender, text: impl fmt::Display) {
+        if self.admits(kind, sender) {
+            tracing::error!("{text}");
         }
     }
 
@@ -168,13 +202,24 @@ impl Teller {
 
     fn tell_left_out(&mut self, now: Instant) {
         for (kind, count) in self.limit.settle(now) {
-            let period = PERIOD.as_secs();
-            let what = kind.map_or("of too many kinds to be told apart".to_owned(), |(kind, sender)| {
-                format!("{kind} of {sender}")
-            });
-            tracing::warn!("{count} more in {period} s, not told: {what}");
+            tracing::warn!("{count} more in {} s, not told: {}", PERIOD.as_secs(), what(kind));
         }
     }
+}
+
+impl Drop for Teller {
+    /// Nothing is left out without a word.
+    fn drop(&mut self) {
+        for (kind, count) in self.limit.left_out() {
+            tracing::warn!("{count} more until the end, not told: {}", what(kind));
+        }
+    }
+}
+
+fn what(kind: Option<(Kind, Sender)>) -> String {
+    kind.map_or("of too many kinds to be told apart".to_owned(), |(kind, sender)| {
+        format!("{kind} of {sender}")
+    })
 }
 
 #[cfg(test)]
@@ -194,6 +239,14 @@ mod tests {
         assert!(!limit.admits(start + PERIOD, &"a"));
         assert_eq!(limit.settle(start + PERIOD * 2), [(Some("a"), 1)]);
         assert!(limit.admits(start + PERIOD * 3, &"a"));
+    }
+
+    #[test]
+    fn at_the_end_all_that_was_left_out_is_known() {
+        let (mut limit, start) = (LogLimit::default(), Instant::now());
+        let told = ["a", "b", "a", "a", "c"].into_iter().filter(|kind| limit.admits(start, kind)).count();
+        assert_eq!((told, limit.left_out()), (3, vec![(Some("a"), 2)]));
+        assert_eq!((limit.left_out(), limit.due()), (Vec::new(), None));
     }
 
     #[test]

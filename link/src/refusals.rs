@@ -109,6 +109,9 @@ fn understand_handshake(message: &str) -> Option<String> {
     if reason.contains("os error 23)") || reason.contains("os error 24)") {
         return Some(format!("cannot take a connection: {reason}; more files must be allowed to be open"));
     }
+    if reason.contains("have not agreed on TLS") {
+        return Some(format!("refused a connection: {reason}"));
+    }
     let meaning = if reason.contains("InvalidContentType") {
         "the caller does not speak TLS"
     } else if reason.contains("no certificates") {
@@ -189,6 +192,11 @@ mod tests {
             tls,
             "peer sent no certificates. Hint: increase the system open file limit.",
             Some("refused a connection: the caller has no certificate (peer sent no certificates)"),
+        );
+        check(
+            tls,
+            "192.0.2.7 calls while 64 of its connections have not agreed on TLS. Hint: increase the system open file limit.",
+            Some("refused a connection: 192.0.2.7 calls while 64 of its connections have not agreed on TLS"),
         );
         check(tls, "Skipping name verification of TLS server", None);
         check(

@@ -139,7 +139,11 @@ fn event(stimulus: Stimulus<u64>) -> Result<StepEvent, LinkError> {
         Stimulus::Delivered { from, parcel } => StepEvent::Deliver { sender: from, parcel },
         Stimulus::Woke => StepEvent::Wake,
         Stimulus::Lost(robot) => StepEvent::Lost(robot),
-        Stimulus::Came | Stimulus::Commanded(_) | Stimulus::Halted | Stimulus::Released => {
+        Stimulus::Came
+        | Stimulus::Commanded(_)
+        | Stimulus::Halted
+        | Stimulus::Released
+        | Stimulus::Doubled(_) => {
             let why = "nobody comes, is halted or gives commands in simulated time: run by the wall clock";
             return Err(LinkError::Unsupported(why.to_owned()));
         }

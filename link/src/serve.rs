@@ -155,9 +155,7 @@ fn resume(
         agent.recall(observation);
     }
     let clock = Clock::new(pace);
-    let latest = memory.observations.iter().map(|observation| MissionTime(observation.time_ns)).max();
-    let noted = journal.time().map(|kept| clock.resumed(kept));
-    let Some(now) = noted.max(latest) else { return Ok((journal, clock)) };
+    let Some(now) = memory.resumed(journal.time(), &clock) else { return Ok((journal, clock)) };
     let (robot, count) = (subject.robot, memory.observations.len());
     tracing::info!(
         "robot {robot} goes on with {count} observations of {}, {:.0} s into the mission",

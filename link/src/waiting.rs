@@ -163,7 +163,7 @@ impl Queues {
             queue.presence.remove(first);
         }
         if queue.presence.len() == MOST_PRESENCE {
-            queue.presence.pop_front();
+            queue.forget_presence();
         }
         queue.presence.push_back((place, who, identity, is_here));
     }
@@ -207,6 +207,19 @@ impl Queue {
     fn arrive(&mut self) -> u64 {
         self.arrivals += 1;
         self.arrivals
+    }
+
+    /// Makes room: first of all whoever has come and left again was never there, so that nobody who is known to be there
+    /// stays for ever; then the oldest that has come.
+    fn forget_presence(&mut self) {
+        let presence = &self.presence;
+        let leaves = |identity| presence.iter().any(|&(_, _, it, is_here)| it == identity && !is_here);
+        let mut come = presence.iter().filter(|(.., is_here)| *is_here).map(|&(_, _, identity, _)| identity);
+        let oldest = come.clone().next();
+        match come.find(|&identity| leaves(identity)).or(oldest) {
+            Some(identity) => self.presence.retain(|(_, _, it, _)| *it != identity),
+            None => drop(self.presence.pop_front()),
+        }
     }
 
     /// The first that came, and the bytes that it took.

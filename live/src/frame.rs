@@ -109,6 +109,8 @@ pub struct RobotFrame {
     pub robot: u16,
     /// How it is.
     pub state: State,
+    /// Whether several processes have its number.
+    pub is_doubled: bool,
     /// Where it is, a cell's number; unknown before it was heard.
     pub cell: Option<u32>,
     /// Cells that it was in since the last frame, or the last ones in a whole frame.
@@ -209,6 +211,7 @@ fn out_of_reach(view: &View, added: usize, shown: &mut Option<(u32, usize)>) -> 
 }
 
 fn robots(view: &View, shown: &mut BTreeMap<RobotId, u64>) -> Vec<RobotFrame> {
+    let status = view.status();
     let numbers = |cells: &mut dyn Iterator<Item = Cell>| cells.map(Cell::number).collect();
     let frame = |(robot, walk, track, state): (RobotId, &crate::view::Walk, _, State)| {
         let track: dragnet_coordinator::track::Track = track;
@@ -217,6 +220,7 @@ fn robots(view: &View, shown: &mut BTreeMap<RobotId, u64>) -> Vec<RobotFrame> {
         RobotFrame {
             robot: robot.0,
             state,
+            is_doubled: status.is_some_and(|status| status.doubled.contains(&robot)),
             cell: track.pose.map(|(cell, _)| cell.number()),
             trail: numbers(&mut walk.trail.iter().skip(walk.trail.len() - new).copied()),
             plan: numbers(&mut track.plan.iter().flat_map(|plan| plan.path.iter().copied())),

@@ -23,6 +23,7 @@ use dragnet_proto::scenario::Scenario;
 use dragnet_proto::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;
+use dragnet_search::observation::RobotId;
 use dragnet_sim::crew::{Crew, LocalCrew};
 use dragnet_sim::episode;
 use dragnet_sim::simulation::{Attendance, End, Rules};
@@ -227,8 +228,11 @@ fn a_robot_that_is_heard_no_more_is_shown_as_lost_and_has_no_plan() {
     });
     let mut status = status.unwrap();
     status.alive.retain(|robot| robot.0 == 2);
+    status.doubled = vec![RobotId(1)];
     view.take(view.now(), &Record::Status(status));
     let is_lost: Vec<bool> = view.robots().map(|(.., state)| state == State::Lost).collect();
     assert_eq!(is_lost, [true, false]);
     assert_eq!(planned(&view), 1);
+    let frame = Frame::next(&view, &mut Shown::default());
+    assert_eq!(frame.robots.iter().map(|robot| robot.is_doubled).collect::<Vec<_>>(), [true, false]);
 }

@@ -239,6 +239,8 @@ pub struct MissionStatus {
     pub digest: Digest,
     /// What a person has ordered.
     pub directive: Directive,
+    /// Robots whose number several processes have, by number.
+    pub doubled: Vec<RobotId>,
 }
 
 /// A declared object.

@@ -1,5 +1,6 @@
 //! The contract between whoever drives a participant, real time or a simulator, and the participant's mind.
 
+use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 use std::time::Duration;
@@ -82,6 +83,8 @@ pub enum Stimulus<P> {
     Halted,
     /// It may go on.
     Released,
+    /// These are the robots now whose number several processes have.
+    Doubled(BTreeSet<RobotId>),
 }
 
 /// What a participant does.

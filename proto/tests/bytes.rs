@@ -128,8 +128,16 @@ fn mission_statuses() -> impl Strategy<Value = MissionStatus> {
         0..9,
     );
     let known = (versions(), digests(), directives());
-    (any::<u64>(), declared, 0.0..1e6, vec(robots(), 0..9), any::<u64>(), known).prop_map(
-        |(time_ns, declared, expected_undeclared, alive, observations, (versions, digest, directive))| {
+    let robots = || vec(robots(), 0..9);
+    (any::<u64>(), declared, 0.0..1e6, (robots(), robots()), any::<u64>(), known).prop_map(
+        |(
+            time_ns,
+            declared,
+            expected_undeclared,
+            (alive, doubled),
+            observations,
+            (versions, digest, directive),
+        )| {
             MissionStatus {
                 time_ns,
                 declared,
@@ -139,6 +147,7 @@ fn mission_statuses() -> impl Strategy<Value = MissionStatus> {
                 versions,
                 digest,
                 directive,
+                doubled,
             }
         },
     )

@@ -171,8 +171,8 @@ fn of_a_million_spoiled_messages_none_brings_evidence_that_cannot_be() {
             decisions.push(world.decisions());
         }
         println!("{tally:#?}, {decisions:?} decisions");
-        // Where all is promised to robots that say what they never do, it waits.
-        assert!(decisions.iter().all(|&of_world| of_world >= 30), "the robots go on");
+        // Where all is promised to robots that say what they never do, it waits; and it thinks seldom at the end of time.
+        assert!(decisions.iter().all(|&of_world| of_world >= 10), "the robots go on: {decisions:?}");
         check_has_met_all(&tally);
     });
 }
@@ -189,7 +189,7 @@ fn check_has_met_all(tally: &Tally) {
     assert!(tally.counted >= 50_000);
     assert_eq!(tally.refused.len(), 13, "of all reasons");
     // Of so vague a sensor few values are too far off.
-    assert!(tally.refused.values().all(|&count| count >= 20));
+    assert!(tally.refused.values().all(|&count| count >= 10));
 }
 
 /// A list at the end claims to have no end, and is as long as a message can be.

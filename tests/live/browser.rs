@@ -3,6 +3,13 @@
 use std::path::PathBuf;
 use std::process::Command;
 
+use dragnet_link::link::Link;
+use dragnet_link::session::{Endpoints, free_endpoints, open};
+use dragnet_proto::convert::Codec;
+use dragnet_proto::message::Participant;
+use dragnet_proto::scenario::Scenario;
+use dragnet_search::observation::RobotId;
+
 use super::{Served, folder, root};
 
 /// What a browser test needs and this machine lacks; `test.sh` brings it.
@@ -54,6 +61,35 @@ fn without_the_token_the_page_is_read_only() {
 #[test]
 fn the_page_fits_a_phone() {
     in_browser(|| play("phone", Served::run()));
+}
+
+#[test]
+fn two_robots_of_one_number_are_marked_and_said_in_words() {
+    in_browser(|| {
+        let (folder, endpoint) = (folder(), free_endpoints(1).unwrap().remove(0));
+        let settings = format!(
+            "[live]\n[common]\nmission = \"hall\"\nscenario = \"hall.toml\"\nzenoh.listen = [{endpoint:?}]\n"
+        );
+        std::fs::write(folder.path().join("coordinator.toml"), settings).unwrap();
+        let scenario = Scenario::load(&folder.path().join("hall.toml")).unwrap();
+        let served = Served::start_in(folder, &["coordinator", "--config", "coordinator.toml"]);
+        let runtime = tokio::runtime::Runtime::new().unwrap();
+        let both = runtime.block_on(async {
+            let endpoints = Endpoints { connect: vec![endpoint], ..Endpoints::default() };
+            let session = open(&endpoints).await.unwrap();
+            let mut both = Vec::new();
+            for _ in 0..2 {
+                let (codec, who) = (Codec::new(scenario.terrain().grid()), Participant::Robot(RobotId(1)));
+                let mut link =
+                    Link::join(session.clone(), "hall".parse().unwrap(), who, codec).await.unwrap();
+                link.announce().await.unwrap();
+                both.push(link);
+            }
+            both
+        });
+        play("doubled", served);
+        drop(both);
+    });
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use cargo_metadata::{CargoOpt, DependencyKind, Metadata, MetadataCommand, Package, PackageId};
 
 /// Each crate, and the crates of ours that it may import.
-const ARROWS: [(&str, &[&str]); 15] = [
+const ARROWS: [(&str, &[&str]); 16] = [
     ("dragnet-search", &[]),
     ("dragnet-learn", &["dragnet-search"]),
     ("dragnet-train", &["dragnet-search", "dragnet-learn"]),
@@ -34,6 +34,7 @@ const ARROWS: [(&str, &[&str]); 15] = [
             "dragnet-vehicle",
         ],
     ),
+    ("tls-listener", &[]),
     (
         "dragnet-python",
         &["dragnet-search", "dragnet-learn", "dragnet-proto", "dragnet-coordinator", "dragnet-sim"],
@@ -61,7 +62,7 @@ const ARROWS: [(&str, &[&str]); 15] = [
 /// Crates that only the edges may use.
 const EDGES: [(&str, &[&str]); 9] = [
     ("zenoh", &["dragnet-link"]),
-    ("tokio", &["dragnet-link", "dragnet-live"]),
+    ("tokio", &["dragnet-link", "dragnet-live", "tls-listener"]),
     ("axum", &["dragnet-live"]),
     ("mcap", &["dragnet-coordinator"]),
     ("clap", &["dragnet"]),

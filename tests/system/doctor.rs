@@ -2,14 +2,23 @@
 
 use std::path::Path;
 use std::process::Command;
+use std::time::{Duration, Instant};
 
+use dragnet_link::journal::{Journal, Subject};
+use dragnet_link::link::Link;
 use dragnet_link::session::{Endpoints, Mode, free_endpoints, open};
 use dragnet_proto::cdr;
+use dragnet_proto::clock::Kept;
+use dragnet_proto::convert::Codec;
+use dragnet_proto::message::{Audience, Intent, Message, Participant};
+use dragnet_proto::time::MissionTime;
 use dragnet_proto::wire::robot::{Odometry, PoseWithCovarianceStamped};
 use dragnet_proto::wire::standard::{Header, MapMetaData, OccupancyGrid};
 
-use crate::eventually;
+use dragnet_search::observation::{Origin, RobotId};
+
 use crate::field::{DRAGNET, Field};
+use crate::{eventually, scenario};
 
 const TEAM: &str = "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows = 8\ncolumns = 8\n[objects]\ncount = 1\n\
                     [robots]\ncount = 2\npolicy = \"path\"\n[mission]\nbudget_seconds = 3600.0\n";
@@ -115,6 +124,85 @@ fn a_number_that_another_robot_has_is_told_and_a_robots_own_is_not() {
     assert!(!said.contains("number"), "{said}");
     check(&said, &["pass  team: 1 of the mission are there: robot 1"]);
     robot.terminate();
+}
+
+/// Processes that say that they are these robots, all of one session that listens there.
+async fn robots(listen: &str, numbers: &[u16]) -> Vec<Link> {
+    let session = open(&Endpoints { listen: vec![listen.to_owned()], ..Endpoints::default() }).await.unwrap();
+    let codec = Codec::new(scenario(TEAM).terrain().grid());
+    let mut links = Vec::new();
+    for &number in numbers {
+        let who = Participant::Robot(RobotId(number));
+        let mut link = Link::join(session.clone(), "field".parse().unwrap(), who, codec).await.unwrap();
+        link.announce().await.unwrap();
+        links.push(link);
+    }
+    links
+}
+
+async fn examine_aside(file: &Path) -> (String, bool) {
+    let file = file.to_owned();
+    tokio::task::spawn_blocking(move || examine(&file, 3)).await.unwrap()
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn two_of_one_number_are_told_whether_it_is_the_robots_own_or_a_mates() {
+    let folder = tempfile::tempdir().unwrap();
+    for (numbers, expected) in
+        [([2, 2], "FAIL  team: robot 2 is there twice"), ([1, 1], "FAIL  number: 2 robots have number 1")]
+    {
+        let endpoint = free_endpoints(1).unwrap().remove(0);
+        let file = robot_settings(folder.path(), 1, "tcp/127.0.0.1:0", &endpoint);
+        let both = robots(&endpoint, &numbers).await;
+        let (said, will_do) = examine_aside(&file).await;
+        assert!(!will_do);
+        check(&said, &[expected]);
+        drop(both);
+        let one = robots(&endpoint, &numbers[..1]).await;
+        let (said, _) = examine_aside(&file).await;
+        assert!(!said.contains("twice") && !said.contains("2 robots have"), "{said}");
+        drop(one);
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_journal_that_is_ahead_of_the_only_one_who_is_there_is_told_and_left_as_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let endpoint = free_endpoints(1).unwrap().remove(0);
+    let file = robot_settings(folder.path(), 1, "tcp/127.0.0.1:0", &endpoint);
+    let mate = robots(&endpoint, &[2]).await.remove(0);
+    let speaking = tokio::spawn(async move {
+        let started = Instant::now();
+        loop {
+            let time_ns = (MissionTime::START + Duration::from_secs(500) + started.elapsed()).0;
+            let intent = Intent { origin: Origin::first(RobotId(2)), decision: 1, time_ns, path: Vec::new() };
+            mate.publish(1, Audience::All, &Message::Intent(intent)).await.unwrap();
+            tokio::time::sleep(Duration::from_millis(100)).await;
+        }
+    });
+    let (said, will_do) = examine_aside(&file).await;
+    assert!(will_do, "{said}");
+    check(&said, &["pass  clocks: the mission is 5", " s old, as robot 2 says, and robot 1 takes that up"]);
+    let scenario = scenario(TEAM);
+    let journal = folder.path().join("field-robot-1.journal");
+    for (seconds, expected) in [(9000, "FAIL  clocks: "), (100, "pass  clocks: ")] {
+        let mission = "field".parse().unwrap();
+        let subject = Subject { mission: &mission, robot: RobotId(1), terrain: scenario.terrain() };
+        let (mut kept, _) = Journal::open(&journal, subject, 0).unwrap();
+        // Of a computer that was off since, so that no time has passed.
+        let time = MissionTime::START + Duration::from_secs(seconds);
+        kept.note_time(Kept { boot: "another".to_owned(), uptime: Duration::ZERO, time });
+        kept.commit();
+        drop(kept);
+        let before = std::fs::read(&journal).unwrap();
+        let (said, will_do) = examine_aside(&file).await;
+        assert_eq!(will_do, seconds == 100, "{said}");
+        let found =
+            format!("{expected}by the journal of robot 1 the mission is {seconds} s old, as robot 2 says 5");
+        check(&said, &[&found]);
+        assert_eq!(std::fs::read(&journal).unwrap(), before);
+    }
+    speaking.abort();
 }
 
 /// Metres of the scenario's cells.

@@ -12,6 +12,7 @@ mod durability;
 mod endings;
 mod faults;
 mod field;
+mod floods;
 mod hosts;
 #[path = "../python/interpreter.rs"]
 mod interpreter;
@@ -24,6 +25,7 @@ mod policies;
 mod processes;
 mod rehearsal;
 mod security;
+mod strangers;
 mod team;
 mod vehicle;
 mod witness;

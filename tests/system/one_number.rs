@@ -4,6 +4,8 @@ use std::path::PathBuf;
 use std::process::Command;
 use std::time::Duration;
 
+use dragnet_keys::name::Name;
+use dragnet_keys::register::Topology;
 use dragnet_link::link::{Heard, Link};
 use dragnet_link::session::{free_endpoints, open};
 use dragnet_proto::convert::{Codec, encode_sensed};
@@ -12,7 +14,9 @@ use dragnet_proto::message::{Message, Participant};
 use dragnet_proto::step::Sensed;
 use dragnet_search::observation::RobotId;
 
+use crate::durability::endless;
 use crate::field::{DRAGNET, Field, Process};
+use crate::security;
 
 const SEARCH: &str = "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows = 5\ncolumns = 5\n\
                       [objects]\ncount = 1\n[mission]\nbudget_seconds = 36000.0\n";
@@ -79,6 +83,42 @@ impl Ear {
         assert!(tokio::time::timeout(Duration::from_mins(1), waiting).await.is_ok(), "never: {what}");
         speakers
     }
+}
+
+/// Robot 1, started a second time on another computer, with a copy of its folder of keys.
+fn copy(keyed: &security::Field, place: usize) -> Command {
+    let original = keyed.command(Name::robot(1), place);
+    let settings = std::fs::read_to_string(keyed.path("robot-1.toml")).unwrap();
+    let file = keyed.path("copy.toml");
+    std::fs::write(&file, format!("journal = \"copy.journal\"\n{settings}")).unwrap();
+    let mut command = Command::new(original.get_program());
+    command.args(["agent", "--config"]).arg(file);
+    command
+}
+
+#[test]
+fn of_two_with_one_certificate_over_mutual_tls_the_later_one_refuses_to_move_and_both_are_told_of() {
+    let keyed = security::Field::new(Topology::Mesh);
+    std::fs::write(keyed.path("field.toml"), endless(2)).unwrap();
+    let [one, two] = [1, 2].map(Name::robot);
+    let start = |name, place| security::Process::start(&mut keyed.command(name, place));
+    let (_world, coordinator) = (start(Name::Simulator, 0), start(Name::COORDINATOR, 1));
+    let (mate, first) = (start(two, 2), start(one, 3));
+    first.says(&["robot 1 decided: "]);
+    let second = security::Process::start(&mut copy(&keyed, 4));
+    let stands = |lines: &[String]| {
+        assert!(lines.iter().all(|line| !line.contains("robot 1 decided: ")), "{lines:#?}");
+    };
+    stands(&second.says_until(&["robot 1 stands still"]));
+    for process in [&coordinator, &mate, &first] {
+        process.says(&["robot 1 is here twice"]);
+        process.says(&["TWO PROCESSES SAY THAT THEY ARE robot 1"]);
+    }
+    // The first one goes on, and after its end the second one does.
+    first.says(&["robot 1 decided: "]);
+    drop(first);
+    stands(&second.says_until(&["robot 1 goes on"]));
+    second.says(&["robot 1 decided: "]);
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -20,18 +20,20 @@ use dragnet_search::observation::{Origin, RobotId};
 use serde_json::{Value, json};
 use time::OffsetDateTime;
 
+use crate::eventually;
+
 const DRAGNET: &str = env!("CARGO_BIN_EXE_dragnet");
 const PATIENCE: Duration = Duration::from_mins(1);
-const NAMES: [Name; 4] = [Name::robot(1), Name::robot(2), Name::COORDINATOR, Name::Simulator];
+pub(crate) const NAMES: [Name; 4] = [Name::robot(1), Name::robot(2), Name::COORDINATOR, Name::Simulator];
 
 /// A mission with certificates, on this machine.
-struct Field {
+pub(crate) struct Field {
     folder: tempfile::TempDir,
-    endpoints: Vec<String>,
+    pub(crate) endpoints: Vec<String>,
 }
 
 impl Field {
-    fn new(topology: Topology) -> Self {
+    pub(crate) fn new(topology: Topology) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let now = OffsetDateTime::now_utc();
         let mut keys =
@@ -41,7 +43,7 @@ impl Field {
                         [objects]\ncount = 4\n[robots]\ncount = 2\npolicy = \"path\"\n\
                         [mission]\nbudget_seconds = 3600.0\nexpected_undeclared = 0.001\n";
         fs::write(folder.path().join("field.toml"), scenario).unwrap();
-        let endpoints = free_endpoints(4).unwrap();
+        let endpoints = free_endpoints(NAMES.len() + 1).unwrap();
         let endpoints = endpoints.iter().map(|endpoint| endpoint.replace("tcp/", "tls/")).collect();
         Self { folder, endpoints }
     }
@@ -50,7 +52,7 @@ impl Field {
         Folder::open(&self.path("keys")).unwrap()
     }
 
-    fn path(&self, name: &str) -> PathBuf {
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 
@@ -72,6 +74,10 @@ impl Field {
 
     /// The process at this place of the mesh: it listens there, and calls all before it.
     fn start(&self, name: Name, place: usize) -> Process {
+        Process::start(&mut self.command(name, place))
+    }
+
+    pub(crate) fn command(&self, name: Name, place: usize) -> Command {
         let calls = &self.endpoints[..place];
         let zenoh = format!(
             "listen = [{:?}]\nconnect = {calls:?}\nconfig = \"{}\"\n",
@@ -95,18 +101,20 @@ impl Field {
         };
         let file = self.path(&format!("{name}.toml"));
         fs::write(&file, config).unwrap();
-        Process::start(Command::new(DRAGNET).args(arguments).arg("--config").arg(file))
+        let mut command = Command::new(DRAGNET);
+        command.args(arguments).arg("--config").arg(file);
+        command
     }
 }
 
 /// A process that does not outlive the test, and whose log is read.
-struct Process {
+pub(crate) struct Process {
     child: Child,
     log: Receiver<String>,
 }
 
 impl Process {
-    fn start(command: &mut Command) -> Self {
+    pub(crate) fn start(command: &mut Command) -> Self {
         let command = command.env_remove("RUST_LOG").stdin(Stdio::null()).stdout(Stdio::piped());
         let mut child = command.stderr(Stdio::piped()).spawn().unwrap();
         let (sender, log) = channel();
@@ -116,18 +124,29 @@ impl Process {
     }
 
     /// Waits until its log says all of this in one line.
-    fn says(&self, parts: &[&str]) -> String {
+    pub(crate) fn says(&self, parts: &[&str]) -> String {
+        self.says_until(parts).pop().unwrap_or_default()
+    }
+
+    /// What its log says until it says all of this in one line, the last.
+    pub(crate) fn says_until(&self, parts: &[&str]) -> Vec<String> {
         let mut said = Vec::new();
         loop {
             match self.log.recv_timeout(PATIENCE) {
-                Ok(line) if parts.iter().all(|part| line.contains(part)) => return line,
-                Ok(line) => said.push(line),
+                Ok(line) => {
+                    let is_it = parts.iter().all(|part| line.contains(part));
+                    said.push(line);
+                    if is_it {
+                        return said;
+                    }
+                }
                 Err(end) => panic!("it did not say {parts:?} ({end}), but\n{}", said.join("\n")),
             }
         }
     }
 
-    fn output(mut self) -> String {
+    pub(crate) fn output(mut self) -> String {
+        eventually("it has ended", || self.child.try_wait().unwrap().is_some());
         let mut text = String::new();
         std::io::Read::read_to_string(&mut self.child.stdout.take().unwrap(), &mut text).unwrap();
         text

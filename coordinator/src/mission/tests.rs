@@ -193,6 +193,16 @@ fn whoever_asks_gets_what_a_lost_robot_saw() {
 }
 
 #[test]
+fn robots_of_one_number_are_told_as_long_as_they_are_there() {
+    let mut mission = mission();
+    let doubled = |actions: &[Action]| statuses(actions).pop().map(|status| status.doubled.clone());
+    let actions = mission.handle(at(1), Event::Doubled(BTreeSet::from([TWO])));
+    assert_eq!(doubled(&actions), Some(vec![TWO]));
+    assert_eq!(mission.status(at(2)).doubled, [TWO]);
+    assert_eq!(doubled(&mission.handle(at(3), Event::Doubled(BTreeSet::new()))), Some(vec![]));
+}
+
+#[test]
 fn a_robot_is_lost_in_silence_or_by_leaving_and_returns() {
     let mut mission = mission();
     let alive = |actions: &[Action]| statuses(actions).pop().map(|status| status.alive.clone());

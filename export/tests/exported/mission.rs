@@ -122,5 +122,6 @@ fn status() -> MissionStatus {
         versions: Vec::new(),
         digest: scenario().prior().digest(),
         directive: Directive::default(),
+        doubled: Vec::new(),
     }
 }

@@ -13,7 +13,9 @@ use dragnet_search::information::InformationTable;
 use dragnet_vehicle::camera::CameraSettings;
 
 use super::Finding;
+use crate::clock::Clock;
 use crate::config::Body;
+use crate::journal::{self, Subject};
 use crate::vehicle::detector::Make;
 
 /// What a robot of a large team writes in a long day, and room for a log.
@@ -41,6 +43,20 @@ pub(super) fn journal(path: &Path) -> Finding {
         }
         Ok(free) => Finding::pass("journal", format!("{}; {} MB free{begun}", path.display(), free >> 20)),
     }
+}
+
+/// The clock by which a robot goes on by what its journal remembers, if it remembers a time.
+pub(super) fn resumed(path: &Path, subject: Subject<'_>, pace: f64) -> Result<Option<Clock>, Finding> {
+    if !path.exists() {
+        return Ok(None);
+    }
+    let (memory, noted) = journal::peek(path, subject).map_err(|error| {
+        let advice =
+            "what is damaged is set aside when the robot starts; name another, or move this one away";
+        Finding::fail("journal", error.to_string(), advice)
+    })?;
+    let clock = Clock::new(pace);
+    Ok(memory.resumed(noted.as_ref(), &clock).map(|now| clock.at(now)))
 }
 
 /// Times first decisions, for which most of the map is open: later ones take no longer.

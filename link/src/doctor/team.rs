@@ -3,14 +3,17 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
+use dragnet_proto::clock;
 use dragnet_proto::convert::Codec;
 use dragnet_proto::key::Mission;
-use dragnet_proto::message::{Heartbeat, Message, Participant};
+use dragnet_proto::message::Participant;
 use dragnet_proto::scenario::Scenario;
 use dragnet_search::observation::RobotId;
 use tokio::time::Instant;
 
 use super::Finding;
+use super::clocks::{Clocks, Expected};
+use crate::clock::Clock;
 use crate::link::{Heard, Link};
 use crate::session::{Endpoints, open};
 
@@ -24,14 +27,17 @@ pub(super) struct Member<'a> {
     pub(super) scenario: &'a Scenario,
     /// Whether the robot itself runs on this computer.
     pub(super) runs_here: bool,
+    /// The clock by which it would go on, if it remembers a time.
+    pub(super) resumed: Option<Clock>,
+    /// Mission seconds a second.
+    pub(super) pace: f64,
 }
 
 /// What was heard in a while.
 #[derive(Default)]
 struct Roll {
     present: BTreeSet<Participant>,
-    /// Seconds by which each one's mission time was ahead of the first that was heard of.
-    ahead: BTreeMap<Participant, f64>,
+    clocks: Clocks,
     refused: BTreeMap<String, String>,
     /// Those who have several processes.
     doubled: BTreeSet<Participant>,
@@ -52,6 +58,7 @@ pub(super) async fn examine(
     };
     let codec = Codec::new(member.scenario.terrain().grid());
     let joined = Link::join(session, member.mission.clone(), Participant::Robot(NOBODY), codec).await;
+    let resumed = member.resumed.map(|clock| clock.now());
     let roll = match joined {
         Ok(mut link) => call(&mut link, listen).await,
         Err(error) => return tell(Finding::fail("network", error.to_string(), "")),
@@ -67,27 +74,35 @@ pub(super) async fn examine(
                       had died is there twice for ten seconds";
         tell(Finding::fail("team", format!("{who} is there twice"), advice));
     }
-    clocks(&roll, member.scenario).into_iter().for_each(tell);
+    let (me, mission) = (Participant::Robot(member.robot), member.scenario.mission());
+    let expected = Expected { me, resumed, pace: member.pace, tolerance: mission.clock_tolerance };
+    roll.clocks.findings(expected).into_iter().for_each(&mut *tell);
+    if roll.clocks.is_empty() && roll.present.iter().any(|who| *who != me) {
+        let (seconds, heartbeat) = (listen.as_secs_f64(), mission.heartbeat.as_secs_f64() / member.pace);
+        tell(Finding::pass(
+            "clocks",
+            format!(
+                "nobody told the mission's time within {seconds:.0} s: it has not begun, or `--listen` is to be longer than \
+                 the {heartbeat:.0} s from one sign of life to the next"
+            ),
+        ));
+    }
 }
 
 async fn call(link: &mut Link, listen: Duration) -> Roll {
     let (mut roll, started) = (Roll::default(), Instant::now());
-    let mut first = None;
     while let Ok(Some(heard)) = tokio::time::timeout_at(started + listen, link.hear()).await {
-        let (from, time_ns) = match heard {
-            Heard::Message {
-                message: Message::Heartbeat(Heartbeat { robot: from, time_ns, .. }), ..
-            } => (Participant::Robot(from), time_ns),
-            Heard::Message { from, message: Message::MissionStatus(status), .. } => (from, status.time_ns),
+        match heard {
+            Heard::Message { from, message, .. } => {
+                if let Some(time) = clock::dated(from, &message) {
+                    roll.clocks.hear(from, started.elapsed(), time);
+                }
+            }
             Heard::Refused { key, reason, .. } => {
                 roll.refused.insert(key, reason);
-                continue;
             }
-            Heard::Message { .. } | Heard::Came(..) | Heard::Left(..) | Heard::Rival(_) => continue,
-        };
-        let ahead = time_ns as f64 / 1e9 - started.elapsed().as_secs_f64();
-        let first = *first.get_or_insert(ahead);
-        roll.ahead.insert(from, ahead - first);
+            Heard::Came(..) | Heard::Left(..) | Heard::Rival(_) => {}
+        }
     }
     roll.present.clone_from(link.present());
     roll.doubled = link.doubled();
@@ -134,23 +149,5 @@ fn number(roll: &Roll, member: &Member<'_>) -> Option<Finding> {
         let found =
             format!("a robot {robot} is there already, and does not run on this computer by these settings");
         Finding::fail("number", found, advice)
-    })
-}
-
-/// All who hear each other count the same mission's time; what one dates in another's future is not taken yet.
-fn clocks(roll: &Roll, scenario: &Scenario) -> Option<Finding> {
-    if roll.ahead.len() < 2 {
-        return None;
-    }
-    let ends = roll.ahead.values().fold((0.0_f64, 0.0_f64), |(low, high), &it| (low.min(it), high.max(it)));
-    let apart = ends.1 - ends.0;
-    let tolerance = scenario.mission().clock_tolerance.as_secs_f64();
-    let names: Vec<String> = roll.ahead.keys().map(ToString::to_string).collect();
-    let found = format!("those of {} are {apart:.1} s apart; {tolerance:.0} s will do", names.join(", "));
-    Some(if apart <= tolerance {
-        Finding::pass("clocks", found)
-    } else {
-        let advice = "they agree as soon as they hear each other: see that each pair has a connection";
-        Finding::fail("clocks", found, advice)
     })
 }

@@ -5,7 +5,6 @@ use dragnet_proto::convert::Codec;
 use dragnet_proto::participant::MindError;
 use dragnet_proto::scenario::Scenario;
 use dragnet_search::evidence::{Digest, Reading};
-use dragnet_search::observation::RobotId;
 
 use super::*;
 use crate::session::{Endpoints, free_endpoints, open};

@@ -124,3 +124,22 @@ async fn nothing_is_missed_and_the_end_is_told() {
     assert_eq!(count, 1000);
     sending.await.unwrap();
 }
+
+#[test]
+fn whoever_has_left_is_told_to_have_left_however_many_come_and_go_meanwhile() {
+    let mut queues = Queues { most_bytes: 1 << 20, ..Queues::default() };
+    queues.put_presence(robot(1), 7, false);
+    for identity in 100..100 + 10 * MOST_PRESENCE as u64 {
+        queues.put_presence(robot(1), identity, true);
+        queues.put_presence(robot(1), identity, false);
+    }
+    queues.put_presence(robot(1), 8, true);
+    let told: Vec<(u64, bool)> = std::iter::from_fn(|| queues.take())
+        .map(|arrival| match arrival {
+            Arrival::Presence { identity, is_here, .. } => (identity, is_here),
+            Arrival::Message { .. } => panic!("{arrival:?}"),
+        })
+        .collect();
+    assert_eq!((told.first(), told.last()), (Some(&(7, false)), Some(&(8, true))));
+    assert!(told.len() <= MOST_PRESENCE);
+}

@@ -46,7 +46,8 @@ function lost(seconds) {
 function trouble(text) {
     const place = element("trouble", HTMLElement);
     place.hidden = text === undefined;
-    place.textContent = text ?? "";
+    if (place.textContent !== (text ?? ""))
+        place.textContent = text ?? "";
 }
 function badge(is, text) {
     const place = element("state", HTMLElement);
@@ -81,7 +82,7 @@ function show(mission) {
         showState(mission);
 }
 function showState(mission) {
-    trouble(undefined);
+    trouble(doubles(mission));
     if (mission.hello.end !== null)
         badge("replay", "recording");
     else if (mission.isOver)
@@ -90,6 +91,13 @@ function showState(mission) {
         badge("paused", "paused");
     else
         badge("live", "live");
+}
+function doubles(mission) {
+    const numbers = (mission.frame?.robots ?? []).filter((robot) => robot.is_doubled).map((robot) => robot.robot);
+    if (numbers.length === 0)
+        return undefined;
+    const each = numbers.map((number) => `Two robots say that they are robot ${number}.`).join(" ");
+    return `${each} The one that started later stands still: give it a number of its own, or stop it.`;
 }
 drawScale(element("scale", HTMLCanvasElement));
 addEventListener("resize", () => {

@@ -216,6 +216,8 @@ class Pen {
         context.textAlign = "center";
         context.textBaseline = "middle";
         context.fillText(String(robot.robot), x, y + 0.5);
+        if (robot.is_doubled)
+            this.twice(x, y, half);
         if (robot.state === "lost")
             this.cross(x, y, half);
         if (robot.state === "paused")
@@ -224,6 +226,11 @@ class Pen {
     mates(robot) {
         const robots = this.mission.frame?.robots ?? [];
         return robots.filter((other) => other.cell === robot.cell && other.robot < robot.robot).length;
+    }
+    twice(x, y, half) {
+        this.context.beginPath();
+        this.context.arc(x, y, 1.5 * half, 0, 2 * Math.PI);
+        this.casing("#c2410c", 2.5, []);
     }
     cross(x, y, half) {
         this.context.beginPath();
@@ -278,7 +285,7 @@ export function describe(mission, cell) {
     const level = mission.levels[cell] ?? 0;
     const way = mission.isTraversable[cell] === 1 ? "" : ", no way through";
     const robots = (mission.frame?.robots ?? []).filter((robot) => robot.cell === cell);
-    const here = robots.map((robot) => `, robot ${robot.robot} is here`).join("");
+    const here = robots.map((robot) => `, robot ${robot.robot} is here${robot.is_doubled ? ", twice in the mission" : ""}`).join("");
     const isDeclared = (mission.frame?.declared ?? []).some((object) => object.cell === cell);
     const belief = level === 0 ? "not searched" : `probability of an object ${bounded(level)}`;
     const reach = mission.isOutOfReach[cell] === 1 ? ", out of reach: no robot can see it" : "";

@@ -43,7 +43,7 @@ export function showPanel(mission) {
     write("messages", frame.messages.toFixed(1));
     write("observations", String(frame.observations));
     write("marks", String(frame.marks));
-    rows("robots", frame.robots.map((robot) => [robot.state, robotRow(mission, robot)]));
+    rows("robots", frame.robots.map((robot) => [robot.is_doubled ? "doubled" : robot.state, robotRow(mission, robot)]));
     rows("objects", frame.declared.map((object) => [
         "declared",
         [mission.name(object.cell), percent(object.probability), clock(object.since)],
@@ -57,7 +57,7 @@ function robotRow(mission, robot) {
     const goal = robot.plan.at(-1);
     return [
         String(robot.robot),
-        SIGNS[robot.state],
+        robot.is_doubled ? `⚠ twice, ${SIGNS[robot.state]}` : SIGNS[robot.state],
         robot.cell === null ? "–" : mission.name(robot.cell),
         goal === undefined ? "–" : mission.name(goal),
         `${robot.meters.toFixed(0)} m`,

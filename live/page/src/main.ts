@@ -49,7 +49,8 @@ function lost(seconds: number): void {
 function trouble(text: string | undefined): void {
   const place = element("trouble", HTMLElement);
   place.hidden = text === undefined;
-  place.textContent = text ?? "";
+  // What is said already is not read aloud again.
+  if (place.textContent !== (text ?? "")) place.textContent = text ?? "";
 }
 
 function badge(is: string, text: string): void {
@@ -81,11 +82,19 @@ function show(mission: Mission): void {
 }
 
 function showState(mission: Mission): void {
-  trouble(undefined);
+  trouble(doubles(mission));
   if (mission.hello.end !== null) badge("replay", "recording");
   else if (mission.isOver) badge("over", "mission over");
   else if (mission.frame?.is_paused === true) badge("paused", "paused");
   else badge("live", "live");
+}
+
+/** What a person is to do about robots of one number. */
+function doubles(mission: Mission): string | undefined {
+  const numbers = (mission.frame?.robots ?? []).filter((robot) => robot.is_doubled).map((robot) => robot.robot);
+  if (numbers.length === 0) return undefined;
+  const each = numbers.map((number) => `Two robots say that they are robot ${number}.`).join(" ");
+  return `${each} The one that started later stands still: give it a number of its own, or stop it.`;
 }
 
 drawScale(element("scale", HTMLCanvasElement));

@@ -210,7 +210,8 @@ class Pen {
     this.casing("#c2410c", 2.5, []);
   }
 
-  /** A circle with the robot's number: round when it searches, square when it rests or is paused, crossed when lost. */
+  /** A circle with the robot's number: round when it searches, square when it rests or is paused, crossed when lost,
+   * ringed when there are two of it. */
   robot(robot: RobotFrame): void {
     if (robot.cell === null) return;
     const { context } = this;
@@ -236,6 +237,7 @@ class Pen {
     context.textAlign = "center";
     context.textBaseline = "middle";
     context.fillText(String(robot.robot), x, y + 0.5);
+    if (robot.is_doubled) this.twice(x, y, half);
     if (robot.state === "lost") this.cross(x, y, half);
     if (robot.state === "paused") this.bars(x + half, y - half);
   }
@@ -244,6 +246,13 @@ class Pen {
   private mates(robot: RobotFrame): number {
     const robots = this.mission.frame?.robots ?? [];
     return robots.filter((other) => other.cell === robot.cell && other.robot < robot.robot).length;
+  }
+
+  /** A second ring, of the color of warnings. */
+  private twice(x: number, y: number, half: number): void {
+    this.context.beginPath();
+    this.context.arc(x, y, 1.5 * half, 0, 2 * Math.PI);
+    this.casing("#c2410c", 2.5, []);
   }
 
   private cross(x: number, y: number, half: number): void {
@@ -304,7 +313,7 @@ export function describe(mission: Mission, cell: number): string {
   const level = mission.levels[cell] ?? 0;
   const way = mission.isTraversable[cell] === 1 ? "" : ", no way through";
   const robots = (mission.frame?.robots ?? []).filter((robot) => robot.cell === cell);
-  const here = robots.map((robot) => `, robot ${robot.robot} is here`).join("");
+  const here = robots.map((robot) => `, robot ${robot.robot} is here${robot.is_doubled ? ", twice in the mission" : ""}`).join("");
   const isDeclared = (mission.frame?.declared ?? []).some((object) => object.cell === cell);
   const belief = level === 0 ? "not searched" : `probability of an object ${bounded(level)}`;
   const reach = mission.isOutOfReach[cell] === 1 ? ", out of reach: no robot can see it" : "";

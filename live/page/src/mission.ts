@@ -37,6 +37,8 @@ export type State = "awaited" | "lost" | "searching" | "paused" | "cleared" | "s
 export interface RobotFrame {
   robot: number;
   state: State;
+  /** Whether several processes have its number. */
+  is_doubled: boolean;
   cell: number | null;
   trail: number[];
   plan: number[];

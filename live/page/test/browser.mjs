@@ -216,5 +216,18 @@ async function replay() {
   });
 }
 
-const CASES = { live, readOnly, phone, replay };
+/** Two processes say that they are robot 1: that is marked, and said in words. */
+async function doubled() {
+  await browse(bare, {}, async (page) => {
+    await until("robot 1 is marked", async () => (await states(page))[0] === "doubled");
+    assert.match(await page.locator("#robots tbody tr").first().locator("td").nth(1).textContent(), /twice/);
+    assert.ok((await states(page)).slice(1).every((state) => state !== "doubled"));
+    const told = page.locator("#trouble");
+    await until("it is said", async () => /Two robots say that they are robot 1\./.test(await told.textContent()));
+    assert.ok(await told.isVisible());
+    await shot(page, "doubled.png");
+  });
+}
+
+const CASES = { live, readOnly, phone, replay, doubled };
 await CASES[name]();

@@ -109,6 +109,7 @@ impl From<&MissionStatus> for wire::MissionStatus {
             known: status.versions.iter().map(Into::into).collect(),
             digest: digest_halves(status.digest),
             directive: (&status.directive).into(),
+            doubled: status.doubled.iter().map(|robot| robot.0).collect(),
         }
     }
 }
@@ -203,6 +204,7 @@ impl Check {
         self.version(wire.version)?;
         self.at_most(self.grid.cell_count(), "declared", wire.declared.len())?;
         self.at_most(self.robots.into(), "alive", wire.alive.len())?;
+        self.at_most(self.robots.into(), "doubled", wire.doubled.len())?;
         let declared = wire
             .declared
             .iter()
@@ -217,6 +219,7 @@ impl Check {
             versions: self.versions(&wire.known)?,
             digest: digest(wire.digest),
             directive: self.directive(&wire.directive)?,
+            doubled: wire.doubled.iter().copied().map(RobotId).collect(),
         })
     }
 }

@@ -156,12 +156,16 @@ fn no_list_is_longer_than_the_team_can_make_it() {
         known: known(3 * 1024 + 1),
         digest: [0; 2],
         directive: wire::Heartbeat::from(&self::heartbeat()).directive,
+        doubled: Vec::new(),
     };
     let refused = codec.decode(MessageKind::MissionStatus, &cdr::encode(&status)).unwrap_err().to_string();
     assert_eq!(refused, "dragnet_msgs/msg/MissionStatus: known: 3073 entries; allowed are at most 3072");
     (status.known, status.alive) = (Vec::new(), vec![1, 2, 3]);
     let refused = codec.decode(MessageKind::MissionStatus, &cdr::encode(&status)).unwrap_err().to_string();
     assert_eq!(refused, "dragnet_msgs/msg/MissionStatus: alive: 3 entries; allowed are at most 2");
+    (status.alive, status.doubled) = (Vec::new(), vec![1, 2, 3]);
+    let refused = codec.decode(MessageKind::MissionStatus, &cdr::encode(&status)).unwrap_err().to_string();
+    assert_eq!(refused, "dragnet_msgs/msg/MissionStatus: doubled: 3 entries; allowed are at most 2");
 }
 
 #[test]

@@ -97,6 +97,7 @@ pub struct MissionStatus {
     pub known: Vec<Version>,
     pub digest: [u64; 2],
     pub directive: Directive,
+    pub doubled: Vec<u16>,
 }
 
 /// `dragnet_msgs/msg/Directive`, see `msg/Directive.msg`.

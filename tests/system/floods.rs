@@ -1,0 +1,193 @@
+//! One of the network floods a mission with all that is wrong: logs and memory stay bounded, and the others go on.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+
+use dragnet_coordinator::inspect::inspect;
+use dragnet_link::session::open;
+use dragnet_proto::convert::encode;
+use dragnet_proto::directive::Directive;
+use dragnet_proto::key::Topic;
+use dragnet_proto::message::{Activity, Heartbeat, Intent, Message, MissionStatus, Participant};
+use dragnet_proto::sender::{Envelope, Process as Sender};
+use dragnet_search::cell::Cell;
+use dragnet_search::evidence::Digest;
+use dragnet_search::observation::{Origin, RobotId, Version};
+use zenoh::Session;
+
+use crate::durability::endless;
+use crate::eventually;
+use crate::field::{DRAGNET, Field, Process};
+
+/// Who floods; the others of its team are honest.
+const FLOODER: RobotId = RobotId(3);
+/// So many rounds of all that is wrong are sent at least.
+const ROUNDS: u64 = 1000;
+/// Starts that it claims to know of each robot: almost as many as may be.
+const STARTS: u64 = 1000;
+/// Lines of a log that are about others: each kind once a minute of each sender.
+const MOST_LINES: usize = 80;
+/// 64 MiB of messages that wait, and the program with all that it knows.
+const MOST_KIB: u64 = 256 << 10;
+
+fn attached() -> Vec<u8> {
+    Envelope { number: 7, process: Sender { identity: 5, age_ms: 0 } }.encode()
+}
+
+/// All that somebody may claim to know.
+fn versions() -> Vec<Version> {
+    let origins = (1..=FLOODER.0)
+        .flat_map(|robot| (0..STARTS).map(move |incarnation| Origin { robot: RobotId(robot), incarnation }));
+    origins.map(|origin| Version { origin, next: 9 }).collect()
+}
+
+/// Well-formed, as long as can be, and of a time that is far away.
+fn long(cell: Cell) -> [(String, Vec<u8>); 2] {
+    let (time_ns, directive, digest) = (1 << 60, Directive::default(), Digest(1));
+    let intent = Intent { origin: Origin::first(FLOODER), decision: 1, time_ns, path: vec![cell] };
+    let heartbeat = Heartbeat {
+        robot: FLOODER,
+        time_ns,
+        activity: Activity::Searching,
+        cell,
+        path_meters: 0.0,
+        intent,
+        versions: versions(),
+        digest,
+        directive: directive.clone(),
+    };
+    let status = MissionStatus {
+        time_ns,
+        declared: Vec::new(),
+        expected_undeclared: 0.0,
+        alive: vec![FLOODER],
+        observations: 1 << 60,
+        versions: versions(),
+        digest,
+        directive,
+        doubled: vec![FLOODER],
+    };
+    [
+        (key(Topic::Heartbeat(FLOODER)), encode(&Message::Heartbeat(heartbeat))),
+        (key(Topic::Status), encode(&Message::MissionStatus(status))),
+    ]
+}
+
+fn key(topic: Topic) -> String {
+    "field".parse::<dragnet_proto::key::Mission>().unwrap().key(topic).to_string()
+}
+
+/// Sends what no one of the mission would say, and counts the rounds.
+async fn flood(session: Session, cell: Cell, rounds: Arc<AtomicU64>) {
+    let robots = |rest: &str| format!("dragnet/field/robots/{rest}");
+    let garbage = vec![0xa5; 300];
+    let here = [
+        "77/heartbeat",
+        "x/intent",
+        "3/observation",
+        "1/heartbeat",
+        "3/log_reply/1",
+        "3/log_reply/coordinator",
+    ];
+    let bad: Vec<String> = here.map(robots).into_iter().chain([key(Topic::Status)]).collect();
+    let long = long(cell);
+    loop {
+        let round = rounds.fetch_add(1, Ordering::Relaxed);
+        session.put(robots("3/intent"), garbage.clone()).await.unwrap();
+        for key in &bad {
+            session.put(key, garbage.clone()).attachment(attached()).await.unwrap();
+        }
+        if round.is_multiple_of(20) {
+            for (key, bytes) in &long {
+                session.put(key, bytes.clone()).attachment(attached()).await.unwrap();
+            }
+        }
+        // They come and go: those of one robot, of the coordinator, and of somebody who is not of the team.
+        for who in [Participant::Robot(FLOODER), Participant::Coordinator, Participant::Robot(RobotId(77))] {
+            let alive = key(Topic::Alive { who, identity: 1000 + round });
+            session.liveliness().declare_token(alive).await.unwrap().undeclare().await.unwrap();
+        }
+        tokio::time::sleep(Duration::from_millis(1)).await;
+    }
+}
+
+struct Witnessed {
+    process: Process,
+    log: PathBuf,
+}
+
+impl Witnessed {
+    fn start(verb: &str, settings: &Path) -> Self {
+        let log = settings.with_extension("log");
+        let mut command = Command::new(DRAGNET);
+        let process = Process::start_logged(command.args([verb, "--config"]).arg(settings), &log);
+        Self { process, log }
+    }
+
+    /// The most memory that it ever had, KiB, by Linux's account.
+    fn memory_kib(&self) -> u64 {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", self.process.id())).unwrap();
+        let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap();
+        peak.trim().trim_end_matches(" kB").parse().unwrap()
+    }
+
+    /// What it has told of others in the end.
+    fn end(self) -> Vec<String> {
+        self.process.terminate();
+        let log = std::fs::read_to_string(self.log).unwrap();
+        let own = [
+            " decided: ",
+            " found: ",
+            " doubts: ",
+            " resting: ",
+            " waiting: ",
+            " declared: ",
+            " withdrawn: ",
+        ];
+        log.lines().filter(|line| !own.iter().any(|word| line.contains(word))).map(str::to_owned).collect()
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn whoever_floods_fills_neither_logs_nor_memory_and_the_others_are_heard() {
+    let field = Field::new(&endless(3), 3, 4);
+    let recording = field.path("field.mcap");
+    let coordinator = Witnessed::start("coordinator", &field.coordinator_settings(&recording));
+    let robot = Witnessed::start("agent", &field.robot_settings(1, None));
+    let mate = Witnessed::start("agent", &field.robot_settings(2, None));
+    let world = field.world();
+    let session = open(&field.endpoints(4)).await.unwrap();
+    let alive = key(Topic::Alive { who: Participant::Robot(FLOODER), identity: 1 });
+    let _present = session.liveliness().declare_token(alive).await.unwrap();
+    let observations = || inspect(&recording).map_or(0, |read| read.observations);
+    eventually("they search", || observations() > 3);
+    let rounds = Arc::new(AtomicU64::new(0));
+    let cell = field.scenario().terrain().grid().cells().next().unwrap();
+    let flood = tokio::spawn(flood(session, cell, Arc::clone(&rounds)));
+    eventually("the flood is there", || rounds.load(Ordering::Relaxed) > ROUNDS / 2);
+    let before = observations();
+    eventually("the others are heard", || {
+        rounds.load(Ordering::Relaxed) > ROUNDS && observations() > before + 20
+    });
+    flood.abort();
+    let memory = [&coordinator, &robot].map(Witnessed::memory_kib);
+    mate.end();
+    let logs = [coordinator, robot].map(Witnessed::end);
+    world.kill();
+    eprintln!("{rounds:?} rounds, {memory:?} KiB, {:?} lines", logs.each_ref().map(Vec::len));
+    for (log, memory_kib) in logs.iter().zip(memory) {
+        let text = log.join("\n");
+        assert!(log.len() < MOST_LINES, "{text}");
+        assert!(memory_kib < MOST_KIB, "{memory_kib} KiB");
+        // Of each kind and sender one line, and how many more there were.
+        for (what, of) in
+            [("what is no message", "somebody who is not of the team"), ("what is no message", "robot 3")]
+        {
+            let left_out = format!(", not told: {what} of {of}");
+            assert!(log.iter().any(|line| line.contains(&left_out)), "{left_out}: {text}");
+        }
+    }
+}
