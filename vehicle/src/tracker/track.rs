@@ -298,10 +298,13 @@ impl Track {
         others.filter(|&(_, &(time_ns, _))| is_new(time_ns)).map(|(_, &(_, view))| view).collect()
     }
 
-    /// Whether a bearing that was not its own is where its own would be: it was not passed then, another track has it.
+    /// Whether a bearing that was not its own is where its own was or would be: then it was not passed, another track
+    /// has it.
     fn is_another_seen_there(&self, frame: &Frame, gate_radians: f64) -> bool {
         let expected = bearing_radians(frame.position_meters(), self.position_meters());
-        frame.bearings_radians.iter().any(|&bearing| turn_radians(expected, bearing).abs() <= gate_radians)
+        let last = self.last_seen.map_or(expected, |seen| seen.sight.bearing_radians);
+        let is_near = |bearing: f64, own: f64| turn_radians(own, bearing).abs() <= gate_radians;
+        frame.bearings_radians.iter().any(|&bearing| is_near(bearing, expected) || is_near(bearing, last))
     }
 
     /// Takes into account, once for each time that it was seen, that it may be nearer than all that is left of it.
