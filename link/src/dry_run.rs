@@ -13,7 +13,7 @@ use dragnet_coordinator::Ending;
 use dragnet_coordinator::bag::{Bag, BagMessage, BagTopic};
 use dragnet_proto::message::Message;
 use dragnet_proto::participant::{Mind, Stimulus};
-use dragnet_proto::ros::output::{Diagnostic, OutputKind};
+use dragnet_proto::ros::output::{Diagnostic, OutputKind, PlanarEstimate};
 use dragnet_proto::time::MissionTime;
 use dragnet_search::cell::{Cell, Position};
 use dragnet_search::evidence::Reading;
@@ -62,11 +62,20 @@ pub enum News {
         computing: Option<Duration>,
     },
     /// It believes an object here, as sure as the mission asks.
-    Finds(Position),
+    Finds(FoundObject),
     /// It does not any more.
     Doubts(Position),
     /// Something goes wrong, or is well again.
     Tells(Diagnostic),
+}
+
+/// A declared object.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FoundObject {
+    /// Its cell.
+    pub cell: Position,
+    /// Where it is expected by now, in the frame of the vehicle's network.
+    pub place: PlanarEstimate,
 }
 
 /// How it went.
@@ -87,7 +96,7 @@ pub struct Summary {
     /// Entropy of the belief before and after, nats.
     pub entropy_nats: [f64; 2],
     /// Where objects are believed at the end.
-    pub found: Vec<Position>,
+    pub found: Vec<FoundObject>,
     /// How the recording ends.
     pub ending: Ending,
 }
@@ -287,11 +296,15 @@ impl Rehearsal<'_> {
         let found: BTreeSet<Cell> = self.vehicle.found(self.agent.belief()).collect();
         let before = std::mem::replace(&mut self.log.found, found.clone());
         for &cell in found.difference(&before) {
-            self.note(News::Finds(self.position(cell)));
+            self.note(News::Finds(self.found(cell)));
         }
         for &cell in before.difference(&found) {
             self.note(News::Doubts(self.position(cell)));
         }
+    }
+
+    fn found(&self, cell: Cell) -> FoundObject {
+        FoundObject { cell: self.position(cell), place: self.vehicle.place_of(cell) }
     }
 
     fn position(&self, cell: Cell) -> Position {
@@ -320,7 +333,7 @@ impl Rehearsal<'_> {
             looks: self.log.looks,
             readings: self.log.readings,
             entropy_nats: [entropy_before_nats, self.agent.belief().entropy_nats(self.terrain)],
-            found: self.log.found.iter().map(|&cell| self.position(cell)).collect(),
+            found: self.log.found.iter().map(|&cell| self.found(cell)).collect(),
             heard: self.traffic,
             decisions: self.log.decisions,
             ending,

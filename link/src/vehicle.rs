@@ -9,6 +9,7 @@ mod board;
 pub mod detector;
 pub(crate) mod ground;
 mod mind;
+mod objects;
 pub(crate) mod place;
 pub mod serve;
 mod topics;
@@ -22,7 +23,7 @@ use dragnet_proto::map_file::MapOrigin;
 use dragnet_proto::ros::errand::{Errand, Progress};
 use dragnet_proto::ros::input::{DetectedBox, GoalStatus, Image, Occupancy};
 use dragnet_proto::ros::name::TopicName;
-use dragnet_proto::ros::output::{Diagnostic, FoundObject, Output};
+use dragnet_proto::ros::output::{Diagnostic, Output};
 use dragnet_proto::scenario::Scenario;
 use dragnet_proto::time::MissionTime;
 use dragnet_search::belief::Belief;
@@ -194,9 +195,9 @@ impl Vehicle {
         effects
     }
 
-    /// What people are shown, the belief if it has changed or stood for a while: to be called every [`SHOW`].
+    /// What people are shown: what is followed, and the belief if it has changed or stood for a while: to be called every [`SHOW`].
     pub(crate) fn show(&mut self, now: Now, belief: &Belief, has_changed: bool) -> Vec<Effect> {
-        let mut shown = vec![Output::Diagnostics(self.board.all())];
+        let mut shown = vec![Output::Diagnostics(self.board.all()), Output::Tracks(self.tracks())];
         self.unchanged += 1;
         if has_changed || self.unchanged >= SHOW_AGAIN {
             self.unchanged = 0;
@@ -205,7 +206,7 @@ impl Vehicle {
             let viewer = Viewer::new(&self.terrain, MapOrigin::default(), start_unix_ns);
             let drawn = viewer.belief(belief, now.mission);
             shown.push(Output::Belief(drawn, planar(&self.places.in_frame(&Pose::default()))));
-            shown.push(Output::Objects(self.found(belief).map(|cell| self.object(belief, cell)).collect()));
+            shown.push(Output::Objects(self.objects(belief)));
         }
         shown.into_iter().map(Effect::Say).collect()
     }
@@ -410,24 +411,6 @@ impl Vehicle {
         let message = "the vehicle does not drive its path; what is left of it is told again";
         self.board.note(now.mission, "path", message);
         vec![self.path(&rest)]
-    }
-
-    /// Cells in which the robot believes an object, as sure as the mission asks.
-    pub(crate) fn found<'a>(&'a self, belief: &'a Belief) -> impl Iterator<Item = Cell> + 'a {
-        self.terrain.searched_cells().filter(|&cell| belief.is_found(cell, self.tau))
-    }
-
-    fn object(&self, belief: &Belief, cell: Cell) -> FoundObject {
-        let (x_meters, y_meters) = self.terrain.center_meters(cell);
-        let middle = self.in_frame(&Pose::new(x_meters, y_meters, 0.0));
-        FoundObject {
-            id: cell.number().to_string(),
-            class: "object".to_owned(),
-            x_meters: middle.x_meters,
-            y_meters: middle.y_meters,
-            edge_meters: self.terrain.cell_meters(),
-            probability: belief.probability(cell),
-        }
     }
 
     /// A pose on the search's map in the frame of the vehicle's network.

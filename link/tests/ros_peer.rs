@@ -14,7 +14,7 @@ use dragnet_link::ros::node::Node;
 use dragnet_link::ros::settings::Settings;
 use dragnet_link::session::{Endpoints, Mode, free_endpoints, open};
 use dragnet_proto::ros::input::{GoalId, GoalState, Hypothesis, PlanarPose};
-use dragnet_proto::ros::output::{Diagnostic, FoundObject, Level, Output, OutputKind};
+use dragnet_proto::ros::output::{Diagnostic, Level, ObjectEstimate, Output, OutputKind, PlanarEstimate};
 use dragnet_proto::schema::type_hash;
 use dragnet_proto::wire::standard::{MapMetaData, OccupancyGrid};
 use serde_json::{Value, json};
@@ -187,19 +187,23 @@ async fn what_is_said_the_other_hears() {
     let now = 1_700_000_000_000_000_000;
     let info = MapMetaData { resolution: 1.0, width: 2, height: 1, ..MapMetaData::default() };
     let belief = OccupancyGrid { info, data: vec![3, -1], ..OccupancyGrid::default() };
-    let object = FoundObject {
+    let object = ObjectEstimate {
         id: "5".into(),
         class: "person".into(),
-        x_meters: 15.0,
-        y_meters: 45.0,
-        edge_meters: 30.0,
+        place: PlanarEstimate {
+            x_meters: 16.5,
+            y_meters: 45.0,
+            covariance_square_meters: [[4.0, 0.0], [0.0, 2.25]],
+        },
+        box_center: PlanarPose { x_meters: 15.0, y_meters: 45.0, yaw_radians: 0.0 },
+        box_edges_meters: [30.0; 2],
         probability: 0.9375,
     };
     // Before the other is there: what is latched it hears all the same.
     node.say(now, Output::Belief(belief, PlanarPose::default())).await.unwrap();
     node.say(now, Output::Objects(vec![object])).await.unwrap();
     let mut peer = Peer::start(&endpoint);
-    let objects = json!([[15.0, 30.0, "person", 0.9375, "5"]]);
+    let objects = json!([[15.0, 30.0, "person", 0.9375, "5", 16.5, 2.25]]);
     // They come in either order.
     for _ in 0..2 {
         let told = loop {

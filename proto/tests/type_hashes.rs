@@ -58,6 +58,7 @@ fn every_message_of_a_robots_network_is_among_them() {
         OutputKind::Path,
         OutputKind::Belief,
         OutputKind::Objects,
+        OutputKind::Tracks,
         OutputKind::Diagnostics,
     ];
     let spoken = inputs.map(InputKind::message).into_iter().chain(outputs.map(OutputKind::message));

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use dragnet_coordinator::Ending;
-use dragnet_link::dry_run::{self, News, Note, Summary};
+use dragnet_link::dry_run::{self, FoundObject, News, Note, Summary};
 use dragnet_proto::ros::output::Level;
 use dragnet_search::cell::Position;
 
@@ -48,7 +48,7 @@ fn line(note: &Note) -> String {
             let took = computing.map(|took| format!(", in {}", milliseconds(took))).unwrap_or_default();
             format!("decides  {way}{took}")
         }
-        News::Finds(cell) => format!("finds    an object in {}", place(*cell)),
+        News::Finds(object) => format!("finds    an object in {}", found(object)),
         News::Doubts(cell) => format!("doubts   that there is one in {}", place(*cell)),
         News::Tells(diagnostic) => {
             let level = match diagnostic.level {
@@ -66,6 +66,12 @@ fn line(note: &Note) -> String {
 /// Rows count from the south, as everywhere.
 fn place(position: Position) -> String {
     format!("[{}, {}]", position.row, position.column)
+}
+
+/// Its cell, where it is expected in the frame of the vehicle's network, and how surely along the axis where it is least known.
+fn found(object: &FoundObject) -> String {
+    let (at, [std_meters, _]) = (object.place, object.place.std_meters());
+    format!("{} at ({:.2}, {:.2}) m, std {std_meters:.2} m", place(object.cell), at.x_meters, at.y_meters)
 }
 
 fn milliseconds(duration: Duration) -> String {
@@ -102,7 +108,7 @@ fn text(summary: &Summary) -> String {
         summary.readings,
         terminal::counted(summary.decisions.len(), "decision"),
         milliseconds(slowest),
-        listed(summary.found.iter().map(|&cell| place(cell))),
+        listed(summary.found.iter().map(found)),
         listed(said),
     )
 }

@@ -83,6 +83,15 @@ fn lines<'a>(told: &'a str, kind: &str) -> Vec<&'a str> {
     told.lines().filter_map(of_kind).map(|line| line.split(", in ").next().unwrap().trim()).collect()
 }
 
+/// Metres east and north of what is found in the north-eastern cell.
+fn where_found(told: &str) -> [f64; 2] {
+    let place = told.split_once("[3, 3] at (").unwrap().1;
+    let (place, std) = place.split_once(") m, std ").unwrap();
+    assert!(std.ends_with(" m"), "{told}");
+    let (x, y) = place.split_once(", ").unwrap();
+    [x, y].map(|meters| meters.parse().unwrap())
+}
+
 fn without_computing(told: &str) -> String {
     let line =
         |line: &str| line.split(", in ").next().unwrap().split(", the slowest").next().unwrap().to_owned();
@@ -98,7 +107,9 @@ fn a_robot_lives_through_a_recording_and_tells_what_it_would_have_done() {
         lines(&told, "looks").iter().map(|line| &line["from ".len()..][.."[0, 0]".len()]).collect();
     assert_eq!(looks[..2], ["[0, 0]", "[0, 1]"], "{told}");
     assert!(looks.contains(&"[1, 3]") && looks.contains(&"[2, 3]"), "{told}");
-    assert_eq!(lines(&told, "finds"), ["an object in [3, 3]"], "{told}");
+    let found = where_found(lines(&told, "finds")[0]);
+    assert_eq!(lines(&told, "finds").len(), 1, "{told}");
+    assert!(found.iter().all(|meters| (meters - YARD.object_meters()).abs() < 5.0), "{told}");
     let silent = "pose: no pose comes: /odom: nothing comes";
     assert_eq!(
         lines(&told, "error").iter().chain(&lines(&told, "warning")).filter(|line| **line == silent).count(),
@@ -119,7 +130,8 @@ fn a_robot_lives_through_a_recording_and_tells_what_it_would_have_done() {
     }
     let fix = "refused on /fix, the last: recorded is std_msgs/msg/String as cdr; allowed is sensor_msgs/msg/NavSatFix as cdr";
     assert!(told.contains(fix), "{told}");
-    assert!(told.contains("found: [3, 3]\n"), "{told}");
+    let last = where_found(told.split_once("found: ").unwrap().1.lines().next().unwrap());
+    assert!(last.iter().all(|meters| (meters - YARD.object_meters()).abs() < 1.0), "{told}");
     assert!(told.contains("/dragnet/belief "), "{told}");
 
     assert_eq!(without_computing(&told), without_computing(&place.succeed()));
@@ -173,7 +185,7 @@ fn a_recording_that_is_cut_off_or_none_is_told() {
     let output = place.dry_run(&cut);
     let told = String::from_utf8(output.stdout).unwrap();
     assert!(output.status.success() && told.contains("the recording was cut off"), "{told}");
-    assert!(told.contains("found: [3, 3]"), "{told}");
+    assert!(told.contains("found: [3, 3] at ("), "{told}");
 
     // A bag is a folder with its recording.
     assert!(place.dry_run(&place.folder.path().join("drive")).status.success());
@@ -203,7 +215,9 @@ fn a_detector_looks_at_recorded_images() {
     let made = Command::new(interpreter(Path::new(ROOT))).arg(script).arg(&modules).output().unwrap();
     assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
     let told = place.succeed();
-    assert_eq!(lines(&told, "finds"), ["an object in [3, 3]"], "{told}");
+    let found = where_found(lines(&told, "finds")[0]);
+    assert_eq!(lines(&told, "finds").len(), 1, "{told}");
+    assert!(found.iter().all(|meters| (meters - YARD.object_meters()).abs() < 5.0), "{told}");
     assert!(told.contains("/camera_2/image"), "{told}");
 
     // Of another size than the camera's the boxes would mean something else.

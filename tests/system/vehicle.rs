@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use dragnet_link::session::{Endpoints, Mode, free_endpoints, open};
 use dragnet_proto::cdr;
-use dragnet_proto::wire::robot::DiagnosticArray;
+use dragnet_proto::wire::robot::{DiagnosticArray, PoseWithCovariance};
 use dragnet_proto::wire::standard::OccupancyGrid;
 use dragnet_proto::wire::vision::Detection3DArray;
 
@@ -23,6 +23,7 @@ struct Said {
     path: Option<Vec<u8>>,
     belief: OccupancyGrid,
     objects: Detection3DArray,
+    tracks: Detection3DArray,
     diagnostics: DiagnosticArray,
 }
 
@@ -44,6 +45,7 @@ async fn a_robot_on_a_vehicle_searches_and_finds_what_its_cameras_see() {
             "dragnet/path" => heard.path = Some(bytes.to_vec()),
             "dragnet/belief" => heard.belief = cdr::decode(bytes).unwrap(),
             "dragnet/objects" => heard.objects = cdr::decode(bytes).unwrap(),
+            "dragnet/tracks" => heard.tracks = cdr::decode(bytes).unwrap(),
             "diagnostics" => heard.diagnostics = cdr::decode(bytes).unwrap(),
             _ => {}
         }
@@ -69,19 +71,31 @@ async fn a_robot_on_a_vehicle_searches_and_finds_what_its_cameras_see() {
             session.put(key, bytes).await.unwrap();
         }
         let said = said.lock().unwrap();
-        if !said.objects.detections.is_empty() {
+        if !said.objects.detections.is_empty() && !said.tracks.detections.is_empty() {
             break;
         }
         let (belief, status) = (&said.belief.data, &said.diagnostics.status);
         assert!(elapsed < 20 * 120, "nothing is found; {:?}, {belief:?}, {status:?}", vehicle.here);
     }
-    let found = said.lock().unwrap().objects.clone();
+    let (found, followed) = {
+        let said = said.lock().unwrap();
+        (said.objects.clone(), said.tracks.clone())
+    };
     let places: Vec<[f64; 2]> = found
         .detections
         .iter()
         .map(|object| [object.bbox.center.position.x, object.bbox.center.position.y])
         .collect();
     assert_eq!(places, [[YARD.object_meters(); 2]]);
+    // Poses are taken for exact, and boxes are: three standard deviations, and what time passes between a pose and a frame.
+    for object in found.detections.iter().chain(&followed.detections) {
+        let PoseWithCovariance { pose, covariance } = object.results[0].pose;
+        for (axis, place) in [pose.position.x, pose.position.y].into_iter().enumerate() {
+            let std_meters = covariance[axis][axis].sqrt();
+            let off = (place - YARD.object_meters()).abs();
+            assert!(std_meters > 0.0 && off < 3.0 * std_meters + 1.0, "{object:?}");
+        }
+    }
     robot.terminate();
     // It was told to stand still.
     let last = said.lock().unwrap().path.take();

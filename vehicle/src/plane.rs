@@ -5,7 +5,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use nalgebra::Vector2;
+use nalgebra::{Matrix2, Vector2};
 
 /// The same angle within `-pi..=pi`, radians. What is there already is returned to the bit.
 #[must_use]
@@ -64,6 +64,14 @@ impl Pose {
         }
     }
 
+    /// The covariance of a position in this pose's own frame, in the frame that the pose is told in.
+    #[must_use]
+    pub fn covariance_of_part(&self, covariance: &Matrix2<f64>) -> Matrix2<f64> {
+        let (sin, cos) = self.heading_radians.sin_cos();
+        let turn = Matrix2::new(cos, -sin, sin, cos);
+        turn * covariance * turn.transpose()
+    }
+
     /// The same pose in the frame of another one, which stands still.
     #[must_use]
     pub fn seen_from(&self, frame: &Self) -> Self {
@@ -87,7 +95,7 @@ pub fn bearing_radians(from_meters: Vector2<f64>, to_meters: Vector2<f64>) -> f6
 
 #[cfg(test)]
 mod tests {
-    use std::f64::consts::FRAC_PI_2;
+    use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
     use super::*;
 
@@ -112,5 +120,12 @@ mod tests {
         let part = camera.seen_from(&vehicle);
         assert!((part.position_meters() - Vector2::new(2.0, 1.0)).norm() < 1e-12);
         assert!((part.heading_radians - 0.25).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_covariance_turns_with_its_frame() {
+        let along_x = Matrix2::new(4.0, 0.0, 0.0, 1.0);
+        let turned = Pose::new(10.0, 20.0, FRAC_PI_4).covariance_of_part(&along_x);
+        assert!((turned - Matrix2::new(2.5, 1.5, 1.5, 2.5)).norm() < 1e-12, "{turned}");
     }
 }

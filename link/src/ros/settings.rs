@@ -183,17 +183,19 @@ pub struct Say {
     pub path: String,
     /// `nav_msgs/OccupancyGrid`, percent.
     pub belief: String,
-    /// `vision_msgs/Detection3DArray`.
+    /// `vision_msgs/Detection3DArray`: what is declared.
     pub objects: String,
+    /// `vision_msgs/Detection3DArray`: what this robot follows and is sure of.
+    pub tracks: String,
     /// `diagnostic_msgs/DiagnosticArray`.
     pub diagnostics: String,
 }
 
 impl Default for Say {
     fn default() -> Self {
-        let [goal, path, belief, objects, diagnostics] =
-            ["goal_pose", "~/path", "~/belief", "~/objects", "/diagnostics"].map(str::to_owned);
-        Self { goal, path, belief, objects, diagnostics }
+        let [goal, path, belief, objects, tracks, diagnostics] =
+            ["goal_pose", "~/path", "~/belief", "~/objects", "~/tracks", "/diagnostics"].map(str::to_owned);
+        Self { goal, path, belief, objects, tracks, diagnostics }
     }
 }
 
@@ -396,13 +398,14 @@ impl Settings {
     }
 
     fn said(&self, names: &Names) -> Result<BTreeMap<OutputKind, TopicName>, String> {
-        let Say { goal, path, belief, objects, diagnostics } = &self.say;
+        let Say { goal, path, belief, objects, tracks, diagnostics } = &self.say;
         let mut said = BTreeMap::new();
         for (key, kind, name) in [
             ("say.goal", OutputKind::Goal, goal),
             ("say.path", OutputKind::Path, path),
             ("say.belief", OutputKind::Belief, belief),
             ("say.objects", OutputKind::Objects, objects),
+            ("say.tracks", OutputKind::Tracks, tracks),
             ("say.diagnostics", OutputKind::Diagnostics, diagnostics),
         ] {
             said.extend(names.topic(key, name)?.map(|topic| (kind, topic)));
@@ -450,9 +453,10 @@ mod tests {
             "/robot1/dragnet/path",
             "/robot1/dragnet/belief",
             "/robot1/dragnet/objects",
+            "/robot1/dragnet/tracks",
         ];
-        assert_eq!(said[..4], own);
-        assert_eq!(said[4..], ["/diagnostics"]);
+        assert_eq!(said[..5], own);
+        assert_eq!(said[5..], ["/diagnostics"]);
         assert_eq!((checked.domain, checked.network.mode), (0, Mode::Client));
     }
 

@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
-use dragnet_proto::ros::input::{Odometry, PlanarPose, PoseEstimate, Velocity};
-use dragnet_proto::ros::output::Level;
+use dragnet_proto::ros::input::{Detections, Odometry, PlanarPose, PoseEstimate, Velocity};
+use dragnet_proto::ros::output::{Level, ObjectEstimate, PlanarEstimate};
 use dragnet_search::cell::Position;
+use dragnet_vehicle::plane::bearing_radians;
 
 use super::*;
 use crate::config::AgentConfig;
@@ -176,4 +177,65 @@ fn where_no_pose_comes_the_topic_is_named() {
     vehicle.hear(now, &topic("/odom"), Heard::Refused { topic: topic("/odom"), reason });
     let expected = "no pose comes: /odom: nothing comes; the last was refused: frame_id is \"odom\"";
     assert_eq!(why(&mut vehicle, 2), expected);
+}
+
+/// The robot drives past a thing at (40, 25) and tells of it in metres, with the covariance; of what a teammate has found it
+/// knows the cell alone.
+#[test]
+fn what_is_found_is_told_with_its_place_and_covariance() {
+    let (mut vehicle, scenario) = vehicle("lattice");
+    let (terrain, mut belief) = (scenario.terrain(), scenario.prior().clone());
+    let thing = Pose::new(40.0, 25.0, 0.0);
+    let camera = Arc::<str>::from(vehicle.pilot.cameras().next().unwrap());
+    let lens = vehicle.pilot.camera(&camera).unwrap().clone();
+    for tick in 0..90_u64 {
+        let here = Pose::new(5.0 + tick as f64 / 2.0, 10.0, 0.0);
+        let now = Now { mission: MissionTime(tick * 100_000_000), unix_ns: 0 };
+        let mut effects = vehicle.hear(now, &topic("/odom"), odometry(0, here.x_meters));
+        let bearing = bearing_radians(here.position_meters(), thing.position_meters());
+        let boxes = lens.column_pixels(bearing).map(|x| DetectedBox {
+            left: x - 5.0,
+            right: x + 5.0,
+            top: 500.0,
+            bottom: 520.0,
+            hypothesis: None,
+        });
+        let boxes = boxes.into_iter().collect();
+        let detections = Detections { stamp_unix_ns: 0, frame: String::new(), boxes };
+        effects.extend(vehicle.hear(
+            now,
+            &topic("/camera"),
+            Heard::Detections { camera: camera.clone(), detections },
+        ));
+        effects.extend(vehicle.tick(now));
+        for effect in effects {
+            if let Effect::Sensed { readings, .. } = effect {
+                for reading in &readings {
+                    belief.add(reading);
+                }
+            }
+        }
+    }
+    let far = terrain.grid().cell(Position { row: 3, column: 0 }).unwrap();
+    belief.add(&Reading { cell: far, value: 1.0, variance: 0.02 });
+    let now = Now { mission: MissionTime(9_000_000_000), unix_ns: 0 };
+    let (mut objects, mut tracks) = (Vec::new(), Vec::new());
+    for effect in vehicle.show(now, &belief, true) {
+        match effect {
+            Effect::Say(Output::Objects(said)) => objects = said,
+            Effect::Say(Output::Tracks(said)) => tracks = said,
+            _ => {}
+        }
+    }
+    let [own, other] = &objects[..] else { panic!("{objects:?}") };
+    let [track] = &tracks[..] else { panic!("{tracks:?}") };
+    for estimate in [own, track] {
+        let place = estimate.place;
+        let off = (place.x_meters - thing.x_meters).hypot(place.y_meters - thing.y_meters);
+        assert!(off < 0.5 && place.std_meters()[0] < 1.0 && place.std_meters()[1] > 0.0, "{estimate:?}");
+        assert!(estimate.probability > 0.9);
+    }
+    let middle = |object: &ObjectEstimate| (object.box_center.x_meters, object.box_center.y_meters);
+    assert_eq!((middle(own).1, own.box_edges_meters), (30.0, [20.0; 2]));
+    assert_eq!((other.place, middle(other)), (PlanarEstimate::in_square(10.0, 70.0, 20.0), (10.0, 70.0)));
 }

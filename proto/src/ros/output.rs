@@ -1,16 +1,18 @@
 //! What Dragnet says on a robot's own network.
 
+mod object;
+
 use super::MessageType;
 use super::input::PlanarPose;
 use super::qos::Qos;
 use crate::cdr;
 use crate::wire::robot::{DiagnosticArray, DiagnosticStatus, KeyValue};
 use crate::wire::standard::{
-    Header, MapMetaData, OccupancyGrid, Path, Point, Pose, PoseStamped, Quaternion, Time, Vector3,
+    Header, MapMetaData, OccupancyGrid, Path, Point, Pose, PoseStamped, Quaternion, Time,
 };
-use crate::wire::vision::{
-    BoundingBox3D, Detection3D, Detection3DArray, ObjectHypothesis, ObjectHypothesisWithPose,
-};
+use crate::wire::vision::Detection3DArray;
+
+pub use object::{ObjectEstimate, PlanarEstimate};
 
 /// Something to say.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,28 +24,13 @@ pub enum Output {
     /// `nav_msgs/OccupancyGrid`: the belief in percent, as [`crate::convert::viewer::Viewer::belief`] draws it, and where
     /// its south-western corner is.
     Belief(OccupancyGrid, PlanarPose),
-    /// `vision_msgs/Detection3DArray`: objects that are declared. It says of each how probable it is, which a `PoseArray`
-    /// has no place for.
-    Objects(Vec<FoundObject>),
+    /// `vision_msgs/Detection3DArray`: objects that are declared. It says of each how probable it is and how surely it is
+    /// where it is, which a `PoseArray` has no place for.
+    Objects(Vec<ObjectEstimate>),
+    /// The same of things that this robot follows and is sure of, declared or not.
+    Tracks(Vec<ObjectEstimate>),
     /// `diagnostic_msgs/DiagnosticArray`: how this program is.
     Diagnostics(Vec<Diagnostic>),
-}
-
-/// A declared object.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FoundObject {
-    /// The same each time.
-    pub id: String,
-    /// What is searched for.
-    pub class: String,
-    /// Its middle, metres.
-    pub x_meters: f64,
-    /// Its middle, metres.
-    pub y_meters: f64,
-    /// Edge of the square that it is somewhere in, metres.
-    pub edge_meters: f64,
-    /// How probable it is, `0..=1`.
-    pub probability: f64,
 }
 
 /// How a part of this program is.
@@ -83,6 +70,8 @@ pub enum OutputKind {
     Belief,
     /// [`Output::Objects`].
     Objects,
+    /// [`Output::Tracks`].
+    Tracks,
     /// [`Output::Diagnostics`].
     Diagnostics,
 }
@@ -95,7 +84,7 @@ impl OutputKind {
             Self::Goal => MessageType::of::<PoseStamped>(),
             Self::Path => MessageType::of::<Path>(),
             Self::Belief => MessageType::of::<OccupancyGrid>(),
-            Self::Objects => MessageType::of::<Detection3DArray>(),
+            Self::Objects | Self::Tracks => MessageType::of::<Detection3DArray>(),
             Self::Diagnostics => MessageType::of::<DiagnosticArray>(),
         }
     }
@@ -104,7 +93,7 @@ impl OutputKind {
     #[must_use]
     pub const fn qos(self) -> Qos {
         match self {
-            Self::Goal | Self::Path | Self::Diagnostics => Qos::RELIABLE,
+            Self::Goal | Self::Path | Self::Tracks | Self::Diagnostics => Qos::RELIABLE,
             Self::Belief | Self::Objects => Qos::LATCHED,
         }
     }
@@ -119,6 +108,7 @@ impl Output {
             Self::Path(_) => OutputKind::Path,
             Self::Belief(..) => OutputKind::Belief,
             Self::Objects(_) => OutputKind::Objects,
+            Self::Tracks(_) => OutputKind::Tracks,
             Self::Diagnostics(_) => OutputKind::Diagnostics,
         }
     }
@@ -137,8 +127,9 @@ impl Output {
                 let info = MapMetaData { origin: pose(corner), ..belief.info };
                 cdr::encode(&OccupancyGrid { header, info, ..belief })
             }
-            Self::Objects(objects) => {
-                let detections = objects.into_iter().map(|object| detection(object, &header)).collect();
+            Self::Objects(objects) | Self::Tracks(objects) => {
+                let detections =
+                    objects.into_iter().map(|object| object::detection(object, &header)).collect();
                 cdr::encode(&Detection3DArray { header, detections })
             }
             Self::Diagnostics(diagnostics) => {
@@ -155,18 +146,6 @@ fn pose(place: PlanarPose) -> Pose {
         position: Point { x: place.x_meters, y: place.y_meters, z: 0.0 },
         orientation: Quaternion { x: 0.0, y: 0.0, z: sine, w: cosine },
     }
-}
-
-fn detection(object: FoundObject, header: &Header) -> Detection3D {
-    let center = pose(PlanarPose { x_meters: object.x_meters, y_meters: object.y_meters, yaw_radians: 0.0 });
-    let mut result = ObjectHypothesisWithPose {
-        hypothesis: ObjectHypothesis { class_id: object.class, score: object.probability },
-        ..ObjectHypothesisWithPose::default()
-    };
-    result.pose.pose = center;
-    let size = Vector3 { x: object.edge_meters, y: object.edge_meters, z: object.edge_meters };
-    let bbox = BoundingBox3D { center, size };
-    Detection3D { header: header.clone(), results: vec![result], bbox, id: object.id }
 }
 
 fn diagnostic_status(diagnostic: Diagnostic) -> DiagnosticStatus {
@@ -191,6 +170,7 @@ mod tests {
     use std::f64::consts::FRAC_PI_2;
 
     use super::*;
+    use crate::wire::vision::ObjectHypothesis;
 
     #[test]
     fn a_goal_to_the_north_looks_to_the_north() {
@@ -208,20 +188,34 @@ mod tests {
     }
 
     #[test]
-    fn an_object_is_told_with_its_place_and_probability() {
-        let object = FoundObject {
+    fn an_object_is_told_with_its_place_its_covariance_and_its_probability() {
+        let object = ObjectEstimate {
             id: "7".into(),
             class: "person".into(),
-            x_meters: 15.0,
-            y_meters: 45.0,
-            edge_meters: 30.0,
+            place: PlanarEstimate {
+                x_meters: 29.0,
+                y_meters: 46.0,
+                covariance_square_meters: [[4.0, 1.0], [1.0, 9.0]],
+            },
+            box_center: PlanarPose { x_meters: 15.0, y_meters: 45.0, yaw_radians: FRAC_PI_2 },
+            box_edges_meters: [30.0, 20.0],
             probability: 0.97,
         };
         let bytes = Output::Objects(vec![object]).encode("map", 0);
         let said: Detection3DArray = cdr::decode(&bytes).unwrap();
         let found = &said.detections[0];
+        let place = &found.results[0].pose;
+        assert_eq!((place.pose.position.x, place.pose.position.y), (29.0, 46.0));
+        let told: Vec<f64> = place.covariance.into_iter().flatten().collect();
+        // x and y of ROS's six coordinates, row by row, and no more.
+        let mut expected = vec![0.0; 36];
+        for (place, value) in [(0, 4.0), (1, 1.0), (6, 1.0), (7, 9.0)] {
+            expected[place] = value;
+        }
+        assert_eq!(told, expected);
         assert_eq!((found.bbox.center.position.x, found.bbox.center.position.y), (15.0, 45.0));
-        assert_eq!(found.results[0].pose.pose, found.bbox.center);
+        assert_eq!((found.bbox.size.x, found.bbox.size.y), (30.0, 20.0));
+        assert!((found.bbox.center.orientation.z - 0.5_f64.sqrt()).abs() < 1e-12);
         let hypothesis = ObjectHypothesis { class_id: "person".into(), score: 0.97 };
         assert_eq!((&found.results[0].hypothesis, found.id.as_str()), (&hypothesis, "7"));
     }

@@ -76,12 +76,15 @@ pub fn listen(node: &ZNode) -> Result<Vec<Box<dyn std::any::Any>>> {
         Box::new(hear::<Detection3DArray>(node, "dragnet/objects", latched(), |objects| {
             let objects = objects.detections.iter().map(|object| {
                 let result = &object.results[0].hypothesis;
+                let place = &object.results[0].pose;
                 json!([
                     object.bbox.center.position.x,
                     object.bbox.size.y,
                     result.class_id,
                     result.score,
-                    object.id
+                    object.id,
+                    place.pose.position.x,
+                    place.covariance[7]
                 ])
             });
             json!({"topic": "objects", "objects": objects.collect::<Value>()})

@@ -17,15 +17,14 @@ use crate::tracker::track::{Standing, Track, TrackId};
 /// With at most this probability of a track a cell reads as if the track were not there.
 pub const NEGLIGIBLE: f64 = 1e-3;
 /// With at least this probability a track is in a cell.
-pub const CERTAIN: f64 = 0.95;
+pub const CERTAIN: f64 = 0.99;
 /// A track is told as an object if so much speaks for it, nats.
 const SURE_NATS: f64 = 20.0;
 /// A track that is in its cell with less has left it.
-const LEFT: f64 = 0.05;
-/// A place is known well enough if its standard deviation is at most so many metres and this share of a cell,
-const GOOD_METERS: f64 = 0.25;
-const GOOD_SHARE: f64 = 0.02;
-/// or this share, once it has not been seen for so long, seconds, and will hardly be known better.
+const LEFT: f64 = 0.01;
+/// A place is known well enough if its standard deviation is at most so many metres,
+const GOOD_METERS: f64 = 0.2;
+/// or this share of a cell, once it has not been seen for so long, seconds, and will hardly be known better.
 const PASSED_SHARE: f64 = 0.25;
 const PASSED_SECONDS: f64 = 5.0;
 /// Two tracks are of one thing if their places are so near, in standard deviations of both.
@@ -130,7 +129,7 @@ impl Finds {
         let edge_meters = terrain.cell_meters();
         let has_passed = seconds_between(track.seen_ns(), now_ns) > PASSED_SECONDS;
         let is_known = probability >= CERTAIN
-            || std_meters <= GOOD_METERS + GOOD_SHARE * edge_meters
+            || std_meters <= GOOD_METERS
             || (has_passed && std_meters <= PASSED_SHARE * edge_meters);
         if !is_known || track.score_nats() < SURE_NATS {
             return None;

@@ -266,3 +266,22 @@ fn a_track_begins_where_it_was_not_seen_before() {
     let range = tracker.tracks()[0].position_meters().norm();
     assert!(range > 120.0, "{range}");
 }
+
+/// Straight at a thing, which is first seen from as far as the camera can, at 2 m/s with 5 frames a second, and on.
+#[test]
+fn what_was_driven_over_lies_behind_where_it_was_seen_last() {
+    let mut tracker = tracker();
+    for tick in 0..130_u32 {
+        let east = 0.4 * f64::from(tick);
+        let bearings: &[f64] = if east < 38.0 { &[0.0] } else { &[] };
+        let camera = Pose::new(east, 0.0, 0.0);
+        let view = View::new(camera, 0.5, 2.0, 40.0).unwrap();
+        let time_ns = u64::from(tick) * SECOND / 5;
+        tracker.handle(&Frame { time_ns, view, ..seen_from(camera, 0.5, 0, bearings) }).unwrap();
+    }
+    let [track] = tracker.tracks() else { panic!("{:?}", tracker.tracks()) };
+    let place = track.position_meters();
+    let std_meters = track.position_covariance().symmetric_eigenvalues().max().sqrt();
+    assert!((place.x - 40.0).abs() < 3.0 && place.y.abs() < 0.5, "{place}");
+    assert!(std_meters < 3.0, "{std_meters}");
+}

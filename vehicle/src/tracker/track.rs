@@ -5,18 +5,29 @@
 //! Tracking Systems, 1999, section 6.2): the logarithm of how many times as likely a thing makes all that was
 //! seen and missed as a detector's mistakes do.
 //!
+//! What the vehicle drives straight at has one bearing all the way, which tells nothing of its range but that it is not
+//! passed yet; and of all ranges the near ones become unlikely, since what is near is seldom so straight ahead. So
+//! when it is missed where it was expected, it may have been anywhere on the way there (`Track::may_have_passed`): a
+//! mixture must not lack what is likely by now, however unlikely it was before (a defensive mixture, Hesterberg,
+//! Technometrics 37(2), 1995).
+//!
 //! A look counts where the camera could see the track: one out of view is neither seen nor missed.
+
+use std::collections::BTreeMap;
 
 use nalgebra::{Matrix2, Vector2};
 
 use super::cubature::{Gaussian, Sight};
-use super::frame::Frame;
+use super::frame::{Frame, PoseError};
 use super::mixture::{Mixture, Reach};
 use super::seconds_between;
 use super::settings::Settings;
-use super::visibility::{SEEN_OUTSIDE, mean_over, seen_in};
+use super::visibility::{Missed, SEEN_OUTSIDE, mean_over, seen_in};
+use crate::camera::View;
+use crate::plane::{bearing_radians, turn_radians};
 
-/// What is seen or missed within this time has one cause, seconds: together it counts once.
+/// What is seen within this time has one cause, seconds: together it counts once. So does what is missed, since it was
+/// seen or missed before.
 const INDEPENDENT_SECONDS: f64 = 0.2;
 /// Score of one bearing alone, nats: most are mistakes.
 const FIRST_NATS: f64 = -4.0;
@@ -38,6 +49,14 @@ const LEAST_UNSEEN: f64 = 0.01;
 const BORN_OUTSIDE: f64 = 0.05;
 /// A tentative track is forgotten as soon as this, seconds: nobody looks where it might be.
 const TENTATIVE_SECONDS: f64 = 5.0;
+/// What two cameras have missed within this time, seconds, was not between them either.
+const SEAM_SECONDS: f64 = 1.0;
+/// After so many misses in a row a thing may have been passed,
+const PASSING_MISSES: f64 = 2.0;
+/// with this probability,
+const PASSED: f64 = 0.05;
+/// if its range is not known better than this share of it.
+const KNOWN_SHARE: f64 = 0.1;
 /// Of the error of a pose so much may last for ever, of its standard deviation: no number of bearings averages
 /// it away.
 const LASTING_SHARE: f64 = 0.5;
@@ -90,6 +109,18 @@ pub struct Track {
     judged_ns: u64,
     /// What is never known better of its place, metres.
     lasting_std_meters: f64,
+    /// From where and how it was seen last, until it is taken for passed or another track has its bearing.
+    last_seen: Option<LastSeen>,
+    /// Views in which it was missed since: each camera's latest, and of when that is, nanoseconds.
+    missed_in: BTreeMap<u16, (u64, View)>,
+}
+
+/// A bearing, and what is to be known of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct LastSeen {
+    sight: Sight,
+    pose_error: PoseError,
+    nearest_meters: f64,
 }
 
 impl Track {
@@ -121,6 +152,8 @@ impl Track {
             seen_ns: frame.time_ns,
             judged_ns: frame.time_ns,
             lasting_std_meters: f64::INFINITY,
+            last_seen: None,
+            missed_in: BTreeMap::new(),
         };
         track.note_lasting_error(frame);
         let fate = track.promoted(settings);
@@ -210,37 +243,42 @@ impl Track {
         let seen = mixture.after_seen(&widest);
         self.mixture = if doubt < LEAST_DOUBT { seen } else { seen.or(&self.mixture, doubt) };
         self.mixture.condense();
-        self.count(log_odds, frame);
+        // Not since it was missed: on the seam of two cameras one misses what the other sees just then.
+        self.count(log_odds, independent_share(self.seen_ns, frame), frame);
         self.seen_ns = frame.time_ns;
+        let nearest_meters = frame.reach().nearest_meters;
+        self.last_seen = Some(LastSeen { sight: *sight, pose_error: frame.pose_error, nearest_meters });
+        self.missed_in.clear();
         self.misses_in_a_row = 0.0;
         self.hits = self.hits.saturating_add(1);
         self.note_lasting_error(frame);
         self.promoted(settings)
     }
 
-    /// Adds to the score, less if it was added to just now.
-    fn count(&mut self, nats: f64, frame: &Frame) {
-        let share = self.independent_share(frame);
+    /// Adds to the score, as much as is independent of what was added before.
+    fn count(&mut self, nats: f64, share: f64, frame: &Frame) {
         self.score_nats = (self.score_nats + share * nats).min(MOST_NATS);
         self.judged_ns = frame.time_ns;
-    }
-
-    fn independent_share(&self, frame: &Frame) -> f64 {
-        (seconds_between(self.judged_ns, frame.time_ns) / INDEPENDENT_SECONDS).min(1.0)
     }
 
     /// It was not seen: where it would have been it is less likely from now on.
     pub(super) fn not_seen(&mut self, frame: &Frame, settings: &Settings) -> Fate {
         let expected = self.mixture.mean_of(&|point| frame.visibility(point));
-        let surest = frame.surest_view(settings.gate_radians);
+        let view = frame.surest_view(0.0);
+        let others = self.missed_by_others(frame);
+        self.missed_in.insert(frame.camera, (frame.time_ns, view));
+        if self.is_another_seen_there(frame, settings.gate_radians) {
+            self.last_seen = None;
+        }
         let is_missed = expected >= LEAST_EXPECTED;
         if expected > 0.0 {
-            let share = self.independent_share(frame);
+            let share = independent_share(self.judged_ns, frame);
             self.misses_in_a_row += if is_missed { share } else { 0.0 };
-            let missed = settings.miss_probability.powf(share);
+            self.may_have_passed(settings);
             self.mixture.refine(frame.position_meters());
-            self.mixture = self.mixture.after_missed(&surest, missed);
-            self.count((1.0 - (1.0 - settings.miss_probability) * expected).ln(), frame);
+            let missed = Missed { view, others: &others, edge_radians: settings.gate_radians };
+            self.mixture = self.mixture.after_missed(&missed, settings.miss_probability.powf(share));
+            self.count((1.0 - (1.0 - settings.miss_probability) * expected).ln(), share, frame);
         }
         if self.is_hopeless(settings) || (is_missed && self.is_lost_by_a_miss(settings)) {
             return Fate::Lost;
@@ -251,6 +289,38 @@ impl Track {
         };
         let is_forgotten = seconds_between(self.seen_ns, frame.time_ns) > patience_seconds;
         if is_forgotten { Fate::Lost } else { Fate::AsBefore }
+    }
+
+    /// Views of the other cameras in which it was missed just before.
+    fn missed_by_others(&self, frame: &Frame) -> Vec<View> {
+        let is_new = |time_ns: u64| seconds_between(time_ns, frame.time_ns) <= SEAM_SECONDS;
+        let others = self.missed_in.iter().filter(|&(&camera, _)| camera != frame.camera);
+        others.filter(|&(_, &(time_ns, _))| is_new(time_ns)).map(|(_, &(_, view))| view).collect()
+    }
+
+    /// Whether a bearing that was not its own is where its own was or would be: then it was not passed, another track
+    /// has it.
+    fn is_another_seen_there(&self, frame: &Frame, gate_radians: f64) -> bool {
+        let expected = bearing_radians(frame.position_meters(), self.position_meters());
+        let last = self.last_seen.map_or(expected, |seen| seen.sight.bearing_radians);
+        let is_near = |bearing: f64, own: f64| turn_radians(own, bearing).abs() <= gate_radians;
+        frame.bearings_radians.iter().any(|&bearing| is_near(bearing, expected) || is_near(bearing, last))
+    }
+
+    /// Takes into account, once for each time that it was seen, that it may be nearer than all that is left of it.
+    fn may_have_passed(&mut self, settings: &Settings) {
+        if self.misses_in_a_row < PASSING_MISSES {
+            return;
+        }
+        let Some(LastSeen { sight, pose_error, nearest_meters }) = self.last_seen.take() else { return };
+        let estimate = self.estimate();
+        let farthest_meters = (estimate.position_meters() - sight.from_meters).norm();
+        let std_meters = estimate.place_covariance().symmetric_eigenvalues().max().max(0.0).sqrt();
+        if farthest_meters > nearest_meters && std_meters > KNOWN_SHARE * farthest_meters {
+            let nearer =
+                Mixture::born(&sight, &pose_error, Reach { nearest_meters, farthest_meters }, settings);
+            self.mixture = self.mixture.or(&nearer, PASSED);
+        }
     }
 
     fn is_lost_by_a_miss(&mut self, settings: &Settings) -> bool {
@@ -280,4 +350,9 @@ impl Track {
         self.standing = Standing::Confirmed;
         Fate::Confirmed
     }
+}
+
+/// How much of what a frame tells is not told by what came before it at a time.
+fn independent_share(before_ns: u64, frame: &Frame) -> f64 {
+    (seconds_between(before_ns, frame.time_ns) / INDEPENDENT_SECONDS).min(1.0)
 }

@@ -33,8 +33,30 @@ impl Mixture {
 
     /// After it was not seen in a view, where it is missed with this probability if it is there.
     #[must_use]
-    pub(super) fn after_missed(&self, view: &View, miss_probability: f64) -> Self {
-        self.reweighted(|state| 1.0 - (1.0 - miss_probability) * must_be_in_view(state, view))
+    pub(super) fn after_missed(&self, missed: &Missed<'_>, miss_probability: f64) -> Self {
+        self.reweighted(|state| 1.0 - (1.0 - miss_probability) * must_be_in_view(state, missed))
+    }
+}
+
+/// The view of a frame in which something was missed.
+pub(super) struct Missed<'a> {
+    pub(super) view: View,
+    /// Where other cameras have missed it just before.
+    pub(super) others: &'a [View],
+    /// Views may end sooner than is known by this angle, or later.
+    pub(super) edge_radians: f64,
+}
+
+impl Missed<'_> {
+    /// Whether a point is well within the view, or on the seam with another one: one of both sees it, whichever that is.
+    fn was_surely_in_view(&self, point: Vector2<f64>) -> bool {
+        let is_in = |view: &View, beyond_radians: f64| view.widened(beyond_radians, 1.0).contains(point);
+        if !is_in(&self.view, self.edge_radians) {
+            return false;
+        }
+        let is_on_seam =
+            |other: &View| is_in(other, self.edge_radians) && (is_in(other, 0.0) || is_in(&self.view, 0.0));
+        is_in(&self.view, -self.edge_radians) || self.others.iter().any(is_on_seam)
     }
 }
 
@@ -45,16 +67,16 @@ pub(super) fn seen_in(state: &Gaussian, view: &View) -> f64 {
 
 /// 1 if its middle is in view, less if only a side is.
 fn may_be_in_view(state: &Gaussian, view: &View) -> f64 {
-    (share_in_view(state, view) / MIDDLE).min(1.0)
+    (share_where(state, &|point| view.contains(point)) / MIDDLE).min(1.0)
 }
 
-/// 1 if all sides are in view, less if one is not.
-fn must_be_in_view(state: &Gaussian, view: &View) -> f64 {
-    (1.0 - (1.0 - share_in_view(state, view)) / MIDDLE).max(0.0)
+/// 1 if all sides were in view, less if one was not.
+fn must_be_in_view(state: &Gaussian, missed: &Missed<'_>) -> f64 {
+    (1.0 - (1.0 - share_where(state, &|point| missed.was_surely_in_view(point))) / MIDDLE).max(0.0)
 }
 
-fn share_in_view(state: &Gaussian, view: &View) -> f64 {
-    mean_over(state, &|point| f64::from(u8::from(view.contains(point))))
+fn share_where(state: &Gaussian, is_so: &dyn Fn(Vector2<f64>) -> bool) -> f64 {
+    mean_over(state, &|point| f64::from(u8::from(is_so(point))))
 }
 
 /// The mean of something over where a thing may be.
@@ -85,7 +107,15 @@ mod tests {
 
     /// Probability of being well within the view.
     fn within(mixture: &Mixture) -> f64 {
-        mixture.members().iter().map(|member| member.weight * must_be_in_view(&member.state, &view())).sum()
+        mixture
+            .members()
+            .iter()
+            .map(|member| member.weight * must_be_in_view(&member.state, &missed(view(), &[])))
+            .sum()
+    }
+
+    fn missed(view: View, others: &[View]) -> Missed<'_> {
+        Missed { view, others, edge_radians: 0.05 }
     }
 
     fn view() -> View {
@@ -96,9 +126,24 @@ mod tests {
     fn what_was_missed_is_behind_too_near_or_too_far() {
         let mut it = mixture(&[-5.0, 1.0, 10.0, 80.0]);
         assert!((within(&it) - 0.25).abs() < 1e-12);
-        (0..6).for_each(|_| it = it.after_missed(&view(), 0.2));
+        (0..6).for_each(|_| it = it.after_missed(&missed(view(), &[]), 0.2));
         assert!(within(&it) < 1e-3, "{}", within(&it));
         assert_eq!(it.members().len(), 3);
+    }
+
+    /// One of two cameras sees what lies between them, and nobody knows which; alone either may just not reach there.
+    #[test]
+    fn what_both_cameras_of_a_seam_have_missed_is_not_there() {
+        let [left, right] =
+            [0.7, -0.7].map(|yaw| View::new(Pose::new(0.0, 0.0, yaw), 0.7, 2.0, 50.0).unwrap());
+        let ahead = |others: &[View]| {
+            let mut it = mixture(&[1.0, 10.0]);
+            (0..6).for_each(|_| it = it.after_missed(&missed(left, others), 0.2));
+            let far = it.members().iter().filter(|member| member.state.mean[0] > 5.0);
+            far.map(|member| member.weight).sum::<f64>()
+        };
+        assert!((ahead(&[]) - 0.5).abs() < 1e-12);
+        assert!(ahead(&[right]) < 1e-3);
     }
 
     #[test]
