@@ -17,6 +17,9 @@ use crate::log_limit::PERIOD;
 /// A process that has died is known to be gone within this time: longer than the lease of Zenoh's sessions, ten seconds
 /// unless the settings say otherwise.
 pub(crate) const SETTLING: Duration = Duration::from_secs(12);
+/// Whoever has been on the network for longer than this meets no token of a process that has died before it: it is there
+/// already when a process starts.
+const MEETING: Duration = Duration::from_secs(2);
 /// Who has run for longer than another by less than this, as far as is heard, is not known to be older.
 const MARGIN_MS: u64 = 1_000;
 
@@ -25,6 +28,8 @@ const MARGIN_MS: u64 = 1_000;
 pub(crate) struct Doubles {
     /// Processes of this participant's own number that are older than this one.
     elders: BTreeSet<u64>,
+    /// How long this process had been on the network when it met each other one of its number.
+    met: BTreeMap<u64, Duration>,
     /// Since when there are two of somebody, and when it was told last.
     told: BTreeMap<Participant, (Duration, Option<Duration>)>,
 }
@@ -49,9 +54,12 @@ impl Doubles {
     }
 
     /// Whether this process is to stand, as it is one of several of its number: the others, whose tokens are there.
-    pub(crate) fn must_stand(&self, own: Process, others: &[u64]) -> bool {
-        let is_settling = Duration::from_millis(own.age_ms) < SETTLING;
-        others.iter().any(|other| is_settling || self.elders.contains(other))
+    pub(crate) fn must_stand(&mut self, own: Process, others: &[u64]) -> bool {
+        let age = Duration::from_millis(own.age_ms);
+        self.met.retain(|other, _| others.contains(other));
+        let may_have_died =
+            |met: &mut Self, other| *met.met.entry(other).or_insert(age) < MEETING && age < SETTLING;
+        others.iter().any(|&other| may_have_died(self, other) || self.elders.contains(&other))
     }
 
     /// When there is something to tell of those that are there, if nobody comes or leaves.
@@ -129,9 +137,21 @@ mod tests {
 
     #[test]
     fn whoever_starts_waits_no_longer_for_a_process_than_a_dead_ones_token_stands() {
-        let doubles = Doubles::default();
+        let mut doubles = Doubles::default();
+        assert!(doubles.must_stand(process(3, 1), &[7]));
         assert!(doubles.must_stand(process(3, 11), &[7]));
         assert!(!doubles.must_stand(process(3, 12), &[7]));
+    }
+
+    #[test]
+    fn whoever_comes_while_a_process_runs_stops_it_only_by_being_older() {
+        let mut doubles = Doubles::default();
+        assert!(!doubles.must_stand(process(3, 4), &[7]), "it may be younger");
+        doubles.hear(process(3, 5), process(7, 1));
+        assert!(!doubles.must_stand(process(3, 5), &[7]));
+        assert!(!doubles.must_stand(process(3, 6), &[7, 9]));
+        doubles.hear(process(3, 7), process(9, 300));
+        assert!(doubles.must_stand(process(3, 7), &[7, 9]));
     }
 
     #[test]

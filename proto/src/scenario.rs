@@ -115,13 +115,15 @@ impl Scenario {
         let terrain = &map.terrain;
         let objects = Objects::new(&file.objects, terrain)?;
         let prior = Prior::new(&file.prior, source.folder(), file.map.file.as_deref(), &map, &objects)?;
+        let mission = Mission::new(&file.mission)?;
+        prior.check_undecided(terrain, mission.tau)?;
         let robots = robots::robots(&file.robots, source.folder(), terrain)?;
         Ok(Self {
             moves: world::moves(file.map.moves)?,
             sensor: world::sensor(&file.sensor, terrain.grid())?,
             prior: Arc::new(prior),
             objects,
-            mission: Mission::new(&file.mission)?,
+            mission,
             network: Network::new(&file.network, u16::try_from(robots.len()).unwrap_or(u16::MAX))?,
             robots,
             recording: recording(&file.recording)?,

@@ -26,6 +26,8 @@ pub(super) struct Facts {
     known: BTreeMap<&'static str, String>,
     /// What seems to be meant for a search and says nothing, as it stands there.
     unclear: Option<String>,
+    /// Whether it tells how well it was searched, as an export does: its `poa` is an account then.
+    is_account: bool,
 }
 
 /// Where a feature lies, not checked yet.
@@ -57,6 +59,7 @@ impl Facts {
     pub(super) const KIND: &str = "kind";
     pub(super) const POA: &str = "poa";
     pub(super) const SPREAD: &str = "spread_meters";
+    const POD: &str = "pod";
     const KEYS: [&str; 3] = [Self::KIND, Self::POA, Self::SPREAD];
 
     /// Keeps what a property says under a key that means something; what was said first stays.
@@ -66,6 +69,7 @@ impl Facts {
             // Tables have a column for all of their rows.
             return;
         }
+        self.is_account |= key.trim().eq_ignore_ascii_case(Self::POD);
         if let Some(known) = known_key(key) {
             self.known.entry(known).or_insert_with(|| value.to_owned());
         } else if is_own_key(key) || is_kind(value) {
@@ -95,6 +99,11 @@ impl Facts {
     /// What seems to be meant for a search and is not understood.
     pub(super) fn unclear(&self) -> Option<&str> {
         self.unclear.as_deref()
+    }
+
+    /// Whether it is of an export, and tells what came of a search.
+    pub(super) const fn is_account(&self) -> bool {
+        self.is_account
     }
 
     /// Whether anything is said.

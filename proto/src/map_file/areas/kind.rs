@@ -24,6 +24,7 @@ const MAX_SPREAD_METERS: f64 = 100_000.0;
 /// how likely they are, prior regions; a point that says so is a last known position.
 pub(super) fn area(file: &Path, feature: &Feature) -> Result<Option<Area>, MapFileError> {
     let Some(kind) = kind(file, feature)? else { return Ok(None) };
+    check_likelihood(file, feature, kind)?;
     let purpose = match kind {
         SEARCH => Purpose::Search(polygons(file, feature, kind)?),
         NO_GO => no_go(file, feature)?,
@@ -32,6 +33,20 @@ pub(super) fn area(file: &Path, feature: &Feature) -> Result<Option<Area>, MapFi
     };
     let name = feature.name.clone().unwrap_or_else(|| feature.place.clone());
     Ok(Some(Area { name, purpose }))
+}
+
+/// What is drawn as searched or closed says nothing about where objects are: a number that would not count is an error,
+/// but in an export, which tells what came of a search.
+fn check_likelihood(file: &Path, feature: &Feature, kind: &str) -> Result<(), MapFileError> {
+    match feature.facts.get(Facts::POA) {
+        Some(poa) if matches!(kind, SEARCH | NO_GO) && !feature.facts.is_account() => {
+            let allowed = format!(
+                "none with {kind}; the same polygon once more, with kind: {PRIOR}, says how likely it is"
+            );
+            Err(invalid(file, feature, Facts::POA, format!("{poa:?}"), &allowed))
+        }
+        _ => Ok(()),
+    }
 }
 
 fn kind(file: &Path, feature: &Feature) -> Result<Option<&'static str>, MapFileError> {

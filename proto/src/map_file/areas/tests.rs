@@ -123,6 +123,10 @@ fn an_area_of_the_wrong_kind_is_refused() {
     check(r#""kind":"last_known_position""#, TRIANGLE, "drawn as 1 polygon; allowed is one point");
     check(r#""kind":"prior""#, TRIANGLE, "poa is missing; allowed is a share from 0 to 1, or percent");
     check(r#""poa":25"#, TRIANGLE, "poa is 25; allowed is a share");
+    check(r#""kind":"no_go","poa":"30%""#, LINE, "poa is \"30%\"; allowed is none with no_go");
+    check(r#""kind":"search","poa":0.5"#, TRIANGLE, "poa is \"0.5\"; allowed is none with search");
+    let account = collection(&[(r#""kind":"search","poa":0.5,"pod":0.9"#, TRIANGLE)]);
+    assert_eq!(geojson(&account).unwrap().areas[0].purpose.word(), "search", "an export of ours");
     check(r#""poa":"nan""#, TRIANGLE, "poa is nan; allowed");
     check(r#""poa":"-3%""#, TRIANGLE, "poa is -3%; allowed");
     check(r#""poa":0.5"#, POINT, "spread_meters is missing; allowed is metres above 0 to 100000");
