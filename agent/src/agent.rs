@@ -111,7 +111,7 @@ const LONGEST_STEP_SECONDS: f64 = 3600.0;
 /// What happened to a robot.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
-    /// It stands in a cell, for the first time or after a move, and took these readings.
+    /// It stands in a cell, for the first time, after a move, or still, and took these readings.
     Sensed {
         /// Where it stands.
         cell: Cell,
@@ -348,7 +348,13 @@ impl Agent {
         let is_void = self.plan.is_empty() || self.is_overtaken;
         // A search ends where it may, not only at a waypoint.
         let is_to_decide = || is_void || is_due || self.is_spent(now) || self.is_cleared();
-        if self.activity == Activity::Searching && is_to_decide() {
+        let is_to_decide = match self.activity {
+            Activity::Searching => is_to_decide(),
+            // What it sees while it rests may have withdrawn what was found.
+            Activity::Cleared => true,
+            _ => false,
+        };
+        if is_to_decide {
             self.decide(now, actions);
         }
     }

@@ -211,6 +211,25 @@ fn a_robot_does_not_rest_while_its_last_look_leaves_something_open() {
 }
 
 #[test]
+fn a_robot_that_rests_goes_on_at_once_when_it_sees_that_something_is_left() {
+    let mut field = Field::with_sensor(1, ENDLESS, "radius = 12\nsigma2 = 0.0001");
+    let cell = field.cell(6, 6);
+    let clear = |field: &Field, value: f32| -> Vec<Reading> {
+        let reading = |cell| Reading { cell, value, variance: 0.05 };
+        field.scenario.terrain().grid().cells().map(reading).collect()
+    };
+    let mut sees = |seconds: u64, value: f32| {
+        let readings = clear(&field, value);
+        let actions = field.robot.handle(MissionTime(seconds * SECOND), Event::Sensed { cell, readings });
+        (route(&actions).map(<[Cell]>::len), field.robot.activity())
+    };
+    assert_eq!(sees(0, 0.0), (Some(0), Activity::Cleared));
+    assert_eq!(sees(20, 0.0), (None, Activity::Cleared), "it says nothing new");
+    let (way, activity) = sees(40, 1.5);
+    assert!(way > Some(0) && activity == Activity::Searching, "{way:?} {activity:?}");
+}
+
+#[test]
 fn a_heartbeat_is_due_every_period_in_turn_and_says_what_is_known() {
     let mut field = Field::new(1, ENDLESS);
     field.sense(0, field.cell(0, 0));

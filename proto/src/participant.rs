@@ -57,7 +57,7 @@ pub struct MindError {
 pub enum Stimulus<P> {
     /// The mission starts.
     Start,
-    /// A robot stands in a cell, for the first time or after a move, and took these readings.
+    /// A robot stands in a cell, for the first time, after a move, or still, and took these readings.
     Sensed {
         /// Where it stands.
         cell: Cell,

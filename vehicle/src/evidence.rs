@@ -1,6 +1,6 @@
 //! From tracks and a look to readings for the belief of the search.
 //!
-//! A look lasts from one cell to the next, and all frames of the way count ([`account`]). A cell is read if
+//! A look lasts from one cell to the next ([`readings`]), and all frames of the way count ([`account`]). A cell is read if
 //! the sensor's footprint has it from where the vehicle stands at the end and an object can be in it. Readings
 //! of a cell add up in the belief, so a look tells how much more is known than was told before:
 //! - **0, empty**, where no track can be ([`finds::NEGLIGIBLE`]): with as much evidence as frames have shown
@@ -11,6 +11,8 @@
 //!   taken back, and nothing that is seen meanwhile counts for it;
 //! - **no reading** where a tentative track may be, which may be a detector's mistake; what was seen there
 //!   counts when that is known.
+//!
+//! A vehicle that stands still tells again, in between, of objects alone ([`objects`]).
 //!
 //! A reading is never more precise than the sensor's own model, `value = theta + N(0, v(d))`: `d` is the
 //! distance from where the vehicle stands, or from where the cell was seen, whichever is larger.
@@ -47,6 +49,20 @@ pub struct Seen {
     pub from: Cell,
     /// Each cell at most once.
     pub readings: Vec<Reading>,
+}
+
+impl Seen {
+    /// Whether it leaves a cell undecided.
+    #[must_use]
+    pub fn has_undecided(&self) -> bool {
+        self.readings.iter().any(Reading::is_undecided)
+    }
+
+    /// Whether it says more than in which cells something may be.
+    #[must_use]
+    pub fn is_evidence(&self) -> bool {
+        !self.readings.iter().all(Reading::is_undecided)
+    }
 }
 
 /// Why a look shows nothing.
@@ -98,10 +114,37 @@ pub fn readings(
     Ok(Seen { from, readings: undecided(readings, terrain, sensor, from, finds, accounts) })
 }
 
+/// What is to be told of objects, and where some are undecided, from a vehicle that still stands in the cell of the look
+/// before. It ends no look: what was seen of cells' being empty goes on to count as one, however often this is asked.
+pub fn objects(
+    terrain: &Terrain,
+    sensor: &Sensor,
+    from: Cell,
+    finds: &mut Finds,
+    accounts: &mut Accounts,
+) -> Seen {
+    for cell in accounts.cells() {
+        if is_taken(cell, finds) {
+            accounts.of(cell).discard();
+        }
+    }
+    let mut readings = Vec::new();
+    for place in sensor.footprint() {
+        let cell = terrain.grid().step(from, place.offset).filter(|&cell| terrain.is_searched(cell));
+        readings.extend(cell.and_then(|cell| read_object(cell, place, finds, accounts)));
+    }
+    Seen { from, readings: undecided(readings, terrain, sensor, from, finds, accounts) }
+}
+
+/// Whether a confirmed track is in a cell, or may be.
+fn is_taken(cell: Cell, finds: &Finds) -> bool {
+    finds.open.contains_key(&cell) || finds.in_cell(cell).is_some()
+}
+
 /// What was seen of each cell in this look counts, means nothing, or waits.
 fn close(finds: &Finds, accounts: &mut Accounts) {
     for cell in accounts.cells() {
-        if finds.open.contains_key(&cell) || finds.in_cell(cell).is_some() {
+        if is_taken(cell, finds) {
             accounts.of(cell).discard();
         } else if !finds.doubtful.contains(&cell) {
             accounts.of(cell).settle();
@@ -117,6 +160,11 @@ fn read(
     finds: &mut Finds,
     accounts: &mut Accounts,
 ) -> Option<Reading> {
+    read_object(cell, place, finds, accounts).or_else(|| read_empty(cell, sensor, place, finds, accounts))
+}
+
+/// That an object is in a cell, or that one has left it.
+fn read_object(cell: Cell, place: &Look, finds: &mut Finds, accounts: &mut Accounts) -> Option<Reading> {
     if finds.in_cell(cell).is_some() {
         let account = accounts.of(cell);
         let missing_nats = (OBJECT_NATS - account.object).max(0.0) + account.empty;
@@ -124,21 +172,30 @@ fn read(
         account.tell_object(told_nats);
         return Some(reading);
     }
-    if finds.open.contains_key(&cell) || !accounts.has(cell) {
+    if finds.open.contains_key(&cell) || !finds.left.contains(&cell) || !accounts.has(cell) {
         return None;
     }
     let account = accounts.of(cell);
-    if finds.left.contains(&cell) && account.object > 0.0 {
-        let (reading, told_nats) = reading(cell, 0.0, account.object, place.variance)?;
-        account.object = (account.object - told_nats).max(0.0);
-        if account.object < LEAST_NATS {
-            finds.left.remove(&cell);
-        }
-        return Some(reading);
+    let (reading, told_nats) = reading(cell, 0.0, account.object, place.variance)?;
+    account.object = (account.object - told_nats).max(0.0);
+    if account.object < LEAST_NATS {
+        finds.left.remove(&cell);
     }
-    if finds.doubtful.contains(&cell) {
+    Some(reading)
+}
+
+/// That a cell is empty where no track may be.
+fn read_empty(
+    cell: Cell,
+    sensor: &Sensor,
+    place: &Look,
+    finds: &Finds,
+    accounts: &mut Accounts,
+) -> Option<Reading> {
+    if is_taken(cell, finds) || finds.doubtful.contains(&cell) || !accounts.has(cell) {
         return None;
     }
+    let account = accounts.of(cell);
     let seen_from = account.nearest().map_or(place.variance, |distance| sensor.variance(distance));
     let (reading, told_nats) = reading(cell, 0.0, account.growth(), place.variance.max(seen_from))?;
     account.tell_empty(told_nats);

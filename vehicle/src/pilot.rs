@@ -8,6 +8,11 @@
 //! cuts are not told, or the agent would take each for a detour and decide anew; what was seen there counts
 //! in the next look. Only a vehicle that has strayed from its route tells where it is.
 //!
+//! While a vehicle without a way to go stands, it tells what turns out meanwhile of objects, from the cell that it told
+//! last: that one was found, or has left its cell, or that it is now known, or no longer, in which cell one is. It looks
+//! for such news every other second ([`standing`]). That a cell is empty waits for the next look: however long it is
+//! looked at from one place, whatever hides a thing there goes on hiding it.
+//!
 //! **Driving.** A route is driven in straight runs, from the middle of a cell to that of another. Each is
 //! planned a little before the one before it ends, so that the vehicle does not stop at corners, and not at
 //! waypoints if the next route comes in time: the agent hears of a waypoint when its cell is entered. While
@@ -27,6 +32,7 @@ mod localization;
 mod perception;
 mod route;
 mod stamp;
+mod standing;
 
 use dragnet_search::cell::Cell;
 use dragnet_search::sensor::Sensor;
@@ -34,7 +40,7 @@ use dragnet_search::terrain::Terrain;
 
 use crate::camera::Camera;
 use crate::evidence::finds::Find;
-use crate::evidence::standing_cell;
+use crate::evidence::{EvidenceError, Seen, standing_cell};
 use crate::lattice::costmap::CostMap;
 use crate::lattice::maneuvers::ManeuversError;
 use crate::lattice::plan::PlannerError;
@@ -46,6 +52,7 @@ use drive::{Corridor, Driver, Goal, Leg};
 use localization::{Clock, Judgement, Localization};
 use perception::Perception;
 use route::Route;
+use standing::Standing;
 
 pub use event::{Action, CameraFrame, Event, Fix, InputSource, Report, Sights};
 
@@ -83,6 +90,7 @@ pub struct Pilot {
     route: Route,
     /// The cell that the agent was told last, and when.
     told: Option<(Cell, u64)>,
+    standing: Standing,
     conditions: Conditions,
 }
 
@@ -105,6 +113,7 @@ impl Pilot {
             leg: Leg::Idle,
             route: Route::default(),
             told: None,
+            standing: Standing::default(),
             conditions: Conditions::new(settings.settling_ns),
             settings,
             terrain,
@@ -169,6 +178,7 @@ impl Pilot {
             Judgement::Restarted => {
                 self.localization.forget(now_ns);
                 self.perception.restart(now_ns);
+                self.standing.forget(now_ns);
                 self.told = self.told.map(|(cell, _)| (cell, now_ns));
                 self.cured(&subject, actions);
                 true
@@ -298,7 +308,9 @@ impl Pilot {
         if self.conditions.is_bad(&Subject::Pose) {
             return;
         }
-        let Some(pose) = self.localization.pose() else { return };
+        let Some(fix) = self.localization.fix() else { return };
+        self.standing.note(now_ns, fix);
+        let pose = fix.pose;
         let cell = match standing_cell(&self.terrain, &pose) {
             Ok(cell) => {
                 self.well(&Subject::Ground);
@@ -312,11 +324,37 @@ impl Pilot {
         };
         if self.is_worth_telling(now_ns, cell) {
             // The pose was checked above.
-            if let Ok(seen) = self.perception.look(&self.terrain, &self.sensor, &pose) {
+            if let Ok(seen) = self.look(cell, &pose) {
                 self.told = Some((cell, now_ns));
                 actions.push(Action::Sensed { cell, readings: seen.readings });
             }
+        } else if let Some(seen) = self.news(now_ns) {
+            actions.push(Action::Sensed { cell: seen.from, readings: seen.readings });
         }
+    }
+
+    /// Who has found no way and asks again in the same cell has not looked from anywhere else.
+    fn look(&mut self, cell: Cell, pose: &Pose) -> Result<Seen, EvidenceError> {
+        if self.leg == Leg::GivenUp && self.told.is_some_and(|(told, _)| told == cell) {
+            return Ok(self.perception.look_again(&self.terrain, &self.sensor, cell).0);
+        }
+        self.perception.look(&self.terrain, &self.sensor, pose)
+    }
+
+    /// What has turned out while the vehicle stands and has nowhere to go.
+    fn news(&mut self, now_ns: u64) -> Option<Seen> {
+        let (told, told_ns) = self.told?;
+        let cell_ns = nanoseconds(self.cell_seconds());
+        let has_nowhere_to_go = self.route.is_empty() || self.leg.is_still();
+        if !has_nowhere_to_go || !self.standing.may_look(now_ns, told_ns, cell_ns) {
+            return None;
+        }
+        let (seen, is_news) = self.perception.look_again(&self.terrain, &self.sensor, told);
+        if !is_news {
+            return None;
+        }
+        self.standing.pay(now_ns, cell_ns);
+        Some(seen)
     }
 
     fn is_worth_telling(&mut self, now_ns: u64, cell: Cell) -> bool {
@@ -452,6 +490,11 @@ impl Pilot {
 
 fn seconds(time_ns: u64) -> f64 {
     time_ns as f64 / 1e9
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "above 0, and `as` saturates")]
+fn nanoseconds(seconds: f64) -> u64 {
+    (seconds * 1e9) as u64
 }
 
 #[cfg(test)]

@@ -108,7 +108,12 @@ impl Localization {
 
     /// The last pose that is believed.
     pub(super) fn pose(&self) -> Option<Pose> {
-        self.fixes.back().map(|fix| fix.pose)
+        self.fix().map(|fix| fix.pose)
+    }
+
+    /// The same, and how well it is known.
+    pub(super) fn fix(&self) -> Option<&Fix> {
+        self.fixes.back()
     }
 
     /// From the first event on, poses are expected.

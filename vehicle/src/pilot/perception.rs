@@ -39,6 +39,8 @@ pub(super) struct Perception {
     waiting: Waiting,
     finds: Finds,
     accounts: Accounts,
+    /// Whether what was told last left a cell undecided.
+    has_undecided: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -77,6 +79,7 @@ impl Perception {
             most_age_ns: settings.camera_silence_ns,
             finds: Finds::default(),
             accounts: Accounts::default(),
+            has_undecided: false,
         })
     }
 
@@ -110,6 +113,7 @@ impl Perception {
         self.waiting.restart(now_ns);
         self.finds = Finds::default();
         self.accounts = Accounts::default();
+        self.has_undecided = false;
         self.eyes.iter_mut().for_each(|eye| eye.heard_ns = Some(now_ns));
     }
 
@@ -240,9 +244,24 @@ impl Perception {
         sensor: &Sensor,
         vehicle: &Pose,
     ) -> Result<Seen, EvidenceError> {
+        self.place_tracks(terrain);
+        let seen = evidence::readings(terrain, sensor, vehicle, &mut self.finds, &mut self.accounts)?;
+        self.has_undecided = seen.has_undecided();
+        Ok(seen)
+    }
+
+    /// What has turned out of objects while the vehicle still stands in the cell of that look, and whether that is news.
+    pub(super) fn look_again(&mut self, terrain: &Terrain, sensor: &Sensor, from: Cell) -> (Seen, bool) {
+        self.place_tracks(terrain);
+        let seen = evidence::objects(terrain, sensor, from, &mut self.finds, &mut self.accounts);
+        let had_undecided = std::mem::replace(&mut self.has_undecided, seen.has_undecided());
+        let is_news = seen.is_evidence() || seen.has_undecided() != had_undecided;
+        (seen, is_news)
+    }
+
+    fn place_tracks(&mut self, terrain: &Terrain) {
         let latest_ns = self.tracker.latest_ns().unwrap_or(0);
         self.finds.update(self.tracker.tracks(), latest_ns, terrain);
-        evidence::readings(terrain, sensor, vehicle, &mut self.finds, &mut self.accounts)
     }
 }
 

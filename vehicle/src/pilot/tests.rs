@@ -434,3 +434,69 @@ fn a_frame_that_comes_later_than_the_window_is_refused_and_counted() {
     assert!(message(&actions).contains("fusion_window_seconds"), "{actions:?}");
     assert!(actions.iter().any(|action| matches!(action, Action::Refuse(..))));
 }
+
+/// Two cameras that look ahead, four metres apart: they know how far a thing is without moving.
+fn eyes_apart() -> Settings {
+    let camera = |name: &str, left_meters| CameraTable {
+        name: name.to_owned(),
+        left_meters,
+        column_deviation_pixels: 1.0,
+        ..CameraTable::wide()
+    };
+    Settings { cameras: vec![camera("left", 2.0), camera("right", -2.0)], ..settings() }
+}
+
+/// Of each cell, the evidence of all readings of it, nats.
+fn evidence(actions: &[Action]) -> BTreeMap<Cell, f64> {
+    let mut nats = BTreeMap::new();
+    for reading in readings(actions) {
+        *nats.entry(reading.cell).or_insert(0.0) += reading.evidence().log_likelihood_ratio_nats();
+    }
+    nats
+}
+
+/// A second and more, in which the vehicle knows exactly where it stands: then two eyes tell how far a thing is.
+fn stand(drive: &mut Drive, seconds: u64) -> Vec<Action> {
+    let before = drive.actions.len();
+    for _ in 0..seconds * SECOND / STEP_NS {
+        drive.now_ns += STEP_NS;
+        let fix = Fix { deviation_meters: 0.0, heading_deviation_radians: 0.0, ..drive.fix() };
+        drive.tell(Event::Pose(fix));
+        for camera in drive.cameras.clone() {
+            let frame = drive.frame(&camera);
+            drive.tell(Event::Frame(frame));
+        }
+    }
+    drive.actions[before..].to_vec()
+}
+
+#[test]
+fn what_a_vehicle_finds_while_it_stands_is_told_though_it_does_not_move() {
+    let mut drive = Drive::new(&eyes_apart());
+    assert_eq!(sensed(&stand(&mut drive, 1)), cells(&[(2, 2)]));
+    drive.things = vec![Vector2::new(44.0, 26.0)];
+    let (own, home) = (cells(&[(2, 2)])[0], cells(&[(2, 4)])[0]);
+    let actions = stand(&mut drive, 60);
+    let told = evidence(&drive.actions);
+    assert!(told.get(&home).is_some_and(|nats| (nats - 20.0).abs() < 0.1), "{told:?}");
+    assert!(sensed(&actions).iter().all(|&cell| cell == own));
+    assert!((1..=12).contains(&sensed(&actions).len()), "{}", sensed(&actions).len());
+    assert!(told.iter().all(|(&cell, &nats)| cell == home || nats < 0.1), "{told:?}");
+    assert!(stand(&mut drive, 60).is_empty(), "there is no more news");
+}
+
+#[test]
+fn who_stands_tells_that_something_is_there_and_when_it_is_no_more() {
+    let mut drive = Drive::new(&settings());
+    drive.steps(4);
+    // Of bearings from one place alone nobody knows how far it is.
+    drive.things = vec![Vector2::new(66.0, 25.0)];
+    let open = drive.steps(6);
+    assert_eq!(sensed(&open).len(), 1, "once");
+    assert!(readings(&open).iter().any(Reading::is_undecided));
+    assert!(evidence(&open).values().all(|nats| nats.abs() < 1e-3), "nothing was told before");
+    drive.things.clear();
+    let gone = drive.steps(60);
+    assert_eq!(sensed(&gone).len(), 1, "{gone:?}");
+    assert!(!readings(&gone).iter().any(Reading::is_undecided));
+}

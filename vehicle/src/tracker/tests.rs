@@ -257,6 +257,30 @@ fn a_false_alarm_does_not_end_what_is_known() {
     assert!((best.position_meters() - thing).norm() < 1.0, "{}", best.position_meters());
 }
 
+/// A camera that does not see so far has missed it all the time: if it sees something there once, that may be a mistake,
+/// and if it does so again and again, the thing is near.
+#[test]
+fn one_sight_of_a_camera_that_has_always_missed_it_does_not_rule_out_that_it_is_far() {
+    let mut tracker = tracker();
+    let mut far = Vec::new();
+    for number in 0..80_u64 {
+        let frame = |camera: u16, half_radians: f64, farthest_meters: f64, is_seen: bool| Frame {
+            time_ns: number * SECOND / 20 + u64::from(camera),
+            camera,
+            view: View::new(Pose::new(0.0, 0.0, 0.0), half_radians, 2.0, farthest_meters).unwrap(),
+            ..seen_from(Pose::new(0.0, 0.0, 0.0), PI, 0, if is_seen { &[0.0] } else { &[] })
+        };
+        tracker.handle(&frame(0, 0.14, 200.0, true)).unwrap();
+        tracker.handle(&frame(1, 0.55, 80.0, number == 60 || number > 70)).unwrap();
+        let members = tracker.tracks()[0].mixture().members().iter();
+        let beyond = members.filter(|member| member.state.position_meters().norm() > 120.0);
+        far.push(beyond.map(|member| member.weight).sum::<f64>());
+    }
+    // Less than a thousandth would be gone for good.
+    assert!(far[59] > 0.15 && far[60] > 0.02 * far[59] && far[70] > 0.02 * far[59], "{far:?}");
+    assert!(far[79] < 1e-3, "{far:?}");
+}
+
 /// Where everything was seen before, nothing begins.
 #[test]
 fn a_track_begins_where_it_was_not_seen_before() {

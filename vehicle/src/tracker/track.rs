@@ -113,6 +113,8 @@ pub struct Track {
     last_seen: Option<LastSeen>,
     /// Views in which it was missed since: each camera's latest, and of when that is, nanoseconds.
     missed_in: BTreeMap<u16, (u64, View)>,
+    /// How often each camera has missed it since that camera saw it.
+    missed_by: BTreeMap<u16, u32>,
 }
 
 /// A bearing, and what is to be known of it.
@@ -154,6 +156,7 @@ impl Track {
             lasting_std_meters: f64::INFINITY,
             last_seen: None,
             missed_in: BTreeMap::new(),
+            missed_by: BTreeMap::new(),
         };
         track.note_lasting_error(frame);
         let fate = track.promoted(settings);
@@ -238,8 +241,10 @@ impl Track {
         };
         let mistakes = settings.false_alarms_per_frame / frame.view.width_radians();
         let log_odds = ((1.0 - settings.miss_probability) * expected / mistakes).ln() + log_density;
-        // The bearing may be a mistake, and the track as it was.
-        let doubt = 1.0 / (1.0 + log_odds.exp());
+        // The bearing may be a mistake, and the track as it was. What a camera has missed so far it sees as seldom as by
+        // Laplace's rule of succession: else one mistake would outweigh all that it has missed at the end of its range.
+        let missed = f64::from(self.missed_by.remove(&frame.camera).unwrap_or(0));
+        let doubt = 1.0 / (1.0 + log_odds.exp() * 2.0 / (missed + 2.0));
         let seen = mixture.after_seen(&widest);
         self.mixture = if doubt < LEAST_DOUBT { seen } else { seen.or(&self.mixture, doubt) };
         self.mixture.condense();
@@ -272,6 +277,8 @@ impl Track {
         }
         let is_missed = expected >= LEAST_EXPECTED;
         if expected > 0.0 {
+            let missed = self.missed_by.entry(frame.camera).or_insert(0);
+            *missed = missed.saturating_add(1);
             let share = independent_share(self.judged_ns, frame);
             self.misses_in_a_row += if is_missed { share } else { 0.0 };
             self.may_have_passed(settings);
