@@ -228,7 +228,7 @@ async fn goals_go_out_with_what_rmw_zenoh_wants_with_them() {
         let key = reply.result().unwrap().key_expr().to_string();
         found.push(key.split('/').skip(3).collect::<Vec<_>>().join("/"));
     }
-    assert_eq!(found.len(), 1 + 5 + 5);
+    assert_eq!(found.len(), 1 + 5 + 6);
     assert!(found.contains(&"0/0/NN/%/%/dragnet".to_owned()), "{found:?}");
     assert!(found.contains(&format!("0/6/MP/%/%/dragnet/%goal_pose/{GOAL}/::,10:,:,:,,")), "{found:?}");
     assert!(found.contains(&format!("0/1/MS/%/%/dragnet/%odom/{ODOMETRY}/2::,5:,:,:,,")), "{found:?}");

@@ -224,8 +224,8 @@ fn objects_or_a_mission_out_of_range_name_line_value_and_range() {
     check("", "stagger_seconds = nan", "mission.stagger_seconds is NaN; allowed is from 0 to");
     check("", "[prior]\nprobability = 1", "prior.probability is 1; allowed is above 0 and below 1");
     let found =
-        "prior is 0.95 in cell [0, 0]; allowed is below mission.tau, 0.95: an object would be declared";
-    check("", "[prior]\nprobability = 0.95", found);
+        "prior is 0.96 in cell [0, 0]; allowed is below mission.tau, 0.95: an object would be declared";
+    check("", "[prior]\nprobability = 0.96", found);
     check("", "[prior]\nprobability = 0.1\nfile = 'low.csv'", "prior is probability and file; allowed is");
     check("", "[prior]\nfile = 'a.txt'", "line 11: ");
     check(

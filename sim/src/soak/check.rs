@@ -317,7 +317,9 @@ mod tests {
         let paused =
             Reaction { activity: Activity::Paused, route: cell.map(|cell| vec![cell]), ..good.1.clone() };
         check(&[0.5], &[(NOW, paused)], "it is paused, and goes");
-        let late = (MissionTime(3_600_000_000_000), reaction(Vec::new(), Vec::new()));
-        check(&[0.5], &[good, late], "it searches, and has stood still for 3599.0 s");
+        let late = |seconds| (NOW + Duration::from_secs(seconds), reaction(Vec::new(), Vec::new()));
+        check(&[0.5], &[good.clone(), late(3599)], "nothing has woken it for 3599.0 s");
+        let stands: Vec<_> = std::iter::once(good).chain((1..10).map(|beat| late(10 * beat))).collect();
+        check(&[0.5], &stands, "it searches, and has stood still for 50.0 s");
     }
 }
