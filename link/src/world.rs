@@ -125,6 +125,8 @@ impl<'a> WorldServer<'a> {
         if !self.clock.has_begun() {
             self.clock = self.clock.at(BEGINNING);
             self.placed.clone_from(&self.team);
+        } else {
+            self.has_missed = true;
         }
         let start = self.clock.now();
         // Each stands where it starts until it may decide: a large team does not see all at the same moment.

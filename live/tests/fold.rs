@@ -103,11 +103,11 @@ fn play() -> Played {
         grid.cells().filter(|&cell| !scenario.terrain().is_searched(cell)).take(4).collect();
     let mut robots = episode::team(&scenario, 5, Agent::new);
     let commands = vec![
-        (500, Command::Resume),
-        (400, Command::Pause),
-        (300, Command::Mark(Mark::Clue, added[0])),
-        (250, Command::Search(added.clone())),
-        (200, Command::Mark(Mark::Searched, grid.cell_numbered(3).unwrap())),
+        (250, Command::Resume),
+        (200, Command::Pause),
+        (150, Command::Mark(Mark::Clue, added[0])),
+        (125, Command::Search(added.clone())),
+        (100, Command::Mark(Mark::Searched, grid.cell_numbered(3).unwrap())),
     ];
     let crew = LocalCrew::new(&mut robots, Some(&mut desk));
     let mut crew = Commanded { crew, commands };
