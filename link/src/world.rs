@@ -122,11 +122,11 @@ impl<'a> WorldServer<'a> {
     /// If Zenoh refuses, or the network closes.
     pub async fn run(mut self) -> Result<Episode, LinkError> {
         // A mission that is under way has its time already, and this world joins it as everybody does.
-        if !self.clock.has_begun() {
+        if self.clock.has_begun() {
+            self.has_missed = true;
+        } else {
             self.clock = self.clock.at(BEGINNING);
             self.placed.clone_from(&self.team);
-        } else {
-            self.has_missed = true;
         }
         let start = self.clock.now();
         // Each stands where it starts until it may decide: a large team does not see all at the same moment.

@@ -10,7 +10,7 @@
 //!
 //! While a vehicle without a way to go stands, it tells what turns out meanwhile of objects, from the cell that it told
 //! last: that one was found, or has left its cell, or that it is now known, or no longer, in which cell one is. It looks
-//! for such news every other second ([`standing`]). That a cell is empty waits for the next look: however long it is
+//! for such news every other second (`standing`). That a cell is empty waits for the next look: however long it is
 //! looked at from one place, whatever hides a thing there goes on hiding it.
 //!
 //! **Driving.** A route is driven in straight runs, from the middle of a cell to that of another. Each is
