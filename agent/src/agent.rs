@@ -345,11 +345,11 @@ impl Agent {
         self.move_to(cell);
         self.look(now, cell, readings, actions);
         let is_due = self.orders.robot.policy.replan_after.is_some_and(|cells| self.entered >= cells.get());
-        let is_void = self.plan.is_empty() || self.is_overtaken;
-        // A search ends where it may, not only at a waypoint.
-        let is_to_decide = || is_void || is_due || self.is_spent(now) || self.is_cleared();
         let is_to_decide = match self.activity {
-            Activity::Searching => is_to_decide(),
+            // A search ends where it may, not only at a waypoint.
+            Activity::Searching => {
+                self.plan.is_empty() || self.is_overtaken || is_due || self.is_spent(now) || self.is_cleared()
+            }
             // What it sees while it rests may have withdrawn what was found.
             Activity::Cleared => true,
             _ => false,

@@ -45,7 +45,7 @@ use crate::lattice::costmap::CostMap;
 use crate::lattice::maneuvers::ManeuversError;
 use crate::lattice::plan::PlannerError;
 use crate::plane::Pose;
-use crate::settings::{Caution, Checked};
+use crate::settings::{Caution, Checked, nanoseconds};
 use crate::tracker::settings::SettingsError as TrackerError;
 use diagnostic::{Conditions, Fault, NO_POSE, Subject};
 use drive::{Corridor, Driver, Goal, Leg};
@@ -490,11 +490,6 @@ impl Pilot {
 
 fn seconds(time_ns: u64) -> f64 {
     time_ns as f64 / 1e9
-}
-
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "above 0, and `as` saturates")]
-fn nanoseconds(seconds: f64) -> u64 {
-    (seconds * 1e9) as u64
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 
 mod check;
 
+pub(crate) use check::nanoseconds;
 pub use check::{Checked, Motion, SettingsError, Source};
 
 use serde::{Deserialize, Serialize};

@@ -119,8 +119,8 @@ fn positive(key: &str, number: f64, most: f64) -> Result<f64, SettingsError> {
 /// A day: whoever waits longer need not be watched.
 const MOST_SECONDS: f64 = 86_400.0;
 
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to a day")]
-fn nanoseconds(seconds: f64) -> u64 {
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at least 0, and `as` saturates")]
+pub(crate) fn nanoseconds(seconds: f64) -> u64 {
     (seconds * 1e9).round() as u64
 }
 
