@@ -34,7 +34,7 @@ fn main() {
     };
     let runtime = tokio::runtime::Runtime::new().unwrap();
     // A cell is crossed in a second, and in each the robot decides anew.
-    let policy = "{ name = 'path', replan_after = 1 }";
+    let policy = "{ name = 'path', replan_after_cells = 1 }";
     let yard = Yard { side, cell_meters: SPEED_METERS_PER_SECOND, policy };
     runtime.block_on(run(yard, Duration::from_secs(seconds.into())));
 }
@@ -88,7 +88,7 @@ async fn run(yard: Yard, duration: Duration) {
         since.elapsed().as_secs_f64(),
         entered - entered_before,
         used * 100.0,
-        most_megabytes(agent.id()),
+        max_megabytes(agent.id()),
     );
     agent.kill().unwrap();
     agent.wait().unwrap();
@@ -108,7 +108,7 @@ fn processor_seconds(process: u32) -> f64 {
     fields[11..13].iter().map(|field| field.parse::<f64>().unwrap()).sum::<f64>() / 100.0
 }
 
-fn most_megabytes(process: u32) -> f64 {
+fn max_megabytes(process: u32) -> f64 {
     let status = std::fs::read_to_string(format!("/proc/{process}/status")).unwrap();
     let line = status.lines().find(|line| line.starts_with("VmHWM")).unwrap();
     line.split_whitespace().nth(1).unwrap().parse::<f64>().unwrap() / 1024.0

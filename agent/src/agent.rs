@@ -16,7 +16,7 @@ use dragnet_search::intent::Promised;
 use dragnet_search::observation::{Entry, Observation, Origin, RobotId};
 use dragnet_search::policy::{Decision, Policy};
 use dragnet_search::reach::Reach;
-use dragnet_search::route::Moves;
+use dragnet_search::route::Connectivity;
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_search::sensor::Sensor;
 use dragnet_search::situation::{Place, Situation};
@@ -38,7 +38,7 @@ pub struct Orders {
     /// The map.
     pub terrain: Arc<Terrain>,
     /// How it moves.
-    pub moves: Moves,
+    pub connectivity: Connectivity,
     /// What it sees with.
     pub sensor: Arc<Sensor>,
     /// What is believed before any reading.
@@ -66,7 +66,7 @@ impl Orders {
                 robot: robot.clone(),
                 place: Place { member, team },
                 terrain: Arc::clone(&terrain),
-                moves: scenario.moves(),
+                connectivity: scenario.connectivity(),
                 sensor: Arc::clone(&sensor),
                 prior: Arc::clone(&prior),
                 limits: limits.clone(),
@@ -314,7 +314,7 @@ impl Agent {
     /// Whether an object is found in a cell, as sure as the mission asks.
     #[must_use]
     pub fn is_found(&self, cell: Cell) -> bool {
-        self.belief.is_found(cell, self.orders.mission.tau)
+        self.belief.is_found(cell, self.orders.mission.detection_threshold)
     }
 
     /// What the robot does.
@@ -344,7 +344,8 @@ impl Agent {
         }
         self.move_to(cell);
         self.look(now, cell, readings, actions);
-        let is_due = self.orders.robot.policy.replan_after.is_some_and(|cells| self.entered >= cells.get());
+        let is_due =
+            self.orders.robot.policy.replan_after_cells.is_some_and(|cells| self.entered >= cells.get());
         let is_to_decide = match self.activity {
             // A search ends where it may, not only at a waypoint.
             Activity::Searching => {
@@ -503,9 +504,9 @@ impl Agent {
     /// something and does not know yet in which cell is not done.
     fn is_cleared(&self) -> bool {
         !self.is_undecided
-            && self.orders.mission.expected_undeclared.is_some_and(|threshold| {
+            && self.orders.mission.stop_when_expected_remaining.is_some_and(|threshold| {
                 let Orders { terrain, mission, .. } = &self.orders;
-                self.belief.expected_undeclared(terrain, &self.reach, mission.tau) <= threshold
+                self.belief.expected_remaining(terrain, &self.reach, mission.detection_threshold) <= threshold
             })
     }
 
@@ -585,7 +586,7 @@ impl Agent {
     fn decide_with(&mut self, promised: &Promised, robot: Cell) -> Decision {
         let situation = Situation {
             terrain: &self.orders.terrain,
-            moves: self.orders.moves,
+            connectivity: self.orders.connectivity,
             sensor: &self.orders.sensor,
             belief: &self.belief,
             promised,

@@ -28,7 +28,7 @@ impl Field {
     fn with_sensor(number: usize, mission: &str, sensor: &str) -> Self {
         let text = format!(
             "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows = 12\ncolumns = 12\n[sensor]\n{sensor}\n\
-             [objects]\ncount = 3\n[robots]\ncount = 2\n[mission]\nstagger_seconds = 1.0\n{mission}\n"
+             [objects]\ncount = 3\n[robots]\ncount = 2\n[mission]\nstart_stagger_seconds = 1.0\n{mission}\n"
         );
         let scenario = Scenario::from_text(Path::new("field.toml"), text).unwrap();
         let robot = Agent::new(Orders::of_team(&scenario, 0).remove(number - 1));
@@ -164,7 +164,7 @@ fn a_budget_of_way_or_time_ends_the_search() {
 
 #[test]
 fn a_robot_rests_when_nothing_is_left_and_goes_on_when_doubt_comes_back() {
-    let mut field = Field::with_sensor(1, ENDLESS, "radius = 12\nsigma2 = 0.0001");
+    let mut field = Field::with_sensor(1, ENDLESS, "radius = 12\nnoise_variance = 0.0001");
     let clear = |field: &Field, value: f32| -> Vec<Reading> {
         let reading = |cell| Reading { cell, value, variance: 0.05 };
         field.scenario.terrain().grid().cells().map(reading).collect()
@@ -187,7 +187,7 @@ fn a_robot_rests_when_nothing_is_left_and_goes_on_when_doubt_comes_back() {
 
 #[test]
 fn a_robot_does_not_rest_while_its_last_look_leaves_something_open() {
-    let mut field = Field::with_sensor(1, ENDLESS, "radius = 12\nsigma2 = 0.0001");
+    let mut field = Field::with_sensor(1, ENDLESS, "radius = 12\nnoise_variance = 0.0001");
     let look = |field: &Field, is_open: bool| -> Vec<Reading> {
         let open = field.cell(2, 2);
         let reading = |cell| {
@@ -212,7 +212,7 @@ fn a_robot_does_not_rest_while_its_last_look_leaves_something_open() {
 
 #[test]
 fn a_robot_that_rests_goes_on_at_once_when_it_sees_that_something_is_left() {
-    let mut field = Field::with_sensor(1, ENDLESS, "radius = 12\nsigma2 = 0.0001");
+    let mut field = Field::with_sensor(1, ENDLESS, "radius = 12\nnoise_variance = 0.0001");
     let cell = field.cell(6, 6);
     let clear = |field: &Field, value: f32| -> Vec<Reading> {
         let reading = |cell| Reading { cell, value, variance: 0.05 };

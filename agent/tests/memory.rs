@@ -43,7 +43,7 @@ policy = "path"
 [mission]
 budget_seconds = 1000000.0
 speed_meters_per_second = 1000.0
-stagger_seconds = 10000.0
+start_stagger_seconds = 10000.0
 "#;
 
 #[test]

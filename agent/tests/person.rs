@@ -59,7 +59,7 @@ impl Field {
             Message::MissionStatus(MissionStatus {
                 time_ns: seconds * SECOND,
                 declared: Vec::new(),
-                expected_undeclared: 1.0,
+                expected_remaining: 1.0,
                 alive: vec![ROBOT],
                 observations: 0,
                 versions: Vec::new(),
@@ -129,7 +129,7 @@ fn a_pause_does_not_outlast_the_budget() {
 
 #[test]
 fn cells_that_a_person_adds_are_searched_and_end_a_rest() {
-    let mut field = Field::new("budget_seconds = 1e6\nexpected_undeclared = 2.0");
+    let mut field = Field::new("budget_seconds = 1e6\nstop_when_expected_remaining = 2.0");
     field.sense(0, 0);
     assert_eq!(field.robot.activity(), Activity::Cleared, "little enough is expected");
     let added: Vec<u32> = vec![2, 3, 4, 5, 8, 9, 10, 11];

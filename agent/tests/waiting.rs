@@ -30,13 +30,13 @@ impl Field {
     }
 
     /// The search may end once so many objects are expected.
-    fn with_expected(undeclared: f64) -> Self {
+    fn with_expected(expected: f64) -> Self {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("map.txt"), "............\n").unwrap();
         std::fs::write(folder.path().join("prior.csv"), "0,0,0,0,0,0,0,0,0,0.1,0.1,0.1\n").unwrap();
         let text = format!(
             "name = 'a'\nmap.file = 'map.txt'\nprior.file = 'prior.csv'\nsensor.radius = 1\nobjects.count = 1\n\
-                    robots.count = 2\nmission = {{ budget_seconds = 1e6, expected_undeclared = {undeclared:?} }}\n"
+                    robots.count = 2\nmission = {{ budget_seconds = 1e6, stop_when_expected_remaining = {expected:?} }}\n"
         );
         let scenario = Scenario::from_text(&folder.path().join("a.toml"), text).unwrap();
         let robot = Agent::new(Orders::of_team(&scenario, 0).remove(0));
@@ -145,16 +145,16 @@ fn when_the_plan_is_walked_nothing_is_left_and_it_rests() {
 
 #[test]
 fn on_its_way_too_it_rests_once_what_is_left_is_not_worth_a_search() {
-    for (undeclared, is_over) in [(0.05, true), (0.0, false)] {
-        let mut field = Field::with_expected(undeclared);
+    for (expected, is_over) in [(0.05, true), (0.0, false)] {
+        let mut field = Field::with_expected(expected);
         let path = route(&field.start()).unwrap().to_vec();
         assert!(path.len() > 5, "{path:?}");
         for cell in 9..12 {
             field.walk(10, cell, [cell]);
         }
         let actions = field.robot.handle(at(15), Event::Sensed { cell: path[0], readings: Vec::new() });
-        assert_eq!(route(&actions), is_over.then_some(&[][..]), "{undeclared}");
-        assert_eq!(field.robot.activity() == Activity::Cleared, is_over, "{undeclared}");
+        assert_eq!(route(&actions), is_over.then_some(&[][..]), "{expected}");
+        assert_eq!(field.robot.activity() == Activity::Cleared, is_over, "{expected}");
     }
 }
 

@@ -1,6 +1,6 @@
 //! Declarations: which cells are said to hold an object, and since when.
 //!
-//! An object is declared when its probability reaches `tau`. It stays declared while the evidence wavers, and is
+//! An object is declared when its probability reaches `detection_threshold`. It stays declared while the evidence wavers, and is
 //! withdrawn only when an object there has become less likely than none.
 
 use std::collections::BTreeMap;
@@ -12,22 +12,22 @@ use dragnet_search::cell::Cell;
 use dragnet_search::reach::Reach;
 use dragnet_search::terrain::Terrain;
 
-/// Under this probability a declaration is withdrawn, unless `tau` itself is lower.
+/// Under this probability a declaration is withdrawn, unless `detection_threshold` itself is lower.
 pub const WITHDRAWN_BELOW: f64 = 0.5;
 
 /// All objects that are declared.
 #[derive(Clone, Debug)]
 pub struct Declarations {
-    tau: f64,
+    detection_threshold: f64,
     /// When each was declared.
     declared: BTreeMap<Cell, MissionTime>,
 }
 
 impl Declarations {
-    /// None yet. An object is declared from a probability of `tau` on, above 0.
+    /// None yet. An object is declared from a probability of `detection_threshold` on, above 0.
     #[must_use]
-    pub const fn new(tau: f64) -> Self {
-        Self { tau, declared: BTreeMap::new() }
+    pub const fn new(detection_threshold: f64) -> Self {
+        Self { detection_threshold, declared: BTreeMap::new() }
     }
 
     /// Looks again at cells whose belief has changed; whether anything was declared or withdrawn.
@@ -41,11 +41,11 @@ impl Declarations {
         for cell in cells {
             let probability = belief.probability(cell);
             if self.declared.contains_key(&cell) {
-                if probability < self.tau.min(WITHDRAWN_BELOW) {
+                if probability < self.detection_threshold.min(WITHDRAWN_BELOW) {
                     self.declared.remove(&cell);
                     has_changed = true;
                 }
-            } else if probability >= self.tau {
+            } else if probability >= self.detection_threshold {
                 self.declared.insert(cell, now);
                 has_changed = true;
             }
@@ -70,7 +70,7 @@ impl Declarations {
 
     /// Expected number of objects in cells where none is declared, of those that a robot can see.
     #[must_use]
-    pub fn expected_undeclared(&self, terrain: &Terrain, reach: &Reach, belief: &Belief) -> f64 {
+    pub fn expected_remaining(&self, terrain: &Terrain, reach: &Reach, belief: &Belief) -> f64 {
         let undeclared = terrain.searched_cells().filter(|&cell| reach.covers(cell) && !self.contains(cell));
         undeclared.map(|cell| belief.probability(cell)).sum()
     }
@@ -93,10 +93,15 @@ mod tests {
     }
 
     impl Field {
-        fn new(tau: f64) -> Self {
+        fn new(detection_threshold: f64) -> Self {
             let terrain = Terrain::from_ascii(".", 1.0).unwrap();
             let belief = Belief::uniform(&terrain, 0.5).unwrap();
-            Self { terrain, belief, declarations: Declarations::new(tau), now: MissionTime::START }
+            Self {
+                terrain,
+                belief,
+                declarations: Declarations::new(detection_threshold),
+                now: MissionTime::START,
+            }
         }
 
         fn cell(&self) -> Cell {
@@ -150,11 +155,11 @@ mod tests {
         let mut field = Field::new(TAU);
         let reach = Reach::unknown(field.terrain.grid(), 1);
         let expected =
-            |field: &Field| field.declarations.expected_undeclared(&field.terrain, &reach, &field.belief);
+            |field: &Field| field.declarations.expected_remaining(&field.terrain, &reach, &field.belief);
         assert!((expected(&field) - 0.5).abs() < 1e-12);
         field.learn(4.0);
         field.learn(-3.0);
         assert!(expected(&field).abs() < 1e-12);
-        assert!(field.belief.expected_undeclared(&field.terrain, &reach, TAU) > 0.5);
+        assert!(field.belief.expected_remaining(&field.terrain, &reach, TAU) > 0.5);
     }
 }

@@ -36,7 +36,7 @@ pub struct MissionOrders {
     /// How far robots see, cells.
     pub sensor_radius: u32,
     /// Probability from which an object is declared, above 0.
-    pub tau: f64,
+    pub detection_threshold: f64,
     /// What robots can have seen.
     pub limits: Limits,
     /// The team.
@@ -61,7 +61,7 @@ impl MissionOrders {
             limits: Limits::new(Arc::clone(&terrain), sensor, robots.iter().copied(), mission),
             terrain,
             prior: scenario.prior().clone(),
-            tau: mission.tau,
+            detection_threshold: mission.detection_threshold,
             robots,
             heartbeat: mission.heartbeat,
             lost_after: mission.lost_after,
@@ -160,7 +160,7 @@ impl Mission {
     /// A mission that starts now. What the prior is sure of is declared from the start.
     #[must_use]
     pub fn new(orders: MissionOrders) -> Self {
-        let mut declarations = Declarations::new(orders.tau);
+        let mut declarations = Declarations::new(orders.detection_threshold);
         declarations.review(MissionTime::START, &orders.prior, orders.terrain.searched_cells());
         Self {
             belief: orders.prior.clone(),
@@ -248,7 +248,7 @@ impl Mission {
         MissionStatus {
             time_ns: now.0,
             declared: self.declared().collect(),
-            expected_undeclared: self.declarations.expected_undeclared(
+            expected_remaining: self.declarations.expected_remaining(
                 &self.orders.terrain,
                 &self.reach,
                 &self.belief,

@@ -8,7 +8,7 @@ pub struct Settings {
     /// Candidates above this probability count, 0 to 1.
     pub confidence: f32,
     /// Two boxes whose common area is more than this part of the area that they cover together are one object, 0 to 1.
-    pub overlap: f32,
+    pub iou: f32,
     /// Classes that count.
     pub classes: Classes,
     /// Which boxes are held against each other.
@@ -51,19 +51,19 @@ pub enum SettingsError {
     #[error("a confidence of {0}: allowed is 0 to 1")]
     Confidence(f32),
     /// Not a part.
-    #[error("an overlap of {0}: allowed is 0 to 1")]
-    Overlap(f32),
+    #[error("an IoU of {0}: allowed is 0 to 1")]
+    Iou(f32),
     /// Nothing could ever be found.
     #[error("no class counts: needed is at least one, or all")]
     NoClass,
 }
 
 impl Default for Settings {
-    /// The usual confidence and overlap of YOLO, and the paper's resolution.
+    /// The usual confidence and IoU of YOLO, and the paper's resolution.
     fn default() -> Self {
         Self {
             confidence: 0.25,
-            overlap: 0.7,
+            iou: 0.7,
             classes: Classes::All,
             suppression: Suppression::ByClass,
             resolution: Resolution::Half,
@@ -77,8 +77,8 @@ impl Settings {
         if !(0.0..=1.0).contains(&self.confidence) {
             return Err(SettingsError::Confidence(self.confidence));
         }
-        if !(0.0..=1.0).contains(&self.overlap) {
-            return Err(SettingsError::Overlap(self.overlap));
+        if !(0.0..=1.0).contains(&self.iou) {
+            return Err(SettingsError::Iou(self.iou));
         }
         if self.classes == Classes::Only(BTreeSet::new()) {
             return Err(SettingsError::NoClass);

@@ -7,7 +7,7 @@ use dragnet_vehicle::camera::DetectionBox;
 /// The candidates that stay, most confident first; of equals the first. None if there are more than `most` of them.
 ///
 /// Greedy, as everybody does it: in this order a candidate stays unless one that stays already overlaps it by more than
-/// [`Settings::overlap`]. Each is held against those that stay only, so that it takes `most` times the candidates at
+/// [`Settings::iou`]. Each is held against those that stay only, so that it takes `most` times the candidates at
 /// most.
 #[must_use]
 pub fn suppress(mut candidates: Vec<Candidate>, settings: &Settings, most: usize) -> Option<Vec<Candidate>> {
@@ -17,7 +17,7 @@ pub fn suppress(mut candidates: Vec<Candidate>, settings: &Settings, most: usize
     for candidate in candidates {
         let is_same = |stays: &Candidate| {
             (settings.suppression == Suppression::Agnostic || stays.class == candidate.class)
-                && overlap(&stays.bounds, &candidate.bounds) > f64::from(settings.overlap)
+                && iou(&stays.bounds, &candidate.bounds) > f64::from(settings.iou)
         };
         if kept.iter().any(is_same) {
             continue;
@@ -31,7 +31,7 @@ pub fn suppress(mut candidates: Vec<Candidate>, settings: &Settings, most: usize
 }
 
 /// The area that two boxes have in common, over that which they cover together: 0 to 1.
-fn overlap(one: &DetectionBox, other: &DetectionBox) -> f64 {
+fn iou(one: &DetectionBox, other: &DetectionBox) -> f64 {
     let common = |low: fn(&DetectionBox) -> f64, high: fn(&DetectionBox) -> f64| {
         (high(one).min(high(other)) - low(one).max(low(other))).max(0.0)
     };

@@ -173,7 +173,7 @@ fn of_boxes_that_overlap_the_most_confident_of_each_class_stays() {
     assert_eq!(check(&NEAR, &settings).unwrap(), (vec![(1, 82.0), (0, 84.0)], 0));
     let agnostic = Settings { suppression: Suppression::Agnostic, ..Settings::default() };
     assert_eq!(check(&NEAR, &agnostic).unwrap(), (vec![(1, 82.0)], 0));
-    let apart = Settings { overlap: 0.95, confidence: 0.24, ..Settings::default() };
+    let apart = Settings { iou: 0.95, confidence: 0.24, ..Settings::default() };
     assert_eq!(check(&NEAR, &apart).unwrap(), (vec![(1, 82.0), (0, 84.0), (1, 80.0), (2, 280.0)], 0));
 }
 
@@ -262,7 +262,7 @@ fn settings_out_of_their_ranges_are_refused() {
         "a confidence of NaN: allowed is 0 to 1"
     );
     assert_eq!(refused(&Settings { confidence: 1.5, ..usual() }), "a confidence of 1.5: allowed is 0 to 1");
-    assert_eq!(refused(&Settings { overlap: -0.1, ..usual() }), "an overlap of -0.1: allowed is 0 to 1");
+    assert_eq!(refused(&Settings { iou: -0.1, ..usual() }), "an IoU of -0.1: allowed is 0 to 1");
 }
 
 proptest! {
@@ -276,7 +276,7 @@ proptest! {
             Candidate { bounds: bounds(left, top, right, bottom), class, confidence }
         };
         let candidates: Vec<Candidate> = boxes.iter().map(candidate).collect();
-        let settings = Settings { overlap: 0.4, ..Settings::default() };
+        let settings = Settings { iou: 0.4, ..Settings::default() };
         let kept = suppress(candidates.clone(), &settings, 256).unwrap();
         let same = |a: &Candidate, b: &Candidate| {
             let (a_pixels, b_pixels) = (pixels(&a.bounds), pixels(&b.bounds));

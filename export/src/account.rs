@@ -19,7 +19,7 @@ use crate::ExportError;
 use crate::detection::probability_of_detection;
 
 /// Probability from which an object is found, and speed, where the recording does not say.
-const USUAL_TAU: f64 = 0.95;
+const DEFAULT_DETECTION_THRESHOLD: f64 = 0.95;
 const USUAL_SPEED_METERS_PER_SECOND: f64 = 2.0;
 
 /// What a recording comes to at a time.
@@ -106,8 +106,8 @@ impl Account {
             fold.take(record);
         }
         let number = |name: &str| playback.run.get(name).and_then(|text| text.parse::<f64>().ok());
-        let tau = number("tau").unwrap_or(USUAL_TAU);
-        let pod = fold.pod(tau);
+        let detection_threshold = number("detection_threshold").unwrap_or(DEFAULT_DETECTION_THRESHOLD);
+        let pod = fold.pod(detection_threshold);
         let frame = earth.frame;
         let weigh = Weigh { prior: &fold.prior_probability(), pod: &pod, expected: earth.expected_objects };
         let coverages = weigh.areas(&earth.areas, &frame, &fold.terrain);
@@ -245,9 +245,13 @@ impl Fold {
         self.terrain.grid().cells().map(|cell| self.prior.probability(cell)).collect()
     }
 
-    fn pod(&self, tau: f64) -> Vec<f64> {
+    fn pod(&self, detection_threshold: f64) -> Vec<f64> {
         let of = |cell| {
-            probability_of_detection(self.prior.log_odds_nats(cell), self.belief.evidence().of(cell), tau)
+            probability_of_detection(
+                self.prior.log_odds_nats(cell),
+                self.belief.evidence().of(cell),
+                detection_threshold,
+            )
         };
         self.terrain.grid().cells().map(of).collect()
     }

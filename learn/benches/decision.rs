@@ -16,7 +16,7 @@ use dragnet_search::belief::Belief;
 use dragnet_search::cell::{Grid, Position};
 use dragnet_search::intent::Promised;
 use dragnet_search::policy::Policy;
-use dragnet_search::route::{Moves, Routes};
+use dragnet_search::route::{Connectivity, Routes};
 use dragnet_search::seed::{Purpose, stream};
 use dragnet_search::sensor::Sensor;
 use dragnet_search::shape::Shape;
@@ -38,14 +38,14 @@ fn decisions(criterion: &mut Criterion) {
         let (sensor, promised) = (Sensor::default(), Promised::nothing(&terrain));
         let situation = Situation {
             terrain: &terrain,
-            moves: Moves::Four,
+            connectivity: Connectivity::Four,
             sensor: &sensor,
             belief: &belief,
             promised: &promised,
             robot: grid.cell(Position { row: side / 3, column: side / 3 }).unwrap(),
             place: Place::ALONE,
         };
-        let routes = Routes::from(&terrain, situation.moves, situation.robot);
+        let routes = Routes::from(&terrain, situation.connectivity, situation.robot);
         let (mut topology, mut room) = (None, Room::default());
         let graph = Graph::new(&situation, &routes, &mut topology);
         let mut policy = Gnn::new(Arc::clone(&network));

@@ -13,7 +13,7 @@ use std::sync::Arc;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::intent::Promised;
-use dragnet_search::route::Moves;
+use dragnet_search::route::Connectivity;
 use dragnet_search::sensor::Sensor;
 use dragnet_search::situation::{Place, Situation};
 use dragnet_search::terrain::Terrain;
@@ -29,9 +29,9 @@ pub struct Source {
     /// The expert: a policy's name.
     pub expert: String,
     /// `w_l` of its path-length weight (Eq. 4), if it has one.
-    pub length_weight: f64,
+    pub path_length_weight: f64,
     /// Decisions of a trajectory, at most.
-    pub most_decisions: u32,
+    pub max_decisions: u32,
     /// Share of the decisions after which the robot went to a random cell instead of the expert's.
     pub explore: f64,
     /// Version and commit of the program.
@@ -42,13 +42,13 @@ impl Source {
     /// Whether both show the same expert; another build may have watched it.
     #[must_use]
     pub fn is_same_expert(&self, other: &Self) -> bool {
-        self.expert == other.expert && self.length_weight.to_bits() == other.length_weight.to_bits()
+        self.expert == other.expert && self.path_length_weight.to_bits() == other.path_length_weight.to_bits()
     }
 }
 
 impl fmt::Display for Source {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(formatter, "{} (length weight {})", self.expert, self.length_weight)
+        write!(formatter, "{} (length weight {})", self.expert, self.path_length_weight)
     }
 }
 
@@ -66,7 +66,7 @@ pub struct Trajectory {
     /// The map.
     pub terrain: Arc<Terrain>,
     /// How the robot moved.
-    pub moves: Moves,
+    pub connectivity: Connectivity,
     /// What it saw with.
     pub sensor: Arc<Sensor>,
     /// What it decided, in order.
@@ -94,7 +94,7 @@ impl Trajectory {
     pub fn situation<'a>(&'a self, decision: &'a Demonstration, belief: &'a Belief) -> Situation<'a> {
         Situation {
             terrain: &self.terrain,
-            moves: self.moves,
+            connectivity: self.connectivity,
             sensor: &self.sensor,
             belief,
             promised: &decision.promised,

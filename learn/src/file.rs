@@ -22,7 +22,7 @@ pub struct Kind {
     /// Stands in the header as `format`.
     pub format: &'static str,
     /// Longer files are not read.
-    pub most_bytes: u64,
+    pub max_bytes: u64,
 }
 
 /// Why a file cannot be used.
@@ -73,7 +73,7 @@ pub fn read<T>(
     path: &Path,
     parse: impl FnOnce(&[u8]) -> Result<T, String>,
 ) -> Result<T, FileError> {
-    let bytes = read_at_most(path, kind.most_bytes).map_err(|source| FileError::Read {
+    let bytes = read_at_most(path, kind.max_bytes).map_err(|source| FileError::Read {
         path: path.to_owned(),
         kind: kind.name,
         source,
@@ -85,11 +85,11 @@ pub fn read<T>(
 ///
 /// # Errors
 /// If it cannot be read, or is longer.
-pub fn read_at_most(path: &Path, most_bytes: u64) -> io::Result<Vec<u8>> {
+pub fn read_at_most(path: &Path, max_bytes: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    File::open(path)?.take(most_bytes.saturating_add(1)).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > most_bytes {
-        let reason = format!("longer than the {most_bytes} bytes that are read");
+    File::open(path)?.take(max_bytes.saturating_add(1)).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > max_bytes {
+        let reason = format!("longer than the {max_bytes} bytes that are read");
         return Err(io::Error::new(io::ErrorKind::FileTooLarge, reason));
     }
     Ok(bytes)
@@ -102,8 +102,8 @@ pub fn read_at_most(path: &Path, most_bytes: u64) -> io::Result<Vec<u8>> {
 ///
 /// # Errors
 /// If it cannot be read, is longer, or is no text.
-pub fn read_text_at_most(path: &Path, most_bytes: u64) -> io::Result<String> {
-    text_of(read_at_most(path, most_bytes)?)
+pub fn read_text_at_most(path: &Path, max_bytes: u64) -> io::Result<String> {
+    text_of(read_at_most(path, max_bytes)?)
 }
 
 /// The text that bytes are, without a byte-order mark.
@@ -135,14 +135,14 @@ pub fn text_of(bytes: Vec<u8>) -> io::Result<String> {
 ///
 /// # Errors
 /// If it is no plain file, as a device is not, or longer.
-pub fn check_plain(path: &Path, most_bytes: u64) -> io::Result<()> {
+pub fn check_plain(path: &Path, max_bytes: u64) -> io::Result<()> {
     let Ok(metadata) = std::fs::metadata(path) else { return Ok(()) };
     let wrong = |reason: String| Err(io::Error::new(io::ErrorKind::InvalidInput, reason));
     if !metadata.is_file() {
         return wrong("no plain file".to_owned());
     }
-    if metadata.len() > most_bytes {
-        return wrong(format!("longer than the {most_bytes} bytes that are read"));
+    if metadata.len() > max_bytes {
+        return wrong(format!("longer than the {max_bytes} bytes that are read"));
     }
     Ok(())
 }

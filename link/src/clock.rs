@@ -13,7 +13,7 @@ use tokio::time::Instant;
 #[derive(Clone, Copy, Debug)]
 pub struct Clock {
     started: Instant,
-    pace: f64,
+    real_time_factor: f64,
     mission: MissionClock,
     /// How long it listens for others before its mission begins.
     listens: Duration,
@@ -32,10 +32,10 @@ const FARTHEST: Duration = Duration::from_hours(24);
 impl Clock {
     /// The clock of a participant that knows of no mission yet, with so many mission seconds a second, above 0.
     #[must_use]
-    pub fn new(pace: f64) -> Self {
+    pub fn new(real_time_factor: f64) -> Self {
         let first = MissionTime(RandomState::new().build_hasher().finish() % FIRST_NS);
-        let mission = MissionClock::new(pace, first);
-        Self { started: Instant::now(), pace, mission, listens: Duration::ZERO }
+        let mission = MissionClock::new(real_time_factor, first);
+        Self { started: Instant::now(), real_time_factor, mission, listens: Duration::ZERO }
     }
 
     /// The same for a robot that looks around by itself: before its first look begins a mission of its own it listens for
@@ -110,7 +110,7 @@ impl Clock {
     #[must_use]
     pub fn resumed(&self, kept: &Kept) -> MissionTime {
         let (boot, uptime) = computer();
-        kept.resumed(&boot, uptime, self.pace)
+        kept.resumed(&boot, uptime, self.real_time_factor)
     }
 
     /// Whether it has been set since something was noted of it, so that a later start would go on at a wrong time.
@@ -119,7 +119,7 @@ impl Clock {
         // The two differ by what was set alone.
         let expected = noted.mission.now(self.local());
         let off = self.now().since(expected).max(expected.since(self.now()));
-        off >= Duration::from_secs(1).mul_f64(self.pace.max(1.0))
+        off >= Duration::from_secs(1).mul_f64(self.real_time_factor.max(1.0))
     }
 }
 

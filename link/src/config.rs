@@ -35,7 +35,7 @@ pub struct Common {
     pub scenario_text: Option<String>,
     /// Mission seconds a second, above 0.
     #[serde(default = "one")]
-    pub pace: f64,
+    pub real_time_factor: f64,
     /// Where this process listens and whom it calls.
     #[serde(default)]
     pub zenoh: Endpoints,
@@ -119,7 +119,7 @@ pub struct SimConfig {
     pub seed: u64,
     /// Mission seconds a second, above 0.
     #[serde(default = "one")]
-    pub pace: f64,
+    pub real_time_factor: f64,
     /// Where this process listens and whom it calls.
     #[serde(default)]
     pub zenoh: Endpoints,
@@ -196,8 +196,8 @@ impl AgentConfig {
             (Some(_), None) => return Err(failed("[vehicle] needs its network, [ros]".to_owned())),
             (None, Some(_)) => return Err(failed("[ros] is the network of a [vehicle]".to_owned())),
         };
-        if self.time == TimeSource::Simulator || self.common.pace.to_bits() != 1.0_f64.to_bits() {
-            let reason = "a [vehicle] lives by the wall clock: allowed are time = 'wall' and common.pace = 1";
+        if self.time == TimeSource::Simulator || self.common.real_time_factor.to_bits() != 1.0_f64.to_bits() {
+            let reason = "a [vehicle] lives by the wall clock: allowed are time = 'wall' and common.real_time_factor = 1";
             return Err(failed(reason.to_owned()));
         }
         if ros.localization == ros::settings::Localization::Fix && scenario.georeference().is_none() {
@@ -299,7 +299,7 @@ impl Common {
     /// If a value is not allowed: with its key and what is.
     pub fn check(&self, file: &Path) -> Result<Checked, LinkError> {
         let failed = |reason: String| LinkError::Settings { file: file.to_owned(), reason };
-        check_pace(self.pace).map_err(failed)?;
+        check_real_time_factor(self.real_time_factor).map_err(failed)?;
         let mission = self.mission.parse().map_err(|error| failed(format!("common.mission: {error}")))?;
         let path = file.parent().unwrap_or(Path::new("")).join(&self.scenario);
         let scenario = match &self.scenario_text {
@@ -311,14 +311,16 @@ impl Common {
     }
 }
 
-/// Whether a pace is one.
+/// Whether a real_time_factor is one.
 ///
 /// # Errors
 /// What is allowed.
-pub fn check_pace(pace: f64) -> Result<(), String> {
-    if pace.is_finite() && (1e-3..=1e4).contains(&pace) {
+pub fn check_real_time_factor(real_time_factor: f64) -> Result<(), String> {
+    if real_time_factor.is_finite() && (1e-3..=1e4).contains(&real_time_factor) {
         Ok(())
     } else {
-        Err(format!("pace is {pace}; allowed is from 0.001 to 10000 mission seconds a second"))
+        Err(format!(
+            "real_time_factor is {real_time_factor}; allowed is from 0.001 to 10000 mission seconds a second"
+        ))
     }
 }

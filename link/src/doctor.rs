@@ -97,8 +97,8 @@ pub fn examine(file: &Path, listen: Duration, make: Make<'_>, tell: &mut dyn FnM
     // What it remembers while it runs, it says itself.
     let runs_here = ports::runs_here(&journal);
     let subject = Subject { mission: &mission, robot, terrain: scenario.terrain() };
-    let pace = config.common.pace;
-    let resumed = if runs_here { Ok(None) } else { computer::resumed(&journal, subject, pace) };
+    let real_time_factor = config.common.real_time_factor;
+    let resumed = if runs_here { Ok(None) } else { computer::resumed(&journal, subject, real_time_factor) };
     let resumed = resumed.unwrap_or_else(|finding| {
         tell(finding);
         None
@@ -121,7 +121,7 @@ pub fn examine(file: &Path, listen: Duration, make: Make<'_>, tell: &mut dyn FnM
         endpoints.listen = vec![ANY_PORT.to_owned()];
     }
     ports.into_iter().for_each(&mut *tell);
-    let member = team::Member { mission, robot, scenario: &scenario, runs_here, resumed, pace };
+    let member = team::Member { mission, robot, scenario: &scenario, runs_here, resumed, real_time_factor };
     let networks = async {
         team::examine(&endpoints, &member, listen, tell).await;
         if let Some(body) = body {

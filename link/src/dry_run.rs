@@ -137,8 +137,8 @@ pub fn run(
     let detector = body.make_detector(file, make)?;
     let mut bag = Bag::open(recording)?;
     let mut rehearsal = Rehearsal {
-        topics: body.ros.heard.iter().map(|one| one.topic.to_string()).zip(0..).collect(),
-        traffic: body.ros.heard.iter().map(Traffic::none).collect(),
+        topics: body.ros.subscriptions.iter().map(|one| one.topic.to_string()).zip(0..).collect(),
+        traffic: body.ros.subscriptions.iter().map(Traffic::none).collect(),
         vehicle: Vehicle::new(body.pilot, &body.ros, &scenario),
         agent: Agent::new(orders),
         ros: body.ros,
@@ -205,7 +205,7 @@ impl Rehearsal<'_> {
         self.heard_at = self.now;
         let Some(&number) = self.topics.get(&message.topic.name) else { return Ok(()) };
         self.traffic[number].messages += 1;
-        let subscription = &self.ros.heard[number];
+        let subscription = &self.ros.subscriptions[number];
         let heard = match mismatch(&message.topic, subscription.kind.message().name) {
             Some(reason) => Heard::Refused { topic: subscription.topic.clone(), reason },
             None => self.ros.understand(subscription, &message.bytes),
@@ -255,7 +255,7 @@ impl Rehearsal<'_> {
                     self.experience(Stimulus::Sensed { cell, readings })?;
                     self.believe();
                 }
-                Effect::Say(output) => *self.log.said.entry(output.kind()).or_default() += 1,
+                Effect::Publish(output) => *self.log.said.entry(output.kind()).or_default() += 1,
                 Effect::Look(look) => {
                     if let Some(detector) = &mut self.detector {
                         let seen = look.through(&mut **detector);
@@ -317,16 +317,14 @@ impl Rehearsal<'_> {
 
     fn finish(mut self, entropy_before_nats: f64, ending: Ending) -> Summary {
         let refused = self.vehicle.refused();
-        for (subscription, traffic) in self.ros.heard.iter().zip(&mut self.traffic) {
+        for (subscription, traffic) in self.ros.subscriptions.iter().zip(&mut self.traffic) {
             if let Some(RefusedInput { count, reason }) = refused.get(&subscription.topic) {
                 (traffic.refused, traffic.reason) = (*count, reason.clone());
             }
         }
-        let said = self
-            .log
-            .said
-            .iter()
-            .filter_map(|(kind, &count)| self.ros.said.get(kind).map(|topic| (topic.to_string(), count)));
+        let said = self.log.said.iter().filter_map(|(kind, &count)| {
+            self.ros.publications.get(kind).map(|topic| (topic.to_string(), count))
+        });
         Summary {
             duration: self.now.since(MissionTime::START),
             said: said.collect(),

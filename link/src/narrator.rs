@@ -114,7 +114,7 @@ mod tests {
     fn scenario() -> Scenario {
         let text = "name = 'lane'\nmap = { shape = 'all_traversable', rows = 1, columns = 4, cell_meters = 10.0 }\n\
                     objects.count = 1\nsensor.radius = 2\nrobots = { count = 1, policy = 'greedy' }\n\
-                    [mission]\nbudget_seconds = 900.0\nexpected_undeclared = 0.9\n";
+                    [mission]\nbudget_seconds = 900.0\nstop_when_expected_remaining = 0.9\n";
         Scenario::from_text(Path::new("lane.toml"), text.to_owned()).unwrap()
     }
 

@@ -66,7 +66,8 @@ pub fn agent(file: &Path, precedence: Precedence, make: detector::Make<'_>) -> R
             };
         }
         let subject = Subject { mission: &mission, robot, terrain: scenario.terrain() };
-        let (journal, clock) = resume(&mut agent, &config.journal(file), subject, config.common.pace)?;
+        let (journal, clock) =
+            resume(&mut agent, &config.journal(file), subject, config.common.real_time_factor)?;
         let codec = Codec::of(&scenario);
         let mut link = Link::join(session, mission, who, codec).await?;
         if precedence == Precedence::First {
@@ -148,13 +149,13 @@ fn resume(
     agent: &mut Agent,
     file: &Path,
     subject: Subject<'_>,
-    pace: f64,
+    real_time_factor: f64,
 ) -> Result<(Journal, Clock), LinkError> {
     let (journal, memory) = Journal::open(file, subject, unix_time::now_ns().unsigned_abs())?;
     for observation in &memory.observations {
         agent.recall(observation);
     }
-    let clock = Clock::new(pace);
+    let clock = Clock::new(real_time_factor);
     let Some(now) = memory.resumed(journal.time(), &clock) else { return Ok((journal, clock)) };
     let (robot, count) = (subject.robot, memory.observations.len());
     tracing::info!(
@@ -185,10 +186,10 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), LinkErr
         config.common.zenoh.mode = Some(Mode::Router);
     }
     let Checked { mission, scenario } = config.common.check(file)?;
-    let pace = config.common.pace;
+    let real_time_factor = config.common.real_time_factor;
     let options = Options {
         recording: config.recording.or_else(|| scenario.recording().file.clone()),
-        pace: Some(pace),
+        real_time_factor: Some(real_time_factor),
         version: version.to_owned(),
         processes: None,
     };
@@ -201,7 +202,7 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), LinkErr
     let desk = team::recording::desk(&scenario, config.common.seed, &options, there)?;
     let mut desk = desk.told_to(listener);
     let codec = Codec::of(&scenario);
-    let clock = Clock::new(pace);
+    let clock = Clock::new(real_time_factor);
     let ended = block_on(async {
         let stop = stop::asked(Bond::None)?;
         tokio::pin!(stop);
@@ -246,12 +247,13 @@ pub fn world(
     let mut config: SimConfig = config::load(file)?;
     config.zenoh = config.zenoh.named_in(file);
     let failed = |reason| LinkError::Settings { file: file.to_owned(), reason };
-    config::check_pace(config.pace).map_err(failed)?;
+    config::check_real_time_factor(config.real_time_factor).map_err(failed)?;
     let mission = config.mission.parse().map_err(|error| failed(format!("mission: {error}")))?;
     let episode = block_on(async {
         let session = open_when_there(&config.zenoh).await?;
         let server =
-            WorldServer::open(session, mission, scenario, config.seed, config.pace, spectator).await?;
+            WorldServer::open(session, mission, scenario, config.seed, config.real_time_factor, spectator)
+                .await?;
         server.run().await
     })?;
     Ok((episode, config.seed))

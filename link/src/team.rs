@@ -18,7 +18,7 @@ use tokio::task::JoinHandle;
 use zenoh::Session;
 
 use crate::LinkError;
-use crate::config::check_pace;
+use crate::config::check_real_time_factor;
 use crate::live::Report;
 use crate::session::{Endpoints, free_endpoints, open, runtime};
 
@@ -30,7 +30,7 @@ pub struct Options {
     /// The program `dragnet`, to run each robot in a process of its own.
     pub processes: Option<PathBuf>,
     /// Mission seconds a second, by the wall clock; simulated time without.
-    pub pace: Option<f64>,
+    pub real_time_factor: Option<f64>,
     /// Version and commit of this program, for the recording.
     pub version: String,
 }
@@ -82,19 +82,19 @@ pub fn run_watched(
     spectator: Spectator<'_>,
 ) -> Result<Run, LinkError> {
     let runtime = runtime()?;
-    match options.pace {
+    match options.real_time_factor {
         None if onlooker.is_some() => {
-            let why = "a search that is watched runs by the wall clock: give it a pace";
+            let why = "a search that is watched runs by the wall clock: give it a real_time_factor";
             Err(LinkError::Unsupported(why.to_owned()))
         }
         None => lockstep_run::run(&runtime, scenario, seed, options, spectator),
-        Some(pace) => {
-            check_pace(pace).map_err(LinkError::Unsupported)?;
+        Some(real_time_factor) => {
+            check_real_time_factor(real_time_factor).map_err(LinkError::Unsupported)?;
             if *scenario.network() != Network::default() {
-                let why = "[network] faults are simulated in simulated time only: run without a pace, or remove them";
+                let why = "[network] faults are simulated in simulated time only: run without a real_time_factor, or remove them";
                 return Err(LinkError::Unsupported(why.to_owned()));
             }
-            runtime.block_on(live_run::run(scenario, seed, pace, options, onlooker, spectator))
+            runtime.block_on(live_run::run(scenario, seed, real_time_factor, options, onlooker, spectator))
         }
     }
 }

@@ -76,7 +76,7 @@ pub(crate) enum Effect {
     /// For the robot's mind: where it stands, and what it saw since the last time.
     Sensed { cell: Cell, readings: Vec<Reading> },
     /// For the vehicle's network.
-    Say(Output),
+    Publish(Output),
     /// For a detector of this program's own, if it has one; what that sees comes back as [`Vehicle::see`].
     Look(Look),
     /// For the log: something has gone wrong, or is well again.
@@ -88,7 +88,7 @@ pub(crate) struct Vehicle {
     pilot: Pilot,
     places: Places,
     terrain: Arc<Terrain>,
-    tau: f64,
+    detection_threshold: f64,
     stamps: Stamps,
     board: Board,
     topics: Topics,
@@ -121,7 +121,7 @@ impl Vehicle {
                 scenario.georeference().copied(),
             ),
             terrain: Arc::new(scenario.terrain().clone()),
-            tau: scenario.mission().tau,
+            detection_threshold: scenario.mission().detection_threshold,
             stamps: ros.stamps(),
             board: Board::default(),
             topics: Topics::new(ros),
@@ -208,14 +208,14 @@ impl Vehicle {
             shown.push(Output::Belief(drawn, planar(&self.places.in_frame(&Pose::default()))));
             shown.push(Output::Objects(self.objects(belief)));
         }
-        shown.into_iter().map(Effect::Say).collect()
+        shown.into_iter().map(Effect::Publish).collect()
     }
 
     /// Nothing is left to drive. Nav2 is sent to where the robot is, which is how topics call a goal off.
     pub(crate) fn halt(&mut self) -> Vec<Effect> {
         self.drive = None;
         let goal = self.errand.take().and(self.located).map(|here| Output::Goal(self.in_frame(&here)));
-        goal.into_iter().chain([Output::Path(Vec::new())]).map(Effect::Say).collect()
+        goal.into_iter().chain([Output::Path(Vec::new())]).map(Effect::Publish).collect()
     }
 
     fn tell(&mut self, now: Now, event: Event) -> Vec<Effect> {
@@ -328,7 +328,7 @@ impl Vehicle {
                 let diagnostic = self.explained(diagnostic);
                 self.board.pin(&diagnostic);
                 let mut effects = self.news();
-                effects.push(Effect::Say(Output::Diagnostics(self.board.all())));
+                effects.push(Effect::Publish(Output::Diagnostics(self.board.all())));
                 effects
             }
             Action::Refuse(source, reason) => {
@@ -360,11 +360,11 @@ impl Vehicle {
 
     fn go(&mut self, now: Now, pose: Pose) -> Vec<Effect> {
         self.errand = Some((Errand::begin(&self.goals), pose, now.mission));
-        vec![Effect::Say(Output::Goal(self.in_frame(&pose)))]
+        vec![Effect::Publish(Output::Goal(self.in_frame(&pose)))]
     }
 
     fn path(&self, poses: &[Pose]) -> Effect {
-        Effect::Say(Output::Path(poses.iter().map(|pose| self.in_frame(pose)).collect()))
+        Effect::Publish(Output::Path(poses.iter().map(|pose| self.in_frame(pose)).collect()))
     }
 
     /// Tells a goal again that nobody has taken up, or what is left of a path that nobody drives. Whoever drives may have

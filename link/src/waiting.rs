@@ -69,8 +69,8 @@ pub(crate) struct Outlet {
 }
 
 /// An empty place to wait.
-pub(crate) fn waiting(most_bytes: usize) -> (Inlet, Outlet) {
-    let queues = Arc::new(Mutex::new(Queues { most_bytes, ..Queues::default() }));
+pub(crate) fn waiting(max_bytes: usize) -> (Inlet, Outlet) {
+    let queues = Arc::new(Mutex::new(Queues { max_bytes, ..Queues::default() }));
     // One sign is enough for any number of arrivals.
     let (sender, receiver) = mpsc::channel(1);
     (Inlet { queues: Arc::clone(&queues), news: sender }, Outlet { queues, news: receiver })
@@ -122,7 +122,7 @@ fn lock(queues: &Mutex<Queues>) -> MutexGuard<'_, Queues> {
 /// The queues of all senders.
 #[derive(Debug, Default)]
 struct Queues {
-    most_bytes: usize,
+    max_bytes: usize,
     /// What waits, of all.
     bytes: usize,
     senders: BTreeMap<Sender, Queue>,
@@ -151,7 +151,7 @@ impl Queues {
         queue.messages.push_back((place, raw));
         queue.bytes += bytes;
         self.bytes += bytes;
-        while self.bytes > self.most_bytes && self.drop_one() {}
+        while self.bytes > self.max_bytes && self.drop_one() {}
     }
 
     fn put_presence(&mut self, who: Participant, identity: u64, is_here: bool) {

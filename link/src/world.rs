@@ -43,7 +43,7 @@ pub struct WorldServer<'a> {
     link: Link,
     world: World,
     clock: Clock,
-    pace: f64,
+    real_time_factor: f64,
     speed: f64,
     /// Time between the first looks of two robots.
     stagger: Duration,
@@ -77,7 +77,7 @@ impl<'a> WorldServer<'a> {
         mission: Mission,
         scenario: &Scenario,
         seed: u64,
-        pace: f64,
+        real_time_factor: f64,
         spectator: Spectator<'a>,
     ) -> Result<Self, LinkError> {
         let world = World::new(scenario, seed);
@@ -92,8 +92,8 @@ impl<'a> WorldServer<'a> {
         let mut server = Self {
             link,
             world,
-            clock: Clock::new(pace),
-            pace,
+            clock: Clock::new(real_time_factor),
+            real_time_factor,
             speed: scenario.mission().speed_meters_per_second,
             stagger: scenario.mission().stagger,
             team: robots.clone(),
@@ -141,7 +141,7 @@ impl<'a> WorldServer<'a> {
                 self.outcome.ended = since;
                 self.outcome.digest = self.expected_digest();
                 self.outcome.beliefs_equal = self.are_all_equal(self.outcome.digest);
-                let patience = PATIENCE.mul_f64(self.pace);
+                let patience = PATIENCE.mul_f64(self.real_time_factor);
                 if self.outcome.beliefs_equal && !self.robots.is_empty() || now.since(since) >= patience {
                     return Ok(Episode::new(self.world, self.outcome));
                 }
@@ -185,7 +185,7 @@ impl<'a> WorldServer<'a> {
         let Heard::Message { from, message, .. } = heard else { return };
         let Some(time) = clock::dated(*from, message) else { return };
         let by = self.clock.hear(time).by;
-        if by > BEHIND.mul_f64(self.pace.max(1.0)) {
+        if by > BEHIND.mul_f64(self.real_time_factor.max(1.0)) {
             // The mission has gone on without this world.
             self.placed.clear();
             self.has_missed = true;

@@ -7,9 +7,9 @@ use serde::Deserialize;
 use crate::polygon::{self, Corner, PolygonError};
 use crate::view::View;
 
-/// What a page asks for, JSON: `{"do": "mark", "row": 3, "column": 4, "as": "clue"}`.
+/// What a page asks for, JSON: `{"command": "mark", "row": 3, "column": 4, "as": "clue"}`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
+#[serde(tag = "command", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Ask {
     /// The robots stay where they are.
     Pause {},

@@ -31,7 +31,7 @@ pub struct Hello {
     /// One byte a cell, 1 where a robot can be; Base64.
     pub ground: String,
     /// Probability from which an object is found.
-    pub tau: f64,
+    pub detection_threshold: f64,
     /// Objects, where somebody knows.
     pub objects: Option<usize>,
     /// When a recording ends, seconds; nothing of a running mission.
@@ -52,7 +52,7 @@ impl Hello {
             columns: terrain.grid().columns(),
             cell_meters: terrain.cell_meters(),
             ground: STANDARD.encode(ground),
-            tau: about.tau,
+            detection_threshold: about.detection_threshold,
             objects: about.objects.as_ref().map(Vec::len),
             end,
         }
@@ -171,7 +171,7 @@ impl Frame {
             out_of_reach: out_of_reach(view, added, &mut shown.reach),
             robots: robots(view, &mut shown.steps),
             declared: declared(view),
-            expected: status.map_or(0.0, |status| status.expected_undeclared),
+            expected: status.map_or(0.0, |status| status.expected_remaining),
             entropy: view.entropy_nats(),
             progress: view.progress(),
             messages: view.messages_per_second(),

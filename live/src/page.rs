@@ -244,7 +244,7 @@ fn router(shared: Arc<Shared>) -> Router {
     }
     router
         .route("/stream", get(stream::open))
-        .route("/rights", get(rights))
+        .route("/auth", get(auth))
         .route("/command", post(command))
         .layer(DefaultBodyLimit::max(MOST_BYTES))
         .layer(middleware::from_fn(guard))
@@ -272,7 +272,7 @@ async fn guard(request: Request, next: Next) -> Response {
 }
 
 /// Whether the token that is sent is the token: what a page asks before it offers controls.
-async fn rights(State(shared): State<Arc<Shared>>, headers: HeaderMap) -> Response {
+async fn auth(State(shared): State<Arc<Shared>>, headers: HeaderMap) -> Response {
     match allowed(&shared, &headers) {
         Ok(_) => StatusCode::NO_CONTENT.into_response(),
         Err(refusal) => *refusal,
@@ -293,7 +293,7 @@ async fn command(State(shared): State<Arc<Shared>>, headers: HeaderMap, body: St
         Err(error) => return refusal(StatusCode::UNPROCESSABLE_ENTITY, &error.to_string()),
     };
     match running.commands.try_send((None, Stimulus::Commanded(command))) {
-        Ok(()) => Json(json!({ "said": answer })).into_response(),
+        Ok(()) => Json(json!({ "message": answer })).into_response(),
         Err(mpsc::error::TrySendError::Closed(_)) => refusal(StatusCode::CONFLICT, "the mission is over"),
         Err(mpsc::error::TrySendError::Full(_)) => {
             refusal(StatusCode::TOO_MANY_REQUESTS, "the coordinator has more to do than it can; try again")

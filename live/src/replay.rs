@@ -10,7 +10,7 @@ use dragnet_search::observation::RobotId;
 use crate::view::{About, View};
 
 /// Probability from which an object is found, where the recording does not say.
-const USUAL_TAU: f64 = 0.95;
+const DEFAULT_DETECTION_THRESHOLD: f64 = 0.95;
 
 /// What a recording says of the mission.
 #[must_use]
@@ -22,7 +22,9 @@ pub fn about(playback: &Playback) -> About {
         terrain: Arc::clone(&playback.terrain),
         prior: playback.prior.clone(),
         sensor_radius: fact("sensor_radius").and_then(|radius| radius.parse().ok()),
-        tau: fact("tau").and_then(|tau| tau.parse().ok()).unwrap_or(USUAL_TAU),
+        detection_threshold: fact("detection_threshold")
+            .and_then(|threshold| threshold.parse().ok())
+            .unwrap_or(DEFAULT_DETECTION_THRESHOLD),
         team: (1..=robots).map(RobotId).collect(),
         objects: objects(playback),
     }

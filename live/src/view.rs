@@ -40,7 +40,7 @@ pub struct About {
     /// How far robots see, cells; unknown of older recordings, and then nothing is shown as out of reach.
     pub sensor_radius: Option<u32>,
     /// Probability from which an object is found.
-    pub tau: f64,
+    pub detection_threshold: f64,
     /// The robots that belong to it.
     pub team: Vec<RobotId>,
     /// Where the objects are, where somebody knows: a simulation does.
@@ -56,7 +56,7 @@ impl About {
             terrain: Arc::new(scenario.terrain().clone()),
             prior: Self::prior_of(scenario.terrain(), scenario.prior()),
             sensor_radius: Some(scenario.sensor().radius()),
-            tau: scenario.mission().tau,
+            detection_threshold: scenario.mission().detection_threshold,
             team: scenario.robots().iter().map(|robot| robot.id).collect(),
             objects,
         }
@@ -251,7 +251,7 @@ impl View {
         match &self.about.objects {
             Some(objects) => {
                 let in_reach = || objects.iter().filter(|&&cell| !self.is_out_of_reach(cell));
-                let is_found = |cell: &&Cell| self.belief.is_found(**cell, self.about.tau);
+                let is_found = |cell: &&Cell| self.belief.is_found(**cell, self.about.detection_threshold);
                 let count = in_reach().count();
                 if count == 0 { 1.0 } else { in_reach().filter(is_found).count() as f64 / count as f64 }
             }

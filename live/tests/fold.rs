@@ -29,7 +29,7 @@ use dragnet_sim::episode;
 use dragnet_sim::simulation::{Attendance, End, Rules};
 
 const SCENARIO: &str = "name = 'a'\nmap.file = 'map.txt'\nsensor.radius = 2\nobjects.count = 3\nrobots.count = 2\n\
-                        [mission]\nbudget_seconds = 900.0\nheartbeat_seconds = 5.0\nlost_after_seconds = 20.0\n";
+                        [mission]\nbudget_seconds = 900.0\nheartbeat_seconds = 5.0\nliveness_timeout_seconds = 20.0\n";
 const MAP: &str =
     "..........,,,\n..........,,,\n...##.....,,,\n..........,,,\n..........,,,\n..........,,,\n";
 
@@ -83,7 +83,7 @@ fn play() -> Played {
     let scenario = Scenario::from_text(&folder.path().join("a.toml"), SCENARIO.to_owned()).unwrap();
     let file = folder.path().join("a.mcap");
     let orders = MissionOrders::of(&scenario);
-    let run = [("scenario", "a"), ("robots", "2"), ("tau", "0.95"), ("sensor_radius", "1")];
+    let run = [("scenario", "a"), ("robots", "2"), ("detection_threshold", "0.95"), ("sensor_radius", "1")];
     let header = Header {
         start_unix_ns: 946_684_800_000_000_000,
         terrain: Arc::clone(&orders.terrain),
@@ -135,7 +135,7 @@ fn a_recording_shows_at_every_time_what_the_running_mission_showed() {
         terrain: Arc::new(scenario.terrain().clone()),
         prior: About::prior_of(scenario.terrain(), scenario.prior()),
         sensor_radius: about(&playback).sensor_radius,
-        tau: scenario.mission().tau,
+        detection_threshold: scenario.mission().detection_threshold,
         team: scenario.robots().iter().map(|robot| robot.id).collect(),
         objects: about(&playback).objects,
     };

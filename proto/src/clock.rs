@@ -38,7 +38,7 @@ const LATENCY: Duration = Duration::from_secs(1);
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MissionClock {
     /// Mission seconds a local second: 1 in the field.
-    pace: f64,
+    real_time_factor: f64,
     /// Local and mission time of one moment.
     moment: (Duration, MissionTime),
     /// Whether the mission has begun, as far as is known here: before, its time stands still.
@@ -62,9 +62,9 @@ impl MissionClock {
     /// The clock of a participant that knows of no mission yet. It stands at `first`, which should differ between two
     /// starts that know nothing of each other: names are given by the time.
     #[must_use]
-    pub const fn new(pace: f64, first: MissionTime) -> Self {
+    pub const fn new(real_time_factor: f64, first: MissionTime) -> Self {
         let credit = (Duration::ZERO, CREDIT);
-        Self { pace, moment: (Duration::ZERO, first), has_begun: false, met: None, credit }
+        Self { real_time_factor, moment: (Duration::ZERO, first), has_begun: false, met: None, credit }
     }
 
     /// The same, that it is this mission time now.
@@ -77,7 +77,7 @@ impl MissionClock {
     #[must_use]
     pub fn now(&self, local: Duration) -> MissionTime {
         let (since, time) = self.moment;
-        if self.has_begun { time + local.saturating_sub(since).mul_f64(self.pace) } else { time }
+        if self.has_begun { time + local.saturating_sub(since).mul_f64(self.real_time_factor) } else { time }
     }
 
     /// Whether the mission has begun.
@@ -89,7 +89,7 @@ impl MissionClock {
     /// Local time until it will be a mission time; nothing if that stands still.
     #[must_use]
     pub fn until(&self, local: Duration, time: MissionTime) -> Option<Duration> {
-        let left = time.since(self.now(local)).as_secs_f64() / self.pace;
+        let left = time.since(self.now(local)).as_secs_f64() / self.real_time_factor;
         // The end of time is never reached.
         self.has_begun.then(|| Duration::try_from_secs_f64(left).unwrap_or(Duration::MAX))
     }
@@ -120,7 +120,8 @@ impl MissionClock {
     /// Whoever moves this participant and shows it what it sees says that it is this time, exactly. Whether it can be
     /// followed: one that has begun anew, and does not know the mission's time yet, is not followed back.
     pub fn follow(&mut self, local: Duration, time: MissionTime) -> bool {
-        let is_behind = self.has_begun && time + LATENCY.mul_f64(self.pace.max(1.0)) < self.now(local);
+        let is_behind =
+            self.has_begun && time + LATENCY.mul_f64(self.real_time_factor.max(1.0)) < self.now(local);
         if !is_behind {
             *self = self.at(local, time);
         }
@@ -130,7 +131,7 @@ impl MissionClock {
     /// As much of what is asked for as there is, which is then gone.
     fn take_credit(&mut self, local: Duration, asked: Duration) -> Duration {
         let (since, left) = self.credit;
-        let has = (left + local.saturating_sub(since).mul_f64(self.pace)).min(CREDIT);
+        let has = (left + local.saturating_sub(since).mul_f64(self.real_time_factor)).min(CREDIT);
         let taken = asked.min(has);
         self.credit = (local, has.saturating_sub(taken));
         taken
@@ -168,10 +169,10 @@ impl Kept {
     /// The mission time now, by what was noted: in the same run of the computer that goes on, in another one nobody
     /// knows how long it was off.
     #[must_use]
-    pub fn resumed(&self, boot: &str, uptime: Duration, pace: f64) -> MissionTime {
+    pub fn resumed(&self, boot: &str, uptime: Duration, real_time_factor: f64) -> MissionTime {
         let is_same = !boot.is_empty() && self.boot == boot;
         let since = if is_same { uptime.saturating_sub(self.uptime) } else { Duration::ZERO };
-        self.time + since.mul_f64(pace)
+        self.time + since.mul_f64(real_time_factor)
     }
 }
 

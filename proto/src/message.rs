@@ -228,7 +228,7 @@ pub struct MissionStatus {
     /// Objects that are declared now.
     pub declared: Vec<Detection>,
     /// Expected number of objects that are not.
-    pub expected_undeclared: f64,
+    pub expected_remaining: f64,
     /// Robots that are alive, by number.
     pub alive: Vec<RobotId>,
     /// Observations merged so far.

@@ -88,7 +88,7 @@ impl fmt::Display for Refusal {
                 "a reading is more precise than the scenario's sensor can be at that distance"
             }
             Self::TooFarOff => "a reading's value cannot be, at its variance",
-            Self::Future => "it is dated in the future, beyond mission.clock_tolerance_seconds",
+            Self::Future => "it is dated in the future, beyond mission.max_clock_skew_seconds",
             Self::Backwards => "it is dated before the one before it",
             Self::TooFast => "the robot cannot be there yet at mission.speed_meters_per_second",
             Self::TooOften => "the robot looks more often than it can enter cells",
@@ -177,7 +177,7 @@ impl Limits {
         self.check_look(observation)?;
         let Some(known) = known else { return Ok(()) };
         self.check_way(known.last, observation)?;
-        self.check_pace(known.first, observation)
+        self.check_real_time_factor(known.first, observation)
     }
 
     /// Whether an observation may be dated so.
@@ -235,7 +235,7 @@ impl Limits {
         Ok(())
     }
 
-    fn check_pace(&self, first: &Observation, observation: &Observation) -> Result<(), Refusal> {
+    fn check_real_time_factor(&self, first: &Observation, observation: &Observation) -> Result<(), Refusal> {
         let looks = observation.sequence.saturating_sub(LOOKS_AT_ONCE) as f64;
         if looks > self.cells_in(first, observation) * SPEED_TOLERANCE * LOOKS_PER_CELL {
             return Err(Refusal::TooOften);

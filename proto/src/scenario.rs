@@ -23,7 +23,7 @@ use std::time::Duration;
 use dragnet_learn::file::read_text_at_most;
 use dragnet_learn::policy::{PolicyName, Shipped};
 use dragnet_search::belief::Belief;
-use dragnet_search::route::Moves;
+use dragnet_search::route::Connectivity;
 use dragnet_search::sensor::Sensor;
 use dragnet_search::terrain::Terrain;
 
@@ -50,7 +50,7 @@ pub struct Scenario {
     /// What the parts below were made of; overrides change it and make them again.
     file: ScenarioFile,
     map: Arc<MapFile>,
-    moves: Moves,
+    connectivity: Connectivity,
     sensor: Sensor,
     prior: Arc<Prior>,
     objects: Objects,
@@ -116,10 +116,10 @@ impl Scenario {
         let objects = Objects::new(&file.objects, terrain)?;
         let prior = Prior::new(&file.prior, source.folder(), file.map.file.as_deref(), &map, &objects)?;
         let mission = Mission::new(&file.mission)?;
-        prior.check_undecided(terrain, mission.tau)?;
+        prior.check_undecided(terrain, mission.detection_threshold)?;
         let robots = robots::robots(&file.robots, source.folder(), terrain)?;
         Ok(Self {
-            moves: world::moves(file.map.moves)?,
+            connectivity: world::connectivity(file.map.connectivity)?,
             sensor: world::sensor(&file.sensor, terrain.grid())?,
             prior: Arc::new(prior),
             objects,
@@ -155,9 +155,9 @@ impl Scenario {
         };
         self.deciding_by(PolicyField::Table(PolicyTable {
             name: Shipped::General.as_str().to_owned(),
-            length_weight: None,
-            lane_cells: None,
-            replan_after: None,
+            path_length_weight: None,
+            lane_spacing_cells: None,
+            replan_after_cells: None,
             weights: Some(weights.to_owned()),
         }))
     }
@@ -252,8 +252,8 @@ impl Scenario {
 
     /// To which neighbours robots move.
     #[must_use]
-    pub const fn moves(&self) -> Moves {
-        self.moves
+    pub const fn connectivity(&self) -> Connectivity {
+        self.connectivity
     }
 
     /// What a robot sees with.

@@ -133,7 +133,7 @@ fn mission_statuses() -> impl Strategy<Value = MissionStatus> {
         |(
             time_ns,
             declared,
-            expected_undeclared,
+            expected_remaining,
             (alive, doubled),
             observations,
             (versions, digest, directive),
@@ -141,7 +141,7 @@ fn mission_statuses() -> impl Strategy<Value = MissionStatus> {
             MissionStatus {
                 time_ns,
                 declared,
-                expected_undeclared,
+                expected_remaining,
                 alive,
                 observations,
                 versions,

@@ -74,7 +74,7 @@ fn weights_are_relative_to_the_scenario_and_each_robot_may_have_its_own() {
     fs::write(&other, weights(0.2).to_bytes().unwrap()).unwrap();
     let scenario = place
         .load(&format!(
-            "count = 4\npolicy = {{ name = 'gnn', weights = 'nets/mine.safetensors', replan_after = 3 }}\n\
+            "count = 4\npolicy = {{ name = 'gnn', weights = 'nets/mine.safetensors', replan_after_cells = 3 }}\n\
              [[robots.robot]]\nnumber = 2\npolicy = {{ name = 'gnn', weights = '{}' }}\n\
              [[robots.robot]]\nnumber = 3\npolicy = 'gnn'\n",
             other.display()
@@ -84,7 +84,7 @@ fn weights_are_relative_to_the_scenario_and_each_robot_may_have_its_own() {
     let (mine, other) = (Some(network(0.1)), Some(network(0.2)));
     assert_eq!(networks(&scenario), [mine.clone(), other, None, mine]);
     assert!(scenario.robots().iter().all(|robot| robot.policy.name == GNN));
-    assert_eq!(scenario.robots()[3].policy.replan_after.unwrap().get(), 3);
+    assert_eq!(scenario.robots()[3].policy.replan_after_cells.unwrap().get(), 3);
 }
 
 #[test]

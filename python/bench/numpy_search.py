@@ -13,7 +13,7 @@ TAU = 0.95
 class NumpySearch:
     """An environment with the observations, the reward (entropy removed) and the measures of ``dragnet.SearchEnv``."""
 
-    def __init__(self, rows, columns, radius, sigma2, density, budget_cells, distances=None):
+    def __init__(self, rows, columns, radius, noise_variance, density, budget_cells, distances=None):
         self.shape = (rows, columns)
         self.distances = distances
         self.density = density
@@ -22,7 +22,7 @@ class NumpySearch:
         far = np.abs(offsets).sum(axis=1)
         self.offsets = offsets[far <= radius]
         far = far[far <= radius]
-        self.variance = np.where(far == 0, sigma2 / 5, sigma2 * far**2).astype(np.float64)
+        self.variance = np.where(far == 0, noise_variance / 5, noise_variance * far**2).astype(np.float64)
 
     def reset(self, seed):
         self.random = np.random.default_rng(seed)

@@ -24,8 +24,8 @@ class SearchEnv(gym.Env[Any, Any]):
     ``info["seed"]`` names it.
 
     **Action.** ``control="waypoint"``: a cell; the robot goes there on the shortest path and looks around in every cell that
-    it enters (or as far as the scenario's ``replan_after`` allows). ``control="step"``: a step to a neighbor, by its place
-    in ``dragnet.OFFSETS[scenario.moves]``. ``info["action_mask"]`` (int8) is 1 where an action can be taken. One that cannot
+    it enters (or as far as the scenario's ``replan_after_cells`` allows). ``control="step"``: a step to a neighbor, by its place
+    in ``dragnet.OFFSETS[scenario.connectivity]``. ``info["action_mask"]`` (int8) is 1 where an action can be taken. One that cannot
     raises ``ValueError``; with ``masked_action="stay"`` the robot stays instead, without a look, at the cost of one cell of
     each budget.
 
@@ -127,9 +127,9 @@ class SearchEnv(gym.Env[Any, Any]):
         return self._batch.digest(0)
 
     @property
-    def ended(self) -> str | None:
+    def termination_reason(self) -> str | None:
         """Why the episode is over: ``"found"``, ``"cleared"`` or ``"spent"``; ``None`` if it is not."""
-        return self._batch.ended(0)
+        return self._batch.termination_reason(0)
 
     def _observation(self) -> Observation:
         observation = {name: array.copy() for name, array in self._observed.items()}

@@ -42,7 +42,7 @@ def draw(
     image = np.repeat(np.repeat(cells, SCALE, axis=0), SCALE, axis=1)
     for place, way in enumerate(ways):
         _draw_way(image, way, columns, _WAYS[place % len(_WAYS)])
-    found = probability.ravel() >= scenario.tau
+    found = probability.ravel() >= scenario.detection_threshold
     ring = _ring()
     for cell in objects:
         row, column = divmod(int(cell), columns)

@@ -65,7 +65,7 @@ class Policy:
     ):
         self.name = name
         given = None if scenario is None else as_scenario(scenario)
-        self._moves = 4 if given is None else given.moves
+        self._connectivity = 4 if given is None else given.connectivity
         self._native = _dragnet.Policy(
             name, None if given is None else given.native, None if weights is None else Path(weights), seed, robot
         )
@@ -88,7 +88,7 @@ class Policy:
         step = None
         if len(path):
             next_row, next_column = divmod(int(path[0]), shape[1])
-            step = OFFSETS[self._moves].index((next_row - row, next_column - column))
+            step = OFFSETS[self._connectivity].index((next_row - row, next_column - column))
         return Decision(waypoint, step, path, scores.reshape(shape))
 
 

@@ -47,7 +47,7 @@ class Recording:
     #: Signs of life: ``time_seconds``, ``robot``, ``activity``, ``cell``, ``path_meters`` and ``digest``.
     heartbeats: list[dict[str, Any]]
     #: How the mission stood: ``time_seconds``, ``declared`` cells with their ``probability``, ``observations``,
-    #: ``expected_undeclared`` and ``digest``.
+    #: ``expected_remaining`` and ``digest``.
     statuses: list[dict[str, Any]]
 
     def position(self, cell: int) -> tuple[float, float]:

@@ -79,14 +79,14 @@ class Scenario:
         return self.native.robots
 
     @property
-    def moves(self) -> int:
+    def connectivity(self) -> int:
         """To how many neighbors a robot moves: 4 or 8."""
-        return self.native.moves
+        return self.native.connectivity
 
     @property
-    def tau(self) -> float:
+    def detection_threshold(self) -> float:
         """A cell whose probability reaches this counts as found."""
-        return self.native.tau
+        return self.native.detection_threshold
 
     @property
     def traversable(self) -> NDArray[np.bool_]:

@@ -39,7 +39,7 @@ def observation_spaces(scenario: Scenario) -> dict[str, spaces.Space[Any]]:
 def action_space(scenario: Scenario, control: str) -> spaces.Discrete:
     """Cells for ``control="waypoint"``, steps for ``control="step"``."""
     if control == "step":
-        return spaces.Discrete(len(OFFSETS[scenario.moves]))
+        return spaces.Discrete(len(OFFSETS[scenario.connectivity]))
     rows, columns = scenario.shape
     return spaces.Discrete(rows * columns)
 

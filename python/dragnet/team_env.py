@@ -102,14 +102,14 @@ class TeamEnv(ParallelEnv):
         for place, way in enumerate(self._ways):
             if way[-1] != self._cell(place):
                 way.append(self._cell(place))
-        moved, fates = self.agents, self._team.fates()
-        fate = {agent: fates[self._places[agent]] for agent in moved}
-        self.agents = [agent for agent in moved if fate[agent] == "searching"]
+        moved, reasons = self.agents, self._team.termination_reasons()
+        reason = {agent: reasons[self._places[agent]] for agent in moved}
+        self.agents = [agent for agent in moved if reason[agent] == "searching"]
         return (
             self._observations(moved),
             dict.fromkeys(moved, gain),
-            {agent: fate[agent] in ("found", "crashed") for agent in moved},
-            {agent: fate[agent] == "spent" for agent in moved},
+            {agent: reason[agent] in ("found", "crashed") for agent in moved},
+            {agent: reason[agent] == "spent" for agent in moved},
             self._infos(moved),
         )
 
@@ -151,13 +151,13 @@ class TeamEnv(ParallelEnv):
 
     def _infos(self, agents: list[str]) -> dict[str, dict[str, Any]]:
         f1, recall, ways, seconds = self._team.measures()
-        fates = self._team.fates()
+        reasons = self._team.termination_reasons()
         infos = {}
         for agent in agents:
             place = self._places[agent]
             infos[agent] = {
                 "action_mask": self._arrays["action_mask"][place].copy(),
-                "fate": fates[place],
+                "termination_reason": reasons[place],
                 "seed": self._seed,
                 "f1": f1,
                 "recall": recall,
@@ -192,7 +192,7 @@ def parallel_env(
     team's, the same for all: what :class:`dragnet.SearchEnv` says, of all that the team has seen together.
 
     A robot leaves ``agents`` when its budget is spent (``truncated``), when all is found, or when it crashes
-    (``terminated``); ``info["fate"]`` says which. ``crashes`` names seconds of mission time by the robot's number.
+    (``terminated``); ``info["termination_reason"]`` says which. ``crashes`` names seconds of mission time by the robot's number.
     """
     if ParallelEnv is object:
         raise ImportError("dragnet.parallel_env needs pettingzoo: pip install 'dragnet[teams]'")

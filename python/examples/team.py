@@ -22,7 +22,7 @@ def main(scenario=SCENARIO, seed=0):
         waypoints = {agent: policies[agent](observations[agent]).waypoint for agent in env.agents}
         observations, rewards, terminated, truncated, infos = env.step(waypoints)
         for agent in set(observations) - set(env.agents):
-            print(f"{infos[agent]['time_seconds']:6.0f} s: {agent} is out: {infos[agent]['fate']}")
+            print(f"{infos[agent]['time_seconds']:6.0f} s: {agent} is out: {infos[agent]['termination_reason']}")
     (last,) = {info["recall"] for info in infos.values()}
     print(f"recall of the team: {last:.2f}")
     return last

@@ -182,7 +182,7 @@ impl Batch {
     }
 
     /// Why a search is over.
-    fn ended(&self, place: usize) -> PyResult<Option<&'static str>> {
+    fn termination_reason(&self, place: usize) -> PyResult<Option<&'static str>> {
         self.of(place, |solo| {
             solo.ended().map(|ended| match ended {
                 Ended::Found => "found",

@@ -9,7 +9,7 @@ use dragnet_search::belief::Belief;
 use dragnet_search::cell::{Cell, Grid, Position};
 use dragnet_search::evidence::{CellEvidence, Evidence, UNITS};
 use dragnet_search::intent::Promised;
-use dragnet_search::route::Moves;
+use dragnet_search::route::Connectivity;
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_search::sensor::Sensor;
 use dragnet_search::situation::{Place, Situation};
@@ -123,7 +123,10 @@ impl Policy {
         let promised = Promised::nothing(&observed.terrain);
         let situation = Situation {
             terrain: &observed.terrain,
-            moves: self.scenario.as_ref().map_or(Moves::default(), scenario::Scenario::moves),
+            connectivity: self
+                .scenario
+                .as_ref()
+                .map_or(Connectivity::default(), scenario::Scenario::connectivity),
             sensor: self.scenario.as_ref().map_or(&usual, scenario::Scenario::sensor),
             belief: &observed.belief,
             promised: &promised,

@@ -123,7 +123,7 @@ fn standing<'py>(py: Python<'py>, time: MissionTime, status: &MissionStatus) -> 
     standing.set_item("declared", numbers(&declared).to_pyarray(py))?;
     standing.set_item("probability", probability.to_pyarray(py))?;
     standing.set_item("observations", status.observations)?;
-    standing.set_item("expected_undeclared", status.expected_undeclared)?;
+    standing.set_item("expected_remaining", status.expected_remaining)?;
     standing.set_item("digest", status.digest.to_string())?;
     Ok(standing)
 }

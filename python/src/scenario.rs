@@ -6,7 +6,7 @@ use std::sync::Arc;
 use dragnet_learn::policy::PolicyName;
 use dragnet_proto::scenario::{self, ScenarioError};
 use dragnet_search::cell::Cell;
-use dragnet_search::route::Moves;
+use dragnet_search::route::Connectivity;
 use dragnet_sim::solo::Field;
 use numpy::ndarray::Array2;
 use numpy::{PyArray2, ToPyArray};
@@ -107,16 +107,16 @@ impl Scenario {
     }
 
     #[getter]
-    fn moves(&self) -> usize {
-        match self.inner().moves() {
-            Moves::Four => 4,
-            Moves::Eight => 8,
+    fn connectivity(&self) -> usize {
+        match self.inner().connectivity() {
+            Connectivity::Four => 4,
+            Connectivity::Eight => 8,
         }
     }
 
     #[getter]
-    fn tau(&self) -> f64 {
-        self.inner().mission().tau
+    fn detection_threshold(&self) -> f64 {
+        self.inner().mission().detection_threshold
     }
 
     #[getter]

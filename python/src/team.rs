@@ -109,7 +109,7 @@ impl Team {
     }
 
     /// How each robot stands: `"searching"`, `"found"`, `"spent"` or `"crashed"`.
-    fn fates(&self) -> PyResult<Vec<&'static str>> {
+    fn termination_reasons(&self) -> PyResult<Vec<&'static str>> {
         self.read(|search| {
             search
                 .fates()
@@ -198,7 +198,7 @@ impl Team {
     fn towards(&self, from: Cell, to: usize) -> Option<Cell> {
         let scenario = self.field.scenario();
         let to = u32::try_from(to).ok().and_then(|number| scenario.terrain().grid().cell_numbered(number))?;
-        Routes::from(scenario.terrain(), scenario.moves(), from).path(to).first().copied()
+        Routes::from(scenario.terrain(), scenario.connectivity(), from).path(to).first().copied()
     }
 
     fn draw(&self, py: Python<'_>, search: &Expedition) -> PyResult<()> {

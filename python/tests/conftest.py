@@ -20,7 +20,7 @@ def small(rest: str = "", *, moves: int = 4, budget_cells: int = 400) -> dragnet
     """A small map with a wall that some cells hide behind."""
     text = f"""
 name = "small"
-map = {{ shape = "ice_cream_cone", rows = 14, columns = 12, cell_meters = 10.0, moves = {moves} }}
+map = {{ shape = "ice_cream_cone", rows = 14, columns = 12, cell_meters = 10.0, connectivity = {moves} }}
 sensor.radius = 2
 objects.count = 4
 robots.start = "scattered"

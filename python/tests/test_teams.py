@@ -31,7 +31,7 @@ def test_a_robot_that_dies_leaves_once_and_the_others_search_on():
             is_out = terminated[agent] or truncated[agent]
             assert is_out == (agent not in env.agents)
             if is_out:
-                left[agent] = (step, infos[agent]["fate"], terminated[agent])
+                left[agent] = (step, infos[agent]["termination_reason"], terminated[agent])
     # Five seconds a cell: it was on its way to its ninth.
     assert left["robot_2"] == (8, "crashed", True)
     assert set(left) == {"robot_1", "robot_2", "robot_3"}

@@ -6,7 +6,7 @@ use dragnet_search::evidence::Reading;
 use dragnet_search::intent::Promised;
 use dragnet_search::measures::Truth;
 use dragnet_search::policy::{Decision, Parameters, Policy, PolicyName, build};
-use dragnet_search::route::Moves;
+use dragnet_search::route::Connectivity;
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_search::sensor::Sensor;
 use dragnet_search::shape::Shape;
@@ -79,7 +79,7 @@ impl Field {
     pub(crate) fn situation(&self) -> Situation<'_> {
         Situation {
             terrain: &self.terrain,
-            moves: Moves::Four,
+            connectivity: Connectivity::Four,
             sensor: &self.sensor,
             belief: &self.belief,
             promised: &self.promised,
@@ -96,7 +96,7 @@ impl Field {
         decision
     }
 
-    /// Moves to a cell and looks around.
+    /// Connectivity to a cell and looks around.
     pub(crate) fn enter(&mut self, cell: Cell) {
         self.robot = cell;
         for reading in self.look() {

@@ -59,5 +59,5 @@ fn time_both(field: &Field) -> (Duration, Duration) {
 }
 
 fn definition() -> PathByDefinition {
-    PathByDefinition::new(Parameters::default().length_weight)
+    PathByDefinition::new(Parameters::default().path_length_weight)
 }

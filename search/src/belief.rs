@@ -165,7 +165,7 @@ impl Belief {
 
     /// Expected number of objects in cells whose probability is below `tau`, of those that a robot can see.
     #[must_use]
-    pub fn expected_undeclared(&self, terrain: &Terrain, reach: &Reach, tau: f64) -> f64 {
+    pub fn expected_remaining(&self, terrain: &Terrain, reach: &Reach, tau: f64) -> f64 {
         terrain
             .searched_cells()
             .filter(|&cell| reach.covers(cell))
@@ -250,7 +250,7 @@ mod tests {
         assert!(belief.probability(cells[0]).abs() < f64::MIN_POSITIVE);
         assert!(belief.is_found(cells[1], 0.95));
         let reach = Reach::unknown(terrain.grid(), 1);
-        assert!(belief.expected_undeclared(&terrain, &reach, 0.95).abs() < f64::MIN_POSITIVE);
+        assert!(belief.expected_remaining(&terrain, &reach, 0.95).abs() < f64::MIN_POSITIVE);
     }
 
     #[test]
@@ -258,9 +258,9 @@ mod tests {
         let terrain = Terrain::from_ascii(".~~~", 1.0).unwrap();
         let belief = Belief::uniform(&terrain, 0.2).unwrap();
         let mut reach = Reach::unknown(terrain.grid(), 1);
-        assert!((belief.expected_undeclared(&terrain, &reach, 0.95) - 0.8).abs() < 1e-12);
+        assert!((belief.expected_remaining(&terrain, &reach, 0.95) - 0.8).abs() < 1e-12);
         reach.add_robot(&terrain, terrain.grid().cells().next().unwrap());
-        assert!((belief.expected_undeclared(&terrain, &reach, 0.95) - 0.4).abs() < 1e-12);
+        assert!((belief.expected_remaining(&terrain, &reach, 0.95) - 0.4).abs() < 1e-12);
     }
 
     #[test]

@@ -113,14 +113,14 @@ impl FromStr for PolicyName {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameters {
     /// `w_l` of the path-length weight `1 / (1 + w_l L)` (Eq. 4), at least 0. Of `path` and `path-additive`.
-    pub length_weight: f64,
+    pub path_length_weight: f64,
     /// Distance between the lanes of `coverage`, cells, at least 1.
-    pub lane_cells: u32,
+    pub lane_spacing_cells: u32,
 }
 
 impl Default for Parameters {
     fn default() -> Self {
-        Self { length_weight: 0.2, lane_cells: 1 }
+        Self { path_length_weight: 0.2, lane_spacing_cells: 1 }
     }
 }
 
@@ -129,16 +129,16 @@ impl Default for Parameters {
 pub fn build(name: PolicyName, parameters: Parameters) -> Box<dyn Policy + Send> {
     match name {
         PolicyName::Random => Box::new(random::Random),
-        PolicyName::Coverage => Box::new(coverage::Coverage::new(parameters.lane_cells)),
+        PolicyName::Coverage => Box::new(coverage::Coverage::new(parameters.lane_spacing_cells)),
         PolicyName::Greedy => Box::new(greedy::Greedy),
-        PolicyName::PathAdditive => Box::new(path_additive::PathAdditive::new(parameters.length_weight)),
-        PolicyName::Path => Box::new(path::Path::new(parameters.length_weight)),
+        PolicyName::PathAdditive => Box::new(path_additive::PathAdditive::new(parameters.path_length_weight)),
+        PolicyName::Path => Box::new(path::Path::new(parameters.path_length_weight)),
         PolicyName::Nats => Box::new(thompson::Thompson::NATS),
         PolicyName::Guts => Box::new(thompson::Thompson::GUTS),
     }
 }
 
 /// `w(L) = 1 / (1 + w_l L)` (paper, Eq. 4), with `L` the length of the path in cells moved.
-fn path_length_weight(length_weight: f64, length_cells: f32) -> f64 {
-    1.0 / (1.0 + length_weight * f64::from(length_cells))
+fn path_length_weight(path_length_weight: f64, length_cells: f32) -> f64 {
+    1.0 / (1.0 + path_length_weight * f64::from(length_cells))
 }

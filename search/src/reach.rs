@@ -111,7 +111,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::route::{Moves, Routes};
+    use crate::route::{Connectivity, Routes};
     use crate::sensor::{Noise, Sensor};
     use crate::terrain::Ground;
 
@@ -153,12 +153,12 @@ mod tests {
         ) {
             let standing: Vec<Cell> = terrain.traversable_cells().collect();
             prop_assume!(!standing.is_empty());
-            let moves = if eight { Moves::Eight } else { Moves::Four };
+            let connectivity = if eight { Connectivity::Eight } else { Connectivity::Four };
             let sensor = Sensor::new(radius, 0.005, Noise::Gaussian).unwrap();
             let robots: Vec<Cell> = places.iter().map(|place| *place.get(&standing)).collect();
             let mut seen = vec![false; terrain.grid().cell_count()];
             for &robot in &robots {
-                for &from in Routes::from(&terrain, moves, robot).reached() {
+                for &from in Routes::from(&terrain, connectivity, robot).reached() {
                     for look in sensor.footprint() {
                         if let Some(cell) = terrain.grid().step(from, look.offset) {
                             seen[cell.index()] = true;

@@ -17,7 +17,7 @@ const fn step(north: i32, east: i32) -> Offset {
 
 /// To which neighbors a robot moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Moves {
+pub enum Connectivity {
     /// North, east, south and west, at cost 1.
     #[default]
     Four,
@@ -25,7 +25,7 @@ pub enum Moves {
     Eight,
 }
 
-impl Moves {
+impl Connectivity {
     /// The steps, in order of the index of the cell that they reach.
     #[must_use]
     pub const fn offsets(self) -> &'static [Offset] {
@@ -71,7 +71,7 @@ pub struct Routes {
 impl Routes {
     /// The tree from `root`, by breadth-first search or, with diagonals, by Dijkstra (1959).
     #[must_use]
-    pub fn from(terrain: &Terrain, moves: Moves, root: Cell) -> Self {
+    pub fn from(terrain: &Terrain, connectivity: Connectivity, root: Cell) -> Self {
         let count = terrain.grid().cell_count();
         let mut routes = Self {
             root,
@@ -80,9 +80,9 @@ impl Routes {
             length: vec![f32::INFINITY; count],
         };
         routes.length[root.index()] = 0.0;
-        match moves {
-            Moves::Four => routes.breadth_first(terrain),
-            Moves::Eight => routes.dijkstra(terrain),
+        match connectivity {
+            Connectivity::Four => routes.breadth_first(terrain),
+            Connectivity::Eight => routes.dijkstra(terrain),
         }
         routes
     }
@@ -92,7 +92,7 @@ impl Routes {
         while let Some(cell) = queue.pop_front() {
             self.order.push(cell);
             let length = self.length[cell.index()] + 1.0;
-            for next in Moves::Four.neighbors(terrain, cell) {
+            for next in Connectivity::Four.neighbors(terrain, cell) {
                 let known = &mut self.length[next.index()];
                 if known.is_infinite() {
                     *known = length;
@@ -116,7 +116,7 @@ impl Routes {
                 continue;
             }
             self.order.push(cell);
-            for next in Moves::Eight.neighbors(terrain, cell) {
+            for next in Connectivity::Eight.neighbors(terrain, cell) {
                 let taken = steps[cell.index()].and(terrain.grid().offset(cell, next));
                 let length = taken.length();
                 let known = &mut self.length[next.index()];
@@ -231,13 +231,13 @@ mod tests {
     use crate::terrain::Ground;
 
     /// Path lengths by Bellman-Ford: relax every move until nothing changes.
-    fn bellman_ford(terrain: &Terrain, moves: Moves, root: Cell) -> Vec<f64> {
+    fn bellman_ford(terrain: &Terrain, connectivity: Connectivity, root: Cell) -> Vec<f64> {
         let mut length = vec![f64::INFINITY; terrain.grid().cell_count()];
         length[root.index()] = 0.0;
         loop {
             let before = length.clone();
             for from in terrain.traversable_cells() {
-                for to in moves.neighbors(terrain, from) {
+                for to in connectivity.neighbors(terrain, from) {
                     let step = if terrain.grid().manhattan(from, to) == 2 { 2.0_f64.sqrt() } else { 1.0 };
                     length[to.index()] = length[to.index()].min(length[from.index()] + step);
                 }
@@ -262,14 +262,14 @@ mod tests {
     proptest! {
         #[test]
         fn paths_are_as_short_as_bellman_ford_finds(terrain in terrain(), eight in any::<bool>()) {
-            let moves = if eight { Moves::Eight } else { Moves::Four };
+            let connectivity = if eight { Connectivity::Eight } else { Connectivity::Four };
             for root in terrain.traversable_cells() {
-                let routes = Routes::from(&terrain, moves, root);
-                let expected = bellman_ford(&terrain, moves, root);
+                let routes = Routes::from(&terrain, connectivity, root);
+                let expected = bellman_ford(&terrain, connectivity, root);
                 for cell in terrain.grid().cells() {
                     let (given, expected) = (f64::from(routes.length(cell)), expected[cell.index()]);
                     prop_assert!(given.is_infinite() && expected.is_infinite() || (given - expected).abs() < 1e-4);
-                    let smallest = moves
+                    let smallest = connectivity
                         .neighbors(&terrain, cell)
                         .filter(|&from| terrain.is_traversable(cell) && given.is_finite() && {
                             let step = f64::from(terrain.grid().manhattan(from, cell)).sqrt();
@@ -289,7 +289,7 @@ mod tests {
     fn a_path_goes_around_and_ends_at_its_goal() {
         let terrain = Terrain::from_ascii("...\n.#.\n.#.\n", 1.0).unwrap();
         let at = |row, column| terrain.grid().cell(Position { row, column }).unwrap();
-        let routes = Routes::from(&terrain, Moves::Four, at(0, 0));
+        let routes = Routes::from(&terrain, Connectivity::Four, at(0, 0));
         let path = routes.path(at(0, 2));
         assert_eq!(path, [at(1, 0), at(2, 0), at(2, 1), at(2, 2), at(1, 2), at(0, 2)]);
         assert!(routes.path(at(0, 0)).is_empty());
@@ -300,7 +300,7 @@ mod tests {
     fn a_diagonal_cuts_no_corner() {
         let terrain = Terrain::from_ascii("..\n.#\n", 1.0).unwrap();
         let at = |row, column| terrain.grid().cell(Position { row, column }).unwrap();
-        let routes = Routes::from(&terrain, Moves::Eight, at(0, 0));
+        let routes = Routes::from(&terrain, Connectivity::Eight, at(0, 0));
         assert_eq!(routes.path(at(1, 1)), [at(1, 0), at(1, 1)]);
     }
 }

@@ -20,12 +20,12 @@ pub enum Noise {
 
 /// An omnidirectional sensor that sees all cells within a Manhattan radius.
 ///
-/// The variance of a reading at distance `d` (cells) is `v(d) = sigma2 d^2`, and `v(0) = sigma2 / 5`: the rings of
+/// The variance of a reading at distance `d` (cells) is `v(d) = noise_variance d^2`, and `v(0) = noise_variance / 5`: the rings of
 /// GUTS (Bakshi et al., ICRA 2023), continued beyond its third.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sensor {
     radius: u32,
-    sigma2: f64,
+    noise_variance: f64,
     noise: Noise,
     footprint: Vec<Look>,
 }
@@ -49,11 +49,11 @@ pub enum SensorError {
     Radius(u32),
     /// A variance outside what evidence can hold.
     #[error(
-        "sensor variance sigma2 = {sigma2}: variances over the radius go from {nearest} to {farthest}, allowed are {MIN_VARIANCE} to {MAX_VARIANCE}"
+        "sensor variance noise_variance = {noise_variance}: variances over the radius go from {nearest} to {farthest}, allowed are {MIN_VARIANCE} to {MAX_VARIANCE}"
     )]
     Variance {
         /// As given.
-        sigma2: f64,
+        noise_variance: f64,
         /// At distance 0.
         nearest: f64,
         /// At the radius.
@@ -64,25 +64,26 @@ pub enum SensorError {
 impl Sensor {
     /// The widest sensor, cells.
     pub const MAX_RADIUS: u32 = 100;
-    /// `sigma2` of NATS and GUTS.
+    /// `noise_variance` of NATS and GUTS.
     pub const DEFAULT_SIGMA2: f64 = 0.005;
     /// Radius of the paper's robot as we assume it, cells: the paper gives none.
     pub const DEFAULT_RADIUS: u32 = 5;
 
-    /// A sensor of a radius (cells) and of the variance `sigma2` at distance 1.
+    /// A sensor of a radius (cells) and of the variance `noise_variance` at distance 1.
     ///
     /// # Errors
     /// If the radius is 0 or above [`Sensor::MAX_RADIUS`], or a variance leaves the range of [`crate::evidence`].
-    pub fn new(radius: u32, sigma2: f64, noise: Noise) -> Result<Self, SensorError> {
+    pub fn new(radius: u32, noise_variance: f64, noise: Noise) -> Result<Self, SensorError> {
         if !(1..=Self::MAX_RADIUS).contains(&radius) {
             return Err(SensorError::Radius(radius));
         }
-        let (nearest, farthest) = (sigma2 / 5.0, sigma2 * f64::from(radius * radius).max(1.0));
+        let (nearest, farthest) =
+            (noise_variance / 5.0, noise_variance * f64::from(radius * radius).max(1.0));
         // Written so that NaN fails as well.
         if !(nearest >= f64::from(MIN_VARIANCE) && farthest <= f64::from(MAX_VARIANCE)) {
-            return Err(SensorError::Variance { sigma2, nearest, farthest });
+            return Err(SensorError::Variance { noise_variance, nearest, farthest });
         }
-        Ok(Self { radius, sigma2, noise, footprint: footprint(radius, sigma2) })
+        Ok(Self { radius, noise_variance, noise, footprint: footprint(radius, noise_variance) })
     }
 
     /// Manhattan radius, cells.
@@ -93,14 +94,14 @@ impl Sensor {
 
     /// Variance of a reading at distance 1.
     #[must_use]
-    pub const fn sigma2(&self) -> f64 {
-        self.sigma2
+    pub const fn noise_variance(&self) -> f64 {
+        self.noise_variance
     }
 
     /// Variance of a reading at a distance in cells.
     #[must_use]
     pub fn variance(&self, distance: u32) -> f32 {
-        variance(self.sigma2, distance)
+        variance(self.noise_variance, distance)
     }
 
     /// All cells of a look, south to north, then west to east.
@@ -134,29 +135,29 @@ impl Sensor {
 
 impl Default for Sensor {
     fn default() -> Self {
-        let (radius, sigma2) = (Self::DEFAULT_RADIUS, Self::DEFAULT_SIGMA2);
-        Self { radius, sigma2, noise: Noise::Gaussian, footprint: footprint(radius, sigma2) }
+        let (radius, noise_variance) = (Self::DEFAULT_RADIUS, Self::DEFAULT_SIGMA2);
+        Self { radius, noise_variance, noise: Noise::Gaussian, footprint: footprint(radius, noise_variance) }
     }
 }
 
-/// The law of the model: the variance of a reading at so many cells, of a sensor with this `sigma2`.
+/// The law of the model: the variance of a reading at so many cells, of a sensor with this `noise_variance`.
 #[must_use]
 #[expect(clippy::cast_possible_truncation, reason = "variances travel as f32")]
-pub fn variance(sigma2: f64, distance: u32) -> f32 {
+pub fn variance(noise_variance: f64, distance: u32) -> f32 {
     match distance {
-        0 => (sigma2 / 5.0) as f32,
-        _ => (sigma2 * f64::from(distance * distance)) as f32,
+        0 => (noise_variance / 5.0) as f32,
+        _ => (noise_variance * f64::from(distance * distance)) as f32,
     }
 }
 
-fn footprint(radius: u32, sigma2: f64) -> Vec<Look> {
+fn footprint(radius: u32, noise_variance: f64) -> Vec<Look> {
     let radius = radius.cast_signed();
     let mut looks = Vec::new();
     for north in -radius..=radius {
         let span = radius - north.abs();
         for east in -span..=span {
             let offset = Offset { north, east };
-            let variance = variance(sigma2, offset.manhattan());
+            let variance = variance(noise_variance, offset.manhattan());
             looks.push(Look { offset, variance, precision: precision_units(variance) });
         }
     }

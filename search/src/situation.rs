@@ -3,7 +3,7 @@
 use crate::belief::Belief;
 use crate::cell::Cell;
 use crate::intent::Promised;
-use crate::route::Moves;
+use crate::route::Connectivity;
 use crate::sensor::Sensor;
 use crate::terrain::Terrain;
 
@@ -13,7 +13,7 @@ pub struct Situation<'a> {
     /// The map.
     pub terrain: &'a Terrain,
     /// How the robot moves on it.
-    pub moves: Moves,
+    pub connectivity: Connectivity,
     /// What the robot sees with.
     pub sensor: &'a Sensor,
     /// What it believes.

@@ -30,7 +30,7 @@ pub fn watch(
     let mut robots = episode::team(scenario, seed, |orders| {
         Agent::with_policy(orders, Box::new(Recorder::new(expert(), source.explore, sink.clone())))
     });
-    let mut enough = Enough { decisions_left: source.most_decisions };
+    let mut enough = Enough { decisions_left: source.max_decisions };
     episode::watch(scenario, seed, End::AllFound, &mut robots, &mut enough)?;
     Ok(Trajectory {
         source,
@@ -38,7 +38,7 @@ pub fn watch(
         scenario_digest,
         seed,
         terrain: Arc::new(scenario.terrain().clone()),
-        moves: scenario.moves(),
+        connectivity: scenario.connectivity(),
         sensor: Arc::new(scenario.sensor().clone()),
         decisions: taken.try_iter().collect(),
     })

@@ -133,7 +133,7 @@ struct Mission<'a> {
     crew: LocalCrew<'a>,
     vehicles: Vec<Vehicle>,
     merged: Belief,
-    tau: f64,
+    detection_threshold: f64,
     now: MissionTime,
     trial: Trial,
     /// Messages on their way, with their receivers.
@@ -162,12 +162,13 @@ impl<'a> Mission<'a> {
                 wake_at: MissionTime(u64::MAX),
             });
         }
-        let (merged, tau) = (scenario.prior().clone(), scenario.mission().tau);
+        let (merged, detection_threshold) =
+            (scenario.prior().clone(), scenario.mission().detection_threshold);
         let reach = world::draw_reach(scenario, seed);
         let trial = Trial {
             found: None,
             ended: MissionTime::START,
-            score: Score::of(scenario.terrain(), &reach, &merged, site.truth(), tau),
+            score: Score::of(scenario.terrain(), &reach, &merged, site.truth(), detection_threshold),
             driven_meters: Vec::new(),
             decisions: Vec::new(),
             looks: 0,
@@ -177,7 +178,17 @@ impl<'a> Mission<'a> {
             trace: Vec::new(),
         };
         let now = MissionTime::START;
-        Ok(Self { site, thinking, crew, vehicles, merged, tau, now, trial, mail: VecDeque::new() })
+        Ok(Self {
+            site,
+            thinking,
+            crew,
+            vehicles,
+            merged,
+            detection_threshold,
+            now,
+            trial,
+            mail: VecDeque::new(),
+        })
     }
 
     fn run(&mut self, budget: Duration) -> Result<(), MindError> {
@@ -248,9 +259,9 @@ impl<'a> Mission<'a> {
     fn sense(&mut self, index: usize, cell: Cell, readings: Vec<Reading>) -> Result<(), MindError> {
         self.trial.looks += 1;
         for reading in &readings {
-            let before = self.merged.is_found(reading.cell, self.tau);
+            let before = self.merged.is_found(reading.cell, self.detection_threshold);
             self.merged.add(reading);
-            let after = self.merged.is_found(reading.cell, self.tau);
+            let after = self.merged.is_found(reading.cell, self.detection_threshold);
             if before != after {
                 self.trial.score.change(after, self.site.truth().is_object(reading.cell));
             }

@@ -31,13 +31,13 @@ pub fn scenario(seed: u32) -> Result<Scenario, ScenarioError> {
     let density = DENSITIES.0 * (DENSITIES.1 / DENSITIES.0).powf(random.random::<f64>());
     let is_one_in = |count: u32, draw: u32| draw.is_multiple_of(count);
     let robots = if is_one_in(TEAM_EVERY, random.random()) { random.random_range(2..=4) } else { 1 };
-    let moves = if is_one_in(DIAGONAL_EVERY, random.random()) { 8 } else { 4 };
+    let connectivity = if is_one_in(DIAGONAL_EVERY, random.random()) { 8 } else { 4 };
     let drawn_radius = random.random_range(3..=7);
     let radius =
         if is_one_in(OTHER_RADIUS_EVERY, random.random()) { drawn_radius } else { Sensor::DEFAULT_RADIUS };
     let text = format!(
         "name = 'mixture'\n\
-         map = {{ shape = '{shape}', rows = {rows}, columns = {columns}, seed = {seed}, moves = {moves} }}\n\
+         map = {{ shape = '{shape}', rows = {rows}, columns = {columns}, seed = {seed}, connectivity = {connectivity} }}\n\
          sensor.radius = {radius}\n\
          objects.density = {density}\n\
          robots = {{ count = {robots}, policy = 'path', start = 'scattered' }}\n\

@@ -121,9 +121,9 @@ impl Solo {
     pub fn go(&mut self, to: Cell) -> f64 {
         self.act(|solo| {
             let scenario = solo.field.scenario();
-            let path = Routes::from(scenario.terrain(), scenario.moves(), solo.cell()).path(to);
-            let replan_after = scenario.robots()[0].policy.replan_after;
-            let most = replan_after.map_or(usize::MAX, |cells| cells.get() as usize);
+            let path = Routes::from(scenario.terrain(), scenario.connectivity(), solo.cell()).path(to);
+            let replan_after_cells = scenario.robots()[0].policy.replan_after_cells;
+            let most = replan_after_cells.map_or(usize::MAX, |cells| cells.get() as usize);
             for cell in path.into_iter().take(most) {
                 if solo.ended.is_none() {
                     solo.advance(cell);
@@ -221,7 +221,7 @@ impl Solo {
         if self.is_spent() {
             self.ended = Some(Ended::Spent);
         } else if self.terms.end == End::Resting
-            && let Some(threshold) = mission.expected_undeclared
+            && let Some(threshold) = mission.stop_when_expected_remaining
             && self.world.expected_remaining() <= threshold
         {
             self.ended = Some(Ended::Cleared);

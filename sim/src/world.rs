@@ -29,7 +29,7 @@ pub struct World {
     merged: Belief,
     /// What robots can see from where they start.
     reach: Reach,
-    tau: f64,
+    detection_threshold: f64,
     score: Score,
 }
 
@@ -72,8 +72,9 @@ impl World {
             })
             .collect();
         let reach = draw_reach(scenario, seed);
-        let (merged, tau) = (scenario.prior().clone(), scenario.mission().tau);
-        let score = Score::of(terrain, &reach, &merged, &truth, tau);
+        let (merged, detection_threshold) =
+            (scenario.prior().clone(), scenario.mission().detection_threshold);
+        let score = Score::of(terrain, &reach, &merged, &truth, detection_threshold);
         Self {
             terrain: terrain.clone(),
             sensor: Arc::new(scenario.sensor().clone()),
@@ -81,7 +82,7 @@ impl World {
             bodies,
             merged,
             reach,
-            tau,
+            detection_threshold,
             score,
         }
     }
@@ -113,7 +114,7 @@ impl World {
     /// Expected number of objects that the merged belief has not found, of those that robots can see.
     #[must_use]
     pub fn expected_remaining(&self) -> f64 {
-        self.merged.expected_undeclared(&self.terrain, &self.reach, self.tau)
+        self.merged.expected_remaining(&self.terrain, &self.reach, self.detection_threshold)
     }
 
     /// How the merged belief compares with the truth, as far as robots can see.
@@ -224,9 +225,9 @@ impl World {
 
     /// Whether a cell is found now that was not before.
     fn merge(&mut self, cell: Cell, evidence: CellEvidence) -> bool {
-        let before = self.merged.is_found(cell, self.tau);
+        let before = self.merged.is_found(cell, self.detection_threshold);
         self.merged.add_evidence(cell, evidence);
-        let after = self.merged.is_found(cell, self.tau);
+        let after = self.merged.is_found(cell, self.detection_threshold);
         if before != after && self.terrain.is_searched(cell) && self.reach.covers(cell) {
             self.score.change(after, self.truth.is_object(cell));
         }

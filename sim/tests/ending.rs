@@ -84,7 +84,10 @@ fn check_tail(scenario: &Scenario, episode: &Episode, sweeps: f64, what: &str) {
     );
     assert!(ended <= 1.5 * last_find + swept, "{what}: last find at {last_find} s, end at {ended} s");
     let expected = episode.expected_remaining;
-    assert!(expected <= mission.expected_undeclared.unwrap(), "{what}: {expected} objects are expected");
+    assert!(
+        expected <= mission.stop_when_expected_remaining.unwrap(),
+        "{what}: {expected} objects are expected"
+    );
 }
 
 fn team(robots: u32) -> Scenario {
@@ -149,7 +152,7 @@ fn what_nobody_can_see_keeps_nobody_searching() {
 #[test]
 fn with_no_threshold_a_search_ends_when_everything_is_known() {
     let text = "name = 'a'\nmap = { shape = 'ice_cream_cone', rows = 12, columns = 12 }\nsensor.radius = 3\n\
-                objects.count = 3\nrobots.count = 3\nmission = { budget_seconds = 1e6, expected_undeclared = 0.0 }\n";
+                objects.count = 3\nrobots.count = 3\nmission = { budget_seconds = 1e6, stop_when_expected_remaining = 0.0 }\n";
     let scenario = Scenario::from_text(Path::new("a.toml"), text.to_owned()).unwrap();
     for policy in dragnet_learn::policy::PolicyName::all() {
         let scenario = scenario.with_policy(policy).unwrap();
@@ -164,7 +167,7 @@ fn with_no_threshold_a_search_ends_when_everything_is_known() {
 #[test]
 fn as_much_is_expected_to_remain_as_really_does() {
     let text = "name = 'a'\nmap = { shape = 'all_traversable', rows = 12, columns = 12 }\nsensor.radius = 3\n\
-                objects.density = 0.05\nmission = { budget_meters = 1e6, expected_undeclared = 0.5 }\n";
+                objects.density = 0.05\nmission = { budget_meters = 1e6, stop_when_expected_remaining = 0.5 }\n";
     let scenario = Scenario::from_text(Path::new("a.toml"), text.to_owned()).unwrap();
     let (mut expected, mut remaining, mut square) = (0.0, 0.0, 0.0);
     let episodes = 400;

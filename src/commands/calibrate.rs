@@ -16,7 +16,7 @@ use crate::terminal::table::Table;
 /// Fit the sensor model to what a detector said of cells where it is known what was there.
 ///
 /// The file is a CSV table with the columns distance (cells, Manhattan), object (1 if one was there, else 0) and value (what
-/// the detector said: 1 is an object, 0 an empty cell). The model is a variance of sigma2 d^2 at distance d.
+/// the detector said: 1 is an object, 0 an empty cell). The model is a variance of noise_variance d^2 at distance d.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  dragnet calibrate looks.csv --plot fit.svg")]
 pub(crate) struct Arguments {
@@ -69,7 +69,7 @@ fn read(path: &Path) -> Result<Vec<LabelledLook>, Failure> {
 }
 
 fn tell(calibration: &Calibration) -> String {
-    let model = |distance| sensor::variance(calibration.sigma2.value, distance);
+    let model = |distance| sensor::variance(calibration.noise_variance.value, distance);
     let mut table = Table::new(["distance", "looks", "bias", "variance", "model"]);
     for at in &calibration.by_distance {
         let (bias, variance) = (show(at.bias), show(at.variance));
@@ -86,10 +86,10 @@ fn tell(calibration: &Calibration) -> String {
         |own| format!("the own cell's variance is {}, the model's {:.5}", show(own), model(0)),
     );
     format!(
-        "{}\n[sensor]\nsigma2 = {:.6} # standard error {:.6}\n\n{own}\n",
+        "{}\n[sensor]\nnoise_variance = {:.6} # standard error {:.6}\n\n{own}\n",
         table.draw(0),
-        calibration.sigma2.value,
-        calibration.sigma2.standard_error
+        calibration.noise_variance.value,
+        calibration.noise_variance.standard_error
     )
 }
 
@@ -102,11 +102,12 @@ fn draw(calibration: &Calibration) -> Result<String, String> {
     let distances: Vec<f64> = around.iter().map(|at| f64::from(at.distance)).collect();
     let measured: Vec<f64> = around.iter().map(|at| at.variance.value).collect();
     let errors: Vec<Option<f64>> = around.iter().map(|at| Some(at.variance.standard_error)).collect();
-    let fitted = |sigma2| {
-        let variance = |at: &&AtDistance| f64::from(sensor::variance(sigma2, at.distance));
+    let fitted = |noise_variance| {
+        let variance = |at: &&AtDistance| f64::from(sensor::variance(noise_variance, at.distance));
         around.iter().map(variance).collect::<Vec<_>>()
     };
-    let (model, model_errors) = (fitted(calibration.sigma2.value), fitted(calibration.sigma2.standard_error));
+    let (model, model_errors) =
+        (fitted(calibration.noise_variance.value), fitted(calibration.noise_variance.standard_error));
     let model_errors: Vec<Option<f64>> = model_errors.into_iter().map(Some).collect();
     let length = distances.last().copied().unwrap_or(1.0);
     let line = |label, color, mean, standard_error| Line {
@@ -119,7 +120,7 @@ fn draw(calibration: &Calibration) -> Result<String, String> {
     let most = measured.iter().chain(&model).copied().fold(0.0, f64::max);
     Figure {
         title: "Sensor model".to_owned(),
-        subtitle: format!("sigma2 = {}", show(calibration.sigma2)),
+        subtitle: format!("noise_variance = {}", show(calibration.noise_variance)),
         horizontal: "Distance (cells)",
         vertical: "Variance of a reading",
         length,

@@ -43,7 +43,7 @@ pub(crate) struct Arguments {
     seeds: Seeds,
     /// A trajectory has at most so many decisions, those of all robots together
     #[arg(long, value_name = "N", default_value_t = 75, value_parser = clap::value_parser!(u32).range(1..), allow_negative_numbers = true)]
-    most_decisions: u32,
+    max_decisions: u32,
     /// After this share of the decisions robots go to a random cell instead of the expert's, which is written down all
     /// the same: what is learned then covers more than the expert's own ways
     #[arg(long, value_name = "SHARE", default_value_t = 0.1, value_parser = parse_share, allow_negative_numbers = true)]
@@ -123,17 +123,17 @@ fn check_is_same(known: &Trajectory, source: &Source, digest: &str, path: &Path)
 }
 
 fn describe(source: &Source, digest: &str) -> String {
-    let Source { expert, most_decisions, explore, program, .. } = source;
+    let Source { expert, max_decisions, explore, program, .. } = source;
     format!(
-        "{expert}, {most_decisions} decisions at most, exploring {explore}, scenario {digest}, by {program}"
+        "{expert}, {max_decisions} decisions at most, exploring {explore}, scenario {digest}, by {program}"
     )
 }
 
 fn source(arguments: &Arguments) -> Source {
     Source {
         expert: arguments.expert.to_string(),
-        length_weight: Parameters::default().length_weight,
-        most_decisions: arguments.most_decisions,
+        path_length_weight: Parameters::default().path_length_weight,
+        max_decisions: arguments.max_decisions,
         explore: arguments.explore,
         program: VERSION.to_owned(),
     }

@@ -42,10 +42,10 @@ pub(crate) struct Arguments {
     confidence: f32,
     /// Boxes whose common area is more than this part of all that they cover are one object, 0 to 1
     #[arg(long, value_name = "PART", default_value_t = 0.7, allow_negative_numbers = true)]
-    overlap: f32,
+    iou: f32,
     /// Whatever their classes; otherwise only those of one class
     #[arg(long)]
-    agnostic: bool,
+    class_agnostic: bool,
     /// Before an image is fitted to the network: `half` takes it down to half as many columns and rows, as the paper does
     /// with its 5320 x 3032 pixels; `full` is for images that are hardly larger than what the network takes
     #[arg(long, value_enum, default_value_t = Resolution::Half)]

@@ -150,7 +150,7 @@ impl Teller {
             reach: self.view.reach().unwrap_or(&everywhere),
             belief: self.view.belief(),
             truth: &Truth::new(terrain, objects),
-            tau: about.tau,
+            detection_threshold: about.detection_threshold,
             tracks: &self.ways,
         };
         let declared = counted(self.declared.len(), "object");

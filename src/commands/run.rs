@@ -4,7 +4,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use dragnet_learn::policy::PolicyName;
-use dragnet_link::config::check_pace;
+use dragnet_link::config::check_real_time_factor;
 use dragnet_link::team::{self, Onlooker, Options};
 use dragnet_live::page::Page;
 use dragnet_live::view::About;
@@ -17,7 +17,7 @@ use super::{Failure, complain, latency, live, output, scenario};
 use crate::VERSION;
 
 /// Mission seconds a second of a search that is watched on its page.
-const LIVE_PACE: f64 = 10.0;
+const LIVE_REAL_TIME_FACTOR: f64 = 10.0;
 
 /// Run one search in simulation, and record it.
 ///
@@ -49,10 +49,10 @@ pub(crate) struct Arguments {
     #[arg(long)]
     processes: bool,
     /// Let a second of the mission take 1/X seconds; without, as little as it can
-    #[arg(long, value_name = "X", value_parser = parse_pace, allow_negative_numbers = true)]
-    real_time: Option<f64>,
+    #[arg(long, value_name = "X", value_parser = parse_real_time_factor, allow_negative_numbers = true)]
+    real_time_factor: Option<f64>,
     /// Show the search as a page in a browser, there, and stay until Ctrl-C; the search then runs by the wall clock, ten
-    /// times as fast as in the field unless --real-time says otherwise
+    /// times as fast as in the field unless --real-time-factor says otherwise
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, require_equals = true, default_missing_value = live::ANYWHERE, value_parser = live::parse_address)]
     live: Option<SocketAddr>,
     /// Record to this file, which must not exist [default: that of the scenario, or else NAME-SEED.mcap here, with
@@ -105,7 +105,7 @@ fn run(
     let options = Options {
         recording: Some(recording),
         processes: processes.map_err(|error| Failure::Run(format!("cannot find this program: {error}")))?,
-        pace: arguments.real_time.or(onlooker.is_some().then_some(LIVE_PACE)),
+        real_time_factor: arguments.real_time_factor.or(onlooker.is_some().then_some(LIVE_REAL_TIME_FACTOR)),
         version: VERSION.to_owned(),
     };
     let run = team::run_watched(scenario, arguments.seed, &options, onlooker, spectator)?;
@@ -132,7 +132,7 @@ fn place_recording(arguments: &Arguments, scenario: &Scenario) -> Result<PathBuf
     names.find(|path| !path.exists()).ok_or_else(|| Failure::Input(format!("{stem}.mcap: no name is free")))
 }
 
-fn parse_pace(text: &str) -> Result<f64, String> {
-    let pace: f64 = text.parse().map_err(|_| format!("{text:?} is no number"))?;
-    check_pace(pace).map(|()| pace)
+fn parse_real_time_factor(text: &str) -> Result<f64, String> {
+    let real_time_factor: f64 = text.parse().map_err(|_| format!("{text:?} is no number"))?;
+    check_real_time_factor(real_time_factor).map(|()| real_time_factor)
 }

@@ -44,14 +44,14 @@ pub(crate) struct Arguments {
     learning_rate: f64,
     /// Every N-th trajectory is held out
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u16).range(2..), allow_negative_numbers = true)]
-    hold_out_every: u16,
+    validation_every: u16,
     /// Weight of the expert's choice in what is learned (the paper's Eq. 5 has 1); the rest goes to its scores, which
     /// tell a near tie from a mistake
     #[arg(long, value_name = "SHARE", default_value_t = 0.5, allow_negative_numbers = true)]
     choice_weight: f64,
     /// Power of the expert's scores by which its wishes are spread over cells
     #[arg(long, value_name = "P", default_value_t = 60.0, allow_negative_numbers = true)]
-    sharpness: f64,
+    target_exponent: f64,
     /// Channels of a node, a multiple of 32
     #[arg(long, value_name = "N", default_value_t = 32, allow_negative_numbers = true)]
     hidden: usize,
@@ -60,10 +60,10 @@ pub(crate) struct Arguments {
     layers: usize,
     /// Channels that fade along the route; 0 for none
     #[arg(long, value_name = "N", default_value_t = 16, allow_negative_numbers = true)]
-    memory: usize,
+    decay_channels: usize,
     /// Channels that are summed along the route; 0 for none
     #[arg(long, value_name = "N", default_value_t = 4, allow_negative_numbers = true)]
-    sums: usize,
+    sum_channels: usize,
     /// Threads of libtorch on the CPU; with more than one, the last bits of the weights may differ from run to run
     #[arg(long, value_name = "T", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024), allow_negative_numbers = true)]
     threads: u16,

@@ -18,7 +18,7 @@ pub(crate) struct Picture<'a> {
     /// What robots could see.
     pub(crate) reach: &'a Reach,
     /// From which probability on a cell is found.
-    pub(crate) tau: f64,
+    pub(crate) detection_threshold: f64,
     /// Cells that each robot was in, in order; robots by number.
     pub(crate) tracks: &'a [Vec<Cell>],
 }
@@ -32,7 +32,7 @@ enum Mark {
     Passage,
     /// Searched, and no robot can see it from anywhere.
     OutOfReach,
-    /// The evidence speaks against an object as strongly as `tau` speaks for one.
+    /// The evidence speaks against an object as strongly as the detection threshold asks for one.
     Cleared,
     Unknown,
     /// A robot's track, by its number.
@@ -98,8 +98,8 @@ impl Picture<'_> {
             return if ground.traversable { Mark::Passage } else { Mark::Blocked };
         }
         let against_nats = -self.belief.evidence().of(cell).log_likelihood_ratio_nats();
-        let is_cleared = against_nats >= (self.tau / (1.0 - self.tau)).ln();
-        match (self.belief.is_found(cell, self.tau), self.truth.is_object(cell)) {
+        let is_cleared = against_nats >= (self.detection_threshold / (1.0 - self.detection_threshold)).ln();
+        match (self.belief.is_found(cell, self.detection_threshold), self.truth.is_object(cell)) {
             (true, true) => Mark::Found,
             (true, false) => Mark::FalsePositive,
             (false, true) => Mark::Missed,
@@ -252,8 +252,15 @@ mod tests {
         let mut reach = Reach::unknown(terrain.grid(), 3);
         reach.add_robot(&terrain, south[0]);
         let tracks = &tracks;
-        Picture { terrain: &terrain, belief: &belief, truth: &truth, reach: &reach, tau: 0.95, tracks }
-            .draw(columns)
+        Picture {
+            terrain: &terrain,
+            belief: &belief,
+            truth: &truth,
+            reach: &reach,
+            detection_threshold: 0.95,
+            tracks,
+        }
+        .draw(columns)
     }
 
     #[test]

@@ -3,10 +3,11 @@
 use super::Place;
 
 /// Looks of a detector that is off by as much to both sides: by the square root of the model's variance.
-fn looks(sigma2: f64) -> String {
+fn looks(noise_variance: f64) -> String {
     let mut text = "distance,object,value\n".to_owned();
     for distance in 0..6_u32 {
-        let variance = if distance == 0 { sigma2 / 5.0 } else { sigma2 * f64::from(distance.pow(2)) };
+        let variance =
+            if distance == 0 { noise_variance / 5.0 } else { noise_variance * f64::from(distance.pow(2)) };
         for object in [0.0, 1.0] {
             for off in [-1.0, 1.0] {
                 let row = format!("{distance},{object},{}\n", object + off * variance.sqrt());
@@ -22,7 +23,7 @@ fn the_sensor_of_labelled_looks_is_told_and_drawn() {
     let place = Place::new();
     place.write("looks.csv", &looks(0.02));
     let told = place.succeed(&["calibrate", "looks.csv", "--plot", "fit.svg"]);
-    assert!(told.contains("[sensor]\nsigma2 = 0.020000 # standard error 0.0000"), "{told}");
+    assert!(told.contains("[sensor]\nnoise_variance = 0.020000 # standard error 0.0000"), "{told}");
     assert!(told.contains("the own cell's variance is 0.00400"), "{told}");
     let drawn = std::fs::read_to_string(place.path("fit.svg")).unwrap();
     assert!(drawn.contains("Variance of a reading") && drawn.contains("fitted"));

@@ -18,8 +18,8 @@ mod with_libtorch {
     use crate::{Place, root};
 
     /// Looks forward; a fifth of the image is 10 degrees and more.
-    const CAMERA: &str = "name = 'wide'\nfield_of_view_degrees = 90\nheading_degrees = 10\nnearest_meters = 2\n\
-                          farthest_meters = 100\n";
+    const CAMERA: &str = "name = 'wide'\nwidth_pixels = 192\nheight_pixels = 128\nfield_of_view_degrees = 90\nyaw_degrees = 10\nmin_range_meters = 2\n\
+                          max_range_meters = 100\n";
 
     /// With modules that look at 96 x 64 pixels, and `red.png` of 192 x 128: red upright from column 60 and row 40 on.
     fn place() -> Place {
@@ -103,7 +103,7 @@ mod with_libtorch {
         red(&["red.png", "--classes", "dog"], &["--classes dog", "0 to 1, or person, boat"]);
         red(&["red.png", "--classes", "2"], &["--classes 2", "0 to 1"]);
         red(&["red.png", "--confidence", "1.5"], &["confidence of 1.5", "0 to 1"]);
-        red(&["red.png", "--overlap", "nan"], &["overlap of NaN", "0 to 1"]);
+        red(&["red.png", "--iou", "nan"], &["IoU of NaN", "0 to 1"]);
         red(&["red.png", "gray.jpg", "--save", "a.png"], &["--save", "one image only"]);
         place.write("narrow.toml", &CAMERA.replace("90", "190"));
         red(&["red.png", "--camera", "narrow.toml"], &["narrow.toml", "field of view", "below pi"]);

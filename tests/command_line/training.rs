@@ -9,7 +9,7 @@ use serde_json::Value;
 use super::{Place, SMALL};
 
 const TRAIN: [&str; 9] =
-    ["train", "--demonstrations", "seen", "--hidden", "32", "--layers", "1", "--memory", "8"];
+    ["train", "--demonstrations", "seen", "--hidden", "32", "--layers", "1", "--decay-channels", "8"];
 
 /// With demonstrations of `path` in `seen`.
 fn place(seeds: &str) -> Place {
@@ -37,7 +37,7 @@ fn a_network_that_learned_for_a_minute_finds_all_in_much_less_way_than_chance() 
     assert!(!place.path("path.safetensors.checkpoint").exists());
 
     // A robot that rests once nothing is expected any more leaves an object behind now and then, whoever decides.
-    place.write("restless.toml", &format!("{SMALL}expected_undeclared = 0\n"));
+    place.write("restless.toml", &format!("{SMALL}stop_when_expected_remaining = 0\n"));
     let compare = ["compare", "restless.toml", "--policies", "random,gnn", "--weights", "path.safetensors"];
     let report = place.json(&[&compare as &[&str], &["--seeds", "40", "--json"]].concat());
     let full_recall = |row: usize| report["rows"][row]["cells_to_full_recall"].clone();
@@ -96,7 +96,7 @@ fn what_cannot_be_learned_from_is_refused() {
     train(&["--demonstrations", "seen", "--hidden", "33"], &["--hidden", "multiple of 32"]);
     train(&["--demonstrations", "seen", "--learning-rate", "0"], &["--learning-rate", "above 0"]);
     train(&["--demonstrations", "seen", "--choice-weight", "2"], &["--choice-weight", "0 to 1"]);
-    train(&["--demonstrations", "seen", "--sharpness", "nan"], &["--sharpness"]);
+    train(&["--demonstrations", "seen", "--target-exponent", "nan"], &["--target-exponent"]);
     place.refuse(
         &["train", "--demonstrations", "seen", "--out", "absent/a.safetensors"],
         &["--out", "there is no folder absent"],

@@ -17,12 +17,12 @@ const PEAK: &str = "peak: ";
 /// Runs a test of this binary in a process of its own, of which at most so many bytes may ever be resident.
 ///
 /// Where the system does not tell (it is Linux that does), the memory is not looked at.
-pub(crate) fn alone(test: &str, most_bytes: u64, run: impl FnOnce()) {
+pub(crate) fn alone(test: &str, max_bytes: u64, run: impl FnOnce()) {
     if env::var_os(ALONE).is_some() {
         run();
         println!("{PEAK}{}", peak_bytes().unwrap_or_default());
     } else {
-        watch(test, most_bytes);
+        watch(test, max_bytes);
     }
 }
 
@@ -31,7 +31,7 @@ pub(crate) fn begin(case: impl Display) {
     println!("{CASE}{case}");
 }
 
-fn watch(test: &str, most_bytes: u64) {
+fn watch(test: &str, max_bytes: u64) {
     let mut child = Command::new(env::current_exe().unwrap())
         .args([test, "--exact", "--nocapture"])
         .env(ALONE, "1")
@@ -51,7 +51,7 @@ fn watch(test: &str, most_bytes: u64) {
     assert!(status.success(), "{status}, case {case}");
     let peak_bytes = peak_bytes.expect("there is a test of this name, and it has run");
     println!("at most {} MB were resident", peak_bytes / 1_000_000);
-    assert!(peak_bytes <= most_bytes, "{peak_bytes} bytes were resident; stated are {most_bytes}");
+    assert!(peak_bytes <= max_bytes, "{peak_bytes} bytes were resident; stated are {max_bytes}");
 }
 
 fn peak_bytes() -> Option<u64> {

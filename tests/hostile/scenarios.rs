@@ -32,11 +32,11 @@ const MOST_BYTES: u64 = 64 << 24;
 const OTHER_KEYS: [&str; 2] = [
     "name = 'other_keys'\n[map]\nshape = 'caves'\nrows = 20\ncolumns = 24\nseed = 7\n[sensor]\nnoise = 'clipped'\n\
      [prior]\nprobability = 0.02\n[objects]\ncount = 2\n[robots]\ncount = 3\n\
-     policy = { name = 'coverage', lane_cells = 2, replan_after = 3 }\n[[robots.robot]]\nnumber = 2\n\
+     policy = { name = 'coverage', lane_spacing_cells = 2, replan_after_cells = 3 }\n[[robots.robot]]\nnumber = 2\n\
      policy = 'random'\nstart = 'scattered'\n[mission]\nbudget_meters = 900\n[recording]\nfile = 'a.mcap'\n",
     "name = 'more_keys'\n[map]\nfile = 'maps/warehouse.yaml'\ncell_meters = 1.0\n[prior]\nprobability = 0.5\n\
      [objects]\ncells = [[8, 35], [8, 34]]\n[robots]\npolicy = 'gnn'\n[mission]\nbudget_seconds = 600\n\
-     expected_undeclared = 0.1\nclock_tolerance_seconds = 5\n",
+     stop_when_expected_remaining = 0.1\nmax_clock_skew_seconds = 5\n",
 ];
 
 /// A scenario of the repository, as somebody wrote it or as the program says it: with all that was left out.

@@ -53,7 +53,7 @@ const VALUES: [&str; 40] = [
     "[-1, 0]",
     "{}",
     "{ name = 'path' }",
-    "{ name = 'coverage', lane_cells = 2 }",
+    "{ name = 'coverage', lane_spacing_cells = 2 }",
     "{ name = 'gnn', weights = 'team.toml' }",
     "{ name = 'gnn', weights = '/dev/zero' }",
     "1979-05-27",

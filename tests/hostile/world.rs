@@ -38,10 +38,10 @@ const LAST: u64 = 1;
 /// A small map with blocked cells, and a search that goes on: looks tell so little that nothing is ever certain.
 const SCENARIO: &str = "name = 'hostile'
 map = { shape = 'ice_cream_cone', rows = 6, columns = 6, cell_meters = 5.0 }
-sensor = { radius = 1, sigma2 = 500.0 }
+sensor = { radius = 1, noise_variance = 500.0 }
 objects.count = 1
 robots.count = 3
-mission = { budget_meters = 1e9, expected_undeclared = 0.0 }
+mission = { budget_meters = 1e9, stop_when_expected_remaining = 0.0 }
 ";
 
 /// A message on its way.

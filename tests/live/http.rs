@@ -24,7 +24,7 @@ fn ask(served: &Served, line: &str, headers: &[&str], body: &str) -> (u16, Strin
     (status, head.to_lowercase(), body.to_owned())
 }
 
-const PAUSE: &str = r#"{"do":"pause"}"#;
+const PAUSE: &str = r#"{"command":"pause"}"#;
 
 #[test]
 fn only_whoever_has_the_token_changes_the_mission() {
@@ -43,15 +43,15 @@ fn only_whoever_has_the_token_changes_the_mission() {
         assert!(found == status && text.contains(said), "{body}: {found} {text}");
     };
     refused("pause", 400, "no command");
-    refused(r#"{"do":"pause","now":true}"#, 400, "now");
+    refused(r#"{"command":"pause","now":true}"#, 400, "now");
     refused(
-        r#"{"do":"mark","row":99,"column":0,"as":"clue"}"#,
+        r#"{"command":"mark","row":99,"column":0,"as":"clue"}"#,
         422,
         "allowed are rows 0 to 17 and columns 0 to 25",
     );
-    refused(r#"{"do":"mark","row":0,"column":25,"as":"clue"}"#, 422, "is not searched");
-    refused(r#"{"do":"search","corners":[[0,0],[3,3]]}"#, 422, "2 corners; allowed are 3 to 1000");
-    refused(r#"{"do":"search","corners":[[0,0],[3,0],[3,3]]}"#, 422, "searched already");
+    refused(r#"{"command":"mark","row":0,"column":25,"as":"clue"}"#, 422, "is not searched");
+    refused(r#"{"command":"search","corners":[[0,0],[3,3]]}"#, 422, "2 corners; allowed are 3 to 1000");
+    refused(r#"{"command":"search","corners":[[0,0],[3,0],[3,3]]}"#, 422, "searched already");
     let (status, ..) = ask(&served, "POST /command", &[&bearer], &"x".repeat(100_000));
     assert_eq!(status, 413);
 }
@@ -67,7 +67,7 @@ fn pages_of_others_are_not_answered() {
         "Sec-WebSocket-Version: 13",
         "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==",
     ];
-    for (line, body) in [("GET /", ""), ("GET /stream", ""), ("POST /command", PAUSE), ("GET /rights", "")] {
+    for (line, body) in [("GET /", ""), ("GET /stream", ""), ("POST /command", PAUSE), ("GET /auth", "")] {
         for wrong in ["Host: evil.example", "Origin: http://evil.example", "Origin: null"] {
             let headers = [&[wrong, &bearer][..], &upgrade].concat();
             assert_eq!(ask(&served, line, &headers, body).0, 403, "{line} {wrong}");
@@ -98,9 +98,9 @@ fn a_coordinator_in_the_field_serves_a_page_with_the_token_of_a_file() {
     );
     let served = Served::start_in(folder, &["coordinator", "--config", "coordinator.toml"]);
     assert!(!served.address.contains("token"), "{}", served.address);
-    let rights = |header: &str| ask(&served, "GET /rights", &[header], "").0;
-    assert_eq!(rights("Authorization: Bearer a-token_of_a-person"), 204);
-    assert_eq!(rights("Authorization: Bearer another_token_of_another"), 401);
+    let auth = |header: &str| ask(&served, "GET /auth", &[header], "").0;
+    assert_eq!(auth("Authorization: Bearer a-token_of_a-person"), 204);
+    assert_eq!(auth("Authorization: Bearer another_token_of_another"), 401);
     let (status, ..) = ask(&served, "POST /command", &["Authorization: Bearer a-token_of_a-person"], PAUSE);
     assert_eq!(status, 200);
 }

@@ -44,9 +44,9 @@ objects.count = 5
 robots.count = 3
 [mission]
 budget_seconds = 36000.0
-expected_undeclared = 0.0
+stop_when_expected_remaining = 0.0
 heartbeat_seconds = 2.0
-lost_after_seconds = 60.0
+liveness_timeout_seconds = 60.0
 ";
 
 /// The program, serving a page from a folder of its own. Both go when this is dropped.

@@ -2,8 +2,8 @@
 
 Usage: cubature_filter.py < scenarios.json > estimates.json
 
-A list of scenarios, each: "settings" (members, velocity_deviation, acceleration_density, nearest_meters,
-farthest_meters, deviation_radians), "alone" (mean, covariance) and "sights", a list of [seconds, east, north,
+A list of scenarios, each: "settings" (members, velocity_std, acceleration_density, min_range_meters,
+max_range_meters, deviation_radians), "alone" (mean, covariance) and "sights", a list of [seconds, east, north,
 bearing]. The first sight begins the range-parameterised filter; both filters take in all others. The
 estimates: for each scenario and each of those others what "alone" and "mixture" hold after it, and the
 mixture's "weights".
@@ -63,15 +63,15 @@ def step(kalman, seconds, observer, seen, settings):
 
 
 def born(observer, seen, settings):
-    nearest, members = settings["nearest_meters"], settings["members"]
-    rho = (settings["farthest_meters"] / nearest) ** (1 / members)
+    nearest, members = settings["min_range_meters"], settings["members"]
+    rho = (settings["max_range_meters"] / nearest) ** (1 / members)
     along = np.array([np.cos(seen), np.sin(seen)])
     across = np.array([-along[1], along[0]])
     mixture = []
     for part in range(1, members + 1):
         distance = nearest * (rho**part + rho ** (part - 1)) / 2
         deviation = distance * 2 * (rho - 1) / ((rho + 1) * sqrt(12))
-        covariance = np.diag([settings["velocity_deviation"] ** 2] * 4)
+        covariance = np.diag([settings["velocity_std"] ** 2] * 4)
         covariance[:2, :2] = deviation**2 * np.outer(along, along)
         covariance[:2, :2] += (distance * settings["deviation_radians"]) ** 2 * np.outer(across, across)
         mean = [*(np.array(observer) + distance * along), 0, 0]

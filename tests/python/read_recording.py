@@ -76,7 +76,7 @@ class Sights:
                 "declared": [object.cell for object in message.declared],
                 "alive": [int(robot) for robot in message.alive],
                 "observations": message.observations,
-                "expected_undeclared": message.expected_undeclared,
+                "expected_remaining": message.expected_remaining,
             }
             self.digest = [str(half) for half in message.digest]
         elif subject == "observation":

@@ -19,8 +19,8 @@ use crate::yard::{SPEED_METERS_PER_SECOND, Vehicle, Yard, cameras, settings};
 
 const YARD: Yard = Yard { side: 6, cell_meters: 10.0, policy: "'random'" };
 /// Robots that never rest, and hold what is dated more than a second ahead for a look of the future.
-const ENDLESS: &str = "expected_undeclared = 0.0\nheartbeat_seconds = 1.0\nlost_after_seconds = 10.0\n\
-                       clock_tolerance_seconds = 1.0\n";
+const ENDLESS: &str = "stop_when_expected_remaining = 0.0\nheartbeat_seconds = 1.0\nliveness_timeout_seconds = 10.0\n\
+                       max_clock_skew_seconds = 1.0\n";
 
 /// What moves the date of a process, and nothing else.
 const SHIFT: &str = r#"

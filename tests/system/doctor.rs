@@ -275,7 +275,7 @@ async fn each_topic_of_a_vehicle_is_told() {
     let file = folder.path().join("robot.toml");
     let settings = format!(
         "robot = 1\n[common]\nmission = \"yard\"\nscenario = \"yard.toml\"\n[vehicle]\n[ros]\ntransport = \"bridge\"\n\
-         localization = \"odometry\"\nzenoh.connect = [{endpoint:?}]\nhear = {{ pose = \"\", fix = \"\", map = \"\", goals = \"\" }}\n\
+         localization = \"odometry\"\nzenoh.connect = [{endpoint:?}]\nsubscribe = {{ pose = \"\", fix = \"\", map = \"\", goals = \"\" }}\n\
          cameras = [{{ name = \"wide\", detections = \"seen\" }}]\n"
     );
     std::fs::write(&file, settings).unwrap();

@@ -21,7 +21,7 @@ const YARD: Yard = Yard { side: 4, cell_meters: 20.0, policy: "'path'" };
 
 /// The robot of the recording, whose cameras' topics are called so.
 fn settings(topic: &str, more: &str) -> String {
-    let cameras = camera_tables([192, 128], "column_deviation_pixels = 1.0\n", topic);
+    let cameras = camera_tables([192, 128], "column_std_pixels = 1.0\n", topic);
     format!(
         "robot = 1\n{more}[common]\nmission = \"yard\"\nscenario = \"yard.toml\"\n[vehicle]\n\
          speed_meters_per_second = 20.0\nfootprint = {{ shape = \"disc\", radius_meters = 0.5 }}\n[ros]\n\

@@ -21,8 +21,8 @@ const KILLS: u64 = 200;
 /// A search that goes on when all is found: one look tells so little that there is always something left to see.
 pub(crate) fn endless(robots: usize) -> String {
     format!(
-        "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows = 30\ncolumns = 30\n[sensor]\nsigma2 = 20.0\n[objects]\ncount = 4\n\
-         [robots]\ncount = {robots}\npolicy = \"random\"\n[mission]\nbudget_seconds = 1e6\nexpected_undeclared = 0\n"
+        "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows = 30\ncolumns = 30\n[sensor]\nnoise_variance = 20.0\n[objects]\ncount = 4\n\
+         [robots]\ncount = {robots}\npolicy = \"random\"\n[mission]\nbudget_seconds = 1e6\nstop_when_expected_remaining = 0\n"
     )
 }
 

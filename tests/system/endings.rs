@@ -100,14 +100,16 @@ fn a_run_that_is_stopped_has_finished_its_recording() {
         comes_true("observations", || observations(&recording) > 3);
         (run, recording)
     };
-    for (signal, arguments) in
-        [("INT", ["--real-time", "20"]), ("TERM", ["--real-time", "20"]), ("HUP", ["--live", "--json"])]
-    {
+    for (signal, arguments) in [
+        ("INT", ["--real-time-factor", "20"]),
+        ("TERM", ["--real-time-factor", "20"]),
+        ("HUP", ["--live", "--json"]),
+    ] {
         let (run, recording) = start(&format!("{signal}.mcap"), &arguments);
         assert_eq!(run.signal(signal).code(), Some(1), "{signal}");
         assert_finished(&recording);
     }
-    let (run, recording) = start("deaf.mcap", &["--real-time", "20"]);
+    let (run, recording) = start("deaf.mcap", &["--real-time-factor", "20"]);
     assert_eq!(run.deafen().code(), Some(1));
     assert_finished(&recording);
 }

@@ -76,7 +76,7 @@ fn team(robots: u32, loss: f64) -> Scenario {
     scenario(&format!(
         "name = \"team\"\n[map]\nshape = \"all_traversable\"\nrows = 60\ncolumns = 60\n\
          [objects]\ndensity = 0.01\n[robots]\ncount = {robots}\npolicy = \"path\"\n\
-         [mission]\nbudget_meters = 200000.0\nexpected_undeclared = 0.0\n[network]\nloss = {loss:?}\n"
+         [mission]\nbudget_meters = 200000.0\nstop_when_expected_remaining = 0.0\n[network]\nloss = {loss:?}\n"
     ))
 }
 

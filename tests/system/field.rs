@@ -110,7 +110,7 @@ impl Field {
         let zenoh = self.zenoh(place);
         let seed = self.seed;
         format!(
-            "[common]\nmission = \"field\"\nscenario = \"field.toml\"\nseed = {seed}\npace = {PACE:?}\n\
+            "[common]\nmission = \"field\"\nscenario = \"field.toml\"\nseed = {seed}\nreal_time_factor = {PACE:?}\n\
              [common.zenoh]\n{zenoh}"
         )
     }
@@ -152,8 +152,10 @@ impl Field {
 
     pub(crate) fn world(&self) -> Process {
         let seed = self.seed;
-        let config =
-            format!("mission = \"field\"\nseed = {seed}\npace = {PACE:?}\n[zenoh]\n{}", self.zenoh(0));
+        let config = format!(
+            "mission = \"field\"\nseed = {seed}\nreal_time_factor = {PACE:?}\n[zenoh]\n{}",
+            self.zenoh(0)
+        );
         let (file, scenario) = (self.write("sim.toml", &config), self.path("field.toml"));
         Process::start(Command::new(DRAGNET).arg("sim").arg(scenario).args(["--json", "--config"]).arg(file))
     }

@@ -62,7 +62,7 @@ fn long(cell: Cell) -> [(String, Vec<u8>); 2] {
     let status = MissionStatus {
         time_ns,
         declared: Vec::new(),
-        expected_undeclared: 0.0,
+        expected_remaining: 0.0,
         alive: vec![FLOODER],
         observations: 1 << 60,
         versions: versions(),

@@ -120,7 +120,7 @@ async fn a_robot_that_stands_finds_itself_and_one_whose_localization_dies_stops(
     let file = folder.path().join("vehicle.toml");
     let localized = "localization = \"pose\"\nlocalization_timeout_seconds = 1.0";
     let text = settings(&endpoints[0], &endpoints[1]).replace("localization = \"odometry\"", localized);
-    std::fs::write(&file, text.replace("[ros]", "safety = { settling_seconds = 0.5 }\n[ros]")).unwrap();
+    std::fs::write(&file, text.replace("[ros]", "safety = { recovery_seconds = 0.5 }\n[ros]")).unwrap();
     let mut site = Site::new(&endpoints[1]).await;
     // Said once, before the robot starts.
     site.locate(|_| ()).await;

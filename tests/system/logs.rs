@@ -7,7 +7,7 @@ use crate::field::{DRAGNET, Field, Process};
 
 const SEARCH: &str = "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows = 10\ncolumns = 10\n\
                       [objects]\ncount = 2\n[robots]\ncount = 2\npolicy = \"path\"\n\
-                      [mission]\nbudget_seconds = 3600.0\nexpected_undeclared = 0.001\n";
+                      [mission]\nbudget_seconds = 3600.0\nstop_when_expected_remaining = 0.001\n";
 
 fn read(log: &Path) -> String {
     let log = std::fs::read_to_string(log).unwrap();

@@ -14,7 +14,7 @@ const ROBOTS: u16 = 4;
 
 const SEARCH: &str = "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows = 30\ncolumns = 30\n\
                       [objects]\ncount = 6\n[robots]\ncount = 4\npolicy = \"greedy\"\n\
-                      [mission]\nbudget_seconds = 7200.0\nexpected_undeclared = 0.001\n";
+                      [mission]\nbudget_seconds = 7200.0\nstop_when_expected_remaining = 0.001\n";
 
 /// Who is silent for two seconds is gone; Zenoh's own patience is ten.
 const ZENOH: &str = "{ mode: \"peer\", scouting: { multicast: { enabled: false }, gossip: { enabled: false } },\n\
@@ -60,7 +60,7 @@ impl Mission {
     fn common(&self, listen: &str, connect: &[String]) -> String {
         let zenoh = self.zenoh(listen, connect);
         format!(
-            "[common]\nmission = \"field\"\nscenario = \"search.toml\"\nseed = 4\npace = {PACE:?}\n\
+            "[common]\nmission = \"field\"\nscenario = \"search.toml\"\nseed = 4\nreal_time_factor = {PACE:?}\n\
              [common.zenoh]\n{zenoh}"
         )
     }
@@ -108,8 +108,10 @@ impl Mission {
             Shape::Star => vec!["tcp/10.0.0.2:7140".to_owned()],
         };
         let zenoh = self.zenoh("tcp/10.9.0.1:7140", &connect);
-        self.hosts
-            .write("sim.toml", &format!("mission = \"field\"\nseed = 4\npace = {PACE:?}\n[zenoh]\n{zenoh}"));
+        self.hosts.write(
+            "sim.toml",
+            &format!("mission = \"field\"\nseed = 4\nreal_time_factor = {PACE:?}\n[zenoh]\n{zenoh}"),
+        );
         let (scenario, config) = (self.hosts.path("search.toml"), self.hosts.path("sim.toml"));
         self.hosts.start("sim", &format!("sim {} --json --config {}", scenario.display(), config.display()));
     }

@@ -39,7 +39,7 @@ fn a_process_that_dies_fails_the_run_by_name() {
 
 const SEARCH: &str = "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows = 15\ncolumns = 15\n\
                       [objects]\ncount = 4\n[robots]\ncount = 2\npolicy = \"path\"\n\
-                      [mission]\nbudget_seconds = 3600.0\nexpected_undeclared = 0.001\n";
+                      [mission]\nbudget_seconds = 3600.0\nstop_when_expected_remaining = 0.001\n";
 
 fn check_outcome(json: &str) -> serde_json::Value {
     let outcome: serde_json::Value = serde_json::from_str(json).unwrap();

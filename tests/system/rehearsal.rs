@@ -92,7 +92,7 @@ async fn a_robot_drives_by_its_signs_of_life_and_not_by_what_is_replayed() {
     let row = scenario(
         "name = \"row\"\n[map]\nshape = \"all_traversable\"\nrows = 1\ncolumns = 6\n[objects]\ncount = 1\n\
          [robots]\ncount = 1\nstart = [0, 0]\n[mission]\nbudget_seconds = 36000.0\nspeed_meters_per_second = 1.0\n\
-         heartbeat_seconds = 5.0\nlost_after_seconds = 20.0\n",
+         heartbeat_seconds = 5.0\nliveness_timeout_seconds = 20.0\n",
     );
     let listen = free_endpoints(1).unwrap();
     let mut robot = None;
@@ -134,7 +134,7 @@ async fn a_robot_drives_by_its_signs_of_life_and_not_by_what_is_replayed() {
 
 const SEARCH: &str = "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows = 20\ncolumns = 20\n\
                       [objects]\ncount = 4\n[robots]\ncount = 2\npolicy = \"path\"\n\
-                      [mission]\nbudget_seconds = 3600.0\nexpected_undeclared = 0.001\n";
+                      [mission]\nbudget_seconds = 3600.0\nstop_when_expected_remaining = 0.001\n";
 
 /// Robots are where they were and the mission is as old as it was: nothing that they see from then on is refused.
 #[test]

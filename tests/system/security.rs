@@ -41,7 +41,7 @@ impl Field {
         keys.add(&NAMES, &[], 1, now).unwrap();
         let scenario = "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows = 15\ncolumns = 15\n\
                         [objects]\ncount = 4\n[robots]\ncount = 2\npolicy = \"path\"\n\
-                        [mission]\nbudget_seconds = 3600.0\nexpected_undeclared = 0.001\n";
+                        [mission]\nbudget_seconds = 3600.0\nstop_when_expected_remaining = 0.001\n";
         fs::write(folder.path().join("field.toml"), scenario).unwrap();
         let endpoints = free_endpoints(NAMES.len() + 1).unwrap();
         let endpoints = endpoints.iter().map(|endpoint| endpoint.replace("tcp/", "tls/")).collect();
@@ -86,7 +86,7 @@ impl Field {
         );
         let scenario = self.path("field.toml");
         let common = format!(
-            "[common]\nmission = \"field\"\nscenario = \"{}\"\nseed = 3\npace = 100.0\n[common.zenoh]\n{zenoh}",
+            "[common]\nmission = \"field\"\nscenario = \"{}\"\nseed = 3\nreal_time_factor = 100.0\n[common.zenoh]\n{zenoh}",
             scenario.display()
         );
         let (arguments, config) = match name {
@@ -95,7 +95,8 @@ impl Field {
             }
             Name::Participant(Participant::Coordinator) => (vec!["coordinator"], common),
             Name::Simulator => {
-                let config = format!("mission = \"field\"\nseed = 3\npace = 100.0\n[zenoh]\n{zenoh}");
+                let config =
+                    format!("mission = \"field\"\nseed = 3\nreal_time_factor = 100.0\n[zenoh]\n{zenoh}");
                 (vec!["sim", scenario.to_str().unwrap(), "--json"], config)
             }
         };

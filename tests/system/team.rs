@@ -79,9 +79,9 @@ fn two_runs_side_by_side_do_not_meet_and_record_the_same_bytes() {
 fn by_the_wall_clock_the_team_finds_all_and_agrees() {
     let small = scenario(
         "name = \"live\"\n[map]\nshape = \"all_traversable\"\nrows = 15\ncolumns = 15\n\
-         [objects]\ncount = 4\n[robots]\ncount = 2\npolicy = \"path\"\n[mission]\nbudget_seconds = 3600.0\nexpected_undeclared = 0.001\n",
+         [objects]\ncount = 4\n[robots]\ncount = 2\npolicy = \"path\"\n[mission]\nbudget_seconds = 3600.0\nstop_when_expected_remaining = 0.001\n",
     );
-    let options = Options { pace: Some(300.0), version: "test".to_owned(), ..Options::default() };
+    let options = Options { real_time_factor: Some(300.0), version: "test".to_owned(), ..Options::default() };
     let run = team::run(&small, 3, &options, &mut |_, _| ()).unwrap();
     assert!(run.episode.outcome.beliefs_equal);
     assert!((run.episode.score.recall() - 1.0).abs() < 1e-12, "{:?}", run.episode.score);
@@ -91,7 +91,7 @@ fn by_the_wall_clock_the_team_finds_all_and_agrees() {
 
 #[test]
 fn faults_by_the_wall_clock_are_refused() {
-    let options = Options { pace: Some(10.0), ..Options::default() };
+    let options = Options { real_time_factor: Some(10.0), ..Options::default() };
     let error = team::run(&committed("faults.toml"), 1, &options, &mut |_, _| ()).unwrap_err();
     assert!(error.is_bad_input());
     assert!(error.to_string().contains("[network]"), "{error}");

@@ -93,7 +93,7 @@ impl Vehicle {
         let object = plane::Pose::new(self.yard.object_meters(), self.yard.object_meters(), 0.0);
         let bearing = plane::bearing_radians(eye.position_meters(), object.position_meters());
         let is_near =
-            (object.position_meters() - eye.position_meters()).norm() < camera.settings().farthest_meters;
+            (object.position_meters() - eye.position_meters()).norm() < camera.settings().max_range_meters;
         let column = camera.column_pixels(plane::turn_radians(eye.heading_radians, bearing));
         let found = column.filter(|_| is_near).map(|x| {
             let center = Pose2D { position: Point2D { x, y: 300.0 }, theta: 0.0 };
@@ -131,8 +131,8 @@ pub(crate) fn cameras() -> [Camera; 3] {
             mounting: plane::Pose::new(0.0, 0.0, YAWS_DEGREES[number].to_radians()),
             z_meters: 0.0,
             pitch_radians: 0.0,
-            nearest_meters: 0.5,
-            farthest_meters: 80.0,
+            min_range_meters: 0.5,
+            max_range_meters: 80.0,
         };
         Camera::new(settings).unwrap()
     })
@@ -143,7 +143,7 @@ pub(crate) fn camera_tables([columns, rows]: [u32; 2], more: &str, topic: &str) 
     let tables = [0, 1, 2].map(|number| {
         format!(
             "[[vehicle.cameras]]\nname = \"camera_{number}\"\nwidth_pixels = {columns}\nheight_pixels = {rows}\n\
-             field_of_view_degrees = 125.0\nyaw_degrees = {:?}\nnearest_meters = 0.5\nfarthest_meters = 80.0\n{more}\
+             field_of_view_degrees = 125.0\nyaw_degrees = {:?}\nmin_range_meters = 0.5\nmax_range_meters = 80.0\n{more}\
              [[ros.cameras]]\nname = \"camera_{number}\"\n{topic} = \"camera_{number}/{topic}\"\n",
             YAWS_DEGREES[number]
         )

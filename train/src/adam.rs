@@ -24,18 +24,18 @@ impl Adam {
         Self { steps: 0, first: zeros.iter().map(Tensor::copy).collect(), second: zeros }
     }
 
-    /// One step against the gradients, which are scaled down to norm `most_norm` together if they are longer, and
+    /// One step against the gradients, which are scaled down to norm `max_norm` together if they are longer, and
     /// cleared.
     pub(super) fn step<'a>(
         &mut self,
         parameters: impl Iterator<Item = &'a Tensor> + Clone,
         learning_rate: f64,
-        most_norm: f64,
+        max_norm: f64,
     ) {
         self.steps += 1;
         let squares: f64 =
             parameters.clone().map(|it| it.grad().square().sum(tch::Kind::Float).double_value(&[])).sum();
-        let scale = (most_norm / squares.sqrt().max(1e-12)).min(1.0);
+        let scale = (max_norm / squares.sqrt().max(1e-12)).min(1.0);
         #[expect(clippy::cast_possible_truncation, reason = "far below 2^31 steps")]
         let (first_bias, second_bias) =
             (1.0 - FIRST_DECAY.powi(self.steps as i32), 1.0 - SECOND_DECAY.powi(self.steps as i32));

@@ -14,7 +14,7 @@ use dragnet_learn::shape::{Parameter, Shape};
 use dragnet_learn::weights::{Recipe, Weights};
 
 /// Room for each parameter's four tensors, and for the history.
-const KIND: Kind = Kind { name: "checkpoint", format: "dragnet-checkpoint-1", most_bytes: 1 << 29 };
+const KIND: Kind = Kind { name: "checkpoint", format: "dragnet-checkpoint-1", max_bytes: 1 << 29 };
 
 /// What a training was at the end of an epoch.
 pub(super) struct Checkpoint {

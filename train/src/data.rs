@@ -57,11 +57,11 @@ pub enum DataError {
 
 impl Data {
     /// Reads a folder. Every `held_out_every`-th trajectory is held out: all of a trajectory or nothing, for its
-    /// decisions are alike. `sharpness` is the power of the expert's scores by which its wishes are spread.
+    /// decisions are alike. `target_exponent` is the power of the expert's scores by which its wishes are spread.
     ///
     /// # Errors
     /// If a file cannot be read, is of another expert, or there is too little or too much to learn from.
-    pub fn load(folder: &Folder, held_out_every: usize, sharpness: f64) -> Result<Self, DataError> {
+    pub fn load(folder: &Folder, held_out_every: usize, target_exponent: f64) -> Result<Self, DataError> {
         let name = folder.path().display().to_string();
         if folder.len() < 2 {
             return Err(DataError::TooFew(name));
@@ -84,7 +84,7 @@ impl Data {
                 trajectory
                     .decisions
                     .iter()
-                    .filter_map(|decision| sample(&trajectory, decision, sharpness, &mut topology)),
+                    .filter_map(|decision| sample(&trajectory, decision, target_exponent, &mut topology)),
             );
             if !scenarios.contains(&trajectory.scenario) {
                 scenarios.push(trajectory.scenario.clone());
@@ -134,12 +134,12 @@ impl Data {
 fn sample(
     trajectory: &Trajectory,
     decision: &Demonstration,
-    sharpness: f64,
+    target_exponent: f64,
     topology: &mut Option<Arc<Topology>>,
 ) -> Option<Sample> {
     let belief = trajectory.belief(decision)?;
     let situation = trajectory.situation(decision, &belief);
-    let routes = Routes::from(situation.terrain, situation.moves, situation.robot);
+    let routes = Routes::from(situation.terrain, situation.connectivity, situation.robot);
     if routes.parent(decision.chosen) == decision.chosen {
         return None;
     }
@@ -152,19 +152,20 @@ fn sample(
     } else {
         Vec::new()
     };
-    let wished = wishes(&share_of_best, chosen, graph.topology.len(), sharpness);
+    let wished = wishes(&share_of_best, chosen, graph.topology.len(), target_exponent);
     Some(Sample { graph, chosen, wished, share_of_best })
 }
 
-/// `share^sharpness`, normalised; the choice alone where scores say nothing.
+/// `share^target_exponent`, normalised; the choice alone where scores say nothing.
 #[expect(clippy::cast_possible_truncation, reason = "learned from as f32")]
-fn wishes(share_of_best: &[f32], chosen: u32, nodes: usize, sharpness: f64) -> Vec<f32> {
+fn wishes(share_of_best: &[f32], chosen: u32, nodes: usize, target_exponent: f64) -> Vec<f32> {
     if share_of_best.is_empty() {
         let mut wished = vec![0.0; nodes];
         wished[chosen as usize] = 1.0;
         return wished;
     }
-    let powers: Vec<f64> = share_of_best.iter().map(|&share| f64::from(share).powf(sharpness)).collect();
+    let powers: Vec<f64> =
+        share_of_best.iter().map(|&share| f64::from(share).powf(target_exponent)).collect();
     let sum: f64 = powers.iter().sum();
     powers.into_iter().map(|power| (power / sum) as f32).collect()
 }

@@ -9,7 +9,7 @@ use dragnet_search::belief::Belief;
 use dragnet_search::cell::{Cell, Grid};
 use dragnet_search::generated::Generated;
 use dragnet_search::intent::Promised;
-use dragnet_search::route::{Moves, Routes};
+use dragnet_search::route::{Connectivity, Routes};
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_search::sensor::Sensor;
 use dragnet_search::situation::{Place, Situation};
@@ -56,11 +56,13 @@ fn graphs(seed: u64, random: &mut Stream) -> Vec<Graph> {
     let grid = Grid::new(9, 14).unwrap();
     let mut terrains = vec![Terrain::from_ascii("#~#\n#.#\n.##\n", 30.0).unwrap()];
     terrains.extend(Generated::ALL.map(|kind| kind.terrain(grid, 30.0, seed).unwrap()));
-    let pairs = terrains.iter().flat_map(|terrain| [Moves::Four, Moves::Eight].map(|moves| (terrain, moves)));
-    pairs.map(|(terrain, moves)| graph(terrain, moves, random)).collect()
+    let pairs = terrains.iter().flat_map(|terrain| {
+        [Connectivity::Four, Connectivity::Eight].map(|connectivity| (terrain, connectivity))
+    });
+    pairs.map(|(terrain, connectivity)| graph(terrain, connectivity, random)).collect()
 }
 
-fn graph(terrain: &Terrain, moves: Moves, random: &mut Stream) -> Graph {
+fn graph(terrain: &Terrain, connectivity: Connectivity, random: &mut Stream) -> Graph {
     let log_odds_nats = terrain.grid().cells().map(|cell| match random.random_range(0..20) {
         _ if !terrain.is_searched(cell) => f64::NEG_INFINITY,
         0 => -40.0,
@@ -76,8 +78,8 @@ fn graph(terrain: &Terrain, moves: Moves, random: &mut Stream) -> Graph {
     let robot = *terrain.largest_area().choose(random).unwrap();
     let (belief, promised) = (&belief, &promised);
     let situation =
-        Situation { terrain, moves, sensor: &sensor, belief, promised, robot, place: Place::ALONE };
-    Graph::new(&situation, &Routes::from(terrain, moves, robot), &mut None)
+        Situation { terrain, connectivity, sensor: &sensor, belief, promised, robot, place: Place::ALONE };
+    Graph::new(&situation, &Routes::from(terrain, connectivity, robot), &mut None)
 }
 
 /// The largest difference between two lists of logits, and how far apart the first's are.

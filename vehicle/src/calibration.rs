@@ -1,12 +1,12 @@
 //! Fits the sensor's model to looks of which one knows what was there.
 //!
 //! The model is that of [`dragnet_search::sensor::Sensor`]: a reading of a cell at distance `d` (cells) is
-//! `theta + N(0, v(d))`, with `v(d) = sigma2 d^2` from distance 1 on, and a constant `v(0)` for the own cell.
-//! So every `u = ((value - theta) / d)^2` has the mean `sigma2`, and their average is its estimate of maximum
+//! `theta + N(0, v(d))`, with `v(d) = noise_variance d^2` from distance 1 on, and a constant `v(0)` for the own cell.
+//! So every `u = ((value - theta) / d)^2` has the mean `noise_variance`, and their average is its estimate of maximum
 //! likelihood.
 //!
 //! Its standard error is that of an average, from the scatter of the `u` themselves: of normal errors that is
-//! `sigma2 sqrt(2 / n)`, and of errors with heavier tails it is honestly more. Looks are taken to be
+//! `noise_variance sqrt(2 / n)`, and of errors with heavier tails it is honestly more. Looks are taken to be
 //! independent: frames of the same thing from the same place are not, and make the error seem smaller than it
 //! is.
 
@@ -49,7 +49,7 @@ pub struct AtDistance {
     pub looks: usize,
     /// Mean of `value - theta`: the model has 0.
     pub bias: Estimate,
-    /// Mean of `(value - theta)^2`: the model has `sigma2 d^2`.
+    /// Mean of `(value - theta)^2`: the model has `noise_variance d^2`.
     pub variance: Estimate,
 }
 
@@ -57,9 +57,9 @@ pub struct AtDistance {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Calibration {
     /// Variance of a reading at distance 1.
-    pub sigma2: Estimate,
+    pub noise_variance: Estimate,
     /// Variance of a reading of the own cell; none with fewer than [`FEWEST_LOOKS`] of it. The sensor has
-    /// `sigma2 / 5`.
+    /// `noise_variance / 5`.
     pub own_cell_variance: Option<Estimate>,
     /// Nearest first: whether the model holds is seen here.
     pub by_distance: Vec<AtDistance>,
@@ -111,8 +111,8 @@ pub fn calibrate(looks: &[LabelledLook]) -> Result<Calibration, CalibrationError
     let scaled = errors.range(1..).flat_map(|(&distance, errors)| {
         errors.iter().map(move |error| (error / f64::from(distance)).powi(2))
     });
-    let sigma2 = mean(&scaled.collect::<Vec<_>>());
-    if sigma2.value <= 0.0 {
+    let noise_variance = mean(&scaled.collect::<Vec<_>>());
+    if noise_variance.value <= 0.0 {
         return Err(CalibrationError::NoNoise);
     }
     let own = errors.get(&0).filter(|errors| errors.len() >= FEWEST_LOOKS);
@@ -123,7 +123,7 @@ pub fn calibrate(looks: &[LabelledLook]) -> Result<Calibration, CalibrationError
         variance: mean_square(errors),
     };
     Ok(Calibration {
-        sigma2,
+        noise_variance,
         own_cell_variance: own.map(|errors| mean_square(errors)),
         by_distance: errors.iter().map(at_distance).collect(),
     })
@@ -181,8 +181,8 @@ mod tests {
     use super::*;
 
     /// As the simulator draws them: so many at each distance, every fourth of an object.
-    fn looks(sigma2: f64, each: usize, noise: Noise, seed: u64) -> Vec<LabelledLook> {
-        let sensor = Sensor::new(10, sigma2, noise).unwrap();
+    fn looks(noise_variance: f64, each: usize, noise: Noise, seed: u64) -> Vec<LabelledLook> {
+        let sensor = Sensor::new(10, noise_variance, noise).unwrap();
         let mut random = stream(seed, Purpose::Noise, 0);
         let mut looks = Vec::new();
         for distance in 0..=10 {
@@ -201,20 +201,23 @@ mod tests {
 
     #[test]
     fn the_models_own_looks_give_its_numbers_back() {
-        let sigma2 = 0.02;
+        let noise_variance = 0.02;
         let (mut within, mut own_within) = (0, 0);
         for seed in 0..100 {
-            let calibration = calibrate(&looks(sigma2, 200, Noise::Gaussian, seed)).unwrap();
-            let Estimate { value, standard_error } = calibration.sigma2;
-            assert!((value - sigma2).abs() < 4.0 * standard_error, "seed {seed}: {value} {standard_error}");
-            let expected = sigma2 * (2.0_f64 / 2000.0).sqrt();
+            let calibration = calibrate(&looks(noise_variance, 200, Noise::Gaussian, seed)).unwrap();
+            let Estimate { value, standard_error } = calibration.noise_variance;
+            assert!(
+                (value - noise_variance).abs() < 4.0 * standard_error,
+                "seed {seed}: {value} {standard_error}"
+            );
+            let expected = noise_variance * (2.0_f64 / 2000.0).sqrt();
             assert!(
                 (standard_error / expected - 1.0).abs() < 0.2,
                 "seed {seed}: {standard_error} {expected}"
             );
-            within += u32::from((value - sigma2).abs() < standard_error);
+            within += u32::from((value - noise_variance).abs() < standard_error);
             let own = calibration.own_cell_variance.unwrap();
-            own_within += u32::from((own.value - sigma2 / 5.0).abs() < own.standard_error);
+            own_within += u32::from((own.value - noise_variance / 5.0).abs() < own.standard_error);
         }
         // 68 of 100 are expected within one standard error, give or take 4.7.
         assert!((54..=82).contains(&within), "{within}");
@@ -226,7 +229,7 @@ mod tests {
         let good = calibrate(&looks(0.005, 2000, Noise::Gaussian, 1)).unwrap();
         let off = |calibration: &Calibration, index: usize| {
             let AtDistance { distance, variance, .. } = calibration.by_distance[index];
-            (variance.value - calibration.sigma2.value * f64::from(distance).powi(2))
+            (variance.value - calibration.noise_variance.value * f64::from(distance).powi(2))
                 / variance.standard_error
         };
         assert!((1..=10).all(|index| off(&good, index).abs() < 4.0));

@@ -32,9 +32,9 @@ pub struct CameraSettings {
     /// How far it looks down, radians, within a right angle of the horizon.
     pub pitch_radians: f64,
     /// Objects are detected from here on, metres, above 0.
-    pub nearest_meters: f64,
-    /// And up to here, metres, above `nearest_meters`.
-    pub farthest_meters: f64,
+    pub min_range_meters: f64,
+    /// And up to here, metres, above `min_range_meters`.
+    pub max_range_meters: f64,
 }
 
 /// A camera that can be.
@@ -130,7 +130,7 @@ impl Camera {
         if !((0.0..=1000.0).contains(&z_meters) && pitch_radians.abs() < FRAC_PI_2) {
             return Err(CameraError::Height { name: name(), z_meters, pitch_radians });
         }
-        let (nearest, farthest) = (settings.nearest_meters, settings.farthest_meters);
+        let (nearest, farthest) = (settings.min_range_meters, settings.max_range_meters);
         if !view::are_ranges(nearest, farthest) {
             return Err(CameraError::Ranges { name: name(), nearest, farthest });
         }
@@ -173,15 +173,15 @@ impl Camera {
     /// both from where the camera is.
     #[must_use]
     pub fn sees(&self, bearing_radians: f64, range_meters: f64) -> bool {
-        let ranges = self.settings.nearest_meters..=self.settings.farthest_meters;
+        let ranges = self.settings.min_range_meters..=self.settings.max_range_meters;
         ranges.contains(&range_meters) && self.column_pixels(bearing_radians).is_some()
     }
 
     /// Standard deviation of a bearing, radians, for one of a column in pixels: in the middle of the image,
     /// where a pixel is widest.
     #[must_use]
-    pub fn bearing_deviation_radians(&self, column_deviation_pixels: f64) -> f64 {
-        column_deviation_pixels.atan2(self.focal_length_pixels)
+    pub fn bearing_deviation_radians(&self, column_std_pixels: f64) -> f64 {
+        column_std_pixels.atan2(self.focal_length_pixels)
     }
 
     /// What it sees of the map from a vehicle that stands there.
@@ -194,8 +194,8 @@ impl Camera {
         View::new(
             vehicle.of_part(&settings.mounting),
             half_radians,
-            settings.nearest_meters,
-            settings.farthest_meters,
+            settings.min_range_meters,
+            settings.max_range_meters,
         )
         .map(|view| view.with_ground_from(self.ground_meters()))
     }

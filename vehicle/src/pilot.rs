@@ -19,7 +19,7 @@
 //! there is no route, the vehicle drives on to the middle of that cell and stands.
 //!
 //! **Safety.** What is missing or cannot be is told when it begins and when it has been well again for the settling
-//! time ([`alarms`]), and until then the vehicle holds or goes on as set ([`crate::settings::OnSilence`]). Each pose and
+//! time ([`alarms`]), and until then the vehicle holds or goes on as set ([`crate::settings::OnFault`]). Each pose and
 //! frame that cannot be used is counted besides ([`Action::Refuse`]). Whatever is set, no evidence comes of it: a frame
 //! counts if its camera gave nothing that cannot be and the pose at its time is known; after a jump all tracks
 //! and all that was seen since the last look are dropped.
@@ -45,7 +45,7 @@ use crate::lattice::costmap::CostMap;
 use crate::lattice::maneuvers::ManeuversError;
 use crate::lattice::plan::PlannerError;
 use crate::plane::Pose;
-use crate::settings::{Caution, Checked, nanoseconds};
+use crate::settings::{Checked, FaultResponse, nanoseconds};
 use crate::tracker::settings::SettingsError as TrackerError;
 use diagnostic::{Conditions, Fault, NO_POSE, Subject};
 use drive::{Corridor, Driver, Goal, Leg};
@@ -106,7 +106,7 @@ impl Pilot {
         map: &CostMap,
     ) -> Result<Self, PilotError> {
         Ok(Self {
-            clock: Clock::new(settings.settling_ns),
+            clock: Clock::new(settings.recovery_ns),
             localization: Localization::new(&settings),
             perception: Perception::new(&settings)?,
             driver: Driver::new(&settings.motion, map)?,
@@ -114,7 +114,7 @@ impl Pilot {
             route: Route::default(),
             told: None,
             standing: Standing::default(),
-            conditions: Conditions::new(settings.settling_ns),
+            conditions: Conditions::new(settings.recovery_ns),
             settings,
             terrain,
             sensor,
@@ -215,7 +215,7 @@ impl Pilot {
                 let is_stay = cells.is_empty();
                 self.route = Route::new(cells);
                 if is_stay {
-                    self.well(&Subject::Way);
+                    self.well(&Subject::Path);
                     self.hold(Leg::Holding, actions);
                 } else if !self.is_arriving() {
                     self.leg = Leg::Idle;
@@ -283,14 +283,14 @@ impl Pilot {
     fn notice_silence(&mut self, now_ns: u64, actions: &mut Vec<Action>) {
         let silence_ns = self.localization.silence_ns(now_ns);
         // Poses that cannot be used are no silence: what is wrong with them is told.
-        let is_silent = self.localization.unused_for_ns(now_ns) > self.settings.pose_silence_ns;
-        if silence_ns > self.settings.pose_silence_ns && is_silent {
+        let is_silent = self.localization.unused_for_ns(now_ns) > self.settings.pose_timeout_ns;
+        if silence_ns > self.settings.pose_timeout_ns && is_silent {
             let numbers = [("silence_seconds", seconds(silence_ns))];
             self.ill(Subject::Pose, Fault::new("silent", NO_POSE, &numbers), actions);
         }
         for (name, silence_ns) in self.perception.silences(now_ns) {
             let subject = Subject::Silence(name);
-            if silence_ns > self.settings.camera_silence_ns {
+            if silence_ns > self.settings.camera_timeout_ns {
                 let numbers = [("silence_seconds", seconds(silence_ns))];
                 self.ill(subject, Fault::new("silent", "no frame comes that can be used", &numbers), actions);
             } else {
@@ -359,9 +359,9 @@ impl Pilot {
 
     fn is_worth_telling(&mut self, now_ns: u64, cell: Cell) -> bool {
         let Some((told, told_ns)) = self.told else {
-            return self.localization.known_for_ns(now_ns) >= self.settings.first_look_ns;
+            return self.localization.known_for_ns(now_ns) >= self.settings.initial_scan_ns;
         };
-        if self.leg == Leg::GivenUp && self.settings.on_silence.way == Caution::GoOn {
+        if self.leg == Leg::GivenUp && self.settings.on_fault.path == FaultResponse::Continue {
             // The agent may know another way; asked no more often than it could enter cells.
             return seconds(now_ns.saturating_sub(told_ns)) >= self.cell_seconds();
         }
@@ -386,14 +386,14 @@ impl Pilot {
 
     /// Drives on, if there is somewhere to go and nothing forbids it.
     fn drive(&mut self, now_ns: u64, actions: &mut Vec<Action>) {
-        if self.conditions.forbid(&self.settings.on_silence) {
+        if self.conditions.forbid(&self.settings.on_fault) {
             // Who has given up still has to ask the agent for another way.
             let leg = if self.leg == Leg::GivenUp { Leg::GivenUp } else { Leg::Holding };
             self.hold(leg, actions);
             return;
         }
         let Some(pose) = self.localization.pose() else { return };
-        if self.localization.silence_ns(now_ns) > self.settings.pose_silence_ns {
+        if self.localization.silence_ns(now_ns) > self.settings.pose_timeout_ns {
             return;
         }
         let is_underway = match self.leg {
@@ -409,7 +409,7 @@ impl Pilot {
         while !is_underway && !self.route.is_empty() {
             match self.set_out(&pose) {
                 Ok((target, action)) => {
-                    self.well(&Subject::Way);
+                    self.well(&Subject::Path);
                     self.leg = Leg::Driving { target };
                     actions.push(action);
                     return;
@@ -447,8 +447,8 @@ impl Pilot {
 
     /// The next run cannot be driven: it is left out, or the vehicle stands.
     fn give_up(&mut self, fault: Fault, actions: &mut Vec<Action>) {
-        self.ill(Subject::Way, fault, actions);
-        if self.settings.on_silence.way == Caution::Hold {
+        self.ill(Subject::Path, fault, actions);
+        if self.settings.on_fault.path == FaultResponse::Stop {
             self.hold(Leg::GivenUp, actions);
             return;
         }

@@ -29,7 +29,7 @@ pub struct Settings {
     /// Its full speed, m/s, above 0, at most 1000: a pose that is farther away than this allows is a jump.
     pub speed_meters_per_second: f64,
     /// Its first look lasts so long, seconds, 0 to 3600: one turn of the head, if its cameras are on one.
-    pub first_look_seconds: f64,
+    pub initial_scan_seconds: f64,
     /// When to stand still.
     pub safety: SafetyTable,
 }
@@ -48,28 +48,28 @@ pub struct CameraTable {
     pub field_of_view_degrees: f64,
     /// Metres ahead of the vehicle's reference point.
     #[serde(default)]
-    pub forward_meters: f64,
+    pub x_meters: f64,
     /// Metres to the left of it.
     #[serde(default)]
-    pub left_meters: f64,
+    pub y_meters: f64,
     /// Where it looks, degrees counter-clockwise from ahead.
     #[serde(default)]
     pub yaw_degrees: f64,
     /// How high it is above the ground, metres, 0 to 1000: from it follows how near the ground is seen. Without,
-    /// or with 0, it is seen from `nearest_meters` on.
+    /// or with 0, it is seen from `min_range_meters` on.
     #[serde(default)]
     pub z_meters: f64,
     /// How far it looks down from the horizon, degrees, between -90 and 90.
     #[serde(default)]
     pub pitch_degrees: f64,
     /// Things are detected from here on, metres, above 0.
-    #[serde(default = "nearest_meters")]
-    pub nearest_meters: f64,
-    /// And up to here, metres, above `nearest_meters`.
-    pub farthest_meters: f64,
+    #[serde(default = "min_range_meters")]
+    pub min_range_meters: f64,
+    /// And up to here, metres, above `min_range_meters`.
+    pub max_range_meters: f64,
     /// Standard deviation of the middle of a box, pixels, above 0.
-    #[serde(default = "column_deviation_pixels")]
-    pub column_deviation_pixels: f64,
+    #[serde(default = "column_std_pixels")]
+    pub column_std_pixels: f64,
 }
 
 /// How things are followed; see [`crate::tracker::settings::Settings`].
@@ -77,24 +77,24 @@ pub struct CameraTable {
 #[serde(default, deny_unknown_fields)]
 pub struct TrackerTable {
     /// Members of a new track, 1 to 64.
-    pub members: u32,
+    pub range_hypotheses: u32,
     /// Of each component of a new track's velocity, m/s, above 0, at most 1000. The default is that of things
     /// that lie still; for people on foot 0.5.
-    pub velocity_deviation_meters_per_second: f64,
+    pub velocity_std_meters_per_second: f64,
     /// In a second a velocity wanders by this, m/s, 0 to 1000. The default is that of things that lie still;
     /// for people on foot 0.1.
-    pub acceleration_deviation_meters_per_second: f64,
+    pub acceleration_std_meters_per_second: f64,
     /// A bearing may be so far from where its track is expected, degrees, above 0, at most 180; and as much
     /// farther as it is not known where that is.
     pub gate_degrees: f64,
     /// A track is confirmed once it is seen in so many of its first looks, at least 1.
-    pub confirming_hits: u32,
-    /// See there; at least `confirming_hits`.
-    pub first_looks: u32,
+    pub confirm_hits: u32,
+    /// See there; at least `confirm_hits`.
+    pub initial_frames: u32,
     /// A confirmed track is lost after so many misses in a row, at least 1.
-    pub losing_misses: u32,
+    pub max_misses: u32,
     /// Any track is lost when it was not seen for so long, seconds, above 0.
-    pub forgetting_seconds: f64,
+    pub track_timeout_seconds: f64,
     /// In a frame a thing in view is missed with this probability, 0 to 0.95. What an empty cell reads follows
     /// from it.
     pub miss_probability: f64,
@@ -131,8 +131,8 @@ pub enum MotionTable {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         turn_in_place_cost: Option<u32>,
         /// A plan looks at so many states before it is taken as it is, 1000 to 10^8.
-        #[serde(default = "most_expansions")]
-        most_expansions: u64,
+        #[serde(default = "max_expansions")]
+        max_expansions: u64,
         /// Farther beside its path than this it plans anew, metres, above 0.
         #[serde(default = "replan_beyond_meters")]
         replan_beyond_meters: f64,
@@ -159,14 +159,14 @@ pub enum FootprintTable {
     },
 }
 
-/// What to do while something is missing or wrong.
+/// The response to a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Caution {
-    /// Stand still until it is well again.
-    Hold,
-    /// Drive on; what cannot be trusted is not used.
-    GoOn,
+pub enum FaultResponse {
+    /// The vehicle stands until the fault is over.
+    Stop,
+    /// The vehicle drives on; untrusted data is not used.
+    Continue,
 }
 
 /// When to stand still.
@@ -174,43 +174,43 @@ pub enum Caution {
 #[serde(default, deny_unknown_fields)]
 pub struct SafetyTable {
     /// What to do, by what is missing or wrong.
-    pub on_silence: OnSilence,
+    pub on_fault: OnFault,
     /// Without a good pose for longer than this the robot does not know where it is, seconds, above 0.
-    pub pose_silence_seconds: f64,
+    pub pose_timeout_seconds: f64,
     /// A camera without a good frame for longer than this has stopped, seconds, above 0.
-    pub camera_silence_seconds: f64,
+    pub camera_timeout_seconds: f64,
     /// A pose with a larger standard deviation is none, metres, above 0.
-    pub most_deviation_meters: f64,
+    pub max_position_std_meters: f64,
     /// After a jump poses, or a clock, are believed again once they have agreed with each other for so long,
     /// seconds, above 0.
-    pub settling_seconds: f64,
+    pub recovery_seconds: f64,
 }
 
 /// What to do, by what is missing or wrong.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct OnSilence {
+pub struct OnFault {
     /// No pose, or none that can be.
-    pub pose: Caution,
+    pub pose: FaultResponse,
     /// A camera stops, or gives what cannot be.
-    pub camera: Caution,
+    pub camera: FaultResponse,
     /// The clock runs backwards.
-    pub clock: Caution,
+    pub clock: FaultResponse,
     /// No way leads to the next cells, or the drive there failed; going on means to the cells after them.
-    pub way: Caution,
+    pub path: FaultResponse,
     /// A new map cannot be used; going on means by the old one.
-    pub map: Caution,
+    pub map: FaultResponse,
 }
 
-const fn nearest_meters() -> f64 {
+const fn min_range_meters() -> f64 {
     2.0
 }
 
-const fn column_deviation_pixels() -> f64 {
+const fn column_std_pixels() -> f64 {
     4.0
 }
 
-const fn most_expansions() -> u64 {
+const fn max_expansions() -> u64 {
     200_000
 }
 
@@ -226,7 +226,7 @@ impl Default for Settings {
             motion: MotionTable::default(),
             footprint: FootprintTable::Rectangle { length_meters: 1.5, width_meters: 1.0 },
             speed_meters_per_second: 2.0,
-            first_look_seconds: 0.0,
+            initial_scan_seconds: 0.0,
             safety: SafetyTable::default(),
         }
     }
@@ -245,20 +245,20 @@ impl CameraTable {
         Self::ahead("narrow", 16.0, 200.0)
     }
 
-    fn ahead(name: &str, field_of_view_degrees: f64, farthest_meters: f64) -> Self {
+    fn ahead(name: &str, field_of_view_degrees: f64, max_range_meters: f64) -> Self {
         Self {
             name: name.to_owned(),
             width_pixels: 2660,
             height_pixels: 1516,
             field_of_view_degrees,
-            forward_meters: 0.0,
-            left_meters: 0.0,
+            x_meters: 0.0,
+            y_meters: 0.0,
             yaw_degrees: 0.0,
             z_meters: 0.0,
             pitch_degrees: 0.0,
-            nearest_meters: nearest_meters(),
-            farthest_meters,
-            column_deviation_pixels: column_deviation_pixels(),
+            min_range_meters: min_range_meters(),
+            max_range_meters,
+            column_std_pixels: column_std_pixels(),
         }
     }
 }
@@ -267,14 +267,14 @@ impl Default for TrackerTable {
     fn default() -> Self {
         let settings = TrackerSettings::default();
         Self {
-            members: settings.members,
-            velocity_deviation_meters_per_second: settings.velocity_deviation,
-            acceleration_deviation_meters_per_second: settings.acceleration_density.sqrt(),
+            range_hypotheses: settings.range_hypotheses,
+            velocity_std_meters_per_second: settings.velocity_std,
+            acceleration_std_meters_per_second: settings.acceleration_density.sqrt(),
             gate_degrees: settings.gate_radians.to_degrees(),
-            confirming_hits: settings.confirming_hits,
-            first_looks: settings.first_looks,
-            losing_misses: settings.losing_misses,
-            forgetting_seconds: settings.forgetting_seconds,
+            confirm_hits: settings.confirm_hits,
+            initial_frames: settings.initial_frames,
+            max_misses: settings.max_misses,
+            track_timeout_seconds: settings.track_timeout_seconds,
             miss_probability: settings.miss_probability,
             false_alarms_per_frame: settings.false_alarms_per_frame,
             pose_correlation_seconds: settings.pose_correlation_seconds,
@@ -291,7 +291,7 @@ impl Default for MotionTable {
             headings: None,
             reverse_cost: None,
             turn_in_place_cost: None,
-            most_expansions: most_expansions(),
+            max_expansions: max_expansions(),
             replan_beyond_meters: replan_beyond_meters(),
         }
     }
@@ -300,24 +300,24 @@ impl Default for MotionTable {
 impl Default for SafetyTable {
     fn default() -> Self {
         Self {
-            on_silence: OnSilence::default(),
-            pose_silence_seconds: 1.0,
-            camera_silence_seconds: 3.0,
-            most_deviation_meters: 5.0,
-            settling_seconds: 3.0,
+            on_fault: OnFault::default(),
+            pose_timeout_seconds: 1.0,
+            camera_timeout_seconds: 3.0,
+            max_position_std_meters: 5.0,
+            recovery_seconds: 3.0,
         }
     }
 }
 
-impl Default for OnSilence {
+impl Default for OnFault {
     /// Who does not see or know where it is stands still; who finds no way tries the next one.
     fn default() -> Self {
         Self {
-            pose: Caution::Hold,
-            camera: Caution::Hold,
-            clock: Caution::Hold,
-            way: Caution::GoOn,
-            map: Caution::Hold,
+            pose: FaultResponse::Stop,
+            camera: FaultResponse::Stop,
+            clock: FaultResponse::Stop,
+            path: FaultResponse::Continue,
+            map: FaultResponse::Stop,
         }
     }
 }

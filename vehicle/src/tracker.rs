@@ -36,7 +36,7 @@ pub struct Tracker {
     next_id: u64,
     latest: Option<Latest>,
     /// As far as any camera has seen until now, metres.
-    farthest_meters: f64,
+    max_range_meters: f64,
 }
 
 /// The latest time that frames were taken at.
@@ -71,7 +71,7 @@ impl Tracker {
     /// If a setting is out of its range.
     pub fn new(settings: Settings) -> Result<Self, SettingsError> {
         settings.check()?;
-        Ok(Self { settings, tracks: Vec::new(), next_id: 0, latest: None, farthest_meters: 0.0 })
+        Ok(Self { settings, tracks: Vec::new(), next_id: 0, latest: None, max_range_meters: 0.0 })
     }
 
     /// All tracks, oldest first, as of the latest frame.
@@ -113,7 +113,7 @@ impl Tracker {
         let mut outcome = Outcome::default();
         self.tracks = tracks;
         self.judge(frame, &assignment, &mut outcome);
-        self.farthest_meters = self.farthest_meters.max(frame.reach().farthest_meters);
+        self.max_range_meters = self.max_range_meters.max(frame.reach().max_range_meters);
         self.give_birth(frame, &assignment.observed_alone, unseen, &mut outcome);
         self.note(frame);
         Ok(outcome)
@@ -212,7 +212,7 @@ impl Tracker {
             let id = TrackId(self.next_id);
             self.next_id += 1;
             let (track, fate) =
-                Track::born(id, &frame.sight(bearing), frame, self.farthest_meters, unseen, &self.settings);
+                Track::born(id, &frame.sight(bearing), frame, self.max_range_meters, unseen, &self.settings);
             outcome.born.push(id);
             if fate == Fate::Confirmed {
                 outcome.confirmed.push(id);

@@ -23,7 +23,7 @@ struct State<W> {
     written: usize,
     /// Why the disk takes nothing, if so.
     failure: Option<io::Error>,
-    most_bytes: usize,
+    max_bytes: usize,
     /// Too much had to wait: bytes are missing, and none that follow make sense.
     is_lost: bool,
 }
@@ -33,9 +33,9 @@ impl<W: Write> Patient<W> {
         Self::with_room(file, MOST_BYTES)
     }
 
-    fn with_room(file: W, most_bytes: usize) -> (Self, Watch<W>) {
+    fn with_room(file: W, max_bytes: usize) -> (Self, Watch<W>) {
         let (waiting, written, failure, is_lost) = (Vec::new(), 0, None, false);
-        let state = Arc::new(Mutex::new(State { file, waiting, written, failure, most_bytes, is_lost }));
+        let state = Arc::new(Mutex::new(State { file, waiting, written, failure, max_bytes, is_lost }));
         (Self { state: Arc::clone(&state) }, Watch { state })
     }
 }
@@ -77,7 +77,7 @@ impl<W: Write> Write for Patient<W> {
 
 impl<W: Write> State<W> {
     fn take(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.is_lost |= self.waiting.len() - self.written + bytes.len() > self.most_bytes;
+        self.is_lost |= self.waiting.len() - self.written + bytes.len() > self.max_bytes;
         if self.is_lost {
             return Err(self.error());
         }
@@ -145,8 +145,8 @@ mod tests {
         }
     }
 
-    fn patient(room: usize, most_bytes: usize) -> (Patient<Disk>, Watch<Disk>) {
-        Patient::with_room(Disk { bytes: Vec::new(), room }, most_bytes)
+    fn patient(room: usize, max_bytes: usize) -> (Patient<Disk>, Watch<Disk>) {
+        Patient::with_room(Disk { bytes: Vec::new(), room }, max_bytes)
     }
 
     #[test]

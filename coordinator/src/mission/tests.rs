@@ -30,7 +30,7 @@ fn mission() -> Mission {
         prior: Belief::uniform(&terrain, 0.1).unwrap(),
         terrain,
         sensor_radius: 4,
-        tau: 0.95,
+        detection_threshold: 0.95,
         robots: vec![ONE, TWO],
         heartbeat: SECOND,
         lost_after: 5 * SECOND,
@@ -121,7 +121,7 @@ fn an_object_is_declared_and_withdrawn_and_each_is_published_at_once() {
     let [object] = status.declared[..] else { panic!("{status:?}") };
     assert_eq!((object.cell, object.time_ns), (cell(5), at(1).0));
     assert!(object.probability > 0.95);
-    assert!((status.expected_undeclared - 0.7).abs() < 1e-9, "seven cells of a tenth are left");
+    assert!((status.expected_remaining - 0.7).abs() < 1e-9, "seven cells of a tenth are left");
 
     let wavering = see(&mut mission, at(2), &observation(TWO, 0, 5, -2.0));
     assert_eq!(statuses(&wavering).len(), 1, "robot two is new");

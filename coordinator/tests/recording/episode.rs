@@ -80,7 +80,7 @@ impl Episode {
             terrain: terrain(),
             prior: prior(),
             sensor_radius: 4,
-            tau: 0.95,
+            detection_threshold: 0.95,
             robots: ROBOTS.to_vec(),
             heartbeat: Duration::from_secs(1),
             lost_after: Duration::from_secs(4),

@@ -77,7 +77,7 @@ fn settings(case: &Value) -> Settings {
     let part = |name: &str| case[name].as_f64().unwrap() as f32;
     Settings {
         confidence: part("conf_thres"),
-        overlap: part("iou_thres"),
+        iou: part("iou_thres"),
         classes: classes.map_or(Classes::All, Classes::Only),
         suppression,
         ..Settings::default()

@@ -67,7 +67,12 @@ pub(crate) fn playback() -> Playback {
     records.push((MissionTime(175 * SECOND_NS), Record::Intent(intent())));
     let end = MissionTime(180 * SECOND_NS);
     records.push((end, Record::Status(status())));
-    let run = [("scenario", "drawn"), ("robots", "2"), ("tau", "0.95"), ("speed_meters_per_second", "1.5")];
+    let run = [
+        ("scenario", "drawn"),
+        ("robots", "2"),
+        ("detection_threshold", "0.95"),
+        ("speed_meters_per_second", "1.5"),
+    ];
     Playback {
         prior: single_precision(scenario.prior(), grid.cells()),
         terrain: Arc::new(scenario.terrain().clone()),
@@ -116,7 +121,7 @@ fn status() -> MissionStatus {
     MissionStatus {
         time_ns: 180 * SECOND_NS,
         declared: vec![object(at(3, 12), 0.9876, 125), object(at(9, 4), 0.96, 45)],
-        expected_undeclared: 0.5,
+        expected_remaining: 0.5,
         alive: vec![RobotId(1), RobotId(2)],
         observations: 36,
         versions: Vec::new(),

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use dragnet_search::cell::{Cell, Grid};
 use dragnet_search::intent::Promised;
-use dragnet_search::route::Moves;
+use dragnet_search::route::Connectivity;
 use dragnet_search::sensor::{Noise, Sensor};
 use dragnet_search::terrain::{Ground, Terrain};
 use safetensors::Dtype;
@@ -16,7 +16,7 @@ use crate::file::{self, FileError, Kind, Tensor, Tensors};
 
 /// They are as long as the map is large and the search is long.
 pub(super) const KIND: Kind =
-    Kind { name: "demonstrations", format: "dragnet-demonstrations-1", most_bytes: u64::MAX };
+    Kind { name: "demonstrations", format: "dragnet-demonstrations-1", max_bytes: u64::MAX };
 
 #[derive(Serialize, Deserialize)]
 struct Header {
@@ -30,9 +30,9 @@ struct Header {
     columns: u32,
     cell_meters: f64,
     /// 4 or 8.
-    moves: u8,
+    connectivity: u8,
     radius: u32,
-    sigma2: f64,
+    noise_variance: f64,
 }
 
 /// Writes a trajectory; the file appears when it is whole, in place of an older one.
@@ -63,9 +63,9 @@ fn to_bytes(trajectory: &Trajectory) -> Result<Vec<u8>, String> {
         rows: grid.rows(),
         columns: grid.columns(),
         cell_meters: trajectory.terrain.cell_meters(),
-        moves: if trajectory.moves == Moves::Four { 4 } else { 8 },
+        connectivity: if trajectory.connectivity == Connectivity::Four { 4 } else { 8 },
         radius: trajectory.sensor.radius(),
-        sigma2: trajectory.sensor.sigma2(),
+        noise_variance: trajectory.sensor.noise_variance(),
     };
     file::serialize(KIND, &header, &tensors(trajectory))
 }
@@ -118,8 +118,8 @@ fn from_bytes(bytes: &[u8]) -> Result<Trajectory, String> {
     let ground = ground.iter().map(|byte| Ground { traversable: byte & 1 > 0, searched: byte & 2 > 0 });
     let terrain =
         Terrain::new(grid, header.cell_meters, ground.collect()).map_err(|error| error.to_string())?;
-    let sensor =
-        Sensor::new(header.radius, header.sigma2, Noise::Gaussian).map_err(|error| error.to_string())?;
+    let sensor = Sensor::new(header.radius, header.noise_variance, Noise::Gaussian)
+        .map_err(|error| error.to_string())?;
     let reader = Reader { tensors, terrain: &terrain, count: header.decisions };
     let decisions = reader.decisions()?;
     Ok(Trajectory {
@@ -127,10 +127,10 @@ fn from_bytes(bytes: &[u8]) -> Result<Trajectory, String> {
         scenario: header.scenario,
         scenario_digest: header.scenario_digest,
         seed: header.seed,
-        moves: match header.moves {
-            4 => Moves::Four,
-            8 => Moves::Eight,
-            other => return Err(format!("moves {other}: allowed are 4 and 8")),
+        connectivity: match header.connectivity {
+            4 => Connectivity::Four,
+            8 => Connectivity::Eight,
+            other => return Err(format!("connectivity {other}: allowed are 4 and 8")),
         },
         sensor: Arc::new(sensor),
         decisions,

@@ -42,7 +42,7 @@ impl Policy for Recorder {
         if !strays || decision.is_rest() {
             return decision;
         }
-        let routes = Routes::from(situation.terrain, situation.moves, situation.robot);
+        let routes = Routes::from(situation.terrain, situation.connectivity, situation.robot);
         let candidates = routes.candidates();
         #[expect(
             clippy::cast_possible_truncation,

@@ -30,7 +30,7 @@ impl Gnn {
 
 impl Policy for Gnn {
     fn decide(&mut self, situation: &Situation<'_>, _: &mut Stream) -> Decision {
-        let routes = Routes::from(situation.terrain, situation.moves, situation.robot);
+        let routes = Routes::from(situation.terrain, situation.connectivity, situation.robot);
         let graph = Graph::new(situation, &routes, &mut self.topology);
         let logits = self.network.logits_in(&graph, &mut self.room);
         let mut scores = vec![f64::NEG_INFINITY; situation.terrain.grid().cell_count()];

@@ -8,7 +8,7 @@ use dragnet_learn::demonstration::{Demonstration, Folder, Source, Trajectory, fi
 use dragnet_learn::file::FileError;
 use dragnet_search::cell::{Cell, Position};
 use dragnet_search::intent::Promised;
-use dragnet_search::route::Moves;
+use dragnet_search::route::Connectivity;
 use dragnet_search::sensor::{Noise, Sensor};
 use dragnet_search::terrain::Terrain;
 use safetensors::Dtype;
@@ -43,8 +43,8 @@ fn trajectory(expert: &str, seed: u64) -> Trajectory {
     Trajectory {
         source: Source {
             expert: expert.to_owned(),
-            length_weight: 0.1 + 0.2,
-            most_decisions: 40,
+            path_length_weight: 0.1 + 0.2,
+            max_decisions: 40,
             explore: 0.05,
             program: "0.1.0 (\"somewhere\")".to_owned(),
         },
@@ -52,7 +52,7 @@ fn trajectory(expert: &str, seed: u64) -> Trajectory {
         scenario_digest: "0123456789abcdef".to_owned(),
         seed,
         terrain: Arc::new(terrain),
-        moves: Moves::Eight,
+        connectivity: Connectivity::Eight,
         sensor: Arc::new(sensor),
         decisions,
     }
@@ -91,8 +91,8 @@ fn a_trajectory_comes_back_from_its_file_byte_for_byte() {
             (&given.source, &given.scenario, given.seed)
         );
         assert_eq!(
-            (&found.terrain, found.moves, &found.sensor),
-            (&given.terrain, given.moves, &given.sensor)
+            (&found.terrain, found.connectivity, &found.sensor),
+            (&given.terrain, given.connectivity, &given.sensor)
         );
         assert_eq!(found.decisions, given.decisions);
         let again = folder.path().join("again");
@@ -139,9 +139,9 @@ fn a_header_that_says_otherwise_is_refused() {
     check("rows", json!(0), "a map of 0 rows");
     check("columns", json!(u32::MAX), "a map of 3 rows and 4294967295 columns");
     check("cell_meters", json!(0.0), "cell edge 0 m");
-    check("moves", json!(6), "moves 6: allowed are 4 and 8");
+    check("connectivity", json!(6), "connectivity 6: allowed are 4 and 8");
     check("radius", json!(0), "sensor radius 0 cells");
-    check("sigma2", json!(-1.0), "sensor variance sigma2 = -1");
+    check("noise_variance", json!(-1.0), "sensor variance noise_variance = -1");
     check("expert", json!(null), "the header's \"dragnet\": invalid type: null");
     let weights = |parts: &mut Parts| parts.header = json!({"format": "dragnet-weights-1"});
     refuse(&path, &changed(&file, weights), "format \"dragnet-weights-1\": this program reads");
@@ -212,7 +212,7 @@ fn a_folder_of_two_experts_is_refused_where_the_second_begins() {
         ),
     );
     let mut other = trajectory("path", 1);
-    other.source.length_weight = 0.3;
+    other.source.path_length_weight = 0.3;
     check(
         &other,
         Some(
@@ -222,7 +222,7 @@ fn a_folder_of_two_experts_is_refused_where_the_second_begins() {
     );
     // Another build may have watched it, and for longer.
     let mut other = trajectory("path", 2);
-    (other.source.program, other.source.most_decisions) = ("0.2.0".to_owned(), 80);
+    (other.source.program, other.source.max_decisions) = ("0.2.0".to_owned(), 80);
     check(&other, None);
 }
 

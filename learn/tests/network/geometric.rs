@@ -10,7 +10,7 @@ use std::time::Instant;
 use dragnet_learn::graph::{FEATURES, Graph};
 use dragnet_learn::network::{Network, Room};
 use dragnet_learn::shape::Shape;
-use dragnet_search::route::Moves;
+use dragnet_search::route::Connectivity;
 use dragnet_search::seed::{Purpose, stream};
 use safetensors::Dtype;
 use safetensors::tensor::TensorView;
@@ -123,5 +123,5 @@ fn pytorch_geometric_computes_the_same_logits() {
 fn scenes_to_time(shape: Shape) -> Vec<Scene> {
     let sides: &[u32] = if shape == Shape::DEFAULT { &[30, 60] } else { &[] };
     let mut random = stream(0, Purpose::Map, 1);
-    sides.iter().map(|&side| open(side, Moves::Four, &mut random)).collect()
+    sides.iter().map(|&side| open(side, Connectivity::Four, &mut random)).collect()
 }

@@ -6,7 +6,7 @@ use dragnet_learn::graph::{Graph, Topology};
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::{Cell, Grid, Offset, Position};
 use dragnet_search::intent::Promised;
-use dragnet_search::route::{Moves, Routes};
+use dragnet_search::route::{Connectivity, Routes};
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_search::sensor::Sensor;
 use dragnet_search::situation::{Place, Situation};
@@ -21,7 +21,7 @@ use crate::motion::Motion;
 pub(crate) struct Scene {
     pub(crate) name: String,
     pub(crate) terrain: Terrain,
-    pub(crate) moves: Moves,
+    pub(crate) connectivity: Connectivity,
     pub(crate) robot: Cell,
     log_odds_nats: Vec<f64>,
     promised: Promised,
@@ -29,7 +29,7 @@ pub(crate) struct Scene {
 
 impl Scene {
     /// A robot somewhere on a terrain, with a belief and with promises that are drawn.
-    fn draw(name: &str, terrain: Terrain, moves: Moves, random: &mut Stream) -> Self {
+    fn draw(name: &str, terrain: Terrain, connectivity: Connectivity, random: &mut Stream) -> Self {
         let open: Vec<Cell> = terrain.traversable_cells().collect();
         let log_odds_nats = terrain.grid().cells().map(|cell| match random.random_range(0..20) {
             _ if !terrain.is_searched(cell) => f64::NEG_INFINITY,
@@ -44,7 +44,14 @@ impl Scene {
             promised.add_path(&terrain, &Sensor::default(), &path);
         }
         let robot = *open.choose(random).unwrap();
-        Self { name: format!("{name}, {moves:?} moves"), terrain, moves, robot, log_odds_nats, promised }
+        Self {
+            name: format!("{name}, {connectivity:?} moves"),
+            terrain,
+            connectivity,
+            robot,
+            log_odds_nats,
+            promised,
+        }
     }
 
     /// A robot with this belief, and a teammate that will look from these cells.
@@ -52,11 +59,18 @@ impl Scene {
         let robot = terrain.grid().cell(robot).unwrap();
         let mut promised = Promised::nothing(&terrain);
         promised.add_path(&terrain, &Sensor::default(), plan);
-        Self { name: "by hand".to_owned(), terrain, moves: Moves::Four, robot, log_odds_nats, promised }
+        Self {
+            name: "by hand".to_owned(),
+            terrain,
+            connectivity: Connectivity::Four,
+            robot,
+            log_odds_nats,
+            promised,
+        }
     }
 
     pub(crate) fn routes(&self) -> Routes {
-        Routes::from(&self.terrain, self.moves, self.robot)
+        Routes::from(&self.terrain, self.connectivity, self.robot)
     }
 
     pub(crate) fn topology(&self) -> Arc<Topology> {
@@ -68,7 +82,7 @@ impl Scene {
             (Belief::from_log_odds(&self.terrain, self.log_odds_nats.clone()).unwrap(), Sensor::default());
         let situation = Situation {
             terrain: &self.terrain,
-            moves: self.moves,
+            connectivity: self.connectivity,
             sensor: &sensor,
             belief: &belief,
             promised: &self.promised,
@@ -94,7 +108,7 @@ impl Scene {
         Self {
             name: format!("{}, {motion:?}", self.name),
             terrain: Terrain::new(moved, self.terrain.cell_meters(), ground).unwrap(),
-            moves: self.moves,
+            connectivity: self.connectivity,
             robot: motion.cell(grid, self.robot),
             log_odds_nats,
             promised: Promised::from_precision(precision).unwrap(),
@@ -106,12 +120,12 @@ impl Scene {
 pub(crate) fn scenes(seed: u64) -> Vec<Scene> {
     let mut random = stream(seed, Purpose::Map, 0);
     let mut scenes = Vec::new();
-    for moves in [Moves::Four, Moves::Eight] {
+    for connectivity in [Connectivity::Four, Connectivity::Eight] {
         let alone = Terrain::from_ascii("#~#\n#.#\n.##\n", 30.0).unwrap();
-        let mut alone = Scene::draw("a cell alone", alone, moves, &mut random);
+        let mut alone = Scene::draw("a cell alone", alone, connectivity, &mut random);
         alone.robot = at(alone.terrain.grid(), 1, 1);
-        scenes.extend([alone, maze(5, 7, moves, &mut random)]);
-        scenes.push(open(9, moves, &mut random));
+        scenes.extend([alone, maze(5, 7, connectivity, &mut random)]);
+        scenes.push(open(9, connectivity, &mut random));
         let grid = Grid::new(8, 13).unwrap();
         let ground = grid.cells().map(|_| match random.random_range(0..10) {
             0 | 1 => Ground::BLOCKED,
@@ -121,7 +135,7 @@ pub(crate) fn scenes(seed: u64) -> Vec<Scene> {
         });
         let terrain = Terrain::new(grid, 30.0, ground.collect()).unwrap();
         let largest = terrain.largest_area();
-        let mut scene = Scene::draw("obstacles", terrain, moves, &mut random);
+        let mut scene = Scene::draw("obstacles", terrain, connectivity, &mut random);
         scene.robot = *largest.choose(&mut random).unwrap();
         scenes.push(scene);
     }
@@ -129,16 +143,16 @@ pub(crate) fn scenes(seed: u64) -> Vec<Scene> {
 }
 
 /// An all-traversable map.
-pub(crate) fn open(side: u32, moves: Moves, random: &mut Stream) -> Scene {
+pub(crate) fn open(side: u32, connectivity: Connectivity, random: &mut Stream) -> Scene {
     let grid = Grid::new(side, side).unwrap();
     let terrain = Terrain::new(grid, 30.0, vec![Ground::OPEN; grid.cell_count()]).unwrap();
-    Scene::draw(&format!("open, {side} x {side}"), terrain, moves, random)
+    Scene::draw(&format!("open, {side} x {side}"), terrain, connectivity, random)
 }
 
 /// A maze without loops, whose halls are one cell wide: rooms are the cells of odd rows and columns, and a walk that
 /// turns back where it cannot go on opens a wall to each. So there is one path between any two cells, with diagonals
 /// too, for none cuts a corner.
-pub(crate) fn maze(rows: u32, columns: u32, moves: Moves, random: &mut Stream) -> Scene {
+pub(crate) fn maze(rows: u32, columns: u32, connectivity: Connectivity, random: &mut Stream) -> Scene {
     let grid = Grid::new(2 * rows + 1, 2 * columns + 1).unwrap();
     let mut ground = vec![Ground::BLOCKED; grid.cell_count()];
     let mut walk = vec![at(grid, 1, 1)];
@@ -159,7 +173,7 @@ pub(crate) fn maze(rows: u32, columns: u32, moves: Moves, random: &mut Stream) -
         }
     }
     let terrain = Terrain::new(grid, 30.0, ground).unwrap();
-    Scene::draw("maze", terrain, moves, random)
+    Scene::draw("maze", terrain, connectivity, random)
 }
 
 fn at(grid: Grid, row: u32, column: u32) -> Cell {

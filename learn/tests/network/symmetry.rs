@@ -5,7 +5,7 @@ use std::sync::Arc;
 use dragnet_learn::graph::{FEATURES, Graph};
 use dragnet_learn::network::Network;
 use dragnet_search::cell::Grid;
-use dragnet_search::route::Moves;
+use dragnet_search::route::Connectivity;
 use dragnet_search::seed::{Purpose, stream};
 
 use crate::motion::{Margin, Motion};
@@ -109,8 +109,8 @@ fn with_routes_it_does_where_shortest_paths_are_unique() {
     for seed in SEEDS {
         let networks = SHAPES.map(|shape| Network::new(&weights(shape, seed)));
         let mut random = stream(seed, Purpose::Map, 0);
-        for moves in [Moves::Four, Moves::Eight] {
-            let scene = maze(6, 6, moves, &mut random);
+        for connectivity in [Connectivity::Four, Connectivity::Eight] {
+            let scene = maze(6, 6, connectivity, &mut random);
             assert_is_tree(&scene);
             check_all(&networks, &scene, |_, motion| scene.moved(motion).graph());
         }
@@ -120,7 +120,7 @@ fn with_routes_it_does_where_shortest_paths_are_unique() {
 /// One way fewer than cells, counted from both ends; and the ways are long and branch.
 fn assert_is_tree(scene: &Scene) {
     let routes = scene.routes();
-    let ways = |&cell: &_| scene.moves.neighbors(&scene.terrain, cell).count();
+    let ways = |&cell: &_| scene.connectivity.neighbors(&scene.terrain, cell).count();
     let count = routes.reached().len();
     assert_eq!(routes.reached().iter().map(ways).sum::<usize>(), 2 * (count - 1));
     assert!(routes.reached().iter().any(|cell| ways(cell) > 2));
@@ -131,7 +131,7 @@ fn assert_is_tree(scene: &Scene) {
 /// Why the test above asks for mazes.
 #[test]
 fn where_paths_are_equally_short_direction_decides() {
-    let scene = open(9, Moves::Four, &mut stream(1, Purpose::Map, 0));
+    let scene = open(9, Connectivity::Four, &mut stream(1, Purpose::Map, 0));
     let network = Network::new(&weights(SHAPES[0], 1));
     let graph = scene.graph();
     let answer = Answer::of(&network, &graph);

@@ -39,7 +39,7 @@ pub(super) struct Expected {
     /// The time that it would have gone on at when listening began, by its journal, if it has one that it does not hold.
     pub(super) resumed: Option<MissionTime>,
     /// Mission seconds a second.
-    pub(super) pace: f64,
+    pub(super) real_time_factor: f64,
     /// So far apart they may be.
     pub(super) tolerance: Duration,
 }
@@ -60,20 +60,24 @@ impl Clocks {
     }
 
     pub(super) fn findings(&self, expected: Expected) -> Vec<Finding> {
-        let Some(oldest) = self.oldest(expected.pace) else { return Vec::new() };
-        let paces = self.told.iter().filter_map(|(&who, &moments)| pace(who, moments, expected.pace));
+        let Some(oldest) = self.oldest(expected.real_time_factor) else { return Vec::new() };
+        let paces = self
+            .told
+            .iter()
+            .filter_map(|(&who, &moments)| real_time_factor(who, moments, expected.real_time_factor));
         paces.chain(self.apart(expected)).chain([own(oldest, expected)].into_iter().flatten()).collect()
     }
 
     /// Seconds into the mission when listening began, by what each has told last.
-    fn begun(&self, pace: f64) -> impl Iterator<Item = (Participant, f64)> + '_ {
-        let begun = move |moment: Moment| moment.time.as_seconds() - pace * moment.at.as_secs_f64();
+    fn begun(&self, real_time_factor: f64) -> impl Iterator<Item = (Participant, f64)> + '_ {
+        let begun =
+            move |moment: Moment| moment.time.as_seconds() - real_time_factor * moment.at.as_secs_f64();
         self.told.iter().map(move |(&who, &[_, last])| (who, begun(last)))
     }
 
     /// Who counts the longest time.
-    fn oldest(&self, pace: f64) -> Option<(Participant, f64)> {
-        self.begun(pace).max_by(|one, other| one.1.total_cmp(&other.1))
+    fn oldest(&self, real_time_factor: f64) -> Option<(Participant, f64)> {
+        self.begun(real_time_factor).max_by(|one, other| one.1.total_cmp(&other.1))
     }
 
     /// All who hear each other count the same time; what one dates in another's future is not taken yet.
@@ -82,7 +86,7 @@ impl Clocks {
             return None;
         }
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        self.begun(expected.pace)
+        self.begun(expected.real_time_factor)
             .for_each(|(_, seconds)| (low, high) = (low.min(seconds), high.max(seconds)));
         let (apart, tolerance) = (high - low, expected.tolerance_seconds());
         let names: Vec<String> = self.told.keys().map(ToString::to_string).collect();
@@ -99,24 +103,26 @@ impl Clocks {
 impl Expected {
     /// What is on its way for a moment is old by more, where time passes faster.
     fn tolerance_seconds(self) -> f64 {
-        self.tolerance.as_secs_f64() * self.pace.max(1.0)
+        self.tolerance.as_secs_f64() * self.real_time_factor.max(1.0)
     }
 }
 
-/// Whoever lives at another pace is in another time soon, however often it is told the right one.
-fn pace(who: Participant, [first, last]: [Moment; 2], pace: f64) -> Option<Finding> {
+/// Whoever lives at another real_time_factor is in another time soon, however often it is told the right one.
+fn real_time_factor(who: Participant, [first, last]: [Moment; 2], real_time_factor: f64) -> Option<Finding> {
     let span = last.at.saturating_sub(first.at);
     let passed = last.time.since(first.time).as_secs_f64();
     let rate = passed / span.as_secs_f64();
     // Before a mission begins its time stands still.
-    if span < SPAN || passed == 0.0 || (pace / FACTOR..=pace * FACTOR).contains(&rate) {
+    if span < SPAN || passed == 0.0 || (real_time_factor / FACTOR..=real_time_factor * FACTOR).contains(&rate)
+    {
         return None;
     }
     let span = span.as_secs_f64();
     let found = format!(
-        "of {who} {passed:.0} s passed in {span:.1} s; by `common.pace` here it is {pace} s a second"
+        "of {who} {passed:.0} s passed in {span:.1} s; by `common.real_time_factor` here it is {real_time_factor} s a second"
     );
-    let advice = "give all the same pace; a clock that was just set forward is well when you ask again";
+    let advice =
+        "give all the same real_time_factor; a clock that was just set forward is well when you ask again";
     Some(Finding::fail("clocks", found, advice))
 }
 
@@ -157,7 +163,7 @@ mod tests {
             Some(seconds) => Some(MissionTime(seconds * 1_000_000_000)),
             None => None,
         };
-        Expected { me: ME, resumed, pace: 1.0, tolerance: Duration::from_mins(1) }
+        Expected { me: ME, resumed, real_time_factor: 1.0, tolerance: Duration::from_mins(1) }
     }
 
     fn check(told: &[(Participant, u64, u64)], expected: Expected, lines: &[&str]) {

@@ -46,7 +46,11 @@ pub(super) fn journal(path: &Path) -> Finding {
 }
 
 /// The clock by which a robot goes on by what its journal remembers, if it remembers a time.
-pub(super) fn resumed(path: &Path, subject: Subject<'_>, pace: f64) -> Result<Option<Clock>, Finding> {
+pub(super) fn resumed(
+    path: &Path,
+    subject: Subject<'_>,
+    real_time_factor: f64,
+) -> Result<Option<Clock>, Finding> {
     if !path.exists() {
         return Ok(None);
     }
@@ -55,7 +59,7 @@ pub(super) fn resumed(path: &Path, subject: Subject<'_>, pace: f64) -> Result<Op
             "what is damaged is set aside when the robot starts; name another, or move this one away";
         Finding::fail("journal", error.to_string(), advice)
     })?;
-    let clock = Clock::new(pace);
+    let clock = Clock::new(real_time_factor);
     Ok(memory.resumed(noted.as_ref(), &clock).map(|now| clock.at(now)))
 }
 

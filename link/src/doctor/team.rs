@@ -30,7 +30,7 @@ pub(super) struct Member<'a> {
     /// The clock by which it would go on, if it remembers a time.
     pub(super) resumed: Option<Clock>,
     /// Mission seconds a second.
-    pub(super) pace: f64,
+    pub(super) real_time_factor: f64,
 }
 
 /// What was heard in a while.
@@ -75,10 +75,16 @@ pub(super) async fn examine(
         tell(Finding::fail("team", format!("{who} is there twice"), advice));
     }
     let (me, mission) = (Participant::Robot(member.robot), member.scenario.mission());
-    let expected = Expected { me, resumed, pace: member.pace, tolerance: mission.clock_tolerance };
+    let expected = Expected {
+        me,
+        resumed,
+        real_time_factor: member.real_time_factor,
+        tolerance: mission.clock_tolerance,
+    };
     roll.clocks.findings(expected).into_iter().for_each(&mut *tell);
     if roll.clocks.is_empty() && roll.present.iter().any(|who| *who != me) {
-        let (seconds, heartbeat) = (listen.as_secs_f64(), mission.heartbeat.as_secs_f64() / member.pace);
+        let (seconds, heartbeat) =
+            (listen.as_secs_f64(), mission.heartbeat.as_secs_f64() / member.real_time_factor);
         tell(Finding::pass(
             "clocks",
             format!(

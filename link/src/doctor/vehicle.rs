@@ -56,8 +56,10 @@ struct Last {
 
 /// Looks at the cameras: of each the settings must name a topic, and the pilot waits for it.
 pub(super) fn cameras(body: &Body) -> Vec<Finding> {
-    let absent =
-        body.pilot.cameras().filter(|camera| body.ros.heard.iter().all(|one| *one.camera != **camera));
+    let absent = body
+        .pilot
+        .cameras()
+        .filter(|camera| body.ros.subscriptions.iter().all(|one| *one.camera != **camera));
     let advice = "name its detections or its images under ros.cameras, or leave it out of vehicle.cameras";
     let fail = |camera: &str| {
         let found = "no topic of ros.cameras says what it sees: to the robot it is silent";
@@ -75,7 +77,7 @@ pub(super) async fn examine(
     let Body { ros, moved_by, .. } = body;
     let (stamps, localization) = (ros.stamps(), ros.localization());
     let mut traffic: BTreeMap<TopicName, Traffic> = ros
-        .heard
+        .subscriptions
         .iter()
         .map(|one| (one.topic.clone(), Traffic::none(one.kind, localization, moved_by)))
         .collect();
@@ -114,7 +116,7 @@ async fn listened_to(node: &Node, kind: OutputKind) -> Finding {
         Ok(false) => Finding::fail(
             subject,
             "nobody listens to it, so that the vehicle will not move",
-            "start Nav2 or the path follower, and see that its topic is the one under ros.say",
+            "start Nav2 or the path follower, and see that its topic is the one under ros.publish",
         ),
         Err(error) => Finding::fail(subject, error.to_string(), ""),
     }
@@ -173,7 +175,7 @@ impl Traffic {
         let found = format!("{} messages in {seconds:.0} s", self.messages);
         if let Some(reason) = &self.refused {
             let advice =
-                "name a topic of the right type under ros.hear or ros.cameras, or mend who publishes it";
+                "name a topic of the right type under ros.subscribe or ros.cameras, or mend who publishes it";
             return Finding::fail(subject, format!("{found}, and others were refused: {reason}"), advice);
         }
         match self.is {
@@ -186,7 +188,7 @@ impl Traffic {
                 return Finding::fail(subject, found, advice);
             }
             _ if self.messages == 0 => {
-                let advice = "start who publishes it; or set its name under ros.hear or ros.cameras to \"\" to do without";
+                let advice = "start who publishes it; or set its name under ros.subscribe or ros.cameras to \"\" to do without";
                 return Finding::fail(subject, found, advice);
             }
             _ => {}

@@ -48,7 +48,7 @@ async fn join(scenario: &Scenario, me: Participant, endpoints: &Endpoints) -> Li
 #[tokio::test(flavor = "multi_thread")]
 async fn a_coordinator_that_starts_late_is_told_at_once_and_takes_its_robots_time() {
     let text = "name = 'late'\nmap = { shape = 'all_traversable', rows = 12, columns = 12 }\nobjects.count = 1\n\
-                mission = { budget_seconds = 1e6, heartbeat_seconds = 100.0, lost_after_seconds = 200.0 }\n";
+                mission = { budget_seconds = 1e6, heartbeat_seconds = 100.0, liveness_timeout_seconds = 200.0 }\n";
     let scenario = Scenario::from_text(std::path::Path::new("late.toml"), text.to_owned()).unwrap();
     let listen = free_endpoints(1).unwrap();
     let long_after = MissionTime(5_000_000_000_000);

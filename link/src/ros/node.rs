@@ -38,7 +38,8 @@ impl Node {
     /// If the settings are not Zenoh's, or Zenoh refuses.
     pub async fn open(settings: Checked) -> Result<Self, LinkError> {
         let session = session::open(&settings.network).await?;
-        let depths = settings.heard.iter().map(|subscription| subscription.kind.qos().depth).collect();
+        let depths =
+            settings.subscriptions.iter().map(|subscription| subscription.kind.qos().depth).collect();
         let mut node = Self {
             session,
             settings,
@@ -48,7 +49,7 @@ impl Node {
         };
         let me = node.me();
         node.announce(me.token()).await?;
-        for (number, subscription) in node.settings.heard.clone().into_iter().enumerate() {
+        for (number, subscription) in node.settings.subscriptions.clone().into_iter().enumerate() {
             let message = subscription.kind.message();
             node.subscribe(number, &subscription, &message).await?;
             if node.settings.transport == Transport::RmwZenoh {
@@ -59,8 +60,8 @@ impl Node {
             let token = me.topic_token(entity, Role::Subscription, &subscription.topic, &message, qos);
             node.announce(token).await?;
         }
-        let first = node.settings.heard.len() + 1;
-        for (entity, (kind, topic)) in (first..).zip(node.settings.said.clone()) {
+        let first = node.settings.subscriptions.len() + 1;
+        for (entity, (kind, topic)) in (first..).zip(node.settings.publications.clone()) {
             let message = kind.message();
             let token = me.topic_token(entity, Role::Publisher, &topic, &message, kind.qos());
             let attachments = match node.settings.transport {
@@ -83,7 +84,7 @@ impl Node {
     /// The next thing heard, and on which topic.
     pub async fn hear_on(&self) -> (TopicName, Heard) {
         let Arrived { topic, what } = self.inbox.take().await;
-        let subscription = &self.settings.heard[topic];
+        let subscription = &self.settings.subscriptions[topic];
         let heard = match what {
             What::Refused(reason) => Heard::Refused { topic: subscription.topic.clone(), reason },
             What::Message(bytes) => self.settings.understand(subscription, &bytes.to_bytes()),
@@ -119,7 +120,7 @@ impl Node {
 
     /// The topics that are heard.
     pub fn topics(&self) -> impl Iterator<Item = &TopicName> {
-        self.settings.heard.iter().map(|subscription| &subscription.topic)
+        self.settings.subscriptions.iter().map(|subscription| &subscription.topic)
     }
 
     fn me(&self) -> rmw_zenoh::Node {

@@ -60,10 +60,10 @@ pub struct Settings {
     pub zenoh: Network,
     /// What is heard.
     #[serde(default)]
-    pub hear: Hear,
+    pub subscribe: Subscribe,
     /// What is said.
     #[serde(default)]
-    pub say: Say,
+    pub publish: Publish,
     /// Cameras, and detectors that run elsewhere.
     #[serde(default)]
     pub cameras: Vec<Camera>,
@@ -152,7 +152,7 @@ pub enum Mode {
 /// Topics that are heard.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct Hear {
+pub struct Subscribe {
     /// `nav_msgs/Odometry`, in `odometry_frame`.
     pub odometry: String,
     /// `geometry_msgs/PoseWithCovarianceStamped`, in `map_frame`: of AMCL or another localization.
@@ -165,7 +165,7 @@ pub struct Hear {
     pub goals: String,
 }
 
-impl Default for Hear {
+impl Default for Subscribe {
     fn default() -> Self {
         let [odometry, pose, fix, map, goals] =
             ["odom", "amcl_pose", "fix", "map", "navigate_to_pose/_action/status"].map(str::to_owned);
@@ -176,7 +176,7 @@ impl Default for Hear {
 /// Topics that are said, all in `map_frame`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct Say {
+pub struct Publish {
     /// `geometry_msgs/PoseStamped`: what Nav2's `bt_navigator` drives to.
     pub goal: String,
     /// `nav_msgs/Path`.
@@ -191,7 +191,7 @@ pub struct Say {
     pub diagnostics: String,
 }
 
-impl Default for Say {
+impl Default for Publish {
     fn default() -> Self {
         let [goal, path, belief, objects, tracks, diagnostics] =
             ["goal_pose", "~/path", "~/belief", "~/objects", "~/tracks", "/diagnostics"].map(str::to_owned);
@@ -255,8 +255,8 @@ pub struct Checked {
     pub(super) map_frame: String,
     pub(super) odometry_frame: String,
     pub(super) network: Network,
-    pub(crate) heard: Vec<Subscription>,
-    pub(crate) said: BTreeMap<OutputKind, TopicName>,
+    pub(crate) subscriptions: Vec<Subscription>,
+    pub(crate) publications: BTreeMap<OutputKind, TopicName>,
 }
 
 impl Checked {
@@ -275,7 +275,7 @@ impl Checked {
     /// Cameras whose images are heard.
     pub(crate) fn cameras_with_images(&self) -> impl Iterator<Item = &str> {
         let is_image = |kind| matches!(kind, InputKind::Image | InputKind::CompressedImage);
-        self.heard.iter().filter(move |one| is_image(one.kind)).map(|one| &*one.camera)
+        self.subscriptions.iter().filter(move |one| is_image(one.kind)).map(|one| &*one.camera)
     }
 }
 
@@ -315,9 +315,10 @@ impl Settings {
             namespace: self.namespace.parse().map_err(|error| format!("ros.namespace: {error}"))?,
             node: self.node.parse().map_err(|error| format!("ros.node: {error}"))?,
         };
-        let (heard, said) = (self.heard(&names)?, self.said(&names)?);
+        let (subscriptions, publications) = (self.subscriptions(&names)?, self.publications(&names)?);
         let mut topics = BTreeSet::new();
-        for topic in heard.iter().map(|subscription| &subscription.topic).chain(said.values()) {
+        for topic in subscriptions.iter().map(|subscription| &subscription.topic).chain(publications.values())
+        {
             if !topics.insert(topic) {
                 return Err(format!("ros: topic {topic} is named twice; allowed is one use of each"));
             }
@@ -333,8 +334,8 @@ impl Settings {
             map_frame: self.map_frame.clone(),
             odometry_frame: self.odometry_frame.clone(),
             network: Network { config, ..zenoh.clone() },
-            heard,
-            said,
+            subscriptions,
+            publications,
             namespace: names.namespace,
             node: names.node,
         })
@@ -356,14 +357,14 @@ impl Settings {
         })
     }
 
-    fn heard(&self, names: &Names) -> Result<Vec<Subscription>, String> {
-        let Hear { odometry, pose, fix, map, goals } = &self.hear;
+    fn subscriptions(&self, names: &Names) -> Result<Vec<Subscription>, String> {
+        let Subscribe { odometry, pose, fix, map, goals } = &self.subscribe;
         let own = [
-            ("hear.odometry", InputKind::Odometry, odometry),
-            ("hear.pose", InputKind::Pose, pose),
-            ("hear.fix", InputKind::Fix, fix),
-            ("hear.map", InputKind::Map, map),
-            ("hear.goals", InputKind::Goals, goals),
+            ("subscribe.odometry", InputKind::Odometry, odometry),
+            ("subscribe.pose", InputKind::Pose, pose),
+            ("subscribe.fix", InputKind::Fix, fix),
+            ("subscribe.map", InputKind::Map, map),
+            ("subscribe.goals", InputKind::Goals, goals),
         ];
         let mut heard = Vec::new();
         for (key, kind, name) in own {
@@ -397,16 +398,16 @@ impl Settings {
         Ok(heard)
     }
 
-    fn said(&self, names: &Names) -> Result<BTreeMap<OutputKind, TopicName>, String> {
-        let Say { goal, path, belief, objects, tracks, diagnostics } = &self.say;
+    fn publications(&self, names: &Names) -> Result<BTreeMap<OutputKind, TopicName>, String> {
+        let Publish { goal, path, belief, objects, tracks, diagnostics } = &self.publish;
         let mut said = BTreeMap::new();
         for (key, kind, name) in [
-            ("say.goal", OutputKind::Goal, goal),
-            ("say.path", OutputKind::Path, path),
-            ("say.belief", OutputKind::Belief, belief),
-            ("say.objects", OutputKind::Objects, objects),
-            ("say.tracks", OutputKind::Tracks, tracks),
-            ("say.diagnostics", OutputKind::Diagnostics, diagnostics),
+            ("publish.goal", OutputKind::Goal, goal),
+            ("publish.path", OutputKind::Path, path),
+            ("publish.belief", OutputKind::Belief, belief),
+            ("publish.objects", OutputKind::Objects, objects),
+            ("publish.tracks", OutputKind::Tracks, tracks),
+            ("publish.diagnostics", OutputKind::Diagnostics, diagnostics),
         ] {
             said.extend(names.topic(key, name)?.map(|topic| (kind, topic)));
         }
@@ -444,10 +445,10 @@ mod tests {
     fn what_is_left_out_is_what_ros_calls_it() {
         let checked = check("transport = 'rmw_zenoh'\nnamespace = 'robot1'").unwrap();
         let heard: Vec<String> =
-            checked.heard.iter().map(|subscription| subscription.topic.to_string()).collect();
+            checked.subscriptions.iter().map(|subscription| subscription.topic.to_string()).collect();
         let status = "/robot1/navigate_to_pose/_action/status";
         assert_eq!(heard, ["/robot1/odom", "/robot1/amcl_pose", "/robot1/fix", "/robot1/map", status]);
-        let said: Vec<String> = checked.said.values().map(TopicName::to_string).collect();
+        let said: Vec<String> = checked.publications.values().map(TopicName::to_string).collect();
         let own = [
             "/robot1/goal_pose",
             "/robot1/dragnet/path",
@@ -462,18 +463,21 @@ mod tests {
 
     #[test]
     fn topics_can_be_left_out_and_cameras_added() {
-        let text = "transport = 'bridge'\nhear = { fix = '', pose = '', map = '', goals = '' }\nsay = { goal = '/goal' }\n\
+        let text = "transport = 'bridge'\nsubscribe = { fix = '', pose = '', map = '', goals = '' }\npublish = { goal = '/goal' }\n\
                     zenoh.config = 'ros.json5'\n\
                     cameras = [{ name = 'front', detections = 'front/seen', image = 'front/image_raw' }]";
         let checked = check(text).unwrap();
-        let heard: Vec<(InputKind, &str)> =
-            checked.heard.iter().map(|subscription| (subscription.kind, &*subscription.camera)).collect();
+        let heard: Vec<(InputKind, &str)> = checked
+            .subscriptions
+            .iter()
+            .map(|subscription| (subscription.kind, &*subscription.camera))
+            .collect();
         let front = "front";
         assert_eq!(
             heard,
             [(InputKind::Odometry, ""), (InputKind::Detections, front), (InputKind::Image, front)]
         );
-        assert_eq!(checked.said[&OutputKind::Goal].to_string(), "/goal");
+        assert_eq!(checked.publications[&OutputKind::Goal].to_string(), "/goal");
         assert_eq!(checked.network.config, Some(PathBuf::from("field/ros.json5")));
     }
 
@@ -485,8 +489,8 @@ mod tests {
         };
         refused("domain = 233", "field/robot.toml: ros.domain is 233; allowed is 0 to 232");
         refused("topics = 1", "unknown field `topics`");
-        refused("hear.odom = 'odom'", "unknown field `odom`");
-        refused("hear.odometry = 'a b'", "ros.hear.odometry: \"a b\" is no name of a ROS 2 topic");
+        refused("subscribe.odom = 'odom'", "unknown field `odom`");
+        refused("subscribe.odometry = 'a b'", "ros.subscribe.odometry: \"a b\" is no name of a ROS 2 topic");
         refused("namespace = '1'", "ros.namespace: \"1\" is no name");
         refused(
             "localization_timeout_seconds = 0",
@@ -494,7 +498,7 @@ mod tests {
         );
         refused("max_uncorrected_meters = nan", "ros.max_uncorrected_meters is NaN");
         refused("map_frame = ''", "ros.map_frame is empty");
-        refused("say.goal = 'odom'", "topic /odom is named twice");
+        refused("publish.goal = 'odom'", "topic /odom is named twice");
         refused("zenoh.listen = ['tcp/127.0.0.1:7447']", "a client calls one endpoint");
         refused("zenoh.connect = []", "a client calls one endpoint");
         refused("cameras = [{ name = 'a' }]", "ros.cameras: \"a\" has no topic");

@@ -313,7 +313,7 @@ async fn a_waypoint_is_handed_to_nav2_and_followed() {
 async fn what_has_no_topic_is_not_said() {
     let network = Network::start().await;
     let mut node =
-        Node::open(network.settings("transport = 'bridge'\nsay = { diagnostics = '' }")).await.unwrap();
+        Node::open(network.settings("transport = 'bridge'\npublish = { diagnostics = '' }")).await.unwrap();
     let diagnostic =
         Diagnostic { level: Level::Ok, name: "a".into(), message: "b".into(), values: Vec::new() };
     node.say(0, Output::Diagnostics(vec![diagnostic])).await.unwrap();

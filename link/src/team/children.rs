@@ -27,7 +27,7 @@ pub(super) struct Brief<'a> {
     pub(super) seed: u64,
     pub(super) mission: &'a Mission,
     pub(super) time: TimeSource,
-    pub(super) pace: f64,
+    pub(super) real_time_factor: f64,
 }
 
 impl Children {
@@ -80,7 +80,7 @@ impl Brief<'_> {
             scenario,
             scenario_text: Some(text),
             seed: self.seed,
-            pace: self.pace,
+            real_time_factor: self.real_time_factor,
             zenoh,
         };
         let config = AgentConfig {

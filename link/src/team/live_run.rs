@@ -25,7 +25,7 @@ use crate::world::{self, WorldServer};
 pub(super) async fn run(
     scenario: &Scenario,
     seed: u64,
-    pace: f64,
+    real_time_factor: f64,
     options: &Options,
     onlooker: Option<Onlooker>,
     spectator: Spectator<'_>,
@@ -40,11 +40,11 @@ pub(super) async fn run(
     let mesh = Mesh::new(scenario)?;
     let world = mesh.open_world().await?;
     let (stop, stopped) = watch::channel(());
-    let (asked, clock) = (stop::asked(Bond::Output)?, Clock::new(pace));
+    let (asked, clock) = (stop::asked(Bond::Output)?, Clock::new(real_time_factor));
     let session = mesh.open_participant(Participant::Coordinator).await?;
     let link = Link::join(session, mission.clone(), Participant::Coordinator, codec).await?;
     let desk: JoinHandle<Result<(Desk, Log), LinkError>> =
-        participate(link, desk, pace, commands, stopped.clone());
+        participate(link, desk, real_time_factor, commands, stopped.clone());
     let mut children = Children::default();
     let mut robots = Vec::new();
     let search = async {
@@ -53,17 +53,23 @@ pub(super) async fn run(
             let who = Participant::Robot(robot);
             if let Some(program) = &options.processes {
                 let time = TimeSource::Wall;
-                let brief = Brief { program, scenario, seed, mission: &mission, time, pace };
+                let brief = Brief { program, scenario, seed, mission: &mission, time, real_time_factor };
                 children.start(&brief, robot, mesh.participant(who))?;
             } else {
                 let session = mesh.open_participant(who).await?;
                 let link = Link::join(session, mission.clone(), who, codec).await?;
                 let reports = world::sensor(&link, robot, codec).await?;
-                robots.push(participate(link, Agent::new(orders), pace, reports, stopped.clone()));
+                robots.push(participate(
+                    link,
+                    Agent::new(orders),
+                    real_time_factor,
+                    reports,
+                    stopped.clone(),
+                ));
             }
         }
         let mission = mission.clone();
-        WorldServer::open(world, mission, scenario, seed, pace, spectator).await?.run().await
+        WorldServer::open(world, mission, scenario, seed, real_time_factor, spectator).await?.run().await
     };
     // However it ends, what the coordinator has recorded is finished.
     let mut ended = tokio::select! {
@@ -103,14 +109,14 @@ pub(super) async fn run(
 fn participate<M: Mind + 'static>(
     mut link: Link,
     mut mind: M,
-    pace: f64,
+    real_time_factor: f64,
     reports: mpsc::Receiver<live::Report>,
     mut stopped: watch::Receiver<()>,
 ) -> JoinHandle<Result<(M, Log), LinkError>> {
     tokio::spawn(async move {
         link.announce().await?;
         let stop = async move { while stopped.changed().await.is_ok() {} };
-        let log = live::run(&mut link, &mut mind, Clock::new(pace), None, reports, stop).await?;
+        let log = live::run(&mut link, &mut mind, Clock::new(real_time_factor), None, reports, stop).await?;
         Ok((mind, log))
     })
 }

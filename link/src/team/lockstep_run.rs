@@ -38,7 +38,7 @@ pub(super) fn run(
         let who = Participant::Robot(orders.robot.id);
         if let Some(program) = &options.processes {
             let (mission, time) = (&stage.mission, TimeSource::Simulator);
-            let brief = Brief { program, scenario, seed, mission, time, pace: 1.0 };
+            let brief = Brief { program, scenario, seed, mission, time, real_time_factor: 1.0 };
             children.start(&brief, orders.robot.id, mesh.participant(who))?;
         } else {
             let session = runtime.block_on(mesh.open_participant(who))?;

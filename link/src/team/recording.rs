@@ -67,7 +67,7 @@ pub(crate) enum Existing {
 }
 
 fn start_unix_ns(options: &Options) -> i64 {
-    options.pace.map_or(SIMULATED_START_UNIX_NS, |_| unix_time::now_ns())
+    options.real_time_factor.map_or(SIMULATED_START_UNIX_NS, |_| unix_time::now_ns())
 }
 
 fn run_metadata(scenario: &Scenario, seed: u64, options: &Options) -> BTreeMap<String, String> {
@@ -78,7 +78,7 @@ fn run_metadata(scenario: &Scenario, seed: u64, options: &Options) -> BTreeMap<S
         ("version", options.version.clone()),
         ("robots", policies.len().to_string()),
         ("policies", policies.join(",")),
-        ("tau", scenario.mission().tau.to_string()),
+        ("detection_threshold", scenario.mission().detection_threshold.to_string()),
         ("sensor_radius", scenario.sensor().radius().to_string()),
         ("speed_meters_per_second", scenario.mission().speed_meters_per_second.to_string()),
     ])

@@ -25,11 +25,11 @@ pub struct Settings {
     #[serde(default = "confidence")]
     pub confidence: f32,
     /// Boxes whose common area is more than this part of all that they cover are one object, 0 to 1.
-    #[serde(default = "overlap")]
-    pub overlap: f32,
+    #[serde(default = "iou")]
+    pub iou: f32,
     /// Whatever their classes; otherwise only those of one class.
     #[serde(default)]
-    pub agnostic: bool,
+    pub class_agnostic: bool,
     /// How images are taken down before they are fitted to the network.
     #[serde(default)]
     pub resolution: Resolution,
@@ -59,7 +59,7 @@ const fn confidence() -> f32 {
     0.25
 }
 
-const fn overlap() -> f32 {
+const fn iou() -> f32 {
     0.7
 }
 

@@ -19,7 +19,7 @@ const BOX_STD: f64 = 2.0;
 impl Vehicle {
     /// Cells in which the robot believes an object, as sure as the mission asks.
     pub(crate) fn found<'a>(&'a self, belief: &'a Belief) -> impl Iterator<Item = Cell> + 'a {
-        self.terrain.searched_cells().filter(|&cell| belief.is_found(cell, self.tau))
+        self.terrain.searched_cells().filter(|&cell| belief.is_found(cell, self.detection_threshold))
     }
 
     /// Where the object is that is declared in a cell, in the frame of the vehicle's network: where this robot's cameras

@@ -77,7 +77,7 @@ impl Service {
                     // A mind that is gone hears nothing: the vehicle is about to be told so.
                     let _ = self.reports.send((None, Stimulus::Sensed { cell, readings })).await;
                 }
-                Effect::Say(output) => self.node.say(unix_time::now_ns(), output).await?,
+                Effect::Publish(output) => self.node.say(unix_time::now_ns(), output).await?,
                 Effect::Look(look) => self.eyes.show(look),
                 Effect::Tell(Diagnostic { level: Level::Ok, name, message, .. }) => {
                     tracing::info!("{name}: {message}");

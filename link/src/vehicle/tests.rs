@@ -10,7 +10,7 @@ use dragnet_vehicle::plane::bearing_radians;
 use super::*;
 use crate::config::AgentConfig;
 
-const PATIENT: &str = "safety = { pose_silence_seconds = 60.0, camera_silence_seconds = 60.0 }";
+const PATIENT: &str = "safety = { pose_timeout_seconds = 60.0, camera_timeout_seconds = 60.0 }";
 
 /// Robot 1 of a field of 4 x 4 cells of 20 m, moved by the lattice or by goals. Nothing is missed soon.
 fn vehicle(motion: &str) -> (Vehicle, Scenario) {
@@ -65,10 +65,10 @@ fn told(effects: &[Effect]) -> Told {
     let mut told = Told::default();
     for effect in effects {
         match effect {
-            Effect::Say(Output::Path(poses)) => {
+            Effect::Publish(Output::Path(poses)) => {
                 told.ways.extend(poses.first().zip(poses.last()).map(|(from, to)| [from, to].map(rounded)));
             }
-            Effect::Say(Output::Goal(pose)) => told.ways.push([rounded(pose); 2]),
+            Effect::Publish(Output::Goal(pose)) => told.ways.push([rounded(pose); 2]),
             Effect::Tell(news) => told.levels.push(news.level),
             _ => {}
         }
@@ -131,7 +131,7 @@ fn a_belief_that_stands_is_shown_again() {
     let (mut vehicle, scenario) = vehicle("lattice");
     let now = Now { mission: MissionTime::START, unix_ns: 0 };
     let changes = [true, false, false, false, false, false, true, true, false];
-    let is_shown = |effect: &Effect| matches!(effect, Effect::Say(Output::Belief(..)));
+    let is_shown = |effect: &Effect| matches!(effect, Effect::Publish(Output::Belief(..)));
     let shown =
         changes.map(|has_changed| vehicle.show(now, scenario.prior(), has_changed).iter().any(is_shown));
     assert_eq!(shown, [true, false, false, false, false, true, true, true, false]);
@@ -222,8 +222,8 @@ fn what_is_found_is_told_with_its_place_and_covariance() {
     let (mut objects, mut tracks) = (Vec::new(), Vec::new());
     for effect in vehicle.show(now, &belief, true) {
         match effect {
-            Effect::Say(Output::Objects(said)) => objects = said,
-            Effect::Say(Output::Tracks(said)) => tracks = said,
+            Effect::Publish(Output::Objects(said)) => objects = said,
+            Effect::Publish(Output::Tracks(said)) => tracks = said,
             _ => {}
         }
     }

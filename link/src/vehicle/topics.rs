@@ -27,7 +27,7 @@ pub(super) struct Topics {
 
 impl Topics {
     pub(super) fn new(ros: &Checked) -> Self {
-        let of = |kind| ros.heard.iter().find(|one| one.kind == kind).map(|one| one.topic.clone());
+        let of = |kind| ros.subscriptions.iter().find(|one| one.kind == kind).map(|one| one.topic.clone());
         let localization = match ros.localization() {
             Localization::Pose => of(InputKind::Pose),
             Localization::Fix => of(InputKind::Fix),
@@ -75,7 +75,7 @@ impl Topics {
         let (topic, found) = match (&self.localization, missing, &self.odometry) {
             (Some(topic), Some(missing), _) => (topic, missing),
             (_, _, Some(topic)) | (Some(topic), None, None) => (topic, "nothing comes"),
-            (None, _, None) => return "no topic of ros.hear tells where the vehicle is".to_owned(),
+            (None, _, None) => return "no topic of ros.subscribe tells where the vehicle is".to_owned(),
         };
         match refused.get(topic).filter(|_| self.bad.contains(topic)) {
             Some(RefusedInput { reason, .. }) => format!("{topic}: {found}; the last was refused: {reason}"),

@@ -32,13 +32,13 @@ fn taken(queues: &mut Queues) -> Vec<(Sender, u64)> {
 
 #[test]
 fn whoever_floods_loses_its_own_oldest_messages_and_memory_is_bounded() {
-    let most_bytes = 100_000;
-    let mut queues = Queues { most_bytes, ..Queues::default() };
+    let max_bytes = 100_000;
+    let mut queues = Queues { max_bytes, ..Queues::default() };
     for number in 0..50 {
         queues.put_message(HONEST, raw(number, 100));
         for flood in 0..100 {
             queues.put_message(LIAR, raw(number * 100 + flood, 5000));
-            assert!(queues.bytes <= most_bytes);
+            assert!(queues.bytes <= max_bytes);
         }
         queues.put_message(Sender::Stranger, raw(number, 100));
     }
@@ -54,7 +54,7 @@ fn whoever_floods_loses_its_own_oldest_messages_and_memory_is_bounded() {
 
 #[test]
 fn turns_are_fair_by_bytes() {
-    let mut queues = Queues { most_bytes: 1 << 20, ..Queues::default() };
+    let mut queues = Queues { max_bytes: 1 << 20, ..Queues::default() };
     (0..10).for_each(|number| queues.put_message(LIAR, raw(number, 10_000)));
     (0..10).for_each(|number| queues.put_message(HONEST, raw(number, 100)));
     let order = taken(&mut queues);
@@ -64,7 +64,7 @@ fn turns_are_fair_by_bytes() {
 
 #[test]
 fn who_says_nothing_saves_up_no_turns() {
-    let mut queues = Queues { most_bytes: 1 << 20, ..Queues::default() };
+    let mut queues = Queues { max_bytes: 1 << 20, ..Queues::default() };
     queues.put_message(LIAR, raw(0, 0));
     (0..100).for_each(|number| queues.put_message(HONEST, raw(number, 1000)));
     assert_eq!(taken(&mut queues).len(), 101);
@@ -79,7 +79,7 @@ fn who_says_nothing_saves_up_no_turns() {
 
 #[test]
 fn who_is_there_is_known_however_often_it_comes_and_goes() {
-    let mut queues = Queues { most_bytes: 10_000, ..Queues::default() };
+    let mut queues = Queues { max_bytes: 10_000, ..Queues::default() };
     queues.put_message(LIAR, raw(0, 0));
     for turn in 0..10_001 {
         queues.put_presence(robot(1), 7, turn % 2 == 0);
@@ -97,7 +97,7 @@ fn who_is_there_is_known_however_often_it_comes_and_goes() {
 
 #[test]
 fn what_one_sender_says_comes_in_its_order() {
-    let mut queues = Queues { most_bytes: 10_000, ..Queues::default() };
+    let mut queues = Queues { max_bytes: 10_000, ..Queues::default() };
     queues.put_message(LIAR, raw(0, 10));
     queues.put_presence(robot(1), 7, false);
     queues.put_message(LIAR, raw(1, 10));
@@ -127,7 +127,7 @@ async fn nothing_is_missed_and_the_end_is_told() {
 
 #[test]
 fn whoever_has_left_is_told_to_have_left_however_many_come_and_go_meanwhile() {
-    let mut queues = Queues { most_bytes: 1 << 20, ..Queues::default() };
+    let mut queues = Queues { max_bytes: 1 << 20, ..Queues::default() };
     queues.put_presence(robot(1), 7, false);
     for identity in 100..100 + 10 * MOST_PRESENCE as u64 {
         queues.put_presence(robot(1), identity, true);

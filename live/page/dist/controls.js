@@ -29,7 +29,7 @@ export class Controls {
             this.lock = readOnly;
         }
         else {
-            const answer = await fetch("rights", { headers: this.headers() }).catch(() => undefined);
+            const answer = await fetch("auth", { headers: this.headers() }).catch(() => undefined);
             this.lock = answer?.ok === true ? undefined : `${readOnly} The token in this address is not the one.`;
         }
         this.say(this.lock ?? "");
@@ -92,7 +92,7 @@ export class Controls {
             act[event.key]?.();
     }
     pause() {
-        void this.ask({ do: this.mission?.frame?.is_paused === true ? "resume" : "pause" });
+        void this.ask({ command: this.mission?.frame?.is_paused === true ? "resume" : "pause" });
     }
     mark(as) {
         if (this.map.cursor === undefined || this.mission === undefined) {
@@ -100,7 +100,7 @@ export class Controls {
             return;
         }
         const [row, column] = this.mission.place(this.map.cursor);
-        void this.ask({ do: "mark", row, column, as });
+        void this.ask({ command: "mark", row, column, as });
     }
     draw(isDrawing) {
         this.isDrawing = isDrawing;
@@ -127,7 +127,7 @@ export class Controls {
             return;
         }
         this.draw(false);
-        void this.ask({ do: "search", corners });
+        void this.ask({ command: "search", corners });
     }
     headers() {
         return { Authorization: `Bearer ${this.token ?? ""}` };
@@ -137,8 +137,8 @@ export class Controls {
             return;
         try {
             const answer = await fetch("command", { method: "POST", headers: this.headers(), body: JSON.stringify(command) });
-            const { said, error } = (await answer.json());
-            this.say(said ?? `Not done: ${error ?? answer.statusText}.`);
+            const { message, error } = (await answer.json());
+            this.say(message ?? `Not done: ${error ?? answer.statusText}.`);
         }
         catch {
             this.say("Not done: the coordinator is not reached.");

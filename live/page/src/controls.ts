@@ -38,7 +38,7 @@ export class Controls {
     if (this.token === null) {
       this.lock = readOnly;
     } else {
-      const answer = await fetch("rights", { headers: this.headers() }).catch(() => undefined);
+      const answer = await fetch("auth", { headers: this.headers() }).catch(() => undefined);
       this.lock = answer?.ok === true ? undefined : `${readOnly} The token in this address is not the one.`;
     }
     this.say(this.lock ?? "");
@@ -102,7 +102,7 @@ export class Controls {
   }
 
   private pause(): void {
-    void this.ask({ do: this.mission?.frame?.is_paused === true ? "resume" : "pause" });
+    void this.ask({ command: this.mission?.frame?.is_paused === true ? "resume" : "pause" });
   }
 
   private mark(as: "searched" | "clue"): void {
@@ -111,7 +111,7 @@ export class Controls {
       return;
     }
     const [row, column] = this.mission.place(this.map.cursor);
-    void this.ask({ do: "mark", row, column, as });
+    void this.ask({ command: "mark", row, column, as });
   }
 
   private draw(isDrawing: boolean): void {
@@ -139,7 +139,7 @@ export class Controls {
       return;
     }
     this.draw(false);
-    void this.ask({ do: "search", corners });
+    void this.ask({ command: "search", corners });
   }
 
   private headers(): HeadersInit {
@@ -150,8 +150,8 @@ export class Controls {
     if (this.lock !== undefined) return;
     try {
       const answer = await fetch("command", { method: "POST", headers: this.headers(), body: JSON.stringify(command) });
-      const { said, error } = (await answer.json()) as { said?: string; error?: string };
-      this.say(said ?? `Not done: ${error ?? answer.statusText}.`);
+      const { message, error } = (await answer.json()) as { message?: string; error?: string };
+      this.say(message ?? `Not done: ${error ?? answer.statusText}.`);
     } catch {
       this.say("Not done: the coordinator is not reached.");
     }

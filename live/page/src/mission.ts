@@ -7,7 +7,7 @@ export interface Hello {
   columns: number;
   cell_meters: number;
   ground: string;
-  tau: number;
+  detection_threshold: number;
   objects: number | null;
   end: number | null;
 }

@@ -166,7 +166,7 @@ async function readOnly() {
       assert.match(await page.locator(`#${id}`).getAttribute("title"), /token/);
     }
     await page.keyboard.press("p");
-    const status = await page.evaluate(() => fetch("command", { method: "POST", body: '{"do":"pause"}' }).then((it) => it.status));
+    const status = await page.evaluate(() => fetch("command", { method: "POST", body: '{"command":"pause"}' }).then((it) => it.status));
     assert.equal(status, 401);
   });
 }

@@ -31,7 +31,7 @@ pub(super) enum Place {
     Observation(usize),
     /// One detection of a mission status.
     Declared(usize),
-    /// An entry of `known`.
+    /// An entry of `version_vector`.
     Known(usize),
     /// What a person has ordered.
     Directive,
@@ -44,7 +44,7 @@ impl fmt::Display for Place {
             Self::Intent => write!(formatter, "intent."),
             Self::Observation(index) => write!(formatter, "observations[{index}]."),
             Self::Declared(index) => write!(formatter, "declared[{index}]."),
-            Self::Known(index) => write!(formatter, "known[{index}]."),
+            Self::Known(index) => write!(formatter, "version_vector[{index}]."),
             Self::Directive => write!(formatter, "directive."),
         }
     }
@@ -115,7 +115,7 @@ impl Check {
     pub(super) fn versions(self, known: &[wire::Version]) -> Result<Vec<Version>, ConvertError> {
         // A person's marks are numbered like one more robot's observations.
         let most = (usize::from(self.robots) + 1) * MAX_STARTS;
-        self.at_most(most.min(MAX_ORIGINS), "known", known.len())?;
+        self.at_most(most.min(MAX_ORIGINS), "version_vector", known.len())?;
         let mut versions: Vec<Version> = Vec::with_capacity(known.len());
         for (index, wire) in known.iter().enumerate() {
             let check = self.within(Place::Known(index));

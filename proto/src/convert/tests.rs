@@ -49,7 +49,7 @@ fn refusal<T: RosMessage>(kind: MessageKind, message: &T) -> String {
 
 #[test]
 fn an_observation_has_the_bytes_that_its_definition_gives_it() {
-    let mut expected = vec![0, 1, 0, 0, 3, 0]; // header; version and its padding
+    let mut expected = vec![0, 1, 0, 0, 4, 0]; // header; version and its padding
     expected.extend([2, 1, 0, 0, 0, 0]); // robot 258 and padding to 8
     expected.extend([0, 0, 0, 0, 0, 0, 0, 0]); // incarnation
     expected.extend([3, 0, 0, 0, 0, 0, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0]); // sequence, time
@@ -78,7 +78,7 @@ fn an_observation_out_of_range_is_refused_by_field() {
             format!("dragnet_msgs/msg/Observation: {expected}")
         );
     };
-    check(|wire| wire.version = 1, "version: 1; this program speaks version 3");
+    check(|wire| wire.version = 1, "version: 1; this program speaks version 4");
     check(|wire| wire.cell = 6, "cell: cell 6 is not on the map; allowed are 0 to 5");
     check(|wire| wire.cells[0] = 99, "cells[0]: cell 99 is not on the map; allowed are 0 to 5");
     check(
@@ -99,7 +99,7 @@ fn an_observation_out_of_range_is_refused_by_field() {
 #[test]
 fn another_version_is_named_even_if_its_fields_are_others() {
     let error = Codec::new(grid()).decode(MessageKind::LogRequest, &[0, 1, 0, 0, 9, 8, 7]);
-    let expected = "dragnet_msgs/msg/LogRequest: version: 9; this program speaks version 3";
+    let expected = "dragnet_msgs/msg/LogRequest: version: 9; this program speaks version 4";
     assert_eq!(error.unwrap_err().to_string(), expected);
 }
 
@@ -116,16 +116,20 @@ fn a_heartbeat_out_of_range_is_refused_by_field() {
     );
     check(|wire| wire.path_meters = f64::INFINITY, "path_meters: inf; allowed are finite numbers from 0");
     check(|wire| wire.intent.robot = 8, "intent.robot: of robot 8; allowed is robot 7 only");
-    check(|wire| wire.intent.version = 0, "intent.version: 0; this program speaks version 3");
+    check(|wire| wire.intent.version = 0, "intent.version: 0; this program speaks version 4");
     check(|wire| wire.intent.path = vec![0; 7], "intent.path: 7 entries; allowed are at most 6");
     check(|wire| wire.intent.path[1] = 6, "intent.path[1]: cell 6 is not on the map; allowed are 0 to 5");
-    check(|wire| wire.known[0].version = 1, "known[0].version: 1; this program speaks version 3");
+    check(
+        |wire| wire.version_vector[0].version = 1,
+        "version_vector[0].version: 1; this program speaks version 4",
+    );
     let known = |robot, incarnation| wire::Version { version: wire::VERSION, robot, incarnation, next: 1 };
     let mut wire = wire::Heartbeat::from(&heartbeat());
     let mut check = |before: (u16, u64), after: (u16, u64), expected: &str| {
-        wire.known = [before, after].map(|(robot, incarnation)| known(robot, incarnation)).to_vec();
-        let expected =
-            format!("dragnet_msgs/msg/Heartbeat: known[1].{expected}; allowed are ascending numbers");
+        wire.version_vector = [before, after].map(|(robot, incarnation)| known(robot, incarnation)).to_vec();
+        let expected = format!(
+            "dragnet_msgs/msg/Heartbeat: version_vector[1].{expected}; allowed are ascending numbers"
+        );
         assert_eq!(refusal(MessageKind::Heartbeat, &wire), expected);
     };
     check((3, 0), (2, 9), "robot: 2 after 3");
@@ -141,26 +145,30 @@ fn no_list_is_longer_than_the_team_can_make_it() {
         let version = |incarnation| wire::Version { version: wire::VERSION, robot: 7, incarnation, next: 1 };
         (0..count).map(version).collect::<Vec<_>>()
     };
-    let heartbeat = |count| wire::Heartbeat { known: known(count), ..wire::Heartbeat::from(&heartbeat()) };
+    let heartbeat =
+        |count| wire::Heartbeat { version_vector: known(count), ..wire::Heartbeat::from(&heartbeat()) };
     let decode = |count| codec.decode(MessageKind::Heartbeat, &cdr::encode(&heartbeat(count)));
     assert!(decode(3 * 1024).is_ok());
     let refused = decode(3 * 1024 + 1).unwrap_err().to_string();
-    assert_eq!(refused, "dragnet_msgs/msg/Heartbeat: known: 3073 entries; allowed are at most 3072");
+    assert_eq!(refused, "dragnet_msgs/msg/Heartbeat: version_vector: 3073 entries; allowed are at most 3072");
     let mut status = wire::MissionStatus {
         version: wire::VERSION,
         time_ns: 0,
         declared: Vec::new(),
-        expected_undeclared: 1.0,
+        expected_remaining: 1.0,
         alive: Vec::new(),
         observations: 0,
-        known: known(3 * 1024 + 1),
+        version_vector: known(3 * 1024 + 1),
         digest: [0; 2],
         directive: wire::Heartbeat::from(&self::heartbeat()).directive,
         doubled: Vec::new(),
     };
     let refused = codec.decode(MessageKind::MissionStatus, &cdr::encode(&status)).unwrap_err().to_string();
-    assert_eq!(refused, "dragnet_msgs/msg/MissionStatus: known: 3073 entries; allowed are at most 3072");
-    (status.known, status.alive) = (Vec::new(), vec![1, 2, 3]);
+    assert_eq!(
+        refused,
+        "dragnet_msgs/msg/MissionStatus: version_vector: 3073 entries; allowed are at most 3072"
+    );
+    (status.version_vector, status.alive) = (Vec::new(), vec![1, 2, 3]);
     let refused = codec.decode(MessageKind::MissionStatus, &cdr::encode(&status)).unwrap_err().to_string();
     assert_eq!(refused, "dragnet_msgs/msg/MissionStatus: alive: 3 entries; allowed are at most 2");
     (status.alive, status.doubled) = (Vec::new(), vec![1, 2, 3]);

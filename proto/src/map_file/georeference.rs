@@ -178,7 +178,7 @@ mod tests {
     /// The error that the frame's description states, at the corners of a map of 10 km.
     #[test]
     fn a_map_of_10_km_keeps_distances_to_a_fraction_of_a_cell() {
-        for (latitude, most_meters) in [(0.0, 0.1), (45.0, 4.1), (-45.0, 4.1), (60.0, 7.0), (70.0, 11.0)] {
+        for (latitude, max_meters) in [(0.0, 0.1), (45.0, 4.1), (-45.0, 4.1), (60.0, 7.0), (70.0, 11.0)] {
             let frame = Georeference::of_map(at(10.0, latitude), &square(10_000.0));
             let middle = (5_000.0, 5_000.0);
             let mut worst_meters: f64 = 0.0;
@@ -191,8 +191,8 @@ mod tests {
                     worst_meters = worst_meters.max((Geodesic.distance(ends[0], ends[1]) - flat).abs());
                 }
             }
-            assert!(worst_meters < most_meters, "{latitude}: {worst_meters} m");
-            assert!(latitude.abs() < 1.0 || worst_meters > most_meters / 4.0, "{latitude}: {worst_meters} m");
+            assert!(worst_meters < max_meters, "{latitude}: {worst_meters} m");
+            assert!(latitude.abs() < 1.0 || worst_meters > max_meters / 4.0, "{latitude}: {worst_meters} m");
         }
     }
 

@@ -9,7 +9,7 @@ const SECOND: u64 = 1_000_000_000;
 fn limits() -> Limits {
     let terrain = Terrain::from_ascii("...#...\n...#...\n.......", 10.0).unwrap();
     let text = "name = 'a'\nmap = { shape = 'all_traversable', rows = 3, columns = 3 }\nobjects.count = 1\nsensor.radius = 1\n\
-                mission = { budget_seconds = 60.0, clock_tolerance_seconds = 60.0 }\n";
+                mission = { budget_seconds = 60.0, max_clock_skew_seconds = 60.0 }\n";
     let scenario = Scenario::from_text(std::path::Path::new("a.toml"), text.to_owned()).unwrap();
     let sensor = Sensor::new(2, 0.005, dragnet_search::sensor::Noise::Gaussian).unwrap();
     Limits::new(Arc::new(terrain), Arc::new(sensor), [RobotId(1)], scenario.mission())

@@ -78,7 +78,7 @@ pub struct MapTable {
     /// To how many neighbours a robot moves: 4, or 8 with diagonals.
     #[serde(default = "default_moves")]
     #[schemars(extend("enum" = [4, 8]))]
-    pub moves: i64,
+    pub connectivity: i64,
 }
 
 /// A point of WGS84.
@@ -100,10 +100,10 @@ pub struct SensorTable {
     /// Manhattan radius, cells, 1 to 100 and no more than the map's larger side.
     #[schemars(range(min = 1, max = 100))]
     pub radius: i64,
-    /// Variance of a reading at distance 1; at distance d it is `sigma2 d^2`, of the robot's own cell
-    /// `sigma2 / 5`.
+    /// Variance of a reading at distance 1; at distance d it is `noise_variance d^2`, of the robot's own cell
+    /// `noise_variance / 5`.
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub sigma2: f64,
+    pub noise_variance: f64,
     /// How readings scatter: `gaussian` around the truth, or `clipped` to 0..1 as in the released code of
     /// NATS.
     #[schemars(extend("enum" = ["gaussian", "clipped"]))]
@@ -178,7 +178,7 @@ pub struct RobotTable {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(
     untagged,
-    expecting = "a policy is its name, or a table of `name`, `length_weight` (number), `lane_cells` (whole number), `replan_after` (whole number) and `weights` (file)"
+    expecting = "a policy is its name, or a table of `name`, `path_length_weight` (number), `lane_spacing_cells` (whole number), `replan_after_cells` (whole number) and `weights` (file)"
 )]
 pub enum PolicyField {
     /// The name alone.
@@ -198,15 +198,15 @@ pub struct PolicyTable {
     /// 0.2 by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = 1000.0))]
-    pub length_weight: Option<f64>,
+    pub path_length_weight: Option<f64>,
     /// Of `coverage`: cells between its lanes, 1 to 1000, 1 by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1, max = 1000))]
-    pub lane_cells: Option<i64>,
+    pub lane_spacing_cells: Option<i64>,
     /// Decide anew after so many cells, 1 to 1000000; by default at the waypoint.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1, max = 1_000_000))]
-    pub replan_after: Option<i64>,
+    pub replan_after_cells: Option<i64>,
     /// Of `gnn`: a weights file, relative to the scenario, instead of the weights that are part of the program.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub weights: Option<String>,
@@ -229,7 +229,7 @@ pub enum StartField {
 pub struct MissionTable {
     /// A cell whose probability reaches this is declared an object, above 0.5 and below 1.
     #[schemars(extend("exclusiveMinimum" = 0.5, "exclusiveMaximum" = 1))]
-    pub tau: f64,
+    pub detection_threshold: f64,
     /// The way that each robot may cover, metres, above 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0))]
@@ -244,20 +244,20 @@ pub struct MissionTable {
     /// Stop when this number of objects or fewer are expected outside the declared cells, of those that robots can see, at
     /// least 0; 0 is not before nothing is worth a look.
     #[schemars(range(min = 0.0))]
-    pub expected_undeclared: f64,
+    pub stop_when_expected_remaining: f64,
     /// Time between two signs of life of a robot, seconds, above 0.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub heartbeat_seconds: f64,
     /// Silence after which a robot is taken for lost, seconds, above `heartbeat_seconds`.
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub lost_after_seconds: f64,
+    pub liveness_timeout_seconds: f64,
     /// Robot k takes its first decision (k - 1) times this later, so that it knows the plans before it,
     /// seconds, at least 0.
     #[schemars(range(min = 0.0))]
-    pub stagger_seconds: f64,
+    pub start_stagger_seconds: f64,
     /// What two robots count as the mission's time may differ by this: observations that are dated later are not taken yet, seconds, at least 0.
     #[schemars(range(min = 0.0))]
-    pub clock_tolerance_seconds: f64,
+    pub max_clock_skew_seconds: f64,
 }
 
 /// What goes wrong between the robots (simulation only).
@@ -338,7 +338,7 @@ impl Default for SensorTable {
     fn default() -> Self {
         Self {
             radius: Sensor::DEFAULT_RADIUS.into(),
-            sigma2: Sensor::DEFAULT_SIGMA2,
+            noise_variance: Sensor::DEFAULT_SIGMA2,
             noise: "gaussian".to_owned(),
         }
     }
@@ -358,15 +358,15 @@ impl Default for RobotsTable {
 impl Default for MissionTable {
     fn default() -> Self {
         Self {
-            tau: 0.95,
+            detection_threshold: 0.95,
             budget_meters: None,
             budget_seconds: None,
             speed_meters_per_second: 2.0,
-            expected_undeclared: 0.05,
+            stop_when_expected_remaining: 0.05,
             heartbeat_seconds: 10.0,
-            lost_after_seconds: 30.0,
-            stagger_seconds: 0.1,
-            clock_tolerance_seconds: 60.0,
+            liveness_timeout_seconds: 30.0,
+            start_stagger_seconds: 0.1,
+            max_clock_skew_seconds: 60.0,
         }
     }
 }

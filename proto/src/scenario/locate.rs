@@ -48,7 +48,7 @@ mod tests {
             ("robots.robot[1].number", Some(7)),
             ("robots.robot[1].start[1]", Some(10)),
             ("robots.start", Some(2)),
-            ("mission.tau", None),
+            ("mission.detection_threshold", None),
         ] {
             assert_eq!(line_of_key(TEXT, key), line, "{key}");
         }

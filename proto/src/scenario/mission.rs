@@ -12,7 +12,7 @@ const MAX_METERS: f64 = 1e9;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mission {
     /// A cell whose probability reaches this is declared an object; above 0.5 and below 1.
-    pub tau: f64,
+    pub detection_threshold: f64,
     /// Way and time of each robot.
     pub budget: Budget,
     /// Speed of a robot in simulation, above 0; whoever claims to be faster is not believed.
@@ -20,7 +20,7 @@ pub struct Mission {
     /// The search is over when this number of objects or fewer are expected outside the declared cells, of those that
     /// robots can see. That is what is left behind in the mean over many searches, for the belief is the posterior of the
     /// model that readings are drawn from, whenever it is looked at. `None` is not before nothing is worth a look.
-    pub expected_undeclared: Option<f64>,
+    pub stop_when_expected_remaining: Option<f64>,
     /// Time between two signs of life of a robot, above 0.
     pub heartbeat: Duration,
     /// Silence after which a robot is taken for lost, above the heartbeat.
@@ -63,26 +63,33 @@ impl Budget {
 impl Mission {
     pub(super) fn new(table: &MissionTable) -> Result<Self, Invalid> {
         let heartbeat = check::positive_seconds("mission.heartbeat_seconds", table.heartbeat_seconds)?;
-        let lost_after = check::positive_seconds("mission.lost_after_seconds", table.lost_after_seconds)?;
+        let lost_after =
+            check::positive_seconds("mission.liveness_timeout_seconds", table.liveness_timeout_seconds)?;
         if lost_after <= heartbeat {
             let allowed = format!("above mission.heartbeat_seconds, {}", table.heartbeat_seconds);
-            return Err(Invalid::new("mission.lost_after_seconds", table.lost_after_seconds, allowed));
+            return Err(Invalid::new(
+                "mission.liveness_timeout_seconds",
+                table.liveness_timeout_seconds,
+                allowed,
+            ));
         }
         let speed = "mission.speed_meters_per_second";
-        let undeclared = "mission.expected_undeclared";
-        let expected_undeclared = check::at_least_zero(undeclared, table.expected_undeclared, 1e6)?;
+        let stop_key = "mission.stop_when_expected_remaining";
+        let stop_at = check::at_least_zero(stop_key, table.stop_when_expected_remaining, 1e6)?;
         Ok(Self {
-            tau: check::between("mission.tau", table.tau, 0.5, 1.0)?,
+            detection_threshold: check::between(
+                "mission.detection_threshold",
+                table.detection_threshold,
+                0.5,
+                1.0,
+            )?,
             budget: Budget::new(table)?,
             speed_meters_per_second: check::positive(speed, table.speed_meters_per_second, MAX_METERS)?,
-            expected_undeclared: (expected_undeclared > 0.0).then_some(expected_undeclared),
+            stop_when_expected_remaining: (stop_at > 0.0).then_some(stop_at),
             heartbeat,
             lost_after,
-            stagger: check::seconds("mission.stagger_seconds", table.stagger_seconds)?,
-            clock_tolerance: check::seconds(
-                "mission.clock_tolerance_seconds",
-                table.clock_tolerance_seconds,
-            )?,
+            stagger: check::seconds("mission.start_stagger_seconds", table.start_stagger_seconds)?,
+            clock_tolerance: check::seconds("mission.max_clock_skew_seconds", table.max_clock_skew_seconds)?,
         })
     }
 }

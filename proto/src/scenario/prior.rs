@@ -54,14 +54,16 @@ impl Prior {
     }
 
     /// Nothing is found before anybody has looked.
-    pub(super) fn check_undecided(&self, terrain: &Terrain, tau: f64) -> Result<(), Invalid> {
-        let Some(cell) = terrain.searched_cells().find(|&cell| self.belief.is_found(cell, tau)) else {
+    pub(super) fn check_undecided(&self, terrain: &Terrain, detection_threshold: f64) -> Result<(), Invalid> {
+        let Some(cell) =
+            terrain.searched_cells().find(|&cell| self.belief.is_found(cell, detection_threshold))
+        else {
             return Ok(());
         };
         let (place, probability) = (terrain.grid().position(cell), self.belief.probability(cell));
         let found = format!("{probability:?} in cell [{}, {}]", place.row, place.column);
         let allowed = format!(
-            "below mission.tau, {tau:?}: an object would be declared there before anybody has looked"
+            "below mission.detection_threshold, {detection_threshold:?}: an object would be declared there before anybody has looked"
         );
         Err(Invalid::new("prior", found, allowed))
     }

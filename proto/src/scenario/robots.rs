@@ -38,7 +38,7 @@ pub struct Policy {
     /// What it may be told.
     pub parameters: Parameters,
     /// It decides anew after so many cells; without, at the waypoint.
-    pub replan_after: Option<NonZeroU32>,
+    pub replan_after_cells: Option<NonZeroU32>,
     /// The network of the weights file that the scenario names; without, a learned policy has its own.
     pub network: Option<Arc<Network>>,
 }
@@ -46,7 +46,7 @@ pub struct Policy {
 /// A policy as it is without parameters.
 impl From<PolicyName> for Policy {
     fn from(name: PolicyName) -> Self {
-        Self { name, parameters: Parameters::default(), replan_after: None, network: None }
+        Self { name, parameters: Parameters::default(), replan_after_cells: None, network: None }
     }
 }
 
@@ -104,19 +104,19 @@ fn policy_name(key: &str, name: &str) -> Result<PolicyName, Invalid> {
 fn policy_table(key: &str, table: &PolicyTable, folder: &Path) -> Result<Policy, Fault> {
     let name = policy_name(&format!("{key}.name"), &table.name)?;
     let mut policy = Policy::from(name);
-    if let Some(weight) = table.length_weight {
-        let key = format!("{key}.length_weight");
+    if let Some(weight) = table.path_length_weight {
+        let key = format!("{key}.path_length_weight");
         check_is_of(&key, check::written(weight), name, &[Exact::Path.into(), Exact::PathAdditive.into()])?;
-        policy.parameters.length_weight = check::at_least_zero(key, weight, 1000.0)?;
+        policy.parameters.path_length_weight = check::at_least_zero(key, weight, 1000.0)?;
     }
-    if let Some(cells) = table.lane_cells {
-        let key = format!("{key}.lane_cells");
+    if let Some(cells) = table.lane_spacing_cells {
+        let key = format!("{key}.lane_spacing_cells");
         check_is_of(&key, cells, name, &[Exact::Coverage.into()])?;
-        policy.parameters.lane_cells = check::integer(key, cells, 1, 1000)?;
+        policy.parameters.lane_spacing_cells = check::integer(key, cells, 1, 1000)?;
     }
-    if let Some(cells) = table.replan_after {
-        let cells = check::integer(format!("{key}.replan_after"), cells, 1, 1_000_000)?;
-        policy.replan_after = NonZeroU32::new(cells);
+    if let Some(cells) = table.replan_after_cells {
+        let cells = check::integer(format!("{key}.replan_after_cells"), cells, 1, 1_000_000)?;
+        policy.replan_after_cells = NonZeroU32::new(cells);
     }
     if let Some(file) = &table.weights {
         let key = format!("{key}.weights");

@@ -68,11 +68,11 @@ fn what_is_left_out_has_its_default() {
     let scenario = load(&SMALL.replace("[sensor]\nradius = 1\n", "").replace("...#\n", "")).unwrap_err();
     assert!(scenario.contains("sensor.radius is 5; allowed is a whole number from 1 to 4"), "{scenario}");
     let scenario = small(str::to_owned);
-    assert_eq!(scenario.moves(), Moves::Four);
+    assert_eq!(scenario.connectivity(), Connectivity::Four);
     assert!(close(scenario.terrain().cell_meters(), 30.0));
     let mission = scenario.mission();
-    assert!(close(mission.tau, 0.95) && close(mission.speed_meters_per_second, 2.0));
-    assert_eq!(mission.expected_undeclared, Some(0.05));
+    assert!(close(mission.detection_threshold, 0.95) && close(mission.speed_meters_per_second, 2.0));
+    assert_eq!(mission.stop_when_expected_remaining, Some(0.05));
     assert_eq!((mission.budget.meters(), mission.budget.time()), (Some(300.0), None));
     assert_eq!((mission.heartbeat.as_secs(), mission.lost_after.as_secs()), (10, 30));
     assert_eq!(mission.stagger, Duration::from_millis(100));
@@ -87,7 +87,7 @@ fn robots_differ_where_the_scenario_says_so() {
     let scenario = small(|text| {
         format!(
             "{text}[robots]\ncount = 3\nstart = [0, 0]\n\
-             [[robots.robot]]\nnumber = 3\npolicy = {{ name = 'coverage', lane_cells = 2, replan_after = 4 }}\nstart = 'scattered'\n\
+             [[robots.robot]]\nnumber = 3\npolicy = {{ name = 'coverage', lane_spacing_cells = 2, replan_after_cells = 4 }}\nstart = 'scattered'\n\
              [[robots.robot]]\nnumber = 2\npolicy = 'greedy'\n"
         )
     });
@@ -96,8 +96,8 @@ fn robots_differ_where_the_scenario_says_so() {
     assert_eq!((&robots[0].policy, robots[0].start), (&plain(Exact::Path), Start::Cell(cell)));
     assert_eq!((&robots[1].policy, robots[1].start), (&plain(Exact::Greedy), Start::Cell(cell)));
     assert_eq!((robots[2].id, robots[2].start), (RobotId(3), Start::Scattered));
-    assert_eq!(robots[2].policy.parameters.lane_cells, 2);
-    assert_eq!(robots[2].policy.replan_after.unwrap().get(), 4);
+    assert_eq!(robots[2].policy.parameters.lane_spacing_cells, 2);
+    assert_eq!(robots[2].policy.replan_after_cells.unwrap().get(), 4);
 }
 
 #[test]
@@ -152,7 +152,11 @@ fn a_map_or_a_sensor_out_of_range_names_line_value_and_range() {
     );
     check("file = 'a.txt'", "file = 'b.txt'", "line 3: ");
     check("file = 'a.txt'", "file = 'b.txt'", "b.txt: No such file");
-    check("file = 'a.txt'", "file = 'a.txt'\nmoves = 6", "line 4: map.moves is 6; allowed is 4 or 8");
+    check(
+        "file = 'a.txt'",
+        "file = 'a.txt'\nconnectivity = 6",
+        "line 4: map.connectivity is 6; allowed is 4 or 8",
+    );
     check("file = 'a.txt'", "file = 'a.txt'\ncell_meters = 0", "map.cell_meters is 0; allowed is above 0");
     check("file = 'a.txt'", "file = 'a.txt'\ncell_meters = nan", "map.cell_meters is NaN");
     check(
@@ -161,11 +165,11 @@ fn a_map_or_a_sensor_out_of_range_names_line_value_and_range() {
         "line 5: sensor.radius is 0; allowed is a whole number from 1 to 4 (the map's larger side is 4)",
     );
     check("radius = 1", "radius = 5", "sensor.radius is 5");
-    check("radius = 1", "sigma2 = -1", "sensor.radius is 5");
+    check("radius = 1", "noise_variance = -1", "sensor.radius is 5");
     check(
         "radius = 1",
-        "radius = 1\nsigma2 = inf",
-        "line 6: sensor.sigma2 is inf; allowed is from 0.000005 to 10000.000",
+        "radius = 1\nnoise_variance = inf",
+        "line 6: sensor.noise_variance is inf; allowed is from 0.000005 to 10000.000",
     );
     check(
         "radius = 1",
@@ -212,19 +216,26 @@ fn objects_or_a_mission_out_of_range_name_line_value_and_range() {
         "line 9: mission.budget_meters is inf; allowed is above 0, up to",
     );
     check("", "budget_seconds = -3", "line 10: mission.budget_seconds is -3; allowed is from");
-    check("", "tau = 0.5", "mission.tau is 0.5; allowed is above 0.5 and below 1");
-    check("", "tau = nan", "mission.tau is NaN");
+    check(
+        "",
+        "detection_threshold = 0.5",
+        "mission.detection_threshold is 0.5; allowed is above 0.5 and below 1",
+    );
+    check("", "detection_threshold = nan", "mission.detection_threshold is NaN");
     check("", "speed_meters_per_second = 0", "mission.speed_meters_per_second is 0; allowed is above 0");
-    check("", "expected_undeclared = -0.1", "mission.expected_undeclared is -0.1; allowed is from 0 to");
+    check(
+        "",
+        "stop_when_expected_remaining = -0.1",
+        "mission.stop_when_expected_remaining is -0.1; allowed is from 0 to",
+    );
     check(
         "",
         "heartbeat_seconds = 30",
-        "mission.lost_after_seconds is 30; allowed is above mission.heartbeat_seconds, 30",
+        "mission.liveness_timeout_seconds is 30; allowed is above mission.heartbeat_seconds, 30",
     );
-    check("", "stagger_seconds = nan", "mission.stagger_seconds is NaN; allowed is from 0 to");
+    check("", "start_stagger_seconds = nan", "mission.start_stagger_seconds is NaN; allowed is from 0 to");
     check("", "[prior]\nprobability = 1", "prior.probability is 1; allowed is above 0 and below 1");
-    let found =
-        "prior is 0.96 in cell [0, 0]; allowed is below mission.tau, 0.95: an object would be declared";
+    let found = "prior is 0.96 in cell [0, 0]; allowed is below mission.detection_threshold, 0.95: an object would be declared";
     check("", "[prior]\nprobability = 0.96", found);
     check("", "[prior]\nprobability = 0.1\nfile = 'low.csv'", "prior is probability and file; allowed is");
     check("", "[prior]\nfile = 'a.txt'", "line 11: ");
@@ -249,14 +260,17 @@ fn a_robot_or_a_network_out_of_range_names_line_value_and_range() {
         "robots.policy is \"astar\"; allowed is random, coverage, greedy, path-additive, path, nats, guts, gnn, gnn-greedy,",
     );
     check("[robots.policy]\nname = 'astar'", "line 11: robots.policy.name is \"astar\"");
-    check("[robots]\npolicy = {name = 'path', length_weight = nan}", "robots.policy.length_weight is NaN");
     check(
-        "[robots]\npolicy = {name = 'path', lane_cells = 2}",
-        "robots.policy.lane_cells is 2 for path; allowed is a value for coverage only",
+        "[robots]\npolicy = {name = 'path', path_length_weight = nan}",
+        "robots.policy.path_length_weight is NaN",
     );
     check(
-        "[robots]\npolicy = {name = 'path', replan_after = 0}",
-        "robots.policy.replan_after is 0; allowed is",
+        "[robots]\npolicy = {name = 'path', lane_spacing_cells = 2}",
+        "robots.policy.lane_spacing_cells is 2 for path; allowed is a value for coverage only",
+    );
+    check(
+        "[robots]\npolicy = {name = 'path', replan_after_cells = 0}",
+        "robots.policy.replan_after_cells is 0; allowed is",
     );
     check(
         "[robots]\nstart = 'north'",
@@ -324,7 +338,7 @@ fn what_is_no_scenario_names_line_key_and_what_is_allowed() {
     check(
         "",
         "[robots]\npolicy = { name = 'path', weight = 1 }",
-        ["line 11: robots.policy", "`length_weight`"],
+        ["line 11: robots.policy", "`path_length_weight`"],
     );
     check("", "[robots]\nstart = [1]", ["line 11: robots.start: ", "a cell as [row, column]"]);
     check(
@@ -343,16 +357,22 @@ fn what_is_too_deep_too_long_or_too_large_to_be_read_is_said_in_few_words() {
     let [parts, letters] = ["a.", "x"].map(|unit| unit.repeat(5000));
     check(&format!("{parts}a = 1"), "a.toml, line 10: a key of too many parts: recursion limit");
     check(&format!("[{parts}a]"), "a.toml, line 10: a key of too many parts: recursion limit");
-    check(&format!("tau = {0}1{1}", "[".repeat(5000), "]".repeat(5000)), "a.toml, line 10: cannot recurse");
+    check(
+        &format!("detection_threshold = {0}1{1}", "[".repeat(5000), "]".repeat(5000)),
+        "a.toml, line 10: cannot recurse",
+    );
     check(&format!("{letters} = 1"), "a.toml, line 10: mission.xxx");
     check(&format!("[robots]\npolicy = '{letters}'"), "xxx\"; allowed is random, ");
-    check("tau = 1e308", "a.toml, line 10: mission.tau is 1e308; allowed is above 0.5 and below 1");
+    check(
+        "detection_threshold = 1e308",
+        "a.toml, line 10: mission.detection_threshold is 1e308; allowed is above 0.5 and below 1",
+    );
     check(
         "speed_meters_per_second = -5e-324",
         "mission.speed_meters_per_second is -5e-324; allowed is above 0",
     );
-    let sigma = load(&SMALL.replace("radius = 1", "radius = 1\nsigma2 = 1e300")).unwrap_err();
-    assert!(sigma.contains("sensor.sigma2 is 1e300; allowed is from"), "{sigma}");
+    let sigma = load(&SMALL.replace("radius = 1", "radius = 1\nnoise_variance = 1e300")).unwrap_err();
+    assert!(sigma.contains("sensor.noise_variance is 1e300; allowed is from"), "{sigma}");
     check(&"#".repeat(Scenario::MAX_BYTES), "longer than the 4194304 bytes that are read");
     let error = Scenario::from_text(Path::new("a.toml"), " ".repeat(Scenario::MAX_BYTES + 1)).unwrap_err();
     assert_eq!(error.to_string(), "a.toml: the text is 4194305 bytes long; allowed is at most 4194304 bytes");
@@ -382,7 +402,7 @@ fn a_map_without_ground_is_refused() {
 fn overrides_change_one_thing_and_are_checked() {
     let scenario = small(|text| {
         format!(
-            "{text}[robots]\ncount = 2\npolicy = {{ name = 'path', replan_after = 3 }}\n[[robots.robot]]\nnumber = 2\npolicy = 'nats'\n"
+            "{text}[robots]\ncount = 2\npolicy = {{ name = 'path', replan_after_cells = 3 }}\n[[robots.robot]]\nnumber = 2\npolicy = 'nats'\n"
         )
     });
     let greedy = scenario.with_policy(Exact::Greedy).unwrap();

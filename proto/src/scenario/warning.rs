@@ -65,7 +65,7 @@ impl Scenario {
             if robot.id != self.robots()[0].id && apart.is_none() {
                 apart = Some(Warning::Apart { robot: self.robots()[0].id, other: robot.id });
             }
-            for cell in Routes::from(self.terrain(), self.moves(), start).reached() {
+            for cell in Routes::from(self.terrain(), self.connectivity(), start).reached() {
                 reached[cell.index()] = true;
             }
         }

@@ -5,7 +5,7 @@ use std::path::Path;
 use dragnet_search::cell::Grid;
 use dragnet_search::evidence::{MAX_VARIANCE, MIN_VARIANCE};
 use dragnet_search::generated::Generated;
-use dragnet_search::route::Moves;
+use dragnet_search::route::Connectivity;
 use dragnet_search::sensor::{Noise, Sensor};
 use dragnet_search::shape::Shape;
 use dragnet_search::terrain::Terrain;
@@ -112,11 +112,11 @@ fn check_something_is_open(terrain: &Terrain) -> Result<(), Invalid> {
     Err(Invalid::new("map", format!("without a {what} cell"), allowed))
 }
 
-pub(super) fn moves(number: i64) -> Result<Moves, Invalid> {
+pub(super) fn connectivity(number: i64) -> Result<Connectivity, Invalid> {
     match number {
-        4 => Ok(Moves::Four),
-        8 => Ok(Moves::Eight),
-        _ => Err(Invalid::new("map.moves", number, "4 or 8")),
+        4 => Ok(Connectivity::Four),
+        8 => Ok(Connectivity::Eight),
+        _ => Err(Invalid::new("map.connectivity", number, "4 or 8")),
     }
 }
 
@@ -135,10 +135,10 @@ pub(super) fn sensor(table: &SensorTable, grid: Grid) -> Result<Sensor, Invalid>
         let allowed = format!("{} (the map's larger side is {larger_side})", invalid.allowed);
         Invalid { allowed, ..invalid }
     })?;
-    Sensor::new(radius, table.sigma2, noise).map_err(|_| {
+    Sensor::new(radius, table.noise_variance, noise).map_err(|_| {
         let least = 5.0 * f64::from(MIN_VARIANCE);
         let most = f64::from(MAX_VARIANCE) / f64::from(radius * radius);
         let allowed = format!("from {least:.6} to {most:.3} at this radius");
-        Invalid::new("sensor.sigma2", check::written(table.sigma2), allowed)
+        Invalid::new("sensor.noise_variance", check::written(table.noise_variance), allowed)
     })
 }

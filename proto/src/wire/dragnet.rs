@@ -7,7 +7,7 @@
 use serde::{Deserialize, Serialize};
 
 /// The version of all messages that this program speaks.
-pub const VERSION: u8 = 3;
+pub const VERSION: u8 = 4;
 
 /// `dragnet_msgs/msg/Observation`, see `msg/Observation.msg`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -44,7 +44,7 @@ pub struct Heartbeat {
     pub cell: u32,
     pub path_meters: f64,
     pub intent: Intent,
-    pub known: Vec<Version>,
+    pub version_vector: Vec<Version>,
     pub digest: [u64; 2],
     pub directive: Directive,
 }
@@ -91,10 +91,10 @@ pub struct MissionStatus {
     pub version: u8,
     pub time_ns: u64,
     pub declared: Vec<Detection>,
-    pub expected_undeclared: f64,
+    pub expected_remaining: f64,
     pub alive: Vec<u16>,
     pub observations: u64,
-    pub known: Vec<Version>,
+    pub version_vector: Vec<Version>,
     pub digest: [u64; 2],
     pub directive: Directive,
     pub doubled: Vec<u16>,

@@ -11,26 +11,26 @@ use crate::situation::{Place, Situation};
 /// Boustrophedon over lanes from west to east and back, south to north. A team shares the order: each robot takes an
 /// equal, contiguous part.
 pub(super) struct Coverage {
-    lane_cells: u32,
+    lane_spacing_cells: u32,
     order: Option<Vec<Cell>>,
     next: usize,
 }
 
 impl Coverage {
-    pub(super) const fn new(lane_cells: u32) -> Self {
-        Self { lane_cells, order: None, next: 0 }
+    pub(super) const fn new(lane_spacing_cells: u32) -> Self {
+        Self { lane_spacing_cells, order: None, next: 0 }
     }
 }
 
 impl Policy for Coverage {
     fn decide(&mut self, situation: &Situation<'_>, _: &mut Stream) -> Decision {
-        let routes = Routes::from(situation.terrain, situation.moves, situation.robot);
+        let routes = Routes::from(situation.terrain, situation.connectivity, situation.robot);
         let mut scores = vec![f64::NEG_INFINITY; situation.terrain.grid().cell_count()];
         for cell in routes.candidates() {
             scores[cell.index()] = 0.0;
         }
-        let lane_cells = self.lane_cells;
-        let order = self.order.get_or_insert_with(|| lanes(situation, &routes, lane_cells));
+        let lane_spacing_cells = self.lane_spacing_cells;
+        let order = self.order.get_or_insert_with(|| lanes(situation, &routes, lane_spacing_cells));
         while order.get(self.next).is_some_and(|&cell| cell == situation.robot) {
             self.next += 1;
         }
@@ -50,19 +50,19 @@ impl Policy for Coverage {
 }
 
 /// The robot's part of the lanes. The first lane lies half a lane inside the southernmost row in reach.
-fn lanes(situation: &Situation<'_>, routes: &Routes, lane_cells: u32) -> Vec<Cell> {
+fn lanes(situation: &Situation<'_>, routes: &Routes, lane_spacing_cells: u32) -> Vec<Cell> {
     let row = |cell: Cell| situation.terrain.grid().position(cell).row;
     let southernmost = routes.reached().iter().map(|&cell| row(cell)).min().unwrap_or(0);
-    let first = southernmost + lane_cells / 2;
+    let first = southernmost + lane_spacing_cells / 2;
     let mut reached: Vec<Cell> = routes.reached().to_vec();
     reached.sort_unstable();
     let mut order = Vec::new();
     for lane in reached.chunk_by(|&a, &b| row(a) == row(b)) {
         let Some(from_first) = row(lane[0]).checked_sub(first) else { continue };
-        if from_first % lane_cells != 0 {
+        if from_first % lane_spacing_cells != 0 {
             continue;
         }
-        if (from_first / lane_cells).is_multiple_of(2) {
+        if (from_first / lane_spacing_cells).is_multiple_of(2) {
             order.extend(lane);
         } else {
             order.extend(lane.iter().rev());

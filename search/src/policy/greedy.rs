@@ -13,7 +13,7 @@ pub(super) struct Greedy;
 
 impl Policy for Greedy {
     fn decide(&mut self, situation: &Situation<'_>, _: &mut Stream) -> Decision {
-        let routes = Routes::from(situation.terrain, situation.moves, situation.robot);
+        let routes = Routes::from(situation.terrain, situation.connectivity, situation.robot);
         let scores = Outlook::new(situation).look_gains(situation, &routes);
         Decision::most_informative(&routes, scores)
     }

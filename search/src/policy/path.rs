@@ -15,24 +15,24 @@ use crate::seed::Stream;
 use crate::situation::Situation;
 
 pub(super) struct Path {
-    length_weight: f64,
+    path_length_weight: f64,
 }
 
 impl Path {
-    pub(super) const fn new(length_weight: f64) -> Self {
-        Self { length_weight }
+    pub(super) const fn new(path_length_weight: f64) -> Self {
+        Self { path_length_weight }
     }
 }
 
 impl Policy for Path {
     fn decide(&mut self, situation: &Situation<'_>, _: &mut Stream) -> Decision {
-        let routes = Routes::from(situation.terrain, situation.moves, situation.robot);
+        let routes = Routes::from(situation.terrain, situation.connectivity, situation.robot);
         let cell_count = situation.terrain.grid().cell_count();
         let mut scores = vec![f64::NEG_INFINITY; cell_count];
         let mut walk = Walk::new(situation);
         for visit in depth_first(&routes, cell_count) {
             let utility = walk.enter(visit);
-            let weight = path_length_weight(self.length_weight, routes.length(visit.cell));
+            let weight = path_length_weight(self.path_length_weight, routes.length(visit.cell));
             scores[visit.cell.index()] = weight * f64::from(utility);
         }
         Decision::most_informative(&routes, scores)
@@ -43,7 +43,7 @@ impl Policy for Path {
 #[derive(Clone, Copy)]
 struct Visit {
     cell: Cell,
-    /// Moves from the root, from 1.
+    /// Connectivity from the root, from 1.
     depth: usize,
 }
 

@@ -11,21 +11,21 @@ use crate::seed::Stream;
 use crate::situation::Situation;
 
 pub(super) struct PathAdditive {
-    length_weight: f64,
+    path_length_weight: f64,
 }
 
 impl PathAdditive {
-    pub(super) const fn new(length_weight: f64) -> Self {
-        Self { length_weight }
+    pub(super) const fn new(path_length_weight: f64) -> Self {
+        Self { path_length_weight }
     }
 }
 
 impl Policy for PathAdditive {
     fn decide(&mut self, situation: &Situation<'_>, _: &mut Stream) -> Decision {
-        let routes = Routes::from(situation.terrain, situation.moves, situation.robot);
+        let routes = Routes::from(situation.terrain, situation.connectivity, situation.robot);
         let mut utility = path_information(situation, &routes);
         for &cell in routes.candidates() {
-            utility[cell.index()] *= path_length_weight(self.length_weight, routes.length(cell));
+            utility[cell.index()] *= path_length_weight(self.path_length_weight, routes.length(cell));
         }
         Decision::most_informative(&routes, utility)
     }

@@ -15,24 +15,24 @@ use crate::situation::Situation;
 /// table, and where each cell falls on it.
 #[derive(Clone, Copy, Debug)]
 pub struct PathByDefinition {
-    length_weight: f64,
+    path_length_weight: f64,
 }
 
 impl PathByDefinition {
     /// With `w_l` of the path-length weight (Eq. 4), at least 0.
     #[must_use]
-    pub const fn new(length_weight: f64) -> Self {
-        Self { length_weight }
+    pub const fn new(path_length_weight: f64) -> Self {
+        Self { path_length_weight }
     }
 }
 
 impl Policy for PathByDefinition {
     fn decide(&mut self, situation: &Situation<'_>, _: &mut Stream) -> Decision {
-        let routes = Routes::from(situation.terrain, situation.moves, situation.robot);
+        let routes = Routes::from(situation.terrain, situation.connectivity, situation.robot);
         let mut sum = PathSum::new(situation);
         let mut scores = vec![f64::NEG_INFINITY; situation.terrain.grid().cell_count()];
         for &cell in routes.candidates() {
-            let weight = path_length_weight(self.length_weight, routes.length(cell));
+            let weight = path_length_weight(self.path_length_weight, routes.length(cell));
             scores[cell.index()] = weight * sum.of(&routes.path(cell));
         }
         Decision::most_informative(&routes, scores)

@@ -13,7 +13,7 @@ pub(super) struct Random;
 
 impl Policy for Random {
     fn decide(&mut self, situation: &Situation<'_>, random: &mut Stream) -> Decision {
-        let routes = Routes::from(situation.terrain, situation.moves, situation.robot);
+        let routes = Routes::from(situation.terrain, situation.connectivity, situation.robot);
         let mut scores = vec![f64::NEG_INFINITY; situation.terrain.grid().cell_count()];
         let candidates = routes.candidates();
         if candidates.is_empty() {

@@ -13,7 +13,7 @@ use crate::situation::Situation;
 ///
 /// A look that would tell all is worth so little where its footprint holds an object with a probability of `6e-8`
 /// (`H(6e-8) = 1e-6` nats). With the default sensor 2^24 cells, the largest map, are 275,000 footprints: what is left in
-/// all of them is far below the default of `mission.expected_undeclared`. So it is that key which ends a search, unless it
+/// all of them is far below the default of `mission.stop_when_expected_remaining`. So it is that key which ends a search, unless it
 /// is 0 or cannot be reached. What rounding adds to a score lies below the threshold too.
 pub const LEAST_NATS: f64 = 1e-6;
 
@@ -131,7 +131,7 @@ mod tests {
     use super::*;
     use crate::belief::Belief;
     use crate::policy::{Parameters, PolicyName, build};
-    use crate::route::Moves;
+    use crate::route::Connectivity;
     use crate::seed::{Purpose, stream};
     use crate::sensor::{Noise, Sensor};
     use crate::situation::Place;
@@ -155,7 +155,7 @@ mod tests {
         fn decide(&self, name: PolicyName, robot: usize) -> Decision {
             let situation = Situation {
                 terrain: &self.terrain,
-                moves: Moves::Four,
+                connectivity: Connectivity::Four,
                 sensor: &self.sensor,
                 belief: &self.belief,
                 promised: &self.promised,
@@ -173,7 +173,7 @@ mod tests {
     fn of_equal_scores_the_nearest_wins_and_then_the_smallest_index() {
         let terrain = Terrain::from_ascii(".....\n.....\n", 1.0).unwrap();
         let cells: Vec<Cell> = terrain.grid().cells().collect();
-        let routes = Routes::from(&terrain, Moves::Four, cells[2]);
+        let routes = Routes::from(&terrain, Connectivity::Four, cells[2]);
         let best = |equal: &[usize]| {
             let mut scores = vec![-1.0; cells.len()];
             for &place in equal {

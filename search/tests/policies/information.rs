@@ -74,7 +74,7 @@ fn path_is_what_its_definition_says() {
     for seed in 0..100 {
         let case = Case::new(seed);
         let mut random = stream(seed, Purpose::Decision, 1);
-        let mut definition = PathByDefinition::new(Parameters::default().length_weight);
+        let mut definition = PathByDefinition::new(Parameters::default().path_length_weight);
         let defined = definition.decide(&case.situation(), &mut random);
         check(&case, &case.decide(PolicyName::Path, seed), |to| defined.scores[to.index()], 1e-4);
     }

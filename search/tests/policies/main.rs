@@ -7,7 +7,7 @@ use dragnet_search::cell::{Cell, Grid};
 use dragnet_search::evidence::Reading;
 use dragnet_search::intent::Promised;
 use dragnet_search::policy::{Decision, LEAST_NATS, Parameters, PolicyName, build};
-use dragnet_search::route::{Moves, Routes};
+use dragnet_search::route::{Connectivity, Routes};
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_search::sensor::{Noise, Sensor};
 use dragnet_search::situation::{Place, Situation};
@@ -23,7 +23,7 @@ struct Case {
     sensor: Sensor,
     belief: Belief,
     promised: Promised,
-    moves: Moves,
+    connectivity: Connectivity,
     robot: Cell,
 }
 
@@ -39,8 +39,8 @@ impl Case {
         let area: Vec<Cell> = terrain.largest_area();
         let robot = area[random.random_range(0..area.len())];
         let promised = Promised::nothing(&terrain);
-        let moves = if seed.is_multiple_of(2) { Moves::Four } else { Moves::Eight };
-        let mut case = Self { terrain, sensor, belief, promised, moves, robot };
+        let connectivity = if seed.is_multiple_of(2) { Connectivity::Four } else { Connectivity::Eight };
+        let mut case = Self { terrain, sensor, belief, promised, connectivity, robot };
         case.look_around(&mut random);
         case
     }
@@ -61,7 +61,7 @@ impl Case {
     fn situation(&self) -> Situation<'_> {
         Situation {
             terrain: &self.terrain,
-            moves: self.moves,
+            connectivity: self.connectivity,
             sensor: &self.sensor,
             belief: &self.belief,
             promised: &self.promised,
@@ -76,7 +76,7 @@ impl Case {
     }
 
     fn routes(&self) -> Routes {
-        Routes::from(&self.terrain, self.moves, self.robot)
+        Routes::from(&self.terrain, self.connectivity, self.robot)
     }
 }
 
@@ -159,7 +159,7 @@ fn a_coverage_team_shares_the_cells() {
         for _ in 0..4 {
             let situation = Situation {
                 terrain: &terrain,
-                moves: Moves::Four,
+                connectivity: Connectivity::Four,
                 sensor: &sensor,
                 belief: &belief,
                 promised: &promised,
@@ -183,7 +183,7 @@ fn with_nowhere_to_go_every_policy_stays() {
         sensor: Sensor::default(),
         belief: Belief::uniform(&terrain, 0.2).unwrap(),
         promised: Promised::nothing(&terrain),
-        moves: Moves::Four,
+        connectivity: Connectivity::Four,
         terrain,
         robot,
     };

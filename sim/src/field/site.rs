@@ -50,12 +50,12 @@ pub enum SiteError {
 pub fn settings(speed_meters_per_second: f64) -> Settings {
     Settings {
         cameras: vec![
-            CameraTable { farthest_meters: SIGHT_METERS, ..CameraTable::wide() },
-            CameraTable { farthest_meters: SIGHT_METERS, ..CameraTable::narrow() },
+            CameraTable { max_range_meters: SIGHT_METERS, ..CameraTable::wide() },
+            CameraTable { max_range_meters: SIGHT_METERS, ..CameraTable::narrow() },
         ],
         tracker: TrackerTable {
-            velocity_deviation_meters_per_second: 0.01,
-            acceleration_deviation_meters_per_second: 1e-4,
+            velocity_std_meters_per_second: 0.01,
+            acceleration_std_meters_per_second: 1e-4,
             gate_degrees: 8.0,
             ..TrackerTable::default()
         },
@@ -65,12 +65,12 @@ pub fn settings(speed_meters_per_second: f64) -> Settings {
             headings: Some(16),
             reverse_cost: Some(5),
             turn_in_place_cost: None,
-            most_expansions: 200_000,
+            max_expansions: 200_000,
             replan_beyond_meters: 3.0,
         },
         footprint: FootprintTable::Rectangle { length_meters: 1.5, width_meters: 1.0 },
         speed_meters_per_second,
-        first_look_seconds: TAU / HEAD_RADIANS_PER_SECOND,
+        initial_scan_seconds: TAU / HEAD_RADIANS_PER_SECOND,
         ..Settings::default()
     }
 }

@@ -51,7 +51,7 @@ fn scenario(random: &mut Stream, robots: u16, budget: u64) -> String {
          sensor.radius = {}\n\
          objects.density = {:?}\n\
          robots = {{ count = {robots}, policy = '{policy}', start = '{start}' }}\n\
-         mission = {{ budget_seconds = {budget}.0, heartbeat_seconds = {heartbeat}.0, lost_after_seconds = {}.0 }}\n\
+         mission = {{ budget_seconds = {budget}.0, heartbeat_seconds = {heartbeat}.0, liveness_timeout_seconds = {}.0 }}\n\
          [network]\n",
         random.random_range(0..1000_u32),
         random.random_range(1..=3_u32),

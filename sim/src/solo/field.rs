@@ -2,7 +2,7 @@
 
 use dragnet_proto::scenario::Scenario;
 use dragnet_search::cell::Cell;
-use dragnet_search::route::{Moves, Routes};
+use dragnet_search::route::{Connectivity, Routes};
 
 /// Lengths of shortest paths are kept for all pairs of cells if there are no more than so many: 16 MiB.
 const MOST_PAIRS: usize = 1 << 22;
@@ -24,8 +24,10 @@ impl Field {
     /// Prepares a scenario.
     #[must_use]
     pub fn new(scenario: Scenario) -> Self {
-        let (terrain, moves) = (scenario.terrain(), scenario.moves());
-        let steps = |cell| moves.offsets().iter().map(move |&offset| Moves::step(terrain, cell, offset));
+        let (terrain, connectivity) = (scenario.terrain(), scenario.connectivity());
+        let steps = |cell| {
+            connectivity.offsets().iter().map(move |&offset| Connectivity::step(terrain, cell, offset))
+        };
         let neighbors = terrain
             .grid()
             .cells()
@@ -38,7 +40,7 @@ impl Field {
         let mut area = vec![None; count];
         for start in terrain.traversable_cells() {
             if area[start.index()].is_none() {
-                for reached in Routes::from(terrain, moves, start).reached() {
+                for reached in Routes::from(terrain, connectivity, start).reached() {
                     area[reached.index()] = Some(start);
                 }
             }
@@ -62,10 +64,10 @@ impl Field {
     /// How many steps there are in the scenario's moves: 4 or 8.
     #[must_use]
     pub const fn step_count(&self) -> usize {
-        self.scenario.moves().offsets().len()
+        self.scenario.connectivity().offsets().len()
     }
 
-    /// The cell that a step leads to, by its place in [`Moves::offsets`], if it can be taken.
+    /// The cell that a step leads to, by its place in [`Connectivity::offsets`], if it can be taken.
     #[must_use]
     pub fn neighbor(&self, from: Cell, step: usize) -> Option<Cell> {
         let steps = self.step_count();
@@ -89,7 +91,7 @@ impl Field {
 }
 
 fn fill(scenario: &Scenario, from: Cell, lengths: &mut [f32]) {
-    let routes = Routes::from(scenario.terrain(), scenario.moves(), from);
+    let routes = Routes::from(scenario.terrain(), scenario.connectivity(), from);
     for (cell, length) in scenario.terrain().grid().cells().zip(lengths) {
         *length = routes.length(cell);
     }

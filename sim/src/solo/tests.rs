@@ -29,7 +29,7 @@ fn search(scenario: &Scenario, end: End, seed: u64) -> Solo {
     while solo.ended().is_none() {
         let situation = Situation {
             terrain: scenario.terrain(),
-            moves: scenario.moves(),
+            connectivity: scenario.connectivity(),
             sensor: scenario.sensor(),
             belief: solo.belief(),
             promised: &promised,
@@ -69,24 +69,25 @@ fn a_search_by_hand_is_the_episode_of_the_simulation() {
         ("'path'", 9000.0, Ended::Found),
         ("'random'", 900.0, Ended::Spent),
         ("'coverage'", 9000.0, Ended::Found),
-        ("{ name = 'greedy', replan_after = 2 }", 9000.0, Ended::Found),
+        ("{ name = 'greedy', replan_after_cells = 2 }", 9000.0, Ended::Found),
     ] {
         let rest = format!("{MAP}robots.policy = {policy}\nmission.budget_meters = {meters:?}\n");
         check(&rest, End::AllFound, expected);
     }
-    let cleared = format!("{MAP}mission.budget_meters = 60000.0\nmission.expected_undeclared = 0.5\n");
+    let cleared =
+        format!("{MAP}mission.budget_meters = 60000.0\nmission.stop_when_expected_remaining = 0.5\n");
     check(&cleared, End::Resting, Ended::Cleared);
 }
 
 #[test]
 fn time_ends_a_search_where_it_ends_the_episode_beats_and_arrivals_at_once_too() {
-    for moves in [4, 8] {
+    for connectivity in [4, 8] {
         for (speed, heartbeat, seconds) in
             [(2.0, 10.0, 600.0), (3.0, 10.0, 600.0), (6.0, 5.0, 300.0), (2.0, 5.0, 301.0), (3.7, 7.0, 99.0)]
         {
-            let map = MAP.replace("30.0 }", &format!("30.0, moves = {moves} }}"));
+            let map = MAP.replace("30.0 }", &format!("30.0, connectivity = {connectivity} }}"));
             let mission = format!(
-                "[mission]\nexpected_undeclared = 0.0\nspeed_meters_per_second = {speed:?}\nheartbeat_seconds = {heartbeat:?}\nbudget_seconds = {seconds:?}\n"
+                "[mission]\nstop_when_expected_remaining = 0.0\nspeed_meters_per_second = {speed:?}\nheartbeat_seconds = {heartbeat:?}\nbudget_seconds = {seconds:?}\n"
             );
             check(&format!("{map}{mission}"), End::Resting, Ended::Spent);
         }

@@ -7,9 +7,10 @@ use dragnet_detector::network::Network;
 use dragnet_detector::settings::Settings;
 use dragnet_detector::{Detection, Found};
 use dragnet_vehicle::camera::Camera;
+use dragnet_vehicle::settings::CameraTable;
 use serde::Serialize;
 
-use super::camera::Rig;
+use super::camera;
 use crate::commands::Failure;
 use crate::terminal::counted;
 use crate::terminal::table::Table;
@@ -37,7 +38,7 @@ pub(super) struct Report<'a> {
     #[serde(skip)]
     factor: u32,
     #[serde(skip)]
-    rig: Option<Rig>,
+    table: Option<CameraTable>,
 }
 
 #[derive(Serialize)]
@@ -65,7 +66,12 @@ struct Row {
 }
 
 impl<'a> Report<'a> {
-    pub(super) fn new(module: &Path, network: &'a Network, settings: &Settings, rig: Option<Rig>) -> Self {
+    pub(super) fn new(
+        module: &Path,
+        network: &'a Network,
+        settings: &Settings,
+        table: Option<CameraTable>,
+    ) -> Self {
         Self {
             module: module.display().to_string(),
             input_columns: network.input().width_pixels,
@@ -74,13 +80,14 @@ impl<'a> Report<'a> {
             images: Vec::new(),
             network,
             factor: settings.resolution.factor(),
-            rig,
+            table,
         }
     }
 
     pub(super) fn push(&mut self, seen: &Seen<'_>) -> Result<(), Failure> {
         let (width_pixels, height_pixels) = (seen.width_pixels, seen.height_pixels);
-        let camera = self.rig.as_ref().map(|rig| rig.camera(width_pixels, height_pixels)).transpose();
+        let camera =
+            self.table.as_ref().map(|table| camera::sized(table, width_pixels, height_pixels)).transpose();
         let camera = camera.map_err(Failure::input)?;
         let row = |detection: &Detection| Row {
             class: detection.class,

@@ -24,9 +24,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             arguments.images.len()
         )));
     }
-    let rig = arguments.camera.as_deref().map(camera::Rig::read).transpose()?;
+    let table = arguments.camera.as_deref().map(camera::read).transpose()?;
     let eyes = Eyes::open(&settings(arguments)).map_err(|problem| Failure::Input(problem.with_keys("--")))?;
-    let mut report = Report::new(&arguments.module, &eyes.network, &eyes.settings, rig);
+    let mut report = Report::new(&arguments.module, &eyes.network, &eyes.settings, table);
     for path in &arguments.images {
         let image = photo::read(path)?;
         let start = Instant::now();
@@ -62,8 +62,8 @@ fn settings(arguments: &Arguments) -> detector::Settings {
         module: arguments.module.clone(),
         classes: arguments.classes.clone(),
         confidence: arguments.confidence,
-        overlap: arguments.overlap,
-        agnostic: arguments.agnostic,
+        iou: arguments.iou,
+        class_agnostic: arguments.class_agnostic,
         resolution: match arguments.resolution {
             Resolution::Half => detector::Resolution::Half,
             Resolution::Full => detector::Resolution::Full,

@@ -69,9 +69,9 @@ impl Eyes {
             asked.classes.iter().map(|class| self::class(class, &network)).collect::<Result<_, _>>()?;
         let settings = Settings {
             confidence: asked.confidence,
-            overlap: asked.overlap,
+            iou: asked.iou,
             classes: if classes.is_empty() { Classes::All } else { Classes::Only(classes) },
-            suppression: if asked.agnostic { Suppression::Agnostic } else { Suppression::ByClass },
+            suppression: if asked.class_agnostic { Suppression::Agnostic } else { Suppression::ByClass },
             resolution: match asked.resolution {
                 detector::Resolution::Half => Resolution::Half,
                 detector::Resolution::Full => Resolution::Full,

@@ -38,7 +38,7 @@ fn tracking(comparison: &Comparison) -> Claim {
     let shares =
         pairs.clone().filter_map(|(clone, random, expert)| measure::share_closed(clone, random, expert));
     let (least, most) = range(points.clone().map(|points| points.mean));
-    let (least_share, most_share) = range(shares.map(|share| 100.0 * share.mean));
+    let (least_share, max_share) = range(shares.map(|share| 100.0 * share.mean));
     let matching = pairs.filter_map(|(clone, random, expert)| measure::matching(clone, random, expert));
     let margins =
         points.map(|points| Estimate { mean: points.mean + TRACKING_POINTS, ..points }).chain(matching);
@@ -47,7 +47,7 @@ fn tracking(comparison: &Comparison) -> Claim {
         paper: "Trained on one map of 30 x 30 cells, the clones track their expert nearly perfectly on all four of 60 x 60.",
         here: format!(
             "Area under F1 against the expert's, the 16 pairs of clone and map: {} to {} points; of the gap between random \
-             and expert they close {least_share:.0} to {most_share:.0} %. We call it tracking if no pair is more than \
+             and expert they close {least_share:.0} to {max_share:.0} %. We call it tracking if no pair is more than \
              {TRACKING_POINTS} points behind or closes less than {:.0} %.",
             measure::with_sign(least, 2),
             measure::with_sign(most, 2),

@@ -69,7 +69,9 @@ impl Decider {
     fn policy(self) -> Box<dyn Policy + Send> {
         match self {
             Self::Named(name) => policy::build(name, Parameters::default(), None),
-            Self::PathByDefinition => Box::new(PathByDefinition::new(Parameters::default().length_weight)),
+            Self::PathByDefinition => {
+                Box::new(PathByDefinition::new(Parameters::default().path_length_weight))
+            }
         }
     }
 }

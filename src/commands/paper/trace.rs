@@ -72,7 +72,7 @@ struct Tracer<'a> {
 
 impl Tracer<'_> {
     fn certain(&self) -> usize {
-        let (terrain, tau) = (self.scenario.terrain(), self.scenario.mission().tau);
+        let (terrain, tau) = (self.scenario.terrain(), self.scenario.mission().detection_threshold);
         let probabilities = terrain.searched_cells().map(|cell| self.belief.probability(cell));
         probabilities.filter(|&probability| probability >= tau || probability <= 1.0 - tau).count()
     }

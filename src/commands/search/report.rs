@@ -101,7 +101,7 @@ impl Report {
             belief: &episode.belief,
             truth: &episode.truth,
             reach: &episode.reach,
-            tau: scenario.mission().tau,
+            detection_threshold: scenario.mission().detection_threshold,
             tracks: &watched.tracks,
         };
         let map = picture.draw(terminal::columns());
@@ -158,8 +158,8 @@ impl Report {
 /// What was found at the end, when and by whom, what was missed, and what was found and is not there.
 fn objects(scenario: &Scenario, episode: &Episode, finds: &[Find]) -> String {
     let (belief, truth) = (&episode.belief, &episode.truth);
-    let (grid, tau) = (scenario.terrain().grid(), scenario.mission().tau);
-    let is_found = |cell: Cell| belief.is_found(cell, tau);
+    let (grid, detection_threshold) = (scenario.terrain().grid(), scenario.mission().detection_threshold);
+    let is_found = |cell: Cell| belief.is_found(cell, detection_threshold);
     let line = |cell: Cell| format!("{}, probability {:.4}", place(grid, cell), belief.probability(cell));
     let finds = finds.iter().filter(|find| is_found(find.cell) && truth.is_object(find.cell));
     let found = finds.map(|Find { cell, robot, time }| {

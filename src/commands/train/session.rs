@@ -27,7 +27,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     set_threads(arguments.threads);
     let device = if arguments.cpu { Device::Cpu } else { Device::cuda_if_available() };
     let folder = Folder::open(&arguments.demonstrations).map_err(Failure::input)?;
-    let data = Data::load(&folder, arguments.hold_out_every.into(), arguments.sharpness).map_err(
+    let data = Data::load(&folder, arguments.validation_every.into(), arguments.target_exponent).map_err(
         |error| match error {
             DataError::Memory { .. } => Failure::run(error),
             _ => Failure::input(error),
@@ -87,13 +87,13 @@ fn settings(arguments: &Arguments) -> Result<Settings, Failure> {
     let shape = Shape {
         hidden: arguments.hidden,
         layers: arguments.layers,
-        memory: arguments.memory,
-        sums: arguments.sums,
+        memory: arguments.decay_channels,
+        sums: arguments.sum_channels,
     };
     let wrong =
         |flag: &str, value: f64, allowed: &str| Err(Failure::Input(format!("--{flag} {value}: {allowed}")));
     if !shape.is_valid() {
-        let allowed = "--hidden is a multiple of 32 up to 1024, --layers 1 to 64, --memory up to 1024, --sums up to 256";
+        let allowed = "--hidden is a multiple of 32 up to 1024, --layers 1 to 64, --decay-channels up to 1024, --sum-channels up to 256";
         return Err(Failure::Input(format!("no network has these sizes: {allowed}")));
     }
     if !(arguments.learning_rate > 0.0 && arguments.learning_rate <= 1.0) {
@@ -102,8 +102,8 @@ fn settings(arguments: &Arguments) -> Result<Settings, Failure> {
     if !(0.0..=1.0).contains(&arguments.choice_weight) {
         return wrong("choice-weight", arguments.choice_weight, "allowed is a share from 0 to 1");
     }
-    if !(1.0..=10_000.0).contains(&arguments.sharpness) {
-        return wrong("sharpness", arguments.sharpness, "allowed is a number from 1 to 10000");
+    if !(1.0..=10_000.0).contains(&arguments.target_exponent) {
+        return wrong("target-exponent", arguments.target_exponent, "allowed is a number from 1 to 10000");
     }
     Ok(Settings {
         shape,

@@ -13,8 +13,8 @@ fn settings(name: &str, degrees: f64) -> CameraSettings {
         mounting: Pose::new(0.4, 0.0, 0.0),
         z_meters: 0.0,
         pitch_radians: 0.0,
-        nearest_meters: 2.0,
-        farthest_meters: 100.0,
+        min_range_meters: 2.0,
+        max_range_meters: 100.0,
     }
 }
 
@@ -136,6 +136,6 @@ fn cameras_that_cannot_be_say_why() {
     check(|camera| camera.field_of_view_radians = 63.0, "63 radians");
     check(|camera| camera.field_of_view_radians = 1e-320, "radians");
     check(|camera| camera.mounting.heading_radians = f64::INFINITY, "mounting");
-    check(|camera| camera.nearest_meters = 0.0, "from 0 m to 100 m");
-    check(|camera| camera.farthest_meters = f64::NAN, "to NaN m");
+    check(|camera| camera.min_range_meters = 0.0, "from 0 m to 100 m");
+    check(|camera| camera.max_range_meters = f64::NAN, "to NaN m");
 }

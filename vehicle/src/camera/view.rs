@@ -11,8 +11,8 @@ use crate::plane::{Pose, bearing_radians, wrapped_radians};
 pub struct View {
     camera: Pose,
     half_radians: f64,
-    nearest_meters: f64,
-    farthest_meters: f64,
+    min_range_meters: f64,
+    max_range_meters: f64,
     /// The ground is in view from here on, metres.
     ground_meters: f64,
 }
@@ -37,8 +37,8 @@ pub enum ViewError {
 }
 
 /// Whether a view can reach from here to there, metres.
-pub(super) fn are_ranges(nearest_meters: f64, farthest_meters: f64) -> bool {
-    nearest_meters > 0.0 && nearest_meters < farthest_meters && farthest_meters.is_finite()
+pub(super) fn are_ranges(min_range_meters: f64, max_range_meters: f64) -> bool {
+    min_range_meters > 0.0 && min_range_meters < max_range_meters && max_range_meters.is_finite()
 }
 
 impl View {
@@ -50,8 +50,8 @@ impl View {
     pub fn new(
         camera: Pose,
         half_radians: f64,
-        nearest_meters: f64,
-        farthest_meters: f64,
+        min_range_meters: f64,
+        max_range_meters: f64,
     ) -> Result<Self, ViewError> {
         if !camera.is_finite() {
             return Err(ViewError::Pose(camera));
@@ -60,10 +60,10 @@ impl View {
         if !(half_radians > 0.0 && half_radians <= PI) {
             return Err(ViewError::Angle(half_radians));
         }
-        if !are_ranges(nearest_meters, farthest_meters) {
-            return Err(ViewError::Ranges { nearest: nearest_meters, farthest: farthest_meters });
+        if !are_ranges(min_range_meters, max_range_meters) {
+            return Err(ViewError::Ranges { nearest: min_range_meters, farthest: max_range_meters });
         }
-        Ok(Self { camera, half_radians, nearest_meters, farthest_meters, ground_meters: 0.0 })
+        Ok(Self { camera, half_radians, min_range_meters, max_range_meters, ground_meters: 0.0 })
     }
 
     /// The same of a camera that sees the ground from so many metres on.
@@ -86,14 +86,14 @@ impl View {
 
     /// Objects are detected from here on, metres.
     #[must_use]
-    pub const fn nearest_meters(&self) -> f64 {
-        self.nearest_meters
+    pub const fn min_range_meters(&self) -> f64 {
+        self.min_range_meters
     }
 
     /// And up to here, metres.
     #[must_use]
-    pub const fn farthest_meters(&self) -> f64 {
-        self.farthest_meters
+    pub const fn max_range_meters(&self) -> f64 {
+        self.max_range_meters
     }
 
     /// How far a direction, radians counter-clockwise from east, lies beyond the nearer edge, radians; not
@@ -109,8 +109,8 @@ impl View {
     pub(crate) fn widened(self, beyond_radians: f64, times: f64) -> Self {
         Self {
             half_radians: (self.half_radians + beyond_radians).clamp(0.0, PI),
-            nearest_meters: self.nearest_meters / times,
-            farthest_meters: self.farthest_meters * times,
+            min_range_meters: self.min_range_meters / times,
+            max_range_meters: self.max_range_meters * times,
             ..self
         }
     }
@@ -126,7 +126,7 @@ impl View {
     #[must_use]
     pub fn contains(&self, point_meters: Vector2<f64>) -> bool {
         let range_meters = (point_meters - self.camera.position_meters()).norm();
-        (self.nearest_meters..=self.farthest_meters).contains(&range_meters)
+        (self.min_range_meters..=self.max_range_meters).contains(&range_meters)
             && self.radians_beyond(bearing_radians(self.camera.position_meters(), point_meters)) <= 0.0
     }
 }

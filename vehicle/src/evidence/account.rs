@@ -65,7 +65,7 @@ impl Accounts {
             let Some(cell) = terrain.grid().step(from, offset) else { continue };
             let (east, north) = terrain.center_meters(cell);
             let middle = Vector2::new(east, north);
-            let is_far = (middle - camera_meters).norm() > view.farthest_meters() + half_diagonal;
+            let is_far = (middle - camera_meters).norm() > view.max_range_meters() + half_diagonal;
             if is_far || !terrain.is_searched(cell) || self.cells.get(&cell).is_some_and(Account::is_seen) {
                 continue;
             }
@@ -75,7 +75,7 @@ impl Accounts {
             for (part, point) in parts(middle, terrain.cell_meters()).enumerate() {
                 if view.shows_ground(point) {
                     let range_meters = (point - camera_meters).norm();
-                    let missed = missed(range_meters / view.farthest_meters(), miss_probability);
+                    let missed = missed(range_meters / view.max_range_meters(), miss_probability);
                     self.of(cell).note(part, missed, offset.manhattan());
                 }
             }

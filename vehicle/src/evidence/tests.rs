@@ -27,8 +27,8 @@ fn camera(degrees: f64, yaw: f64) -> Camera {
         mounting: Pose::new(0.0, 0.0, yaw),
         z_meters: 0.0,
         pitch_radians: 0.0,
-        nearest_meters: 2.0,
-        farthest_meters: 60.0,
+        min_range_meters: 2.0,
+        max_range_meters: 60.0,
     })
     .unwrap()
 }
@@ -64,7 +64,7 @@ fn drawn(terrain: &Terrain, seen: &Seen) -> String {
 
 /// Follows a thing from a camera that looks around itself and drives half a circle, for some frames.
 fn tracks(thing: Vector2<f64>, frames: u64) -> Vec<Track> {
-    let settings = Settings { velocity_deviation: 0.01, acceleration_density: 1e-8, ..Settings::default() };
+    let settings = Settings { velocity_std: 0.01, acceleration_density: 1e-8, ..Settings::default() };
     let mut tracker = Tracker::new(settings).unwrap();
     for number in 0..frames {
         let angle = number as f64 * 0.02;

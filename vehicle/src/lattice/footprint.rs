@@ -51,16 +51,16 @@ impl Footprint {
 
     /// Whether it can be, on a map of that resolution.
     pub(super) fn check(&self, resolution_meters: f64) -> Result<(), FootprintError> {
-        let most_meters = MAX_FOOTPRINT_CELLS * resolution_meters;
+        let max_meters = MAX_FOOTPRINT_CELLS * resolution_meters;
         let corners = match self {
-            Self::Circle { radius_meters } if (0.0..=most_meters).contains(radius_meters) => return Ok(()),
+            Self::Circle { radius_meters } if (0.0..=max_meters).contains(radius_meters) => return Ok(()),
             Self::Circle { radius_meters } => return Err(FootprintError::Length(*radius_meters)),
             Self::Polygon { corners_meters } => corners_meters,
         };
         if !(3..=MAX_CORNERS).contains(&corners.len()) {
             return Err(FootprintError::CornerCount(corners.len()));
         }
-        let is_bad = |length: &f64| length.is_nan() || length.abs() > most_meters;
+        let is_bad = |length: &f64| length.is_nan() || length.abs() > max_meters;
         if let Some(bad) = corners.iter().flat_map(|&(x, y)| [x, y]).find(is_bad) {
             return Err(FootprintError::Length(bad));
         }

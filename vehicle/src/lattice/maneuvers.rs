@@ -73,7 +73,7 @@ pub enum ManeuversError {
     /// Not a radius, or one that no primitive can hold.
     #[error(
         "a turning radius of {given_meters} m: allowed are lengths above 0, and at a resolution of \
-         {resolution_meters} m at most about {most_meters} m, for which a turn is {MAX_REACH_CELLS} cells \
+         {resolution_meters} m at most about {max_meters} m, for which a turn is {MAX_REACH_CELLS} cells \
          long"
     )]
     TurningRadius {
@@ -82,7 +82,7 @@ pub enum ManeuversError {
         /// Edge of a cell.
         resolution_meters: f64,
         /// What fits.
-        most_meters: f64,
+        max_meters: f64,
     },
 }
 
@@ -141,9 +141,9 @@ impl Maneuvers {
             }
         }
         // Beyond this the count of steps of a leg would no longer be a number of cells.
-        let most_cells = 16.0 * f64::from(MAX_REACH_CELLS);
+        let max_cells = 16.0 * f64::from(MAX_REACH_CELLS);
         if !is_length(self.turning_radius_meters)
-            || self.turning_radius_meters > most_cells * self.resolution_meters
+            || self.turning_radius_meters > max_cells * self.resolution_meters
         {
             return Err(self.radius_error());
         }
@@ -158,7 +158,7 @@ impl Maneuvers {
         ManeuversError::TurningRadius {
             given_meters: self.turning_radius_meters,
             resolution_meters: self.resolution_meters,
-            most_meters: (f64::from(MAX_REACH_CELLS / 2) * self.resolution_meters / tangent).floor(),
+            max_meters: (f64::from(MAX_REACH_CELLS / 2) * self.resolution_meters / tangent).floor(),
         }
     }
 

@@ -4,7 +4,7 @@
 use std::fmt;
 
 use super::alarms::Alarms;
-use crate::settings::{Caution, OnSilence};
+use crate::settings::{FaultResponse, OnFault};
 
 /// What is told of the pose where none comes that could be refused.
 pub const NO_POSE: &str = "no pose comes";
@@ -25,7 +25,7 @@ pub enum Level {
 pub struct Diagnostic {
     /// How bad it is.
     pub level: Level,
-    /// What it is about: `pose`, `clock`, `map`, `way`, `ground`, `camera NAME`, `silence of NAME`.
+    /// What it is about: `pose`, `clock`, `map`, `path`, `ground`, `camera NAME`, `silence of NAME`.
     pub name: String,
     /// What happened, in a sentence.
     pub message: String,
@@ -46,7 +46,7 @@ pub(super) enum Subject {
     Pose,
     Ground,
     Map,
-    Way,
+    Path,
     /// A camera's frames.
     Camera(String),
     /// A camera that gives none that can be used.
@@ -77,20 +77,20 @@ impl fmt::Display for Fault {
 impl Subject {
     const fn level(&self) -> Level {
         match self {
-            Self::Camera(_) | Self::Ground | Self::Way => Level::Warning,
+            Self::Camera(_) | Self::Ground | Self::Path => Level::Warning,
             Self::Clock | Self::Pose | Self::Map | Self::Silence(_) => Level::Error,
         }
     }
 
     /// What to do while it is ill; single bad frames and bad ground forbid nothing.
-    const fn caution(&self, on_silence: &OnSilence) -> Caution {
+    const fn response(&self, on_fault: &OnFault) -> FaultResponse {
         match self {
-            Self::Clock => on_silence.clock,
-            Self::Pose => on_silence.pose,
-            Self::Map => on_silence.map,
-            Self::Silence(_) => on_silence.camera,
+            Self::Clock => on_fault.clock,
+            Self::Pose => on_fault.pose,
+            Self::Map => on_fault.map,
+            Self::Silence(_) => on_fault.camera,
             // The way is given up where it is found to be none.
-            Self::Camera(_) | Self::Ground | Self::Way => Caution::GoOn,
+            Self::Camera(_) | Self::Ground | Self::Path => FaultResponse::Continue,
         }
     }
 }
@@ -102,7 +102,7 @@ impl fmt::Display for Subject {
             Self::Pose => formatter.write_str("pose"),
             Self::Ground => formatter.write_str("ground"),
             Self::Map => formatter.write_str("map"),
-            Self::Way => formatter.write_str("way"),
+            Self::Path => formatter.write_str("path"),
             Self::Camera(name) => write!(formatter, "camera {name}"),
             Self::Silence(name) => write!(formatter, "silence of {name}"),
         }
@@ -145,8 +145,8 @@ impl Conditions {
     }
 
     /// Whether something is ill for which the vehicle is to stand.
-    pub(super) fn forbid(&self, on_silence: &OnSilence) -> bool {
-        self.0.standing().any(|subject| subject.caution(on_silence) == Caution::Hold)
+    pub(super) fn forbid(&self, on_fault: &OnFault) -> bool {
+        self.0.standing().any(|subject| subject.response(on_fault) == FaultResponse::Stop)
     }
 }
 

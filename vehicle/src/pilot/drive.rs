@@ -79,7 +79,7 @@ pub(super) struct Lattice {
     footprint: Footprint,
     /// On a map on which all ground that is free costs [`BESIDE`] more.
     planner: Planner,
-    most_expansions: u64,
+    max_expansions: u64,
     replan_beyond_meters: f64,
     /// The path that is driven.
     path: Vec<Pose>,
@@ -87,14 +87,14 @@ pub(super) struct Lattice {
 
 impl Driver {
     pub(super) fn new(motion: &Motion, map: &CostMap) -> Result<Self, PilotError> {
-        let Motion::Lattice { source, footprint, most_expansions, replan_beyond_meters } = motion else {
+        let Motion::Lattice { source, footprint, max_expansions, replan_beyond_meters } = motion else {
             return Ok(Self::Goal(None));
         };
         Ok(Self::Lattice(Box::new(Lattice {
             planner: planner(source, footprint, map)?,
             source: source.clone(),
             footprint: footprint.clone(),
-            most_expansions: *most_expansions,
+            max_expansions: *max_expansions,
             replan_beyond_meters: *replan_beyond_meters,
             path: Vec::new(),
         })))
@@ -183,7 +183,7 @@ impl Lattice {
     }
 
     fn plan_from(&mut self, from: &Pose, goal: &Goal) -> Result<Plan, PlanError> {
-        let (most, Pose { x_meters, y_meters, .. }) = (self.most_expansions, goal.pose());
+        let (most, Pose { x_meters, y_meters, .. }) = (self.max_expansions, goal.pose());
         let mut result = Err(PlanError::GoalBlocked(x_meters, y_meters));
         for share in TOLERANCES {
             let tolerance_meters = share * goal.corridor.cell_meters;

@@ -36,15 +36,15 @@ pub(super) enum Judgement {
 /// The caller's time.
 #[derive(Clone, Debug)]
 pub(super) struct Clock {
-    settling_ns: u64,
+    recovery_ns: u64,
     latest_ns: u64,
     /// First and last reading of a clock that was set back.
     doubted: Option<(u64, u64)>,
 }
 
 impl Clock {
-    pub(super) const fn new(settling_ns: u64) -> Self {
-        Self { settling_ns, latest_ns: 0, doubted: None }
+    pub(super) const fn new(recovery_ns: u64) -> Self {
+        Self { recovery_ns, latest_ns: 0, doubted: None }
     }
 
     pub(super) const fn now_ns(&self) -> u64 {
@@ -59,7 +59,7 @@ impl Clock {
         }
         let (first, last) = self.doubted.filter(|&(_, last)| now_ns >= last).unwrap_or((now_ns, now_ns));
         self.doubted = Some((first, now_ns.max(last)));
-        if now_ns - first < self.settling_ns {
+        if now_ns - first < self.recovery_ns {
             return Judgement::Doubtful;
         }
         self.latest_ns = now_ns;
@@ -72,10 +72,10 @@ impl Clock {
 #[derive(Clone, Debug)]
 pub(super) struct Localization {
     speed_meters_per_second: f64,
-    most_deviation_meters: f64,
-    settling_ns: u64,
+    max_position_std_meters: f64,
+    recovery_ns: u64,
     /// A pose that is stamped farther from now is none of now.
-    most_age_ns: u64,
+    max_age_ns: u64,
     /// By time, each once.
     fixes: VecDeque<Fix>,
     /// When the last of them came; before the first, when it was expected to.
@@ -94,9 +94,9 @@ impl Localization {
     pub(super) fn new(settings: &Checked) -> Self {
         Self {
             speed_meters_per_second: settings.speed_meters_per_second,
-            most_deviation_meters: settings.most_deviation_meters,
-            settling_ns: settings.settling_ns,
-            most_age_ns: settings.pose_silence_ns,
+            max_position_std_meters: settings.max_position_std_meters,
+            recovery_ns: settings.recovery_ns,
+            max_age_ns: settings.pose_timeout_ns,
             fixes: VecDeque::new(),
             heard_ns: None,
             unused_ns: None,
@@ -147,7 +147,7 @@ impl Localization {
 
     /// Takes in a pose, if it can be.
     pub(super) fn judge(&mut self, now_ns: u64, fix: &Fix, terrain: &Terrain) -> Result<Judgement, Fault> {
-        let stamped = stamp::check(now_ns, fix.time_ns, self.stamp_ns, self.most_age_ns);
+        let stamped = stamp::check(now_ns, fix.time_ns, self.stamp_ns, self.max_age_ns);
         self.stamp_ns = Some(fix.time_ns);
         let judged = self.check(fix, terrain).and(stamped).and_then(|()| self.place(now_ns, fix));
         if matches!(judged, Err(_) | Ok(Judgement::Repeated)) {
@@ -184,9 +184,9 @@ impl Localization {
         if !(pose.is_finite() && are_deviations && heading_deviation_radians.is_finite()) {
             return Err(Fault::new("no_number", "a pose that is no number", &[]));
         }
-        if deviation_meters > self.most_deviation_meters {
+        if deviation_meters > self.max_position_std_meters {
             let numbers =
-                [("deviation_meters", deviation_meters), ("most_meters", self.most_deviation_meters)];
+                [("deviation_meters", deviation_meters), ("max_meters", self.max_position_std_meters)];
             return Err(Fault::new("vague", "the pose is not known well enough", &numbers));
         }
         let (grid, edge) = (terrain.grid(), terrain.cell_meters());
@@ -211,7 +211,7 @@ impl Localization {
         let agreeing = self.elsewhere.filter(|(_, last)| self.can_follow(last, fix));
         let (first, _) = agreeing.unwrap_or((*fix, *fix));
         self.elsewhere = Some((first, *fix));
-        (fix.time_ns - first.time_ns >= self.settling_ns).then_some(Judgement::Restarted)
+        (fix.time_ns - first.time_ns >= self.recovery_ns).then_some(Judgement::Restarted)
     }
 
     /// Where the vehicle was at a time: between two fixes on the straight line, unless poses were silent between them:
@@ -225,7 +225,7 @@ impl Localization {
             return At::Known { fix: *next, interval_ns };
         }
         match before {
-            Some(before) if interval_ns <= self.most_age_ns => {
+            Some(before) if interval_ns <= self.max_age_ns => {
                 At::Known { fix: between(before, next, time_ns), interval_ns }
             }
             _ => At::Never,

@@ -35,7 +35,7 @@ pub(super) struct Perception {
     tracker_settings: TrackerSettings,
     tracker: Tracker,
     /// A frame that is stamped farther from now is none of now.
-    most_age_ns: u64,
+    max_age_ns: u64,
     waiting: Waiting,
     finds: Finds,
     accounts: Accounts,
@@ -61,8 +61,8 @@ impl Perception {
         let eyes: Vec<Eye> = settings
             .cameras
             .iter()
-            .map(|(camera, column_deviation_pixels)| Eye {
-                deviation_radians: camera.bearing_deviation_radians(*column_deviation_pixels),
+            .map(|(camera, column_std_pixels)| Eye {
+                deviation_radians: camera.bearing_deviation_radians(*column_std_pixels),
                 camera: camera.clone(),
                 heard_ns: None,
                 stamp_ns: None,
@@ -72,11 +72,11 @@ impl Perception {
         let by_name = eyes.iter().enumerate().map(|(index, eye)| (eye.camera.settings().name.clone(), index));
         Ok(Self {
             by_name: by_name.collect(),
-            waiting: Waiting::new(eyes.len(), settings.fusion_window_ns, settings.camera_silence_ns),
+            waiting: Waiting::new(eyes.len(), settings.fusion_window_ns, settings.camera_timeout_ns),
             eyes,
             tracker_settings: settings.tracker.clone(),
             tracker: Tracker::new(settings.tracker.clone())?,
-            most_age_ns: settings.camera_silence_ns,
+            max_age_ns: settings.camera_timeout_ns,
             finds: Finds::default(),
             accounts: Accounts::default(),
             has_undecided: false,
@@ -138,7 +138,7 @@ impl Perception {
         };
         let eye = &mut self.eyes[index];
         let before_ns = eye.stamp_ns.replace(frame.time_ns);
-        let stamped = stamp::check(now_ns, frame.time_ns, before_ns, self.most_age_ns);
+        let stamped = stamp::check(now_ns, frame.time_ns, before_ns, self.max_age_ns);
         let found = stamped.and_then(|()| detections(&eye.camera, &frame));
         let time_ns = frame.time_ns;
         let arrival = found.map(|found| self.waiting.put(now_ns, index, frame, found));

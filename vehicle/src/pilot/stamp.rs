@@ -7,12 +7,12 @@ use super::seconds;
 const ADVICE: &str = "set `stamps = \"arrival\"` if this computer's clock should count";
 
 /// Whether something that was stamped so, after something of the same source that was stamped `before_ns`, is no
-/// farther from now than `most_ns`.
+/// farther from now than `max_ns`.
 ///
 /// # Errors
 /// What is wrong with the stamp.
-pub(super) fn check(now_ns: u64, time_ns: u64, before_ns: Option<u64>, most_ns: u64) -> Result<(), Fault> {
-    if now_ns.abs_diff(time_ns) <= most_ns {
+pub(super) fn check(now_ns: u64, time_ns: u64, before_ns: Option<u64>, max_ns: u64) -> Result<(), Fault> {
+    if now_ns.abs_diff(time_ns) <= max_ns {
         return Ok(());
     }
     // Whatever was before the mission began is all the same here.
@@ -27,6 +27,6 @@ pub(super) fn check(now_ns: u64, time_ns: u64, before_ns: Option<u64>, most_ns: 
         }
         _ => ("ahead", format!("stamped {apart_seconds:.1} s ahead of this computer's clock")),
     };
-    let numbers = [("apart_seconds", apart_seconds), ("most_seconds", seconds(most_ns))];
+    let numbers = [("apart_seconds", apart_seconds), ("max_seconds", seconds(max_ns))];
     Err(Fault::new(kind, &format!("{found}; {ADVICE}"), &numbers))
 }

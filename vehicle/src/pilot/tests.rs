@@ -45,8 +45,8 @@ fn settings() -> Settings {
         cameras: vec![camera("front", 0.0), camera("left", 120.0), camera("right", -120.0)],
         ..Settings::default()
     };
-    settings.tracker.velocity_deviation_meters_per_second = 0.01;
-    settings.tracker.acceleration_deviation_meters_per_second = 1e-4;
+    settings.tracker.velocity_std_meters_per_second = 0.01;
+    settings.tracker.acceleration_std_meters_per_second = 1e-4;
     settings.tracker.gate_degrees = 8.0;
     settings
 }
@@ -248,7 +248,7 @@ fn every_cell_of_a_route_is_told_with_readings_that_the_team_believes() {
 
 #[test]
 fn the_first_look_lasts_a_turn_of_the_head() {
-    let settings = Settings { first_look_seconds: 3.0, ..settings() };
+    let settings = Settings { initial_scan_seconds: 3.0, ..settings() };
     let mut drive = Drive::new(&settings);
     let first = (0..30).position(|_| !sensed(&drive.step()).is_empty());
     assert_eq!(first, Some(15));
@@ -437,10 +437,10 @@ fn a_frame_that_comes_later_than_the_window_is_refused_and_counted() {
 
 /// Two cameras that look ahead, four metres apart: they know how far a thing is without moving.
 fn eyes_apart() -> Settings {
-    let camera = |name: &str, left_meters| CameraTable {
+    let camera = |name: &str, y_meters| CameraTable {
         name: name.to_owned(),
-        left_meters,
-        column_deviation_pixels: 1.0,
+        y_meters,
+        column_std_pixels: 1.0,
         ..CameraTable::wide()
     };
     Settings { cameras: vec![camera("left", 2.0), camera("right", -2.0)], ..settings() }

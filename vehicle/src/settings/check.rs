@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::fmt::Display;
 
-use super::{CameraTable, FootprintTable, MotionTable, OnSilence, Settings, TrackerTable};
+use super::{CameraTable, FootprintTable, MotionTable, OnFault, Settings, TrackerTable};
 use crate::camera::{Camera, CameraError, CameraSettings};
 use crate::lattice::footprint::Footprint;
 use crate::lattice::maneuvers::{Headings, Maneuvers};
@@ -31,17 +31,17 @@ pub struct Checked {
     /// Full speed, m/s.
     pub speed_meters_per_second: f64,
     /// How long the first look lasts, nanoseconds.
-    pub first_look_ns: u64,
+    pub initial_scan_ns: u64,
     /// What to do while something is wrong.
-    pub on_silence: OnSilence,
+    pub on_fault: OnFault,
     /// Without a good pose for longer than this it does not know where it is, nanoseconds.
-    pub pose_silence_ns: u64,
+    pub pose_timeout_ns: u64,
     /// A camera without a good frame for longer than this has stopped, nanoseconds.
-    pub camera_silence_ns: u64,
+    pub camera_timeout_ns: u64,
     /// A pose with a larger standard deviation is none, metres.
-    pub most_deviation_meters: f64,
+    pub max_position_std_meters: f64,
     /// After a jump poses are believed again once they have agreed for so long, nanoseconds.
-    pub settling_ns: u64,
+    pub recovery_ns: u64,
 }
 
 /// How a vehicle gets to a cell.
@@ -54,7 +54,7 @@ pub enum Motion {
         /// The ground that it covers.
         footprint: Footprint,
         /// A plan looks at so many states before it is taken as it is.
-        most_expansions: u64,
+        max_expansions: u64,
         /// Farther beside its path than this it plans anew, metres.
         replan_beyond_meters: f64,
     },
@@ -132,10 +132,10 @@ impl Settings {
     pub fn check(&self, primitives: Option<&str>) -> Result<Checked, SettingsError> {
         let safety = &self.safety;
         let seconds = |key: &str, seconds| positive(key, seconds, MOST_SECONDS).map(nanoseconds);
-        if !(0.0..=3600.0).contains(&self.first_look_seconds) {
-            return Err(value("first_look_seconds", &self.first_look_seconds, "0 to 3600"));
+        if !(0.0..=3600.0).contains(&self.initial_scan_seconds) {
+            return Err(value("initial_scan_seconds", &self.initial_scan_seconds, "0 to 3600"));
         }
-        let most_deviation = safety.most_deviation_meters;
+        let max_std = safety.max_position_std_meters;
         Ok(Checked {
             cameras: cameras(&self.cameras)?,
             tracker: tracker(&self.tracker)?,
@@ -146,12 +146,32 @@ impl Settings {
                 self.speed_meters_per_second,
                 1000.0,
             )?,
-            first_look_ns: nanoseconds(self.first_look_seconds),
-            on_silence: safety.on_silence.clone(),
-            pose_silence_ns: seconds("safety.pose_silence_seconds", safety.pose_silence_seconds)?,
-            camera_silence_ns: seconds("safety.camera_silence_seconds", safety.camera_silence_seconds)?,
-            most_deviation_meters: positive("safety.most_deviation_meters", most_deviation, 1e6)?,
-            settling_ns: seconds("safety.settling_seconds", safety.settling_seconds)?,
+            initial_scan_ns: nanoseconds(self.initial_scan_seconds),
+            on_fault: safety.on_fault.clone(),
+            pose_timeout_ns: seconds("safety.pose_timeout_seconds", safety.pose_timeout_seconds)?,
+            camera_timeout_ns: seconds("safety.camera_timeout_seconds", safety.camera_timeout_seconds)?,
+            max_position_std_meters: positive("safety.max_position_std_meters", max_std, 1e6)?,
+            recovery_ns: seconds("safety.recovery_seconds", safety.recovery_seconds)?,
+        })
+    }
+}
+
+impl CameraTable {
+    /// The camera that the table describes.
+    ///
+    /// # Errors
+    /// If a value is not allowed: with its name and what is.
+    pub fn camera(&self) -> Result<Camera, CameraError> {
+        Camera::new(CameraSettings {
+            name: self.name.clone(),
+            width_pixels: self.width_pixels,
+            height_pixels: self.height_pixels,
+            field_of_view_radians: self.field_of_view_degrees.to_radians(),
+            mounting: Pose::new(self.x_meters, self.y_meters, self.yaw_degrees.to_radians()),
+            z_meters: self.z_meters,
+            pitch_radians: self.pitch_degrees.to_radians(),
+            min_range_meters: self.min_range_meters,
+            max_range_meters: self.max_range_meters,
         })
     }
 }
@@ -171,39 +191,29 @@ fn cameras(tables: &[CameraTable]) -> Result<Vec<(Camera, f64)>, SettingsError> 
                     "a name of its own for each",
                 ));
             }
-            let camera = Camera::new(CameraSettings {
-                name: table.name.clone(),
-                width_pixels: table.width_pixels,
-                height_pixels: table.height_pixels,
-                field_of_view_radians: table.field_of_view_degrees.to_radians(),
-                mounting: Pose::new(table.forward_meters, table.left_meters, table.yaw_degrees.to_radians()),
-                z_meters: table.z_meters,
-                pitch_radians: table.pitch_degrees.to_radians(),
-                nearest_meters: table.nearest_meters,
-                farthest_meters: table.farthest_meters,
-            })?;
+            let camera = table.camera()?;
             let most = f64::from(table.width_pixels) / 4.0;
-            let deviation = positive("cameras.column_deviation_pixels", table.column_deviation_pixels, most)?;
+            let deviation = positive("cameras.column_std_pixels", table.column_std_pixels, most)?;
             Ok((camera, deviation))
         })
         .collect()
 }
 
 fn tracker(table: &TrackerTable) -> Result<TrackerSettings, SettingsError> {
-    let acceleration = table.acceleration_deviation_meters_per_second;
+    let acceleration = table.acceleration_std_meters_per_second;
     if !(0.0..=1000.0).contains(&acceleration) {
-        let key = "tracker.acceleration_deviation_meters_per_second";
+        let key = "tracker.acceleration_std_meters_per_second";
         return Err(value(key, &acceleration, "0 to 1000"));
     }
     let settings = TrackerSettings {
-        members: table.members,
-        velocity_deviation: table.velocity_deviation_meters_per_second,
+        range_hypotheses: table.range_hypotheses,
+        velocity_std: table.velocity_std_meters_per_second,
         acceleration_density: acceleration * acceleration,
         gate_radians: table.gate_degrees.to_radians(),
-        confirming_hits: table.confirming_hits,
-        first_looks: table.first_looks,
-        losing_misses: table.losing_misses,
-        forgetting_seconds: table.forgetting_seconds,
+        confirm_hits: table.confirm_hits,
+        initial_frames: table.initial_frames,
+        max_misses: table.max_misses,
+        track_timeout_seconds: table.track_timeout_seconds,
         miss_probability: table.miss_probability,
         false_alarms_per_frame: table.false_alarms_per_frame,
         pose_correlation_seconds: table.pose_correlation_seconds,
@@ -236,15 +246,15 @@ fn footprint(table: FootprintTable) -> Result<Footprint, SettingsError> {
 }
 
 fn motion(table: &MotionTable, footprint: Footprint, text: Option<&str>) -> Result<Motion, SettingsError> {
-    let MotionTable::Lattice { most_expansions, replan_beyond_meters, .. } = *table else {
+    let MotionTable::Lattice { max_expansions, replan_beyond_meters, .. } = *table else {
         return Ok(Motion::Goal);
     };
-    if !(1000..=100_000_000).contains(&most_expansions) {
-        return Err(value("motion.most_expansions", &most_expansions, "1000 to 100000000"));
+    if !(1000..=100_000_000).contains(&max_expansions) {
+        return Err(value("motion.max_expansions", &max_expansions, "1000 to 100000000"));
     }
     let replan_beyond_meters = positive("motion.replan_beyond_meters", replan_beyond_meters, 1e6)?;
     let source = source(table, text)?;
-    Ok(Motion::Lattice { source, footprint, most_expansions, replan_beyond_meters })
+    Ok(Motion::Lattice { source, footprint, max_expansions, replan_beyond_meters })
 }
 
 fn source(table: &MotionTable, text: Option<&str>) -> Result<Source, SettingsError> {

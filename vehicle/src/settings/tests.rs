@@ -41,11 +41,11 @@ fn what_is_written_is_what_is_read() {
     let settings = read("").unwrap();
     assert_eq!(read(&toml::to_string(&settings).unwrap()).unwrap(), settings);
     let text = "motion = { kind = 'goal' }\nfootprint = { shape = 'disc', radius_meters = 0.5 }\n\
-                [safety.on_silence]\ncamera = 'go_on'\n";
+                [safety.on_fault]\ncamera = 'go_on'\n";
     let settings = read(text).unwrap();
     assert_eq!(settings.check(None).unwrap().motion, Motion::Goal);
-    assert_eq!(settings.safety.on_silence.camera, Caution::GoOn);
-    assert_eq!(settings.safety.on_silence.pose, Caution::Hold);
+    assert_eq!(settings.safety.on_fault.camera, FaultResponse::Continue);
+    assert_eq!(settings.safety.on_fault.pose, FaultResponse::Stop);
 }
 
 #[test]
@@ -81,7 +81,7 @@ fn what_cannot_be_names_its_key_and_what_is_allowed() {
         "vehicle.speed_meters_per_second = 0: allowed is above 0, at most 1000",
     );
     check("speed_meters_per_second = nan", "vehicle.speed_meters_per_second = NaN");
-    check("first_look_seconds = -1.0", "vehicle.first_look_seconds = -1: allowed is 0 to 3600");
+    check("initial_scan_seconds = -1.0", "vehicle.initial_scan_seconds = -1: allowed is 0 to 3600");
     check(
         "motion = { kind = 'lattice', headings = 12 }",
         "vehicle.motion.headings = 12: allowed is 8, 16 or 32",
@@ -92,18 +92,18 @@ fn what_cannot_be_names_its_key_and_what_is_allowed() {
     );
     check("motion = { kind = 'fly' }", "unknown variant `fly`");
     check("footprint = { shape = 'disc', radius_meters = -1.0 }", "vehicle.footprint.radius_meters = -1");
-    check("tracker = { members = 0 }", "vehicle.tracker: 0 members");
+    check("tracker = { range_hypotheses = 0 }", "vehicle.tracker: 0 range_hypotheses");
     check("tracker = { gate_degrees = 270.0 }", "vehicle.tracker: gate_radians");
-    check("safety = { pose_silence_seconds = 0.0 }", "vehicle.safety.pose_silence_seconds = 0");
-    check("[safety.on_silence]\ncamera = 'panic'", "unknown variant `panic`, expected `hold` or `go_on`");
+    check("safety = { pose_timeout_seconds = 0.0 }", "vehicle.safety.pose_timeout_seconds = 0");
+    check("[safety.on_fault]\ncamera = 'panic'", "unknown variant `panic`, expected `hold` or `go_on`");
     check("colour = 'red'", "unknown field `colour`, expected one of `cameras`, `tracker`");
     let camera = |changes: &str| {
         format!(
-            "[[cameras]]\nname = 'a'\nwidth_pixels = 100\nheight_pixels = 50\nfarthest_meters = 50.0\n{changes}\n"
+            "[[cameras]]\nname = 'a'\nwidth_pixels = 100\nheight_pixels = 50\nmax_range_meters = 50.0\n{changes}\n"
         )
     };
     check(&camera("field_of_view_degrees = 200.0"), "vehicle.cameras: camera a: a field of view of 3.49");
-    check(&camera("field_of_view_degrees = 60.0\nnearest_meters = 60.0"), "from 60 m to 50 m");
+    check(&camera("field_of_view_degrees = 60.0\nmin_range_meters = 60.0"), "from 60 m to 50 m");
     let one = camera("field_of_view_degrees = 60.0");
     check(&format!("{one}{one}"), "vehicle.cameras.name = \"a\" twice");
 }

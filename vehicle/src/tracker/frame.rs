@@ -174,7 +174,7 @@ impl Frame {
     /// the ranges must not end there.
     pub(super) fn reach(&self) -> Reach {
         let widest = self.widest_view(0.0);
-        Reach { nearest_meters: widest.nearest_meters(), farthest_meters: widest.farthest_meters() }
+        Reach { min_range_meters: widest.min_range_meters(), max_range_meters: widest.max_range_meters() }
     }
 
     /// What can be seen at most: views end less sharply than the settings say.

@@ -29,9 +29,9 @@ const LEAST_WEIGHT: f64 = 1e-3;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reach {
     /// Metres, above 0.
-    pub nearest_meters: f64,
-    /// Metres, above `nearest_meters`.
-    pub farthest_meters: f64,
+    pub min_range_meters: f64,
+    /// Metres, above `min_range_meters`.
+    pub max_range_meters: f64,
 }
 
 /// One part of the ranges.
@@ -56,14 +56,14 @@ impl Mixture {
     /// which is that mean times `2 (rho - 1) / ((rho + 1) sqrt(12))`; all weights are equal.
     #[must_use]
     pub fn born(sight: &Sight, pose_error: &PoseError, reach: Reach, settings: &Settings) -> Self {
-        let weight = 1.0 / f64::from(settings.members);
-        let rho = (reach.farthest_meters / reach.nearest_meters).powf(weight);
+        let weight = 1.0 / f64::from(settings.range_hypotheses);
+        let rho = (reach.max_range_meters / reach.min_range_meters).powf(weight);
         let relative_deviation = 2.0 * (rho - 1.0) / ((rho + 1.0) * 12.0_f64.sqrt());
         let member = |part: i32| {
-            let range_meters = reach.nearest_meters * (rho.powi(part) + rho.powi(part - 1)) / 2.0;
+            let range_meters = reach.min_range_meters * (rho.powi(part) + rho.powi(part - 1)) / 2.0;
             Member { weight, state: at_range(sight, pose_error, range_meters, relative_deviation, settings) }
         };
-        Self { members: (1..=settings.members.cast_signed()).map(member).collect() }
+        Self { members: (1..=settings.range_hypotheses.cast_signed()).map(member).collect() }
     }
 
     /// Its members, the nearest part of the first sight first.
@@ -209,7 +209,7 @@ fn at_range(
     let across = sight.deviation_radians.powi(2) + pose_error.bearing_variance(range_meters);
     let deviations = Vector2::new(relative_deviation, across.sqrt()) * range_meters;
     let place = turn * Matrix2::from_diagonal(&deviations.component_mul(&deviations)) * turn.transpose();
-    let mut covariance = Matrix4::from_diagonal_element(settings.velocity_deviation.powi(2));
+    let mut covariance = Matrix4::from_diagonal_element(settings.velocity_std.powi(2));
     covariance.fixed_view_mut::<2, 2>(0, 0).copy_from(&((place + place.transpose()) / 2.0));
     Gaussian { mean: Vector4::new(position.x, position.y, 0.0, 0.0), covariance }
 }
@@ -227,7 +227,7 @@ mod tests {
 
     const EXACT: PoseError =
         PoseError { heading_std_radians: 0.0, position_std_meters: 0.0, correlation_seconds: 0.0 };
-    const REACH: Reach = Reach { nearest_meters: 5.0, farthest_meters: 160.0 };
+    const REACH: Reach = Reach { min_range_meters: 5.0, max_range_meters: 160.0 };
 
     fn sight(east: f64, bearing_radians: f64) -> Sight {
         Sight { from_meters: Vector2::new(east, 0.0), bearing_radians, deviation_radians: 0.005 }
@@ -258,7 +258,7 @@ mod tests {
     #[test]
     fn two_bearings_from_two_places_leave_the_right_range() {
         let truth = Vector2::new(30.0, 40.0);
-        let still = Settings { velocity_deviation: 0.05, ..Settings::default() };
+        let still = Settings { velocity_std: 0.05, ..Settings::default() };
         let mut mixture =
             Mixture::born(&sight(0.0, bearing_radians(Vector2::zeros(), truth)), &EXACT, REACH, &still);
         for step in 1..=20 {
@@ -299,7 +299,7 @@ mod tests {
             born().members().iter().map(|member| member.state.position_meters().norm()).collect();
         let mean = ranges.iter().sum::<f64>() / 6.0;
         assert!((estimate.position_meters().norm() - mean).abs() < 1e-9);
-        assert!((estimate.covariance[(2, 2)] - Settings::default().velocity_deviation.powi(2)).abs() < 1e-12);
+        assert!((estimate.covariance[(2, 2)] - Settings::default().velocity_std.powi(2)).abs() < 1e-12);
         assert!(estimate.is_sound());
     }
 }

@@ -98,8 +98,8 @@ fn a_box_of_a_turned_camera_points_at_its_thing() {
         mounting: Pose::new(0.5, 0.3, 1.2),
         z_meters: 0.0,
         pitch_radians: 0.0,
-        nearest_meters: 2.0,
-        farthest_meters: 100.0,
+        min_range_meters: 2.0,
+        max_range_meters: 100.0,
     });
     let (camera, vehicle) = (camera.unwrap(), Pose::new(20.0, 30.0, 2.5));
     let eye = vehicle.of_part(&camera.settings().mounting);
@@ -121,7 +121,7 @@ fn a_box_of_a_turned_camera_points_at_its_thing() {
 #[test]
 fn crossing_things_keep_their_tracks_as_the_camera_moves() {
     let things = [Vector2::new(20.0, 30.0), Vector2::new(24.0, 60.0), Vector2::new(-30.0, 20.0)];
-    let still = Settings { velocity_deviation: 0.05, acceleration_density: 1e-6, ..Settings::default() };
+    let still = Settings { velocity_std: 0.05, acceleration_density: 1e-6, ..Settings::default() };
     let mut tracker = Tracker::new(still).unwrap();
     for step in 0..300_u64 {
         let seconds = step as f64 / 5.0;
@@ -202,17 +202,17 @@ fn settings_that_cannot_be_say_why() {
         let error = Tracker::new(settings).unwrap_err().to_string();
         assert!(error.contains(message), "{error}");
     };
-    check(|settings| settings.members = 0, "0 members");
-    check(|settings| settings.members = 1000, "1000 members");
-    check(|settings| settings.velocity_deviation = f64::NAN, "velocity_deviation = NaN");
+    check(|settings| settings.range_hypotheses = 0, "0 range hypotheses");
+    check(|settings| settings.range_hypotheses = 1000, "1000 range hypotheses");
+    check(|settings| settings.velocity_std = f64::NAN, "velocity_std = NaN");
     check(|settings| settings.acceleration_density = -1.0, "acceleration_density = -1");
     check(|settings| settings.gate_radians = 4.0, "gate_radians = 4");
-    check(|settings| settings.forgetting_seconds = 0.0, "forgetting_seconds = 0");
+    check(|settings| settings.track_timeout_seconds = 0.0, "track_timeout_seconds = 0");
     check(|settings| settings.miss_probability = 1.0, "miss_probability = 1");
     check(|settings| settings.false_alarms_per_frame = 0.0, "false_alarms_per_frame = 0");
     check(|settings| settings.pose_correlation_seconds = f64::NAN, "pose_correlation_seconds = NaN");
-    check(|settings| settings.confirming_hits = 6, "6 of 5 looks");
-    check(|settings| settings.losing_misses = 0, "0 misses lose: needed is");
+    check(|settings| settings.confirm_hits = 6, "6 of 5 looks");
+    check(|settings| settings.max_misses = 0, "0 misses lose: needed is");
 }
 
 /// Bearings of one pose are turned alike: a hundred of them tell no more of the heading than the pose does.
@@ -264,10 +264,10 @@ fn one_sight_of_a_camera_that_has_always_missed_it_does_not_rule_out_that_it_is_
     let mut tracker = tracker();
     let mut far = Vec::new();
     for number in 0..80_u64 {
-        let frame = |camera: u16, half_radians: f64, farthest_meters: f64, is_seen: bool| Frame {
+        let frame = |camera: u16, half_radians: f64, max_range_meters: f64, is_seen: bool| Frame {
             time_ns: number * SECOND / 20 + u64::from(camera),
             camera,
-            view: View::new(Pose::new(0.0, 0.0, 0.0), half_radians, 2.0, farthest_meters).unwrap(),
+            view: View::new(Pose::new(0.0, 0.0, 0.0), half_radians, 2.0, max_range_meters).unwrap(),
             ..seen_from(Pose::new(0.0, 0.0, 0.0), PI, 0, if is_seen { &[0.0] } else { &[] })
         };
         tracker.handle(&frame(0, 0.14, 200.0, true)).unwrap();

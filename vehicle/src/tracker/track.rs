@@ -122,7 +122,7 @@ pub struct Track {
 struct LastSeen {
     sight: Sight,
     pose_error: PoseError,
-    nearest_meters: f64,
+    min_range_meters: f64,
 }
 
 impl Track {
@@ -133,11 +133,11 @@ impl Track {
         id: TrackId,
         sight: &Sight,
         frame: &Frame,
-        farthest_meters: f64,
+        max_range_meters: f64,
         unseen: &dyn Fn(Vector2<f64>) -> f64,
         settings: &Settings,
     ) -> (Self, Fate) {
-        let reach = Reach { farthest_meters, ..frame.reach() };
+        let reach = Reach { max_range_meters, ..frame.reach() };
         let view = frame.widest_view(settings.gate_radians);
         let mixture = Mixture::born(sight, &frame.pose_error, reach, settings);
         let mut track = Self {
@@ -251,8 +251,8 @@ impl Track {
         // Not since it was missed: on the seam of two cameras one misses what the other sees just then.
         self.count(log_odds, independent_share(self.seen_ns, frame), frame);
         self.seen_ns = frame.time_ns;
-        let nearest_meters = frame.reach().nearest_meters;
-        self.last_seen = Some(LastSeen { sight: *sight, pose_error: frame.pose_error, nearest_meters });
+        let min_range_meters = frame.reach().min_range_meters;
+        self.last_seen = Some(LastSeen { sight: *sight, pose_error: frame.pose_error, min_range_meters });
         self.missed_in.clear();
         self.misses_in_a_row = 0.0;
         self.hits = self.hits.saturating_add(1);
@@ -291,8 +291,8 @@ impl Track {
             return Fate::Lost;
         }
         let patience_seconds = match self.standing {
-            Standing::Tentative => settings.forgetting_seconds.min(TENTATIVE_SECONDS),
-            Standing::Confirmed => settings.forgetting_seconds,
+            Standing::Tentative => settings.track_timeout_seconds.min(TENTATIVE_SECONDS),
+            Standing::Confirmed => settings.track_timeout_seconds,
         };
         let is_forgotten = seconds_between(self.seen_ns, frame.time_ns) > patience_seconds;
         if is_forgotten { Fate::Lost } else { Fate::AsBefore }
@@ -319,27 +319,27 @@ impl Track {
         if self.misses_in_a_row < PASSING_MISSES {
             return;
         }
-        let Some(LastSeen { sight, pose_error, nearest_meters }) = self.last_seen.take() else { return };
+        let Some(LastSeen { sight, pose_error, min_range_meters }) = self.last_seen.take() else { return };
         let estimate = self.estimate();
-        let farthest_meters = (estimate.position_meters() - sight.from_meters).norm();
+        let max_range_meters = (estimate.position_meters() - sight.from_meters).norm();
         let std_meters = estimate.place_covariance().symmetric_eigenvalues().max().max(0.0).sqrt();
-        if farthest_meters > nearest_meters && std_meters > KNOWN_SHARE * farthest_meters {
+        if max_range_meters > min_range_meters && std_meters > KNOWN_SHARE * max_range_meters {
             let nearer =
-                Mixture::born(&sight, &pose_error, Reach { nearest_meters, farthest_meters }, settings);
+                Mixture::born(&sight, &pose_error, Reach { min_range_meters, max_range_meters }, settings);
             self.mixture = self.mixture.or(&nearer, PASSED);
         }
     }
 
     fn is_lost_by_a_miss(&mut self, settings: &Settings) -> bool {
         self.misses = self.misses.saturating_add(1);
-        if self.standing == Standing::Tentative && self.hits < settings.confirming_hits {
-            return self.misses > settings.first_looks - settings.confirming_hits;
+        if self.standing == Standing::Tentative && self.hits < settings.confirm_hits {
+            return self.misses > settings.initial_frames - settings.confirm_hits;
         }
-        self.misses_in_a_row >= f64::from(settings.losing_misses) - 1e-9
+        self.misses_in_a_row >= f64::from(settings.max_misses) - 1e-9
     }
 
     fn is_hopeless(&self, settings: &Settings) -> bool {
-        self.hits >= settings.confirming_hits && self.score_nats < HOPELESS_NATS
+        self.hits >= settings.confirm_hits && self.score_nats < HOPELESS_NATS
     }
 
     fn note_lasting_error(&mut self, frame: &Frame) {
@@ -350,7 +350,7 @@ impl Track {
     }
 
     fn promoted(&mut self, settings: &Settings) -> Fate {
-        let is_seen = self.hits >= settings.confirming_hits && self.score_nats >= CONFIRMING_NATS;
+        let is_seen = self.hits >= settings.confirm_hits && self.score_nats >= CONFIRMING_NATS;
         if self.standing == Standing::Confirmed || !is_seen {
             return Fate::AsBefore;
         }

@@ -26,13 +26,13 @@ const RUNS: u64 = 1000;
 const STEP_SECONDS: f64 = 0.2;
 const SECONDS: [u32; 6] = [5, 10, 20, 30, 40, 60];
 const DEVIATION_RADIANS: f64 = 0.01;
-const REACH: Reach = Reach { nearest_meters: 30.0, farthest_meters: 150.0 };
+const REACH: Reach = Reach { min_range_meters: 30.0, max_range_meters: 150.0 };
 /// So many runs, from the first seed on, and the quantiles 0.025 and 0.975 of chi-square with 4 degrees of
 /// freedom for each of them, over their number.
 const BOUNDS: [(usize, [f64; 2]); 2] = [(200, [3.617_563, 4.401_376]), (1000, [3.826_598, 4.177_191])];
 
 fn settings() -> Settings {
-    Settings { velocity_deviation: 0.1, acceleration_density: 1e-4, ..Settings::default() }
+    Settings { velocity_std: 0.1, acceleration_density: 1e-4, ..Settings::default() }
 }
 
 fn normal(random: &mut Stream) -> f64 {
@@ -50,12 +50,14 @@ fn sight(seconds: f64, thing: &Vector4<f64>, random: &mut Stream) -> Sight {
 }
 
 fn thing(settings: &Settings, random: &mut Stream) -> Vector4<f64> {
-    let ratio = REACH.farthest_meters / REACH.nearest_meters;
-    let edge = |part: u32| REACH.nearest_meters * ratio.powf(f64::from(part) / f64::from(settings.members));
-    let part = random.random_range(0..settings.members);
+    let ratio = REACH.max_range_meters / REACH.min_range_meters;
+    let edge = |part: u32| {
+        REACH.min_range_meters * ratio.powf(f64::from(part) / f64::from(settings.range_hypotheses))
+    };
+    let part = random.random_range(0..settings.range_hypotheses);
     let range = random.random_range(edge(part)..edge(part + 1));
     let (sin, cos) = random.random_range(-PI..PI).sin_cos();
-    let velocity = Vector2::from_fn(|_, _| settings.velocity_deviation * normal(random));
+    let velocity = Vector2::from_fn(|_, _| settings.velocity_std * normal(random));
     let place = vehicle_meters(0.0) + Vector2::new(cos, sin) * range;
     Vector4::new(place.x, place.y, velocity.x, velocity.y)
 }

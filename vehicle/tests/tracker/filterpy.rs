@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 use crate::interpreter::interpreter;
 
 const WORKSPACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
-const REACH: Reach = Reach { nearest_meters: 5.0, farthest_meters: 150.0 };
+const REACH: Reach = Reach { min_range_meters: 5.0, max_range_meters: 150.0 };
 const DEVIATION_RADIANS: f64 = 0.01;
 /// Of a mean by its own standard deviation, and of a covariance by both.
 const TOLERANCE: f64 = 1e-9;
@@ -73,7 +73,7 @@ fn difference(ours: &Gaussian, theirs: &Value) -> f64 {
 }
 
 fn settings() -> Settings {
-    Settings { velocity_deviation: 0.5, acceleration_density: 0.02, ..Settings::default() }
+    Settings { velocity_std: 0.5, acceleration_density: 0.02, ..Settings::default() }
 }
 
 fn alone() -> Gaussian {
@@ -90,11 +90,11 @@ fn scenario(sights: &[(f64, Sight)]) -> Value {
     };
     json!({
         "settings": {
-            "members": settings.members,
-            "velocity_deviation": settings.velocity_deviation,
+            "members": settings.range_hypotheses,
+            "velocity_std": settings.velocity_std,
             "acceleration_density": settings.acceleration_density,
-            "nearest_meters": REACH.nearest_meters,
-            "farthest_meters": REACH.farthest_meters,
+            "min_range_meters": REACH.min_range_meters,
+            "max_range_meters": REACH.max_range_meters,
             "deviation_radians": DEVIATION_RADIANS,
         },
         "alone": {"mean": alone.mean.as_slice(), "covariance": rows(&alone.covariance)},

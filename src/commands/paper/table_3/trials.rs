@@ -155,7 +155,7 @@ impl Trials {
 
     /// Way of the robot that drove farthest in the others, metres.
     pub(super) fn ways(&self, contender: &Contender) -> Vec<f64> {
-        self.random_of(contender).map(farthest_meters).collect()
+        self.random_of(contender).map(max_range_meters).collect()
     }
 
     pub(super) fn mean_false_finds(&self, contender: &Contender) -> f64 {
@@ -188,7 +188,7 @@ fn line(configuration: &'static str, seed: u64, contender: &Contender, trial: &T
         trial.found.map(MissionTime::as_seconds),
         trial.ended.as_seconds(),
         trial.score.false_positives,
-        farthest_meters(trial),
+        max_range_meters(trial),
         trial.looks,
         trial.decisions.len(),
         format!("{:032x}", trial.digest.0),
@@ -199,6 +199,6 @@ fn seconds(trial: &Trial) -> f64 {
     trial.found.map_or(FIELD_BUDGET_SECONDS, |time| time.as_seconds().min(FIELD_BUDGET_SECONDS))
 }
 
-fn farthest_meters(trial: &Trial) -> f64 {
+fn max_range_meters(trial: &Trial) -> f64 {
     trial.driven_meters.iter().copied().fold(0.0, f64::max)
 }

@@ -4,15 +4,15 @@ use super::*;
 use crate::lattice::costmap::LETHAL;
 use crate::lattice::maneuvers::{Headings, Maneuvers};
 use crate::lattice::mprim;
-use crate::settings::{Caution, OnSilence};
+use crate::settings::{FaultResponse, OnFault};
 
 const ROUTE: [(u32, u32); 5] = [(2, 3), (2, 4), (2, 5), (2, 6), (2, 7)];
 
 /// A drive under way, with this caution about everything.
-fn under_way(caution: Caution) -> Drive {
+fn under_way(caution: FaultResponse) -> Drive {
     let mut settings = settings();
-    settings.safety.on_silence =
-        OnSilence { pose: caution, camera: caution, clock: caution, way: caution, map: caution };
+    settings.safety.on_fault =
+        OnFault { pose: caution, camera: caution, clock: caution, path: caution, map: caution };
     let mut drive = Drive::new(&settings);
     drive.step();
     drive.go(&ROUTE);
@@ -22,12 +22,12 @@ fn under_way(caution: Caution) -> Drive {
 
 /// The same fault under both settings: who holds stands, who goes on drives; both say so.
 fn check_both(fault: impl Fn(&mut Drive) -> Vec<Action>, expected: &str) {
-    for caution in [Caution::Hold, Caution::GoOn] {
+    for caution in [FaultResponse::Stop, FaultResponse::Continue] {
         let mut drive = under_way(caution);
         let actions = fault(&mut drive);
         assert!(told(&actions).contains(&expected.to_owned()), "{caution:?}: {:?}", told(&actions));
-        assert_eq!(is_hold(&actions), caution == Caution::Hold, "{caution:?}: {actions:?}");
-        assert_eq!(drive.path.is_empty(), caution == Caution::Hold, "{caution:?}");
+        assert_eq!(is_hold(&actions), caution == FaultResponse::Stop, "{caution:?}: {actions:?}");
+        assert_eq!(drive.path.is_empty(), caution == FaultResponse::Stop, "{caution:?}");
     }
 }
 
@@ -47,7 +47,7 @@ fn with_front(
 #[test]
 fn a_camera_that_stops() {
     check_both(|drive| with_front(drive, 4, |_| None), "silence of front Error");
-    let mut drive = under_way(Caution::Hold);
+    let mut drive = under_way(FaultResponse::Stop);
     with_front(&mut drive, 4, |_| None);
     assert!(drive.path.is_empty());
     assert!(drive.step().is_empty(), "not believed yet");
@@ -80,7 +80,7 @@ fn a_detector_that_returns_no_numbers_or_ten_thousand_boxes() {
         (&bearing, "bearing 1 is no number"),
         (&elsewhere, "bearing 0, 2.5 radians, is outside of the camera's view"),
     ] {
-        let mut drive = under_way(Caution::GoOn);
+        let mut drive = under_way(FaultResponse::Continue);
         drive.steps(5);
         let actions = with_front(&mut drive, 10, bad);
         assert_eq!(message(&actions), expected);
@@ -110,7 +110,7 @@ fn a_pose_that_jumps_and_one_outside_of_the_map() {
         },
         "pose Error",
     );
-    let mut drive = under_way(Caution::Hold);
+    let mut drive = under_way(FaultResponse::Stop);
     assert!(message(&jumped(&mut drive, at(95.0, 95.0))).contains("jumped farther than the vehicle drives"));
     assert!(drive.step().is_empty(), "not believed yet");
     assert!(is_drive(&drive.steps(4)), "one wrong pose does no harm");
@@ -118,7 +118,7 @@ fn a_pose_that_jumps_and_one_outside_of_the_map() {
 
 #[test]
 fn after_a_jump_that_lasts_all_begins_anew() {
-    let mut drive = under_way(Caution::Hold);
+    let mut drive = under_way(FaultResponse::Stop);
     drive.things = vec![Vector2::new(45.0, 45.0)];
     drive.steps(6);
     assert_eq!(drive.pilot.tracks().len(), 1);
@@ -145,7 +145,7 @@ fn poses_that_stop() {
     drive.tell(Event::Tick);
     drive.now_ns += 2 * SECOND;
     assert_eq!(message(&drive.tell(Event::Tick)), "no pose comes", "not even the first");
-    let mut drive = under_way(Caution::GoOn);
+    let mut drive = under_way(FaultResponse::Continue);
     let before = drive.actions.len();
     for _ in 0..20 {
         drive.now_ns += STEP_NS;
@@ -216,7 +216,7 @@ fn stamps_that_cannot_be_of_now_are_one_alarm_that_names_its_cause() {
 
 #[test]
 fn a_pose_that_is_good_and_bad_in_turn_stops_the_vehicle_once() {
-    let mut drive = under_way(Caution::Hold);
+    let mut drive = under_way(FaultResponse::Stop);
     let before = drive.actions.len();
     for turn in 0..40 * 60 {
         drive.now_ns += SECOND / 40;
@@ -244,7 +244,7 @@ fn time_that_runs_backwards() {
         },
         "clock Error",
     );
-    let mut drive = under_way(Caution::Hold);
+    let mut drive = under_way(FaultResponse::Stop);
     drive.steps(5);
     drive.now_ns = 0;
     let actions = drive.steps(8);
@@ -294,11 +294,11 @@ fn walled() -> CostMap {
 
 #[test]
 fn a_goal_that_cannot_be_reached() {
-    check_both_ways(Caution::Hold);
-    check_both_ways(Caution::GoOn);
+    check_both_ways(FaultResponse::Stop);
+    check_both_ways(FaultResponse::Continue);
 }
 
-fn check_both_ways(caution: Caution) {
+fn check_both_ways(caution: FaultResponse) {
     let mut drive = under_way(caution);
     let actions = drive.tell(Event::Map(walled()));
     assert_eq!(told(&actions), ["way Warning"]);
@@ -306,25 +306,25 @@ fn check_both_ways(caution: Caution) {
     assert!(message(&actions).contains("no way leads"), "{actions:?}");
     // Whoever goes on asks the agent again, by telling where it stands.
     let asked = sensed(&drive.steps(12));
-    assert_eq!(asked.is_empty(), caution == Caution::Hold, "{asked:?}");
+    assert_eq!(asked.is_empty(), caution == FaultResponse::Stop, "{asked:?}");
     assert!(asked.len() <= 2, "no more often than it could enter cells");
     with_front(&mut drive, 4, |_| None);
     let asked = sensed(&drive.steps(12));
-    assert_eq!(asked.is_empty(), caution == Caution::Hold, "after another fault too");
+    assert_eq!(asked.is_empty(), caution == FaultResponse::Stop, "after another fault too");
     let actions = drive.tell(Event::Map(CostMap::from_terrain(scenario().terrain(), 8).unwrap()));
-    if caution == Caution::Hold {
+    if caution == FaultResponse::Stop {
         assert!(is_drive(&actions), "the way is free again");
         assert_eq!(told(&drive.steps(4)), ["way Ok"]);
     }
     let mut drive = under_way(caution);
     drive.tell(Event::Map(walled()));
     let actions = drive.go(&[(2, 3), (2, 4), (2, 5), (1, 5), (1, 4)]);
-    assert!(is_hold(&actions) || drive.path.is_empty() == (caution == Caution::Hold), "{actions:?}");
+    assert!(is_hold(&actions) || drive.path.is_empty() == (caution == FaultResponse::Stop), "{actions:?}");
 }
 
 #[test]
 fn a_map_that_changes_its_size() {
-    let mut drive = under_way(Caution::Hold);
+    let mut drive = under_way(FaultResponse::Stop);
     // Finer, and of a larger piece of land: motions that are made fit any.
     let grid = dragnet_search::cell::Grid::new(400, 300).unwrap();
     let finer = CostMap::new(grid, 0.5, (-10.0, -10.0), vec![0; grid.cell_count()]).unwrap();
@@ -341,10 +341,10 @@ fn a_map_that_changes_its_size() {
         turn_in_place: None,
     };
     let text = mprim::write(&maneuvers.primitives().unwrap());
-    for caution in [Caution::Hold, Caution::GoOn] {
+    for caution in [FaultResponse::Stop, FaultResponse::Continue] {
         let motion = toml::from_str("kind = 'lattice'\nprimitives = 'a.mprim'").unwrap();
         let mut settings = Settings { motion, ..settings() };
-        settings.safety.on_silence.map = caution;
+        settings.safety.on_fault.map = caution;
         let mut drive = Drive::new(&super::settings());
         let map = CostMap::from_terrain(scenario().terrain(), 8).unwrap();
         let checked = settings.check(Some(&text)).unwrap();
@@ -358,7 +358,7 @@ fn a_map_that_changes_its_size() {
         assert!(message(&actions).contains("primitives for cells of 1.25 m on a map with cells of 2.5 m"));
         assert_eq!(
             (is_hold(&actions), drive.path.is_empty()),
-            (caution == Caution::Hold, caution == Caution::Hold)
+            (caution == FaultResponse::Stop, caution == FaultResponse::Stop)
         );
         let same = CostMap::from_terrain(scenario().terrain(), 8).unwrap();
         let mut actions = drive.tell(Event::Map(same));
