@@ -71,7 +71,7 @@ impl Playback {
         let ending = reader.ending();
         let unreadable = |reason: &str| {
             let why = match &ending {
-                Ending::Complete => "it is no recording of a mission".to_owned(),
+                Ending::Complete | Ending::Followed { .. } => "it is no recording of a mission".to_owned(),
                 ending => {
                     format!("it is no recording of a mission, or its start is lost, for it is {ending}")
                 }

@@ -115,6 +115,29 @@ fn a_damaged_chunk_costs_itself_alone() {
     }
 }
 
+/// As `cat` writes two recordings into one file.
+#[test]
+fn what_stands_behind_a_recording_is_told() {
+    let place = Place::new();
+    place.json(&["run", "small.toml", "--record", "whole.mcap", "--json"]);
+    let bytes = fs::read(place.path("whole.mcap")).unwrap();
+    fs::write(place.path("two.mcap"), [&*bytes, &bytes].concat()).unwrap();
+    let end = bytes.len();
+    for arguments in [
+        &["inspect", "two.mcap"] as &[&str],
+        &["replay", "two.mcap"],
+        &["export", "two.mcap", "--origin", "47,8", "--to", "out.geojson"],
+        &["recover", "two.mcap", "first.mcap"],
+    ] {
+        let output = place.dragnet(arguments);
+        let told = String::from_utf8(output.stdout).unwrap() + &String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success(), "{arguments:?} {told}");
+        for part in [format!("{end} bytes follow its end"), format!("tail -c +{} ", end + 1)] {
+            assert!(told.contains(&part), "{arguments:?}: {part} is not in {told}");
+        }
+    }
+}
+
 /// Where the map of a `map_server` lies is where its recording says that it lies.
 #[test]
 fn a_recording_has_the_frame_of_its_map() {
