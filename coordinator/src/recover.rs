@@ -128,7 +128,7 @@ impl fmt::Display for Recovered {
             Ending::Complete => formatter.write_str("the recording was complete")?,
             Ending::CutOff => formatter.write_str("there it is cut off")?,
             ending @ (Ending::Damaged { .. } | Ending::Followed { .. }) => {
-                write!(formatter, "it is {ending}")?
+                write!(formatter, "it is {ending}")?;
             }
         }
         if self.messages_without_topic > 0 {
