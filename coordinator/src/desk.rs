@@ -20,6 +20,8 @@ pub struct Desk {
     mission: Mission,
     recording: Option<Recording>,
     listener: Option<Listener>,
+    /// When anything happened last.
+    latest: MissionTime,
 }
 
 /// Who is told of each record as it is made, with its mission time.
@@ -29,7 +31,7 @@ impl Desk {
     /// A mission, recorded if there is a recorder.
     #[must_use]
     pub fn new(mission: Mission, recorder: Option<Recorder>) -> Self {
-        Self { mission, recording: recorder.map(Recording::new), listener: None }
+        Self { mission, recording: recorder.map(Recording::new), listener: None, latest: MissionTime::START }
     }
 
     /// The same, telling a listener of each record from now on.
@@ -59,7 +61,8 @@ impl Desk {
         self.recording.as_ref()?.failure()
     }
 
-    /// Ends the mission and its recording.
+    /// Ends the mission and its recording, after all that it has heard: a team that has searched goes on talking until
+    /// all of it know the same.
     ///
     /// # Errors
     /// If not everything could be recorded.
@@ -68,6 +71,7 @@ impl Desk {
         now: MissionTime,
         mut summary: BTreeMap<String, String>,
     ) -> Result<Mission, RecordingError> {
+        let now = now.max(self.latest);
         self.handle(now, Event::Finished);
         summary.extend(self.refused());
         if let Some(recording) = self.recording {
@@ -84,6 +88,7 @@ impl Desk {
 
     /// Writes down what is to be recorded; returns what is said, and observations.
     fn handle(&mut self, now: MissionTime, event: Event) -> Vec<Action> {
+        self.latest = self.latest.max(now);
         let mut actions = self.mission.handle(now, event);
         actions.retain(|action| {
             if let (Action::Record(record), Some(listener)) = (action, &mut self.listener) {

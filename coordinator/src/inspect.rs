@@ -276,8 +276,8 @@ impl Inspection {
         match &self.ending {
             Ending::Complete => "complete".into(),
             Ending::CutOff => format!("cut off: {} bytes can be read", self.readable_bytes),
-            damaged @ Ending::Damaged { .. } => {
-                format!("{damaged}; {} bytes can be read", self.readable_bytes)
+            ending @ (Ending::Damaged { .. } | Ending::Followed { .. }) => {
+                format!("{ending}; {} bytes can be read", self.readable_bytes)
             }
         }
     }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Duration;
 
 use dragnet_proto::cdr;
 use dragnet_proto::convert::Codec;
@@ -19,7 +20,9 @@ use crate::mcap_file::read::McapReader;
 use crate::mcap_file::{Ending, RecordingError};
 use crate::mission::Record;
 use crate::record::topic::{RobotTopic, Topic};
-use crate::record::{AREAS_ATTACHMENT, EARTH_METADATA, RUN_METADATA, SCENARIO_ATTACHMENT, SUMMARY_METADATA};
+use crate::record::{
+    AREAS_ATTACHMENT, EARTH_METADATA, MISSION_TIME, RUN_METADATA, SCENARIO_ATTACHMENT, SUMMARY_METADATA,
+};
 
 /// Of a recording that has lost what was drawn.
 const NO_AREAS: &str = r#"{"type":"FeatureCollection","features":[]}"#;
@@ -68,7 +71,7 @@ impl Playback {
         let ending = reader.ending();
         let unreadable = |reason: &str| {
             let why = match &ending {
-                Ending::Complete => "it is no recording of a mission".to_owned(),
+                Ending::Complete | Ending::Followed { .. } => "it is no recording of a mission".to_owned(),
                 ending => {
                     format!("it is no recording of a mission, or its start is lost, for it is {ending}")
                 }
@@ -92,10 +95,18 @@ impl Playback {
         })
     }
 
-    /// When the last record came.
+    /// When the last record came. Those of older versions may end with one that is dated back.
     #[must_use]
     pub fn end(&self) -> MissionTime {
-        self.records.last().map_or(MissionTime::START, |(time, _)| *time)
+        self.records.iter().map(|(time, _)| *time).max().unwrap_or(MissionTime::START)
+    }
+
+    /// When the search was over, if the recording says so; else when it ends. Robots go on talking after that.
+    #[must_use]
+    pub fn searched_until(&self) -> MissionTime {
+        let seconds = self.summary.get(MISSION_TIME).and_then(|text| text.parse().ok());
+        let searched = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+        searched.map_or_else(|| self.end(), |searched| MissionTime::START + searched)
     }
 }
 

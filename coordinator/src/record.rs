@@ -55,6 +55,8 @@ pub const AREAS_ATTACHMENT: &str = "areas.geojson";
 pub const EARTH_METADATA: &str = "earth";
 /// Name of the metadata that say how the run went.
 pub const SUMMARY_METADATA: &str = "summary";
+/// Name within `summary` of the mission time at which the search was over, seconds.
+pub const MISSION_TIME: &str = "mission_time_s";
 
 /// A crash loses at most what was recorded in so much mission time.
 pub const FLUSH_PERIOD: Duration = Duration::from_secs(1);

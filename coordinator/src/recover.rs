@@ -127,7 +127,9 @@ impl fmt::Display for Recovered {
         match &self.ending {
             Ending::Complete => formatter.write_str("the recording was complete")?,
             Ending::CutOff => formatter.write_str("there it is cut off")?,
-            damaged @ Ending::Damaged { .. } => write!(formatter, "it is {damaged}")?,
+            ending @ (Ending::Damaged { .. } | Ending::Followed { .. }) => {
+                write!(formatter, "it is {ending}")?;
+            }
         }
         if self.messages_without_topic > 0 {
             write!(formatter, "; left out {} messages of unknown topics", self.messages_without_topic)?;

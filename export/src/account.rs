@@ -100,11 +100,13 @@ impl Account {
         until: Option<MissionTime>,
     ) -> Result<Self, ExportError> {
         let earth = earth(playback, origin)?;
-        let until = until.unwrap_or_else(|| playback.end());
         let mut fold = Fold::new(playback);
-        for (_, record) in playback.records.iter().take_while(|(time, _)| *time <= until) {
+        // What robots said after the search is a part of it.
+        let taken = until.unwrap_or_else(|| playback.end());
+        for (_, record) in playback.records.iter().take_while(|(time, _)| *time <= taken) {
             fold.take(record);
         }
+        let until = until.unwrap_or_else(|| playback.searched_until());
         let number = |name: &str| playback.run.get(name).and_then(|text| text.parse::<f64>().ok());
         let detection_threshold = number("detection_threshold").unwrap_or(DEFAULT_DETECTION_THRESHOLD);
         let pod = fold.pod(detection_threshold);

@@ -40,6 +40,8 @@ pub struct Finding {
 pub enum Verdict {
     /// It will.
     Pass,
+    /// It will, and a person should know something first.
+    Warn,
     /// It will not: what to do is said.
     Fail,
 }
@@ -48,6 +50,7 @@ impl fmt::Display for Finding {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let verdict = match self.verdict {
             Verdict::Pass => "pass",
+            Verdict::Warn => "WARN",
             Verdict::Fail => "FAIL",
         };
         write!(formatter, "{verdict}  {}: {}", self.subject, self.message)?;
@@ -60,6 +63,11 @@ impl Finding {
     pub fn pass(subject: impl Into<String>, message: impl Into<String>) -> Self {
         let (subject, message) = (subject.into(), message.into());
         Self { verdict: Verdict::Pass, subject, message, advice: String::new() }
+    }
+
+    /// It will do, but.
+    pub fn warn(subject: impl Into<String>, message: impl Into<String>, advice: impl Into<String>) -> Self {
+        Self { verdict: Verdict::Warn, ..Self::fail(subject, message, advice) }
     }
 
     /// It will not.
@@ -92,17 +100,11 @@ pub fn examine(file: &Path, listen: Duration, make: Make<'_>, tell: &mut dyn FnM
         return tell(Finding::fail("settings", found, "robot is from 1 to the number of robots.count"));
     };
     tell(Finding::pass("settings", format!("robot {robot} of {team} in mission {mission}")));
-    let journal = config.journal(file);
-    tell(computer::journal(&journal));
-    // What it remembers while it runs, it says itself.
+    let (journal, real_time_factor) = (config.journal(file), config.common.real_time_factor);
     let runs_here = ports::runs_here(&journal);
     let subject = Subject { mission: &mission, robot, terrain: scenario.terrain() };
-    let real_time_factor = config.common.real_time_factor;
-    let resumed = if runs_here { Ok(None) } else { computer::resumed(&journal, subject, real_time_factor) };
-    let resumed = resumed.unwrap_or_else(|finding| {
-        tell(finding);
-        None
-    });
+    let (findings, resumed) = computer::journal(&journal, subject, runs_here, real_time_factor);
+    findings.into_iter().for_each(&mut *tell);
     tell(computer::decisions(&orders));
     if let Some(body) = &body {
         computer::detector(body, file, make).into_iter().for_each(&mut *tell);

@@ -96,6 +96,7 @@ impl LinkError {
                 | Self::Journal(
                     JournalError::Foreign { .. }
                         | JournalError::NotAJournal { .. }
+                        | JournalError::NotAFile { .. }
                         | JournalError::Content { .. }
                 )
                 | Self::Recording(

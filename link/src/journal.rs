@@ -7,6 +7,7 @@
 mod damage;
 mod error;
 
+use std::fs::File;
 use std::io::ErrorKind;
 use std::ops::RangeBounds;
 use std::path::{Path, PathBuf};
@@ -84,15 +85,47 @@ impl Memory {
     }
 }
 
-/// What stands in a journal that its robot does not hold now, and the mission's time as it was noted last. Whatever is
-/// wrong with the file, it is left as it is.
+/// What [`Journal::open`] would make of a journal.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Prospect {
+    /// The robot goes on with it: with what stands there, and the mission's time as it was noted last.
+    GoesOn(Memory, Option<Kept>),
+    /// It is damaged: the robot sets it aside, and begins a new one.
+    SetAside {
+        /// What is damaged.
+        damage: String,
+    },
+}
+
+/// What would become of a journal that its robot does not hold now. Whatever is wrong with the file, it is left as it is.
 ///
 /// # Errors
-/// If it cannot be read, is damaged, or is not this robot's journal.
-pub fn peek(path: &Path, subject: Subject<'_>) -> Result<(Memory, Option<Kept>), JournalError> {
+/// If [`Journal::open`] would refuse it.
+pub fn peek(path: &Path, subject: Subject<'_>) -> Result<Prospect, JournalError> {
+    check_is_file(path)?;
+    let failed = |source| JournalError::of(path, redb::Error::Io(source));
+    if let Err(source) = File::options().read(true).write(true).open(path) {
+        // On a disk that may only be read it goes on all the same.
+        full_disk(failed(source))?;
+    }
+    match read_copy(path, subject) {
+        Ok((memory, noted)) => Ok(Prospect::GoesOn(memory, noted)),
+        Err(error) => Ok(Prospect::SetAside { damage: damage::of(path, error)? }),
+    }
+}
+
+fn read_copy(path: &Path, subject: Subject<'_>) -> Result<(Memory, Option<Kept>), JournalError> {
     let failed = |source: redb::Error| JournalError::of(path, source);
     let database = copied(path, &subject.facts(0)).map_err(failed)?;
     Ok((remember(&database, path, subject)?, noted_time(&database).map_err(failed)?))
+}
+
+/// A folder, or what has no end, cannot be a journal. What cannot be looked at is told by whoever opens it.
+fn check_is_file(path: &Path) -> Result<(), JournalError> {
+    match path.metadata() {
+        Ok(metadata) if !metadata.is_file() => Err(JournalError::NotAFile { path: path.to_owned() }),
+        _ => Ok(()),
+    }
 }
 
 /// A robot's journal.
@@ -122,6 +155,7 @@ impl Journal {
     /// # Errors
     /// If the file cannot be read or written for another reason, if it is in use, or if it is not this robot's journal.
     pub fn open(path: &Path, subject: Subject<'_>, now_unix_ns: u64) -> Result<(Self, Memory), JournalError> {
+        check_is_file(path)?;
         let mut journal = Self {
             path: path.to_owned(),
             codec: Codec::new(subject.terrain.grid()),

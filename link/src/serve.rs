@@ -10,6 +10,7 @@ use dragnet_coordinator::desk::Listener;
 use dragnet_live::page::{Page, Settings};
 use dragnet_live::view::About;
 use dragnet_proto::convert::Codec;
+use dragnet_proto::key::Mission;
 use dragnet_proto::message::Participant;
 use dragnet_proto::scenario::Scenario;
 use dragnet_proto::time::MissionTime;
@@ -23,7 +24,7 @@ use crate::journal::{Journal, Subject};
 use crate::link::Link;
 use crate::live;
 use crate::lockstep::Puppet;
-use crate::session::{Endpoints, Mode, block_on, open_when_there};
+use crate::session::{Endpoints, Mode, block_on, leave, open_when_there};
 use crate::stop::{self, Bond};
 use crate::team::recording::Existing;
 use crate::team::{self, Options};
@@ -55,31 +56,49 @@ pub fn agent(file: &Path, precedence: Precedence, make: detector::Make<'_>) -> R
     let (who, grid) = (Participant::Robot(robot), scenario.terrain().grid());
     let mut agent = Agent::new(orders);
     block_on(async {
-        let session = open_when_there(&config.common.zenoh).await?;
         let stop = stop::asked(if config.attached { Bond::Input } else { Bond::None })?;
-        if config.time == TimeSource::Simulator {
-            let team = team::everybody(&scenario);
-            let puppet = Puppet::new(session, mission, who, grid, team, &mut agent).await?;
-            return tokio::select! {
-                outcome = puppet.serve() => outcome,
-                () = stop => Ok(()),
-            };
-        }
-        let subject = Subject { mission: &mission, robot, terrain: scenario.terrain() };
-        let (journal, clock) =
-            resume(&mut agent, &config.journal(file), subject, config.common.real_time_factor)?;
-        let codec = Codec::of(&scenario);
-        let mut link = Link::join(session, mission, who, codec).await?;
-        if precedence == Precedence::First {
-            link.take_over();
-        }
-        let Some(body) = body else {
-            let reports = world::sensor(&link, robot, codec).await?;
-            enter(&mut link, &config.common.zenoh).await?;
-            return live::run(&mut link, &mut agent, clock, Some(journal), reports, stop).await.map(|_| ());
+        let stop = async {
+            stop.await;
+            if !config.attached {
+                tell_stop(who, &mission);
+            }
         };
-        enter(&mut link, &config.common.zenoh).await?;
-        Own { body, detector, scenario }.search(&mut link, agent, clock.listening(), journal, stop).await
+        tokio::pin!(stop);
+        // Its network may be late, and whoever stops it does not wait for that.
+        let session = tokio::select! {
+            session = open_when_there(&config.common.zenoh) => session?,
+            () = &mut stop => return Ok(()),
+        };
+        let searching = async {
+            let (session, mission) = (session.clone(), mission.clone());
+            if config.time == TimeSource::Simulator {
+                let team = team::everybody(&scenario);
+                let puppet = Puppet::new(session, mission, who, grid, team, &mut agent).await?;
+                return tokio::select! {
+                    outcome = puppet.serve() => outcome,
+                    () = stop => Ok(()),
+                };
+            }
+            let subject = Subject { mission: &mission, robot, terrain: scenario.terrain() };
+            let (journal, clock) = resume(&mut agent, &config.journal(file), subject, config.common.real_time_factor)?;
+            let codec = Codec::of(&scenario);
+            let mut link = Link::join(session, mission, who, codec).await?;
+            if precedence == Precedence::First {
+                link.take_over();
+            }
+            let Some(body) = body else {
+                let reports = world::sensor(&link, robot, codec).await?;
+                enter(&mut link, &config.common.zenoh).await?;
+                return live::run(&mut link, &mut agent, clock, Some(journal), reports, stop)
+                    .await
+                    .map(|_| ());
+            };
+            enter(&mut link, &config.common.zenoh).await?;
+            Own { body, detector, scenario }.search(&mut link, agent, clock.listening(), journal, stop).await
+        };
+        let ended = searching.await;
+        leave(&session).await;
+        ended
     })
 }
 
@@ -204,22 +223,28 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), LinkErr
     let codec = Codec::of(&scenario);
     let clock = Clock::new(real_time_factor);
     let ended = block_on(async {
-        let stop = stop::asked(Bond::None)?;
-        tokio::pin!(stop);
-        let entered = async {
-            let session = open_when_there(&config.common.zenoh).await?;
-            let mut link = Link::join(session, mission, Participant::Coordinator, codec).await?;
-            enter(&mut link, &config.common.zenoh).await.map(|()| link)
+        let (stop, who) = (stop::asked(Bond::None)?, Participant::Coordinator);
+        let stop = async {
+            stop.await;
+            tell_stop(who, &mission);
         };
+        tokio::pin!(stop);
         // What it records is finished, however early it is told to stop.
-        let mut link = tokio::select! {
-            link = entered => link?,
+        let session = tokio::select! {
+            session = open_when_there(&config.common.zenoh) => session?,
             () = &mut stop => return Ok(clock.now()),
         };
-        if let Some(server) = &shown {
-            tracing::info!("live page: {}", server.address());
-        }
-        live::run(&mut link, &mut desk, clock, None, commands, stop).await.map(|log| log.ended)
+        let watching = async {
+            let mut link = Link::join(session.clone(), mission.clone(), who, codec).await?;
+            enter(&mut link, &config.common.zenoh).await?;
+            if let Some(server) = &shown {
+                tracing::info!("live page: {}", server.address());
+            }
+            live::run(&mut link, &mut desk, clock, None, commands, stop).await.map(|log| log.ended)
+        };
+        let ended = watching.await;
+        leave(&session).await;
+        ended
     })?;
     desk.finish(ended, BTreeMap::new())?;
     Ok(())
@@ -251,12 +276,21 @@ pub fn world(
     let mission = config.mission.parse().map_err(|error| failed(format!("mission: {error}")))?;
     let episode = block_on(async {
         let session = open_when_there(&config.zenoh).await?;
-        let server =
-            WorldServer::open(session, mission, scenario, config.seed, config.real_time_factor, spectator)
-                .await?;
-        server.run().await
+        let searching = async {
+            let session = session.clone();
+            let server =
+                WorldServer::open(session, mission, scenario, config.seed, config.real_time_factor, spectator).await?;
+            server.run().await
+        };
+        let episode = searching.await;
+        leave(&session).await;
+        episode
     })?;
     Ok((episode, config.seed))
+}
+
+fn tell_stop(who: Participant, mission: &Mission) {
+    tracing::info!("{who} of mission {mission} is told to stop, and ends");
 }
 
 /// Whoever has started a process alone by mistake sees here whom it looks for.

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::hash::{BuildHasher, RandomState};
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use dragnet_proto::file::check_plain;
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
@@ -112,6 +113,16 @@ pub async fn open_when_there(endpoints: &Endpoints) -> Result<Session, LinkError
     wait_for_network(&mut config).map_err(refused(endpoints))?;
     zenoh::open(config).await.map_err(refused(endpoints))
 }
+
+/// Leaves the network, and waits for that no longer than a person would: a session that cannot listen yet tries again
+/// whatever happens, and closes only once it can. What is left of it ends with the process.
+pub(crate) async fn leave(session: &Session) {
+    // Whoever is left without a word sees that the connection is closed.
+    let _ = tokio::time::timeout(LEAVING, session.close()).await;
+}
+
+/// So long a session may take to close.
+const LEAVING: Duration = Duration::from_millis(500);
 
 /// From now on it is tried again to listen and to call, until it can be done.
 pub(crate) fn wait_for_network(config: &mut Config) -> Result<(), zenoh::Error> {

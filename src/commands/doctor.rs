@@ -16,7 +16,7 @@ use crate::terminal;
 /// Look whether all is there that a robot's settings name, before it is let go.
 ///
 /// Settings, journal and disk, decision time on this computer, the team's network and who is there, clocks, certificates, and
-/// with a vehicle each topic of its ROS 2 network: a line each, pass or fail, and what to do.
+/// with a vehicle each topic of its ROS 2 network: a line each, pass, WARN or FAIL, and what to do.
 #[derive(clap::Args)]
 #[command(
     after_help = "Example:\n  dragnet doctor --config robot_1.toml\n\nExit codes: 0 all will do, 1 something will not."

@@ -93,8 +93,8 @@ fn text(summary: &Summary) -> String {
     let ending = match &summary.ending {
         Ending::Complete => String::new(),
         Ending::CutOff => "the recording was cut off; all of it that is whole was read\n".to_owned(),
-        damaged @ Ending::Damaged { .. } => {
-            format!("the recording is {damaged}; all of it that is whole was read\n")
+        ending @ (Ending::Damaged { .. } | Ending::Followed { .. }) => {
+            format!("the recording is {ending}; all of it that is whole was read\n")
         }
     };
     format!(

@@ -57,7 +57,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
             terminal::print(&format!("{:>9.1} s  {line}\n", time.as_seconds()))?;
         }
     }
-    Ok(terminal::print(&teller.end())?)
+    Ok(terminal::print(&teller.end(playback.searched_until()))?)
 }
 
 /// Tells a mission from its records.
@@ -138,8 +138,8 @@ impl Teller {
         lines
     }
 
-    /// The map at the end, and what was declared.
-    fn end(&self) -> String {
+    /// The map at the end, and what was declared in a search of so long.
+    fn end(&self, searched: MissionTime) -> String {
         let about = self.view.about();
         let known = about.objects.clone();
         let objects = known.clone().unwrap_or_else(|| self.declared.iter().copied().collect());
@@ -160,7 +160,7 @@ impl Teller {
             "\n{}\n{} after {:.1} s: {declared} declared{of}, {} and {}, {:.1} nats of entropy left\n",
             picture.draw(terminal::columns()),
             about.name,
-            self.view.now().as_seconds(),
+            searched.as_seconds(),
             counted(usize::try_from(observations).unwrap_or(usize::MAX), "observation"),
             counted(usize::try_from(marks).unwrap_or(usize::MAX), "mark"),
             self.view.entropy_nats(),

@@ -2,6 +2,8 @@
 
 use std::fs;
 
+use dragnet_coordinator::playback::Playback;
+
 use super::Place;
 
 #[test]
@@ -28,6 +30,28 @@ fn a_recording_that_was_cut_off_is_mended() {
     assert!(place.succeed(&["recover", "cut.mcap", "mended.mcap"]).contains("mended.mcap: recovered "));
     assert!(place.succeed(&["inspect", "mended.mcap"]).contains("complete"));
     place.refuse(&["recover", "cut.mcap", "mended.mcap"], &["mended.mcap", "exists already"]);
+}
+
+/// A team goes on talking after its search, which is no part of it.
+#[test]
+fn a_search_took_as_long_in_its_recording_as_when_it_ran() {
+    let place = Place::new();
+    let report = place.json(&["run", "small.toml", "--record", "whole.mcap", "--json"]);
+    let seconds = report["mission_time_s"].as_f64().unwrap();
+    let told = format!("small after {seconds:.1} s: ");
+    for arguments in [
+        &["replay", "whole.mcap"] as &[&str],
+        &["export", "whole.mcap", "--origin", "47,8", "--to", "out.kml"],
+    ] {
+        let text = place.succeed(arguments);
+        assert!(text.contains(&told), "{told} is not in {text}");
+    }
+    let records = Playback::read(&place.path("whole.mcap")).unwrap().records;
+    assert!(records.is_sorted_by_key(|(time, _)| *time), "the last one is of the end");
+    assert!(
+        records.iter().any(|(time, _)| time.as_seconds() > seconds),
+        "they talked until they knew the same"
+    );
 }
 
 #[test]
@@ -88,6 +112,29 @@ fn a_damaged_chunk_costs_itself_alone() {
         let output = place.dragnet(arguments);
         let told = String::from_utf8(output.stdout).unwrap() + &String::from_utf8(output.stderr).unwrap();
         assert!(output.status.success() && told.contains("damaged in one place: "), "{arguments:?} {told}");
+    }
+}
+
+/// As `cat` writes two recordings into one file.
+#[test]
+fn what_stands_behind_a_recording_is_told() {
+    let place = Place::new();
+    place.json(&["run", "small.toml", "--record", "whole.mcap", "--json"]);
+    let bytes = fs::read(place.path("whole.mcap")).unwrap();
+    fs::write(place.path("two.mcap"), [&*bytes, &bytes].concat()).unwrap();
+    let end = bytes.len();
+    for arguments in [
+        &["inspect", "two.mcap"] as &[&str],
+        &["replay", "two.mcap"],
+        &["export", "two.mcap", "--origin", "47,8", "--to", "out.geojson"],
+        &["recover", "two.mcap", "first.mcap"],
+    ] {
+        let output = place.dragnet(arguments);
+        let told = String::from_utf8(output.stdout).unwrap() + &String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success(), "{arguments:?} {told}");
+        for part in [format!("{end} bytes follow its end"), format!("tail -c +{} ", end + 1)] {
+            assert!(told.contains(&part), "{arguments:?}: {part} is not in {told}");
+        }
     }
 }
 

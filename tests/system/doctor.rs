@@ -11,6 +11,7 @@ use dragnet_proto::cdr;
 use dragnet_proto::clock::Kept;
 use dragnet_proto::convert::Codec;
 use dragnet_proto::message::{Audience, Intent, Message, Participant};
+use dragnet_proto::scenario::Scenario;
 use dragnet_proto::time::MissionTime;
 use dragnet_proto::wire::robot::{Odometry, PoseWithCovarianceStamped};
 use dragnet_proto::wire::standard::{Header, MapMetaData, OccupancyGrid};
@@ -203,6 +204,43 @@ async fn a_journal_that_is_ahead_of_the_only_one_who_is_there_is_told_and_left_a
         assert_eq!(std::fs::read(&journal).unwrap(), before);
     }
     speaking.abort();
+}
+
+/// What a robot does with its journal when it starts, the doctor says before, and changes nothing.
+#[test]
+fn a_journal_that_the_robot_would_refuse_fails_and_one_that_it_would_set_aside_is_a_warning() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = robot_settings(folder.path(), 1, "tcp/127.0.0.1:0", "tcp/127.0.0.1:9");
+    let path = folder.path().join("field-robot-1.journal");
+    let subject = |mission| (RobotId(1), mission, scenario(TEAM));
+    let write = |(robot, mission, scenario): (RobotId, &str, Scenario)| {
+        let mission = mission.parse().unwrap();
+        let subject = Subject { mission: &mission, robot, terrain: scenario.terrain() };
+        drop(Journal::open(&path, subject, 0).unwrap());
+        let bytes = std::fs::read(&path).unwrap();
+        std::fs::remove_file(&path).unwrap();
+        bytes
+    };
+    let own = write(subject("field"));
+    let damaged = [&[0; 4096], &own[4096..]].concat();
+    let (other, cut) = (write(subject("other")), own[..100].to_vec());
+    let letter = b"a letter to somebody, which is no journal at all".to_vec();
+    for (bytes, expected) in [
+        (own, "pass  journal: "),
+        (damaged, "WARN  journal: "),
+        (cut, "WARN  journal: "),
+        (other, "FAIL  journal: "),
+        (letter, "FAIL  journal: "),
+    ] {
+        std::fs::write(&path, &bytes).unwrap();
+        let (said, _) = examine(&file, 1);
+        check(&said, &[expected]);
+        assert_eq!(said.matches("  journal: ").count(), 1, "{said}");
+        assert_eq!(std::fs::read(&path).unwrap(), bytes);
+    }
+    std::fs::remove_file(&path).unwrap();
+    std::fs::create_dir(&path).unwrap();
+    check(&examine(&file, 1).0, &["FAIL  journal: ", "no plain file, as a journal is; name another"]);
 }
 
 /// Metres of the scenario's cells.

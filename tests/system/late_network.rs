@@ -12,6 +12,7 @@ use dragnet_proto::convert::Codec;
 use dragnet_proto::message::Participant;
 use dragnet_search::observation::RobotId;
 
+use crate::eventually;
 use crate::field::{DRAGNET, Field, Process};
 
 const ALONE: &str = "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows = 5\ncolumns = 5\n\
@@ -19,12 +20,16 @@ const ALONE: &str = "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows 
 
 /// The settings of robot 1, which listens and calls as told.
 fn settings(field: &Field, listen: &[String], connect: &[String]) -> PathBuf {
-    let file = field.robot_settings(1, None);
-    let text = std::fs::read_to_string(&file).unwrap();
+    listening(&field.robot_settings(1, None), listen, connect)
+}
+
+/// Settings of a process, by which it listens and calls as told from now on.
+fn listening(file: &Path, listen: &[String], connect: &[String]) -> PathBuf {
+    let text = std::fs::read_to_string(file).unwrap();
     let (common, _) = text.split_once("[common.zenoh]").unwrap();
-    std::fs::write(&file, format!("{common}[common.zenoh]\nlisten = {listen:?}\nconnect = {connect:?}\n"))
+    std::fs::write(file, format!("{common}[common.zenoh]\nlisten = {listen:?}\nconnect = {connect:?}\n"))
         .unwrap();
-    file
+    file.to_owned()
 }
 
 fn agent(settings: &Path) -> Command {
@@ -69,6 +74,29 @@ async fn a_robot_takes_part_once_its_network_is_there() {
         Link::join(session, "field".parse().unwrap(), Participant::Coordinator, codec).await.unwrap();
     link.wait_for(&[Participant::Robot(RobotId(1))], Duration::from_mins(1), |_| ()).await.unwrap();
     robot.terminate();
+}
+
+#[test]
+fn a_robot_and_a_coordinator_whose_network_is_late_stop_when_they_are_told_to() {
+    let field = Field::new(ALONE, 1, 1);
+    let nowhere = ["tcp/192.0.2.7:7447".to_owned()];
+    let robot = settings(&field, &nowhere, &[]);
+    let coordinator = listening(&field.coordinator_settings(&field.path("field.mcap")), &nowhere, &[]);
+    for (part, file) in [("agent", robot), ("coordinator", coordinator)] {
+        for signal in ["TERM", "INT"] {
+            let log = field.path("log");
+            let said = || std::fs::read_to_string(&log).unwrap();
+            let mut command = Command::new("env");
+            command.args(["--default-signal=INT,TERM", DRAGNET, part, "--config"]).arg(&file);
+            let process = Process::start_logged(&mut command, &log);
+            eventually("it takes part", || said().contains("who comes is told"));
+            assert!(process.signal(signal).success(), "{}", said());
+            let said = said();
+            assert!(said.contains("of mission field is told to stop, and ends"), "{said}");
+            // Zenoh gives up only after ten seconds, and says so.
+            assert!(!said.contains("ERROR"), "{said}");
+        }
+    }
 }
 
 #[test]

@@ -10,6 +10,14 @@ use serde::Serialize;
 pub enum Ending {
     /// It was finished.
     Complete,
+    /// It was finished, and something else stands behind it in the same file, as when two recordings were written one behind
+    /// the other. That is not read: it is no part of this recording.
+    Followed {
+        /// Where it begins.
+        at_byte: u64,
+        /// How much it is.
+        bytes: u64,
+    },
     /// Whoever wrote it was stopped, or the end is lost.
     CutOff,
     /// Parts of it cannot be right. All that is whole is read, also behind them.
@@ -30,6 +38,12 @@ impl fmt::Display for Ending {
         match self {
             Self::Complete => formatter.write_str("complete"),
             Self::CutOff => formatter.write_str("cut off"),
+            Self::Followed { at_byte, bytes } => write!(
+                formatter,
+                "complete, but {bytes} bytes follow its end and are not read; if they are another recording, \
+                 `tail -c +{} FILE > OTHER` makes a file of it",
+                at_byte + 1
+            ),
             Self::Damaged { reason, places, lost_bytes, lost_messages } => {
                 let places = if *places == 1 { "one place".to_owned() } else { format!("{places} places") };
                 let messages =

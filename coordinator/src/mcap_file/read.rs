@@ -303,11 +303,11 @@ impl<R: Read + Seek> McapReader<R> {
             }
             Content::Record(Record::DataEnd(_)) => self.is_in_summary = true,
             Content::Record(Record::Footer(_)) => {
-                let is_whole = self.is_magic_at(self.offset)?;
-                if is_whole {
+                if self.is_magic_at(self.offset)? {
                     self.offset += MAGIC.len() as u64;
+                    return self.end();
                 }
-                self.ending = Some(if is_whole { Ending::Complete } else { Ending::CutOff });
+                self.ending = Some(Ending::CutOff);
             }
             Content::Record(Record::Statistics(told)) => {
                 let (told, found) = (told.message_count, self.messages);
@@ -321,6 +321,16 @@ impl<R: Read + Seek> McapReader<R> {
                     self.repeated.push_back(record);
                 }
             }
+        }
+        Ok(())
+    }
+
+    /// Where the recording is finished, the file should end as well.
+    fn end(&mut self) -> Result<(), RecordingError> {
+        let (at_byte, bytes) = (self.offset, self.length.saturating_sub(self.offset));
+        self.ending = Some(if bytes == 0 { Ending::Complete } else { Ending::Followed { at_byte, bytes } });
+        if bytes > 0 && self.damage.first.is_some() {
+            return self.lose(self.length, &format!("{bytes} bytes follow the end"));
         }
         Ok(())
     }

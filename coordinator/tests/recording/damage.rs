@@ -164,6 +164,7 @@ fn a_flipped_bit_panics_nowhere_and_costs_at_most_its_chunk() {
             Ending::Complete => 0,
             Ending::CutOff => 1,
             Ending::Damaged { .. } => 2,
+            Ending::Followed { .. } => panic!("flipped at {at}: nothing follows"),
         }] += 1;
         fs::remove_file(&mended).unwrap();
     }
@@ -272,6 +273,39 @@ fn a_claimed_length_takes_no_memory() {
     let found = inspect(&path).unwrap();
     assert_eq!((found.ending, found.readable_bytes), (Ending::CutOff, end as u64));
     assert_eq!(found.run, header().run);
+}
+
+#[test]
+fn what_follows_a_recording_is_told_and_left_out() {
+    let folder = tempdir().unwrap();
+    let (path, mended) = (folder.path().join("two.mcap"), folder.path().join("mended.mcap"));
+    let Whole { bytes, chunks, .. } = Whole::record(&folder.path().join("whole.mcap"));
+    let end = bytes.len() as u64;
+    for behind in [&b"\n"[..], &bytes] {
+        fs::write(&path, [&bytes, behind].concat()).unwrap();
+        let followed = Ending::Followed { at_byte: end, bytes: behind.len() as u64 };
+        let found = inspect(&path).unwrap();
+        assert_eq!((&found.ending, found.readable_bytes), (&followed, end));
+        let told = format!("complete, but {} bytes follow its end and are not read", behind.len());
+        assert!(found.to_string().contains(&told), "{found}");
+        assert_eq!(Playback::read(&path).unwrap().ending, followed);
+        let recovered = recover(&path, &mended).unwrap();
+        assert_eq!(recovered.ending, followed);
+        assert!(recovered.to_string().contains(&told), "{recovered}");
+        assert_eq!(
+            inspect(&mended).unwrap().topics,
+            inspect(&folder.path().join("whole.mcap")).unwrap().topics
+        );
+        fs::remove_file(&mended).unwrap();
+    }
+    // Where more is lost, it counts among that.
+    let mut damaged = [&*bytes, &bytes].concat();
+    damaged[chunks[1].0 - 1] ^= 1;
+    fs::write(&path, &damaged).unwrap();
+    let Ending::Damaged { places, lost_bytes, .. } = inspect(&path).unwrap().ending else {
+        panic!("a damaged chunk")
+    };
+    assert!(places == 2 && lost_bytes > end, "{places} places, {lost_bytes} bytes");
 }
 
 /// A chunk record with this header and these packed bytes.

@@ -15,7 +15,7 @@ use dragnet_vehicle::camera::CameraSettings;
 use super::Finding;
 use crate::clock::Clock;
 use crate::config::Body;
-use crate::journal::{self, Subject};
+use crate::journal::{self, Prospect, Subject};
 use crate::vehicle::detector::Make;
 
 /// What a robot of a large team writes in a long day, and room for a log.
@@ -23,7 +23,34 @@ const ROOM_BYTES: u64 = 1 << 30;
 /// So many decisions are timed, spread over the map.
 const DECISIONS: usize = 20;
 
-pub(super) fn journal(path: &Path) -> Finding {
+/// Whether there is room for a journal, and what the robot makes of it when it starts; with the clock by which it goes on,
+/// if it remembers a time.
+pub(super) fn journal(
+    path: &Path,
+    subject: Subject<'_>,
+    runs_here: bool,
+    real_time_factor: f64,
+) -> (Vec<Finding>, Option<Clock>) {
+    let content = if runs_here {
+        // What it remembers while it runs, it says itself.
+        Ok(("; its robot runs, and writes it".to_owned(), None))
+    } else {
+        remembered(path, subject, real_time_factor)
+    };
+    match (room(path), content) {
+        (Ok(free), Ok((note, clock))) => (
+            vec![Finding::pass("journal", format!("{}; {} MB free{note}", path.display(), free >> 20))],
+            clock,
+        ),
+        (room, content) => {
+            let clock = content.as_ref().ok().and_then(|(_, clock)| *clock);
+            (room.err().into_iter().chain(content.err()).collect(), clock)
+        }
+    }
+}
+
+/// Bytes that are free where a journal is to be written.
+fn room(path: &Path) -> Result<u64, Finding> {
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
@@ -31,36 +58,44 @@ pub(super) fn journal(path: &Path) -> Finding {
     let at = folder.display();
     if let Err(error) = tempfile::tempfile_in(folder) {
         let advice = "make the folder, and let the robot's user write there; or name another under `journal`";
-        return Finding::fail("journal", format!("nothing can be written in {at}: {error}"), advice);
+        return Err(Finding::fail("journal", format!("nothing can be written in {at}: {error}"), advice));
     }
-    let free = rustix::fs::statvfs(folder).map(|it| it.f_bavail.saturating_mul(it.f_frsize));
-    let begun = if path.exists() { "; it goes on with what it knew" } else { "" };
-    match free {
-        Err(error) => Finding::fail("journal", format!("{at}: {error}"), ""),
+    match rustix::fs::statvfs(folder).map(|it| it.f_bavail.saturating_mul(it.f_frsize)) {
+        Err(error) => Err(Finding::fail("journal", format!("{at}: {error}"), "")),
         Ok(free) if free < ROOM_BYTES => {
             let found = format!("{} MB are free in {at}", free >> 20);
-            Finding::fail("journal", found, format!("make room: {} MB last for long", ROOM_BYTES >> 20))
+            Err(Finding::fail("journal", found, format!("make room: {} MB last for long", ROOM_BYTES >> 20)))
         }
-        Ok(free) => Finding::pass("journal", format!("{}; {} MB free{begun}", path.display(), free >> 20)),
+        Ok(free) => Ok(free),
     }
 }
 
-/// The clock by which a robot goes on by what its journal remembers, if it remembers a time.
-pub(super) fn resumed(
-    path: &Path,
-    subject: Subject<'_>,
-    real_time_factor: f64,
-) -> Result<Option<Clock>, Finding> {
+/// What a robot remembers that starts now, in words, and the clock by which it goes on.
+fn remembered(path: &Path, subject: Subject<'_>, real_time_factor: f64) -> Result<(String, Option<Clock>), Finding> {
     if !path.exists() {
-        return Ok(None);
+        return Ok((String::new(), None));
     }
-    let (memory, noted) = journal::peek(path, subject).map_err(|error| {
-        let advice =
-            "what is damaged is set aside when the robot starts; name another, or move this one away";
-        Finding::fail("journal", error.to_string(), advice)
-    })?;
-    let clock = Clock::new(real_time_factor);
-    Ok(memory.resumed(noted.as_ref(), &clock).map(|now| clock.at(now)))
+    match journal::peek(path, subject) {
+        Ok(Prospect::GoesOn(memory, noted)) => {
+            let clock = Clock::new(real_time_factor);
+            let clock = memory.resumed(noted.as_ref(), &clock).map(|now| clock.at(now));
+            let note = match memory.observations.len() {
+                0 => String::new(),
+                count => format!("; it goes on with {count} observations"),
+            };
+            Ok((note, clock))
+        }
+        Ok(Prospect::SetAside { damage }) => {
+            let found =
+                format!("{} is damaged ({damage}): all that the robot knew is lost to it", path.display());
+            let advice = "when the robot starts, it keeps this file as NAME.damaged and begins a new one; what its teammates \
+                          know it hears again";
+            Err(Finding::warn("journal", found, advice))
+        }
+        Err(error) => {
+            Err(Finding::fail("journal", error.to_string(), "until that is mended, the robot will not start"))
+        }
+    }
 }
 
 /// Times first decisions, for which most of the map is open: later ones take no longer.

@@ -56,6 +56,9 @@ fn examine_one(endpoint: &str, runs_here: bool) -> Option<Finding> {
 
 /// Whether the robot itself runs on this computer: its journal is open then.
 pub(super) fn runs_here(journal: &Path) -> bool {
+    if !journal.is_file() {
+        return false;
+    }
     let Ok(file) = std::fs::File::open(journal) else { return false };
     matches!(file.try_lock_shared(), Err(std::fs::TryLockError::WouldBlock))
 }

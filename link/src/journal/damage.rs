@@ -28,8 +28,7 @@ pub(super) fn of(path: &Path, error: JournalError) -> Result<String, JournalErro
         Error::Corrupted(damage) => Ok(damage.clone()),
         Error::UpgradeRequired(version) => Ok(format!("version {version}, in which none was ever written")),
         Error::Io(failed) if failed.raw_os_error() == Some(INPUT_OUTPUT_ERROR) => Ok(failed.to_string()),
-        // The end of the file, or what it begins with.
-        Error::Io(failed) if matches!(failed.kind(), ErrorKind::UnexpectedEof | ErrorKind::InvalidData) => {
+        Error::Io(failed) if is_of_content(failed.kind()) => {
             if was_journal(path).unwrap_or(false) {
                 return Ok(failed.to_string());
             }
@@ -37,6 +36,11 @@ pub(super) fn of(path: &Path, error: JournalError) -> Result<String, JournalErro
         }
         _ => Err(error),
     }
+}
+
+/// Whether that is the end of the file, or of its copy in memory, or what it begins with.
+const fn is_of_content(kind: ErrorKind) -> bool {
+    matches!(kind, ErrorKind::UnexpectedEof | ErrorKind::InvalidInput | ErrorKind::InvalidData)
 }
 
 /// Whether a file that cannot be read as a journal was one: its first page is blank, as one that never came to the disk, or

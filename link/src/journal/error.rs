@@ -36,6 +36,12 @@ pub enum JournalError {
         /// The file.
         path: PathBuf,
     },
+    /// It is a folder or a device, and nothing is done to it.
+    #[error("{path}: no plain file, as a journal is; name another", path = path.display())]
+    NotAFile {
+        /// What was named.
+        path: PathBuf,
+    },
     /// What stands in it makes no sense.
     #[error("{path}: {reason} stands in this journal; move it away to begin anew", path = path.display())]
     Content {

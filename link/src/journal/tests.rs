@@ -21,9 +21,16 @@ impl Shelf {
         self.folder.path().join("robot.journal")
     }
 
+    fn subject(&self, robot: u16) -> Subject<'_> {
+        Subject { mission: &self.mission, robot: RobotId(robot), terrain: &self.terrain }
+    }
+
     fn open(&self, robot: u16, now_unix_ns: u64) -> Result<(Journal, Memory), JournalError> {
-        let subject = Subject { mission: &self.mission, robot: RobotId(robot), terrain: &self.terrain };
-        Journal::open(&self.path(), subject, now_unix_ns)
+        Journal::open(&self.path(), self.subject(robot), now_unix_ns)
+    }
+
+    fn peek(&self, robot: u16) -> Result<Prospect, JournalError> {
+        peek(&self.path(), self.subject(robot))
     }
 
     fn observation(&self, robot: u16, incarnation: u64, sequence: u64) -> Arc<Observation> {
@@ -74,8 +81,10 @@ fn a_journal_of_another_robot_mission_or_map_is_refused() {
     let mut shelf = Shelf::new();
     drop(shelf.open(1, 0).unwrap());
     let check = |shelf: &Shelf, robot, expected: &[&str]| {
-        let error = shelf.open(robot, 0).err().unwrap().to_string();
-        assert!(expected.iter().all(|part| error.contains(part)), "{error}");
+        for error in [shelf.peek(robot).err(), shelf.open(robot, 0).err()] {
+            let error = error.unwrap().to_string();
+            assert!(expected.iter().all(|part| error.contains(part)), "{error}");
+        }
     };
     check(&shelf, 2, &["robot.journal", "robot \"1\", not \"2\""]);
     let mission = std::mem::replace(&mut shelf.mission, "other".parse().unwrap());

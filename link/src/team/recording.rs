@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use dragnet_coordinator::desk::Desk;
 use dragnet_coordinator::mission::{Mission, MissionOrders};
-use dragnet_coordinator::record::{Header, Recorder};
+use dragnet_coordinator::record::{Header, MISSION_TIME, Recorder};
 use dragnet_coordinator::recording::Notice;
 use dragnet_proto::scenario::Scenario;
 use dragnet_sim::episode::Episode;
@@ -90,7 +90,7 @@ pub(super) fn summary(episode: &Episode) -> BTreeMap<String, String> {
         episode.truth.objects().iter().map(|object| object.number().to_string()).collect();
     let path_cells: Vec<String> = episode.path_cells.iter().map(ToString::to_string).collect();
     metadata([
-        ("mission_time_s", episode.outcome.ended.as_seconds().to_string()),
+        (MISSION_TIME, episode.outcome.ended.as_seconds().to_string()),
         ("objects", episode.truth.objects().len().to_string()),
         ("object_cells", objects.join(",")),
         ("found", episode.score.true_positives.to_string()),

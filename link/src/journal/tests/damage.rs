@@ -16,9 +16,12 @@ fn written(shelf: &Shelf) -> Vec<u8> {
 /// The robot starts, with what it had or without; if without, the file is kept.
 fn check_starts(shelf: &Shelf, bytes: &[u8], what: &str) -> bool {
     std::fs::write(shelf.path(), bytes).unwrap();
+    let prospect = shelf.peek(1).map_err(|error| format!("{what}: {error}")).unwrap();
+    assert_eq!(std::fs::read(shelf.path()).unwrap(), bytes, "{what}");
     let (journal, memory) = shelf.open(1, 5).map_err(|error| format!("{what}: {error}")).unwrap();
     let aside = shelf.folder.path().join("robot.journal.damaged");
     let is_set_aside = aside.exists();
+    assert_eq!(matches!(prospect, Prospect::SetAside { .. }), is_set_aside, "{what}: {prospect:?}");
     if is_set_aside {
         assert_eq!(memory, Memory { started_unix_ns: 5, observations: Vec::new() }, "{what}");
         assert_eq!(std::fs::read(&aside).unwrap(), bytes, "{what}");
@@ -58,8 +61,20 @@ fn what_is_no_journal_is_left_as_it_is() {
     let table = [b"SQLite format 3\0".as_slice(), &[7; 8176]].concat();
     for content in [letter, table] {
         std::fs::write(shelf.path(), &content).unwrap();
-        let error = shelf.open(1, 0).err().unwrap().to_string();
-        assert!(error.contains("robot.journal: no journal, nor what is left of one"), "{error}");
+        for error in [shelf.peek(1).err(), shelf.open(1, 0).err()] {
+            let error = error.unwrap().to_string();
+            assert!(error.contains("robot.journal: no journal, nor what is left of one"), "{error}");
+        }
         assert_eq!(std::fs::read(shelf.path()).unwrap(), content);
+    }
+}
+
+#[test]
+fn a_folder_is_no_journal() {
+    let shelf = Shelf::new();
+    std::fs::create_dir(shelf.path()).unwrap();
+    for error in [shelf.peek(1).err(), shelf.open(1, 0).err()] {
+        let error = error.unwrap().to_string();
+        assert!(error.contains("robot.journal: no plain file, as a journal is"), "{error}");
     }
 }
