@@ -360,12 +360,36 @@ fn what_is_too_deep_too_long_or_too_large_to_be_read_is_said_in_few_words() {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn a_device_without_an_end_is_no_scenario_and_no_weights() {
+fn a_device_is_no_scenario_and_no_weights() {
     let error = Scenario::load(Path::new("/dev/zero")).unwrap_err().to_string();
-    assert_eq!(error, "/dev/zero: longer than the 4194304 bytes that are read");
+    assert_eq!(error, "/dev/zero: no plain file, but a device");
     let weights = "[robots]\npolicy = { name = 'gnn', weights = '/dev/zero' }\n";
     let error = load(&format!("{SMALL}{weights}")).unwrap_err();
-    assert!(error.contains("/dev/zero: cannot read the weights: longer than the 67108864 bytes"), "{error}");
+    assert!(error.contains("/dev/zero: cannot read the weights: no plain file, but a device"), "{error}");
+}
+
+/// Whoever opened such a pipe would wait for ever.
+#[test]
+#[cfg(unix)]
+fn a_pipe_to_which_nobody_writes_is_refused_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = folder.path().join("a.kml");
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let refused = |file: &Path, kind: &str| {
+        let error = Scenario::load(file).unwrap_err().to_string();
+        assert!(error.ends_with(&format!("a.kml: no plain file, but {kind}")), "{error}");
+    };
+    refused(&pipe, "a pipe");
+    let scenario = folder.path().join("a.toml");
+    fs::write(&scenario, SMALL.replace("a.txt", "a.kml")).unwrap();
+    refused(&scenario, "a pipe");
+    fs::remove_file(&pipe).unwrap();
+    let _listener = std::os::unix::net::UnixListener::bind(&pipe).unwrap();
+    refused(&pipe, "a socket");
+    fs::remove_file(&pipe).unwrap();
+    fs::create_dir(&pipe).unwrap();
+    refused(&pipe, "a folder");
+}
 }
 
 #[test]
