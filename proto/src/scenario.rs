@@ -29,6 +29,7 @@ use dragnet_search::terrain::Terrain;
 
 use crate::map_file::areas::Claims;
 use crate::map_file::{Areas, Earth, Georeference, MapFile, MapOrigin};
+use crate::shape;
 
 pub use check::Invalid;
 pub use error::ScenarioError;
@@ -106,6 +107,7 @@ impl Scenario {
                 serde_path_to_error::deserialize(toml)
                     .map_err(|error| source.toml_error(error.inner(), Some(error.path())))
             })?;
+        shape::check(&source.text, &file).map_err(|wrong| source.error(Invalid::from(wrong).into()))?;
         let map = world::map(&file.map, source.folder()).map_err(|fault| source.error(fault))?;
         Self::new(source.clone(), file, Arc::new(map)).map_err(|fault| source.error(fault))
     }

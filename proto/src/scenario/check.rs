@@ -5,6 +5,8 @@ use std::time::Duration;
 
 use dragnet_search::cell::{Cell, Grid, Position};
 
+use crate::shape::WrongShape;
+
 /// A value that a scenario cannot have.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{key} is {found}; allowed is {allowed}")]
@@ -20,6 +22,12 @@ pub struct Invalid {
 impl Invalid {
     pub(super) fn new(key: impl Display, found: impl Display, allowed: impl Display) -> Self {
         Self { key: key.to_string(), found: shortened(&found.to_string()), allowed: allowed.to_string() }
+    }
+}
+
+impl From<WrongShape> for Invalid {
+    fn from(WrongShape { key, found, allowed }: WrongShape) -> Self {
+        Self::new(key, found, allowed)
     }
 }
 

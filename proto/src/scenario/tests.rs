@@ -390,6 +390,25 @@ fn a_pipe_to_which_nobody_writes_is_refused_at_once() {
     fs::create_dir(&pipe).unwrap();
     refused(&pipe, "a folder");
 }
+
+/// Serde reads as much of a list as it needs, and takes a list for a table.
+#[test]
+fn a_list_that_says_more_than_is_read_is_refused() {
+    let check = |from: &str, to: &str, message: &str| {
+        let error = load(&SMALL.replace(from, to)).unwrap_err();
+        assert!(error.contains(message), "{error}");
+    };
+    check(
+        "count = 1",
+        "cells = [[0, 0],\n[0, 0, 1]]",
+        "a.toml, line 8: objects.cells[1] is a list of 3 values; allowed is a list of 2",
+    );
+    check("count = 1", "cells = [[0, 0], [0, 0]]", "objects.cells[1] is [0, 0], again; allowed is each cell");
+    check(
+        "file = 'a.txt'",
+        "file = 'a.txt'\norigin = [49, -2, 0]",
+        "a.toml, line 4: map.origin is a list; allowed is a table with keys such as latitude_degrees, long",
+    );
 }
 
 #[test]
