@@ -119,6 +119,12 @@ impl Scenario {
         let prior = Prior::new(&file.prior, source.folder(), file.map.file.as_deref(), &map, &objects)?;
         let mission = Mission::new(&file.mission)?;
         prior.check_undecided(terrain, mission.tau)?;
+        let recording = recording(&file.recording)?;
+        for (key, period) in
+            [("mission.heartbeat_seconds", mission.heartbeat), (BELIEF_PERIOD, recording.belief_period)]
+        {
+            mission::check_period(key, period, terrain.cell_meters(), &mission)?;
+        }
         let robots = robots::robots(&file.robots, source.folder(), terrain)?;
         Ok(Self {
             moves: world::moves(file.map.moves)?,
@@ -128,7 +134,7 @@ impl Scenario {
             mission,
             network: Network::new(&file.network, u16::try_from(robots.len()).unwrap_or(u16::MAX))?,
             robots,
-            recording: recording(&file.recording)?,
+            recording,
             zenoh_config: zenoh_config(file.zenoh.config.as_deref(), source.folder())?,
             source,
             file,
@@ -365,11 +371,12 @@ fn check_name(name: &str) -> Result<(), Invalid> {
     }
 }
 
+const BELIEF_PERIOD: &str = "recording.belief_period_seconds";
+
 fn recording(table: &RecordingTable) -> Result<Recording, Invalid> {
-    let key = "recording.belief_period_seconds";
     Ok(Recording {
         file: table.file.as_ref().map(PathBuf::from),
-        belief_period: check::positive_seconds(key, table.belief_period_seconds)?,
+        belief_period: check::period(BELIEF_PERIOD, table.belief_period_seconds)?,
     })
 }
 

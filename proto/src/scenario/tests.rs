@@ -153,7 +153,11 @@ fn a_map_or_a_sensor_out_of_range_names_line_value_and_range() {
     check("file = 'a.txt'", "file = 'b.txt'", "line 3: ");
     check("file = 'a.txt'", "file = 'b.txt'", "b.txt: No such file");
     check("file = 'a.txt'", "file = 'a.txt'\nmoves = 6", "line 4: map.moves is 6; allowed is 4 or 8");
-    check("file = 'a.txt'", "file = 'a.txt'\ncell_meters = 0", "map.cell_meters is 0; allowed is above 0");
+    check(
+        "file = 'a.txt'",
+        "file = 'a.txt'\ncell_meters = 0",
+        "map.cell_meters is 0; allowed is from 0.001 to",
+    );
     check("file = 'a.txt'", "file = 'a.txt'\ncell_meters = nan", "map.cell_meters is NaN");
     check(
         "radius = 1",
@@ -214,7 +218,11 @@ fn objects_or_a_mission_out_of_range_name_line_value_and_range() {
     check("", "budget_seconds = -3", "line 10: mission.budget_seconds is -3; allowed is from");
     check("", "tau = 0.5", "mission.tau is 0.5; allowed is above 0.5 and below 1");
     check("", "tau = nan", "mission.tau is NaN");
-    check("", "speed_meters_per_second = 0", "mission.speed_meters_per_second is 0; allowed is above 0");
+    check(
+        "",
+        "speed_meters_per_second = 0",
+        "mission.speed_meters_per_second is 0; allowed is from 0.001 to",
+    );
     check("", "expected_undeclared = -0.1", "mission.expected_undeclared is -0.1; allowed is from 0 to");
     check(
         "",
@@ -349,7 +357,7 @@ fn what_is_too_deep_too_long_or_too_large_to_be_read_is_said_in_few_words() {
     check("tau = 1e308", "a.toml, line 10: mission.tau is 1e308; allowed is above 0.5 and below 1");
     check(
         "speed_meters_per_second = -5e-324",
-        "mission.speed_meters_per_second is -5e-324; allowed is above 0",
+        "mission.speed_meters_per_second is -5e-324; allowed is from 0.001",
     );
     let sigma = load(&SMALL.replace("radius = 1", "radius = 1\nsigma2 = 1e300")).unwrap_err();
     assert!(sigma.contains("sensor.sigma2 is 1e300; allowed is from"), "{sigma}");
@@ -389,6 +397,28 @@ fn a_pipe_to_which_nobody_writes_is_refused_at_once() {
     fs::remove_file(&pipe).unwrap();
     fs::create_dir(&pipe).unwrap();
     refused(&pipe, "a folder");
+}
+
+/// So short or so slow that a mission never ends.
+#[test]
+fn what_lasts_for_ever_is_refused() {
+    let check = |more: &str, message: &str| {
+        let error = load(&format!("{SMALL}{more}")).unwrap_err();
+        assert!(error.contains(message), "{error}");
+    };
+    check("heartbeat_seconds = 1e-9", "mission.heartbeat_seconds is 0.000000001; allowed is from 0.01 to");
+    check(
+        "[recording]\nbelief_period_seconds = 1e-6",
+        "recording.belief_period_seconds is 0.000001; allowed is from 0.01 to",
+    );
+    check(
+        "speed_meters_per_second = 1e-308",
+        "mission.speed_meters_per_second is 1e-308; allowed is from 0.001 to 1000000000",
+    );
+    check(
+        "speed_meters_per_second = 0.01\nheartbeat_seconds = 0.02",
+        "mission.heartbeat_seconds is 0.02; allowed is at least 0.03, of which 100000 pass while a robot crosses a cell",
+    );
 }
 
 /// Serde reads as much of a list as it needs, and takes a list for a table.
