@@ -11,6 +11,7 @@ mod kind;
 mod kml;
 mod prior;
 mod rings;
+mod unique;
 
 use std::path::Path;
 
@@ -35,7 +36,7 @@ const MAX_FEATURES: usize = 10_000;
 pub struct Areas {
     /// In the order of the file.
     pub areas: Vec<Area>,
-    /// Features that mean nothing here, by name or place.
+    /// Features that mean nothing here, by name or place, and shapes of areas that do, such as `1 point of A`.
     pub left_out: Vec<String>,
 }
 
@@ -122,7 +123,11 @@ impl Areas {
         let mut read = Self::default();
         for feature in features {
             match kind::area(file, &feature)? {
-                Some(area) => read.areas.push(area),
+                Some(area) => {
+                    let beside = feature.shapes.beside(&area.purpose);
+                    read.left_out.extend(beside.map(|shapes| format!("{shapes} of {}", area.name)));
+                    read.areas.push(area);
+                }
                 None => read.left_out.push(feature.name.unwrap_or(feature.place)),
             }
         }
