@@ -4,6 +4,7 @@
 //! search that can be run. `scenarios/README.md` explains every key to those who write one.
 
 mod check;
+mod drawn;
 mod error;
 pub mod file;
 mod locate;
@@ -32,13 +33,14 @@ use crate::map_file::{Areas, Earth, Georeference, MapFile, MapOrigin};
 use crate::shape;
 
 pub use check::Invalid;
+pub use drawn::Drawn;
 pub use error::ScenarioError;
 pub use mission::{Budget, Mission};
 pub use network::{Network, Partition};
 pub use objects::Objects;
 pub use robots::{Policy, Robot, Start};
 pub use schema::schema_json;
-pub use warning::Warning;
+pub use warning::{Reason, Warning};
 
 use error::Fault;
 use file::{PolicyField, PolicyTable, RecordingTable, ScenarioFile};

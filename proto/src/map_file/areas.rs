@@ -4,6 +4,7 @@
 //! A file becomes features, whatever its format, and each of these an [`Area`], or is left out. What is
 //! drawn is checked once, here: rings are closed, cross nothing, and lie on the earth.
 
+mod closed;
 mod description;
 mod feature;
 mod geojson;

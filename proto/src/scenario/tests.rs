@@ -497,6 +497,68 @@ fn cells_out_of_sight_and_areas_apart_are_warned_of() {
 }
 
 #[test]
+fn objects_that_the_prior_does_not_expect_are_warned_of() {
+    let check = |objects: &str, prior: &str, expected: &[&str]| {
+        let text = SMALL.replace("count = 1", objects);
+        let scenario = load_with(&format!("{text}[prior]\n{prior}"), "....\n....\n").unwrap();
+        let warnings: Vec<String> = scenario.warnings().iter().map(ToString::to_string).collect();
+        assert_eq!(warnings, expected, "{objects} {prior}");
+    };
+    check("count = 0", "", &[]);
+    check("count = 2", "probability = 0.5", &[]);
+    check("count = 1", "probability = 0.5", &["the prior expects 4.0 objects, and [objects] says 1.0"]);
+    check("density = 0.9", "probability = 0.1", &["the prior expects 0.8 objects, and [objects] says 7.2"]);
+    // Of the file 0.5 in [1, 3] and [0, 1].
+    check("cells = [[1, 3]]", "file = 'low.csv'", &[]);
+    let excluded =
+        "1 of 2 given objects lie where the prior is 0 and are never found, the first one in [0, 0]";
+    check("cells = [[0, 0], [0, 1]]", "file = 'low.csv'", &[excluded]);
+    let hidden = load_with(&SMALL.replace("count = 1", "cells = [[0, 4]]"), "...#~.").unwrap();
+    let hidden: Vec<String> = hidden.warnings().iter().map(ToString::to_string).collect();
+    let told =
+        "1 of 1 given objects lie out of every robot's sight and are never found, the first one in [0, 4]";
+    assert_eq!(hidden[1..], [told]);
+}
+
+/// A field of 30 x 20 cells at the equator, a fence through it, and what lies beyond it.
+#[test]
+fn areas_that_close_nothing_are_warned_of() {
+    let polygon = |[west, south, east, north]: [f64; 4]| {
+        format!(
+            r#"{{"type":"Polygon","coordinates":[[[{west},{south}],[{east},{south}],[{east},{north}],[{west},{north}],[{west},{south}]]]}}"#
+        )
+    };
+    let feature = |properties: &str, geometry: &str| {
+        format!(r#"{{"type":"Feature","properties":{{{properties}}},"geometry":{geometry}}}"#)
+    };
+    let lines =
+        r#"{"type":"MultiLineString","coordinates":[[[0,0.001],[0.003,0.001]],[[0,0.1],[0.003,0.1]]]}"#;
+    let drawn = [
+        feature(r#""name":"field""#, &polygon([0.0, 0.0, 0.003, 0.002])),
+        feature(r#""name":"speck""#, &polygon([0.0032, 0.0, 0.00321, 0.00001])),
+        feature(r#""name":"pond","kind":"no_go""#, &polygon([0.001, 0.0012, 0.0012, 0.0014])),
+        feature(r#""name":"sea","kind":"no_go""#, &polygon([0.1, 0.0, 0.2, 0.1])),
+        feature(r#""name":"fence","kind":"no_go""#, lines),
+    ];
+    let folder = tempfile::tempdir().unwrap();
+    let text = format!(r#"{{"type":"FeatureCollection","features":[{}]}}"#, drawn.join(","));
+    fs::write(folder.path().join("a.geojson"), text).unwrap();
+    let file = folder.path().join("a.toml");
+    fs::write(&file, SMALL.replace("a.txt'", "a.geojson'\ncell_meters = 11.1")).unwrap();
+    let scenario = Scenario::load(&file).unwrap();
+    let cells: Vec<(String, usize)> = scenario.drawn().into_iter().map(|it| (it.name, it.cells)).collect();
+    let cells: Vec<(&str, usize)> = cells.iter().map(|(name, cells)| (name.as_str(), *cells)).collect();
+    assert_eq!(cells, [("field", 600), ("speck", 0), ("pond", 9), ("sea", 0), ("fence", 30)]);
+    let warnings: Vec<String> = scenario.warnings().iter().map(ToString::to_string).collect();
+    let expected = [
+        "search \"speck\" covers no searched cell: a cell is searched where half of it lies inside",
+        "no_go \"sea\" closes no cell: it lies where nothing is searched",
+        "of 2 polygons and lines of no_go \"fence\", 1 beyond the map close nothing",
+    ];
+    assert_eq!(warnings[1..], expected, "beside the cells behind the fence");
+}
+
+#[test]
 fn the_effective_file_reads_back_as_itself() {
     let scenario = small(|text| format!("{text}[zenoh]\nconfig = 'zenoh.json5'\n[robots]\nstart = [0, 0]\n"));
     let text = toml::to_string(scenario.file()).unwrap();
