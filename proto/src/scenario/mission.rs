@@ -10,7 +10,7 @@ const MAX_METERS: f64 = 1e9;
 /// The slowest robot, metres a second.
 const MIN_SPEED: f64 = 0.001;
 /// The most heartbeats, or recorded beliefs, while a robot crosses a cell.
-const MAX_PERIODS_A_CELL: f64 = 100_000.0;
+const MAX_PERIODS_A_CELL: f64 = 1000.0;
 
 /// How a mission is judged, ended and kept alive.
 #[derive(Clone, Debug, PartialEq)]

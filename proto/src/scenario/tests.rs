@@ -417,7 +417,7 @@ fn what_lasts_for_ever_is_refused() {
     );
     check(
         "speed_meters_per_second = 0.01\nheartbeat_seconds = 0.02",
-        "mission.heartbeat_seconds is 0.02; allowed is at least 0.03, of which 100000 pass while a robot crosses a cell",
+        "mission.heartbeat_seconds is 0.02; allowed is at least 3, of which 1000 pass while a robot crosses a cell",
     );
 }
 
