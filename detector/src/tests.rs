@@ -171,8 +171,8 @@ fn of_boxes_that_overlap_the_most_confident_of_each_class_stays() {
     let settings = Settings::default();
     // The last one is not above 0.25.
     assert_eq!(check(&NEAR, &settings).unwrap(), (vec![(1, 82.0), (0, 84.0)], 0));
-    let class_agnostic = Settings { suppression: Suppression::Agnostic, ..Settings::default() };
-    assert_eq!(check(&NEAR, &class_agnostic).unwrap(), (vec![(1, 82.0)], 0));
+    let agnostic = Settings { suppression: Suppression::Agnostic, ..Settings::default() };
+    assert_eq!(check(&NEAR, &agnostic).unwrap(), (vec![(1, 82.0)], 0));
     let apart = Settings { iou: 0.95, confidence: 0.24, ..Settings::default() };
     assert_eq!(check(&NEAR, &apart).unwrap(), (vec![(1, 82.0), (0, 84.0), (1, 80.0), (2, 280.0)], 0));
 }

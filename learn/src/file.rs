@@ -1,7 +1,7 @@
 //! Files of tensors: safetensors, whose header carries one text of ours, so that the same content gives the same bytes.
 
 use std::collections::HashMap;
-use std::fs::File;
+use std::fs::{File, FileType};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
@@ -81,13 +81,44 @@ pub fn read<T>(
     parse(&bytes).map_err(|reason| FileError::content(path, reason))
 }
 
-/// The bytes of a file, of which no more is ever in memory: a pipe or a device does not say how long it is.
+/// Opens a plain file to be read. Whoever opens a pipe waits for somebody who writes to it, maybe for ever.
 ///
 /// # Errors
-/// If it cannot be read, or is longer.
+/// If it cannot be opened, or is a folder, a pipe, a device or a socket.
+pub fn open_plain(path: &Path) -> io::Result<File> {
+    check_kind(std::fs::metadata(path)?.file_type())?;
+    File::open(path)
+}
+
+fn check_kind(kind: FileType) -> io::Result<()> {
+    if kind.is_file() {
+        return Ok(());
+    }
+    let reason = format!("no plain file, but {}", kind_name(kind));
+    Err(io::Error::new(io::ErrorKind::InvalidInput, reason))
+}
+
+fn kind_name(kind: FileType) -> &'static str {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt;
+        if kind.is_fifo() {
+            return "a pipe";
+        }
+        if kind.is_socket() {
+            return "a socket";
+        }
+    }
+    if kind.is_dir() { "a folder" } else { "a device" }
+}
+
+/// The bytes of a plain file, of which no more is ever in memory: it may grow while it is read.
+///
+/// # Errors
+/// If it cannot be read, is no plain file, or is longer.
 pub fn read_at_most(path: &Path, max_bytes: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    File::open(path)?.take(max_bytes.saturating_add(1)).read_to_end(&mut bytes)?;
+    open_plain(path)?.take(max_bytes.saturating_add(1)).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > max_bytes {
         let reason = format!("longer than the {max_bytes} bytes that are read");
         return Err(io::Error::new(io::ErrorKind::FileTooLarge, reason));
@@ -101,7 +132,7 @@ pub fn read_at_most(path: &Path, max_bytes: u64) -> io::Result<Vec<u8>> {
 /// Every text that a person names is read here.
 ///
 /// # Errors
-/// If it cannot be read, is longer, or is no text.
+/// If it cannot be read, is no plain file, is longer, or is no text.
 pub fn read_text_at_most(path: &Path, max_bytes: u64) -> io::Result<String> {
     text_of(read_at_most(path, max_bytes)?)
 }
@@ -137,12 +168,10 @@ pub fn text_of(bytes: Vec<u8>) -> io::Result<String> {
 /// If it is no plain file, as a device is not, or longer.
 pub fn check_plain(path: &Path, max_bytes: u64) -> io::Result<()> {
     let Ok(metadata) = std::fs::metadata(path) else { return Ok(()) };
-    let wrong = |reason: String| Err(io::Error::new(io::ErrorKind::InvalidInput, reason));
-    if !metadata.is_file() {
-        return wrong("no plain file".to_owned());
-    }
+    check_kind(metadata.file_type())?;
     if metadata.len() > max_bytes {
-        return wrong(format!("longer than the {max_bytes} bytes that are read"));
+        let reason = format!("longer than the {max_bytes} bytes that are read");
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, reason));
     }
     Ok(())
 }

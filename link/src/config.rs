@@ -7,6 +7,7 @@ use dragnet_proto::file::read_text_at_most;
 use dragnet_proto::key::Mission;
 use dragnet_proto::ros::output::OutputKind;
 use dragnet_proto::scenario::Scenario;
+use dragnet_proto::shape;
 use dragnet_search::observation::RobotId;
 use dragnet_search::terrain::Terrain;
 use dragnet_vehicle::lattice::costmap::CostMap;
@@ -138,12 +139,14 @@ const fn one() -> f64 {
 ///
 /// # Errors
 /// If it cannot be read or says what is not allowed: with the key and the place.
-pub fn load<T: DeserializeOwned>(file: &Path) -> Result<T, LinkError> {
+pub fn load<T: DeserializeOwned + Serialize>(file: &Path) -> Result<T, LinkError> {
     let failed = |reason: String| LinkError::Settings { file: file.to_owned(), reason };
     let text = read_text_at_most(file, MAX_SETTINGS_BYTES).map_err(|error| failed(error.to_string()))?;
     let toml = toml::Deserializer::parse(&text).map_err(|error| failed(error.to_string()))?;
-    serde_path_to_error::deserialize(toml)
-        .map_err(|error| failed(format!("{}: {}", error.path(), error.inner())))
+    let read = serde_path_to_error::deserialize(toml)
+        .map_err(|error| failed(format!("{}: {}", error.path(), error.inner())))?;
+    shape::check(&text, &read).map_err(|wrong| failed(wrong.to_string()))?;
+    Ok(read)
 }
 
 /// Settings that have been checked.

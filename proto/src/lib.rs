@@ -8,7 +8,8 @@
 //! - [`participant`]: what drives a participant, and what it answers;
 //! - [`ros`]: a robot's own ROS 2 network, its names, keys and messages;
 //! - [`scenario`], [`map_file`]: what is searched, by whom, under which conditions;
-//! - [`file`](mod@file): files that people name, read no further than they may be long.
+//! - [`file`](mod@file): files that people name, read no further than they may be long; [`shape`]: lists in them that say
+//!   more than is read of them.
 //!
 //! Only this crate knows wire bytes and key expressions.
 
@@ -28,6 +29,7 @@ pub mod ros;
 pub mod scenario;
 pub mod schema;
 pub mod sender;
+pub mod shape;
 pub mod step;
 pub mod time;
 pub mod wire;

@@ -4,6 +4,7 @@
 //! search that can be run. `scenarios/README.md` explains every key to those who write one.
 
 mod check;
+mod drawn;
 mod error;
 pub mod file;
 mod locate;
@@ -29,15 +30,17 @@ use dragnet_search::terrain::Terrain;
 
 use crate::map_file::areas::Claims;
 use crate::map_file::{Areas, Earth, Georeference, MapFile, MapOrigin};
+use crate::shape;
 
 pub use check::Invalid;
+pub use drawn::Drawn;
 pub use error::ScenarioError;
 pub use mission::{Budget, Mission};
 pub use network::{Network, Partition};
 pub use objects::Objects;
 pub use robots::{Policy, Robot, Start};
 pub use schema::schema_json;
-pub use warning::Warning;
+pub use warning::{Reason, Warning};
 
 use error::Fault;
 use file::{PolicyField, PolicyTable, RecordingTable, ScenarioFile};
@@ -106,6 +109,7 @@ impl Scenario {
                 serde_path_to_error::deserialize(toml)
                     .map_err(|error| source.toml_error(error.inner(), Some(error.path())))
             })?;
+        shape::check(&source.text, &file).map_err(|wrong| source.error(Invalid::from(wrong).into()))?;
         let map = world::map(&file.map, source.folder()).map_err(|fault| source.error(fault))?;
         Self::new(source.clone(), file, Arc::new(map)).map_err(|fault| source.error(fault))
     }
@@ -117,6 +121,12 @@ impl Scenario {
         let prior = Prior::new(&file.prior, source.folder(), file.map.file.as_deref(), &map, &objects)?;
         let mission = Mission::new(&file.mission)?;
         prior.check_undecided(terrain, mission.detection_threshold)?;
+        let recording = recording(&file.recording)?;
+        for (key, period) in
+            [("mission.heartbeat_seconds", mission.heartbeat), (BELIEF_PERIOD, recording.belief_period)]
+        {
+            mission::check_period(key, period, terrain.cell_meters(), &mission)?;
+        }
         let robots = robots::robots(&file.robots, source.folder(), terrain)?;
         Ok(Self {
             connectivity: world::connectivity(file.map.connectivity)?,
@@ -126,7 +136,7 @@ impl Scenario {
             mission,
             network: Network::new(&file.network, u16::try_from(robots.len()).unwrap_or(u16::MAX))?,
             robots,
-            recording: recording(&file.recording)?,
+            recording,
             zenoh_config: zenoh_config(file.zenoh.config.as_deref(), source.folder())?,
             source,
             file,
@@ -363,11 +373,12 @@ fn check_name(name: &str) -> Result<(), Invalid> {
     }
 }
 
+const BELIEF_PERIOD: &str = "recording.belief_period_seconds";
+
 fn recording(table: &RecordingTable) -> Result<Recording, Invalid> {
-    let key = "recording.belief_period_seconds";
     Ok(Recording {
         file: table.file.as_ref().map(PathBuf::from),
-        belief_period: check::positive_seconds(key, table.belief_period_seconds)?,
+        belief_period: check::period(BELIEF_PERIOD, table.belief_period_seconds)?,
     })
 }
 

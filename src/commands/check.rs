@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use dragnet_proto::map_file::areas::{Claims, Region, Rest};
 use dragnet_proto::map_file::{GeoPoint, Georeference, MapOrigin};
-use dragnet_proto::scenario::Scenario;
+use dragnet_proto::scenario::{Drawn, Scenario};
 
 use super::{Failure, complain, scenario};
 use crate::terminal::{self, counted};
@@ -67,14 +67,12 @@ fn earth(scenario: &Scenario) -> Vec<String> {
             "  south-western corner at latitude {latitude_degrees:.6}, longitude {longitude_degrees:.6}\n"
         )
     });
-    let areas = scenario.areas();
-    let drawn = areas.areas.iter().filter(|area| area.purpose.poa().is_none());
-    let drawn = drawn.map(|area| {
-        let weights = scenario
-            .georeference()
-            .and_then(|frame| area.weights(&scenario.source().path, frame, scenario.terrain()).ok());
-        let cells = counted(weights.map_or(0, |weights| weights.shares.len()), "searched cell");
-        format!("  {} {:?}: {cells}\n", area.purpose.word(), area.name)
+    let drawn = scenario.drawn().into_iter().map(|Drawn { name, kind, cells, barriers, .. }| {
+        let comes_of_it = match barriers {
+            0 => counted(cells, "searched cell"),
+            _ => format!("closes {}", counted(cells, "cell")),
+        };
+        format!("  {kind} {name:?}: {comes_of_it}\n")
     });
     let claims = scenario.claims().map(claims).unwrap_or_default();
     corner.into_iter().chain(frame(scenario)).chain(drawn).chain(claims).collect()

@@ -96,9 +96,9 @@ fn nothing_is_recorded_of_what_is_refused() {
     assert!(!place.path("a.mcap").exists());
 }
 
-/// A device never ends: each file that a user can name is read no further than it may be long.
+/// A device never ends, and whoever opens a pipe waits for somebody to write to it.
 #[test]
-fn files_without_an_end_are_refused() {
+fn files_that_are_no_plain_files_are_refused() {
     let place = Place::new();
     place.write(
         "yaml.toml",
@@ -108,16 +108,22 @@ fn files_without_an_end_are_refused() {
     std::os::unix::fs::symlink("/dev/zero", place.path("part-1-of-1.json")).unwrap();
     let agent = "mission = 'small'\nscenario = 'small.toml'\nzenoh.config = '/dev/zero'\n";
     place.write("agent.toml", &format!("robot = 1\n[common]\n{agent}"));
-    let endless = "bytes that are read";
+    let pipe = std::process::Command::new("mkfifo").arg(place.path("pipe")).status();
+    assert!(pipe.unwrap().success());
+    let endless = "no plain file, but a device";
     for (arguments, said) in [
         (&["check", "/dev/zero"] as &[&str], &["/dev/zero", endless] as &[&str]),
-        (&["check", "yaml.toml"], &["a.yaml: longer than the 65536", endless]),
+        (&["check", "yaml.toml"], &["a.yaml", endless]),
         (&["agent", "--config", "/dev/zero"], &["/dev/zero", endless]),
         (&["coordinator", "--config", "/dev/zero"], &["/dev/zero", endless]),
         (&["sim", "small.toml", "--config", "/dev/zero"], &["/dev/zero", endless]),
         (&["agent", "--config", "agent.toml"], &["/dev/zero: no plain file"]),
         (&["calibrate", "/dev/zero"], &["/dev/zero", endless]),
-        (&["inspect", "/dev/zero"], &["/dev/zero", "not a recording"]),
+        (&["inspect", "/dev/zero"], &["/dev/zero", endless]),
+        (&["check", "pipe"], &["pipe: no plain file, but a pipe"]),
+        (&["agent", "--config", "pipe"], &["pipe", "no plain file, but a pipe"]),
+        (&["calibrate", "pipe"], &["pipe", "no plain file, but a pipe"]),
+        (&["inspect", "pipe"], &["pipe", "no plain file, but a pipe"]),
     ] {
         place.refuse(arguments, said);
     }

@@ -36,7 +36,7 @@ fn check_tells_what_was_drawn() {
     for line in [
         "  south-western corner at latitude 0.000000, longitude 0.000000\n",
         "  search \"Field\": 121 searched cells\n",
-        "  no_go \"Pond\": 3 searched cells\n",
+        "  no_go \"Pond\": closes 3 cells\n",
         "  prior \"Wood\": POA 70.0 % in 44 cells\n",
         "  rest: POA 30.0 %, spread over 77 cells outside of all areas\n",
         "drawn.toml: warning: left out: Tent, no area of ours\n",

@@ -125,7 +125,7 @@ def random_case(expected):
         settings = [
             dict(conf_thres=0.7, iou_thres=0.7),
             dict(conf_thres=0.35, iou_thres=0.2),
-            dict(conf_thres=0.25, iou_thres=0.2, class_agnostic=True),
+            dict(conf_thres=0.25, iou_thres=0.2, agnostic=True),
             dict(conf_thres=0.25, iou_thres=0.45, classes=[3, 17, 40, 79]),
         ]
         expected["random"][resolution] = {

@@ -10,6 +10,7 @@ use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
+use dragnet_proto::file::open_plain;
 use mcap::records::{Header, Record, op};
 use mcap::{MAGIC, parse_record};
 
@@ -73,7 +74,7 @@ impl McapReader<BufReader<File>> {
     /// Opens a file; what is written to it later is not seen.
     pub(crate) fn open(path: &Path) -> Result<Self, RecordingError> {
         let failed = |source| RecordingError::Read { path: path.to_owned(), source };
-        let file = File::open(path).map_err(failed)?;
+        let file = open_plain(path).map_err(failed)?;
         let length = file.metadata().map_err(failed)?.len();
         super::foreign::check(path, &file)?;
         Self::new(path, BufReader::new(file), length)

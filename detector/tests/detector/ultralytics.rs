@@ -72,7 +72,7 @@ fn has_area(bounds: &Value) -> bool {
 
 fn settings(case: &Value) -> Settings {
     let classes = case["classes"].as_array().map(|classes| classes.iter().map(class).collect());
-    let suppression = if case["class_agnostic"] == true { Suppression::Agnostic } else { Suppression::ByClass };
+    let suppression = if case["agnostic"] == true { Suppression::Agnostic } else { Suppression::ByClass };
     #[expect(clippy::cast_possible_truncation, reason = "thresholds of a few digits")]
     let part = |name: &str| case[name].as_f64().unwrap() as f32;
     Settings {

@@ -4,6 +4,8 @@ use std::io::ErrorKind;
 use std::net::{TcpListener, ToSocketAddrs, UdpSocket};
 use std::path::Path;
 
+use dragnet_proto::file::open_plain;
+
 use super::Finding;
 use crate::LinkError;
 use crate::session::{self, Endpoints};
@@ -56,9 +58,6 @@ fn examine_one(endpoint: &str, runs_here: bool) -> Option<Finding> {
 
 /// Whether the robot itself runs on this computer: its journal is open then.
 pub(super) fn runs_here(journal: &Path) -> bool {
-    if !journal.is_file() {
-        return false;
-    }
-    let Ok(file) = std::fs::File::open(journal) else { return false };
+    let Ok(file) = open_plain(journal) else { return false };
     matches!(file.try_lock_shared(), Err(std::fs::TryLockError::WouldBlock))
 }

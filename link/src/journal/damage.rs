@@ -1,10 +1,10 @@
 //! What is wrong with a file that cannot be opened as a journal: a damaged journal is set aside, and a file that somebody
 //! named by mistake is left alone.
 
-use std::fs::File;
 use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
+use dragnet_proto::file::open_plain;
 use redb::{Error, TableHandle};
 
 use super::{FACTS, JournalError, OBSERVATIONS};
@@ -46,10 +46,7 @@ const fn is_of_content(kind: ErrorKind) -> bool {
 /// Whether a file that cannot be read as a journal was one: its first page is blank, as one that never came to the disk, or
 /// begins as it should, or names of a journal's tables stand in what is left.
 fn was_journal(path: &Path) -> io::Result<bool> {
-    let mut file = File::open(path)?;
-    if !file.metadata()?.is_file() {
-        return Ok(false);
-    }
+    let mut file = open_plain(path)?;
     let mut page = Vec::new();
     file.by_ref().take(PAGE_BYTES as u64).read_to_end(&mut page)?;
     if page.iter().all(|&byte| byte == 0) || page.starts_with(MAGIC) {

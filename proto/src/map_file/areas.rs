@@ -4,6 +4,7 @@
 //! A file becomes features, whatever its format, and each of these an [`Area`], or is left out. What is
 //! drawn is checked once, here: rings are closed, cross nothing, and lie on the earth.
 
+mod closed;
 mod description;
 mod feature;
 mod geojson;
@@ -11,6 +12,7 @@ mod kind;
 mod kml;
 mod prior;
 mod rings;
+mod unique;
 
 use std::path::Path;
 
@@ -35,7 +37,7 @@ const MAX_FEATURES: usize = 10_000;
 pub struct Areas {
     /// In the order of the file.
     pub areas: Vec<Area>,
-    /// Features that mean nothing here, by name or place.
+    /// Features that mean nothing here, by name or place, and shapes of areas that do, such as `1 point of A`.
     pub left_out: Vec<String>,
 }
 
@@ -122,7 +124,11 @@ impl Areas {
         let mut read = Self::default();
         for feature in features {
             match kind::area(file, &feature)? {
-                Some(area) => read.areas.push(area),
+                Some(area) => {
+                    let beside = feature.shapes.beside(&area.purpose);
+                    read.left_out.extend(beside.map(|shapes| format!("{shapes} of {}", area.name)));
+                    read.areas.push(area);
+                }
                 None => read.left_out.push(feature.name.unwrap_or(feature.place)),
             }
         }

@@ -10,12 +10,12 @@ use dragnet_search::cell::Grid;
 use dragnet_search::terrain::{Ground, Terrain};
 use geo::coordinate_position::CoordPos;
 use geo::dimensions::Dimensions;
-use geo::{BoundingRect, Intersects, LineString, MapCoords, MultiPolygon, Polygon, Relate};
+use geo::{BoundingRect, Intersects, MapCoords, MultiPolygon, Polygon, Relate};
 
 use super::areas::{Areas, Purpose, rings};
 use super::georeference::{GeoPoint, Georeference};
 use super::raster::whole_cells;
-use super::scanline::{covered_cells, covered_shares, mark_touched};
+use super::scanline::covered_shares;
 use super::{MapFile, MapFileError, MapOrigin};
 
 /// Half a cell, less rounding.
@@ -132,18 +132,10 @@ fn entered(
 ) -> Result<Vec<bool>, MapFileError> {
     let mut is_touched = vec![false; grid.cell_count()];
     for area in &areas.areas {
-        let Purpose::NoGo(region, lines) = &area.purpose else { continue };
-        area.check_near(file, frame)?;
-        let region = rings(&in_cells(region, frame, cell_meters));
-        for (cell, share) in covered_cells(grid, &region) {
-            is_touched[cell.index()] |= share > 0.0;
+        if matches!(area.purpose, Purpose::NoGo(..)) {
+            area.check_near(file, frame)?;
         }
-        let cells = |line: &LineString<f64>| {
-            line.0.iter().map(|corner| frame.cells(*corner, cell_meters)).map(|it| (it.x, it.y)).collect()
-        };
-        for line in region.into_iter().chain(lines.0.iter().map(cells)) {
-            mark_touched(grid, &line, &mut is_touched);
-        }
+        area.mark_closed(frame, grid, cell_meters, &mut is_touched);
     }
     Ok(is_touched.into_iter().map(|is_touched| !is_touched).collect())
 }

@@ -5,6 +5,8 @@ use std::time::Duration;
 
 use dragnet_search::cell::{Cell, Grid, Position};
 
+use crate::shape::WrongShape;
+
 /// A value that a scenario cannot have.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{key} is {found}; allowed is {allowed}")]
@@ -20,6 +22,12 @@ pub struct Invalid {
 impl Invalid {
     pub(super) fn new(key: impl Display, found: impl Display, allowed: impl Display) -> Self {
         Self { key: key.to_string(), found: shortened(&found.to_string()), allowed: allowed.to_string() }
+    }
+}
+
+impl From<WrongShape> for Invalid {
+    fn from(WrongShape { key, found, allowed }: WrongShape) -> Self {
+        Self::new(key, found, allowed)
     }
 }
 
@@ -52,6 +60,11 @@ pub(super) fn at_least_zero(key: impl Display, value: f64, high: f64) -> Result<
     check(key, value, (0.0..=high).contains(&value), || format!("from 0 to {high}"))
 }
 
+/// A number between two others, both included.
+pub(super) fn within(key: impl Display, value: f64, low: f64, high: f64) -> Result<f64, Invalid> {
+    check(key, value, (low..=high).contains(&value), || format!("from {low} to {high}"))
+}
+
 /// A number above 0, up to a largest one.
 pub(super) fn positive(key: impl Display, value: f64, high: f64) -> Result<f64, Invalid> {
     check(key, value, value > 0.0 && value <= high, || format!("above 0, up to {high}"))
@@ -76,6 +89,16 @@ pub(super) fn seconds(key: impl Display, value: f64) -> Result<Duration, Invalid
 pub(super) fn positive_seconds(key: impl Display, value: f64) -> Result<Duration, Invalid> {
     let is_valid = (1e-9..=MAX_SECONDS).contains(&value);
     let allowed = || format!("from 0.000000001 to {MAX_SECONDS} seconds");
+    check(key, value, is_valid, allowed).map(Duration::from_secs_f64)
+}
+
+/// The shortest time between two things that happen again and again, seconds.
+const MIN_PERIOD_SECONDS: f64 = 0.01;
+
+/// A time after which something happens again, and again after that: not so short that a mission never gets through them.
+pub(super) fn period(key: impl Display, value: f64) -> Result<Duration, Invalid> {
+    let is_valid = (MIN_PERIOD_SECONDS..=MAX_SECONDS).contains(&value);
+    let allowed = || format!("from {MIN_PERIOD_SECONDS} to {MAX_SECONDS} seconds");
     check(key, value, is_valid, allowed).map(Duration::from_secs_f64)
 }
 

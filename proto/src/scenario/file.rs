@@ -71,9 +71,9 @@ pub struct MapTable {
     /// Where the map's south-western corner lies on the earth; of a map that does not say so itself.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub origin: Option<OriginTable>,
-    /// Edge of a cell, metres, above 0.
+    /// Edge of a cell, metres, from 0.001.
     #[serde(default = "default_cell_meters")]
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(range(min = 0.001))]
     pub cell_meters: f64,
     /// To how many neighbours a robot moves: 4, or 8 with diagonals.
     #[serde(default = "default_moves")]
@@ -238,15 +238,15 @@ pub struct MissionTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub budget_seconds: Option<f64>,
-    /// Speed of a robot, metres a second, above 0; whoever claims to be faster is not believed.
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    /// Speed of a robot, metres a second, from 0.001; whoever claims to be faster is not believed.
+    #[schemars(range(min = 0.001))]
     pub speed_meters_per_second: f64,
     /// Stop when this number of objects or fewer are expected outside the declared cells, of those that robots can see, at
     /// least 0; 0 is not before nothing is worth a look.
     #[schemars(range(min = 0.0))]
     pub stop_when_expected_remaining: f64,
-    /// Time between two signs of life of a robot, seconds, above 0.
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    /// Time between two signs of life of a robot, seconds, from 0.01.
+    #[schemars(range(min = 0.01))]
     pub heartbeat_seconds: f64,
     /// Silence after which a robot is taken for lost, seconds, above `heartbeat_seconds`.
     #[schemars(extend("exclusiveMinimum" = 0))]
@@ -320,8 +320,8 @@ pub struct RecordingTable {
     /// MCAP file to write, relative to the working directory.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
-    /// Time between two recorded beliefs, seconds, above 0.
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    /// Time between two recorded beliefs, seconds, from 0.01.
+    #[schemars(range(min = 0.01))]
     pub belief_period_seconds: f64,
 }
 

@@ -7,6 +7,10 @@ use super::file::MissionTable;
 
 /// The most metres in a budget, and metres a second of a robot.
 const MAX_METERS: f64 = 1e9;
+/// The slowest robot, metres a second.
+const MIN_SPEED: f64 = 0.001;
+/// The most heartbeats, or recorded beliefs, while a robot crosses a cell.
+const MAX_PERIODS_A_CELL: f64 = 1000.0;
 
 /// How a mission is judged, ended and kept alive.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,9 +66,8 @@ impl Budget {
 
 impl Mission {
     pub(super) fn new(table: &MissionTable) -> Result<Self, Invalid> {
-        let heartbeat = check::positive_seconds("mission.heartbeat_seconds", table.heartbeat_seconds)?;
-        let lost_after =
-            check::positive_seconds("mission.liveness_timeout_seconds", table.liveness_timeout_seconds)?;
+        let heartbeat = check::period("mission.heartbeat_seconds", table.heartbeat_seconds)?;
+        let lost_after = check::positive_seconds("mission.liveness_timeout_seconds", table.liveness_timeout_seconds)?;
         if lost_after <= heartbeat {
             let allowed = format!("above mission.heartbeat_seconds, {}", table.heartbeat_seconds);
             return Err(Invalid::new(
@@ -84,7 +87,12 @@ impl Mission {
                 1.0,
             )?,
             budget: Budget::new(table)?,
-            speed_meters_per_second: check::positive(speed, table.speed_meters_per_second, MAX_METERS)?,
+            speed_meters_per_second: check::within(
+                speed,
+                table.speed_meters_per_second,
+                MIN_SPEED,
+                MAX_METERS,
+            )?,
             stop_when_expected_remaining: (stop_at > 0.0).then_some(stop_at),
             heartbeat,
             lost_after,
@@ -92,6 +100,27 @@ impl Mission {
             clock_tolerance: check::seconds("mission.max_clock_skew_seconds", table.max_clock_skew_seconds)?,
         })
     }
+}
+
+/// Holds a period against the time that a robot takes for a cell: so many of them make a step last for ever.
+pub(super) fn check_period(
+    key: &str,
+    period: Duration,
+    cell_meters: f64,
+    mission: &Mission,
+) -> Result<(), Invalid> {
+    let cell_seconds = cell_meters / mission.speed_meters_per_second;
+    let least = cell_seconds / MAX_PERIODS_A_CELL;
+    if period.as_secs_f64() >= least {
+        return Ok(());
+    }
+    let allowed = format!(
+        "at least {}, of which {MAX_PERIODS_A_CELL} pass while a robot crosses a cell (map.cell_meters / \
+         mission.speed_meters_per_second, {} seconds)",
+        check::written(least),
+        check::written(cell_seconds)
+    );
+    Err(Invalid::new(key, period.as_secs_f64(), allowed))
 }
 
 impl Budget {

@@ -152,12 +152,12 @@ fn a_map_or_a_sensor_out_of_range_names_line_value_and_range() {
     );
     check("file = 'a.txt'", "file = 'b.txt'", "line 3: ");
     check("file = 'a.txt'", "file = 'b.txt'", "b.txt: No such file");
+    check("file = 'a.txt'", "file = 'a.txt'\nconnectivity = 6", "line 4: map.connectivity is 6; allowed is 4 or 8");
     check(
         "file = 'a.txt'",
-        "file = 'a.txt'\nconnectivity = 6",
-        "line 4: map.connectivity is 6; allowed is 4 or 8",
+        "file = 'a.txt'\ncell_meters = 0",
+        "map.cell_meters is 0; allowed is from 0.001 to",
     );
-    check("file = 'a.txt'", "file = 'a.txt'\ncell_meters = 0", "map.cell_meters is 0; allowed is above 0");
     check("file = 'a.txt'", "file = 'a.txt'\ncell_meters = nan", "map.cell_meters is NaN");
     check(
         "radius = 1",
@@ -216,18 +216,14 @@ fn objects_or_a_mission_out_of_range_name_line_value_and_range() {
         "line 9: mission.budget_meters is inf; allowed is above 0, up to",
     );
     check("", "budget_seconds = -3", "line 10: mission.budget_seconds is -3; allowed is from");
-    check(
-        "",
-        "detection_threshold = 0.5",
-        "mission.detection_threshold is 0.5; allowed is above 0.5 and below 1",
-    );
+    check("", "detection_threshold = 0.5", "mission.detection_threshold is 0.5; allowed is above 0.5 and below 1");
     check("", "detection_threshold = nan", "mission.detection_threshold is NaN");
-    check("", "speed_meters_per_second = 0", "mission.speed_meters_per_second is 0; allowed is above 0");
     check(
         "",
-        "stop_when_expected_remaining = -0.1",
-        "mission.stop_when_expected_remaining is -0.1; allowed is from 0 to",
+        "speed_meters_per_second = 0",
+        "mission.speed_meters_per_second is 0; allowed is from 0.001 to",
     );
+    check("", "stop_when_expected_remaining = -0.1", "mission.stop_when_expected_remaining is -0.1; allowed is from 0 to");
     check(
         "",
         "heartbeat_seconds = 30",
@@ -369,7 +365,7 @@ fn what_is_too_deep_too_long_or_too_large_to_be_read_is_said_in_few_words() {
     );
     check(
         "speed_meters_per_second = -5e-324",
-        "mission.speed_meters_per_second is -5e-324; allowed is above 0",
+        "mission.speed_meters_per_second is -5e-324; allowed is from 0.001",
     );
     let sigma = load(&SMALL.replace("radius = 1", "radius = 1\nnoise_variance = 1e300")).unwrap_err();
     assert!(sigma.contains("sensor.noise_variance is 1e300; allowed is from"), "{sigma}");
@@ -380,12 +376,77 @@ fn what_is_too_deep_too_long_or_too_large_to_be_read_is_said_in_few_words() {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn a_device_without_an_end_is_no_scenario_and_no_weights() {
+fn a_device_is_no_scenario_and_no_weights() {
     let error = Scenario::load(Path::new("/dev/zero")).unwrap_err().to_string();
-    assert_eq!(error, "/dev/zero: longer than the 4194304 bytes that are read");
+    assert_eq!(error, "/dev/zero: no plain file, but a device");
     let weights = "[robots]\npolicy = { name = 'gnn', weights = '/dev/zero' }\n";
     let error = load(&format!("{SMALL}{weights}")).unwrap_err();
-    assert!(error.contains("/dev/zero: cannot read the weights: longer than the 67108864 bytes"), "{error}");
+    assert!(error.contains("/dev/zero: cannot read the weights: no plain file, but a device"), "{error}");
+}
+
+/// Whoever opened such a pipe would wait for ever.
+#[test]
+#[cfg(unix)]
+fn a_pipe_to_which_nobody_writes_is_refused_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = folder.path().join("a.kml");
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let refused = |file: &Path, kind: &str| {
+        let error = Scenario::load(file).unwrap_err().to_string();
+        assert!(error.ends_with(&format!("a.kml: no plain file, but {kind}")), "{error}");
+    };
+    refused(&pipe, "a pipe");
+    let scenario = folder.path().join("a.toml");
+    fs::write(&scenario, SMALL.replace("a.txt", "a.kml")).unwrap();
+    refused(&scenario, "a pipe");
+    fs::remove_file(&pipe).unwrap();
+    let _listener = std::os::unix::net::UnixListener::bind(&pipe).unwrap();
+    refused(&pipe, "a socket");
+    fs::remove_file(&pipe).unwrap();
+    fs::create_dir(&pipe).unwrap();
+    refused(&pipe, "a folder");
+}
+
+/// So short or so slow that a mission never ends.
+#[test]
+fn what_lasts_for_ever_is_refused() {
+    let check = |more: &str, message: &str| {
+        let error = load(&format!("{SMALL}{more}")).unwrap_err();
+        assert!(error.contains(message), "{error}");
+    };
+    check("heartbeat_seconds = 1e-9", "mission.heartbeat_seconds is 0.000000001; allowed is from 0.01 to");
+    check(
+        "[recording]\nbelief_period_seconds = 1e-6",
+        "recording.belief_period_seconds is 0.000001; allowed is from 0.01 to",
+    );
+    check(
+        "speed_meters_per_second = 1e-308",
+        "mission.speed_meters_per_second is 1e-308; allowed is from 0.001 to 1000000000",
+    );
+    check(
+        "speed_meters_per_second = 0.01\nheartbeat_seconds = 0.02",
+        "mission.heartbeat_seconds is 0.02; allowed is at least 3, of which 1000 pass while a robot crosses a cell",
+    );
+}
+
+/// Serde reads as much of a list as it needs, and takes a list for a table.
+#[test]
+fn a_list_that_says_more_than_is_read_is_refused() {
+    let check = |from: &str, to: &str, message: &str| {
+        let error = load(&SMALL.replace(from, to)).unwrap_err();
+        assert!(error.contains(message), "{error}");
+    };
+    check(
+        "count = 1",
+        "cells = [[0, 0],\n[0, 0, 1]]",
+        "a.toml, line 8: objects.cells[1] is a list of 3 values; allowed is a list of 2",
+    );
+    check("count = 1", "cells = [[0, 0], [0, 0]]", "objects.cells[1] is [0, 0], again; allowed is each cell");
+    check(
+        "file = 'a.txt'",
+        "file = 'a.txt'\norigin = [49, -2, 0]",
+        "a.toml, line 4: map.origin is a list; allowed is a table with keys such as latitude_degrees, long",
+    );
 }
 
 #[test]
@@ -441,6 +502,68 @@ fn cells_out_of_sight_and_areas_apart_are_warned_of() {
     );
     let apart = "count = 2\n[[robots.robot]]\nnumber = 2\nstart = [0, 5]";
     check("...#~.", apart, &["robots 1 and 2 start in areas that no path connects"]);
+}
+
+#[test]
+fn objects_that_the_prior_does_not_expect_are_warned_of() {
+    let check = |objects: &str, prior: &str, expected: &[&str]| {
+        let text = SMALL.replace("count = 1", objects);
+        let scenario = load_with(&format!("{text}[prior]\n{prior}"), "....\n....\n").unwrap();
+        let warnings: Vec<String> = scenario.warnings().iter().map(ToString::to_string).collect();
+        assert_eq!(warnings, expected, "{objects} {prior}");
+    };
+    check("count = 0", "", &[]);
+    check("count = 2", "probability = 0.5", &[]);
+    check("count = 1", "probability = 0.5", &["the prior expects 4.0 objects, and [objects] says 1.0"]);
+    check("density = 0.9", "probability = 0.1", &["the prior expects 0.8 objects, and [objects] says 7.2"]);
+    // Of the file 0.5 in [1, 3] and [0, 1].
+    check("cells = [[1, 3]]", "file = 'low.csv'", &[]);
+    let excluded =
+        "1 of 2 given objects lie where the prior is 0 and are never found, the first one in [0, 0]";
+    check("cells = [[0, 0], [0, 1]]", "file = 'low.csv'", &[excluded]);
+    let hidden = load_with(&SMALL.replace("count = 1", "cells = [[0, 4]]"), "...#~.").unwrap();
+    let hidden: Vec<String> = hidden.warnings().iter().map(ToString::to_string).collect();
+    let told =
+        "1 of 1 given objects lie out of every robot's sight and are never found, the first one in [0, 4]";
+    assert_eq!(hidden[1..], [told]);
+}
+
+/// A field of 30 x 20 cells at the equator, a fence through it, and what lies beyond it.
+#[test]
+fn areas_that_close_nothing_are_warned_of() {
+    let polygon = |[west, south, east, north]: [f64; 4]| {
+        format!(
+            r#"{{"type":"Polygon","coordinates":[[[{west},{south}],[{east},{south}],[{east},{north}],[{west},{north}],[{west},{south}]]]}}"#
+        )
+    };
+    let feature = |properties: &str, geometry: &str| {
+        format!(r#"{{"type":"Feature","properties":{{{properties}}},"geometry":{geometry}}}"#)
+    };
+    let lines =
+        r#"{"type":"MultiLineString","coordinates":[[[0,0.001],[0.003,0.001]],[[0,0.1],[0.003,0.1]]]}"#;
+    let drawn = [
+        feature(r#""name":"field""#, &polygon([0.0, 0.0, 0.003, 0.002])),
+        feature(r#""name":"speck""#, &polygon([0.0032, 0.0, 0.00321, 0.00001])),
+        feature(r#""name":"pond","kind":"no_go""#, &polygon([0.001, 0.0012, 0.0012, 0.0014])),
+        feature(r#""name":"sea","kind":"no_go""#, &polygon([0.1, 0.0, 0.2, 0.1])),
+        feature(r#""name":"fence","kind":"no_go""#, lines),
+    ];
+    let folder = tempfile::tempdir().unwrap();
+    let text = format!(r#"{{"type":"FeatureCollection","features":[{}]}}"#, drawn.join(","));
+    fs::write(folder.path().join("a.geojson"), text).unwrap();
+    let file = folder.path().join("a.toml");
+    fs::write(&file, SMALL.replace("a.txt'", "a.geojson'\ncell_meters = 11.1")).unwrap();
+    let scenario = Scenario::load(&file).unwrap();
+    let cells: Vec<(String, usize)> = scenario.drawn().into_iter().map(|it| (it.name, it.cells)).collect();
+    let cells: Vec<(&str, usize)> = cells.iter().map(|(name, cells)| (name.as_str(), *cells)).collect();
+    assert_eq!(cells, [("field", 600), ("speck", 0), ("pond", 9), ("sea", 0), ("fence", 30)]);
+    let warnings: Vec<String> = scenario.warnings().iter().map(ToString::to_string).collect();
+    let expected = [
+        "search \"speck\" covers no searched cell: a cell is searched where half of it lies inside",
+        "no_go \"sea\" closes no cell: it lies where nothing is searched",
+        "of 2 polygons and lines of no_go \"fence\", 1 beyond the map close nothing",
+    ];
+    assert_eq!(warnings[1..], expected, "beside the cells behind the fence");
 }
 
 #[test]

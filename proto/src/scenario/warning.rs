@@ -8,10 +8,10 @@ use dragnet_search::observation::RobotId;
 use dragnet_search::route::Routes;
 use dragnet_search::terrain::Terrain;
 
-use super::{Scenario, Start};
+use super::{Drawn, Objects, Scenario, Start};
 
 /// What is odd about a scenario, and can still be run.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Warning {
     /// Searched cells that no robot sees from any cell that it reaches: objects there are never found.
     Unseen {
@@ -29,11 +29,56 @@ pub enum Warning {
         /// The first one that it cannot reach.
         other: RobotId,
     },
+    /// A search area or a no-go area of which nothing comes.
+    Idle {
+        /// Its kind, as files say it.
+        kind: &'static str,
+        /// Its name.
+        name: String,
+        /// Whether it is there to close cells.
+        closes: bool,
+    },
+    /// Some of a no-go area's polygons and lines, not all, lie beyond the map.
+    Beyond {
+        /// Its name.
+        name: String,
+        /// How many.
+        beyond: usize,
+        /// Of so many.
+        barriers: usize,
+    },
+    /// The prior expects more than twice or less than half as many objects as there are, and they differ by more than one.
+    Contradiction {
+        /// Objects that the prior expects.
+        by_prior: f64,
+        /// Objects by `[objects]`, as expected.
+        by_objects: f64,
+    },
+    /// Given objects that are never found.
+    NeverFound {
+        /// Why.
+        reason: Reason,
+        /// How many.
+        objects: usize,
+        /// Of so many.
+        given: usize,
+        /// Where the first one is.
+        first: Position,
+    },
     /// Something that is drawn in a file and means nothing to the search.
     LeftOut {
         /// Its name, or where it stands.
         name: String,
     },
+}
+
+/// Why an object is never found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reason {
+    /// The prior is 0 in its cell, and no reading changes that.
+    Excluded,
+    /// No robot sees its cell from any cell that it reaches.
+    OutOfSight,
 }
 
 impl fmt::Display for Warning {
@@ -45,6 +90,31 @@ impl fmt::Display for Warning {
             ),
             Self::Apart { robot, other } => {
                 write!(formatter, "robots {robot} and {other} start in areas that no path connects")
+            }
+            Self::Idle { kind, name, closes: true } => {
+                write!(formatter, "{kind} {name:?} closes no cell: it lies where nothing is searched")
+            }
+            Self::Idle { kind, name, closes: false } => write!(
+                formatter,
+                "{kind} {name:?} covers no searched cell: a cell is searched where half of it lies inside"
+            ),
+            Self::Beyond { name, beyond, barriers } => write!(
+                formatter,
+                "of {barriers} polygons and lines of no_go {name:?}, {beyond} beyond the map close nothing"
+            ),
+            Self::Contradiction { by_prior, by_objects } => write!(
+                formatter,
+                "the prior expects {by_prior:.1} objects, and [objects] says {by_objects:.1}"
+            ),
+            Self::NeverFound { reason, objects, given, first: Position { row, column } } => {
+                let reason = match reason {
+                    Reason::Excluded => "where the prior is 0",
+                    Reason::OutOfSight => "out of every robot's sight",
+                };
+                write!(
+                    formatter,
+                    "{objects} of {given} given objects lie {reason} and are never found, the first one in [{row}, {column}]"
+                )
             }
             Self::LeftOut { name } => write!(formatter, "left out: {}, no area of ours", name.escape_debug()),
         }
@@ -70,15 +140,55 @@ impl Scenario {
             }
         }
         let left_out = self.areas().left_out.into_iter().map(|name| Warning::LeftOut { name });
-        self.unseen(&reached).into_iter().chain(apart).chain(left_out).collect()
+        let is_seen = within(self.terrain(), &reached, self.sensor().radius());
+        let mut warnings: Vec<Warning> = self.unseen(&is_seen).into_iter().chain(apart).collect();
+        warnings.extend(self.contradiction());
+        warnings.extend(self.never_found(&is_seen));
+        warnings.extend(self.drawn().into_iter().filter_map(about_area));
+        warnings.extend(left_out);
+        warnings
     }
 
-    fn unseen(&self, reached: &[bool]) -> Option<Warning> {
+    /// A prior may well expect more or fewer objects than there are: what differs by a factor of two is told.
+    fn contradiction(&self) -> Option<Warning> {
         let terrain = self.terrain();
-        let is_seen = within(terrain, reached, self.sensor().radius());
+        let by_prior: f64 = terrain.searched_cells().map(|cell| self.prior().probability(cell)).sum();
+        let by_objects = match self.objects() {
+            Objects::Count(count) => f64::from(*count),
+            Objects::Cells(cells) => cells.len() as f64,
+            density @ Objects::Density(_) => density.expected_count(terrain),
+        };
+        let (more, less) = (by_prior.max(by_objects), by_prior.min(by_objects));
+        (more > 2.0 * less && more - less > 1.0).then_some(Warning::Contradiction { by_prior, by_objects })
+    }
+
+    /// Objects in given cells, each told for the first reason only.
+    fn never_found(&self, is_seen: &[bool]) -> Vec<Warning> {
+        let Objects::Cells(given) = self.objects() else { return Vec::new() };
+        let (seen, unseen): (Vec<Cell>, Vec<Cell>) = given.iter().partition(|cell| is_seen[cell.index()]);
+        let excluded = seen.into_iter().filter(|&cell| self.prior().probability(cell) <= 0.0).collect();
+        let warning = |(reason, cells): (Reason, Vec<Cell>)| {
+            let first = self.terrain().grid().position(*cells.first()?);
+            Some(Warning::NeverFound { reason, objects: cells.len(), given: given.len(), first })
+        };
+        [(Reason::OutOfSight, unseen), (Reason::Excluded, excluded)].into_iter().filter_map(warning).collect()
+    }
+
+    fn unseen(&self, is_seen: &[bool]) -> Option<Warning> {
+        let terrain = self.terrain();
         let unseen: Vec<Cell> = terrain.searched_cells().filter(|cell| !is_seen[cell.index()]).collect();
         let first = terrain.grid().position(*unseen.first()?);
         Some(Warning::Unseen { cells: unseen.len(), searched: terrain.searched_cells().count(), first })
+    }
+}
+
+/// What is odd about an area: that nothing comes of it, or not of all of it.
+fn about_area(drawn: Drawn) -> Option<Warning> {
+    let Drawn { name, kind, cells, beyond, barriers } = drawn;
+    match (cells, beyond) {
+        (0, _) => Some(Warning::Idle { kind, name, closes: barriers > 0 }),
+        (_, 0) => None,
+        (_, beyond) => Some(Warning::Beyond { name, beyond, barriers }),
     }
 }
 

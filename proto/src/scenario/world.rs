@@ -17,9 +17,11 @@ use crate::map_file::{GeoPoint, Georeference, MapFile};
 
 /// One row of as many cells as a grid can have.
 const MAX_SIDE: u32 = 1 << 24;
+/// The shortest edge of a cell, metres.
+const MIN_CELL_METERS: f64 = 0.001;
 
 pub(super) fn map(table: &MapTable, folder: &Path) -> Result<MapFile, Fault> {
-    let cell_meters = check::positive("map.cell_meters", table.cell_meters, 1e6)?;
+    let cell_meters = check::within("map.cell_meters", table.cell_meters, MIN_CELL_METERS, 1e6)?;
     let map = match (&table.shape, &table.file) {
         (Some(shape), None) => MapFile::unplaced(shape_terrain(shape, table, cell_meters)?),
         (None, Some(file)) => map_file(table, &folder.join(file), cell_meters)?,

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::description;
+use super::{Purpose, description};
 
 /// A word by which a feature seems to be meant for a search, in the form of [`words`].
 const NO_GO_WORD: &str = "no_go";
@@ -26,8 +26,18 @@ pub(super) struct Facts {
     known: BTreeMap<&'static str, String>,
     /// What seems to be meant for a search and says nothing, as it stands there.
     unclear: Option<String>,
+    /// What is said twice, each time in another way.
+    conflict: Option<Conflict>,
     /// Whether it tells how well it was searched, as an export does: its `poa` is an account then.
     is_account: bool,
+}
+
+/// A key under which an author says two things.
+#[derive(Clone, Debug)]
+pub(super) struct Conflict {
+    pub key: &'static str,
+    pub first: String,
+    pub second: String,
 }
 
 /// Where a feature lies, not checked yet.
@@ -62,7 +72,7 @@ impl Facts {
     const POD: &str = "pod";
     const KEYS: [&str; 3] = [Self::KIND, Self::POA, Self::SPREAD];
 
-    /// Keeps what a property says under a key that means something; what was said first stays.
+    /// Keeps what a property says under a key that means something.
     pub(super) fn say(&mut self, key: &str, value: &str) {
         let value = value.trim();
         if value.is_empty() {
@@ -71,7 +81,7 @@ impl Facts {
         }
         self.is_account |= key.trim().eq_ignore_ascii_case(Self::POD);
         if let Some(known) = known_key(key) {
-            self.known.entry(known).or_insert_with(|| value.to_owned());
+            self.learn(known, value);
         } else if is_own_key(key) || is_kind(value) {
             self.suspect(&format!("{key}: {value}"));
         }
@@ -82,13 +92,25 @@ impl Facts {
         for line in description::lines(description) {
             let said = line.split_once([':', '=']).filter(|(_, value)| !value.trim().is_empty());
             match said.and_then(|(key, value)| Some((known_key(key)?, value))) {
-                Some((known, value)) => {
-                    self.known.entry(known).or_insert_with(|| value.trim().to_owned());
-                }
+                Some((known, value)) => self.learn(known, value.trim()),
                 None if is_about_searches(&line) => self.suspect(&line),
                 None => {}
             }
         }
+    }
+
+    /// Keeps what was said first, and that something else was said later.
+    fn learn(&mut self, key: &'static str, value: &str) {
+        let first = self.known.entry(key).or_insert_with(|| value.to_owned());
+        if !is_same(first, value) {
+            let (first, second) = (shortened(first), shortened(value));
+            self.conflict.get_or_insert(Conflict { key, first, second });
+        }
+    }
+
+    /// What is said twice, each time in another way.
+    pub(super) const fn conflict(&self) -> Option<&Conflict> {
+        self.conflict.as_ref()
     }
 
     /// What seems to be meant for a search, of a feature that does not say what it is in a way that is understood.
@@ -113,6 +135,23 @@ impl Facts {
 
     pub(super) fn get(&self, key: &'static str) -> Option<&str> {
         self.known.get(key).map(String::as_str)
+    }
+}
+
+/// Whether two values say the same, as people write it: `no go` and `No_go`, 25% and 0.25.
+fn is_same(a: &str, b: &str) -> bool {
+    match (number(a), number(b)) {
+        _ if a == b => true,
+        (Some(a), Some(b)) => (a - b).abs() <= 1e-9 * a.abs().max(b.abs()),
+        _ => words(a) == words(b),
+    }
+}
+
+/// A number, or percent with their sign as a share.
+pub(super) fn number(text: &str) -> Option<f64> {
+    match text.strip_suffix('%') {
+        Some(percent) => percent.trim().parse().ok().map(|percent: f64| percent / 100.0),
+        None => text.parse().ok(),
     }
 }
 
@@ -178,10 +217,29 @@ impl Shapes {
 
     /// What is drawn, in words.
     pub(super) fn describe(&self) -> String {
+        self.describe_only([true; 3])
+    }
+
+    /// What is drawn beside the shapes that an area of this purpose is made of, in words, if there is anything.
+    pub(super) fn beside(&self, purpose: &Purpose) -> Option<String> {
+        let is_beside = match purpose {
+            Purpose::Search(_) | Purpose::Prior { .. } => [false, true, true],
+            Purpose::NoGo(..) => [false, false, true],
+            Purpose::LastKnownPosition { .. } => [true, true, false],
+        };
+        let counts = [self.polygons.len(), self.lines.len(), self.points.len()];
+        let is_some = is_beside.iter().zip(counts).any(|(is_beside, count)| *is_beside && count > 0);
+        is_some.then(|| self.describe_only(is_beside))
+    }
+
+    /// Of polygons, lines and points those that are asked for, in words.
+    fn describe_only(&self, are_asked: [bool; 3]) -> String {
         let counts =
             [(self.polygons.len(), "polygon"), (self.lines.len(), "line"), (self.points.len(), "point")];
         let words: Vec<String> = counts
             .into_iter()
+            .zip(are_asked)
+            .filter_map(|(counted, is_asked)| is_asked.then_some(counted))
             .filter(|(count, _)| *count > 0)
             .map(|(count, word)| format!("{count} {word}{}", if count == 1 { "" } else { "s" }))
             .collect();

@@ -6,10 +6,11 @@ use geo::{LineString, MultiLineString, MultiPolygon};
 use geojson::{Feature as Drawn, FeatureCollection, GeoJson, Geometry, GeometryValue, JsonObject, JsonValue};
 
 use super::feature::{Facts, Feature, Shapes};
-use super::{Area, Purpose};
+use super::{Area, Purpose, unique};
 use crate::map_file::MapFileError;
 
 pub(super) fn features(file: &Path, text: &str) -> Result<Vec<Feature>, MapFileError> {
+    unique::check(text).map_err(|error| MapFileError::syntax(file, error))?;
     let json: GeoJson = text.parse().map_err(|error| MapFileError::syntax(file, error))?;
     check_crs(file, &json)?;
     Ok(match json {

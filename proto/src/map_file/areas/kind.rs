@@ -4,7 +4,7 @@ use std::path::Path;
 
 use geo::{LineString, MultiLineString, MultiPolygon};
 
-use super::feature::{Facts, Feature};
+use super::feature::{Conflict, Facts, Feature, number};
 use super::{Area, Purpose, rings};
 use crate::map_file::MapFileError;
 use crate::map_file::georeference::GeoPoint;
@@ -23,6 +23,7 @@ const MAX_SPREAD_METERS: f64 = 100_000.0;
 /// The area that a feature is; `None` if it is none of ours. Without a kind, polygons are searched or, where they say
 /// how likely they are, prior regions; a point that says so is a last known position.
 pub(super) fn area(file: &Path, feature: &Feature) -> Result<Option<Area>, MapFileError> {
+    check_agreement(file, feature)?;
     let Some(kind) = kind(file, feature)? else { return Ok(None) };
     check_likelihood(file, feature, kind)?;
     let purpose = match kind {
@@ -33,6 +34,13 @@ pub(super) fn area(file: &Path, feature: &Feature) -> Result<Option<Area>, MapFi
     };
     let name = feature.name.clone().unwrap_or_else(|| feature.place.clone());
     Ok(Some(Area { name, purpose }))
+}
+
+/// Whoever says two things of an area, in its properties and its description perhaps, is asked which of them is meant.
+fn check_agreement(file: &Path, feature: &Feature) -> Result<(), MapFileError> {
+    let Some(Conflict { key, first, second }) = feature.facts.conflict() else { return Ok(()) };
+    let allowed = "one value in all properties and the description";
+    Err(invalid(file, feature, key, format!("{first:?} and {second:?}"), allowed))
 }
 
 /// What is drawn as searched or closed says nothing about where objects are: a number that would not count is an error,
@@ -119,11 +127,7 @@ fn last_known_position(file: &Path, feature: &Feature) -> Result<Purpose, MapFil
 /// A share, or percent with their sign: a bare 25 could be either.
 fn poa(file: &Path, feature: &Feature) -> Result<f64, MapFileError> {
     let text = feature.facts.get(Facts::POA).unwrap_or("missing");
-    let number = match text.strip_suffix('%') {
-        Some(percent) => percent.trim().parse().map(|percent: f64| percent / 100.0),
-        None => text.parse(),
-    };
-    number.ok().filter(|share| (0.0..=1.0).contains(share)).ok_or_else(|| {
+    number(text).filter(|share| (0.0..=1.0).contains(share)).ok_or_else(|| {
         let allowed = "a share from 0 to 1, or percent with their sign, such as 25%";
         invalid(file, feature, Facts::POA, text, allowed)
     })

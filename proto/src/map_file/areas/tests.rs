@@ -134,6 +134,46 @@ fn an_area_of_the_wrong_kind_is_refused() {
     check(r#""poa":0.5,"spread_meters":"inf""#, POINT, "spread_meters is inf; allowed");
 }
 
+#[test]
+fn what_is_said_twice_and_not_the_same_is_refused() {
+    let check = |properties: &str, message: &str| {
+        let error = geojson(&collection(&[(properties, TRIANGLE)])).unwrap_err();
+        assert!(error.contains(message), "{error}");
+    };
+    let conflict =
+        "feature 1, kind is \"search\" and \"no_go\"; allowed is one value in all properties and the";
+    check(r#""kind":"search","description":"kind: no_go""#, conflict);
+    check(r#""Kind":"search","kind":"no_go""#, conflict);
+    check(r#""poa":"30%","description":"poa: 0.4""#, "feature 1, poa is \"30%\" and \"0.4\"; allowed is one");
+    let twice = "\"kind\" stands twice in one object; allowed is each key once at line 1 column";
+    check(r#""kind":"no_go","kind":"search""#, twice);
+    check(r#""a":[{"kind":1,"kind":1}]"#, twice);
+    let data = "<ExtendedData><Data name='kind'><value>prior</value></Data></ExtendedData>";
+    let described = format!("{data}<description>kind: no_go</description>{KML_TRIANGLE}");
+    assert!(kml(&placemark(&described)).unwrap_err().contains("kind is \"prior\" and \"no_go\""));
+    let same = r#""kind":"no_go","description":"kind: No go""#;
+    assert_eq!(geojson(&collection(&[(same, TRIANGLE)])).unwrap().areas[0].purpose.word(), "no_go");
+    let same = r#""poa":0.3,"description":"poa: 30 %""#;
+    assert_eq!(geojson(&collection(&[(same, TRIANGLE)])).unwrap().areas[0].purpose.poa(), Some(0.3));
+}
+
+#[test]
+fn what_is_drawn_beside_the_shapes_of_a_kind_is_left_out_and_told() {
+    let left_out = |properties: &str, shapes: &[&str]| {
+        let shapes = shapes.join(",");
+        let geometry = format!(r#"{{"type":"GeometryCollection","geometries":[{shapes}]}}"#);
+        let read = geojson(&collection(&[(&format!(r#""name":"A"{properties}"#), &geometry)])).unwrap();
+        assert_eq!(read.areas.len(), 1, "{properties}");
+        read.left_out
+    };
+    assert_eq!(left_out("", &[TRIANGLE, LINE, POINT, POINT]), ["1 line and 2 points of A"]);
+    assert_eq!(left_out(r#","poa":0.5"#, &[LINE, TRIANGLE]), ["1 line of A"]);
+    assert_eq!(left_out(r#","kind":"no_go""#, &[TRIANGLE, LINE, POINT]), ["1 point of A"]);
+    let position = r#","kind":"last_known_position","poa":0.5,"spread_meters":100"#;
+    assert_eq!(left_out(position, &[TRIANGLE, POINT]), ["1 polygon of A"]);
+    assert!(left_out(r#","kind":"no_go""#, &[TRIANGLE, LINE]).is_empty());
+}
+
 /// A KML of one placemark, which holds this.
 fn placemark(content: &str) -> String {
     format!("<kml><Document><Placemark>{content}</Placemark></Document></kml>")

@@ -1,0 +1,85 @@
+//! Whether a TOML text has the shape of what was read of it. Serde takes a list for a table, value by value, and of a list
+//! that is longer than it asks for it leaves the rest unread; whoever wrote that meant something else.
+
+use serde::Serialize;
+use toml::{Table, Value};
+
+/// A list in a text that says more, or something else, than was read of it.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{key} is {found}; allowed is {allowed}")]
+pub struct WrongShape {
+    /// Path of the key, such as `objects.cells[1]`.
+    pub key: String,
+    /// What stands there.
+    pub found: String,
+    /// What could.
+    pub allowed: String,
+}
+
+/// Holds a text that could be read against what was read of it, which is written with the same names.
+///
+/// # Errors
+/// The first list that stands where a table was read, or is longer than what was read of it.
+pub fn check(text: &str, read: &impl Serialize) -> Result<(), WrongShape> {
+    let (Ok(written), Ok(read)) = (text.parse::<Table>(), Table::try_from(read)) else { return Ok(()) };
+    tables("", &written, &read)
+}
+
+fn tables(place: &str, written: &Table, read: &Table) -> Result<(), WrongShape> {
+    let dot = if place.is_empty() { "" } else { "." };
+    let mut both = written.iter().filter_map(|(key, value)| Some((key, value, read.get(key)?)));
+    both.try_for_each(|(key, written, read)| values(&format!("{place}{dot}{key}"), written, read))
+}
+
+fn values(key: &str, written: &Value, read: &Value) -> Result<(), WrongShape> {
+    let wrong = |found: String, allowed: String| Err(WrongShape { key: key.to_owned(), found, allowed });
+    match (written, read) {
+        (Value::Table(written), Value::Table(read)) => tables(key, written, read),
+        (Value::Array(written), Value::Array(read)) if written.len() > read.len() => {
+            let found = format!("a list of {} values", written.len());
+            wrong(found, format!("a list of {}", read.len()))
+        }
+        (Value::Array(written), Value::Array(read)) => {
+            (0..).zip(written.iter().zip(read)).try_for_each(|(index, (written, read)): (usize, _)| {
+                values(&format!("{key}[{index}]"), written, read)
+            })
+        }
+        (Value::Array(_), Value::Table(read)) => {
+            let keys: Vec<&str> = read.keys().map(String::as_str).collect();
+            wrong("a list".to_owned(), format!("a table with keys such as {}", keys.join(", ")))
+        }
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde::Deserialize;
+
+    use super::*;
+
+    #[derive(Serialize, Deserialize)]
+    struct Drawn {
+        corners: Vec<(f64, f64)>,
+        origin: Option<Origin>,
+    }
+
+    #[derive(Serialize, Deserialize)]
+    struct Origin {
+        north: i64,
+        east: i64,
+    }
+
+    #[test]
+    fn a_list_says_no_more_than_is_read_of_it() {
+        let told = |text: &str| {
+            let read: Drawn = toml::from_str(text).unwrap();
+            check(text, &read).map_err(|error| error.to_string())
+        };
+        assert_eq!(told("corners = [[1, 2], [3, 4]]\norigin = { north = 1, east = 2 }"), Ok(()));
+        let long = told("corners = [[1, 2], [3, 4, 5]]").unwrap_err();
+        assert_eq!(long, "corners[1] is a list of 3 values; allowed is a list of 2");
+        let list = told("corners = []\norigin = [1, 2]").unwrap_err();
+        assert_eq!(list, "origin is a list; allowed is a table with keys such as east, north");
+    }
+}
