@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use dragnet_agent::agent::Orders;
-use dragnet_proto::file::read_text_at_most;
+use dragnet_files::read_text_at_most;
 use dragnet_proto::key::Mission;
 use dragnet_proto::ros::output::OutputKind;
 use dragnet_proto::scenario::Scenario;

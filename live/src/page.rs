@@ -14,7 +14,7 @@ use axum::routing::{get, post};
 use axum::{Json, Router};
 use dragnet_coordinator::desk::Listener;
 use dragnet_coordinator::playback::Playback;
-use dragnet_proto::file::read_text_at_most;
+use dragnet_files::read_text_at_most;
 use dragnet_proto::message::Message;
 use dragnet_proto::participant::Stimulus;
 use dragnet_proto::time::MissionTime;

@@ -7,7 +7,7 @@
 //! - [`command`], [`directive`]: what a person asks for, and how it reaches every robot;
 //! - [`participant`]: what drives a participant, and what it answers;
 //! - [`ros`]: a robot's own ROS 2 network, its names, keys and messages;
-//! - [`scenario`], [`map_file`]: what is searched, by whom, under which conditions;
+//! - [`scenario`], [`map_file`]: what is searched, by whom, under which conditions.
 //! - [`file`](mod@file): files that people name, read no further than they may be long.
 //!
 //! Only this crate knows wire bytes and key expressions.
@@ -17,7 +17,6 @@ pub mod clock;
 pub mod command;
 pub mod convert;
 pub mod directive;
-pub mod file;
 pub mod inbox;
 pub mod key;
 pub mod map_file;

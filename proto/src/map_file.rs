@@ -24,7 +24,7 @@ mod scanline;
 use std::fmt;
 use std::path::Path;
 
-use dragnet_learn::file::read_at_most;
+use dragnet_files::read_at_most;
 use dragnet_search::cell::Cell;
 use dragnet_search::terrain::Terrain;
 use serde::Serialize;
@@ -145,7 +145,7 @@ fn read_text(file: &Path) -> Result<String, MapFileError> {
 }
 
 fn read_text_at_most(file: &Path, bytes: u64) -> Result<String, MapFileError> {
-    dragnet_learn::file::text_of(read_bytes_at_most(file, bytes)?)
+    dragnet_files::text_of(read_bytes_at_most(file, bytes)?)
         .map_err(|source| MapFileError::syntax(file, source))
 }
 

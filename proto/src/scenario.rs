@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use dragnet_learn::file::read_text_at_most;
+use dragnet_files::read_text_at_most;
 use dragnet_learn::policy::{PolicyName, Shipped};
 use dragnet_search::belief::Belief;
 use dragnet_search::route::Moves;

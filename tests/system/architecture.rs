@@ -5,12 +5,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use cargo_metadata::{CargoOpt, DependencyKind, Metadata, MetadataCommand, Package, PackageId};
 
 /// Each crate, and the crates of ours that it may import.
-const ARROWS: [(&str, &[&str]); 16] = [
+const ARROWS: [(&str, &[&str]); 17] = [
     ("dragnet-search", &[]),
-    ("dragnet-learn", &["dragnet-search"]),
-    ("dragnet-train", &["dragnet-search", "dragnet-learn"]),
-    ("dragnet-proto", &["dragnet-search", "dragnet-learn"]),
-    ("dragnet-keys", &["dragnet-search", "dragnet-proto"]),
+    ("dragnet-files", &[]),
+    ("dragnet-learn", &["dragnet-search", "dragnet-files"]),
+    ("dragnet-train", &["dragnet-search", "dragnet-files", "dragnet-learn"]),
+    ("dragnet-proto", &["dragnet-search", "dragnet-files", "dragnet-learn"]),
+    ("dragnet-keys", &["dragnet-search", "dragnet-files", "dragnet-proto"]),
     ("dragnet-agent", &["dragnet-search", "dragnet-learn", "dragnet-proto"]),
     ("dragnet-coordinator", &["dragnet-search", "dragnet-proto"]),
     (
@@ -20,11 +21,12 @@ const ARROWS: [(&str, &[&str]); 16] = [
     ("dragnet-vehicle", &["dragnet-search"]),
     ("dragnet-detector", &["dragnet-vehicle"]),
     ("dragnet-export", &["dragnet-search", "dragnet-proto", "dragnet-coordinator"]),
-    ("dragnet-live", &["dragnet-search", "dragnet-proto", "dragnet-coordinator"]),
+    ("dragnet-live", &["dragnet-search", "dragnet-files", "dragnet-proto", "dragnet-coordinator"]),
     (
         "dragnet-link",
         &[
             "dragnet-search",
+            "dragnet-files",
             "dragnet-learn",
             "dragnet-proto",
             "dragnet-agent",
@@ -43,6 +45,7 @@ const ARROWS: [(&str, &[&str]); 16] = [
         "dragnet",
         &[
             "dragnet-search",
+            "dragnet-files",
             "dragnet-learn",
             "dragnet-train",
             "dragnet-proto",

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
-use dragnet_learn::file::FileError;
+use dragnet_files::FileError;
 
 use super::Source;
 use super::check::{Invalid, shortened};

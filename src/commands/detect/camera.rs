@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use dragnet_learn::file;
 use dragnet_vehicle::camera::{Camera, CameraError, CameraSettings};
 use dragnet_vehicle::plane::Pose;
 use serde::Deserialize;
@@ -34,7 +33,7 @@ pub(super) struct Rig {
 impl Rig {
     pub(super) fn read(path: &Path) -> Result<Self, Failure> {
         let failed = |reason: String| Failure::Input(format!("--camera {}: {reason}", path.display()));
-        let text = file::read_at_most(path, MOST_BYTES)
+        let text = dragnet_files::read_at_most(path, MOST_BYTES)
             .map_err(|error| failed(format!("cannot read it: {error}")))?;
         let rig: Self = toml::from_slice(&text).map_err(|error| failed(error.to_string()))?;
         // Whatever is wrong is so for images of any size.
