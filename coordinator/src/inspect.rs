@@ -5,9 +5,9 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use dragnet_proto::cdr;
-use dragnet_proto::map_file::MapOrigin;
 use dragnet_proto::wire::dragnet::MissionStatus;
 use dragnet_proto::wire::standard::OccupancyGrid;
+use dragnet_scenario::map_file::MapOrigin;
 use dragnet_search::observation::RobotId;
 use mcap::records::{MessageHeader, Record};
 use serde::Serialize;

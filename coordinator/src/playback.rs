@@ -6,10 +6,10 @@ use std::sync::Arc;
 
 use dragnet_proto::cdr;
 use dragnet_proto::convert::Codec;
-use dragnet_proto::map_file::{Earth, MapOrigin};
 use dragnet_proto::message::{Message, MessageKind};
-use dragnet_proto::time::MissionTime;
 use dragnet_proto::wire::standard::{Grid as WireGrid, OccupancyGrid};
+use dragnet_scenario::map_file::{Earth, MapOrigin};
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Grid;
 use dragnet_search::terrain::{Ground, Terrain};

@@ -28,11 +28,11 @@ use std::time::Duration;
 
 use dragnet_proto::cdr;
 use dragnet_proto::convert::viewer::Viewer;
-use dragnet_proto::map_file::{Earth, MapOrigin};
 use dragnet_proto::message::{Detection, MissionStatus};
 use dragnet_proto::schema::RosMessage;
-use dragnet_proto::time::MissionTime;
 use dragnet_proto::wire::dragnet as wire;
+use dragnet_scenario::map_file::{Earth, MapOrigin};
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::RobotId;

@@ -6,7 +6,7 @@ use dragnet_agent::agent::Orders;
 use dragnet_files::read_text_at_most;
 use dragnet_proto::key::Mission;
 use dragnet_proto::ros::output::OutputKind;
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
 use dragnet_search::observation::RobotId;
 use dragnet_search::terrain::Terrain;
 use dragnet_vehicle::lattice::costmap::CostMap;

@@ -19,13 +19,13 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use dragnet_proto::convert::viewer::Viewer;
-use dragnet_proto::map_file::MapOrigin;
 use dragnet_proto::ros::errand::{Errand, Progress};
 use dragnet_proto::ros::input::{DetectedBox, GoalStatus, Image, Occupancy};
 use dragnet_proto::ros::name::TopicName;
 use dragnet_proto::ros::output::{Diagnostic, Output};
-use dragnet_proto::scenario::Scenario;
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::Scenario;
+use dragnet_scenario::map_file::MapOrigin;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Reading;

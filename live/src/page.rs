@@ -17,7 +17,7 @@ use dragnet_coordinator::playback::Playback;
 use dragnet_files::read_text_at_most;
 use dragnet_proto::message::Message;
 use dragnet_proto::participant::Stimulus;
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::time::MissionTime;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use tokio::runtime::Runtime;

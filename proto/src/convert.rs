@@ -16,12 +16,13 @@ use dragnet_search::cell::Grid;
 use dragnet_search::observation::RobotId;
 use serde::de::DeserializeOwned;
 
+use dragnet_scenario::Scenario;
+use dragnet_scenario::participant::Participant;
 pub use error::{ConvertError, Field};
 
 use self::check::{Check, Place};
 use crate::cdr;
-use crate::message::{Message, MessageKind, Participant};
-use crate::scenario::Scenario;
+use crate::message::{Message, MessageKind};
 use crate::schema::RosMessage;
 use crate::step::{Sensed, Step, StepReply};
 use crate::wire::dragnet as wire;

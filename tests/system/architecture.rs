@@ -5,29 +5,41 @@ use std::collections::{BTreeMap, BTreeSet};
 use cargo_metadata::{CargoOpt, DependencyKind, Metadata, MetadataCommand, Package, PackageId};
 
 /// Each crate, and the crates of ours that it may import.
-const ARROWS: [(&str, &[&str]); 17] = [
+const ARROWS: [(&str, &[&str]); 18] = [
     ("dragnet-search", &[]),
     ("dragnet-files", &[]),
     ("dragnet-learn", &["dragnet-search", "dragnet-files"]),
     ("dragnet-train", &["dragnet-search", "dragnet-files", "dragnet-learn"]),
-    ("dragnet-proto", &["dragnet-search", "dragnet-files", "dragnet-learn"]),
-    ("dragnet-keys", &["dragnet-search", "dragnet-files", "dragnet-proto"]),
-    ("dragnet-agent", &["dragnet-search", "dragnet-learn", "dragnet-proto"]),
-    ("dragnet-coordinator", &["dragnet-search", "dragnet-proto"]),
+    ("dragnet-scenario", &["dragnet-search", "dragnet-files", "dragnet-learn"]),
+    ("dragnet-proto", &["dragnet-search", "dragnet-scenario"]),
+    ("dragnet-keys", &["dragnet-search", "dragnet-files", "dragnet-scenario", "dragnet-proto"]),
+    ("dragnet-agent", &["dragnet-search", "dragnet-learn", "dragnet-scenario", "dragnet-proto"]),
+    ("dragnet-coordinator", &["dragnet-search", "dragnet-scenario", "dragnet-proto"]),
     (
         "dragnet-sim",
-        &["dragnet-search", "dragnet-learn", "dragnet-proto", "dragnet-agent", "dragnet-vehicle"],
+        &[
+            "dragnet-search",
+            "dragnet-learn",
+            "dragnet-scenario",
+            "dragnet-proto",
+            "dragnet-agent",
+            "dragnet-vehicle",
+        ],
     ),
     ("dragnet-vehicle", &["dragnet-search"]),
     ("dragnet-detector", &["dragnet-vehicle"]),
-    ("dragnet-export", &["dragnet-search", "dragnet-proto", "dragnet-coordinator"]),
-    ("dragnet-live", &["dragnet-search", "dragnet-files", "dragnet-proto", "dragnet-coordinator"]),
+    ("dragnet-export", &["dragnet-search", "dragnet-scenario", "dragnet-proto", "dragnet-coordinator"]),
+    (
+        "dragnet-live",
+        &["dragnet-search", "dragnet-files", "dragnet-scenario", "dragnet-proto", "dragnet-coordinator"],
+    ),
     (
         "dragnet-link",
         &[
             "dragnet-search",
             "dragnet-files",
             "dragnet-learn",
+            "dragnet-scenario",
             "dragnet-proto",
             "dragnet-agent",
             "dragnet-coordinator",
@@ -39,7 +51,14 @@ const ARROWS: [(&str, &[&str]); 17] = [
     ("tls-listener", &[]),
     (
         "dragnet-python",
-        &["dragnet-search", "dragnet-learn", "dragnet-proto", "dragnet-coordinator", "dragnet-sim"],
+        &[
+            "dragnet-search",
+            "dragnet-learn",
+            "dragnet-scenario",
+            "dragnet-proto",
+            "dragnet-coordinator",
+            "dragnet-sim",
+        ],
     ),
     (
         "dragnet",
@@ -48,6 +67,7 @@ const ARROWS: [(&str, &[&str]); 17] = [
             "dragnet-files",
             "dragnet-learn",
             "dragnet-train",
+            "dragnet-scenario",
             "dragnet-proto",
             "dragnet-keys",
             "dragnet-agent",

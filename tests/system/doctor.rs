@@ -10,11 +10,11 @@ use dragnet_link::session::{Endpoints, Mode, free_endpoints, open};
 use dragnet_proto::cdr;
 use dragnet_proto::clock::Kept;
 use dragnet_proto::convert::Codec;
-use dragnet_proto::message::{Audience, Intent, Message, Participant};
-use dragnet_proto::time::MissionTime;
+use dragnet_proto::message::{Audience, Intent, Message};
 use dragnet_proto::wire::robot::{Odometry, PoseWithCovarianceStamped};
 use dragnet_proto::wire::standard::{Header, MapMetaData, OccupancyGrid};
-
+use dragnet_scenario::participant::Participant;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::observation::{Origin, RobotId};
 
 use crate::field::{DRAGNET, Field};

@@ -7,8 +7,8 @@ use dragnet_agent::agent::{Agent, Orders};
 use dragnet_proto::participant::{Mind, Stimulus};
 use dragnet_proto::plausible::SPEED_TOLERANCE;
 use dragnet_proto::ros::input::Image;
-use dragnet_proto::scenario::Scenario;
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::Scenario;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::information::InformationTable;
 use dragnet_vehicle::camera::CameraSettings;
 

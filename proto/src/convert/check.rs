@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::{Cell, Grid};
 use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::observation::{Origin, RobotId, Version};
@@ -9,7 +10,7 @@ use dragnet_search::sensor::Sensor;
 
 use super::error::{ConvertError, Field};
 use crate::inbox::MAX_STARTS;
-use crate::message::{Activity, Participant};
+use crate::message::Activity;
 use crate::wire::dragnet::{self as wire, VERSION};
 
 /// The most readings of one look: cells within [`Sensor::MAX_RADIUS`].

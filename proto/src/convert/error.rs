@@ -2,12 +2,13 @@
 
 use std::fmt;
 
+use dragnet_scenario::participant::Participant;
 use dragnet_search::evidence::{MAX_VALUE, MAX_VARIANCE, MIN_VARIANCE};
 use dragnet_search::observation::RobotId;
 
 use super::check::Place;
 use crate::cdr::DecodeError;
-use crate::message::{MessageKind, Participant};
+use crate::message::MessageKind;
 use crate::wire::dragnet::VERSION;
 
 /// A message that is refused: which field, what was found and what is allowed.

@@ -1,10 +1,11 @@
 //! Messages between simulator and participants, to the wire and back.
 
+use dragnet_scenario::participant::Participant;
 use dragnet_search::observation::RobotId;
 
 use super::check::{Check, Columns, activity_number, digest, digest_halves, numbers, participant_numbers};
 use super::error::ConvertError;
-use crate::message::{Audience, MessageKind, Participant};
+use crate::message::{Audience, MessageKind};
 use crate::step::{Parcel, Sensed, Step, StepEvent, StepReply};
 use crate::wire::dragnet as wire;
 

@@ -3,13 +3,13 @@
 //! Frame `map`: metres, as the map's own file has it, in which the map's south-western corner lies at its [`MapOrigin`].
 //! Frame `robot_<number>`: a robot, x along the rows of the map.
 
+use dragnet_scenario::map_file::MapOrigin;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::RobotId;
 use dragnet_search::terrain::Terrain;
 
-use crate::map_file::MapOrigin;
-use crate::time::MissionTime;
 use crate::wire::standard::{
     Grid, Header, MapMetaData, OccupancyGrid, PackedElementField, Path, Point, Pose, PoseStamped, Quaternion,
     TFMessage, Time, Transform, TransformStamped, Vector2, Vector3,
@@ -145,6 +145,15 @@ impl<'a> Viewer<'a> {
     }
 }
 
+/// Of a pose that stands upright, as maps do.
+impl From<Pose> for MapOrigin {
+    fn from(pose: Pose) -> Self {
+        let Pose { position, orientation } = pose;
+        let yaw_radians = 2.0 * orientation.z.atan2(orientation.w);
+        Self { x_meters: position.x, y_meters: position.y, yaw_radians }
+    }
+}
+
 /// Name of a robot's own frame.
 #[must_use]
 pub fn robot_frame(robot: RobotId) -> String {
@@ -158,8 +167,9 @@ fn percent(probability: f64) -> i8 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use dragnet_search::evidence::Reading;
+
+    use super::*;
 
     // From the south: open, passage; out of reach, blocked.
     fn terrain() -> Terrain {

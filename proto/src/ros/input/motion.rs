@@ -2,9 +2,10 @@
 
 use std::ops::RangeInclusive;
 
+use dragnet_scenario::map_file::{GeoPoint, Georeference};
+
 use super::InputError;
 use super::check::Check;
-use crate::map_file::{GeoPoint, Georeference};
 use crate::schema::RosMessage;
 use crate::wire::{robot, standard};
 

@@ -1,9 +1,9 @@
 use std::f64::consts::PI;
 
+use dragnet_scenario::map_file::{GeoPoint, Georeference};
 use proptest::prelude::*;
 
 use super::*;
-use crate::map_file::{GeoPoint, Georeference};
 use crate::wire::robot::{GoalInfo, PoseWithCovariance};
 use crate::wire::standard::{Header, MapMetaData, OccupancyGrid, Point, Pose, Quaternion, Time};
 use crate::wire::vision::{Detection2D, Detection2DArray, ObjectHypothesisWithPose};

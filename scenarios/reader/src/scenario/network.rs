@@ -6,7 +6,7 @@ use dragnet_search::observation::RobotId;
 
 use super::check::{self, Invalid};
 use super::file::{MemberField, NetworkTable, PartitionTable};
-use crate::message::Participant;
+use crate::participant::Participant;
 use crate::time::MissionTime;
 
 /// Faults of the simulated network. The default has none.

@@ -4,11 +4,11 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use dragnet_proto::scenario::{Scenario, Warning, schema_json};
+use dragnet_scenario::{Scenario, Warning, schema_json};
 use serde_json::Value;
 
 fn folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
 fn scenario_files() -> Vec<PathBuf> {

@@ -10,7 +10,7 @@ use dragnet_learn::network::Network;
 use dragnet_learn::policy::{PolicyName, Shipped};
 use dragnet_learn::shape::Shape;
 use dragnet_learn::weights::{Recipe, Weights};
-use dragnet_proto::scenario::{Policy, Scenario, ScenarioError};
+use dragnet_scenario::{Policy, Scenario, ScenarioError};
 use dragnet_search::policy::PolicyName as Exact;
 use tempfile::TempDir;
 

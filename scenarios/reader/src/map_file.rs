@@ -29,8 +29,6 @@ use dragnet_search::cell::Cell;
 use dragnet_search::terrain::Terrain;
 use serde::Serialize;
 
-use crate::wire::standard as wire;
-
 pub use areas::{Area, Areas, Purpose};
 pub use earth::Earth;
 pub use error::MapFileError;
@@ -80,15 +78,6 @@ impl MapOrigin {
     #[must_use]
     pub fn center(&self, terrain: &Terrain, cell: Cell) -> (f64, f64) {
         self.point(terrain.center_meters(cell))
-    }
-}
-
-/// Of a pose that stands upright, as maps do.
-impl From<wire::Pose> for MapOrigin {
-    fn from(pose: wire::Pose) -> Self {
-        let wire::Pose { position, orientation } = pose;
-        let yaw_radians = 2.0 * orientation.z.atan2(orientation.w);
-        Self { x_meters: position.x, y_meters: position.y, yaw_radians }
     }
 }
 

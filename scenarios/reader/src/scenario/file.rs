@@ -2,14 +2,13 @@
 //! the descriptions in
 //! `scenarios/scenario.schema.json`.
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
 use dragnet_learn::policy::PolicyName;
 use dragnet_search::generated::Generated;
 use dragnet_search::policy::PolicyName as Exact;
 use dragnet_search::sensor::Sensor;
 use dragnet_search::shape::Shape;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// A Dragnet scenario: what is searched, by whom, with what, for how long, and over which network.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
