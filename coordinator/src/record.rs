@@ -26,11 +26,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use dragnet_proto::cdr;
-use dragnet_proto::convert::viewer::Viewer;
+use dragnet_proto::dragnet_msgs as wire;
 use dragnet_proto::message::{Detection, MissionStatus};
-use dragnet_proto::schema::RosMessage;
-use dragnet_proto::wire::dragnet as wire;
+use dragnet_ros2::cdr;
+use dragnet_ros2::schema::RosMessage;
+use dragnet_ros2::viewer::Viewer;
 use dragnet_scenario::map_file::{Earth, MapOrigin};
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use dragnet_agent::agent::Orders;
 use dragnet_files::read_text_at_most;
 use dragnet_proto::key::Mission;
-use dragnet_proto::ros::output::OutputKind;
+use dragnet_ros2::output::OutputKind;
 use dragnet_scenario::Scenario;
 use dragnet_search::observation::RobotId;
 use dragnet_search::terrain::Terrain;

@@ -13,7 +13,7 @@ use dragnet_coordinator::Ending;
 use dragnet_coordinator::bag::{Bag, BagMessage, BagTopic};
 use dragnet_proto::message::Message;
 use dragnet_proto::participant::{Mind, Stimulus};
-use dragnet_proto::ros::output::{Diagnostic, OutputKind, PlanarEstimate};
+use dragnet_ros2::output::{Diagnostic, OutputKind, PlanarEstimate};
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::{Cell, Position};
 use dragnet_search::evidence::Reading;

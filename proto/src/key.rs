@@ -23,6 +23,7 @@ use std::str::FromStr;
 
 use dragnet_scenario::participant::Participant;
 use dragnet_search::observation::RobotId;
+
 pub use mission::{Mission, MissionError};
 pub use selection::Selection;
 

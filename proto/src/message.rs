@@ -1,6 +1,6 @@
 //! What robots, coordinator and simulator say to each other, in the types of [`dragnet_search`].
 //!
-//! [`crate::convert`] turns these into the ROS 2 messages of [`crate::wire`] and checks them on the way back: cells on
+//! [`crate::convert`] turns these into the ROS 2 messages of [`crate::dragnet_msgs`] and checks them on the way back: cells on
 //! the map, readings in range, lengths bounded. A message in hand is well formed.
 
 use std::sync::Arc;

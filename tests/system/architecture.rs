@@ -5,16 +5,17 @@ use std::collections::{BTreeMap, BTreeSet};
 use cargo_metadata::{CargoOpt, DependencyKind, Metadata, MetadataCommand, Package, PackageId};
 
 /// Each crate, and the crates of ours that it may import.
-const ARROWS: [(&str, &[&str]); 18] = [
+const ARROWS: [(&str, &[&str]); 19] = [
     ("dragnet-search", &[]),
     ("dragnet-files", &[]),
     ("dragnet-learn", &["dragnet-search", "dragnet-files"]),
     ("dragnet-train", &["dragnet-search", "dragnet-files", "dragnet-learn"]),
     ("dragnet-scenario", &["dragnet-search", "dragnet-files", "dragnet-learn"]),
-    ("dragnet-proto", &["dragnet-search", "dragnet-scenario"]),
+    ("dragnet-ros2", &["dragnet-search", "dragnet-scenario"]),
+    ("dragnet-proto", &["dragnet-search", "dragnet-scenario", "dragnet-ros2"]),
     ("dragnet-keys", &["dragnet-search", "dragnet-files", "dragnet-scenario", "dragnet-proto"]),
     ("dragnet-agent", &["dragnet-search", "dragnet-learn", "dragnet-scenario", "dragnet-proto"]),
-    ("dragnet-coordinator", &["dragnet-search", "dragnet-scenario", "dragnet-proto"]),
+    ("dragnet-coordinator", &["dragnet-search", "dragnet-scenario", "dragnet-ros2", "dragnet-proto"]),
     (
         "dragnet-sim",
         &[
@@ -40,6 +41,7 @@ const ARROWS: [(&str, &[&str]); 18] = [
             "dragnet-files",
             "dragnet-learn",
             "dragnet-scenario",
+            "dragnet-ros2",
             "dragnet-proto",
             "dragnet-agent",
             "dragnet-coordinator",
@@ -68,6 +70,7 @@ const ARROWS: [(&str, &[&str]); 18] = [
             "dragnet-learn",
             "dragnet-train",
             "dragnet-scenario",
+            "dragnet-ros2",
             "dragnet-proto",
             "dragnet-keys",
             "dragnet-agent",

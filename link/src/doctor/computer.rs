@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use dragnet_agent::agent::{Agent, Orders};
 use dragnet_proto::participant::{Mind, Stimulus};
 use dragnet_proto::plausible::SPEED_TOLERANCE;
-use dragnet_proto::ros::input::Image;
+use dragnet_ros2::input::Image;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::information::InformationTable;

@@ -61,7 +61,7 @@ fn the_paper_is_searched_as_the_paper_says() {
     }
 }
 
-/// If this fails, write the new one: `BLESS=1 cargo test -p dragnet-proto --test scenario_files`.
+/// If this fails, write the new one: `BLESS=1 cargo test -p dragnet-scenario --test scenario_files`.
 #[test]
 fn the_committed_schema_is_the_one_of_the_code() {
     let file = folder().join("scenario.schema.json");

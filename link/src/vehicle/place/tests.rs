@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 use std::time::Duration;
 
-use dragnet_proto::ros::input::Velocity;
+use dragnet_ros2::input::Velocity;
 use dragnet_scenario::map_file::GeoPoint;
 
 use super::*;

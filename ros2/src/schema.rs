@@ -9,42 +9,57 @@ mod type_hash;
 
 use serde::Serialize;
 
-use crate::wire::{dragnet as ours, robot as robots, standard as others, vision};
+use crate::wire::{robot as robots, standard as others, vision};
 
 /// What stands between the definitions of a schema.
 const SEPARATOR_WIDTH: usize = 80;
 
-/// Our own definitions, by package and name.
-const OURS: [(&str, &str); 12] = [
-    ("dragnet_msgs/Observation", include_str!("../msg/Observation.msg")),
-    ("dragnet_msgs/Intent", include_str!("../msg/Intent.msg")),
-    ("dragnet_msgs/Heartbeat", include_str!("../msg/Heartbeat.msg")),
-    ("dragnet_msgs/LogRequest", include_str!("../msg/LogRequest.msg")),
-    ("dragnet_msgs/LogReply", include_str!("../msg/LogReply.msg")),
-    ("dragnet_msgs/Version", include_str!("../msg/Version.msg")),
-    ("dragnet_msgs/Detection", include_str!("../msg/Detection.msg")),
-    ("dragnet_msgs/MissionStatus", include_str!("../msg/MissionStatus.msg")),
-    ("dragnet_msgs/Directive", include_str!("../msg/Directive.msg")),
-    ("dragnet_msgs/Step", include_str!("../msg/Step.msg")),
-    ("dragnet_msgs/StepReply", include_str!("../msg/StepReply.msg")),
-    ("dragnet_msgs/Sensed", include_str!("../msg/Sensed.msg")),
-];
+/// Texts of `.msg` files by package and name, such as `nav_msgs/Path`.
+pub type Definitions = &'static [(&'static str, &'static str)];
 
 /// A wire struct that is a ROS 2 message.
 pub trait RosMessage: Serialize {
     /// Package, `msg` and name, such as `nav_msgs/msg/OccupancyGrid`.
     const NAME: &'static str;
+    /// Definitions of its package, if that is none of those that this crate knows.
+    const DEFINITIONS: Definitions = &[];
 
     /// Its definition and those of all messages in it, encoding `ros2msg`.
     #[must_use]
     fn schema() -> String {
-        schema(Self::NAME)
+        schema(Self::NAME, Self::DEFINITIONS)
     }
 
     /// `RIHS01_` and 64 hexadecimal digits: what ROS 2 nodes compare to know that they mean the same message.
     #[must_use]
     fn type_hash() -> String {
-        type_hash(Self::NAME)
+        type_hash(Self::NAME, Self::DEFINITIONS)
+    }
+}
+
+/// A message as both sides name it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MessageType {
+    /// Package, `msg` and name, such as `nav_msgs/msg/Odometry`.
+    pub name: &'static str,
+    /// The hash of its definition, `RIHS01_` and 64 hexadecimal digits.
+    pub hash: String,
+}
+
+impl MessageType {
+    /// The type of a wire struct.
+    #[must_use]
+    pub fn of<T: RosMessage>() -> Self {
+        Self { name: T::NAME, hash: T::type_hash() }
+    }
+
+    /// As DDS mangles it, `nav_msgs::msg::dds_::Odometry_`.
+    #[must_use]
+    pub fn dds_name(&self) -> String {
+        match self.name.rsplit_once('/') {
+            Some((package, name)) => format!("{}::dds_::{name}_", package.replace('/', "::")),
+            None => self.name.to_owned(),
+        }
     }
 }
 
@@ -54,7 +69,7 @@ macro_rules! ros_messages {
             const NAME: &'static str = $name;
         })*
 
-        /// Names of all messages.
+        /// Names of all messages of this crate.
         pub const NAMES: &[&str] = &[$($name),*];
     };
 }
@@ -102,34 +117,24 @@ ros_messages! {
     vision::BoundingBox3D => "vision_msgs/msg/BoundingBox3D",
     vision::Detection3D => "vision_msgs/msg/Detection3D",
     vision::Detection3DArray => "vision_msgs/msg/Detection3DArray",
-    ours::Observation => "dragnet_msgs/msg/Observation",
-    ours::Intent => "dragnet_msgs/msg/Intent",
-    ours::Heartbeat => "dragnet_msgs/msg/Heartbeat",
-    ours::LogRequest => "dragnet_msgs/msg/LogRequest",
-    ours::LogReply => "dragnet_msgs/msg/LogReply",
-    ours::Version => "dragnet_msgs/msg/Version",
-    ours::Detection => "dragnet_msgs/msg/Detection",
-    ours::MissionStatus => "dragnet_msgs/msg/MissionStatus",
-    ours::Directive => "dragnet_msgs/msg/Directive",
-    ours::Step => "dragnet_msgs/msg/Step",
-    ours::StepReply => "dragnet_msgs/msg/StepReply",
-    ours::Sensed => "dragnet_msgs/msg/Sensed",
 }
 
-/// The definition of one of [`NAMES`] and those of all messages in it, in the order in which they are first needed.
+/// The definition of a message, of `known` or one of [`NAMES`], and those of all messages in it, in the order in which they
+/// are first needed.
 #[must_use]
-pub fn schema(name: &str) -> String {
+pub fn schema(name: &str, known: Definitions) -> String {
     let name = short(name);
-    let own = definition(&name).to_owned();
-    let parts = needed(&name).into_iter().map(|part| format!("MSG: {part}\n{}", definition(part)));
+    let own = definition(&name, known).to_owned();
+    let parts =
+        needed(&name, known).into_iter().map(|part| format!("MSG: {part}\n{}", definition(part, known)));
     let sections: Vec<String> = std::iter::once(own).chain(parts).collect();
     sections.join(&format!("\n{}\n", "=".repeat(SEPARATOR_WIDTH)))
 }
 
-/// The type hash of one of [`NAMES`], as [`RosMessage::type_hash`].
+/// The type hash of a message, of `known` or one of [`NAMES`], as [`RosMessage::type_hash`].
 #[must_use]
-pub fn type_hash(name: &str) -> String {
-    type_hash::type_hash(&short(name))
+pub fn type_hash(name: &str, known: Definitions) -> String {
+    type_hash::type_hash(&short(name), known)
 }
 
 /// `nav_msgs/msg/Path` as definitions have it: `nav_msgs/Path`.
@@ -138,10 +143,10 @@ fn short(name: &str) -> String {
 }
 
 /// All messages within a message, in the order in which they are first needed.
-fn needed(name: &str) -> Vec<&'static str> {
+fn needed(name: &str, known: Definitions) -> Vec<&'static str> {
     let mut needed: Vec<&str> = Vec::new();
     let mut next = 0;
-    let mut definition_next = definition(name);
+    let mut definition_next = definition(name, known);
     loop {
         for part in parts(definition_next) {
             if !needed.contains(&part) {
@@ -149,15 +154,15 @@ fn needed(name: &str) -> Vec<&'static str> {
             }
         }
         let Some(&part) = needed.get(next) else { return needed };
-        definition_next = definition(part);
+        definition_next = definition(part, known);
         next += 1;
     }
 }
 
 /// The text of one message without those in it.
-fn definition(name: &str) -> &'static str {
-    let mut known = OURS.iter().chain(&standard::DEFINITIONS).chain(&robot::DEFINITIONS);
-    let found = known.find(|(known, _)| *known == name);
+fn definition(name: &str, known: Definitions) -> &'static str {
+    let mut all = known.iter().chain(&standard::DEFINITIONS).chain(&robot::DEFINITIONS);
+    let found = all.find(|(known, _)| *known == name);
     debug_assert!(found.is_some(), "no definition of {name}");
     found.map_or("", |(_, text)| text)
 }
@@ -176,7 +181,7 @@ mod tests {
     #[test]
     fn a_schema_holds_every_message_in_it_once() {
         for name in NAMES {
-            let schema = schema(name);
+            let schema = schema(name, &[]);
             for part in parts(&schema) {
                 assert_eq!(schema.matches(&format!("\nMSG: {part}\n")).count(), 1, "{name}: {part}");
             }

@@ -18,9 +18,9 @@ pub use motion::{Fix, Odometry, PlanarCovariance, PlanarPose, PoseEstimate, Velo
 pub use navigation::{GoalId, GoalState, GoalStatus};
 pub use picture::Image;
 
-use super::MessageType;
 use super::qos::Qos;
 use crate::cdr::{self, DecodeError};
+use crate::schema::MessageType;
 use crate::schema::RosMessage;
 use crate::wire::{robot, standard, vision};
 

@@ -12,9 +12,9 @@ use std::fmt;
 
 use xxhash_rust::xxh3::xxh3_128;
 
-use super::MessageType;
 use super::name::{Namespace, NodeName, TopicName};
 use super::qos::Qos;
+use crate::schema::MessageType;
 
 /// Where all tokens are.
 const ADMIN: &str = "@ros2_lv";

@@ -6,7 +6,7 @@
 
 use sha2::{Digest, Sha256};
 
-use super::{definition, needed};
+use super::{Definitions, definition, needed};
 
 /// A message within a message, in REP 2011's `FieldType`.
 const NESTED: u8 = 1;
@@ -22,22 +22,22 @@ const ARRAY: u8 = 48;
 const SEQUENCE: u8 = 144;
 
 /// The hash of a message: `RIHS01_` and 64 hexadecimal digits.
-pub(super) fn type_hash(name: &str) -> String {
-    let mut parts = needed(name);
+pub(super) fn type_hash(name: &str, known: Definitions) -> String {
+    let mut parts = needed(name, known);
     parts.sort_unstable();
-    let referenced: Vec<String> = parts.into_iter().map(description).collect();
+    let referenced: Vec<String> = parts.into_iter().map(|part| description(part, known)).collect();
     let json = format!(
         "{{\"type_description\": {}, \"referenced_type_descriptions\": [{}]}}",
-        description(name),
+        description(name, known),
         referenced.join(", ")
     );
     format!("RIHS01_{:x}", Sha256::digest(json))
 }
 
 /// One message, its fields in order.
-fn description(name: &str) -> String {
+fn description(name: &str, known: Definitions) -> String {
     let fields: Vec<String> =
-        fields(definition(name)).into_iter().map(|(kind, name)| field(kind, name)).collect();
+        fields(definition(name, known)).into_iter().map(|(kind, name)| field(kind, name)).collect();
     format!("{{\"type_name\": {:?}, \"fields\": [{}]}}", full_name(name), fields.join(", "))
 }
 

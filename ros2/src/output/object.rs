@@ -1,7 +1,7 @@
 //! Objects in space: where each is expected, how surely, and within which box.
 
-use super::super::input::PlanarPose;
 use super::pose;
+use crate::input::PlanarPose;
 use crate::wire::robot::Covariance;
 use crate::wire::standard::{Header, Vector3};
 use crate::wire::vision::{BoundingBox3D, Detection3D, ObjectHypothesis, ObjectHypothesisWithPose};

@@ -4,7 +4,11 @@
 //! rather than misread.
 #![expect(missing_docs, reason = "fields are described once, in the .msg file that each struct names")]
 
+mod definitions;
+
 use serde::{Deserialize, Serialize};
+
+pub use definitions::{DEFINITIONS, NAMES};
 
 /// The version of all messages that this program speaks.
 pub const VERSION: u8 = 3;

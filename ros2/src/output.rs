@@ -2,10 +2,10 @@
 
 mod object;
 
-use super::MessageType;
 use super::input::PlanarPose;
 use super::qos::Qos;
 use crate::cdr;
+use crate::schema::MessageType;
 use crate::wire::robot::{DiagnosticArray, DiagnosticStatus, KeyValue};
 use crate::wire::standard::{
     Header, MapMetaData, OccupancyGrid, Path, Point, Pose, PoseStamped, Quaternion, Time,
@@ -21,7 +21,7 @@ pub enum Output {
     Goal(PlanarPose),
     /// `nav_msgs/Path`: where to go then, in order; nothing when the robot rests.
     Path(Vec<PlanarPose>),
-    /// `nav_msgs/OccupancyGrid`: the belief in percent, as [`crate::convert::viewer::Viewer::belief`] draws it, and where
+    /// `nav_msgs/OccupancyGrid`: the belief in percent, as [`crate::viewer::Viewer::belief`] draws it, and where
     /// its south-western corner is.
     Belief(OccupancyGrid, PlanarPose),
     /// `vision_msgs/Detection3DArray`: objects that are declared. It says of each how probable it is and how surely it is
