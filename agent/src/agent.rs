@@ -3,12 +3,11 @@
 use dragnet_learn::policy;
 use dragnet_proto::directive::{Directive, added_prior};
 use dragnet_proto::inbox::Inbox;
-use dragnet_proto::message::{
-    Activity, Audience, Heartbeat, Intent, LogRequest, Message, MissionStatus, Participant,
-};
+use dragnet_proto::message::{Activity, Audience, Heartbeat, Intent, LogRequest, Message, MissionStatus};
 use dragnet_proto::plausible::{Limits, Refused};
-use dragnet_proto::scenario::{self, Mission, Robot, Scenario};
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::participant::Participant;
+use dragnet_scenario::time::MissionTime;
+use dragnet_scenario::{Mission, Robot, Scenario};
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Reading;
@@ -214,7 +213,7 @@ impl Agent {
     /// A robot with its orders, before it knows where it is.
     #[must_use]
     pub fn new(orders: Orders) -> Self {
-        let scenario::Policy { name, parameters, ref network, .. } = orders.robot.policy;
+        let dragnet_scenario::Policy { name, parameters, ref network, .. } = orders.robot.policy;
         let policy = policy::build(name, parameters, network.as_ref());
         Self::with_policy(orders, policy)
     }

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use dragnet_proto::message::Message;
 use dragnet_proto::participant::{Mind, MindError, Reaction, Stimulus};
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;
 

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::situation::Place;
 
 /// Whoever comes within such a part of the time between two heartbeats is welcomed with others,

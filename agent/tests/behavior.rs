@@ -5,9 +5,10 @@
 use std::path::Path;
 
 use dragnet_agent::agent::{Action, Agent, Event, Orders};
-use dragnet_proto::message::{Activity, Audience, Intent, Message, Participant};
-use dragnet_proto::scenario::Scenario;
-use dragnet_proto::time::MissionTime;
+use dragnet_proto::message::{Activity, Audience, Intent, Message};
+use dragnet_scenario::Scenario;
+use dragnet_scenario::participant::Participant;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::{Cell, Position};
 use dragnet_search::evidence::Reading;
 use dragnet_search::observation::{Observation, Origin, RobotId};

@@ -8,9 +8,10 @@ use std::time::Duration;
 
 use dragnet_agent::agent::{Action, Agent, Event, Orders};
 use dragnet_proto::directive::Directive;
-use dragnet_proto::message::{Activity, Heartbeat, Intent, Message, Participant};
-use dragnet_proto::scenario::Scenario;
-use dragnet_proto::time::MissionTime;
+use dragnet_proto::message::{Activity, Heartbeat, Intent, Message};
+use dragnet_scenario::Scenario;
+use dragnet_scenario::participant::Participant;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::{Cell, Grid, Position};
 use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::observation::{Observation, Origin, RobotId, Version};

@@ -3,9 +3,10 @@
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use dragnet_agent::agent::{Action, Agent, Event, Orders};
-use dragnet_proto::message::{Activity, Audience, Heartbeat, Intent, Message, Participant};
-use dragnet_proto::scenario::Scenario;
-use dragnet_proto::time::MissionTime;
+use dragnet_proto::message::{Activity, Audience, Heartbeat, Intent, Message};
+use dragnet_scenario::Scenario;
+use dragnet_scenario::participant::Participant;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::observation::{Observation, Origin, RobotId};

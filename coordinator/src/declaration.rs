@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 
 use dragnet_proto::message::Detection;
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::reach::Reach;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use dragnet_proto::message::{Activity, Message};
 use dragnet_proto::participant::{Mind, MindError, Reaction, Stimulus};
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::evidence::Digest;
 
 use crate::RecordingError;

@@ -4,10 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use dragnet_proto::cdr;
-use dragnet_proto::map_file::MapOrigin;
-use dragnet_proto::wire::dragnet::MissionStatus;
-use dragnet_proto::wire::standard::OccupancyGrid;
+use dragnet_proto::dragnet_msgs::MissionStatus;
+use dragnet_ros2::cdr;
+use dragnet_ros2::wire::standard::OccupancyGrid;
+use dragnet_scenario::map_file::MapOrigin;
 use dragnet_search::observation::RobotId;
 use mcap::records::{MessageHeader, Record};
 use serde::Serialize;

@@ -5,12 +5,12 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use dragnet_proto::cdr;
 use dragnet_proto::convert::Codec;
-use dragnet_proto::map_file::{Earth, MapOrigin};
 use dragnet_proto::message::{Message, MessageKind};
-use dragnet_proto::time::MissionTime;
-use dragnet_proto::wire::standard::{Grid as WireGrid, OccupancyGrid};
+use dragnet_ros2::cdr;
+use dragnet_ros2::wire::standard::{Grid as WireGrid, OccupancyGrid};
+use dragnet_scenario::map_file::{Earth, MapOrigin};
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Grid;
 use dragnet_search::terrain::{Ground, Terrain};

@@ -8,7 +8,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::time::MissionTime;
 
 use crate::RecordingError;
 use crate::mission::{Mission, Record};

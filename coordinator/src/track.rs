@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use dragnet_proto::message::Intent;
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::RobotId;
 
@@ -65,7 +65,6 @@ impl Tracks {
 #[cfg(test)]
 mod tests {
     use dragnet_search::cell::Grid;
-
     use dragnet_search::observation::Origin;
 
     use super::*;

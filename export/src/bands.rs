@@ -1,6 +1,6 @@
 //! Cells as a few polygons: those that were searched about equally well together.
 
-use dragnet_proto::map_file::Georeference;
+use dragnet_scenario::map_file::Georeference;
 use dragnet_search::cell::{Grid, Position};
 use dragnet_search::terrain::Terrain;
 use geo::orient::{Direction, Orient};

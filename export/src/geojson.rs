@@ -9,9 +9,9 @@
 //! An area that was searched has `poa`, `pod`, `pos` and `cells`. Read as a map again, what the mission has added is left
 //! out.
 
-use dragnet_proto::map_file::{Area, GeoPoint};
 use dragnet_proto::message::Detection;
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::map_file::{Area, GeoPoint};
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::observation::RobotId;
 use geo::MultiPolygon;
 use geojson::{Feature, FeatureCollection, GeoJson, Geometry, GeometryValue, JsonObject, JsonValue};

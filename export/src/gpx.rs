@@ -3,9 +3,9 @@
 
 use std::io;
 
-use dragnet_proto::map_file::GeoPoint;
 use dragnet_proto::message::Detection;
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::map_file::GeoPoint;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::observation::RobotId;
 
 use crate::account::{Account, Visit};

@@ -2,9 +2,9 @@
 
 use std::io;
 
-use dragnet_proto::map_file::{Area, GeoPoint, Purpose};
 use dragnet_proto::message::Detection;
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::map_file::{Area, GeoPoint, Purpose};
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::observation::RobotId;
 use geo::{LineString, Polygon};
 

@@ -3,7 +3,7 @@
 //! A waypoint stands wherever the way turns, and at its end. What nobody enters is a fence of exclusion. Heights are 0 over
 //! home: a rover has none.
 
-use dragnet_proto::map_file::{GeoPoint, Purpose};
+use dragnet_scenario::map_file::{GeoPoint, Purpose};
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::RobotId;
 use geo::orient::{Direction, Orient};

@@ -1,6 +1,6 @@
 //! Mission time as wall time.
 
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::time::MissionTime;
 use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
 

@@ -8,7 +8,7 @@
 //! among its own.
 
 use dragnet_proto::key::{Mission, Selection, Topic};
-use dragnet_proto::message::Participant;
+use dragnet_scenario::participant::Participant;
 use serde_json::{Value, json};
 
 use crate::name::Name;

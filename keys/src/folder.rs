@@ -16,7 +16,7 @@ use std::io::Write;
 use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
-use dragnet_proto::file::read_text_at_most;
+use dragnet_files::read_text_at_most;
 use dragnet_proto::key::Mission;
 use time::{Duration, OffsetDateTime};
 

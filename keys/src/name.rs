@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use dragnet_proto::message::Participant;
+use dragnet_scenario::participant::Participant;
 use dragnet_search::observation::RobotId;
 use serde::{Deserialize, Serialize};
 

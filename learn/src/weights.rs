@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
+use dragnet_files::FileError;
 use serde::{Deserialize, Serialize};
 
-use crate::file::{self, FileError, Kind, Tensor};
+use crate::file::{self, Kind, Tensor};
 use crate::graph::FEATURE_NAMES;
 use crate::shape::{Parameter, Shape};
 

@@ -6,7 +6,7 @@ use std::hash::{BuildHasher, Hasher, RandomState};
 use std::time::Duration;
 
 use dragnet_proto::clock::{Adjustment, Kept, MissionClock};
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::time::MissionTime;
 use tokio::time::Instant;
 
 /// Mission time by this process's clock.

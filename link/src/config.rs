@@ -3,11 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use dragnet_agent::agent::Orders;
-use dragnet_proto::file::read_text_at_most;
+use dragnet_files::read_text_at_most;
 use dragnet_proto::key::Mission;
-use dragnet_proto::ros::output::OutputKind;
-use dragnet_proto::scenario::Scenario;
-use dragnet_proto::shape;
+use dragnet_ros2::output::OutputKind;
+use dragnet_scenario::{Scenario, shape};
 use dragnet_search::observation::RobotId;
 use dragnet_search::terrain::Terrain;
 use dragnet_vehicle::lattice::costmap::CostMap;

@@ -8,8 +8,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
-use dragnet_proto::message::Participant;
 use dragnet_proto::sender::Process;
+use dragnet_scenario::participant::Participant;
 use dragnet_search::observation::RobotId;
 
 use crate::log_limit::PERIOD;

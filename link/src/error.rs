@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use dragnet_proto::message::Participant;
+use dragnet_scenario::participant::Participant;
 
 use crate::source_places::without;
 

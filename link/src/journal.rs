@@ -18,7 +18,7 @@ use dragnet_proto::clock::Kept;
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::key::Mission;
 use dragnet_proto::message::{Message, MessageKind};
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::observation::{Observation, Origin, RobotId};
 use dragnet_search::terrain::Terrain;
 use redb::backends::InMemoryBackend;

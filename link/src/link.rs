@@ -6,8 +6,9 @@ use std::time::{Duration, Instant};
 
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::key::{Key, Mission, Selection, Topic};
-use dragnet_proto::message::{Audience, Message, Participant};
+use dragnet_proto::message::{Audience, Message};
 use dragnet_proto::sender::{Envelope, Process};
+use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::Grid;
 use zenoh::Session;
 use zenoh::bytes::ZBytes;

@@ -6,9 +6,10 @@ use std::num::NonZeroUsize;
 use std::time::Duration;
 
 use dragnet_proto::clock::{self, Adjustment};
-use dragnet_proto::message::{Audience, LogReply, LogRequest, Message, Participant};
+use dragnet_proto::message::{Audience, LogReply, LogRequest, Message};
 use dragnet_proto::participant::{Mind, Reaction, Stimulus};
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::participant::Participant;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::observation::RobotId;
 use tokio::sync::mpsc;
 

@@ -8,10 +8,11 @@ use std::time::Duration;
 
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::key::{Mission, Topic};
-use dragnet_proto::message::{Activity, Message, Participant};
+use dragnet_proto::message::{Activity, Message};
 use dragnet_proto::participant::{Mind, Reaction, Stimulus};
 use dragnet_proto::step::{Parcel, Step, StepEvent, StepReply};
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::participant::Participant;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Grid;
 use dragnet_search::evidence::Digest;
 use zenoh::Session;

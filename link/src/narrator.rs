@@ -3,8 +3,9 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use dragnet_proto::message::{Activity, Message, MissionStatus, Participant};
+use dragnet_proto::message::{Activity, Message, MissionStatus};
 use dragnet_proto::participant::{Mind, Reaction};
+use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::{Cell, Grid, Position};
 use dragnet_search::observation::Observation;
 
@@ -101,8 +102,8 @@ mod tests {
     use dragnet_agent::agent::{Agent, Orders};
     use dragnet_coordinator::desk::Desk;
     use dragnet_proto::participant::Stimulus;
-    use dragnet_proto::scenario::Scenario;
-    use dragnet_proto::time::MissionTime;
+    use dragnet_scenario::Scenario;
+    use dragnet_scenario::time::MissionTime;
     use dragnet_search::evidence::Reading;
     use dragnet_search::observation::RobotId;
 

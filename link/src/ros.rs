@@ -8,7 +8,7 @@
 //! - [`heard`]: what is heard, whether it comes from the network or from a recording of it;
 //! - [`node`]: the [`node::Node`] itself.
 //!
-//! What messages say, and under which key, is [`dragnet_proto::ros`]'s to know.
+//! What messages say, and under which key, is [`dragnet_ros2`]'s to know.
 
 pub mod heard;
 pub mod node;

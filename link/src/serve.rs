@@ -11,9 +11,9 @@ use dragnet_live::page::{Page, Settings};
 use dragnet_live::view::About;
 use dragnet_proto::convert::Codec;
 use dragnet_proto::key::Mission;
-use dragnet_proto::message::Participant;
-use dragnet_proto::scenario::Scenario;
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::Scenario;
+use dragnet_scenario::participant::Participant;
+use dragnet_scenario::time::MissionTime;
 use dragnet_sim::episode::Episode;
 use dragnet_sim::simulation::Spectator;
 use tokio::sync::mpsc;
@@ -80,7 +80,8 @@ pub fn agent(file: &Path, precedence: Precedence, make: detector::Make<'_>) -> R
                 };
             }
             let subject = Subject { mission: &mission, robot, terrain: scenario.terrain() };
-            let (journal, clock) = resume(&mut agent, &config.journal(file), subject, config.common.real_time_factor)?;
+            let (journal, clock) =
+                resume(&mut agent, &config.journal(file), subject, config.common.real_time_factor)?;
             let codec = Codec::of(&scenario);
             let mut link = Link::join(session, mission, who, codec).await?;
             if precedence == Precedence::First {
@@ -278,8 +279,15 @@ pub fn world(
         let session = open_when_there(&config.zenoh).await?;
         let searching = async {
             let session = session.clone();
-            let server =
-                WorldServer::open(session, mission, scenario, config.seed, config.real_time_factor, spectator).await?;
+            let server = WorldServer::open(
+                session,
+                mission,
+                scenario,
+                config.seed,
+                config.real_time_factor,
+                spectator,
+            )
+            .await?;
             server.run().await
         };
         let episode = searching.await;

@@ -9,8 +9,8 @@ use std::path::PathBuf;
 
 use dragnet_coordinator::desk::Listener;
 use dragnet_proto::key::Mission;
-use dragnet_proto::message::Participant;
-use dragnet_proto::scenario::{Network, Scenario};
+use dragnet_scenario::participant::Participant;
+use dragnet_scenario::{Network, Scenario};
 use dragnet_sim::episode::Episode;
 use dragnet_sim::simulation::Spectator;
 use tokio::sync::mpsc;

@@ -18,14 +18,14 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use dragnet_proto::convert::viewer::Viewer;
-use dragnet_proto::map_file::MapOrigin;
-use dragnet_proto::ros::errand::{Errand, Progress};
-use dragnet_proto::ros::input::{DetectedBox, GoalStatus, Image, Occupancy};
-use dragnet_proto::ros::name::TopicName;
-use dragnet_proto::ros::output::{Diagnostic, Output};
-use dragnet_proto::scenario::Scenario;
-use dragnet_proto::time::MissionTime;
+use dragnet_ros2::errand::{Errand, Progress};
+use dragnet_ros2::input::{DetectedBox, GoalStatus, Image, Occupancy};
+use dragnet_ros2::name::TopicName;
+use dragnet_ros2::output::{Diagnostic, Output};
+use dragnet_ros2::viewer::Viewer;
+use dragnet_scenario::Scenario;
+use dragnet_scenario::map_file::MapOrigin;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Reading;
@@ -414,7 +414,7 @@ impl Vehicle {
     }
 
     /// A pose on the search's map in the frame of the vehicle's network.
-    fn in_frame(&self, pose: &Pose) -> dragnet_proto::ros::input::PlanarPose {
+    fn in_frame(&self, pose: &Pose) -> dragnet_ros2::input::PlanarPose {
         planar(&self.places.in_frame(pose))
     }
 }

@@ -8,8 +8,8 @@ use std::collections::{BTreeMap, VecDeque};
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use dragnet_proto::message::Participant;
 use dragnet_proto::sender::Envelope;
+use dragnet_scenario::participant::Participant;
 use tokio::sync::mpsc;
 
 /// So many bytes may wait, from all senders together.

@@ -13,10 +13,10 @@ use dragnet_link::ros::heard::Heard;
 use dragnet_link::ros::node::Node;
 use dragnet_link::ros::settings::Settings;
 use dragnet_link::session::{Endpoints, Mode, free_endpoints, open};
-use dragnet_proto::ros::input::{GoalId, GoalState, Hypothesis, PlanarPose};
-use dragnet_proto::ros::output::{Diagnostic, Level, ObjectEstimate, Output, OutputKind, PlanarEstimate};
-use dragnet_proto::schema::type_hash;
-use dragnet_proto::wire::standard::{MapMetaData, OccupancyGrid};
+use dragnet_ros2::input::{GoalId, GoalState, Hypothesis, PlanarPose};
+use dragnet_ros2::output::{Diagnostic, Level, ObjectEstimate, Output, OutputKind, PlanarEstimate};
+use dragnet_ros2::schema::type_hash;
+use dragnet_ros2::wire::standard::{MapMetaData, OccupancyGrid};
 use serde_json::{Value, json};
 use tokio::sync::mpsc;
 use zenoh::Session;
@@ -109,7 +109,7 @@ async fn both_have_the_same_hashes() {
     let hashes = told["hashes"].as_object().unwrap();
     assert_eq!(hashes.len(), 12);
     for (name, hash) in hashes {
-        assert_eq!(hash, &type_hash(name), "{name}");
+        assert_eq!(hash, &type_hash(name, &[]), "{name}");
     }
 }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use dragnet_coordinator::playback::Playback;
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::RobotId;
 

@@ -20,8 +20,10 @@
 
 use std::time::Duration;
 
-use crate::message::{Message, Participant};
-use crate::time::MissionTime;
+use dragnet_scenario::participant::Participant;
+use dragnet_scenario::time::MissionTime;
+
+use crate::message::Message;
 
 /// So long, by its own clock, a participant believes all that it hears of the time, since it first heard anybody.
 pub const JOINING: Duration = Duration::from_secs(10);

@@ -1,30 +1,33 @@
 //! From domain messages to bytes and back, checked on the way back: a message that comes out is well formed.
 //!
 //! Encoding cannot fail. Decoding needs the mission's [`Grid`]: cells travel as numbers, and only those on the map
-//! become cells. [`viewer`] makes the messages that only viewers read.
+//! become cells.
 
 mod check;
 mod directive;
 mod error;
+mod field;
 mod messages;
 mod steps;
-pub mod viewer;
 
 use std::sync::Arc;
 
+use dragnet_ros2::cdr;
+use dragnet_ros2::schema::RosMessage;
+use dragnet_scenario::Scenario;
+use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::Grid;
 use dragnet_search::observation::RobotId;
 use serde::de::DeserializeOwned;
 
-pub use error::{ConvertError, Field};
+pub use error::ConvertError;
+pub use field::Field;
 
-use self::check::{Check, Place};
-use crate::cdr;
-use crate::message::{Message, MessageKind, Participant};
-use crate::scenario::Scenario;
-use crate::schema::RosMessage;
+use self::check::Check;
+use self::field::Place;
+use crate::dragnet_msgs as wire;
+use crate::message::{Message, MessageKind};
 use crate::step::{Sensed, Step, StepReply};
-use crate::wire::dragnet as wire;
 
 /// The bytes of a message.
 #[must_use]

@@ -7,11 +7,10 @@
 use std::collections::BTreeSet;
 use std::time::Duration;
 
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::terrain::Terrain;
-
-use crate::time::MissionTime;
 
 /// An order that is dated later than this after it is heard counts as dated so. No honest clock is as far ahead, and
 /// after an order at the end of time nobody could give another one.

@@ -14,12 +14,13 @@ use std::num::NonZeroUsize;
 use std::sync::Arc;
 use std::time::Duration;
 
+use dragnet_scenario::participant::Participant;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::observation::{Entry, Observation, ObservationLog, Origin, RobotId, Version};
 
 use self::questions::Questions;
-use crate::message::{LogReply, LogRequest, Message, Participant};
+use crate::message::{LogReply, LogRequest, Message};
 use crate::plausible::{Limits, Refusal, Refused};
-use crate::time::MissionTime;
 
 /// From so many starts of one robot observations are taken. Names of starts are numbers of 64 bits: without a limit, who
 /// invents them could fill any memory.
@@ -219,6 +220,7 @@ impl Inbox {
 mod tests {
     use std::path::Path;
 
+    use dragnet_scenario::Scenario;
     use dragnet_search::cell::Grid;
     use dragnet_search::evidence::Digest;
 
@@ -226,7 +228,6 @@ mod tests {
     use super::*;
     use crate::directive::Directive;
     use crate::message::{Activity, Heartbeat, Intent};
-    use crate::scenario::Scenario;
 
     const SECOND: Duration = Duration::from_secs(1);
 

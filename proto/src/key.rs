@@ -21,12 +21,13 @@ mod selection;
 use std::fmt;
 use std::str::FromStr;
 
+use dragnet_scenario::participant::Participant;
+use dragnet_search::observation::RobotId;
+
 pub use mission::{Mission, MissionError};
 pub use selection::Selection;
 
-use dragnet_search::observation::RobotId;
-
-use crate::message::{Audience, MessageKind, Participant};
+use crate::message::{Audience, MessageKind};
 
 const ROOT: &str = "dragnet";
 const COORDINATOR: &str = "coordinator";

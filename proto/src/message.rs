@@ -1,34 +1,16 @@
 //! What robots, coordinator and simulator say to each other, in the types of [`dragnet_search`].
 //!
-//! [`crate::convert`] turns these into the ROS 2 messages of [`crate::wire`] and checks them on the way back: cells on
+//! [`crate::convert`] turns these into the ROS 2 messages of [`crate::dragnet_msgs`] and checks them on the way back: cells on
 //! the map, readings in range, lengths bounded. A message in hand is well formed.
 
-use std::fmt;
 use std::sync::Arc;
 
+use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;
 use dragnet_search::observation::{Observation, Origin, RobotId, Version};
 
 use crate::directive::Directive;
-
-/// Somebody with a part in the mission.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Participant {
-    /// A robot of the team.
-    Robot(RobotId),
-    /// Whoever sees the mission from outside, declares and records.
-    Coordinator,
-}
-
-impl fmt::Display for Participant {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Robot(robot) => write!(formatter, "robot {robot}"),
-            Self::Coordinator => write!(formatter, "the coordinator"),
-        }
-    }
-}
 
 /// To whom a message goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

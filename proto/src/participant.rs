@@ -5,14 +5,15 @@ use std::num::NonZeroUsize;
 use std::sync::Arc;
 use std::time::Duration;
 
+use dragnet_scenario::participant::Participant;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::observation::{Observation, RobotId};
 
 use crate::command::Command;
-use crate::message::{Activity, Audience, LogRequest, Message, Participant};
+use crate::message::{Activity, Audience, LogRequest, Message};
 use crate::plausible::Refused;
-use crate::time::MissionTime;
 
 /// A participant without its clock and its network: told what happens, it says what it does.
 pub trait Mind: Send {

@@ -16,15 +16,15 @@ use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
 
+use dragnet_scenario::participant::Participant;
+use dragnet_scenario::time::MissionTime;
+use dragnet_scenario::{Mission, Scenario};
 use dragnet_search::evidence::Reading;
 use dragnet_search::observation::{Ends, Observation, RobotId};
 use dragnet_search::sensor::Sensor;
 use dragnet_search::terrain::Terrain;
 
 use crate::command::Mark;
-use crate::message::Participant;
-use crate::scenario::{Mission, Scenario};
-use crate::time::MissionTime;
 
 /// So many times as fast as the mission's speed may a robot be: its clock drifts, its wheels are new.
 pub const SPEED_TOLERANCE: f64 = 1.1;

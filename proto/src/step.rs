@@ -3,11 +3,12 @@
 //! Messages between participants travel on their own keys; the simulator says when each arrives. It knows them by their
 //! numbers, so a parcel is one published message.
 
+use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::observation::RobotId;
 
-use crate::message::{Activity, Audience, MessageKind, Participant};
+use crate::message::{Activity, Audience, MessageKind};
 
 /// The simulator tells one participant what happens to it.
 #[derive(Clone, Debug, PartialEq)]

@@ -5,12 +5,13 @@ use std::sync::Arc;
 
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::directive::Directive;
+use dragnet_proto::dragnet_msgs::VERSION;
 use dragnet_proto::message::{
     Activity, Audience, Detection, Heartbeat, Intent, LogReply, LogRequest, Message, MessageKind,
-    MissionStatus, Participant,
+    MissionStatus,
 };
 use dragnet_proto::step::{Parcel, Sensed, Step, StepEvent, StepReply};
-use dragnet_proto::wire::dragnet::VERSION;
+use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::{Cell, Grid};
 use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::observation::{Observation, Origin, RobotId, Version};

@@ -1,7 +1,6 @@
 //! Policies against each other, as the command line compares them.
 
 use dragnet_learn::policy::PolicyName;
-use dragnet_proto::scenario;
 use dragnet_search::information::InformationTable;
 use dragnet_sim::comparison::{self, Row, Setting, Trial};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -15,7 +14,7 @@ use crate::scenario::{Scenario, refused};
 /// One policy on one scenario.
 struct Case {
     setting: Setting,
-    scenario: scenario::Scenario,
+    scenario: dragnet_scenario::Scenario,
 }
 
 /// Runs every policy on every scenario with every seed; a row each, with the columns of the command line's `summary.csv`.

@@ -4,7 +4,6 @@ use std::path::PathBuf;
 use std::sync::Mutex;
 
 use dragnet_learn::policy::{PolicyName, build};
-use dragnet_proto::scenario;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::{Cell, Grid, Position};
 use dragnet_search::evidence::{CellEvidence, Evidence, UNITS};
@@ -26,9 +25,9 @@ const MOST_UNITS: f64 = (1_u64 << 53) as f64;
 /// A policy with its stream of random choices.
 #[pyclass(frozen, module = "dragnet._dragnet")]
 pub(crate) struct Policy {
-    recipe: scenario::Policy,
+    recipe: dragnet_scenario::Policy,
     /// Map, prior, sensor and moves; without, they follow from what is observed, and the defaults.
-    scenario: Option<scenario::Scenario>,
+    scenario: Option<dragnet_scenario::Scenario>,
     robot: u16,
     mind: Mutex<Mind>,
 }
@@ -71,7 +70,7 @@ impl Policy {
             (None, Some(scenario)) if scenario.robots()[0].policy.name == name => {
                 scenario.robots()[0].policy.clone()
             }
-            (None, _) => scenario::Policy::from(name),
+            (None, _) => dragnet_scenario::Policy::from(name),
             (Some(weights), Some(scenario)) if name.as_str() == "gnn" => {
                 let scenario = scenario.with_weights(&weights).map_err(|error| refused(&error))?;
                 scenario.robots()[0].policy.clone()
@@ -126,8 +125,8 @@ impl Policy {
             connectivity: self
                 .scenario
                 .as_ref()
-                .map_or(Connectivity::default(), scenario::Scenario::connectivity),
-            sensor: self.scenario.as_ref().map_or(&usual, scenario::Scenario::sensor),
+                .map_or(Connectivity::default(), dragnet_scenario::Scenario::connectivity),
+            sensor: self.scenario.as_ref().map_or(&usual, dragnet_scenario::Scenario::sensor),
             belief: &observed.belief,
             promised: &promised,
             robot: observed.robot,
@@ -184,7 +183,7 @@ impl Policy {
 }
 
 impl Mind {
-    fn new(policy: &scenario::Policy, seed: u64, robot: u16) -> Self {
+    fn new(policy: &dragnet_scenario::Policy, seed: u64, robot: u16) -> Self {
         Self {
             policy: build(policy.name, policy.parameters, policy.network.as_ref()),
             random: stream(seed, Purpose::Decision, robot),

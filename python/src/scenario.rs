@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use dragnet_learn::policy::PolicyName;
-use dragnet_proto::scenario::{self, ScenarioError};
+use dragnet_scenario::ScenarioError;
 use dragnet_search::cell::Cell;
 use dragnet_search::route::Connectivity;
 use dragnet_sim::solo::Field;
@@ -21,11 +21,11 @@ pub(crate) struct Scenario {
 }
 
 impl Scenario {
-    pub(crate) fn inner(&self) -> &scenario::Scenario {
+    pub(crate) fn inner(&self) -> &dragnet_scenario::Scenario {
         self.field.scenario()
     }
 
-    fn new(scenario: scenario::Scenario) -> Self {
+    fn new(scenario: dragnet_scenario::Scenario) -> Self {
         Self { field: Arc::new(Field::new(scenario)) }
     }
 
@@ -47,13 +47,13 @@ impl Scenario {
     #[staticmethod]
     #[expect(clippy::needless_pass_by_value, reason = "it comes from Python")]
     fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        py.detach(|| scenario::Scenario::load(&path).map(Self::new)).map_err(|error| refused(&error))
+        py.detach(|| dragnet_scenario::Scenario::load(&path).map(Self::new)).map_err(|error| refused(&error))
     }
 
     #[staticmethod]
     #[expect(clippy::needless_pass_by_value, reason = "it comes from Python")]
     fn from_text(py: Python<'_>, text: String, path: PathBuf) -> PyResult<Self> {
-        py.detach(|| scenario::Scenario::from_text(&path, text).map(Self::new))
+        py.detach(|| dragnet_scenario::Scenario::from_text(&path, text).map(Self::new))
             .map_err(|error| refused(&error))
     }
 

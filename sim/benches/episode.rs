@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
 use dragnet_sim::episode;
 use dragnet_sim::simulation::End;
 

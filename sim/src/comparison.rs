@@ -8,7 +8,7 @@ mod setting;
 mod trial;
 
 use dragnet_proto::participant::MindError;
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
 
 use crate::episode;
 pub use latencies::Latencies;

@@ -1,9 +1,10 @@
 //! Those who take part in a simulated mission, wherever they run.
 
 use dragnet_agent::agent::Agent;
-use dragnet_proto::message::{Message, Participant};
+use dragnet_proto::message::Message;
 use dragnet_proto::participant::{Mind, MindError, Reaction, Stimulus};
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::participant::Participant;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::evidence::Digest;
 
 /// The team as the simulator drives it: in this process, or behind a network.

@@ -8,7 +8,7 @@ use dragnet_agent::agent::Agent;
 use dragnet_learn::demonstration::{Recorder, Source, Trajectory};
 use dragnet_proto::message::Message;
 use dragnet_proto::participant::{MindError, Reaction};
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
 use dragnet_search::policy::Policy;
 
 use crate::episode::{self, Witness};

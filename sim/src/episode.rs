@@ -3,10 +3,11 @@
 use std::ops::ControlFlow;
 
 use dragnet_agent::agent::{Agent, Orders};
-use dragnet_proto::message::{Message, Participant};
+use dragnet_proto::message::Message;
 use dragnet_proto::participant::{MindError, Reaction, Stimulus};
-use dragnet_proto::scenario::Scenario;
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::Scenario;
+use dragnet_scenario::participant::Participant;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::evidence::Digest;
 use dragnet_search::measures::{Score, Truth};

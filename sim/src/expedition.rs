@@ -7,9 +7,10 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use dragnet_agent::agent::{Agent, Orders};
-use dragnet_proto::message::{Message, Participant};
+use dragnet_proto::message::Message;
 use dragnet_proto::participant::{MindError, Reaction, Stimulus};
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::participant::Participant;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;
@@ -258,7 +259,7 @@ mod tests {
     use std::path::Path;
     use std::time::Duration;
 
-    use dragnet_proto::scenario::Scenario;
+    use dragnet_scenario::Scenario;
 
     use super::*;
     use crate::solo::{Solo, Terms};

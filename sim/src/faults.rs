@@ -1,15 +1,15 @@
 //! What goes wrong with the participants themselves: crashes, clocks, slow robots, full disks; and links that work one
 //! way only. And a person, who interferes.
 //!
-//! What goes wrong with all messages alike is part of a scenario: [`dragnet_proto::scenario::Network`].
+//! What goes wrong with all messages alike is part of a scenario: [`dragnet_scenario::Network`].
 
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::time::Duration;
 
 use dragnet_proto::command::Command;
-use dragnet_proto::message::Participant;
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::participant::Participant;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::observation::RobotId;
 
 /// All faults of an episode, planned before it starts.

@@ -20,10 +20,11 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use dragnet_agent::agent::{Agent, Orders};
-use dragnet_proto::message::{Audience, Message, Participant};
+use dragnet_proto::message::{Audience, Message};
 use dragnet_proto::participant::{MindError, Reaction, Stimulus};
-use dragnet_proto::scenario::Scenario;
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::Scenario;
+use dragnet_scenario::participant::Participant;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{Digest, Reading};

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use dragnet_proto::scenario::{Scenario, ScenarioError};
+use dragnet_scenario::{Scenario, ScenarioError};
 use dragnet_search::generated::Generated;
 use dragnet_search::seed::{Purpose, stream};
 use dragnet_search::sensor::Sensor;

@@ -2,9 +2,8 @@
 
 use std::ops::AddAssign;
 
-use dragnet_proto::message::Participant;
-use dragnet_proto::scenario;
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::participant::Participant;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::seed::{Purpose, Stream, stream};
 use rand::RngExt;
 
@@ -12,7 +11,7 @@ use crate::faults::Mute;
 
 /// Decides when each message reaches each receiver, if at all.
 pub(crate) struct Network {
-    faults: scenario::Network,
+    faults: dragnet_scenario::Network,
     mute: Vec<Mute>,
     random: Stream,
     tally: Tally,
@@ -47,7 +46,7 @@ impl AddAssign for Tally {
 }
 
 impl Network {
-    pub(crate) fn new(faults: scenario::Network, seed: u64) -> Self {
+    pub(crate) fn new(faults: dragnet_scenario::Network, seed: u64) -> Self {
         let random = stream(seed, Purpose::Network, 0);
         Self { faults, mute: Vec::new(), random, tally: Tally::default() }
     }
@@ -58,7 +57,7 @@ impl Network {
 
     /// From now on nothing goes wrong.
     pub(crate) fn heal(&mut self) {
-        self.faults = scenario::Network::default();
+        self.faults = dragnet_scenario::Network::default();
         self.mute.clear();
     }
 
@@ -122,7 +121,7 @@ mod tests {
     const A: Participant = Participant::Robot(RobotId(1));
     const B: Participant = Participant::Robot(RobotId(2));
 
-    fn send(faults: scenario::Network, count: u64) -> (Network, Vec<Vec<MissionTime>>) {
+    fn send(faults: dragnet_scenario::Network, count: u64) -> (Network, Vec<Vec<MissionTime>>) {
         let mut network = Network::new(faults, 5);
         let arrivals = (0..count).map(|time| network.arrivals(MissionTime(time), A, B)).collect();
         (network, arrivals)
@@ -130,14 +129,14 @@ mod tests {
 
     #[test]
     fn a_faultless_network_delivers_at_once() {
-        let (network, arrivals) = send(scenario::Network::default(), 3);
+        let (network, arrivals) = send(dragnet_scenario::Network::default(), 3);
         assert_eq!(arrivals, [[MissionTime(0)], [MissionTime(1)], [MissionTime(2)]]);
         assert_eq!(network.tally(), Tally { sent: 3, ..Tally::default() });
     }
 
     #[test]
     fn every_fault_comes_as_often_as_asked() {
-        let faults = scenario::Network {
+        let faults = dragnet_scenario::Network {
             loss: 0.5,
             delay: Duration::from_secs(1),
             jitter: Duration::from_secs(1),

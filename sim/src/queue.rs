@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::time::MissionTime;
 
 /// A queue of events.
 #[derive(Debug)]

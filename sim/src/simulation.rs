@@ -5,10 +5,11 @@ mod by_hand;
 use std::time::Duration;
 
 use dragnet_proto::command::Command;
-use dragnet_proto::message::{Activity, Audience, Participant};
+use dragnet_proto::message::{Activity, Audience};
 use dragnet_proto::participant::{Reaction, Stimulus};
-use dragnet_proto::scenario::Scenario;
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::Scenario;
+use dragnet_scenario::participant::Participant;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;
 use dragnet_search::measures::{Curve, Score};

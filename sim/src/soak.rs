@@ -11,10 +11,11 @@ use std::num::NonZeroUsize;
 use std::ops::AddAssign;
 
 use dragnet_agent::agent::{Agent, Orders};
-use dragnet_proto::message::{Audience, Message, Participant};
+use dragnet_proto::message::{Audience, Message};
 use dragnet_proto::participant::{Mind, MindError, Reaction, Stimulus};
-use dragnet_proto::scenario::{Scenario, ScenarioError};
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::participant::Participant;
+use dragnet_scenario::time::MissionTime;
+use dragnet_scenario::{Scenario, ScenarioError};
 use dragnet_search::evidence::Digest;
 use dragnet_search::observation::RobotId;
 

@@ -10,7 +10,7 @@ pub mod field;
 use std::sync::Arc;
 use std::time::Duration;
 
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::{Belief, entropy_nats};
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Reading;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use dragnet_proto::scenario::{Objects, Scenario, Start};
+use dragnet_scenario::{Objects, Scenario, Start};
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{CellEvidence, Reading};

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use dragnet_agent::agent::Agent;
 use dragnet_learn::policy::build;
 use dragnet_proto::message::Activity;
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
 use dragnet_search::policy::{Decision, LEAST_NATS, Policy};
 use dragnet_search::seed::Stream;
 use dragnet_search::situation::Situation;
@@ -73,7 +73,7 @@ fn watch(scenario: &Scenario, seed: u64) -> Watching {
 fn check_tail(scenario: &Scenario, episode: &Episode, sweeps: f64, what: &str) {
     let (terrain, mission) = (scenario.terrain(), scenario.mission());
     let ended = episode.outcome.ended.as_seconds();
-    let last_find = episode.outcome.last_find.map_or(0.0, dragnet_proto::time::MissionTime::as_seconds);
+    let last_find = episode.outcome.last_find.map_or(0.0, dragnet_scenario::time::MissionTime::as_seconds);
     let lane = f64::from(2 * scenario.sensor().radius() + 1);
     let sweep_meters = terrain.traversable_cells().count() as f64 / lane * terrain.cell_meters();
     let robots = scenario.robots().len() as f64;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use csv::Reader;
-use dragnet_learn::file::read_text_at_most;
+use dragnet_files::read_text_at_most;
 use dragnet_search::sensor;
 use dragnet_vehicle::calibration::{self, AtDistance, Calibration, Estimate, LabelledLook};
 use serde::Deserialize;

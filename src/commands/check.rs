@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use dragnet_proto::map_file::areas::{Claims, Region, Rest};
-use dragnet_proto::map_file::{GeoPoint, Georeference, MapOrigin};
-use dragnet_proto::scenario::{Drawn, Scenario};
+use dragnet_scenario::map_file::areas::{Claims, Region, Rest};
+use dragnet_scenario::map_file::{GeoPoint, Georeference, MapOrigin};
+use dragnet_scenario::{Drawn, Scenario};
 
 use super::{Failure, complain, scenario};
 use crate::terminal::{self, counted};

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use dragnet_learn::policy::PolicyName;
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
 use dragnet_sim::simulation::End;
 
 use super::comparison::part::{self, Part};

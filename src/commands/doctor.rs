@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use dragnet_files::read_at_most;
 use dragnet_keys::certificate;
-use dragnet_learn::file::read_at_most;
 use dragnet_link::config::{self, AgentConfig};
 use dragnet_link::doctor::{self, Finding, Verdict};
 use dragnet_link::session;

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use dragnet_coordinator::Ending;
 use dragnet_link::dry_run::{self, FoundObject, News, Note, Summary};
-use dragnet_proto::ros::output::Level;
+use dragnet_ros2::output::Level;
 use dragnet_search::cell::Position;
 
 use super::{Failure, eyes};

@@ -7,8 +7,8 @@ use dragnet_coordinator::Ending;
 use dragnet_coordinator::playback::Playback;
 use dragnet_export::account::Coverage;
 use dragnet_export::{Account, geojson, gpx, kml, plan};
-use dragnet_proto::map_file::GeoPoint;
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::map_file::GeoPoint;
+use dragnet_scenario::time::MissionTime;
 
 use super::{Failure, complain, output};
 use crate::terminal::table::Table;

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use dragnet_learn::file::read_at_most;
+use dragnet_files::read_at_most;
 use serde::Deserialize;
 
 use super::comparison::part::{self, Joined};

@@ -3,8 +3,6 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use dragnet_learn::file;
-
 use super::Failure;
 
 /// Makes the folder of `--out`, so that it is not missing after hours of work.
@@ -31,7 +29,7 @@ pub(super) fn free(key: &str, path: &Path, none: &str) -> Result<PathBuf, Failur
 
 /// Writes a file as a whole or not at all.
 pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    file::write(path, bytes).map_err(Failure::run)
+    dragnet_files::write(path, bytes).map_err(Failure::run)
 }
 
 #[cfg(test)]

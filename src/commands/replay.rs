@@ -13,7 +13,7 @@ use dragnet_live::page::Page;
 use dragnet_live::replay;
 use dragnet_live::view::{About, View};
 use dragnet_proto::message::MissionStatus;
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::measures::Truth;
 use dragnet_search::observation::RobotId;

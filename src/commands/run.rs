@@ -8,7 +8,7 @@ use dragnet_link::config::check_real_time_factor;
 use dragnet_link::team::{self, Onlooker, Options};
 use dragnet_live::page::Page;
 use dragnet_live::view::About;
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
 use dragnet_sim::simulation::Spectator;
 use dragnet_sim::world::World;
 

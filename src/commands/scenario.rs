@@ -5,7 +5,7 @@ use std::path::Path;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use dragnet_learn::policy::{PolicyName, Shipped};
-use dragnet_proto::scenario::{Scenario, ScenarioError};
+use dragnet_scenario::{Scenario, ScenarioError};
 
 use super::Failure;
 

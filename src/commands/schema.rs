@@ -1,6 +1,6 @@
 //! `dragnet schema`: for editors that complete and check TOML.
 
-use dragnet_proto::scenario::schema_json;
+use dragnet_scenario::schema_json;
 
 use super::Failure;
 use crate::terminal;

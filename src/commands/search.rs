@@ -5,7 +5,7 @@ mod report;
 
 use std::path::PathBuf;
 
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
 use dragnet_sim::episode::Episode;
 use dragnet_sim::simulation::Spectator;
 

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use dragnet_coordinator::desk::Desk;
 use dragnet_coordinator::mission::{Mission, MissionOrders};
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
 use dragnet_sim::soak::{self, Bites, Survived};
 
 use super::comparison::Seeds;

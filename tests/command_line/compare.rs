@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
 use dragnet_search::policy::PolicyName;
 use dragnet_sim::episode;
 use dragnet_sim::simulation::End;

@@ -13,7 +13,7 @@ use std::path::Path;
 
 use dragnet_proto::inbox::Inbox;
 use dragnet_proto::plausible::Limits;
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
 use dragnet_search::belief::Belief;
 use dragnet_search::observation::Ends;
 

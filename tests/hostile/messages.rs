@@ -4,16 +4,15 @@ use std::sync::Arc;
 
 use dragnet_agent::agent::{Agent, Event, Orders};
 use dragnet_coordinator::mission::{self, Mission, MissionOrders};
-use dragnet_proto::cdr::{self, MAX_BYTES};
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::directive::Directive;
-use dragnet_proto::message::{
-    Activity, Heartbeat, Intent, LogReply, LogRequest, Message, MessageKind, Participant,
-};
+use dragnet_proto::dragnet_msgs as wire;
+use dragnet_proto::message::{Activity, Heartbeat, Intent, LogReply, LogRequest, Message, MessageKind};
 use dragnet_proto::plausible::Limits;
-use dragnet_proto::scenario::Scenario;
-use dragnet_proto::time::MissionTime;
-use dragnet_proto::wire::dragnet as wire;
+use dragnet_ros2::cdr::{self, MAX_BYTES};
+use dragnet_scenario::Scenario;
+use dragnet_scenario::participant::Participant;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::observation::{Observation, Origin, RobotId, Version};

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use dragnet_agent::agent::Agent;
 use dragnet_proto::message::Message;
 use dragnet_proto::participant::Reaction;
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
 use dragnet_search::seed::{Purpose, stream};
 use dragnet_sim::episode::{self, Witness};
 use dragnet_sim::simulation::End;

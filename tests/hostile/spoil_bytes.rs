@@ -1,7 +1,7 @@
 //! Messages as bad radios, broken memories and people with bad intent leave them.
 
+use dragnet_proto::dragnet_msgs::VERSION;
 use dragnet_proto::message::MessageKind;
-use dragnet_proto::wire::dragnet::VERSION;
 use dragnet_search::seed::Stream;
 use rand::RngExt;
 use rand::seq::IndexedRandom;

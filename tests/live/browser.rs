@@ -6,8 +6,8 @@ use std::process::Command;
 use dragnet_link::link::Link;
 use dragnet_link::session::{Endpoints, free_endpoints, open};
 use dragnet_proto::convert::Codec;
-use dragnet_proto::message::Participant;
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
+use dragnet_scenario::participant::Participant;
 use dragnet_search::observation::RobotId;
 
 use super::{Served, folder, root};

@@ -5,27 +5,46 @@ use std::collections::{BTreeMap, BTreeSet};
 use cargo_metadata::{CargoOpt, DependencyKind, Metadata, MetadataCommand, Package, PackageId};
 
 /// Each crate, and the crates of ours that it may import.
-const ARROWS: [(&str, &[&str]); 16] = [
+const ARROWS: [(&str, &[&str]); 19] = [
     ("dragnet-search", &[]),
-    ("dragnet-learn", &["dragnet-search"]),
-    ("dragnet-train", &["dragnet-search", "dragnet-learn"]),
-    ("dragnet-proto", &["dragnet-search", "dragnet-learn"]),
-    ("dragnet-keys", &["dragnet-search", "dragnet-proto"]),
-    ("dragnet-agent", &["dragnet-search", "dragnet-learn", "dragnet-proto"]),
-    ("dragnet-coordinator", &["dragnet-search", "dragnet-proto"]),
+    ("dragnet-files", &[]),
+    ("dragnet-learn", &["dragnet-search", "dragnet-files"]),
+    ("dragnet-train", &["dragnet-search", "dragnet-files", "dragnet-learn"]),
+    ("dragnet-scenario", &["dragnet-search", "dragnet-files", "dragnet-learn"]),
+    ("dragnet-ros2", &["dragnet-search", "dragnet-scenario"]),
+    ("dragnet-proto", &["dragnet-search", "dragnet-scenario", "dragnet-ros2"]),
+    ("dragnet-keys", &["dragnet-search", "dragnet-files", "dragnet-scenario", "dragnet-proto"]),
+    ("dragnet-agent", &["dragnet-search", "dragnet-learn", "dragnet-scenario", "dragnet-proto"]),
+    (
+        "dragnet-coordinator",
+        &["dragnet-search", "dragnet-files", "dragnet-scenario", "dragnet-ros2", "dragnet-proto"],
+    ),
     (
         "dragnet-sim",
-        &["dragnet-search", "dragnet-learn", "dragnet-proto", "dragnet-agent", "dragnet-vehicle"],
+        &[
+            "dragnet-search",
+            "dragnet-learn",
+            "dragnet-scenario",
+            "dragnet-proto",
+            "dragnet-agent",
+            "dragnet-vehicle",
+        ],
     ),
     ("dragnet-vehicle", &["dragnet-search"]),
     ("dragnet-detector", &["dragnet-vehicle"]),
-    ("dragnet-export", &["dragnet-search", "dragnet-proto", "dragnet-coordinator"]),
-    ("dragnet-live", &["dragnet-search", "dragnet-proto", "dragnet-coordinator"]),
+    ("dragnet-export", &["dragnet-search", "dragnet-scenario", "dragnet-proto", "dragnet-coordinator"]),
+    (
+        "dragnet-live",
+        &["dragnet-search", "dragnet-files", "dragnet-scenario", "dragnet-proto", "dragnet-coordinator"],
+    ),
     (
         "dragnet-link",
         &[
             "dragnet-search",
+            "dragnet-files",
             "dragnet-learn",
+            "dragnet-scenario",
+            "dragnet-ros2",
             "dragnet-proto",
             "dragnet-agent",
             "dragnet-coordinator",
@@ -37,14 +56,24 @@ const ARROWS: [(&str, &[&str]); 16] = [
     ("tls-listener", &[]),
     (
         "dragnet-python",
-        &["dragnet-search", "dragnet-learn", "dragnet-proto", "dragnet-coordinator", "dragnet-sim"],
+        &[
+            "dragnet-search",
+            "dragnet-learn",
+            "dragnet-scenario",
+            "dragnet-proto",
+            "dragnet-coordinator",
+            "dragnet-sim",
+        ],
     ),
     (
         "dragnet",
         &[
             "dragnet-search",
+            "dragnet-files",
             "dragnet-learn",
             "dragnet-train",
+            "dragnet-scenario",
+            "dragnet-ros2",
             "dragnet-proto",
             "dragnet-keys",
             "dragnet-agent",

@@ -1,6 +1,6 @@
 //! Decisions that must not change unnoticed: paths of one seed, as drawings.
 
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
 use dragnet_search::cell::{Cell, Position};
 use dragnet_search::policy::PolicyName;
 use dragnet_sim::crew::LocalCrew;

@@ -6,8 +6,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-use dragnet_proto::schema::RosMessage;
-use dragnet_proto::wire::vision::Detection2DArray;
+use dragnet_ros2::schema::RosMessage;
+use dragnet_ros2::wire::vision::Detection2DArray;
 use tempfile::TempDir;
 
 use crate::field::DRAGNET;

@@ -1,9 +1,9 @@
 //! Bad networks: nothing observed is lost, and in the end all believe the same.
 
 use dragnet_agent::agent::Agent;
-use dragnet_proto::message::Participant;
-use dragnet_proto::scenario::Scenario;
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::Scenario;
+use dragnet_scenario::participant::Participant;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::observation::RobotId;
 use dragnet_sim::crew::LocalCrew;
 use dragnet_sim::episode::{self, Episode};

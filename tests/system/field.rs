@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 
 use dragnet_link::session::{Endpoints, free_endpoints};
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
 use tempfile::TempDir;
 
 pub(crate) const DRAGNET: &str = env!("CARGO_BIN_EXE_dragnet");

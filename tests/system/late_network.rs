@@ -9,7 +9,7 @@ use std::time::Duration;
 use dragnet_link::link::Link;
 use dragnet_link::session::{Endpoints, free_endpoints, open};
 use dragnet_proto::convert::Codec;
-use dragnet_proto::message::Participant;
+use dragnet_scenario::participant::Participant;
 use dragnet_search::observation::RobotId;
 
 use crate::eventually;

@@ -5,8 +5,8 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use dragnet_link::session::{Endpoints, Mode, free_endpoints, open};
-use dragnet_proto::cdr;
-use dragnet_proto::wire::robot::{DiagnosticArray, PoseWithCovarianceStamped};
+use dragnet_ros2::cdr;
+use dragnet_ros2::wire::robot::{DiagnosticArray, PoseWithCovarianceStamped};
 use zenoh_ext::{AdvancedPublisher, AdvancedPublisherBuilderExt, CacheConfig, MissDetectionConfig};
 
 use crate::field::{DRAGNET, Process};
@@ -97,7 +97,7 @@ impl Site {
 impl Said {
     fn has_path(&self) -> bool {
         self.path.as_ref().is_some_and(|path| {
-            let path: dragnet_proto::wire::standard::Path = cdr::decode(path).unwrap();
+            let path: dragnet_ros2::wire::standard::Path = cdr::decode(path).unwrap();
             !path.poses.is_empty()
         })
     }
@@ -139,7 +139,7 @@ async fn a_robot_that_stands_finds_itself_and_one_whose_localization_dies_stops(
     site.locate(|pose| pose.header.stamp.sec -= 20).await;
     site.go_on(|said| said.says("/amcl_pose", 1, "stamped 20.")).await;
     let counted = |said: &Said| {
-        let counted = |status: &dragnet_proto::wire::robot::DiagnosticStatus| {
+        let counted = |status: &dragnet_ros2::wire::robot::DiagnosticStatus| {
             status.values.iter().any(|value| value.key == "refused" && value.value == "3")
         };
         said.diagnostics.status.iter().any(|status| status.name.ends_with("/amcl_pose") && counted(status))

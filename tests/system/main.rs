@@ -34,7 +34,7 @@ mod yard;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
 
 /// A scenario from its text.
 fn scenario(text: &str) -> Scenario {

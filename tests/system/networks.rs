@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use dragnet_coordinator::inspect::inspect;
 use dragnet_link::journal::{Journal, Subject};
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
 use dragnet_search::observation::RobotId;
 
 use crate::hosts::Hosts;

@@ -10,8 +10,9 @@ use dragnet_link::link::{Heard, Link};
 use dragnet_link::session::{free_endpoints, open};
 use dragnet_proto::convert::{Codec, encode_sensed};
 use dragnet_proto::key::Topic;
-use dragnet_proto::message::{Message, Participant};
+use dragnet_proto::message::Message;
 use dragnet_proto::step::Sensed;
+use dragnet_scenario::participant::Participant;
 use dragnet_search::observation::RobotId;
 
 use crate::durability::endless;

@@ -1,6 +1,6 @@
 //! How well the policies search: means over seeds.
 
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
 use dragnet_search::policy::PolicyName;
 use dragnet_sim::episode;
 use dragnet_sim::simulation::End;

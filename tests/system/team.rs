@@ -9,7 +9,7 @@ use dragnet_coordinator::mission::{Mission, MissionOrders};
 use dragnet_link::LinkError;
 use dragnet_link::session::{Endpoints, free_endpoints, open};
 use dragnet_link::team::{self, Options, Run};
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
 use dragnet_sim::crew::LocalCrew;
 use dragnet_sim::episode::{self, Episode};
 use dragnet_sim::simulation::{Attendance, End, Rules};
@@ -134,8 +134,9 @@ fn free_endpoints_are_distinct_and_on_loopback() {
 mod stranger {
     use dragnet_link::link::{Heard, Link};
     use dragnet_proto::convert::{self, Codec};
-    use dragnet_proto::message::{Audience, Intent, Message, Participant};
+    use dragnet_proto::message::{Audience, Intent, Message};
     use dragnet_proto::sender::{Envelope, Process};
+    use dragnet_scenario::participant::Participant;
     use dragnet_search::cell::Grid;
     use dragnet_search::observation::{Origin, RobotId};
 

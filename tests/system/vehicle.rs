@@ -7,10 +7,10 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use dragnet_link::session::{Endpoints, Mode, free_endpoints, open};
-use dragnet_proto::cdr;
-use dragnet_proto::wire::robot::{DiagnosticArray, PoseWithCovariance};
-use dragnet_proto::wire::standard::OccupancyGrid;
-use dragnet_proto::wire::vision::Detection3DArray;
+use dragnet_ros2::cdr;
+use dragnet_ros2::wire::robot::{DiagnosticArray, PoseWithCovariance};
+use dragnet_ros2::wire::standard::OccupancyGrid;
+use dragnet_ros2::wire::vision::Detection3DArray;
 
 use crate::field::{DRAGNET, Process};
 use crate::yard::{SPEED_METERS_PER_SECOND, Vehicle, Yard, cameras, settings};

@@ -2,10 +2,10 @@
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use dragnet_proto::cdr;
-use dragnet_proto::wire::robot::Odometry;
-use dragnet_proto::wire::standard::{Header, Path, Pose, Time};
-use dragnet_proto::wire::vision::{BoundingBox2D, Detection2D, Detection2DArray, Point2D, Pose2D};
+use dragnet_ros2::cdr;
+use dragnet_ros2::wire::robot::Odometry;
+use dragnet_ros2::wire::standard::{Header, Path, Pose, Time};
+use dragnet_ros2::wire::vision::{BoundingBox2D, Detection2D, Detection2DArray, Point2D, Pose2D};
 use dragnet_vehicle::camera::{Camera, CameraSettings};
 use dragnet_vehicle::plane;
 

@@ -2,6 +2,10 @@
 
 use std::path::Path;
 
+use dragnet_files::FileError;
+use dragnet_learn::file::{self, Kind};
+use dragnet_learn::shape::{Parameter, Shape};
+use dragnet_learn::weights::{Recipe, Weights};
 use serde::{Deserialize, Serialize};
 use tch::{Device, Tensor};
 
@@ -9,9 +13,6 @@ use super::adam::Adam;
 use super::data::Data;
 use super::model::{tensor, values};
 use super::trainer::{Epoch, Settings};
-use dragnet_learn::file::{self, FileError, Kind};
-use dragnet_learn::shape::{Parameter, Shape};
-use dragnet_learn::weights::{Recipe, Weights};
 
 /// Room for each parameter's four tensors, and for the history.
 const KIND: Kind = Kind { name: "checkpoint", format: "dragnet-checkpoint-1", max_bytes: 1 << 29 };
@@ -56,7 +57,7 @@ pub(super) fn write(path: &Path, settings: &Settings, data: &Data, now: &View<'_
         steps: now.adam.steps,
     };
     let bytes = to_bytes(&header, settings.shape, now).map_err(|reason| FileError::content(path, reason))?;
-    file::write(path, &bytes)
+    dragnet_files::write(path, &bytes)
 }
 
 fn to_bytes(header: &Header, shape: Shape, now: &View<'_>) -> Result<Vec<u8>, String> {

@@ -2,11 +2,10 @@
 
 use std::sync::Arc;
 
-use dragnet_search::route::Routes;
-
+use dragnet_files::FileError;
 use dragnet_learn::demonstration::{Demonstration, Folder, Source, Trajectory};
-use dragnet_learn::file::FileError;
 use dragnet_learn::graph::{FEATURES, Graph, Topology};
+use dragnet_search::route::Routes;
 
 /// All demonstrations of a folder, some of them held out.
 #[derive(Debug)]

@@ -4,6 +4,9 @@ use std::f64::consts::PI;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use dragnet_files::FileError;
+use dragnet_learn::shape::Shape;
+use dragnet_learn::weights::{Recipe, Weights};
 use dragnet_search::seed::{Purpose, stream};
 use rand::seq::SliceRandom;
 use serde::{Deserialize, Serialize};
@@ -14,9 +17,6 @@ use super::batch::{Answers, Batch};
 use super::checkpoint::{self, Checkpoint};
 use super::data::{Data, Sample};
 use super::model::{Model, values};
-use dragnet_learn::file::FileError;
-use dragnet_learn::shape::Shape;
-use dragnet_learn::weights::{Recipe, Weights};
 
 /// How to learn.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

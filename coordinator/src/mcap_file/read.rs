@@ -10,7 +10,7 @@ use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use dragnet_proto::file::open_plain;
+use dragnet_files::open_plain;
 use mcap::records::{Header, Record, op};
 use mcap::{MAGIC, parse_record};
 

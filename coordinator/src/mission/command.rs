@@ -5,7 +5,7 @@ use std::sync::Arc;
 use dragnet_proto::command::{Command, Mark};
 use dragnet_proto::directive::Directive;
 use dragnet_proto::message::{Audience, Message};
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::{Observation, Origin, RobotId};
 

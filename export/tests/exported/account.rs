@@ -2,8 +2,8 @@
 
 use dragnet_export::detection::probability_of_detection;
 use dragnet_export::{Account, ExportError};
-use dragnet_proto::map_file::GeoPoint;
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::map_file::GeoPoint;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::observation::RobotId;
 
 use crate::mission::{SECOND_NS, STEPS, at, playback, scenario};

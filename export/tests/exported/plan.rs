@@ -1,7 +1,7 @@
 //! The `.plan` files, against the developer guide of `QGroundControl`.
 
 use dragnet_export::{Account, plan};
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::observation::RobotId;
 use serde_json::{Value, json};
 

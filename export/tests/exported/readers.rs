@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::Command;
 
 use dragnet_export::{Account, geojson, gpx, kml};
-use dragnet_proto::map_file::Areas;
+use dragnet_scenario::map_file::Areas;
 use serde_json::{Value, json};
 
 use crate::interpreter::interpreter;

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use dragnet_files::FileError;
 use dragnet_search::cell::{Cell, Grid};
 use dragnet_search::intent::Promised;
 use dragnet_search::route::Connectivity;
@@ -12,7 +13,7 @@ use safetensors::Dtype;
 use serde::{Deserialize, Serialize};
 
 use super::{Demonstration, Source, Trajectory};
-use crate::file::{self, FileError, Kind, Tensor, Tensors};
+use crate::file::{self, Kind, Tensor, Tensors};
 
 /// They are as long as the map is large and the search is long.
 pub(super) const KIND: Kind =
@@ -41,7 +42,7 @@ struct Header {
 /// If it cannot be written.
 pub fn write(path: &Path, trajectory: &Trajectory) -> Result<(), FileError> {
     let bytes = to_bytes(trajectory).map_err(|reason| FileError::content(path, reason))?;
-    file::write(path, &bytes)
+    dragnet_files::write(path, &bytes)
 }
 
 /// Reads a trajectory.

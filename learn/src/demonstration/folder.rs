@@ -3,9 +3,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use dragnet_files::FileError;
+
 use super::file::KIND;
 use super::{Source, Trajectory, read};
-use crate::file::FileError;
 
 /// What the file of a trajectory is called.
 #[must_use]

@@ -4,8 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use dragnet_files::FileError;
 use dragnet_learn::demonstration::{Demonstration, Folder, Source, Trajectory, file_name, read, write};
-use dragnet_learn::file::FileError;
 use dragnet_search::cell::{Cell, Position};
 use dragnet_search::intent::Promised;
 use dragnet_search::route::Connectivity;

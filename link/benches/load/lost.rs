@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use dragnet_link::link::{Heard, Link};
 use dragnet_link::session::{Endpoints, free_endpoints, open};
 use dragnet_proto::convert::Codec;
-use dragnet_proto::message::Participant;
+use dragnet_scenario::participant::Participant;
 use dragnet_search::observation::RobotId;
 use tokio::io::copy_bidirectional;
 use tokio::net::{TcpListener, TcpStream};

@@ -7,9 +7,10 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use dragnet_agent::agent::Agent;
-use dragnet_proto::message::{Message, Participant};
+use dragnet_proto::message::Message;
 use dragnet_proto::participant::{Mind, MindError, Reaction, Stimulus};
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::participant::Participant;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::evidence::Digest;
 use dragnet_search::observation::{Origin, RobotId};
 

@@ -8,11 +8,11 @@ use dragnet_link::ros::heard::Heard;
 use dragnet_link::ros::node::Node;
 use dragnet_link::ros::settings::Settings;
 use dragnet_link::session::{Endpoints, Mode, free_endpoints, open};
-use dragnet_proto::cdr;
-use dragnet_proto::ros::input::InputKind;
-use dragnet_proto::ros::rmw_zenoh::data_key;
-use dragnet_proto::wire::robot::{CompressedImage, Image, Odometry};
-use dragnet_proto::wire::vision::{Detection2D, Detection2DArray, ObjectHypothesisWithPose};
+use dragnet_ros2::cdr;
+use dragnet_ros2::input::InputKind;
+use dragnet_ros2::rmw_zenoh::data_key;
+use dragnet_ros2::wire::robot::{CompressedImage, Image, Odometry};
+use dragnet_ros2::wire::vision::{Detection2D, Detection2DArray, ObjectHypothesisWithPose};
 use zenoh::qos::CongestionControl;
 
 use crate::percentiles;

@@ -7,8 +7,8 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use dragnet_proto::message::Participant;
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::participant::Participant;
+use dragnet_scenario::time::MissionTime;
 
 use super::Finding;
 

@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 use dragnet_agent::agent::{Agent, Orders};
 use dragnet_proto::participant::{Mind, Stimulus};
 use dragnet_proto::plausible::SPEED_TOLERANCE;
-use dragnet_proto::ros::input::Image;
-use dragnet_proto::scenario::Scenario;
-use dragnet_proto::time::MissionTime;
+use dragnet_ros2::input::Image;
+use dragnet_scenario::Scenario;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::information::InformationTable;
 use dragnet_vehicle::camera::CameraSettings;
 
@@ -71,7 +71,11 @@ fn room(path: &Path) -> Result<u64, Finding> {
 }
 
 /// What a robot remembers that starts now, in words, and the clock by which it goes on.
-fn remembered(path: &Path, subject: Subject<'_>, real_time_factor: f64) -> Result<(String, Option<Clock>), Finding> {
+fn remembered(
+    path: &Path,
+    subject: Subject<'_>,
+    real_time_factor: f64,
+) -> Result<(String, Option<Clock>), Finding> {
     if !path.exists() {
         return Ok((String::new(), None));
     }

@@ -4,7 +4,7 @@ use std::io::ErrorKind;
 use std::net::{TcpListener, ToSocketAddrs, UdpSocket};
 use std::path::Path;
 
-use dragnet_proto::file::open_plain;
+use dragnet_files::open_plain;
 
 use super::Finding;
 use crate::LinkError;

@@ -6,8 +6,8 @@ use std::time::Duration;
 use dragnet_proto::clock;
 use dragnet_proto::convert::Codec;
 use dragnet_proto::key::Mission;
-use dragnet_proto::message::Participant;
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
+use dragnet_scenario::participant::Participant;
 use dragnet_search::observation::RobotId;
 use tokio::time::Instant;
 

@@ -4,10 +4,10 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use dragnet_proto::ros::input::{InputKind, Occupancy};
-use dragnet_proto::ros::name::TopicName;
-use dragnet_proto::ros::output::OutputKind;
-use dragnet_proto::scenario::Scenario;
+use dragnet_ros2::input::{InputKind, Occupancy};
+use dragnet_ros2::name::TopicName;
+use dragnet_ros2::output::OutputKind;
+use dragnet_scenario::Scenario;
 use dragnet_vehicle::evidence::standing_cell;
 use dragnet_vehicle::plane::Pose;
 use tokio::time::Instant;

@@ -4,7 +4,7 @@
 use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
-use dragnet_proto::file::open_plain;
+use dragnet_files::open_plain;
 use redb::{Error, TableHandle};
 
 use super::{FACTS, JournalError, OBSERVATIONS};

@@ -3,7 +3,7 @@ use dragnet_coordinator::desk::Desk;
 use dragnet_coordinator::mission::{Mission, MissionOrders};
 use dragnet_proto::convert::Codec;
 use dragnet_proto::participant::MindError;
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
 use dragnet_search::evidence::{Digest, Reading};
 
 use super::*;

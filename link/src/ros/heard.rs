@@ -2,10 +2,8 @@
 
 use std::sync::Arc;
 
-use dragnet_proto::ros::input::{
-    Detections, Fix, GoalStatus, Image, Input, Occupancy, Odometry, PoseEstimate,
-};
-use dragnet_proto::ros::name::TopicName;
+use dragnet_ros2::input::{Detections, Fix, GoalStatus, Image, Input, Occupancy, Odometry, PoseEstimate};
+use dragnet_ros2::name::TopicName;
 
 use super::settings::{Checked, Subscription};
 
@@ -34,7 +32,7 @@ pub enum Heard {
         /// What it sees.
         image: Image,
     },
-    /// How Nav2's goals stand, for [`dragnet_proto::ros::errand::Errand`].
+    /// How Nav2's goals stand, for [`dragnet_ros2::errand::Errand`].
     Goals(Vec<GoalStatus>),
     /// Something on a topic that cannot be heard: it counts as nothing.
     Refused {

@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use dragnet_proto::ros::input::InputKind;
-use dragnet_proto::ros::name::TopicName;
-use dragnet_proto::ros::output::{Output, OutputKind};
-use dragnet_proto::ros::qos::Durability;
-use dragnet_proto::ros::rmw_zenoh::{self, Attachments, Publisher, Role};
-use dragnet_proto::ros::{MessageType, bridge};
+use dragnet_ros2::bridge;
+use dragnet_ros2::input::InputKind;
+use dragnet_ros2::name::TopicName;
+use dragnet_ros2::output::{Output, OutputKind};
+use dragnet_ros2::qos::Durability;
+use dragnet_ros2::rmw_zenoh::{self, Attachments, Publisher, Role};
+use dragnet_ros2::schema::MessageType;
 use zenoh::Session;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::sample::{Sample, SampleKind};

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use dragnet_proto::ros::input::InputKind;
-use dragnet_proto::ros::name::{Namespace, NodeName, TopicName};
-use dragnet_proto::ros::output::OutputKind;
+use dragnet_ros2::input::InputKind;
+use dragnet_ros2::name::{Namespace, NodeName, TopicName};
+use dragnet_ros2::output::OutputKind;
 use serde::{Deserialize, Serialize};
 
 use crate::LinkError;

@@ -5,15 +5,15 @@ use std::future::Future;
 use std::path::Path;
 use std::time::Duration;
 
-use dragnet_proto::cdr;
-use dragnet_proto::ros::errand::{Errand, Progress};
-use dragnet_proto::ros::input::{GoalState, PlanarPose};
-use dragnet_proto::ros::output::{Diagnostic, Level, Output, OutputKind};
-use dragnet_proto::wire::robot::{
+use dragnet_ros2::cdr;
+use dragnet_ros2::errand::{Errand, Progress};
+use dragnet_ros2::input::{GoalState, PlanarPose};
+use dragnet_ros2::output::{Diagnostic, Level, Output, OutputKind};
+use dragnet_ros2::wire::robot::{
     GoalInfo, GoalStatus, GoalStatusArray, Odometry, PoseWithCovarianceStamped, Uuid,
 };
-use dragnet_proto::wire::standard::{Header, MapMetaData, OccupancyGrid, PoseStamped, Time};
-use dragnet_proto::wire::vision::{Detection2D, Detection2DArray};
+use dragnet_ros2::wire::standard::{Header, MapMetaData, OccupancyGrid, PoseStamped, Time};
+use dragnet_ros2::wire::vision::{Detection2D, Detection2DArray};
 use tokio::sync::mpsc;
 use zenoh::Session;
 use zenoh::pubsub::Publisher;

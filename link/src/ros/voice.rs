@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use dragnet_proto::ros::qos::{Durability, Qos};
-use dragnet_proto::ros::rmw_zenoh::Attachments;
+use dragnet_ros2::qos::{Durability, Qos};
+use dragnet_ros2::rmw_zenoh::Attachments;
 use zenoh::Session;
 use zenoh::bytes::ZBytes;
 use zenoh::pubsub::Publisher;

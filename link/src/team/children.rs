@@ -4,8 +4,8 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
 use dragnet_proto::key::Mission;
-use dragnet_proto::message::Participant;
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
+use dragnet_scenario::participant::Participant;
 use dragnet_search::observation::RobotId;
 use tempfile::TempDir;
 

@@ -3,8 +3,8 @@
 use dragnet_agent::agent::{Agent, Orders};
 use dragnet_coordinator::desk::Desk;
 use dragnet_proto::key::Mission;
-use dragnet_proto::message::Participant;
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
+use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::Grid;
 use dragnet_sim::episode;
 use dragnet_sim::simulation::{Attendance, End, Rules, Spectator};

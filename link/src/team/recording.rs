@@ -7,7 +7,7 @@ use dragnet_coordinator::desk::Desk;
 use dragnet_coordinator::mission::{Mission, MissionOrders};
 use dragnet_coordinator::record::{Header, MISSION_TIME, Recorder};
 use dragnet_coordinator::recording::Notice;
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
 use dragnet_sim::episode::Episode;
 
 use super::Options;

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use dragnet_proto::ros::name::TopicName;
-use dragnet_proto::ros::output::{Diagnostic, Level};
-use dragnet_proto::time::MissionTime;
+use dragnet_ros2::name::TopicName;
+use dragnet_ros2::output::{Diagnostic, Level};
+use dragnet_scenario::time::MissionTime;
 use dragnet_vehicle::pilot::alarms::Alarms;
 use dragnet_vehicle::pilot::diagnostic::{Diagnostic as Said, Level as Degree};
 

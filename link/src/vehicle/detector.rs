@@ -7,7 +7,7 @@ use std::future::pending;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use dragnet_proto::ros::input::Image;
+use dragnet_ros2::input::Image;
 use dragnet_vehicle::camera::DetectionBox;
 use serde::{Deserialize, Serialize};
 use tokio::task::{JoinHandle, spawn_blocking};

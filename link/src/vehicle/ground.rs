@@ -1,6 +1,6 @@
 //! A map of the vehicle's network on the search's: what it costs to drive there, and whether the two are alike.
 
-use dragnet_proto::ros::input::Occupancy;
+use dragnet_ros2::input::Occupancy;
 use dragnet_search::cell::{Cell, Position};
 use dragnet_search::terrain::Terrain;
 use dragnet_vehicle::lattice::costmap::{CostMap, OccupancyRule};
@@ -91,7 +91,7 @@ fn samples(terrain: &Terrain, cell: Cell) -> impl Iterator<Item = (f64, f64)> {
 
 #[cfg(test)]
 mod tests {
-    use dragnet_proto::ros::input::PlanarPose;
+    use dragnet_ros2::input::PlanarPose;
     use dragnet_search::cell::Grid;
 
     use super::*;

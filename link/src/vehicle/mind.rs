@@ -6,7 +6,7 @@ use std::sync::Arc;
 use dragnet_agent::agent::Agent;
 use dragnet_proto::message::Message;
 use dragnet_proto::participant::{Mind, MindError, Reaction, Stimulus};
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;

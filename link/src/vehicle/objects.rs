@@ -1,8 +1,8 @@
 //! Objects as the vehicle's network is told of them: what is declared and what is followed, each with its place in metres
 //! and how sure that is.
 
-use dragnet_proto::ros::input::PlanarPose;
-use dragnet_proto::ros::output::{ObjectEstimate, PlanarEstimate};
+use dragnet_ros2::input::PlanarPose;
+use dragnet_ros2::output::{ObjectEstimate, PlanarEstimate};
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_vehicle::plane::Pose;

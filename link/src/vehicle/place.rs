@@ -13,8 +13,8 @@ mod trail;
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use dragnet_proto::map_file::{Georeference, MapOrigin};
-use dragnet_proto::ros::input::{Fix, Odometry, PlanarCovariance, PlanarPose, PoseEstimate};
+use dragnet_ros2::input::{Fix, Odometry, PlanarCovariance, PlanarPose, PoseEstimate};
+use dragnet_scenario::map_file::{Georeference, MapOrigin};
 use dragnet_vehicle::plane::Pose;
 
 use crate::ros::settings::{Localization, Uncorrected};

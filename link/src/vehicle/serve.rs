@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use dragnet_proto::participant::Stimulus;
-use dragnet_proto::ros::output::{Diagnostic, Level};
-use dragnet_proto::scenario::Scenario;
+use dragnet_ros2::output::{Diagnostic, Level};
+use dragnet_scenario::Scenario;
 use tokio::sync::mpsc;
 use tokio::time::{MissedTickBehavior, interval};
 

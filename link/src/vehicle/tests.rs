@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use dragnet_proto::ros::input::{Detections, Odometry, PlanarPose, PoseEstimate, Velocity};
-use dragnet_proto::ros::output::{Level, ObjectEstimate, PlanarEstimate};
+use dragnet_ros2::input::{Detections, Odometry, PlanarPose, PoseEstimate, Velocity};
+use dragnet_ros2::output::{Level, ObjectEstimate, PlanarEstimate};
 use dragnet_search::cell::Position;
 use dragnet_vehicle::plane::bearing_radians;
 

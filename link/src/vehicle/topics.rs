@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use dragnet_proto::ros::input::InputKind;
-use dragnet_proto::ros::name::TopicName;
+use dragnet_ros2::input::InputKind;
+use dragnet_ros2::name::TopicName;
 use dragnet_vehicle::pilot::InputSource;
 
 use super::board::RefusedInput;

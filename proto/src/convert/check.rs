@@ -1,16 +1,16 @@
 //! Checks of single fields. Each says where it stood when something is wrong.
 
-use std::fmt;
-
+use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::{Cell, Grid};
 use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::observation::{Origin, RobotId, Version};
 use dragnet_search::sensor::Sensor;
 
-use super::error::{ConvertError, Field};
+use super::error::ConvertError;
+use super::field::{Field, Place};
+use crate::dragnet_msgs::{self as wire, VERSION};
 use crate::inbox::MAX_STARTS;
-use crate::message::{Activity, Participant};
-use crate::wire::dragnet::{self as wire, VERSION};
+use crate::message::Activity;
 
 /// The most readings of one look: cells within [`Sensor::MAX_RADIUS`].
 pub(super) const MAX_READINGS: usize = {
@@ -19,36 +19,6 @@ pub(super) const MAX_READINGS: usize = {
 };
 /// The most incarnations of robots, of all of a large team, that a message tells of.
 const MAX_ORIGINS: usize = 1 << 16;
-
-/// Which part of a message is being checked.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Place {
-    /// The message itself.
-    Message,
-    /// A heartbeat's intent.
-    Intent,
-    /// One observation of a log reply.
-    Observation(usize),
-    /// One detection of a mission status.
-    Declared(usize),
-    /// An entry of `version_vector`.
-    Known(usize),
-    /// What a person has ordered.
-    Directive,
-}
-
-impl fmt::Display for Place {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Message => Ok(()),
-            Self::Intent => write!(formatter, "intent."),
-            Self::Observation(index) => write!(formatter, "observations[{index}]."),
-            Self::Declared(index) => write!(formatter, "declared[{index}]."),
-            Self::Known(index) => write!(formatter, "version_vector[{index}]."),
-            Self::Directive => write!(formatter, "directive."),
-        }
-    }
-}
 
 /// Turns fields of one part of a message into what they mean on one map.
 #[derive(Clone, Copy, Debug)]

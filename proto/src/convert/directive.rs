@@ -4,10 +4,11 @@ use std::collections::BTreeSet;
 
 use dragnet_search::cell::Cell;
 
-use super::check::{Check, Place};
+use super::check::Check;
 use super::error::ConvertError;
+use super::field::Place;
 use crate::directive::Directive;
-use crate::wire::dragnet as wire;
+use crate::dragnet_msgs as wire;
 
 impl From<&Directive> for wire::Directive {
     fn from(directive: &Directive) -> Self {

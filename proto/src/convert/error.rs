@@ -1,14 +1,13 @@
 //! Why bytes are not the message they should be.
 
-use std::fmt;
-
+use dragnet_ros2::cdr::DecodeError;
+use dragnet_scenario::participant::Participant;
 use dragnet_search::evidence::{MAX_VALUE, MAX_VARIANCE, MIN_VARIANCE};
 use dragnet_search::observation::RobotId;
 
-use super::check::Place;
-use crate::cdr::DecodeError;
-use crate::message::{MessageKind, Participant};
-use crate::wire::dragnet::VERSION;
+use super::field::Field;
+use crate::dragnet_msgs::VERSION;
+use crate::message::MessageKind;
 
 /// A message that is refused: which field, what was found and what is allowed.
 #[derive(Debug, thiserror::Error)]
@@ -133,23 +132,4 @@ pub enum ConvertError {
         /// Whom the key names.
         sender: Participant,
     },
-}
-
-/// A field of a message, printed like `dragnet_msgs/msg/LogReply: observations[3].cells[0]`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Field {
-    pub(super) message: &'static str,
-    pub(super) place: Place,
-    pub(super) name: &'static str,
-    pub(super) index: Option<usize>,
-}
-
-impl fmt::Display for Field {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(formatter, "{}: {}{}", self.message, self.place, self.name)?;
-        match self.index {
-            Some(index) => write!(formatter, "[{index}]"),
-            None => Ok(()),
-        }
-    }
 }

@@ -4,12 +4,11 @@ use std::sync::Arc;
 
 use dragnet_search::observation::{Observation, Origin, RobotId, Version};
 
-use super::check::{
-    Check, Columns, Place, activity_number, digest, digest_halves, numbers, participant_numbers,
-};
+use super::check::{Check, Columns, activity_number, digest, digest_halves, numbers, participant_numbers};
 use super::error::ConvertError;
+use super::field::Place;
+use crate::dragnet_msgs as wire;
 use crate::message::{Detection, Heartbeat, Intent, LogReply, LogRequest, MissionStatus};
-use crate::wire::dragnet as wire;
 
 impl From<&Observation> for wire::Observation {
     fn from(observation: &Observation) -> Self {

@@ -1,12 +1,13 @@
 //! Messages between simulator and participants, to the wire and back.
 
+use dragnet_scenario::participant::Participant;
 use dragnet_search::observation::RobotId;
 
 use super::check::{Check, Columns, activity_number, digest, digest_halves, numbers, participant_numbers};
 use super::error::ConvertError;
-use crate::message::{Audience, MessageKind, Participant};
+use crate::dragnet_msgs as wire;
+use crate::message::{Audience, MessageKind};
 use crate::step::{Parcel, Sensed, Step, StepEvent, StepReply};
-use crate::wire::dragnet as wire;
 
 const START: u8 = 0;
 const SENSED: u8 = 1;

@@ -4,10 +4,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
+use dragnet_scenario::participant::Participant;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::observation::Origin;
-
-use crate::message::Participant;
-use crate::time::MissionTime;
 
 /// Who was asked so often and brought nothing is not asked again before others had their chance to be: somebody may claim
 /// to know more, and always be the first to claim it.

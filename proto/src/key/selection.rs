@@ -2,8 +2,9 @@
 
 use std::fmt;
 
+use dragnet_scenario::participant::Participant;
+
 use super::{Address, Home};
-use crate::message::Participant;
 
 /// Some of the keys of a mission. [`super::Mission::expression`] makes a key expression of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,8 +4,8 @@ use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
 
-use dragnet_proto::scenario::Scenario;
-use dragnet_proto::scenario::file::{PolicyField, RecordingTable, RobotsTable, ScenarioFile, ZenohTable};
+use dragnet_scenario::Scenario;
+use dragnet_scenario::file::{PolicyField, RecordingTable, RobotsTable, ScenarioFile, ZenohTable};
 use dragnet_search::evidence::Digest;
 use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::Xxh3;

@@ -7,7 +7,7 @@
 
 use std::f64::consts::TAU;
 
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::observation::RobotId;
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_vehicle::camera::{Camera, DetectionBox};

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use dragnet_proto::scenario::{Objects, Robot, Scenario};
+use dragnet_scenario::{Objects, Robot, Scenario};
 use dragnet_search::cell::{Cell, Position};
 use dragnet_search::measures::Truth;
 use dragnet_search::seed::{Purpose, stream};

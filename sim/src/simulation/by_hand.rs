@@ -1,6 +1,6 @@
 //! A simulation whose robots are sent by whoever holds it, between two of its events.
 
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::RobotId;
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use dragnet_proto::message::{LogReply, LogRequest, Message};
 use dragnet_proto::participant::Reaction;
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::observation::Observation;
 
 /// What a robot was to keep, in order.

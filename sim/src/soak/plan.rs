@@ -6,9 +6,9 @@ use std::path::Path;
 use std::time::Duration;
 
 use dragnet_proto::command::{Command, Mark};
-use dragnet_proto::message::Participant;
-use dragnet_proto::scenario::{Scenario, ScenarioError};
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::participant::Participant;
+use dragnet_scenario::time::MissionTime;
+use dragnet_scenario::{Scenario, ScenarioError};
 use dragnet_search::cell::{Cell, Grid};
 use dragnet_search::generated::Generated;
 use dragnet_search::observation::RobotId;

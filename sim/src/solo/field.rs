@@ -1,6 +1,6 @@
 //! What all searches of a scenario share: its map, and what follows from the map alone.
 
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
 use dragnet_search::cell::Cell;
 use dragnet_search::route::{Connectivity, Routes};
 

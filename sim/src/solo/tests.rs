@@ -1,7 +1,7 @@
 use std::path::Path;
 
 use dragnet_learn::policy;
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
 use dragnet_search::intent::Promised;
 use dragnet_search::seed::{Purpose, stream};
 use dragnet_search::situation::{Place, Situation};

@@ -1,7 +1,7 @@
 //! Episodes, many at a time.
 
 use dragnet_proto::participant::MindError;
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
 use dragnet_sim::comparison::{self, Setting, Trial};
 use dragnet_sim::simulation::End;
 

@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
-use dragnet_learn::file::read_at_most;
+use dragnet_files::read_at_most;
 use dragnet_sim::comparison::{Setting, Trial};
 use serde::{Deserialize, Serialize};
 

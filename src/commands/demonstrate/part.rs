@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use dragnet_files::read_at_most;
 use dragnet_learn::demonstration::{self, Source};
-use dragnet_learn::file::read_at_most;
 use serde::{Deserialize, Serialize};
 
 use super::plan::Plan;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use dragnet_learn::demonstration::Source;
 use dragnet_learn::policy::PolicyName;
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
 use dragnet_sim::mixture;
 
 use super::{Arguments, source};

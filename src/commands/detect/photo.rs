@@ -3,7 +3,6 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use dragnet_learn::file;
 use image::{DynamicImage, ImageDecoder, ImageError, ImageReader, RgbImage};
 
 use crate::commands::Failure;
@@ -18,7 +17,7 @@ pub(super) fn read(path: &Path) -> Result<RgbImage, Failure> {
 }
 
 fn decode(path: &Path) -> Result<RgbImage, ImageError> {
-    let mut decoder = ImageReader::new(Cursor::new(file::read_at_most(path, MOST_BYTES)?))
+    let mut decoder = ImageReader::new(Cursor::new(dragnet_files::read_at_most(path, MOST_BYTES)?))
         .with_guessed_format()?
         .into_decoder()?;
     let orientation = decoder.orientation()?;

@@ -7,9 +7,8 @@ use dragnet_detector::Found;
 use dragnet_detector::network::{Device, Network, NetworkError, set_threads};
 use dragnet_detector::picture::{Picture, PixelFormat, Size};
 use dragnet_detector::settings::{Classes, Resolution, Settings, Suppression};
-use dragnet_learn::file;
 use dragnet_link::vehicle::detector::{self, Detector};
-use dragnet_proto::ros::input::Image;
+use dragnet_ros2::input::Image;
 use dragnet_vehicle::camera::DetectionBox;
 
 /// The largest networks of the family have a quarter of it.
@@ -61,8 +60,8 @@ impl Eyes {
         set_threads(asked.threads);
         let device = if asked.cpu { Device::Cpu } else { Device::cuda_if_available() };
         let path = || asked.module.clone();
-        let bytes =
-            file::read_at_most(&asked.module, MOST_BYTES).map_err(|error| Problem::File(path(), error))?;
+        let bytes = dragnet_files::read_at_most(&asked.module, MOST_BYTES)
+            .map_err(|error| Problem::File(path(), error))?;
         let input = asked.input.map(|[width_pixels, height_pixels]| Size { width_pixels, height_pixels });
         let network = Network::load(&bytes, input, device).map_err(|error| Problem::Module(path(), error))?;
         let classes: BTreeSet<u32> =

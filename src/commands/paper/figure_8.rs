@@ -1,6 +1,6 @@
 //! Figure 8: what the greedy and the path-integral expert believe, and where they went, after two and nine decisions.
 
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
 use dragnet_search::cell::Cell;
 use dragnet_search::policy::PolicyName;
 use dragnet_sim::world::World;

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use dragnet_learn::policy::Shipped;
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
 
 use crate::commands::Failure;
 

@@ -1,7 +1,7 @@
 //! The comparisons of policies that the figures show, each on all four maps.
 
 use dragnet_learn::policy::{PolicyName, Shipped};
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
 use dragnet_search::policy::PolicyName as Exact;
 
 use super::map::{Map, Size};

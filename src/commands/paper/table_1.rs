@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use dragnet_agent::agent::Agent;
 use dragnet_learn::policy::{self, PolicyName, Shipped};
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
 use dragnet_search::policy::{Parameters, PathByDefinition, Policy, PolicyName as Exact};
 use dragnet_sim::comparison::Latencies;
 use dragnet_sim::episode;

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use dragnet_agent::agent::Agent;
 use dragnet_proto::message::Message;
 use dragnet_proto::participant::{MindError, Reaction, Stimulus};
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_sim::episode::{self, Witness};

@@ -3,8 +3,8 @@
 use std::io;
 
 use dragnet_proto::message::Activity;
-use dragnet_proto::scenario::Scenario;
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::Scenario;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::{Cell, Grid, Position};
 use dragnet_search::observation::RobotId;
 use dragnet_sim::simulation::Scene;

@@ -1,6 +1,6 @@
 //! What a search came to: one JSON object, or text with a map.
 
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
 use dragnet_search::cell::Cell;
 use dragnet_sim::comparison::Latencies;
 use dragnet_sim::episode::Episode;
@@ -78,7 +78,7 @@ impl Report {
             path_cells: path_cells.clone(),
             mission_time_s: outcome.ended.as_seconds(),
             expected_remaining: ended.episode.expected_remaining,
-            last_find_s: outcome.last_find.map(dragnet_proto::time::MissionTime::as_seconds),
+            last_find_s: outcome.last_find.map(dragnet_scenario::time::MissionTime::as_seconds),
             tail_s: outcome.tail().as_secs_f64(),
             decisions: latencies.count(),
             decision_ms: DecisionTimes {

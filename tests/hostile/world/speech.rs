@@ -5,9 +5,8 @@ use std::sync::Arc;
 use dragnet_proto::command::Mark;
 use dragnet_proto::convert;
 use dragnet_proto::directive::Directive;
-use dragnet_proto::message::{
-    Activity, Heartbeat, Intent, LogReply, LogRequest, Message, MessageKind, Participant,
-};
+use dragnet_proto::message::{Activity, Heartbeat, Intent, LogReply, LogRequest, Message, MessageKind};
+use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::observation::{Observation, Origin, RobotId, Version};

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use dragnet_proto::plausible::Limits;
-use dragnet_proto::scenario::Scenario;
+use dragnet_scenario::Scenario;
 use dragnet_search::cell::Position;
 use dragnet_search::evidence::Reading;
 use dragnet_search::observation::{Observation, ObservationLog, Origin, RobotId};

@@ -3,8 +3,8 @@
 use std::f64::consts::FRAC_PI_2;
 use std::time::Duration;
 
-use dragnet_proto::map_file::GeoPoint;
-use dragnet_proto::ros::input::Velocity;
+use dragnet_ros2::input::Velocity;
+use dragnet_scenario::map_file::GeoPoint;
 
 use super::*;
 

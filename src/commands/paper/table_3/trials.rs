@@ -4,8 +4,8 @@ use std::path::Path;
 use std::time::Duration;
 
 use dragnet_learn::policy::{PolicyName, Shipped};
-use dragnet_proto::scenario::Scenario;
-use dragnet_proto::time::MissionTime;
+use dragnet_scenario::Scenario;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::policy::PolicyName as Exact;
 use dragnet_sim::field::{self, Thinking, Trial};
 

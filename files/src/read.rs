@@ -1,0 +1,103 @@
+//! Reading: never more than a bound, whatever a path turns out to be.
+
+use std::fs::{File, FileType};
+use std::io::{self, Read};
+use std::path::Path;
+
+/// What some editors write before a text.
+const BYTE_ORDER_MARK: char = '\u{feff}';
+
+/// Opens a plain file to be read. Whoever opens a pipe waits for somebody who writes to it, maybe for ever.
+///
+/// # Errors
+/// If it cannot be opened, or is a folder, a pipe, a device or a socket.
+pub fn open_plain(path: &Path) -> io::Result<File> {
+    check_kind(std::fs::metadata(path)?.file_type())?;
+    File::open(path)
+}
+
+fn check_kind(kind: FileType) -> io::Result<()> {
+    if kind.is_file() {
+        return Ok(());
+    }
+    let reason = format!("no plain file, but {}", kind_name(kind));
+    Err(io::Error::new(io::ErrorKind::InvalidInput, reason))
+}
+
+fn kind_name(kind: FileType) -> &'static str {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt;
+        if kind.is_fifo() {
+            return "a pipe";
+        }
+        if kind.is_socket() {
+            return "a socket";
+        }
+    }
+    if kind.is_dir() { "a folder" } else { "a device" }
+}
+
+/// The bytes of a plain file, of which no more is ever in memory: it may grow while it is read.
+///
+/// # Errors
+/// If it cannot be read, is no plain file, or is longer.
+pub fn read_at_most(path: &Path, max_bytes: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    open_plain(path)?.take(max_bytes.saturating_add(1)).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > max_bytes {
+        let reason = format!("longer than the {max_bytes} bytes that are read");
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, reason));
+    }
+    Ok(bytes)
+}
+
+/// The text of a file, which is no longer than this: UTF-8, or UTF-16 that says so by its byte-order mark. The mark is not
+/// part of the text.
+///
+/// Every text that a person names is read here.
+///
+/// # Errors
+/// If it cannot be read, is no plain file, is longer, or is no text.
+pub fn read_text_at_most(path: &Path, max_bytes: u64) -> io::Result<String> {
+    text_of(read_at_most(path, max_bytes)?)
+}
+
+/// The text that bytes are, without a byte-order mark.
+///
+/// # Errors
+/// If they are none, with the kind `InvalidData`.
+pub fn text_of(bytes: Vec<u8>) -> io::Result<String> {
+    let none = |reason: String| io::Error::new(io::ErrorKind::InvalidData, reason);
+    let order: fn([u8; 2]) -> u16 = match bytes.as_slice() {
+        [0xff, 0xfe, ..] => u16::from_le_bytes,
+        [0xfe, 0xff, ..] => u16::from_be_bytes,
+        _ => {
+            let mut text =
+                String::from_utf8(bytes).map_err(|error| none(format!("no UTF-8 text: {error}")))?;
+            if text.starts_with(BYTE_ORDER_MARK) {
+                text.drain(..BYTE_ORDER_MARK.len_utf8());
+            }
+            return Ok(text);
+        }
+    };
+    let (units, rest) = bytes[2..].as_chunks::<2>();
+    let units: Vec<u16> = units.iter().map(|&unit| order(unit)).collect();
+    let text = String::from_utf16(&units).ok().filter(|_| rest.is_empty());
+    text.ok_or_else(|| none("no UTF-16 text, as which its byte-order mark has it".to_owned()))
+}
+
+/// Whether a file that somebody else's code reads as a whole, without a bound, has an end that is near enough: one that is
+/// not there yet is left to that code.
+///
+/// # Errors
+/// If it is no plain file, as a device is not, or longer.
+pub fn check_plain(path: &Path, max_bytes: u64) -> io::Result<()> {
+    let Ok(metadata) = std::fs::metadata(path) else { return Ok(()) };
+    check_kind(metadata.file_type())?;
+    if metadata.len() > max_bytes {
+        let reason = format!("longer than the {max_bytes} bytes that are read");
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, reason));
+    }
+    Ok(())
+}

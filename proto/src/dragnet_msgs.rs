@@ -1,0 +1,160 @@
+//! Our own messages, package `dragnet_msgs`. Units and ranges stand in `proto/msg/*.msg`.
+//!
+//! Cells are row-major numbers. Each message begins with its version, so that another version is refused by name
+//! rather than misread.
+#![expect(missing_docs, reason = "fields are described once, in the .msg file that each struct names")]
+
+mod definitions;
+
+use serde::{Deserialize, Serialize};
+
+pub use definitions::{DEFINITIONS, NAMES};
+
+/// The version of all messages that this program speaks.
+pub const VERSION: u8 = 4;
+
+/// `dragnet_msgs/msg/Observation`, see `msg/Observation.msg`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Observation {
+    pub version: u8,
+    pub robot: u16,
+    pub incarnation: u64,
+    pub sequence: u64,
+    pub time_ns: u64,
+    pub cell: u32,
+    pub cells: Vec<u32>,
+    pub values: Vec<f32>,
+    pub variances: Vec<f32>,
+}
+
+/// `dragnet_msgs/msg/Intent`, see `msg/Intent.msg`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Intent {
+    pub version: u8,
+    pub robot: u16,
+    pub incarnation: u64,
+    pub decision: u64,
+    pub time_ns: u64,
+    pub path: Vec<u32>,
+}
+
+/// `dragnet_msgs/msg/Heartbeat`, see `msg/Heartbeat.msg`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Heartbeat {
+    pub version: u8,
+    pub robot: u16,
+    pub time_ns: u64,
+    pub activity: u8,
+    pub cell: u32,
+    pub path_meters: f64,
+    pub intent: Intent,
+    pub version_vector: Vec<Version>,
+    pub digest: [u64; 2],
+    pub directive: Directive,
+}
+
+/// `dragnet_msgs/msg/LogRequest`, see `msg/LogRequest.msg`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LogRequest {
+    pub version: u8,
+    pub from_kind: u8,
+    pub from_robot: u16,
+    pub of_robot: u16,
+    pub of_incarnation: u64,
+    pub first: u64,
+}
+
+/// `dragnet_msgs/msg/LogReply`, see `msg/LogReply.msg`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LogReply {
+    pub version: u8,
+    pub observations: Vec<Observation>,
+}
+
+/// `dragnet_msgs/msg/Version`, see `msg/Version.msg`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Version {
+    pub version: u8,
+    pub robot: u16,
+    pub incarnation: u64,
+    pub next: u64,
+}
+
+/// `dragnet_msgs/msg/Detection`, see `msg/Detection.msg`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Detection {
+    pub version: u8,
+    pub cell: u32,
+    pub probability: f64,
+    pub time_ns: u64,
+}
+
+/// `dragnet_msgs/msg/MissionStatus`, see `msg/MissionStatus.msg`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MissionStatus {
+    pub version: u8,
+    pub time_ns: u64,
+    pub declared: Vec<Detection>,
+    pub expected_remaining: f64,
+    pub alive: Vec<u16>,
+    pub observations: u64,
+    pub version_vector: Vec<Version>,
+    pub digest: [u64; 2],
+    pub directive: Directive,
+    pub doubled: Vec<u16>,
+}
+
+/// `dragnet_msgs/msg/Directive`, see `msg/Directive.msg`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Directive {
+    pub version: u8,
+    pub number: u64,
+    pub paused: bool,
+    pub firsts: Vec<u32>,
+    pub counts: Vec<u32>,
+}
+
+/// `dragnet_msgs/msg/Step`, see `msg/Step.msg`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Step {
+    pub version: u8,
+    pub kind: u8,
+    pub time_ns: u64,
+    pub cell: u32,
+    pub cells: Vec<u32>,
+    pub values: Vec<f32>,
+    pub variances: Vec<f32>,
+    pub sender_kind: u8,
+    pub sender_robot: u16,
+    pub parcel: u64,
+}
+
+/// `dragnet_msgs/msg/StepReply`, see `msg/StepReply.msg`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct StepReply {
+    pub version: u8,
+    pub parcels: Vec<u64>,
+    pub kinds: Vec<u8>,
+    pub to_kinds: Vec<u8>,
+    pub to_robots: Vec<u16>,
+    pub has_route: bool,
+    pub route: Vec<u32>,
+    pub wake_at_ns: u64,
+    pub activity: u8,
+    pub decision_seconds: f64,
+    pub digest: [u64; 2],
+    pub observations: u64,
+    pub error: String,
+}
+
+/// `dragnet_msgs/msg/Sensed`, see `msg/Sensed.msg`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Sensed {
+    pub version: u8,
+    pub robot: u16,
+    pub time_ns: u64,
+    pub cell: u32,
+    pub cells: Vec<u32>,
+    pub values: Vec<f32>,
+    pub variances: Vec<f32>,
+}

@@ -1,0 +1,150 @@
+//! Map files: what others draw, survey or record, as the [`Terrain`] that is searched.
+//!
+//! | extension | format | read by |
+//! |---|---|---|
+//! | `.txt` | drawing, see [`Terrain::from_ascii`] | this file |
+//! | `.yaml` | ROS 2 map with its image | `ros` |
+//! | `.map` | `MovingAI` benchmark | `movingai` |
+//! | `.geojson`, `.json`, `.kml` | areas drawn on the earth | [`areas`], `outline` |
+//!
+//! Whatever a file holds, reading it gives a map or a [`MapFileError`] that says what is allowed instead.
+
+pub mod areas;
+mod earth;
+mod error;
+mod georeference;
+mod movingai;
+mod outline;
+mod picture;
+mod probabilities;
+mod raster;
+mod ros;
+mod scanline;
+
+use std::fmt;
+use std::path::Path;
+
+use dragnet_files::read_at_most;
+use dragnet_search::cell::Cell;
+use dragnet_search::terrain::Terrain;
+use serde::Serialize;
+
+pub use areas::{Area, Areas, Purpose};
+pub use earth::Earth;
+pub use error::MapFileError;
+pub use georeference::{GeoPoint, Georeference};
+pub use probabilities::load_probabilities;
+
+/// A map file that was read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MapFile {
+    /// The map. Row 0, column 0 is its south-western cell.
+    pub terrain: Terrain,
+    /// Where on earth it lies, if the file says so.
+    pub georeference: Option<Georeference>,
+    /// Where it lies in the frame of its file.
+    pub origin: MapOrigin,
+    /// What its file draws beside the ground; of all other formats nothing.
+    pub areas: Areas,
+}
+
+/// Pose of the map's south-western corner in the frame of its file: of a ROS map in the frame `map`. Zero for
+/// all others.
+///
+/// Whatever says where something is in that frame asks here: recordings, exports, and what a robot's own network is told.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct MapOrigin {
+    /// Metres along the frame's x axis.
+    pub x_meters: f64,
+    /// Metres along the frame's y axis.
+    pub y_meters: f64,
+    /// From the frame's x axis to the map's eastern one, counterclockwise, radians.
+    pub yaw_radians: f64,
+}
+
+impl MapOrigin {
+    /// Where in the frame, metres, a point of the map lies: so many metres along its rows and up its columns from the
+    /// corner.
+    #[must_use]
+    pub fn point(&self, (along_meters, up_meters): (f64, f64)) -> (f64, f64) {
+        let (sine, cosine) = self.yaw_radians.sin_cos();
+        (
+            self.x_meters + (cosine * along_meters - sine * up_meters),
+            self.y_meters + (sine * along_meters + cosine * up_meters),
+        )
+    }
+
+    /// The middle of a cell in the frame, metres.
+    #[must_use]
+    pub fn center(&self, terrain: &Terrain, cell: Cell) -> (f64, f64) {
+        self.point(terrain.center_meters(cell))
+    }
+}
+
+impl fmt::Display for MapOrigin {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { x_meters, y_meters, yaw_radians } = self;
+        write!(formatter, "({x_meters}, {y_meters}) m, turned by {yaw_radians} rad")
+    }
+}
+
+impl MapFile {
+    /// The largest file that is read.
+    pub const MAX_BYTES: u64 = 1 << 28;
+
+    /// A map that no file places anywhere.
+    #[must_use]
+    pub fn unplaced(terrain: Terrain) -> Self {
+        Self { terrain, georeference: None, origin: MapOrigin::default(), areas: Areas::default() }
+    }
+
+    /// Reads a map file into cells of an edge in metres, by its extension.
+    ///
+    /// # Errors
+    /// If the file, or an image that it names, cannot be read or does not hold what its format says; if the
+    /// edge is not a positive length or is shorter than the map's pixels; if there would be no cell, or too
+    /// many.
+    pub fn load(file: &Path, cell_meters: f64) -> Result<Self, MapFileError> {
+        if !(cell_meters.is_finite() && cell_meters > 0.0) {
+            return Err(MapFileError::value(
+                file,
+                "cell edge",
+                cell_meters,
+                "a finite length in metres above 0",
+            ));
+        }
+        let extension = file.extension().map(|extension| extension.to_string_lossy().to_lowercase());
+        match extension.as_deref() {
+            Some("txt") => Terrain::from_ascii(&read_text(file)?, cell_meters)
+                .map(Self::unplaced)
+                .map_err(|source| MapFileError::Terrain { file: file.to_owned(), source }),
+            Some("yaml" | "yml") => ros::load(file, cell_meters),
+            Some("map") => movingai::read(file, &read_text(file)?, cell_meters).map(Self::unplaced),
+            Some("geojson" | "json" | "kml") => outline::map(file, Areas::load(file)?, cell_meters),
+            _ => Err(MapFileError::Extension {
+                file: file.to_owned(),
+                allowed: ".txt drawing, .yaml ROS map, .map MovingAI, .geojson or .kml areas",
+            }),
+        }
+    }
+}
+
+fn read_text(file: &Path) -> Result<String, MapFileError> {
+    read_text_at_most(file, MapFile::MAX_BYTES)
+}
+
+fn read_text_at_most(file: &Path, bytes: u64) -> Result<String, MapFileError> {
+    dragnet_files::text_of(read_bytes_at_most(file, bytes)?)
+        .map_err(|source| MapFileError::syntax(file, source))
+}
+
+fn read_bytes(file: &Path) -> Result<Vec<u8>, MapFileError> {
+    read_bytes_at_most(file, MapFile::MAX_BYTES)
+}
+
+fn read_bytes_at_most(file: &Path, bytes: u64) -> Result<Vec<u8>, MapFileError> {
+    read_at_most(file, bytes).map_err(|source| MapFileError::Read { file: file.to_owned(), source })
+}
+
+#[cfg(test)]
+mod tests;

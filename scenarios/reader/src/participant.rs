@@ -1,0 +1,23 @@
+//! Who takes part in a mission.
+
+use std::fmt;
+
+use dragnet_search::observation::RobotId;
+
+/// Somebody with a part in the mission.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Participant {
+    /// A robot of the team.
+    Robot(RobotId),
+    /// Whoever sees the mission from outside, declares and records.
+    Coordinator,
+}
+
+impl fmt::Display for Participant {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Robot(robot) => write!(formatter, "robot {robot}"),
+            Self::Coordinator => write!(formatter, "the coordinator"),
+        }
+    }
+}

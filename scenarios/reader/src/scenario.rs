@@ -1,0 +1,397 @@
+//! Scenario files: what is searched, by whom, with what, for how long, and over which network.
+//!
+//! [`mod@file`] mirrors the TOML as it is written; a [`Scenario`] is what it means, checked: in hand, it is a
+//! search that can be run. `scenarios/README.md` explains every key to those who write one.
+
+mod check;
+mod drawn;
+mod error;
+pub mod file;
+mod locate;
+mod mission;
+mod network;
+mod objects;
+mod prior;
+mod robots;
+mod schema;
+mod warning;
+mod world;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+use dragnet_files::read_text_at_most;
+use dragnet_learn::policy::{PolicyName, Shipped};
+use dragnet_search::belief::Belief;
+use dragnet_search::route::Connectivity;
+use dragnet_search::sensor::Sensor;
+use dragnet_search::terrain::Terrain;
+
+use crate::map_file::areas::Claims;
+use crate::map_file::{Areas, Earth, Georeference, MapFile, MapOrigin};
+use crate::shape;
+
+pub use check::Invalid;
+pub use drawn::Drawn;
+pub use error::ScenarioError;
+pub use mission::{Budget, Mission};
+pub use network::{Network, Partition};
+pub use objects::Objects;
+pub use robots::{Policy, Robot, Start};
+pub use schema::schema_json;
+pub use warning::{Reason, Warning};
+
+use error::Fault;
+use file::{PolicyField, PolicyTable, RecordingTable, ScenarioFile};
+use prior::Prior;
+
+/// A search that can be run: with a seed, it is an episode.
+#[derive(Clone, Debug)]
+pub struct Scenario {
+    source: Source,
+    /// What the parts below were made of; overrides change it and make them again.
+    file: ScenarioFile,
+    map: Arc<MapFile>,
+    connectivity: Connectivity,
+    sensor: Sensor,
+    prior: Arc<Prior>,
+    objects: Objects,
+    robots: Vec<Robot>,
+    mission: Mission,
+    network: Network,
+    recording: Recording,
+    zenoh_config: Option<PathBuf>,
+}
+
+/// Where a scenario came from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Source {
+    /// The file; files that it names are relative to its folder.
+    pub path: PathBuf,
+    /// Its text, as read.
+    pub text: String,
+}
+
+/// What is recorded.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Recording {
+    /// The file, relative to the working directory; without it the caller names one.
+    pub file: Option<PathBuf>,
+    /// Time between two recorded beliefs.
+    pub belief_period: Duration,
+}
+
+impl Scenario {
+    /// The longest text, bytes: room for 300,000 objects. Read, a text takes up to 125 times as much memory.
+    pub const MAX_BYTES: usize = 1 << 22;
+
+    /// Reads a scenario file and the files that it names.
+    ///
+    /// # Errors
+    /// If one cannot be read, is not what its format says, or a value is out of range or contradicts another.
+    pub fn load(path: &Path) -> Result<Self, ScenarioError> {
+        let read = |source| ScenarioError::Read { file: path.to_owned(), source };
+        Self::from_text(path, read_text_at_most(path, Self::MAX_BYTES as u64).map_err(read)?)
+    }
+
+    /// A scenario from its text, as if read from a path: messages name it, and files are relative to its
+    /// folder.
+    ///
+    /// # Errors
+    /// As [`Scenario::load`].
+    pub fn from_text(path: &Path, text: String) -> Result<Self, ScenarioError> {
+        check_length(path, text.len())?;
+        let source = Source { path: path.to_owned(), text };
+        let file: ScenarioFile = toml::Deserializer::parse(&source.text)
+            .map_err(|error| source.toml_error(&error, None))
+            .and_then(|toml| {
+                serde_path_to_error::deserialize(toml)
+                    .map_err(|error| source.toml_error(error.inner(), Some(error.path())))
+            })?;
+        shape::check(&source.text, &file).map_err(|wrong| source.error(Invalid::from(wrong).into()))?;
+        let map = world::map(&file.map, source.folder()).map_err(|fault| source.error(fault))?;
+        Self::new(source.clone(), file, Arc::new(map)).map_err(|fault| source.error(fault))
+    }
+
+    fn new(source: Source, file: ScenarioFile, map: Arc<MapFile>) -> Result<Self, Fault> {
+        check_name(&file.name)?;
+        let terrain = &map.terrain;
+        let objects = Objects::new(&file.objects, terrain)?;
+        let prior = Prior::new(&file.prior, source.folder(), file.map.file.as_deref(), &map, &objects)?;
+        let mission = Mission::new(&file.mission)?;
+        prior.check_undecided(terrain, mission.detection_threshold)?;
+        let recording = recording(&file.recording)?;
+        for (key, period) in
+            [("mission.heartbeat_seconds", mission.heartbeat), (BELIEF_PERIOD, recording.belief_period)]
+        {
+            mission::check_period(key, period, terrain.cell_meters(), &mission)?;
+        }
+        let robots = robots::robots(&file.robots, source.folder(), terrain)?;
+        Ok(Self {
+            connectivity: world::connectivity(file.map.connectivity)?,
+            sensor: world::sensor(&file.sensor, terrain.grid())?,
+            prior: Arc::new(prior),
+            objects,
+            mission,
+            network: Network::new(&file.network, u16::try_from(robots.len()).unwrap_or(u16::MAX))?,
+            robots,
+            recording,
+            zenoh_config: zenoh_config(file.zenoh.config.as_deref(), source.folder())?,
+            source,
+            file,
+            map,
+        })
+    }
+
+    /// Every robot with this policy instead, as it is without parameters.
+    ///
+    /// # Errors
+    /// Never with a scenario whose files are still as they were read.
+    pub fn with_policy(&self, policy: impl Into<PolicyName>) -> Result<Self, ScenarioError> {
+        self.deciding_by(PolicyField::Name(policy.into().as_str().to_owned()))
+    }
+
+    /// Every robot with the policy `gnn` and these weights instead; the file is relative to the working directory.
+    ///
+    /// # Errors
+    /// If it is no weights file, or its path cannot be made absolute or is not UTF-8.
+    pub fn with_weights(&self, file: &Path) -> Result<Self, ScenarioError> {
+        let absolute = std::path::absolute(file).ok();
+        let Some(weights) = absolute.as_deref().and_then(Path::to_str) else {
+            let found = format!("{:?}", file.display());
+            let invalid = Invalid::new("robots.policy.weights", found, "the path of a file, in UTF-8");
+            return Err(self.source.override_error(invalid.into()));
+        };
+        self.deciding_by(PolicyField::Table(PolicyTable {
+            name: Shipped::General.as_str().to_owned(),
+            path_length_weight: None,
+            lane_spacing_cells: None,
+            replan_after_cells: None,
+            weights: Some(weights.to_owned()),
+        }))
+    }
+
+    /// Every robot decides so.
+    fn deciding_by(&self, policy: PolicyField) -> Result<Self, ScenarioError> {
+        self.changed(|file| {
+            file.robots.policy = policy;
+            for robot in &mut file.robots.robot {
+                robot.policy = None;
+            }
+        })
+    }
+
+    /// So many robots instead.
+    ///
+    /// # Errors
+    /// If there are none, too many, or too few for a robot that the scenario names.
+    pub fn with_robots(&self, count: u32) -> Result<Self, ScenarioError> {
+        self.changed(|file| file.robots.count = count.into())
+    }
+
+    /// Objects of this density instead; the prior follows unless the scenario sets it.
+    ///
+    /// # Errors
+    /// If it is not above 0 and below 1.
+    pub fn with_density(&self, density: f64) -> Result<Self, ScenarioError> {
+        self.changed(|file| {
+            file.objects = file::ObjectsTable { density: Some(density), ..Default::default() };
+        })
+    }
+
+    /// A budget of this way (cells) instead of all budgets of the scenario.
+    ///
+    /// # Errors
+    /// If it is 0.
+    pub fn with_budget_cells(&self, cells: u32) -> Result<Self, ScenarioError> {
+        self.changed(|file| {
+            file.mission.budget_meters = Some(f64::from(cells) * file.map.cell_meters);
+            file.mission.budget_seconds = None;
+        })
+    }
+
+    fn changed(&self, change: impl FnOnce(&mut ScenarioFile)) -> Result<Self, ScenarioError> {
+        let mut file = self.file.clone();
+        change(&mut file);
+        Self::new(self.source.clone(), file, Arc::clone(&self.map))
+            .map_err(|fault| self.source.override_error(fault))
+    }
+
+    /// Name of the mission: 1 to 64 letters, digits, `_` and `-`.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.file.name
+    }
+
+    /// Where it came from.
+    #[must_use]
+    pub const fn source(&self) -> &Source {
+        &self.source
+    }
+
+    /// The scenario as a file would say it, overrides included.
+    #[must_use]
+    pub const fn file(&self) -> &ScenarioFile {
+        &self.file
+    }
+
+    /// The map: at least one cell is traversable, and at least one is searched.
+    #[must_use]
+    pub fn terrain(&self) -> &Terrain {
+        &self.map.terrain
+    }
+
+    /// The map with where it lies, to be shared.
+    #[must_use]
+    pub const fn map(&self) -> &Arc<MapFile> {
+        &self.map
+    }
+
+    /// Where on earth the map lies, if its file says so.
+    #[must_use]
+    pub fn georeference(&self) -> Option<&Georeference> {
+        self.map.georeference.as_ref()
+    }
+
+    /// Where the map lies in the frame of its file.
+    #[must_use]
+    pub fn origin(&self) -> MapOrigin {
+        self.map.origin
+    }
+
+    /// To which neighbours robots move.
+    #[must_use]
+    pub const fn connectivity(&self) -> Connectivity {
+        self.connectivity
+    }
+
+    /// What a robot sees with.
+    #[must_use]
+    pub const fn sensor(&self) -> &Sensor {
+        &self.sensor
+    }
+
+    /// What is believed before the first look.
+    #[must_use]
+    pub fn prior(&self) -> &Belief {
+        &self.prior.belief
+    }
+
+    /// The regions that the prior was made of, if it was.
+    #[must_use]
+    pub fn claims(&self) -> Option<&Claims> {
+        self.prior.claims.as_ref()
+    }
+
+    /// What is drawn on the earth, by the map and by the prior: what is used, and what is left out.
+    #[must_use]
+    pub fn areas(&self) -> Areas {
+        let (map, prior) = (&self.map.areas, &self.prior.areas);
+        Areas {
+            areas: [&map.areas[..], &prior.areas].concat(),
+            left_out: [&map.left_out[..], &prior.left_out].concat(),
+        }
+    }
+
+    /// Where on earth the search takes place, if that is known.
+    #[must_use]
+    pub fn earth(&self) -> Option<Earth> {
+        let expected_objects = self.objects.expected_count(self.terrain());
+        self.georeference().map(|&frame| Earth { frame, areas: self.areas().areas, expected_objects })
+    }
+
+    /// What is there to be found.
+    #[must_use]
+    pub const fn objects(&self) -> &Objects {
+        &self.objects
+    }
+
+    /// The team, by number from 1; at least one robot.
+    #[must_use]
+    pub fn robots(&self) -> &[Robot] {
+        &self.robots
+    }
+
+    /// For how long, and when an object counts as found.
+    #[must_use]
+    pub const fn mission(&self) -> &Mission {
+        &self.mission
+    }
+
+    /// Way that each robot may cover, cells: the budget of way, or else what it covers in the budget of time.
+    #[must_use]
+    pub fn budget_cells(&self) -> f64 {
+        let seconds = self.mission.budget.time().map_or(0.0, |time| time.as_secs_f64());
+        let in_time = seconds * self.mission.speed_meters_per_second;
+        let meters = self.mission.budget.meters().unwrap_or(in_time);
+        // Cells that were turned into metres come back as the whole number that they were.
+        (meters / self.terrain().cell_meters() * 1e6).round() / 1e6
+    }
+
+    /// What goes wrong between the robots, in simulation.
+    #[must_use]
+    pub const fn network(&self) -> &Network {
+        &self.network
+    }
+
+    /// What is recorded.
+    #[must_use]
+    pub const fn recording(&self) -> &Recording {
+        &self.recording
+    }
+
+    /// A Zenoh configuration file that exists, if the scenario names one.
+    #[must_use]
+    pub fn zenoh_config(&self) -> Option<&Path> {
+        self.zenoh_config.as_deref()
+    }
+}
+
+impl Source {
+    fn folder(&self) -> &Path {
+        self.path.parent().unwrap_or(Path::new(""))
+    }
+}
+
+fn check_length(path: &Path, bytes: usize) -> Result<(), ScenarioError> {
+    if bytes <= Scenario::MAX_BYTES {
+        return Ok(());
+    }
+    let allowed = format!("at most {} bytes", Scenario::MAX_BYTES);
+    let invalid = Invalid::new("the text", format!("{bytes} bytes long"), allowed);
+    Err(ScenarioError::Value { place: path.display().to_string(), invalid })
+}
+
+fn check_name(name: &str) -> Result<(), Invalid> {
+    let is_plain = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'_' || byte == b'-';
+    if (1..=64).contains(&name.len()) && name.bytes().all(is_plain) {
+        Ok(())
+    } else {
+        let allowed = "1 to 64 letters, digits, '_' and '-'";
+        Err(Invalid::new("name", format!("{name:?}"), allowed))
+    }
+}
+
+const BELIEF_PERIOD: &str = "recording.belief_period_seconds";
+
+fn recording(table: &RecordingTable) -> Result<Recording, Invalid> {
+    Ok(Recording {
+        file: table.file.as_ref().map(PathBuf::from),
+        belief_period: check::period(BELIEF_PERIOD, table.belief_period_seconds)?,
+    })
+}
+
+fn zenoh_config(config: Option<&str>, folder: &Path) -> Result<Option<PathBuf>, Invalid> {
+    let Some(config) = config else { return Ok(None) };
+    let path = folder.join(config);
+    if path.is_file() {
+        Ok(Some(path))
+    } else {
+        let allowed = "a JSON5 file, relative to the scenario";
+        Err(Invalid::new("zenoh.config", format!("{}, no such file", path.display()), allowed))
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,161 @@
+//! For how long, and when an object counts as found.
+
+use std::time::Duration;
+
+use super::check::{self, Invalid};
+use super::file::MissionTable;
+
+/// The most metres in a budget, and metres a second of a robot.
+const MAX_METERS: f64 = 1e9;
+/// The slowest robot, metres a second.
+const MIN_SPEED: f64 = 0.001;
+/// The most heartbeats, or recorded beliefs, while a robot crosses a cell.
+const MAX_PERIODS_A_CELL: f64 = 1000.0;
+
+/// How a mission is judged, ended and kept alive.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mission {
+    /// A cell whose probability reaches this is declared an object; above 0.5 and below 1.
+    pub detection_threshold: f64,
+    /// Way and time of each robot.
+    pub budget: Budget,
+    /// Speed of a robot in simulation, above 0; whoever claims to be faster is not believed.
+    pub speed_meters_per_second: f64,
+    /// The search is over when this number of objects or fewer are expected outside the declared cells, of those that
+    /// robots can see. That is what is left behind in the mean over many searches, for the belief is the posterior of the
+    /// model that readings are drawn from, whenever it is looked at. `None` is not before nothing is worth a look.
+    pub stop_when_expected_remaining: Option<f64>,
+    /// Time between two signs of life of a robot, above 0.
+    pub heartbeat: Duration,
+    /// Silence after which a robot is taken for lost, above the heartbeat.
+    pub lost_after: Duration,
+    /// Robot `k` takes its first decision `k - 1` times this after the mission's start.
+    pub stagger: Duration,
+    /// By so much may clocks differ: what is dated later is not taken yet.
+    pub clock_tolerance: Duration,
+}
+
+/// Way and time of each robot, at least one of them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Budget {
+    meters: Option<f64>,
+    time: Option<Duration>,
+}
+
+impl Budget {
+    /// Way that each robot may cover, metres, above 0.
+    #[must_use]
+    pub const fn meters(&self) -> Option<f64> {
+        self.meters
+    }
+
+    /// Time from the mission's start, above 0.
+    #[must_use]
+    pub const fn time(&self) -> Option<Duration> {
+        self.time
+    }
+
+    /// Whether a robot that has covered this way at this time from the mission's start may go on for no step
+    /// more.
+    #[must_use]
+    pub fn is_spent(&self, path_meters: f64, elapsed: Duration) -> bool {
+        self.meters.is_some_and(|budget| path_meters >= budget)
+            || self.time.is_some_and(|budget| elapsed >= budget)
+    }
+}
+
+impl Mission {
+    pub(super) fn new(table: &MissionTable) -> Result<Self, Invalid> {
+        let heartbeat = check::period("mission.heartbeat_seconds", table.heartbeat_seconds)?;
+        let lost_after =
+            check::positive_seconds("mission.liveness_timeout_seconds", table.liveness_timeout_seconds)?;
+        if lost_after <= heartbeat {
+            let allowed = format!("above mission.heartbeat_seconds, {}", table.heartbeat_seconds);
+            return Err(Invalid::new(
+                "mission.liveness_timeout_seconds",
+                table.liveness_timeout_seconds,
+                allowed,
+            ));
+        }
+        let speed = "mission.speed_meters_per_second";
+        let stop_key = "mission.stop_when_expected_remaining";
+        let stop_at = check::at_least_zero(stop_key, table.stop_when_expected_remaining, 1e6)?;
+        Ok(Self {
+            detection_threshold: check::between(
+                "mission.detection_threshold",
+                table.detection_threshold,
+                0.5,
+                1.0,
+            )?,
+            budget: Budget::new(table)?,
+            speed_meters_per_second: check::within(
+                speed,
+                table.speed_meters_per_second,
+                MIN_SPEED,
+                MAX_METERS,
+            )?,
+            stop_when_expected_remaining: (stop_at > 0.0).then_some(stop_at),
+            heartbeat,
+            lost_after,
+            stagger: check::seconds("mission.start_stagger_seconds", table.start_stagger_seconds)?,
+            clock_tolerance: check::seconds("mission.max_clock_skew_seconds", table.max_clock_skew_seconds)?,
+        })
+    }
+}
+
+/// Holds a period against the time that a robot takes for a cell: so many of them make a step last for ever.
+pub(super) fn check_period(
+    key: &str,
+    period: Duration,
+    cell_meters: f64,
+    mission: &Mission,
+) -> Result<(), Invalid> {
+    let cell_seconds = cell_meters / mission.speed_meters_per_second;
+    let least = cell_seconds / MAX_PERIODS_A_CELL;
+    if period.as_secs_f64() >= least {
+        return Ok(());
+    }
+    let allowed = format!(
+        "at least {}, of which {MAX_PERIODS_A_CELL} pass while a robot crosses a cell (map.cell_meters / \
+         mission.speed_meters_per_second, {} seconds)",
+        check::written(least),
+        check::written(cell_seconds)
+    );
+    Err(Invalid::new(key, period.as_secs_f64(), allowed))
+}
+
+impl Budget {
+    fn new(table: &MissionTable) -> Result<Self, Invalid> {
+        let meters = table
+            .budget_meters
+            .map(|meters| check::positive("mission.budget_meters", meters, MAX_METERS))
+            .transpose()?;
+        let time = table
+            .budget_seconds
+            .map(|seconds| check::positive_seconds("mission.budget_seconds", seconds))
+            .transpose()?;
+        if meters.is_none() && time.is_none() {
+            let allowed = "mission.budget_meters, mission.budget_seconds or both";
+            return Err(Invalid::new("mission", "without a budget", allowed));
+        }
+        Ok(Self { meters, time })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_budget_is_spent_by_way_or_by_time() {
+        let table = MissionTable {
+            budget_meters: Some(60.0),
+            budget_seconds: Some(100.0),
+            ..MissionTable::default()
+        };
+        let budget = Mission::new(&table).unwrap().budget;
+        assert!(!budget.is_spent(59.0, Duration::from_secs(99)));
+        assert!(budget.is_spent(60.0, Duration::ZERO));
+        assert!(budget.is_spent(0.0, Duration::from_secs(100)));
+    }
+}

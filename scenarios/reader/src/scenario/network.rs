@@ -1,0 +1,165 @@
+//! What goes wrong between the robots, in simulation.
+
+use std::time::Duration;
+
+use dragnet_search::observation::RobotId;
+
+use super::check::{self, Invalid};
+use super::file::{MemberField, NetworkTable, PartitionTable};
+use crate::participant::Participant;
+use crate::time::MissionTime;
+
+/// Faults of the simulated network. The default has none.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Network {
+    /// Probability that a message is lost on its way to one receiver, at least 0 and below 1.
+    pub loss: f64,
+    /// Time that every message takes.
+    pub delay: Duration,
+    /// Each message takes up to this longer, uniformly.
+    pub jitter: Duration,
+    /// Probability that a message arrives twice, at least 0 and below 1.
+    pub duplication: f64,
+    /// Probability that a message takes `reorder_delay` longer, at least 0 and below 1.
+    pub reorder: f64,
+    /// How much longer; above 0 where `reorder` is.
+    pub reorder_delay: Duration,
+    /// Times at which groups cannot hear each other.
+    pub partitions: Vec<Partition>,
+}
+
+/// A time at which groups cannot hear each other.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Partition {
+    /// Begin, included.
+    pub from: MissionTime,
+    /// End, excluded; after the begin.
+    pub to: MissionTime,
+    /// Disjoint groups, each in order. All who are in none are one more group.
+    pub groups: Vec<Vec<Participant>>,
+}
+
+impl Network {
+    /// Whether two participants cannot hear each other at a time.
+    #[must_use]
+    pub fn is_cut(&self, now: MissionTime, a: Participant, b: Participant) -> bool {
+        self.partitions.iter().any(|partition| {
+            (partition.from..partition.to).contains(&now) && partition.group(a) != partition.group(b)
+        })
+    }
+
+    pub(super) fn new(table: &NetworkTable, robots: u16) -> Result<Self, Invalid> {
+        let reorder = check::chance("network.reorder", table.reorder)?;
+        let reorder_delay = check::seconds("network.reorder_seconds", table.reorder_seconds)?;
+        if reorder > 0.0 && reorder_delay.is_zero() {
+            let allowed = "above 0 where network.reorder is above 0";
+            return Err(Invalid::new("network.reorder_seconds", table.reorder_seconds, allowed));
+        }
+        Ok(Self {
+            loss: check::chance("network.loss", table.loss)?,
+            delay: check::seconds("network.delay_seconds", table.delay_seconds)?,
+            jitter: check::seconds("network.jitter_seconds", table.jitter_seconds)?,
+            duplication: check::chance("network.duplication", table.duplication)?,
+            reorder,
+            reorder_delay,
+            partitions: (0..)
+                .zip(&table.partitions)
+                .map(|(index, partition)| Partition::new(index, partition, robots))
+                .collect::<Result<_, _>>()?,
+        })
+    }
+}
+
+impl Partition {
+    /// Index of a participant's group; of those in none, one past the last.
+    fn group(&self, participant: Participant) -> usize {
+        let is_member = |group: &Vec<Participant>| group.contains(&participant);
+        self.groups.iter().position(is_member).unwrap_or(self.groups.len())
+    }
+
+    fn new(index: usize, table: &PartitionTable, robots: u16) -> Result<Self, Invalid> {
+        let key = format!("network.partitions[{index}]");
+        let from = check::seconds(format!("{key}.from_seconds"), table.from_seconds)?;
+        let to = check::seconds(format!("{key}.to_seconds"), table.to_seconds)?;
+        if from >= to {
+            let allowed = format!("above from_seconds, {}", table.from_seconds);
+            return Err(Invalid::new(format!("{key}.to_seconds"), table.to_seconds, allowed));
+        }
+        let groups = groups(&format!("{key}.groups"), &table.groups, robots)?;
+        Ok(Self { from: MissionTime::START + from, to: MissionTime::START + to, groups })
+    }
+}
+
+fn groups(key: &str, fields: &[Vec<MemberField>], robots: u16) -> Result<Vec<Vec<Participant>>, Invalid> {
+    if fields.is_empty() {
+        return Err(Invalid::new(key, "empty", "at least one group"));
+    }
+    let mut groups: Vec<Vec<Participant>> = Vec::new();
+    for (index, members) in fields.iter().enumerate() {
+        let mut group = Vec::new();
+        for (place, field) in members.iter().enumerate() {
+            let key = format!("{key}[{index}][{place}]");
+            let participant = member(&key, field, robots)?;
+            if group.contains(&participant) || groups.iter().any(|other| other.contains(&participant)) {
+                let found = shown(field);
+                return Err(Invalid::new(key, found, "each participant once in all groups"));
+            }
+            group.push(participant);
+        }
+        group.sort_unstable();
+        groups.push(group);
+    }
+    Ok(groups)
+}
+
+fn member(key: &str, field: &MemberField, robots: u16) -> Result<Participant, Invalid> {
+    let robot = |number| u16::try_from(number).ok().filter(|number| (1..=robots).contains(number));
+    match field {
+        MemberField::Robot(number) => robot(*number).map(|number| Participant::Robot(RobotId(number))),
+        MemberField::Word(word) => (word == "coordinator").then_some(Participant::Coordinator),
+    }
+    .ok_or_else(|| {
+        let allowed = format!("a robot from 1 to {robots}, or \"coordinator\"");
+        Invalid::new(key, shown(field), allowed)
+    })
+}
+
+fn shown(field: &MemberField) -> String {
+    match field {
+        MemberField::Robot(number) => number.to_string(),
+        MemberField::Word(word) => format!("{word:?}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn those_not_named_are_one_more_group_while_it_lasts() {
+        let robot = |number| Participant::Robot(RobotId(number));
+        let table = NetworkTable {
+            partitions: vec![PartitionTable {
+                from_seconds: 1.0,
+                to_seconds: 2.0,
+                groups: vec![
+                    vec![MemberField::Robot(1), MemberField::Robot(2)],
+                    vec![MemberField::Word("coordinator".to_owned())],
+                ],
+            }],
+            ..NetworkTable::default()
+        };
+        let network = Network::new(&table, 4).unwrap();
+        let during = MissionTime(1_000_000_000);
+        for (a, b, is_cut) in [
+            (robot(1), robot(2), false),
+            (robot(1), robot(3), true),
+            (robot(3), robot(4), false),
+            (robot(3), Participant::Coordinator, true),
+        ] {
+            assert_eq!(network.is_cut(during, a, b), is_cut, "{a:?} {b:?}");
+            assert!(!network.is_cut(MissionTime(999_999_999), a, b));
+            assert!(!network.is_cut(MissionTime(2_000_000_000), a, b));
+        }
+    }
+}

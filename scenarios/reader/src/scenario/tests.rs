@@ -1,0 +1,604 @@
+use std::fs;
+use std::time::Duration;
+
+use dragnet_search::cell::Position;
+use dragnet_search::observation::RobotId;
+use dragnet_search::policy::PolicyName as Exact;
+use proptest::prelude::*;
+
+use super::*;
+
+/// A scenario on `maps/a.txt`, which is the drawing.
+const SMALL: &str = "name = 'small'
+[map]
+file = 'a.txt'
+[sensor]
+radius = 1
+[objects]
+count = 1
+[mission]
+budget_meters = 300
+";
+const DRAWING: &str = "...#\n.,.~\n";
+
+fn load_with(text: &str, drawing: &str) -> Result<Scenario, String> {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("a.txt"), drawing).unwrap();
+    fs::write(folder.path().join("low.csv"), "0,0,0,0.5\n0,0.5,0,0\n").unwrap();
+    fs::write(folder.path().join("zenoh.json5"), "{}").unwrap();
+    let file = folder.path().join("a.toml");
+    fs::write(&file, text).unwrap();
+    Scenario::load(&file).map_err(|error| error.to_string())
+}
+
+fn load(text: &str) -> Result<Scenario, String> {
+    load_with(text, DRAWING)
+}
+
+fn small(change: impl Fn(&str) -> String) -> Scenario {
+    load(&change(SMALL)).unwrap()
+}
+
+/// A policy without parameters.
+fn plain(name: Exact) -> Policy {
+    PolicyName::from(name).into()
+}
+
+fn close(a: f64, b: f64) -> bool {
+    (a - b).abs() < 1e-12
+}
+
+#[test]
+fn a_budget_of_way_goes_before_one_of_time() {
+    let cells = |mission: &str| {
+        let text = format!(
+            "name = 'a'\nmap = {{ shape = 'all_traversable', rows = 5, columns = 5, cell_meters = 0.7 }}\n\
+             sensor.radius = 2\nobjects.count = 1\n[mission]\nspeed_meters_per_second = 1.4\n{mission}"
+        );
+        Scenario::from_text(Path::new("a.toml"), text).unwrap()
+    };
+    assert!(close(cells("budget_meters = 7.0\nbudget_seconds = 100.0\n").budget_cells(), 10.0));
+    let time = cells("budget_seconds = 100.0\n");
+    assert!(close(time.budget_cells(), 200.0));
+    assert!(close(time.with_budget_cells(90).unwrap().budget_cells(), 90.0));
+}
+
+#[test]
+fn what_is_left_out_has_its_default() {
+    let scenario = load(&SMALL.replace("[sensor]\nradius = 1\n", "").replace("...#\n", "")).unwrap_err();
+    assert!(scenario.contains("sensor.radius is 5; allowed is a whole number from 1 to 4"), "{scenario}");
+    let scenario = small(str::to_owned);
+    assert_eq!(scenario.connectivity(), Connectivity::Four);
+    assert!(close(scenario.terrain().cell_meters(), 30.0));
+    let mission = scenario.mission();
+    assert!(close(mission.detection_threshold, 0.95) && close(mission.speed_meters_per_second, 2.0));
+    assert_eq!(mission.stop_when_expected_remaining, Some(0.05));
+    assert_eq!((mission.budget.meters(), mission.budget.time()), (Some(300.0), None));
+    assert_eq!((mission.heartbeat.as_secs(), mission.lost_after.as_secs()), (10, 30));
+    assert_eq!(mission.stagger, Duration::from_millis(100));
+    assert_eq!(scenario.network(), &Network::default());
+    let expected = Robot { id: RobotId(1), policy: plain(Exact::Path), start: Start::Together };
+    assert_eq!(scenario.robots(), [expected]);
+    assert_eq!(scenario.recording(), &Recording { file: None, belief_period: Duration::from_secs(10) });
+}
+
+#[test]
+fn robots_differ_where_the_scenario_says_so() {
+    let scenario = small(|text| {
+        format!(
+            "{text}[robots]\ncount = 3\nstart = [0, 0]\n\
+             [[robots.robot]]\nnumber = 3\npolicy = {{ name = 'coverage', lane_spacing_cells = 2, replan_after_cells = 4 }}\nstart = 'scattered'\n\
+             [[robots.robot]]\nnumber = 2\npolicy = 'greedy'\n"
+        )
+    });
+    let cell = scenario.terrain().grid().cell(Position { row: 0, column: 0 }).unwrap();
+    let robots = scenario.robots();
+    assert_eq!((&robots[0].policy, robots[0].start), (&plain(Exact::Path), Start::Cell(cell)));
+    assert_eq!((&robots[1].policy, robots[1].start), (&plain(Exact::Greedy), Start::Cell(cell)));
+    assert_eq!((robots[2].id, robots[2].start), (RobotId(3), Start::Scattered));
+    assert_eq!(robots[2].policy.parameters.lane_spacing_cells, 2);
+    assert_eq!(robots[2].policy.replan_after_cells.unwrap().get(), 4);
+}
+
+#[test]
+fn the_prior_is_the_expected_density_unless_it_is_given() {
+    // Six of the eight cells are searched, the first in the south-west.
+    let of = |change: &dyn Fn(&str) -> String| {
+        let scenario = small(change);
+        let first = scenario.terrain().searched_cells().next().unwrap();
+        scenario.prior().probability(first)
+    };
+    assert!(close(of(&str::to_owned), 1.0 / 6.0));
+    assert!(close(of(&|text| text.replace("count = 1", "count = 0")), 0.5 / 6.0));
+    assert!(close(of(&|text| text.replace("count = 1", "count = 6")), 5.5 / 6.0));
+    assert!(close(of(&|text| text.replace("count = 1", "density = 0.3")), 0.3));
+    assert!(close(of(&|text| text.replace("count = 1", "cells = [[1, 0], [0, 0]]")), 2.0 / 6.0));
+    assert!(close(of(&|text| format!("{text}[prior]\nprobability = 0.01\n")), 0.01));
+    let error = load(&format!("{SMALL}[prior]\nfile = 'low.csv'\n")).unwrap_err();
+    assert!(error.contains("prior.file is 0 in every searched cell"), "{error}");
+}
+
+/// Replaces a part of [`SMALL`], or adds to its end.
+fn check(from: &str, to: &str, message: &str) {
+    let text = if from.is_empty() { format!("{SMALL}{to}\n") } else { SMALL.replace(from, to) };
+    let error = load(&text).unwrap_err();
+    assert!(error.contains("a.toml, line ") && error.contains(message), "{error}\n{text}");
+}
+
+#[test]
+fn a_map_or_a_sensor_out_of_range_names_line_value_and_range() {
+    check("'small'", "'a b'", "line 1: name is \"a b\"; allowed is 1 to 64 letters, digits, '_' and '-'");
+    check(
+        "file = 'a.txt'",
+        "shape = 'cone'",
+        "line 3: map.shape is \"cone\"; allowed is ice_cream_cone, open_",
+    );
+    check(
+        "file = 'a.txt'",
+        "shape = 'open_asterisk'",
+        "line 2: map.rows is missing; allowed is a number of cells",
+    );
+    check("file = 'a.txt'", "", "line 2: map is without shape or file; allowed is exactly one");
+    check("file = 'a.txt'", "file = 'a.txt'\nshape = 'x'", "map is shape and file; allowed is exactly one");
+    check(
+        "file = 'a.txt'",
+        "file = 'a.txt'\nrows = 3",
+        "line 4: map.rows is 3; allowed is no such key beside map.file",
+    );
+    check(
+        "file = 'a.txt'",
+        "shape = 'all_traversable'\nrows = 9999\ncolumns = 9999",
+        "line 2: map is 9999 x 9999 cells; allowed is 1 to 16777216 cells",
+    );
+    check("file = 'a.txt'", "file = 'b.txt'", "line 3: ");
+    check("file = 'a.txt'", "file = 'b.txt'", "b.txt: No such file");
+    check(
+        "file = 'a.txt'",
+        "file = 'a.txt'\nconnectivity = 6",
+        "line 4: map.connectivity is 6; allowed is 4 or 8",
+    );
+    check(
+        "file = 'a.txt'",
+        "file = 'a.txt'\ncell_meters = 0",
+        "map.cell_meters is 0; allowed is from 0.001 to",
+    );
+    check("file = 'a.txt'", "file = 'a.txt'\ncell_meters = nan", "map.cell_meters is NaN");
+    check(
+        "radius = 1",
+        "radius = 0",
+        "line 5: sensor.radius is 0; allowed is a whole number from 1 to 4 (the map's larger side is 4)",
+    );
+    check("radius = 1", "radius = 5", "sensor.radius is 5");
+    check("radius = 1", "noise_variance = -1", "sensor.radius is 5");
+    check(
+        "radius = 1",
+        "radius = 1\nnoise_variance = inf",
+        "line 6: sensor.noise_variance is inf; allowed is from 0.000005 to 10000.000",
+    );
+    check(
+        "radius = 1",
+        "radius = 1\nnoise = 'pink'",
+        "sensor.noise is \"pink\"; allowed is \"gaussian\" or \"clipped\"",
+    );
+}
+
+#[test]
+fn objects_or_a_mission_out_of_range_name_line_value_and_range() {
+    check(
+        "count = 1",
+        "",
+        "line 6: objects is 0 of them; allowed is exactly one of count, density and cells",
+    );
+    check("count = 1", "count = 1\ndensity = 0.1", "objects is 2 of them");
+    check("count = 1", "count = 7", "line 7: objects.count is 7; allowed is a whole number from 0 to 6");
+    check("count = 1", "count = -1", "objects.count is -1");
+    check("count = 1", "density = 1", "objects.density is 1; allowed is above 0 and below 1");
+    check("count = 1", "density = nan", "objects.density is NaN");
+    check(
+        "count = 1",
+        "cells = [[0, 0], [2, 0]]",
+        "objects.cells[1] is [2, 0]; allowed is [row, column] from [0, 0] to [1, 3]",
+    );
+    check(
+        "count = 1",
+        "cells = [[1, 3]]",
+        "objects.cells[0] is [1, 3], not searched; allowed is a searched cell",
+    );
+    check(
+        "count = 1",
+        "cells = [\n[0, 0],\n[0, 0]]",
+        "line 9: objects.cells[1] is [0, 0], again; allowed is each cell once",
+    );
+    check(
+        "budget_meters = 300",
+        "",
+        "line 8: mission is without a budget; allowed is mission.budget_meters, mission.budget_seconds or",
+    );
+    check(
+        "budget_meters = 300",
+        "budget_meters = inf",
+        "line 9: mission.budget_meters is inf; allowed is above 0, up to",
+    );
+    check("", "budget_seconds = -3", "line 10: mission.budget_seconds is -3; allowed is from");
+    check(
+        "",
+        "detection_threshold = 0.5",
+        "mission.detection_threshold is 0.5; allowed is above 0.5 and below 1",
+    );
+    check("", "detection_threshold = nan", "mission.detection_threshold is NaN");
+    check(
+        "",
+        "speed_meters_per_second = 0",
+        "mission.speed_meters_per_second is 0; allowed is from 0.001 to",
+    );
+    check(
+        "",
+        "stop_when_expected_remaining = -0.1",
+        "mission.stop_when_expected_remaining is -0.1; allowed is from 0 to",
+    );
+    check(
+        "",
+        "heartbeat_seconds = 30",
+        "mission.liveness_timeout_seconds is 30; allowed is above mission.heartbeat_seconds, 30",
+    );
+    check("", "start_stagger_seconds = nan", "mission.start_stagger_seconds is NaN; allowed is from 0 to");
+    check("", "[prior]\nprobability = 1", "prior.probability is 1; allowed is above 0 and below 1");
+    let found = "prior is 0.96 in cell [0, 0]; allowed is below mission.detection_threshold, 0.95: an object would be declared";
+    check("", "[prior]\nprobability = 0.96", found);
+    check("", "[prior]\nprobability = 0.1\nfile = 'low.csv'", "prior is probability and file; allowed is");
+    check("", "[prior]\nfile = 'a.txt'", "line 11: ");
+    check(
+        "",
+        "[recording]\nbelief_period_seconds = 0",
+        "recording.belief_period_seconds is 0; allowed is from",
+    );
+    check("", "[zenoh]\nconfig = 'no.json5'", "no.json5, no such file; allowed is a JSON5 file, relative");
+}
+
+#[test]
+fn a_robot_or_a_network_out_of_range_names_line_value_and_range() {
+    let check = |added: &str, message: &str| {
+        let error = load(&format!("{SMALL}{added}\n")).unwrap_err();
+        assert!(error.contains("a.toml, line ") && error.contains(message), "{error}\n{added}");
+    };
+    check("[robots]\ncount = 0", "line 11: robots.count is 0; allowed is a whole number from 1 to 1000");
+    check("[robots]\ncount = 1001", "robots.count is 1001");
+    check(
+        "[robots]\npolicy = 'astar'",
+        "robots.policy is \"astar\"; allowed is random, coverage, greedy, path-additive, path, nats, guts, gnn, gnn-greedy,",
+    );
+    check("[robots.policy]\nname = 'astar'", "line 11: robots.policy.name is \"astar\"");
+    check(
+        "[robots]\npolicy = {name = 'path', path_length_weight = nan}",
+        "robots.policy.path_length_weight is NaN",
+    );
+    check(
+        "[robots]\npolicy = {name = 'path', lane_spacing_cells = 2}",
+        "robots.policy.lane_spacing_cells is 2 for path; allowed is a value for coverage only",
+    );
+    check(
+        "[robots]\npolicy = {name = 'path', replan_after_cells = 0}",
+        "robots.policy.replan_after_cells is 0; allowed is",
+    );
+    check(
+        "[robots]\nstart = 'north'",
+        "robots.start is \"north\"; allowed is \"random\", \"scattered\" or a cell",
+    );
+    check(
+        "[robots]\nstart = [1, 3]",
+        "robots.start is [1, 3], not traversable; allowed is a traversable cell",
+    );
+    check(
+        "[robots]\nstart = [0, 4]",
+        "robots.start is [0, 4]; allowed is [row, column] from [0, 0] to [1, 3]",
+    );
+    let robot = "[[robots.robot]]\nnumber = ";
+    check(
+        &format!("{robot}2"),
+        "line 11: robots.robot[0].number is 2; allowed is a whole number from 1 to 1",
+    );
+    check(
+        &format!("{robot}1\n{robot}1"),
+        "line 13: robots.robot[1].number is 1, again; allowed is each robot once",
+    );
+    check("[network]\nloss = 1", "line 11: network.loss is 1; allowed is at least 0 and below 1");
+    check("[network]\nduplication = -0.1", "network.duplication is -0.1");
+    check("[network]\ndelay_seconds = inf", "network.delay_seconds is inf; allowed is from 0 to");
+    check("[network]\njitter_seconds = -1", "network.jitter_seconds is -1");
+    check(
+        "[network]\nreorder = 0.1",
+        "network.reorder_seconds is 0; allowed is above 0 where network.reorder",
+    );
+    let partition = "[[network.partitions]]\nto_seconds = 2\n";
+    let check_partition = |added: &str, message: &str| check(&format!("{partition}{added}"), message);
+    check_partition(
+        "from_seconds = 2\ngroups = [[1]]",
+        "network.partitions[0].to_seconds is 2; allowed is above from_seconds, 2",
+    );
+    check_partition(
+        "from_seconds = 1\ngroups = []",
+        "network.partitions[0].groups is empty; allowed is at least one",
+    );
+    check_partition(
+        "from_seconds = 1\ngroups = [[2]]",
+        "line 13: network.partitions[0].groups[0][0] is 2; allowed is a robot from 1 to 1, or",
+    );
+    check_partition("from_seconds = 1\ngroups = [['base']]", "groups[0][0] is \"base\"");
+    check_partition(
+        "from_seconds = 1\ngroups = [[1], [1]]",
+        "groups[1][0] is 1; allowed is each participant once",
+    );
+}
+
+#[test]
+fn what_is_no_scenario_names_line_key_and_what_is_allowed() {
+    let check = |from: &str, to: &str, messages: [&str; 2]| {
+        let text = if from.is_empty() { format!("{SMALL}{to}\n") } else { SMALL.replace(from, to) };
+        let error = load(&text).unwrap_err();
+        assert!(messages.iter().all(|message| error.contains(message)), "{error}\n{text}");
+    };
+    check("name = 'small'", "name = ", ["a.toml, line 1: ", "string"]);
+    check("name = 'small'\n", "", ["a.toml", "missing field `name`"]);
+    check("radius = 1", "radus = 1", ["line 5: sensor", "unknown field `radus`, expected one of `radius`"]);
+    check("radius = 1", "radius = 1.5", ["line 5: sensor.radius: ", "floating point `1.5`, expected i64"]);
+    check("", "[robot]\ncount = 3", ["line 10: ", "unknown field `robot`, expected one of `name`"]);
+    check("", "[robots]\npolicy = 3", ["line 11: robots.policy: ", "a policy is its name, or a table of"]);
+    check(
+        "",
+        "[robots]\npolicy = { name = 'path', weight = 1 }",
+        ["line 11: robots.policy", "`path_length_weight`"],
+    );
+    check("", "[robots]\nstart = [1]", ["line 11: robots.start: ", "a cell as [row, column]"]);
+    check(
+        "",
+        "[[network.partitions]]\nfrom_seconds = 1",
+        ["line 10: network.partitions[0]", "missing field"],
+    );
+}
+
+#[test]
+fn what_is_too_deep_too_long_or_too_large_to_be_read_is_said_in_few_words() {
+    let check = |line: &str, message: &str| {
+        let error = load(&format!("{SMALL}{line}\n")).unwrap_err();
+        assert!(error.contains(message) && error.len() < 700, "{error}");
+    };
+    let [parts, letters] = ["a.", "x"].map(|unit| unit.repeat(5000));
+    check(&format!("{parts}a = 1"), "a.toml, line 10: a key of too many parts: recursion limit");
+    check(&format!("[{parts}a]"), "a.toml, line 10: a key of too many parts: recursion limit");
+    check(
+        &format!("detection_threshold = {0}1{1}", "[".repeat(5000), "]".repeat(5000)),
+        "a.toml, line 10: cannot recurse",
+    );
+    check(&format!("{letters} = 1"), "a.toml, line 10: mission.xxx");
+    check(&format!("[robots]\npolicy = '{letters}'"), "xxx\"; allowed is random, ");
+    check(
+        "detection_threshold = 1e308",
+        "a.toml, line 10: mission.detection_threshold is 1e308; allowed is above 0.5 and below 1",
+    );
+    check(
+        "speed_meters_per_second = -5e-324",
+        "mission.speed_meters_per_second is -5e-324; allowed is from 0.001",
+    );
+    let sigma = load(&SMALL.replace("radius = 1", "radius = 1\nnoise_variance = 1e300")).unwrap_err();
+    assert!(sigma.contains("sensor.noise_variance is 1e300; allowed is from"), "{sigma}");
+    check(&"#".repeat(Scenario::MAX_BYTES), "longer than the 4194304 bytes that are read");
+    let error = Scenario::from_text(Path::new("a.toml"), " ".repeat(Scenario::MAX_BYTES + 1)).unwrap_err();
+    assert_eq!(error.to_string(), "a.toml: the text is 4194305 bytes long; allowed is at most 4194304 bytes");
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_device_is_no_scenario_and_no_weights() {
+    let error = Scenario::load(Path::new("/dev/zero")).unwrap_err().to_string();
+    assert_eq!(error, "/dev/zero: no plain file, but a device");
+    let weights = "[robots]\npolicy = { name = 'gnn', weights = '/dev/zero' }\n";
+    let error = load(&format!("{SMALL}{weights}")).unwrap_err();
+    assert!(error.contains("/dev/zero: cannot read the weights: no plain file, but a device"), "{error}");
+}
+
+/// Whoever opened such a pipe would wait for ever.
+#[test]
+#[cfg(unix)]
+fn a_pipe_to_which_nobody_writes_is_refused_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = folder.path().join("a.kml");
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let refused = |file: &Path, kind: &str| {
+        let error = Scenario::load(file).unwrap_err().to_string();
+        assert!(error.ends_with(&format!("a.kml: no plain file, but {kind}")), "{error}");
+    };
+    refused(&pipe, "a pipe");
+    let scenario = folder.path().join("a.toml");
+    fs::write(&scenario, SMALL.replace("a.txt", "a.kml")).unwrap();
+    refused(&scenario, "a pipe");
+    fs::remove_file(&pipe).unwrap();
+    let _listener = std::os::unix::net::UnixListener::bind(&pipe).unwrap();
+    refused(&pipe, "a socket");
+    fs::remove_file(&pipe).unwrap();
+    fs::create_dir(&pipe).unwrap();
+    refused(&pipe, "a folder");
+}
+
+/// So short or so slow that a mission never ends.
+#[test]
+fn what_lasts_for_ever_is_refused() {
+    let check = |more: &str, message: &str| {
+        let error = load(&format!("{SMALL}{more}")).unwrap_err();
+        assert!(error.contains(message), "{error}");
+    };
+    check("heartbeat_seconds = 1e-9", "mission.heartbeat_seconds is 0.000000001; allowed is from 0.01 to");
+    check(
+        "[recording]\nbelief_period_seconds = 1e-6",
+        "recording.belief_period_seconds is 0.000001; allowed is from 0.01 to",
+    );
+    check(
+        "speed_meters_per_second = 1e-308",
+        "mission.speed_meters_per_second is 1e-308; allowed is from 0.001 to 1000000000",
+    );
+    check(
+        "speed_meters_per_second = 0.01\nheartbeat_seconds = 0.02",
+        "mission.heartbeat_seconds is 0.02; allowed is at least 3, of which 1000 pass while a robot crosses a cell",
+    );
+}
+
+/// Serde reads as much of a list as it needs, and takes a list for a table.
+#[test]
+fn a_list_that_says_more_than_is_read_is_refused() {
+    let check = |from: &str, to: &str, message: &str| {
+        let error = load(&SMALL.replace(from, to)).unwrap_err();
+        assert!(error.contains(message), "{error}");
+    };
+    check(
+        "count = 1",
+        "cells = [[0, 0],\n[0, 0, 1]]",
+        "a.toml, line 8: objects.cells[1] is a list of 3 values; allowed is a list of 2",
+    );
+    check("count = 1", "cells = [[0, 0], [0, 0]]", "objects.cells[1] is [0, 0], again; allowed is each cell");
+    check(
+        "file = 'a.txt'",
+        "file = 'a.txt'\norigin = [49, -2, 0]",
+        "a.toml, line 4: map.origin is a list; allowed is a table with keys such as latitude_degrees, long",
+    );
+}
+
+#[test]
+fn a_map_without_ground_is_refused() {
+    let check = |drawing: &str, message: &str| {
+        let error = load_with(SMALL, drawing).unwrap_err();
+        assert!(error.contains("line 2: map is without a") && error.contains(message), "{error}");
+    };
+    check("~#\n", "allowed is at least one traversable cell");
+    check(",#\n", "allowed is at least one searched cell");
+}
+
+#[test]
+fn overrides_change_one_thing_and_are_checked() {
+    let scenario = small(|text| {
+        format!(
+            "{text}[robots]\ncount = 2\npolicy = {{ name = 'path', replan_after_cells = 3 }}\n[[robots.robot]]\nnumber = 2\npolicy = 'nats'\n"
+        )
+    });
+    let greedy = scenario.with_policy(Exact::Greedy).unwrap();
+    assert!(greedy.robots().iter().all(|robot| robot.policy == plain(Exact::Greedy)));
+    assert_eq!(scenario.with_robots(4).unwrap().robots().len(), 4);
+    let dense = scenario.with_density(0.25).unwrap();
+    assert_eq!(dense.objects(), &Objects::Density(0.25));
+    assert!(close(dense.prior().probability(dense.terrain().searched_cells().next().unwrap()), 0.25));
+    assert_eq!(scenario.with_budget_cells(7).unwrap().mission().budget.meters(), Some(210.0));
+    let check = |changed: Result<Scenario, ScenarioError>, message: &str| {
+        let error = changed.unwrap_err().to_string();
+        assert!(
+            error.contains("a.toml, changed on the command line: ") && error.contains(message),
+            "{error}"
+        );
+    };
+    check(scenario.with_robots(0), "robots.count is 0; allowed is a whole number from 1 to 1000");
+    check(scenario.with_robots(1), "robots.robot[0].number is 2; allowed is a whole number from 1 to 1");
+    check(scenario.with_density(f64::NAN), "objects.density is NaN; allowed is above 0 and below 1");
+    check(scenario.with_budget_cells(0), "mission.budget_meters is 0; allowed is above 0");
+}
+
+#[test]
+fn cells_out_of_sight_and_areas_apart_are_warned_of() {
+    let check = |drawing: &str, robots: &str, expected: &[&str]| {
+        let scenario = load_with(&format!("{SMALL}[robots]\n{robots}"), drawing).unwrap();
+        let warnings: Vec<String> = scenario.warnings().iter().map(ToString::to_string).collect();
+        assert_eq!(warnings, expected, "{drawing}");
+    };
+    check("....~", "", &[]);
+    check("...#~.", "", &["2 of 5 searched cells are out of every robot's sight, the first one [0, 4]"]);
+    check(
+        "...#~.",
+        "start = [0, 5]",
+        &["3 of 5 searched cells are out of every robot's sight, the first one [0, 0]"],
+    );
+    let apart = "count = 2\n[[robots.robot]]\nnumber = 2\nstart = [0, 5]";
+    check("...#~.", apart, &["robots 1 and 2 start in areas that no path connects"]);
+}
+
+#[test]
+fn objects_that_the_prior_does_not_expect_are_warned_of() {
+    let check = |objects: &str, prior: &str, expected: &[&str]| {
+        let text = SMALL.replace("count = 1", objects);
+        let scenario = load_with(&format!("{text}[prior]\n{prior}"), "....\n....\n").unwrap();
+        let warnings: Vec<String> = scenario.warnings().iter().map(ToString::to_string).collect();
+        assert_eq!(warnings, expected, "{objects} {prior}");
+    };
+    check("count = 0", "", &[]);
+    check("count = 2", "probability = 0.5", &[]);
+    check("count = 1", "probability = 0.5", &["the prior expects 4.0 objects, and [objects] says 1.0"]);
+    check("density = 0.9", "probability = 0.1", &["the prior expects 0.8 objects, and [objects] says 7.2"]);
+    // Of the file 0.5 in [1, 3] and [0, 1].
+    check("cells = [[1, 3]]", "file = 'low.csv'", &[]);
+    let excluded =
+        "1 of 2 given objects lie where the prior is 0 and are never found, the first one in [0, 0]";
+    check("cells = [[0, 0], [0, 1]]", "file = 'low.csv'", &[excluded]);
+    let hidden = load_with(&SMALL.replace("count = 1", "cells = [[0, 4]]"), "...#~.").unwrap();
+    let hidden: Vec<String> = hidden.warnings().iter().map(ToString::to_string).collect();
+    let told =
+        "1 of 1 given objects lie out of every robot's sight and are never found, the first one in [0, 4]";
+    assert_eq!(hidden[1..], [told]);
+}
+
+/// A field of 30 x 20 cells at the equator, a fence through it, and what lies beyond it.
+#[test]
+fn areas_that_close_nothing_are_warned_of() {
+    let polygon = |[west, south, east, north]: [f64; 4]| {
+        format!(
+            r#"{{"type":"Polygon","coordinates":[[[{west},{south}],[{east},{south}],[{east},{north}],[{west},{north}],[{west},{south}]]]}}"#
+        )
+    };
+    let feature = |properties: &str, geometry: &str| {
+        format!(r#"{{"type":"Feature","properties":{{{properties}}},"geometry":{geometry}}}"#)
+    };
+    let lines =
+        r#"{"type":"MultiLineString","coordinates":[[[0,0.001],[0.003,0.001]],[[0,0.1],[0.003,0.1]]]}"#;
+    let drawn = [
+        feature(r#""name":"field""#, &polygon([0.0, 0.0, 0.003, 0.002])),
+        feature(r#""name":"speck""#, &polygon([0.0032, 0.0, 0.00321, 0.00001])),
+        feature(r#""name":"pond","kind":"no_go""#, &polygon([0.001, 0.0012, 0.0012, 0.0014])),
+        feature(r#""name":"sea","kind":"no_go""#, &polygon([0.1, 0.0, 0.2, 0.1])),
+        feature(r#""name":"fence","kind":"no_go""#, lines),
+    ];
+    let folder = tempfile::tempdir().unwrap();
+    let text = format!(r#"{{"type":"FeatureCollection","features":[{}]}}"#, drawn.join(","));
+    fs::write(folder.path().join("a.geojson"), text).unwrap();
+    let file = folder.path().join("a.toml");
+    fs::write(&file, SMALL.replace("a.txt'", "a.geojson'\ncell_meters = 11.1")).unwrap();
+    let scenario = Scenario::load(&file).unwrap();
+    let cells: Vec<(String, usize)> = scenario.drawn().into_iter().map(|it| (it.name, it.cells)).collect();
+    let cells: Vec<(&str, usize)> = cells.iter().map(|(name, cells)| (name.as_str(), *cells)).collect();
+    assert_eq!(cells, [("field", 600), ("speck", 0), ("pond", 9), ("sea", 0), ("fence", 30)]);
+    let warnings: Vec<String> = scenario.warnings().iter().map(ToString::to_string).collect();
+    let expected = [
+        "search \"speck\" covers no searched cell: a cell is searched where half of it lies inside",
+        "no_go \"sea\" closes no cell: it lies where nothing is searched",
+        "of 2 polygons and lines of no_go \"fence\", 1 beyond the map close nothing",
+    ];
+    assert_eq!(warnings[1..], expected, "beside the cells behind the fence");
+}
+
+#[test]
+fn the_effective_file_reads_back_as_itself() {
+    let scenario = small(|text| format!("{text}[zenoh]\nconfig = 'zenoh.json5'\n[robots]\nstart = [0, 0]\n"));
+    let text = toml::to_string(scenario.file()).unwrap();
+    assert_eq!(load(&text).unwrap().file(), scenario.file());
+    assert!(scenario.zenoh_config().is_some_and(|path| path.ends_with("zenoh.json5")));
+}
+
+proptest! {
+    #[test]
+    fn whatever_the_text_it_is_read_or_refused(
+        text in "\\PC{0,60}",
+        table in "(robots|map|network|prior|objects|sensor)",
+        key in "(count|policy|start|robot|rows|partitions|cells|density|radius|probability)",
+        value in "([-0-9.e]{1,20}|nan|inf|\\[\\[[-0-9, ]{0,6}\\]\\]|\\{name='path'\\}|'[a-z]{0,4}')",
+    ) {
+        let path = Path::new("a.toml");
+        let _ = Scenario::from_text(path, text.clone());
+        let shape = "shape = 'all_traversable'\nrows = 6\ncolumns = 6";
+        let base = SMALL.replace("file = 'a.txt'", shape);
+        let _ = Scenario::from_text(path, format!("{table}.{key} = {value}\n{base}"));
+        let _ = Scenario::from_text(path, format!("{base}{table}.{key} = {value}\n"));
+    }
+}
