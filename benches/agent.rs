@@ -2,22 +2,22 @@
 //! detections at 20 Hz, a decision a second, by the wall clock.
 //!
 //! ```sh
-//! cargo bench --bench agent -- 60 30      # seconds, cells along each side of the yard
+//! cargo bench --bench agent -- 60 30      # seconds, cells along each side of the test_site
 //! ```
 //!
 //! Of the process: processor time as part of one core, and the most memory that it ever had.
 
 #![expect(clippy::unwrap_used, reason = "a benchmark fails by panicking")]
 
-#[path = "../tests/system/yard.rs"]
-mod yard;
+#[path = "../tests/system/test_site.rs"]
+mod test_site;
 
 use std::process::{Command, Stdio};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
 use dragnet_link::session::{Endpoints, Mode, free_endpoints, open};
-use yard::{SPEED_METERS_PER_SECOND, Vehicle, Yard, cameras, settings};
+use test_site::{SPEED_METERS_PER_SECOND, TestSite, Vehicle, cameras, settings};
 
 /// Odometry and looks.
 const TICK: Duration = Duration::from_millis(50);
@@ -35,14 +35,14 @@ fn main() {
     let runtime = tokio::runtime::Runtime::new().unwrap();
     // A cell is crossed in a second, and in each the robot decides anew.
     let policy = "{ name = 'path', replan_after_cells = 1 }";
-    let yard = Yard { side, cell_meters: SPEED_METERS_PER_SECOND, policy };
-    runtime.block_on(run(yard, Duration::from_secs(seconds.into())));
+    let test_site = TestSite { side, cell_meters: SPEED_METERS_PER_SECOND, policy };
+    runtime.block_on(run(test_site, Duration::from_secs(seconds.into())));
 }
 
-async fn run(yard: Yard, duration: Duration) {
+async fn run(test_site: TestSite, duration: Duration) {
     let folder = tempfile::tempdir().unwrap();
     let endpoints = free_endpoints(2).unwrap();
-    std::fs::write(folder.path().join("yard.toml"), yard.scenario()).unwrap();
+    std::fs::write(folder.path().join("test_site.toml"), test_site.scenario()).unwrap();
     let file = folder.path().join("vehicle.toml");
     std::fs::write(&file, settings(&endpoints[0], &endpoints[1])).unwrap();
     let bridge =
@@ -62,7 +62,7 @@ async fn run(yard: Yard, duration: Duration) {
         .spawn()
         .unwrap();
     let cameras = cameras();
-    let mut vehicle = Vehicle::new(yard);
+    let mut vehicle = Vehicle::new(test_site);
     let mut ticks = tokio::time::interval(TICK);
     let (start, mut begun, mut entered) = (Instant::now(), None, 0);
     while start.elapsed() < WARM_UP + duration {
@@ -82,7 +82,7 @@ async fn run(yard: Yard, duration: Duration) {
     }
     let (since, before, entered_before) = begun.unwrap();
     let used = (processor_seconds(agent.id()) - before) / since.elapsed().as_secs_f64();
-    let side = yard.side;
+    let side = test_site.side;
     println!(
         "{side} x {side} cells, {:.0} s, {} cells entered: {:.1} % of a core; at most {:.0} MB",
         since.elapsed().as_secs_f64(),
@@ -97,7 +97,7 @@ async fn run(yard: Yard, duration: Duration) {
 /// Where it is, cells to the east and to the north.
 #[expect(clippy::cast_possible_truncation, reason = "metres of a small map")]
 fn cell(vehicle: &Vehicle) -> [i64; 2] {
-    let edge = vehicle.yard.cell_meters;
+    let edge = vehicle.test_site.cell_meters;
     [vehicle.here.x_meters, vehicle.here.y_meters].map(|meters| (meters / edge).floor() as i64)
 }
 

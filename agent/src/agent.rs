@@ -1,17 +1,18 @@
-//! The robot's mind: what happened goes in, what to do comes out.
+//! The robot: events go in, actions come out.
 
 use dragnet_learn::policy;
 use dragnet_proto::directive::{Directive, added_prior};
-use dragnet_proto::inbox::Inbox;
-use dragnet_proto::message::{Activity, Audience, Heartbeat, Intent, LogRequest, Message, MissionStatus};
-use dragnet_proto::plausible::{Limits, Refused};
+use dragnet_proto::message::{Activity, Audience, Heartbeat, Intent, Message, MissionStatus, SyncRequest};
+use dragnet_proto::replica::Replica;
+use dragnet_proto::state_machine::Event;
+use dragnet_proto::validation::{Limits, Rejected};
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_scenario::{Mission, Robot, Scenario};
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Reading;
-use dragnet_search::intent::Promised;
+use dragnet_search::intent::PlannedPrecision;
 use dragnet_search::observation::{Entry, Observation, Origin, RobotId};
 use dragnet_search::policy::{Decision, Policy};
 use dragnet_search::reach::Reach;
@@ -24,12 +25,12 @@ use std::num::NonZeroUsize;
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::pulse::Pulse;
+use crate::heartbeat::HeartbeatSchedule;
 use crate::team::{Patience, Team};
 
 /// All that a robot is told before it starts.
 #[derive(Clone, Debug)]
-pub struct Orders {
+pub struct AgentConfig {
     /// Which robot this is, and how it decides.
     pub robot: Robot,
     /// Its place in the team.
@@ -50,7 +51,7 @@ pub struct Orders {
     pub seed: u64,
 }
 
-impl Orders {
+impl AgentConfig {
     /// The orders of every robot of a scenario, by number.
     #[must_use]
     pub fn of_team(scenario: &Scenario, seed: u64) -> Vec<Self> {
@@ -107,35 +108,6 @@ const SLOW_STEPS: u32 = 4;
 /// However slow a robot may be, it is waited for no longer than this over one step.
 const LONGEST_STEP_SECONDS: f64 = 3600.0;
 
-/// What happened to a robot.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Event {
-    /// It stands in a cell, for the first time, after a move, or still, and took these readings.
-    Sensed {
-        /// Where it stands.
-        cell: Cell,
-        /// What it saw.
-        readings: Vec<Reading>,
-    },
-    /// A message came.
-    Received {
-        /// Who sent it.
-        from: Participant,
-        /// What it says.
-        message: Message,
-    },
-    /// The time that [`Agent::wake_at`] named has come.
-    Woke,
-    /// Somebody has come to the network.
-    Came,
-    /// A teammate has left the network.
-    Lost(RobotId),
-    /// The robot is to stay where it is, and is told nothing until it may go on.
-    Halted,
-    /// It may go on.
-    Released,
-}
-
 /// What a robot does, in this order.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
@@ -146,20 +118,20 @@ pub enum Action {
     /// Enter these cells in order, instead of any before; none of them is the robot's own. Without a cell: stay.
     Follow(Vec<Cell>),
     /// Answer a question for observations that were released: see [`Agent::release`].
-    Repeat(LogRequest),
+    Repeat(SyncRequest),
     /// Tell whoever watches what was refused: it cannot be, or not from whom it came.
-    Refuse(Refused),
+    Refuse(Rejected),
 }
 
 /// One robot.
 pub struct Agent {
-    orders: Orders,
+    orders: AgentConfig,
     policy: Box<dyn Policy + Send>,
     random: Stream,
     belief: Belief,
     /// What robots can see, from where they were seen to stand.
     reach: Reach,
-    inbox: Inbox,
+    replica: Replica,
     team: Team,
     activity: Activity,
     /// Where it stands; unknown before the first event.
@@ -189,7 +161,7 @@ pub struct Agent {
     observations: u64,
     /// The date of the last one.
     dated: MissionTime,
-    pulse: Pulse,
+    heartbeats: HeartbeatSchedule,
     /// What a person has ordered, as far as it has heard.
     directive: Directive,
     /// Prior probability in cells that a person adds.
@@ -212,7 +184,7 @@ struct Waiting {
 impl Agent {
     /// A robot with its orders, before it knows where it is.
     #[must_use]
-    pub fn new(orders: Orders) -> Self {
+    pub fn new(orders: AgentConfig) -> Self {
         let dragnet_scenario::Policy { name, parameters, ref network, .. } = orders.robot.policy;
         let policy = policy::build(name, parameters, network.as_ref());
         Self::with_policy(orders, policy)
@@ -220,14 +192,14 @@ impl Agent {
 
     /// A robot that decides by a policy of its own, whatever its orders say.
     #[must_use]
-    pub fn with_policy(orders: Orders, policy: Box<dyn Policy + Send>) -> Self {
+    pub fn with_policy(orders: AgentConfig, policy: Box<dyn Policy + Send>) -> Self {
         let participant = Participant::Robot(orders.id());
         Self {
             policy,
             random: stream(orders.seed, Purpose::Decision, orders.id().0),
             belief: Belief::clone(&orders.prior),
             reach: Reach::unknown(orders.terrain.grid(), orders.sensor.radius()),
-            inbox: Inbox::new(participant, orders.mission.heartbeat / 2, orders.limits.clone()),
+            replica: Replica::new(participant, orders.mission.heartbeat / 2, orders.limits.clone()),
             team: Team::default(),
             activity: Activity::Searching,
             cell: None,
@@ -244,7 +216,7 @@ impl Agent {
             unused_incarnation: 0,
             observations: 0,
             dated: MissionTime::START,
-            pulse: Pulse::new(orders.place, orders.mission.heartbeat),
+            heartbeats: HeartbeatSchedule::new(orders.place, orders.mission.heartbeat),
             directive: Directive::default(),
             added_prior: added_prior(&orders.prior, &orders.terrain),
             waiting: Waiting::default(),
@@ -266,7 +238,7 @@ impl Agent {
             let used = observation.origin.incarnation;
             self.unused_incarnation = self.unused_incarnation.max(used.saturating_add(1));
         }
-        if self.inbox.record(Arc::clone(observation)) == Ok(Entry::New) {
+        if self.replica.record(Arc::clone(observation)) == Ok(Entry::New) {
             self.count(observation);
         }
     }
@@ -274,24 +246,24 @@ impl Agent {
     /// All that was to be kept is kept: no more than the last so many observations of each origin are held in memory.
     /// What it believes stays as it is.
     pub fn release(&mut self, held: NonZeroUsize) {
-        self.inbox.release(held);
+        self.replica.release(held);
     }
 
-    /// The only way the robot's mind changes; `now` comes from the caller.
-    pub fn handle(&mut self, now: MissionTime, event: Event) -> Vec<Action> {
+    /// The only way the robot's state changes; `now` comes from the caller. Robots ignore events that are the coordinator's.
+    pub fn react(&mut self, now: MissionTime, event: Event<Message>) -> Vec<Action> {
         let mut actions = Vec::new();
         match event {
             Event::Sensed { cell, readings } => self.sense(now, cell, readings, &mut actions),
             Event::Received { from, message } => self.receive(now, from, &message, &mut actions),
             Event::Woke => self.wake(now, &mut actions),
-            Event::Came => self.pulse.welcome(now),
+            Event::Came => self.heartbeats.request_sync(now),
             Event::Lost(robot) => self.team.lost(robot),
             Event::Halted => {
                 self.plan.clear();
                 actions.push(Action::Follow(Vec::new()));
             }
             Event::Released if !self.activity.is_rest() => self.decide(now, &mut actions),
-            Event::Released => {}
+            Event::Released | Event::Start | Event::Commanded(_) | Event::Doubled(_) => {}
         }
         self.plan_to_think_again(now);
         actions
@@ -300,7 +272,7 @@ impl Agent {
     /// When to be woken, if nothing else happens before.
     #[must_use]
     pub fn wake_at(&self) -> MissionTime {
-        let due = self.pulse.due().min(self.waiting.until.unwrap_or(MissionTime(u64::MAX)));
+        let due = self.heartbeats.due().min(self.waiting.until.unwrap_or(MissionTime(u64::MAX)));
         if self.plans == 0 && self.cell.is_some() { due.min(self.orders.first_decision()) } else { due }
     }
 
@@ -330,8 +302,8 @@ impl Agent {
 
     /// All observations known.
     #[must_use]
-    pub const fn inbox(&self) -> &Inbox {
-        &self.inbox
+    pub const fn replica(&self) -> &Replica {
+        &self.replica
     }
 
     fn sense(&mut self, now: MissionTime, cell: Cell, readings: Vec<Reading>, actions: &mut Vec<Action>) {
@@ -339,7 +311,7 @@ impl Agent {
             // The numbers that it used before it started again, if it did, are taken.
             self.origin.incarnation = now.0.max(self.unused_incarnation);
             // The vehicle's clock may be set only now, and back.
-            self.pulse.restart(now);
+            self.heartbeats.restart(now);
         }
         self.move_to(cell);
         self.look(now, cell, readings, actions);
@@ -371,7 +343,7 @@ impl Agent {
             from: cell,
             readings,
         });
-        if let Err(refused) = self.inbox.record(Arc::clone(&observation)) {
+        if let Err(refused) = self.replica.record(Arc::clone(&observation)) {
             actions.push(Action::Refuse(refused));
             return;
         }
@@ -413,13 +385,13 @@ impl Agent {
     }
 
     fn receive(&mut self, now: MissionTime, from: Participant, message: &Message, actions: &mut Vec<Action>) {
-        let received = self.inbox.receive(now, from, message);
+        let received = self.replica.receive(now, from, message);
         actions.extend(received.refused.into_iter().map(Action::Refuse));
         if !self.orders.limits.knows(from) {
             return;
         }
         if matches!(from, Participant::Robot(robot) if !self.team.is_alive(robot)) {
-            self.pulse.welcome(now);
+            self.heartbeats.request_sync(now);
         }
         match message {
             Message::Observation(observation) => {
@@ -429,7 +401,7 @@ impl Agent {
             }
             Message::Intent(intent) => self.learn_plan(now, intent),
             Message::Heartbeat(heartbeat) => self.learn_plan(now, &heartbeat.intent),
-            Message::LogRequest(_) | Message::LogReply(_) | Message::MissionStatus(_) => {
+            Message::SyncRequest(_) | Message::SyncReply(_) | Message::MissionStatus(_) => {
                 if let Participant::Robot(robot) = from {
                     self.team.heard(now, robot);
                 }
@@ -446,7 +418,7 @@ impl Agent {
         match message {
             Message::Heartbeat(Heartbeat { directive, versions, .. })
             | Message::MissionStatus(MissionStatus { directive, versions, .. }) => {
-                self.pulse.overhears(|| self.inbox.log().is_known_to(versions));
+                self.heartbeats.suppress(|| self.replica.log().is_known_to(versions));
                 self.obey(now, directive, actions);
             }
             _ => {}
@@ -490,7 +462,7 @@ impl Agent {
         if is_first || is_running_out || is_cleared || is_to_think_again {
             self.decide(now, actions);
         }
-        if self.pulse.beats(now) {
+        if self.heartbeats.beats(now) {
             self.beat(now, actions);
         }
     }
@@ -504,7 +476,7 @@ impl Agent {
     fn is_cleared(&self) -> bool {
         !self.is_undecided
             && self.orders.mission.stop_when_expected_remaining.is_some_and(|threshold| {
-                let Orders { terrain, mission, .. } = &self.orders;
+                let AgentConfig { terrain, mission, .. } = &self.orders;
                 self.belief.expected_remaining(terrain, &self.reach, mission.detection_threshold) <= threshold
             })
     }
@@ -521,7 +493,7 @@ impl Agent {
     }
 
     fn known(&self) -> (u64, u64) {
-        (self.inbox.log().len(), self.team.changes())
+        (self.replica.log().len(), self.team.changes())
     }
 
     /// Chooses a waypoint, or rests.
@@ -582,7 +554,7 @@ impl Agent {
         (activity, Vec::new())
     }
 
-    fn decide_with(&mut self, promised: &Promised, robot: Cell) -> Decision {
+    fn decide_with(&mut self, promised: &PlannedPrecision, robot: Cell) -> Decision {
         let situation = Situation {
             terrain: &self.orders.terrain,
             connectivity: self.orders.connectivity,
@@ -608,7 +580,7 @@ impl Agent {
             cell,
             path_meters: self.path_meters,
             intent: self.intent(),
-            versions: self.inbox.log().versions().collect(),
+            versions: self.replica.log().versions().collect(),
             digest: self.belief.digest(),
             directive: self.directive.clone(),
         };

@@ -6,7 +6,7 @@ use std::time::Duration;
 use dragnet_proto::message::Intent;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
-use dragnet_search::intent::Promised;
+use dragnet_search::intent::PlannedPrecision;
 use dragnet_search::observation::RobotId;
 use dragnet_search::sensor::Sensor;
 use dragnet_search::terrain::Terrain;
@@ -120,8 +120,8 @@ impl Team {
 
     /// What will be seen on the paths of all plans.
     #[must_use]
-    pub fn planned(&self, terrain: &Terrain, sensor: &Sensor) -> Promised {
-        let mut planned = Promised::nothing(terrain);
+    pub fn planned(&self, terrain: &Terrain, sensor: &Sensor) -> PlannedPrecision {
+        let mut planned = PlannedPrecision::nothing(terrain);
         for plan in self.plans_of_all() {
             planned.add_path(terrain, sensor, &plan.path);
         }
@@ -130,7 +130,7 @@ impl Team {
 
     /// What all plans together promise a robot: their paths, and what is left to those who will be nearer.
     #[must_use]
-    pub fn promised(&self, terrain: &Terrain, sensor: &Sensor, robot: Cell) -> Promised {
+    pub fn promised(&self, terrain: &Terrain, sensor: &Sensor, robot: Cell) -> PlannedPrecision {
         let mut promised = self.planned(terrain, sensor);
         let waypoints: Vec<Cell> = self.plans_of_all().filter_map(|plan| plan.path.last().copied()).collect();
         promised.add_shares(terrain, sensor, robot, &waypoints);
@@ -187,7 +187,7 @@ mod tests {
         }
 
         fn check(&self, expected: impl IntoIterator<Item = u32>) {
-            let mut promised = Promised::nothing(&self.terrain);
+            let mut promised = PlannedPrecision::nothing(&self.terrain);
             let robot = self.cells([0])[0];
             let path = self.cells(expected);
             promised.add_path(&self.terrain, &self.sensor, &path);

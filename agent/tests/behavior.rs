@@ -4,8 +4,9 @@
 
 use std::path::Path;
 
-use dragnet_agent::agent::{Action, Agent, Event, Orders};
+use dragnet_agent::agent::{Action, Agent, AgentConfig};
 use dragnet_proto::message::{Activity, Audience, Intent, Message};
+use dragnet_proto::state_machine::Event;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -32,7 +33,7 @@ impl Field {
              [objects]\ncount = 3\n[robots]\ncount = 2\n[mission]\nstart_stagger_seconds = 1.0\n{mission}\n"
         );
         let scenario = Scenario::from_text(Path::new("field.toml"), text).unwrap();
-        let robot = Agent::new(Orders::of_team(&scenario, 0).remove(number - 1));
+        let robot = Agent::new(AgentConfig::of_team(&scenario, 0).remove(number - 1));
         Self { scenario, robot }
     }
 
@@ -43,16 +44,16 @@ impl Field {
     /// The robot stands in a cell and sees nothing in it.
     fn sense(&mut self, seconds: u64, cell: Cell) -> Vec<Action> {
         let readings = vec![Reading { cell, value: 0.0, variance: 0.001 }];
-        self.robot.handle(MissionTime(seconds * SECOND), Event::Sensed { cell, readings })
+        self.robot.react(MissionTime(seconds * SECOND), Event::Sensed { cell, readings })
     }
 
     fn hear(&mut self, seconds: u64, from: u16, message: Message) -> Vec<Action> {
         let from = Participant::Robot(RobotId(from));
-        self.robot.handle(MissionTime(seconds * SECOND), Event::Received { from, message })
+        self.robot.react(MissionTime(seconds * SECOND), Event::Received { from, message })
     }
 
     fn wake(&mut self, seconds: u64) -> Vec<Action> {
-        self.robot.handle(MissionTime(seconds * SECOND), Event::Woke)
+        self.robot.react(MissionTime(seconds * SECOND), Event::Woke)
     }
 }
 
@@ -171,7 +172,7 @@ fn a_robot_rests_when_nothing_is_left_and_goes_on_when_doubt_comes_back() {
         field.scenario.terrain().grid().cells().map(reading).collect()
     };
     let (cell, readings) = (field.cell(6, 6), clear(&field, 0.0));
-    let actions = field.robot.handle(MissionTime(0), Event::Sensed { cell, readings });
+    let actions = field.robot.react(MissionTime(0), Event::Sensed { cell, readings });
     assert_eq!(route(&actions), Some(&[][..]));
     assert_eq!(field.robot.activity(), Activity::Cleared);
     let doubt = Observation {
@@ -201,12 +202,12 @@ fn a_robot_does_not_rest_while_its_last_look_leaves_something_open() {
         field.scenario.terrain().grid().cells().map(reading).collect()
     };
     let (cell, readings) = (field.cell(6, 6), look(&field, true));
-    let actions = field.robot.handle(MissionTime(0), Event::Sensed { cell, readings });
+    let actions = field.robot.react(MissionTime(0), Event::Sensed { cell, readings });
     let path = route(&actions).unwrap().to_vec();
     assert!(!path.is_empty() && field.robot.activity() == Activity::Searching);
     let readings = look(&field, false);
     let last = path[path.len() - 1];
-    let actions = field.robot.handle(MissionTime(300 * SECOND), Event::Sensed { cell: last, readings });
+    let actions = field.robot.react(MissionTime(300 * SECOND), Event::Sensed { cell: last, readings });
     assert_eq!(route(&actions), Some(&[][..]));
     assert_eq!(field.robot.activity(), Activity::Cleared);
 }
@@ -221,7 +222,7 @@ fn a_robot_that_rests_goes_on_at_once_when_it_sees_that_something_is_left() {
     };
     let mut sees = |seconds: u64, value: f32| {
         let readings = clear(&field, value);
-        let actions = field.robot.handle(MissionTime(seconds * SECOND), Event::Sensed { cell, readings });
+        let actions = field.robot.react(MissionTime(seconds * SECOND), Event::Sensed { cell, readings });
         (route(&actions).map(<[Cell]>::len), field.robot.activity())
     };
     assert_eq!(sees(0, 0.0), (Some(0), Activity::Cleared));
@@ -259,7 +260,7 @@ fn whoever_comes_is_soon_told_what_there_is_to_know() {
     let mut field = Field::new(1, ENDLESS);
     field.sense(0, field.cell(0, 0));
     field.wake(5);
-    field.robot.handle(MissionTime(6 * SECOND), Event::Came);
+    field.robot.react(MissionTime(6 * SECOND), Event::Came);
     // A 32nd of a heartbeat and half of an eighth, and then in turn again.
     assert_eq!(field.robot.wake_at(), MissionTime(6 * SECOND + SECOND * 30 / 32));
     assert!(matches!(said(&field.wake(7))[..], [Message::Heartbeat(_)]));
@@ -328,8 +329,8 @@ fn a_robot_that_is_halted_stays_and_decides_anew_when_it_may_go_on() {
     let mut field = Field::new(1, ENDLESS);
     let planned = field.sense(0, field.cell(0, 0));
     assert!(route(&planned).is_some_and(|route| !route.is_empty()));
-    let halted = field.robot.handle(MissionTime(SECOND), Event::Halted);
+    let halted = field.robot.react(MissionTime(SECOND), Event::Halted);
     assert_eq!(halted, [Action::Follow(Vec::new())], "it says nothing");
-    let released = field.robot.handle(MissionTime(90 * SECOND), Event::Released);
+    let released = field.robot.react(MissionTime(90 * SECOND), Event::Released);
     assert!(route(&released).is_some_and(|route| !route.is_empty()));
 }

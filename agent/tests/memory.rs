@@ -6,9 +6,10 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use dragnet_agent::agent::{Action, Agent, Event, Orders};
+use dragnet_agent::agent::{Action, Agent, AgentConfig};
 use dragnet_proto::directive::Directive;
 use dragnet_proto::message::{Activity, Heartbeat, Intent, Message};
+use dragnet_proto::state_machine::Event;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -55,11 +56,11 @@ fn a_robot_on_a_million_cells_needs_less_than_200_megabytes() {
         search.sense(now, search.lane_cell(300, sequence));
         search.hear_mate(now, sequence);
     }
-    assert_eq!(search.agent.inbox().log().len(), 2 * OBSERVATIONS);
+    assert_eq!(search.agent.replica().log().len(), 2 * OBSERVATIONS);
     assert_eq!(search.agent.decisions(), 0);
 
     let mut now = MissionTime::START + FIRST_DECISION;
-    let mut actions = search.agent.handle(now, Event::Woke);
+    let mut actions = search.agent.react(now, Event::Woke);
     for decisions in 1..=3 {
         assert_eq!(search.agent.decisions(), decisions);
         for cell in route(&actions) {
@@ -87,7 +88,7 @@ struct Search {
 impl Search {
     fn new() -> Self {
         let scenario = Scenario::from_text(Path::new("memory.toml"), SCENARIO.to_owned()).unwrap();
-        let orders = Orders::of_team(&scenario, 1).remove(1);
+        let orders = AgentConfig::of_team(&scenario, 1).remove(1);
         assert_eq!(orders.terrain.grid().cell_count(), (SIDE * SIDE) as usize);
         let (grid, sensor) = (orders.terrain.grid(), Arc::clone(&orders.sensor));
         Self { agent: Agent::new(orders), grid, sensor, noise: stream(1, Purpose::Noise, 2) }
@@ -105,7 +106,7 @@ impl Search {
     /// The robot looks around in a cell, where it finds nothing.
     fn sense(&mut self, now: MissionTime, cell: Cell) -> Vec<Action> {
         let readings = self.look(cell);
-        self.agent.handle(now, Event::Sensed { cell, readings })
+        self.agent.react(now, Event::Sensed { cell, readings })
     }
 
     fn look(&mut self, from: Cell) -> Vec<Reading> {
@@ -153,7 +154,7 @@ impl Search {
     }
 
     fn receive(&mut self, now: MissionTime, message: Message) {
-        self.agent.handle(now, Event::Received { from: Participant::Robot(MATE), message });
+        self.agent.react(now, Event::Received { from: Participant::Robot(MATE), message });
     }
 }
 

@@ -3,10 +3,11 @@
 
 use std::sync::Arc;
 
-use dragnet_agent::agent::{Action, Agent, Event, Orders};
+use dragnet_agent::agent::{Action, Agent, AgentConfig};
 use dragnet_proto::command::Mark;
 use dragnet_proto::directive::Directive;
 use dragnet_proto::message::{Activity, Message, MissionStatus};
+use dragnet_proto::state_machine::Event;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -31,7 +32,7 @@ impl Field {
             "name = 'a'\nmap.file = 'map.txt'\nsensor.radius = 1\nobjects.density = 0.2\n[mission]\n{mission}\n"
         );
         let scenario = Scenario::from_text(&folder.path().join("a.toml"), text).unwrap();
-        let robot = Agent::new(Orders::of_team(&scenario, 0).remove(0));
+        let robot = Agent::new(AgentConfig::of_team(&scenario, 0).remove(0));
         Self { scenario, robot }
     }
 
@@ -45,11 +46,11 @@ impl Field {
 
     fn sense(&mut self, seconds: u64, number: u32) -> Vec<Action> {
         let cell = self.cell(number);
-        self.robot.handle(Self::at(seconds), Event::Sensed { cell, readings: Vec::new() })
+        self.robot.react(Self::at(seconds), Event::Sensed { cell, readings: Vec::new() })
     }
 
     fn hear(&mut self, seconds: u64, message: Message) -> Vec<Action> {
-        self.robot.handle(Self::at(seconds), Event::Received { from: Participant::Coordinator, message })
+        self.robot.react(Self::at(seconds), Event::Received { from: Participant::Coordinator, message })
     }
 
     /// The coordinator says how a person has ordered it.
@@ -101,7 +102,7 @@ fn a_paused_robot_stays_says_so_and_goes_on_when_told() {
     assert_eq!(field.order(2, 4, false, &[]), [], "an older order comes late");
     assert_eq!(route(&field.sense(3, 1)), None, "it looks, and does not go");
     let wake = field.robot.wake_at();
-    let (directive, activity) = beat(&field.robot.handle(wake, Event::Woke));
+    let (directive, activity) = beat(&field.robot.react(wake, Event::Woke));
     assert_eq!((directive.number, directive.is_paused, activity), (5, true, Activity::Paused));
     assert!(!route(&field.order(60, 6, false, &[])).unwrap().is_empty());
     assert_eq!(field.robot.activity(), Activity::Searching);
@@ -123,7 +124,7 @@ fn a_pause_does_not_outlast_the_budget() {
     field.order(1, 5, true, &[]);
     while field.robot.wake_at() < Field::at(120) {
         let now = field.robot.wake_at();
-        field.robot.handle(now, Event::Woke);
+        field.robot.react(now, Event::Woke);
     }
     assert_eq!(field.robot.activity(), Activity::Spent);
 }

@@ -2,8 +2,9 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use dragnet_agent::agent::{Action, Agent, Event, Orders};
+use dragnet_agent::agent::{Action, Agent, AgentConfig};
 use dragnet_proto::message::{Activity, Audience, Heartbeat, Intent, Message};
+use dragnet_proto::state_machine::Event;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -40,7 +41,7 @@ impl Field {
                     robots.count = 2\nmission = {{ budget_seconds = 1e6, stop_when_expected_remaining = {expected:?} }}\n"
         );
         let scenario = Scenario::from_text(&folder.path().join("a.toml"), text).unwrap();
-        let robot = Agent::new(Orders::of_team(&scenario, 0).remove(0));
+        let robot = Agent::new(AgentConfig::of_team(&scenario, 0).remove(0));
         Self { scenario, robot, mate_sequence: 0 }
     }
 
@@ -50,11 +51,11 @@ impl Field {
 
     fn start(&mut self) -> Vec<Action> {
         let readings = Vec::new();
-        self.robot.handle(at(0), Event::Sensed { cell: self.cell(0), readings })
+        self.robot.react(at(0), Event::Sensed { cell: self.cell(0), readings })
     }
 
     fn hear(&mut self, seconds: u64, message: Message) -> Vec<Action> {
-        self.robot.handle(at(seconds), Event::Received { from: Participant::Robot(MATE), message })
+        self.robot.react(at(seconds), Event::Received { from: Participant::Robot(MATE), message })
     }
 
     /// The mate is about to enter these cells.
@@ -82,7 +83,7 @@ impl Field {
     }
 
     fn wake(&mut self, seconds: u64) -> Vec<Action> {
-        self.robot.handle(at(seconds), Event::Woke)
+        self.robot.react(at(seconds), Event::Woke)
     }
 }
 
@@ -120,10 +121,10 @@ fn it_helps_where_nobody_plans_to_look_though_a_teammate_is_nearer() {
     // Cells 9 and 10 are promised; only 11 is left, and the mate is next to it. It sees one cell far.
     assert_eq!(route(&actions), Some(&[field.cell(1)][..]));
     assert_eq!(field.robot.activity(), Activity::Searching);
-    let further = field.robot.handle(at(15), Event::Sensed { cell: field.cell(1), readings: Vec::new() });
+    let further = field.robot.react(at(15), Event::Sensed { cell: field.cell(1), readings: Vec::new() });
     assert_eq!(route(&further), Some(&[field.cell(2)][..]));
     field.plan(16, 2, 9..12);
-    let further = field.robot.handle(at(30), Event::Sensed { cell: field.cell(2), readings: Vec::new() });
+    let further = field.robot.react(at(30), Event::Sensed { cell: field.cell(2), readings: Vec::new() });
     assert_eq!(route(&further), Some(&[][..]), "the mate sees to that, too");
     assert_eq!(field.robot.activity(), Activity::Waiting);
 }
@@ -153,7 +154,7 @@ fn on_its_way_too_it_rests_once_what_is_left_is_not_worth_a_search() {
         for cell in 9..12 {
             field.walk(10, cell, [cell]);
         }
-        let actions = field.robot.handle(at(15), Event::Sensed { cell: path[0], readings: Vec::new() });
+        let actions = field.robot.react(at(15), Event::Sensed { cell: path[0], readings: Vec::new() });
         assert_eq!(route(&actions), is_over.then_some(&[][..]), "{expected}");
         assert_eq!(field.robot.activity() == Activity::Cleared, is_over, "{expected}");
     }
@@ -209,10 +210,10 @@ fn whoever_is_lost_or_stands_still_is_waited_for_no_longer() {
         } else {
             field.wake(5);
             field.wake(15);
-            field.robot.handle(at(20), Event::Lost(MATE));
+            field.robot.react(at(20), Event::Lost(MATE));
             let wake_at = field.robot.wake_at();
             assert!(wake_at < at(22), "{wake_at:?}");
-            field.robot.handle(wake_at, Event::Woke);
+            field.robot.react(wake_at, Event::Woke);
         }
         assert_eq!(field.robot.activity(), Activity::Searching, "heard: {is_heard}");
     }
@@ -233,6 +234,6 @@ fn it_sleeps_while_nothing_changes_and_thinks_no_more_often_than_it_could_move()
     let thinks_at = field.robot.wake_at();
     // A diagonal move over cells of 30 m, at 2 m/s.
     assert!((thinks_at.as_seconds() - 15.0 * 2.0_f64.sqrt()).abs() < 1e-6, "{thinks_at:?}");
-    field.robot.handle(thinks_at, Event::Woke);
+    field.robot.react(thinks_at, Event::Woke);
     assert_eq!(field.robot.wake_at(), at(25), "and then sleeps on");
 }

@@ -10,11 +10,11 @@
 
 pub mod bag;
 pub mod declaration;
-pub mod desk;
 pub mod inspect;
 pub mod liveness;
 mod mcap_file;
 pub mod mission;
+pub mod node;
 pub mod playback;
 pub mod record;
 pub mod recording;

@@ -1,4 +1,4 @@
-//! The mission's mind: what happened goes in, what to do and what to record comes out.
+//! The mission: events go in; what to publish and what to record comes out.
 //!
 //! It merges what robots saw, declares objects, notices who is lost and passes on what a person asks for. It knows no
 //! clock, network or file.
@@ -9,11 +9,11 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 
-use dragnet_proto::command::Command;
 use dragnet_proto::directive::{Directive, added_prior};
-use dragnet_proto::inbox::Inbox;
 use dragnet_proto::message::{Audience, Detection, Heartbeat, Intent, Message, MissionStatus};
-use dragnet_proto::plausible::{Limits, Refused};
+use dragnet_proto::replica::Replica;
+use dragnet_proto::state_machine::Event;
+use dragnet_proto::validation::{Limits, Rejected};
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -29,7 +29,7 @@ use crate::track::{Track, Tracks};
 
 /// All that the coordinator is told before it starts.
 #[derive(Clone, Debug)]
-pub struct MissionOrders {
+pub struct CoordinatorConfig {
     /// The map.
     pub terrain: Arc<Terrain>,
     /// What is believed before any reading.
@@ -50,7 +50,7 @@ pub struct MissionOrders {
     pub belief_period: Duration,
 }
 
-impl MissionOrders {
+impl CoordinatorConfig {
     /// The orders of a scenario's coordinator.
     #[must_use]
     pub fn of(scenario: &Scenario) -> Self {
@@ -71,28 +71,6 @@ impl MissionOrders {
     }
 }
 
-/// What happened.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Event {
-    /// A message came.
-    Received {
-        /// Who sent it.
-        from: Participant,
-        /// What it says.
-        message: Message,
-    },
-    /// The time that [`Mission::wake_at`] named has come.
-    Woke,
-    /// A robot has left the network.
-    Lost(RobotId),
-    /// A person asks for something.
-    Commanded(Command),
-    /// These are the robots now whose number several processes have.
-    Doubled(BTreeSet<RobotId>),
-    /// The mission ends: the last event.
-    Finished,
-}
-
 /// What to do.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
@@ -101,7 +79,7 @@ pub enum Action {
     /// Write into the recording.
     Record(Record),
     /// Tell whoever watches what was refused: it cannot be, or not from whom it came.
-    Refuse(Refused),
+    Refuse(Rejected),
 }
 
 /// What a recording tells.
@@ -137,11 +115,11 @@ pub enum Record {
 
 /// One mission.
 pub struct Mission {
-    orders: MissionOrders,
+    orders: CoordinatorConfig,
     belief: Belief,
     /// What robots can see, from where they were seen to stand.
     reach: Reach,
-    inbox: Inbox,
+    replica: Replica,
     declarations: Declarations,
     liveness: Liveness,
     tracks: Tracks,
@@ -160,13 +138,13 @@ pub struct Mission {
 impl Mission {
     /// A mission that starts now. What the prior is sure of is declared from the start.
     #[must_use]
-    pub fn new(orders: MissionOrders) -> Self {
+    pub fn new(orders: CoordinatorConfig) -> Self {
         let mut declarations = Declarations::new(orders.detection_threshold);
         declarations.review(MissionTime::START, &orders.prior, orders.terrain.searched_cells());
         Self {
             belief: orders.prior.clone(),
             reach: Reach::unknown(orders.terrain.grid(), orders.sensor_radius),
-            inbox: Inbox::new(Participant::Coordinator, orders.heartbeat / 2, orders.limits.clone()),
+            replica: Replica::new(Participant::Coordinator, orders.heartbeat / 2, orders.limits.clone()),
             declarations,
             liveness: Liveness::new(orders.robots.iter().copied(), orders.lost_after),
             tracks: Tracks::default(),
@@ -180,8 +158,8 @@ impl Mission {
         }
     }
 
-    /// The only way anything changes; `now` comes from the caller.
-    pub fn handle(&mut self, now: MissionTime, event: Event) -> Vec<Action> {
+    /// The only way anything changes but for [`Mission::finish`]; `now` comes from the caller. Events of a vehicle are ignored.
+    pub fn react(&mut self, now: MissionTime, event: Event<Message>) -> Vec<Action> {
         let mut actions = Vec::new();
         match event {
             Event::Received { from, message } => self.receive(now, from, &message, &mut actions),
@@ -197,11 +175,16 @@ impl Mission {
                 self.doubled = robots;
                 self.report(now, &mut actions);
             }
-            Event::Finished => {
-                self.report(now, &mut actions);
-                self.snapshot(now, &mut actions);
-            }
+            Event::Start | Event::Sensed { .. } | Event::Came | Event::Halted | Event::Released => {}
         }
+        actions
+    }
+
+    /// The mission ends: what is published and recorded last.
+    pub fn finish(&mut self, now: MissionTime) -> Vec<Action> {
+        let mut actions = Vec::new();
+        self.report(now, &mut actions);
+        self.snapshot(now, &mut actions);
         actions
     }
 
@@ -219,8 +202,8 @@ impl Mission {
 
     /// All observations known.
     #[must_use]
-    pub const fn inbox(&self) -> &Inbox {
-        &self.inbox
+    pub const fn replica(&self) -> &Replica {
+        &self.replica
     }
 
     /// Objects that are declared now, by cell.
@@ -255,8 +238,8 @@ impl Mission {
                 &self.belief,
             ),
             alive: self.alive().collect(),
-            observations: self.inbox.log().len(),
-            versions: self.inbox.log().versions().collect(),
+            observations: self.replica.log().len(),
+            versions: self.replica.log().versions().collect(),
             digest: self.belief.digest(),
             directive: self.directive.clone(),
             doubled: self.doubled.iter().copied().collect(),
@@ -264,7 +247,7 @@ impl Mission {
     }
 
     fn receive(&mut self, now: MissionTime, from: Participant, message: &Message, actions: &mut Vec<Action>) {
-        let received = self.inbox.receive(now, from, message);
+        let received = self.replica.receive(now, from, message);
         actions.extend(received.refused.into_iter().map(Action::Refuse));
         if !self.orders.limits.knows(from) {
             return;
@@ -282,8 +265,8 @@ impl Mission {
                 self.learn(now, &heartbeat.directive, actions);
             }
             Message::Observation(_)
-            | Message::LogRequest(_)
-            | Message::LogReply(_)
+            | Message::SyncRequest(_)
+            | Message::SyncReply(_)
             | Message::MissionStatus(_) => {}
         }
         for (whom, reply) in received.replies {

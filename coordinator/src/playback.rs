@@ -241,6 +241,6 @@ fn record(message: Message) -> Option<Record> {
         Message::Intent(intent) => Some(Record::Intent(intent)),
         Message::Heartbeat(heartbeat) => Some(Record::Heartbeat(heartbeat)),
         Message::MissionStatus(status) => Some(Record::Status(status)),
-        Message::LogRequest(_) | Message::LogReply(_) => None,
+        Message::SyncRequest(_) | Message::SyncReply(_) => None,
     }
 }

@@ -177,7 +177,7 @@ impl Recording {
         };
         match begun(&path, (*header).clone(), now, mission) {
             Some(recorder) => {
-                let observations = mission.inbox().log().len();
+                let observations = mission.replica().log().len();
                 self.tell(&Notice::GoesOn { path: recorder.path().to_owned(), observations });
                 self.is_waiting = false;
                 self.state = State::Writing(Box::new(recorder));
@@ -213,7 +213,7 @@ impl Recording {
 /// A further file with all that is known; nothing, and no file, if the disk does not take it.
 fn begun(path: &Path, header: Header, now: MissionTime, mission: &Mission) -> Option<Recorder> {
     let mut recorder = Recorder::create_beside(path, header).ok()?;
-    let log = mission.inbox().log();
+    let log = mission.replica().log();
     let observations = log.versions().flat_map(|version| log.since(version.origin, 0));
     let records = observations.map(|observation| Record::Observation(observation.clone()));
     let stand =

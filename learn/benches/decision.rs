@@ -8,15 +8,15 @@ use std::sync::Arc;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use dragnet_learn::graph::Graph;
-use dragnet_learn::network::{Network, Room};
+use dragnet_learn::network::{Network, Workspace};
 use dragnet_learn::policy::Gnn;
 use dragnet_learn::shape::Shape as Sizes;
 use dragnet_learn::weights::{Recipe, Weights};
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::{Grid, Position};
-use dragnet_search::intent::Promised;
+use dragnet_search::intent::PlannedPrecision;
 use dragnet_search::policy::Policy;
-use dragnet_search::route::{Connectivity, Routes};
+use dragnet_search::route::{Connectivity, ShortestPathTree};
 use dragnet_search::seed::{Purpose, stream};
 use dragnet_search::sensor::Sensor;
 use dragnet_search::shape::Shape;
@@ -35,7 +35,7 @@ fn decisions(criterion: &mut Criterion) {
         let terrain = Shape::AllTraversable.terrain(grid, 30.0).unwrap();
         let log_odds = grid.cells().map(|_| random.random_range(-5.0..2.0)).collect();
         let belief = Belief::from_log_odds(&terrain, log_odds).unwrap();
-        let (sensor, promised) = (Sensor::default(), Promised::nothing(&terrain));
+        let (sensor, promised) = (Sensor::default(), PlannedPrecision::nothing(&terrain));
         let situation = Situation {
             terrain: &terrain,
             connectivity: Connectivity::Four,
@@ -45,8 +45,8 @@ fn decisions(criterion: &mut Criterion) {
             robot: grid.cell(Position { row: side / 3, column: side / 3 }).unwrap(),
             place: Place::ALONE,
         };
-        let routes = Routes::from(&terrain, situation.connectivity, situation.robot);
-        let (mut topology, mut room) = (None, Room::default());
+        let routes = ShortestPathTree::from(&terrain, situation.connectivity, situation.robot);
+        let (mut topology, mut room) = (None, Workspace::default());
         let graph = Graph::new(&situation, &routes, &mut topology);
         let mut policy = Gnn::new(Arc::clone(&network));
         group.bench_function(BenchmarkId::new("whole", side), |bencher| {

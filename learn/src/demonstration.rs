@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
-use dragnet_search::intent::Promised;
+use dragnet_search::intent::PlannedPrecision;
 use dragnet_search::route::Connectivity;
 use dragnet_search::sensor::Sensor;
 use dragnet_search::situation::{Place, Situation};
@@ -79,7 +79,7 @@ pub struct Demonstration {
     /// `ln(p / (1 - p))`, shape `[cells]`.
     pub log_odds_nats: Vec<f32>,
     /// Precision promised by teammates, units of evidence, shape `[cells]`.
-    pub promised: Promised,
+    pub promised: PlannedPrecision,
     /// The robot's cell.
     pub robot: Cell,
     /// The expert's choice.

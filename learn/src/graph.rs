@@ -10,8 +10,8 @@ mod topology;
 use std::sync::Arc;
 
 use dragnet_search::cell::Cell;
-use dragnet_search::outlook::Outlook;
-use dragnet_search::route::Routes;
+use dragnet_search::information_gain::InformationGain;
+use dragnet_search::route::ShortestPathTree;
 use dragnet_search::situation::Situation;
 
 pub use features::{FEATURE_NAMES, FEATURES};
@@ -35,12 +35,16 @@ pub struct Graph {
 impl Graph {
     /// The graph of a situation. `topology` is kept between calls: it is made anew where the map has changed.
     #[must_use]
-    pub fn new(situation: &Situation<'_>, routes: &Routes, topology: &mut Option<Arc<Topology>>) -> Self {
+    pub fn new(
+        situation: &Situation<'_>,
+        routes: &ShortestPathTree,
+        topology: &mut Option<Arc<Topology>>,
+    ) -> Self {
         let topology = match topology {
             Some(known) if known.is_of(situation.terrain, routes) => Arc::clone(known),
             other => Arc::clone(other.insert(Arc::new(Topology::new(situation.terrain, routes)))),
         };
-        let gains = Outlook::new(situation).look_gains(situation, routes);
+        let gains = InformationGain::new(situation).look_gains(situation, routes);
         let node = |cell: Cell| topology.node(cell);
         let mut parent = vec![0; topology.len()];
         for &cell in routes.reached() {

@@ -27,7 +27,7 @@ use crate::weights::Weights;
 
 use attention::Attention;
 use linear::Linear;
-use route::Fading;
+use route::Decay;
 
 /// Slope of a rectifier below 0, as libtorch has it by default.
 pub const RECTIFIER_LEAK: f32 = 0.01;
@@ -46,7 +46,7 @@ pub struct Network {
     shape: Shape,
     encoder: Linear,
     attention: Vec<Attention>,
-    memory: Option<(Linear, Fading)>,
+    memory: Option<(Linear, Decay)>,
     mix: Linear,
     sum: Option<Linear>,
     head: Linear,
@@ -55,7 +55,7 @@ pub struct Network {
 
 /// Where a network computes: channels of all nodes.
 #[derive(Clone, Debug, Default)]
-pub struct Room {
+pub struct Workspace {
     channels: Vec<f32>,
     projected: Vec<f32>,
     faded: Vec<f32>,
@@ -77,7 +77,7 @@ impl Network {
             shape,
             encoder: linear("encoder"),
             attention: (0..shape.layers).map(|layer| Attention::new(weights, layer)).collect(),
-            memory: (shape.memory > 0).then(|| (linear("memory"), Fading::new(weights.get("memory.fade")))),
+            memory: (shape.memory > 0).then(|| (linear("memory"), Decay::new(weights.get("memory.fade")))),
             mix: linear("mix"),
             sum: (shape.sums > 0).then(|| linear("sum")),
             head: linear("head"),
@@ -94,22 +94,22 @@ impl Network {
     /// A logit for each node, shape `[nodes]`. That of the root means nothing: the robot is there.
     #[must_use]
     pub fn logits(&self, graph: &Graph) -> Vec<f32> {
-        let mut room = Room::default();
+        let mut room = Workspace::default();
         self.logits_in(graph, &mut room);
         room.logits
     }
 
     /// The same, in room that is kept from one graph to the next: to ask the system for it takes a fifth of the time.
-    pub fn logits_in<'a>(&self, graph: &Graph, room: &'a mut Room) -> &'a [f32] {
+    pub fn logits_in<'a>(&self, graph: &Graph, room: &'a mut Workspace) -> &'a [f32] {
         // The widest vector instructions that this machine has; the order of operations is the same for all.
         Arch::new().dispatch(Forward { network: self, graph, room });
         &room.logits
     }
 
     #[inline(always)]
-    fn compute<S: Simd>(&self, simd: S, graph: &Graph, room: &mut Room) {
+    fn compute<S: Simd>(&self, simd: S, graph: &Graph, room: &mut Workspace) {
         let features = graph.features.as_slice();
-        let Room { channels, projected, faded, mixed, sums, head, logits } = room;
+        let Workspace { channels, projected, faded, mixed, sums, head, logits } = room;
         self.encoder.apply_rectified(simd, &[features], channels);
         for layer in &self.attention {
             layer.add_to(simd, channels, &graph.topology, projected);
@@ -138,7 +138,7 @@ impl Network {
 struct Forward<'a> {
     network: &'a Network,
     graph: &'a Graph,
-    room: &'a mut Room,
+    room: &'a mut Workspace,
 }
 
 impl WithSimd for Forward<'_> {

@@ -9,7 +9,7 @@ use crate::file::{self, Kind, Tensor};
 use crate::graph::FEATURE_NAMES;
 use crate::shape::{Parameter, Shape};
 
-/// Room for 16 million parameters; the shipped networks have 8,000.
+/// Workspace for 16 million parameters; the shipped networks have 8,000.
 const KIND: Kind = Kind { name: "weights", format: "dragnet-weights-1", max_bytes: 1 << 26 };
 
 #[derive(Serialize, Deserialize)]

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use dragnet_agent::agent::Orders;
+use dragnet_agent::agent::AgentConfig;
 use dragnet_files::read_text_at_most;
 use dragnet_proto::key::Mission;
 use dragnet_ros2::output::OutputKind;
@@ -44,7 +44,7 @@ pub struct Common {
 /// Settings of one robot's process: `dragnet agent`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct AgentConfig {
+pub struct AgentSettings {
     /// The robot's number, from 1.
     pub robot: u16,
     /// Who tells the time.
@@ -97,7 +97,7 @@ pub enum TimeSource {
 /// Settings of the coordinator's process: `dragnet coordinator`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct CoordinatorConfig {
+pub struct CoordinatorSettings {
     /// The recording, a file that does not exist yet, relative to the working directory; nothing is recorded without.
     #[serde(default)]
     pub recording: Option<PathBuf>,
@@ -111,7 +111,7 @@ pub struct CoordinatorConfig {
 /// Settings of the simulated world's process: `dragnet sim`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct SimConfig {
+pub struct SimSettings {
     /// Name of the mission, as in [`Common`].
     pub mission: String,
     /// Seed of truth, starts and noise.
@@ -157,7 +157,7 @@ pub struct Checked {
     pub scenario: Scenario,
 }
 
-impl AgentConfig {
+impl AgentSettings {
     /// Where the robot's journal is, by the settings of a file.
     #[must_use]
     pub fn journal(&self, file: &Path) -> PathBuf {
@@ -169,14 +169,14 @@ impl AgentConfig {
     }
 }
 
-impl AgentConfig {
+impl AgentSettings {
     /// What the robot is told before it starts.
     ///
     /// # Errors
     /// If it is none of the scenario's.
-    pub fn orders(&self, file: &Path, scenario: &Scenario) -> Result<Orders, LinkError> {
+    pub fn orders(&self, file: &Path, scenario: &Scenario) -> Result<AgentConfig, LinkError> {
         let robot = RobotId(self.robot);
-        let orders = Orders::of_team(scenario, self.common.seed);
+        let orders = AgentConfig::of_team(scenario, self.common.seed);
         orders.into_iter().find(|orders| orders.robot.id == robot).ok_or_else(|| {
             let reason = format!("robot is {robot}; allowed is from 1 to {}", scenario.robots().len());
             LinkError::Settings { file: file.to_owned(), reason }

@@ -14,7 +14,7 @@ use std::time::Duration;
 
 use dragnet_search::observation::RobotId;
 
-use crate::config::{self, AgentConfig, Checked};
+use crate::config::{self, AgentSettings, Checked};
 use crate::journal::Subject;
 use crate::session;
 use crate::vehicle::detector::Make;
@@ -81,7 +81,7 @@ impl Finding {
 /// made. `make` makes its detector, if they ask for one. Without settings that can be, there is nothing to look at.
 pub fn examine(file: &Path, listen: Duration, make: Make<'_>, tell: &mut dyn FnMut(Finding)) {
     let advice = "mend the settings: docs/guide.md and docs/field-guide.md name all keys";
-    let config = match config::load::<AgentConfig>(file) {
+    let config = match config::load::<AgentSettings>(file) {
         Ok(config) => config,
         Err(error) => return tell(Finding::fail("settings", error.to_string(), advice)),
     };

@@ -12,7 +12,7 @@ use dragnet_agent::agent::Agent;
 use dragnet_coordinator::Ending;
 use dragnet_coordinator::bag::{Bag, BagMessage, BagTopic};
 use dragnet_proto::message::Message;
-use dragnet_proto::participant::{Mind, Stimulus};
+use dragnet_proto::state_machine::{Event, StateMachine};
 use dragnet_ros2::output::{Diagnostic, OutputKind, PlanarEstimate};
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::{Cell, Position};
@@ -20,8 +20,8 @@ use dragnet_search::evidence::Reading;
 use dragnet_search::terrain::Terrain;
 
 use crate::LinkError;
-use crate::config::{self, AgentConfig};
-use crate::ros::heard::Heard;
+use crate::config::{self, AgentSettings};
+use crate::ros::incoming::Incoming;
 use crate::ros::settings::Checked;
 use crate::vehicle::detector::{Detector, Make};
 use crate::vehicle::{Effect, Now, RefusedInput, SHOW, TICK, Vehicle};
@@ -127,7 +127,7 @@ pub fn run(
     make: Make<'_>,
     tell: &mut dyn FnMut(Note),
 ) -> Result<Summary, LinkError> {
-    let config: AgentConfig = config::load(file)?;
+    let config: AgentSettings = config::load(file)?;
     let scenario = config.common.check(file)?.scenario;
     let orders = config.orders(file, &scenario)?;
     let Some(body) = config.body(file, &scenario)? else {
@@ -155,7 +155,7 @@ pub fn run(
         tell,
     };
     let before = rehearsal.agent.belief().entropy_nats(scenario.terrain());
-    rehearsal.experience(Stimulus::Start)?;
+    rehearsal.handle(Event::Start)?;
     for message in &mut bag {
         rehearsal.hear(&message?)?;
     }
@@ -207,7 +207,7 @@ impl Rehearsal<'_> {
         self.traffic[number].messages += 1;
         let subscription = &self.ros.subscriptions[number];
         let heard = match mismatch(&message.topic, subscription.kind.message().name) {
-            Some(reason) => Heard::Refused { topic: subscription.topic.clone(), reason },
+            Some(reason) => Incoming::Rejected { topic: subscription.topic.clone(), reason },
             None => self.ros.understand(subscription, &message.bytes),
         };
         let effects = self.vehicle.hear(self.clock(), &subscription.topic, heard);
@@ -224,7 +224,7 @@ impl Rehearsal<'_> {
             }
             self.now = next;
             if next < self.tick_at {
-                self.experience(Stimulus::Woke)?;
+                self.handle(Event::Woke)?;
                 continue;
             }
             self.tick_at = next + TICK;
@@ -252,7 +252,7 @@ impl Rehearsal<'_> {
             match effect {
                 Effect::Sensed { cell, readings } => {
                     self.look(cell, &readings);
-                    self.experience(Stimulus::Sensed { cell, readings })?;
+                    self.handle(Event::Sensed { cell, readings })?;
                     self.believe();
                 }
                 Effect::Publish(output) => *self.log.said.entry(output.kind()).or_default() += 1,
@@ -269,15 +269,15 @@ impl Rehearsal<'_> {
     }
 
     /// Tells the robot's mind.
-    fn experience(&mut self, stimulus: Stimulus<Message>) -> Result<(), LinkError> {
-        let reaction = self.agent.experience(self.now, stimulus);
-        let reaction =
-            reaction.map_err(|error| LinkError::Participant { who: error.who, reason: error.reason })?;
-        self.wake_at = reaction.wake_at;
-        self.log.decisions.extend(reaction.decision);
-        if let Some(route) = reaction.route {
+    fn handle(&mut self, event: Event<Message>) -> Result<(), LinkError> {
+        let effects = self.agent.handle(self.now, event);
+        let effects =
+            effects.map_err(|error| LinkError::Participant { who: error.who, reason: error.reason })?;
+        self.wake_at = effects.wake_at;
+        self.log.decisions.extend(effects.decision);
+        if let Some(route) = effects.route {
             let toward = route.last().map(|&cell| self.position(cell));
-            self.note(News::Decides { cells: route.len(), toward, computing: reaction.decision });
+            self.note(News::Decides { cells: route.len(), toward, computing: effects.decision });
         }
         Ok(())
     }

@@ -1,12 +1,12 @@
 //! Zenoh: the only crate that speaks it, and all sockets but those of the live page.
 //!
-//! Minds ([`dragnet_proto::participant::Mind`]) know no network; here they get one.
+//! Minds ([`dragnet_proto::state_machine::StateMachine`]) know no network; here they get one.
 //!
 //! - [`session`], [`link`]: how a session is opened, and what a participant says and hears on it;
 //! - [`refusals`]: whom Zenoh turns away, told in plain words; [`source_places`]: and without folders of other machines;
 //! - [`live`], [`clock`]: a participant driven by the wall clock, as in the field, in the mission's time; [`journal`]: what
 //!   it remembers if it starts again;
-//! - [`lockstep`], [`remote_crew`]: participants driven by the simulator, event by event, over the same messages;
+//! - [`lockstep`], [`remote_participants`]: participants driven by the simulator, event by event, over the same messages;
 //! - [`ros`], [`vehicle`]: a robot's own ROS 2 network, and its vehicle on it;
 //! - [`dry_run`]: a robot that lives through a recording of its vehicle's network;
 //! - [`doctor`]: whether all is there that a robot's settings name;
@@ -25,7 +25,7 @@ pub mod live;
 pub mod lockstep;
 pub mod refusals;
 pub mod relay;
-pub mod remote_crew;
+pub mod remote_participants;
 pub mod ros;
 pub mod serve;
 pub mod session;

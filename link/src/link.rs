@@ -44,7 +44,7 @@ pub struct Link {
 
 /// What a participant hears.
 #[derive(Debug)]
-pub enum Heard {
+pub enum Incoming {
     /// A message, checked.
     Message {
         /// Who sent it.
@@ -57,7 +57,7 @@ pub enum Heard {
         message: Message,
     },
     /// Something under a key of the mission that is no message, or not by whom the key says.
-    Refused {
+    Rejected {
         /// Who sent it, as far as the key tells.
         from: Sender,
         /// The key.
@@ -87,7 +87,7 @@ impl Link {
         let (inlet, waiting) = waiting::waiting(waiting::MOST_BYTES);
         let identity = RandomState::new().build_hasher().finish();
         let to_all = [Selection::Observations, Selection::Intents, Selection::Heartbeats];
-        let to_me = [Selection::LogRequestsTo(me), Selection::LogRepliesTo(me)];
+        let to_me = [Selection::SyncRequestsTo(me), Selection::SyncRepliesTo(me)];
         let coordinator = [Topic::Status, Topic::ByHand].map(|topic| mission.key(topic).to_string());
         let expressions = to_all.iter().chain(&to_me).map(|&selection| mission.expression(selection));
         for expression in expressions.chain(coordinator) {
@@ -152,20 +152,20 @@ impl Link {
     }
 
     /// The next thing heard; `None` once the session is closed.
-    pub async fn hear(&mut self) -> Option<Heard> {
+    pub async fn hear(&mut self) -> Option<Incoming> {
         loop {
             match self.waiting.take().await? {
                 Arrival::Message { from, raw } => return Some(read(raw, from, self.me, self.codec)),
                 Arrival::Presence { who, identity, is_here: true } => {
                     if self.come(who, identity) {
-                        return Some(Heard::Came(who, identity));
+                        return Some(Incoming::Came(who, identity));
                     }
                 }
                 Arrival::Presence { who, identity, is_here: false } => {
                     return Some(match self.leave(who, identity) {
                         // Somebody is there all the same: whoever is left has come, for those who spoke to the other.
-                        Some(left) => Heard::Came(who, left),
-                        None => Heard::Left(who, identity),
+                        Some(left) => Incoming::Came(who, left),
+                        None => Incoming::Left(who, identity),
                     });
                 }
             }
@@ -281,14 +281,14 @@ impl Link {
         &mut self,
         expected: &[Participant],
         patience: Duration,
-        mut others: impl FnMut(Heard),
+        mut others: impl FnMut(Incoming),
     ) -> Result<(), LinkError> {
         let deadline = tokio::time::Instant::now() + patience;
         loop {
             let absent = expected.iter().find(|who| **who != self.me && !self.present.contains(who));
             let Some(&absent) = absent else { return Ok(()) };
             match tokio::time::timeout_at(deadline, self.hear()).await {
-                Ok(Some(Heard::Came(..) | Heard::Left(..))) => {}
+                Ok(Some(Incoming::Came(..) | Incoming::Left(..))) => {}
                 Ok(Some(heard)) => others(heard),
                 Ok(None) | Err(_) => {
                     return Err(LinkError::Absent { who: absent.to_string(), waited: patience });
@@ -335,8 +335,8 @@ fn raw(sample: &Sample) -> Raw {
 }
 
 /// What was sent, or why it is refused.
-fn read(raw: Raw, from: Sender, me: Participant, codec: Codec) -> Heard {
-    let refused = |key: String, reason: String| Heard::Refused { from, key, reason };
+fn read(raw: Raw, from: Sender, me: Participant, codec: Codec) -> Incoming {
+    let refused = |key: String, reason: String| Incoming::Rejected { from, key, reason };
     let key: Key = match raw.key.parse() {
         Ok(key) => key,
         Err(error) => return refused(raw.key, error.to_string()),
@@ -352,11 +352,11 @@ fn read(raw: Raw, from: Sender, me: Participant, codec: Codec) -> Heard {
         return refused(raw.key, "without number, identity and age as attachment, 24 bytes".to_owned());
     };
     if from == me {
-        return Heard::Rival(process);
+        return Incoming::Rival(process);
     }
     let message = codec.decode(kind, &raw.payload);
     match message.and_then(|message| convert::check_sender(&message, from).map(|()| message)) {
-        Ok(message) => Heard::Message { from, identity: process.identity, number, message },
+        Ok(message) => Incoming::Message { from, identity: process.identity, number, message },
         Err(error) => refused(raw.key, error.to_string()),
     }
 }

@@ -6,8 +6,8 @@ use std::num::NonZeroUsize;
 use std::time::Duration;
 
 use dragnet_proto::clock::{self, Adjustment};
-use dragnet_proto::message::{Audience, LogReply, LogRequest, Message};
-use dragnet_proto::participant::{Mind, Reaction, Stimulus};
+use dragnet_proto::message::{Audience, Message, SyncReply, SyncRequest};
+use dragnet_proto::state_machine::{Effects, Event, StateMachine};
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::observation::RobotId;
@@ -17,7 +17,7 @@ use crate::LinkError;
 use crate::clock::Clock;
 use crate::doubles::{Doubles, News};
 use crate::journal::Journal;
-use crate::link::{Heard, Link, Sender};
+use crate::link::{Incoming, Link, Sender};
 use crate::log_limit::{Kind, Teller};
 use crate::narrator::Narrator;
 use crate::watchdog::Watchdog;
@@ -39,7 +39,7 @@ pub struct Log {
 }
 
 /// What a vehicle reports besides messages: the mission's time, if it knows that better than this clock, and what happened.
-pub type Report = (Option<MissionTime>, Stimulus<Message>);
+pub type Report = (Option<MissionTime>, Event<Message>);
 
 /// Runs a mind until `stop` is ready or the network closes. `reports` is what its vehicle says: a coordinator has none.
 /// Whatever the mind is to remember is in the journal, if there is one, before it says anything.
@@ -48,7 +48,7 @@ pub type Report = (Option<MissionTime>, Stimulus<Message>);
 /// If the mind cannot go on.
 pub async fn run(
     link: &mut Link,
-    mind: &mut dyn Mind,
+    mind: &mut dyn StateMachine,
     mut clock: Clock,
     journal: Option<Journal>,
     mut reports: mpsc::Receiver<Report>,
@@ -69,7 +69,7 @@ pub async fn run(
         stands: false,
         has_stood: false,
     };
-    driver.experience(link, clock.now(), Stimulus::Start).await?;
+    driver.handle(link, clock.now(), Event::Start).await?;
     let mut has_reports = true;
     let mut watchdog = Watchdog::ready();
     tokio::pin!(stop);
@@ -84,7 +84,7 @@ pub async fn run(
             () = driver.teller.settle() => {}
             heard = link.hear() => match heard {
                 Some(heard) => {
-                    if let Heard::Message { from, message, .. } = &heard
+                    if let Incoming::Message { from, message, .. } = &heard
                         && let Some(time) = clock::dated(*from, message)
                     {
                         driver.tell_time(*from, clock.hear(time));
@@ -94,32 +94,34 @@ pub async fn run(
                 None => return Ok(driver.finish(&clock)),
             },
             report = reports.recv(), if has_reports && !clock.listens() => match report {
-                Some((time, stimulus)) => {
+                Some((time, event)) => {
                     // To the nanosecond as the simulator says: others hold where a robot was against when.
                     let followed = time.filter(|&time| clock.follow(time));
-                    if matches!(stimulus, Stimulus::Sensed { .. }) {
+                    if matches!(event, Event::Sensed { .. }) {
                         clock.begin();
                     }
                     driver.note_time(&clock);
                     let is_lost = time.is_some() && followed.is_none();
-                    driver.report(link, followed.unwrap_or_else(|| clock.now()), stimulus, is_lost).await?;
+                    driver.report(link, followed.unwrap_or_else(|| clock.now()), event, is_lost).await?;
                 }
                 None => has_reports = false,
             },
             () = tokio::time::sleep(LISTENS), if clock.listens() => {}
             () = tokio::time::sleep_until(clock.instant(driver.wake_at)), if !driver.stands => {
                 let now = clock.now().max(driver.wake_at);
-                driver.experience(link, now, Stimulus::Woke).await?;
+                driver.handle(link, now, Event::Woke).await?;
             }
         }
     }
 }
 
 /// What a journal answers to a question for what its robot has released.
-fn repeat(journal: &Journal, request: LogRequest, teller: &mut Teller) -> Option<(Audience, Message)> {
-    match journal.since(request.of, request.first, LogReply::MAX_OBSERVATIONS) {
+fn repeat(journal: &Journal, request: SyncRequest, teller: &mut Teller) -> Option<(Audience, Message)> {
+    match journal.since(request.of, request.first, SyncReply::MAX_OBSERVATIONS) {
         Ok(observations) if observations.is_empty() => None,
-        Ok(observations) => Some((Audience::One(request.from), Message::LogReply(LogReply { observations }))),
+        Ok(observations) => {
+            Some((Audience::One(request.from), Message::SyncReply(SyncReply { observations })))
+        }
         Err(error) => {
             teller.warn(Kind::Journal, Sender::Known(request.from), error);
             None
@@ -128,7 +130,7 @@ fn repeat(journal: &Journal, request: LogRequest, teller: &mut Teller) -> Option
 }
 
 struct Driver<'a> {
-    mind: &'a mut dyn Mind,
+    mind: &'a mut dyn StateMachine,
     journal: Option<Journal>,
     /// The clock as the journal knows it.
     noted: Option<Clock>,
@@ -185,38 +187,38 @@ impl Driver<'_> {
         }
     }
 
-    async fn hear(&mut self, link: &Link, now: MissionTime, heard: Heard) -> Result<(), LinkError> {
+    async fn hear(&mut self, link: &Link, now: MissionTime, heard: Incoming) -> Result<(), LinkError> {
         for (from, count) in link.dropped() {
             let text =
                 format!("dropped {count} messages of {from}: more wait than can; they are asked for later");
             self.teller.warn(Kind::Dropped, from, text);
         }
         match heard {
-            Heard::Message { .. } if self.stands => {}
-            Heard::Message { from, message, .. } => {
-                self.experience(link, now, Stimulus::Delivered { from, parcel: message }).await?;
+            Incoming::Message { .. } if self.stands => {}
+            Incoming::Message { from, message, .. } => {
+                self.handle(link, now, Event::Received { from, message }).await?;
             }
-            Heard::Refused { from, key, reason } => {
+            Incoming::Rejected { from, key, reason } => {
                 let text = format_args!("refused what came under {key}: {reason}");
                 self.teller.warn(Kind::NoMessage, from, text);
             }
-            Heard::Rival(process) => self.doubles.hear(link.process(), process),
-            Heard::Came(who, _) => {
+            Incoming::Rival(process) => self.doubles.hear(link.process(), process),
+            Incoming::Came(who, _) => {
                 let (kind, what) =
                     if self.gone.remove(&who) { (Kind::Back, "is back") } else { (Kind::Came, "is here") };
                 self.teller.inform(kind, Sender::Known(who), format_args!("{who} {what}"));
                 if !self.stands {
-                    self.experience(link, now, Stimulus::Came).await?;
+                    self.handle(link, now, Event::Came).await?;
                 }
             }
-            Heard::Left(who, _) => {
+            Incoming::Left(who, _) => {
                 self.gone.insert(who);
                 self.teller.inform(Kind::Left, Sender::Known(who), format_args!("{who} has left"));
                 if let Participant::Robot(robot) = who
                     && who != link.me()
                     && !self.stands
                 {
-                    self.experience(link, now, Stimulus::Lost(robot)).await?;
+                    self.handle(link, now, Event::Lost(robot)).await?;
                 }
             }
         }
@@ -229,17 +231,17 @@ impl Driver<'_> {
         &mut self,
         link: &Link,
         now: MissionTime,
-        stimulus: Stimulus<Message>,
+        event: Event<Message>,
         is_lost: bool,
     ) -> Result<(), LinkError> {
         if self.stands {
             return Ok(());
         }
         if is_lost && self.has_stood {
-            return self.experience(link, now, Stimulus::Came).await;
+            return self.handle(link, now, Event::Came).await;
         }
-        self.has_stood |= matches!(stimulus, Stimulus::Sensed { .. });
-        self.experience(link, now, stimulus).await
+        self.has_stood |= matches!(event, Event::Sensed { .. });
+        self.handle(link, now, event).await
     }
 
     /// Two of one number are told of, and the younger one of this process's own number stands.
@@ -248,7 +250,7 @@ impl Driver<'_> {
         let (me, doubled) = (link.me(), self.doubles.lasting(link.age()));
         if doubled != self.doubled {
             self.doubled.clone_from(&doubled);
-            self.experience(link, now, Stimulus::Doubled(doubled)).await?;
+            self.handle(link, now, Event::Doubled(doubled)).await?;
         }
         let is_robot = matches!(me, Participant::Robot(_));
         let stands = is_robot && self.doubles.must_stand(link.process(), link.processes(me));
@@ -257,11 +259,11 @@ impl Driver<'_> {
         }
         self.tell_standing(me, stands);
         if stands {
-            self.experience(link, now, Stimulus::Halted).await?;
+            self.handle(link, now, Event::Halted).await?;
         }
         self.stands = stands;
         if !stands {
-            self.experience(link, now, Stimulus::Released).await?;
+            self.handle(link, now, Event::Released).await?;
         }
         Ok(())
     }
@@ -301,17 +303,17 @@ impl Driver<'_> {
         }
     }
 
-    async fn experience(
+    async fn handle(
         &mut self,
         link: &Link,
         now: MissionTime,
-        stimulus: Stimulus<Message>,
+        event: Event<Message>,
     ) -> Result<(), LinkError> {
-        let reaction = self.mind.experience(now, stimulus);
-        let reaction =
-            reaction.map_err(|error| LinkError::Participant { who: link.me(), reason: error.reason })?;
-        self.narrator.tell(self.mind, &reaction);
-        let Reaction { kept, mut published, wake_at, decision, repeats, refused, .. } = reaction;
+        let effects = self.mind.handle(now, event);
+        let effects =
+            effects.map_err(|error| LinkError::Participant { who: link.me(), reason: error.reason })?;
+        self.narrator.tell(self.mind, &effects);
+        let Effects { kept, mut published, wake_at, decision, repeats, refused, .. } = effects;
         if let Some(journal) = &mut self.journal {
             journal.note(kept);
             if !published.is_empty() {
@@ -332,7 +334,7 @@ impl Driver<'_> {
         }
         for refused in refused {
             let from = link.sender(refused.from);
-            self.teller.warn(Kind::Refused(refused.why), from, refused);
+            self.teller.warn(Kind::Rejected(refused.why), from, refused);
         }
         self.wake_at = wake_at;
         self.log.decisions.extend(decision);

@@ -9,8 +9,8 @@ use std::time::Duration;
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::key::{Mission, Topic};
 use dragnet_proto::message::{Activity, Message};
-use dragnet_proto::participant::{Mind, Reaction, Stimulus};
-use dragnet_proto::step::{Parcel, Step, StepEvent, StepReply};
+use dragnet_proto::state_machine::{Effects, Event, StateMachine};
+use dragnet_proto::step::{MessageRef, Step, StepEvent, StepReply};
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Grid;
@@ -20,27 +20,27 @@ use zenoh::handlers::FifoChannelHandler;
 use zenoh::query::{Query, Queryable};
 
 use crate::LinkError;
-use crate::link::{Heard, Link};
+use crate::link::{Incoming, Link};
 use crate::log_limit::{Kind, Teller};
 
 /// How long somebody, or a message that has set out, is waited for: wall-clock time.
 pub const PATIENCE: Duration = Duration::from_secs(30);
 
 /// A participant at the simulator's disposal.
-pub struct Puppet<'a> {
+pub struct LockstepNode<'a> {
     link: Link,
     codec: Codec,
     steps: Queryable<FifoChannelHandler<Query>>,
-    mind: &'a mut dyn Mind,
+    mind: &'a mut dyn StateMachine,
     team: Vec<Participant>,
     /// Messages that came and whose time has not.
-    parcels: BTreeMap<(Participant, u64), Message>,
+    messages: BTreeMap<(Participant, u64), Message>,
     /// Messages published.
     published: u64,
     teller: Teller,
 }
 
-impl<'a> Puppet<'a> {
+impl<'a> LockstepNode<'a> {
     /// Puts a mind on a session. `team` is everybody who takes part.
     ///
     /// # Errors
@@ -51,15 +51,15 @@ impl<'a> Puppet<'a> {
         me: Participant,
         grid: Grid,
         team: Vec<Participant>,
-        mind: &'a mut dyn Mind,
+        mind: &'a mut dyn StateMachine,
     ) -> Result<Self, LinkError> {
         let codec = Codec::new(grid);
         let key = mission.key(Topic::SimStep(me)).to_string();
         let steps = session.declare_queryable(key).await.map_err(LinkError::zenoh("offer to be driven"))?;
         let mut link = Link::join(session, mission, me, codec).await?;
         link.announce().await?;
-        let (parcels, teller) = (BTreeMap::new(), Teller::default());
-        Ok(Self { link, codec, steps, mind, team, parcels, published: 0, teller })
+        let (messages, teller) = (BTreeMap::new(), Teller::default());
+        Ok(Self { link, codec, steps, mind, team, messages, published: 0, teller })
     }
 
     /// Does what the simulator says until it says that the mission is over.
@@ -94,23 +94,28 @@ impl<'a> Puppet<'a> {
     }
 
     async fn step(&mut self, step: Step) -> Result<StepReply, LinkError> {
-        let stimulus = match step.event {
-            StepEvent::Report | StepEvent::Finish => return Ok(self.report(self.mind.digest())),
-            StepEvent::Start => {
+        let StepEvent::Event(event) = step.event else { return Ok(self.report(self.mind.digest())) };
+        let event = match event {
+            Event::Received { from, message: number } => {
+                Event::Received { from, message: self.message(from, number).await? }
+            }
+            Event::Start => {
                 self.await_team().await?;
-                Stimulus::Start
+                Event::Start
             }
-            StepEvent::Sensed { from, readings } => Stimulus::Sensed { cell: from, readings },
-            StepEvent::Deliver { sender, parcel } => {
-                Stimulus::Delivered { from: sender, parcel: self.parcel(sender, parcel).await? }
-            }
-            StepEvent::Wake => Stimulus::Woke,
-            StepEvent::Lost(robot) => Stimulus::Lost(robot),
+            Event::Sensed { cell, readings } => Event::Sensed { cell, readings },
+            Event::Woke => Event::Woke,
+            Event::Came => Event::Came,
+            Event::Lost(robot) => Event::Lost(robot),
+            Event::Commanded(command) => Event::Commanded(command),
+            Event::Halted => Event::Halted,
+            Event::Released => Event::Released,
+            Event::Doubled(robots) => Event::Doubled(robots),
         };
-        let reaction = self.mind.experience(MissionTime(step.time_ns), stimulus);
-        let reaction =
-            reaction.map_err(|error| LinkError::Participant { who: self.link.me(), reason: error.reason })?;
-        self.carry_out(reaction).await
+        let effects = self.mind.handle(MissionTime(step.time_ns), event);
+        let effects =
+            effects.map_err(|error| LinkError::Participant { who: self.link.me(), reason: error.reason })?;
+        self.carry_out(effects).await
     }
 
     /// Who is there has subscribed before; so nothing is published that somebody cannot hear.
@@ -121,9 +126,9 @@ impl<'a> Puppet<'a> {
     }
 
     /// A message that was published, once it is here. A copy stays: it may arrive twice.
-    async fn parcel(&mut self, sender: Participant, number: u64) -> Result<Message, LinkError> {
+    async fn message(&mut self, sender: Participant, number: u64) -> Result<Message, LinkError> {
         loop {
-            if let Some(message) = self.parcels.get(&(sender, number)) {
+            if let Some(message) = self.messages.get(&(sender, number)) {
                 return Ok(message.clone());
             }
             let absent =
@@ -133,39 +138,39 @@ impl<'a> Puppet<'a> {
         }
     }
 
-    fn keep(&mut self, heard: Heard) -> Result<(), LinkError> {
+    fn keep(&mut self, heard: Incoming) -> Result<(), LinkError> {
         match heard {
-            Heard::Message { from, number, message, .. } => {
-                self.parcels.insert((from, number), message);
+            Incoming::Message { from, number, message, .. } => {
+                self.messages.insert((from, number), message);
                 Ok(())
             }
-            Heard::Refused { from, key, reason } => {
+            Incoming::Rejected { from, key, reason } => {
                 let text = format_args!("refused what came under {key}: {reason}");
                 self.teller.warn(Kind::NoMessage, from, text);
                 Ok(())
             }
-            Heard::Came(..) | Heard::Rival(_) => Ok(()),
-            Heard::Left(who, _) => {
+            Incoming::Came(..) | Incoming::Rival(_) => Ok(()),
+            Incoming::Left(who, _) => {
                 let reason = "it left before the mission was over".to_owned();
                 if self.team.contains(&who) { Err(LinkError::Participant { who, reason }) } else { Ok(()) }
             }
         }
     }
 
-    async fn carry_out(&mut self, reaction: Reaction<Message>) -> Result<StepReply, LinkError> {
-        let mut published = Vec::with_capacity(reaction.published.len());
-        for (to, message) in &reaction.published {
+    async fn carry_out(&mut self, effects: Effects<Message>) -> Result<StepReply, LinkError> {
+        let mut published = Vec::with_capacity(effects.published.len());
+        for (to, message) in &effects.published {
             let number = self.published;
             self.published += 1;
             self.link.publish(number, *to, message).await?;
-            published.push(Parcel { number, kind: message.kind(), to: *to });
+            published.push(MessageRef { number, kind: message.kind(), to: *to });
         }
         Ok(StepReply {
             published,
-            route: reaction.route,
-            wake_at_ns: Some(reaction.wake_at.0).filter(|&time| time < u64::MAX),
-            activity: reaction.activity,
-            decision_seconds: reaction.decision.map_or(0.0, |time| time.as_secs_f64().max(1e-9)),
+            route: effects.route,
+            wake_at_ns: Some(effects.wake_at.0).filter(|&time| time < u64::MAX),
+            activity: effects.activity,
+            decision_seconds: effects.decision.map_or(0.0, |time| time.as_secs_f64().max(1e-9)),
             ..self.report(Digest(0))
         })
     }

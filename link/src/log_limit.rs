@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::time::{Duration, Instant};
 
-use dragnet_proto::plausible::Refusal;
+use dragnet_proto::validation::Rejection;
 
 use crate::waiting::Sender;
 
@@ -107,7 +107,7 @@ pub(crate) enum Kind {
     /// What is no message.
     NoMessage,
     /// What cannot be.
-    Refused(Refusal),
+    Rejected(Rejection),
     /// Messages that wait too long.
     Dropped,
     /// Somebody has come.
@@ -142,7 +142,7 @@ impl fmt::Display for Kind {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoMessage => formatter.write_str("what is no message"),
-            Self::Refused(why) => write!(formatter, "refusals ({why})"),
+            Self::Rejected(why) => write!(formatter, "refusals ({why})"),
             Self::Dropped => formatter.write_str("messages that had to be dropped"),
             Self::Came => formatter.write_str("coming"),
             Self::Back => formatter.write_str("coming back"),
@@ -266,7 +266,7 @@ mod tests {
         assert_eq!(limit.told.len(), MOST_KINDS + 1);
         let left_out = 100_000 - MOST_KINDS as u64 - 1;
         assert_eq!(limit.settle(start + PERIOD), [(None, left_out)]);
-        // Room again, once they are long past.
+        // Workspace again, once they are long past.
         assert!(limit.admits(start + PERIOD * 3, &200_000));
         assert_eq!(limit.told.len(), 1);
     }

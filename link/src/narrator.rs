@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use dragnet_proto::message::{Activity, Message, MissionStatus};
-use dragnet_proto::participant::{Mind, Reaction};
+use dragnet_proto::state_machine::{Effects, StateMachine};
 use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::{Cell, Grid, Position};
 use dragnet_search::observation::Observation;
@@ -23,40 +23,40 @@ impl Narrator {
     }
 
     /// Tells what came of what has just happened to a mind.
-    pub(crate) fn tell(&mut self, mind: &dyn Mind, reaction: &Reaction<Message>) {
-        for line in self.lines(mind, reaction) {
+    pub(crate) fn tell(&mut self, mind: &dyn StateMachine, effects: &Effects<Message>) {
+        for line in self.lines(mind, effects) {
             tracing::info!("{} {line}", self.me);
         }
     }
 
-    fn lines(&mut self, mind: &dyn Mind, reaction: &Reaction<Message>) -> Vec<String> {
+    fn lines(&mut self, mind: &dyn StateMachine, effects: &Effects<Message>) -> Vec<String> {
         let mut lines = match self.me {
-            Participant::Robot(_) => self.finds(mind, &reaction.kept),
+            Participant::Robot(_) => self.finds(mind, &effects.kept),
             // It keeps observations to record them, and declares what is found.
             Participant::Coordinator => Vec::new(),
         };
-        let statuses = reaction.published.iter().filter_map(|(_, message)| match message {
+        let statuses = effects.published.iter().filter_map(|(_, message)| match message {
             Message::MissionStatus(status) => Some(status),
             _ => None,
         });
         lines.extend(statuses.flat_map(|status| self.declares(status)).collect::<Vec<_>>());
-        lines.extend(self.decides(reaction));
+        lines.extend(self.decides(effects));
         lines
     }
 
-    fn decides(&self, reaction: &Reaction<Message>) -> Option<String> {
-        let route = reaction.route.as_ref()?;
+    fn decides(&self, effects: &Effects<Message>) -> Option<String> {
+        let route = effects.route.as_ref()?;
         let Some(&waypoint) = route.last() else {
-            let what = if reaction.activity == Activity::Waiting { "waiting" } else { "resting" };
-            return Some(format!("{what}: {}", reaction.activity.reason()));
+            let what = if effects.activity == Activity::Waiting { "waiting" } else { "resting" };
+            return Some(format!("{what}: {}", effects.activity.reason()));
         };
         let cells = if route.len() == 1 { "1 cell".to_owned() } else { format!("{} cells", route.len()) };
-        let took = reaction.decision.map(|took| format!(", in {:.1} ms", took.as_secs_f64() * 1e3));
+        let took = effects.decision.map(|took| format!(", in {:.1} ms", took.as_secs_f64() * 1e3));
         Some(format!("decided: {cells} to {}{}", self.place(waypoint), took.unwrap_or_default()))
     }
 
     /// A robot has seen or heard of something.
-    fn finds(&mut self, mind: &dyn Mind, observations: &[Arc<Observation>]) -> Vec<String> {
+    fn finds(&mut self, mind: &dyn StateMachine, observations: &[Arc<Observation>]) -> Vec<String> {
         let readings = observations.iter().flat_map(|observation| &observation.readings);
         let cells: BTreeSet<Cell> = readings.map(|reading| reading.cell).collect();
         let change = |cell: Cell| match (mind.is_found(cell), self.found.contains(&cell)) {
@@ -99,9 +99,9 @@ impl Narrator {
 mod tests {
     use std::path::Path;
 
-    use dragnet_agent::agent::{Agent, Orders};
-    use dragnet_coordinator::desk::Desk;
-    use dragnet_proto::participant::Stimulus;
+    use dragnet_agent::agent::{Agent, AgentConfig};
+    use dragnet_coordinator::node::CoordinatorNode;
+    use dragnet_proto::state_machine::Event;
     use dragnet_scenario::Scenario;
     use dragnet_scenario::time::MissionTime;
     use dragnet_search::evidence::Reading;
@@ -125,14 +125,14 @@ mod tests {
         let grid = scenario.terrain().grid();
         let [from, object] = [2, 3].map(|column| grid.cell(Position { row: 0, column }).unwrap());
         let variance = scenario.sensor().variance(1);
-        let sensed = |value: f32| Stimulus::Sensed {
+        let sensed = |value: f32| Event::Sensed {
             cell: from,
             readings: vec![Reading { cell: object, value, variance }],
         };
         let robot = Participant::Robot(RobotId(1));
-        let mut agent = Agent::new(Orders::of_team(&scenario, 1).remove(0));
-        let mut desk: Desk =
-            team::recording::desk(&scenario, 1, &Options::default(), Existing::Refused).unwrap();
+        let mut agent = Agent::new(AgentConfig::of_team(&scenario, 1).remove(0));
+        let mut node: CoordinatorNode =
+            team::recording::node(&scenario, 1, &Options::default(), Existing::Rejected).unwrap();
         let mut of_robot = Narrator::new(robot, grid);
         let mut of_coordinator = Narrator::new(Participant::Coordinator, grid);
         let mut lines = Vec::new();
@@ -140,11 +140,11 @@ mod tests {
         // It sees the object, and then that there is none.
         for value in [0.5].into_iter().chain([1.0; 10]).chain([0.0; 20]) {
             now = MissionTime(now.0 + 20_000_000_000);
-            let reaction = agent.experience(now, sensed(value)).unwrap();
-            lines.extend(of_robot.lines(&agent, &reaction));
-            for (_, parcel) in reaction.published {
-                let reaction = desk.experience(now, Stimulus::Delivered { from: robot, parcel }).unwrap();
-                lines.extend(of_coordinator.lines(&desk, &reaction));
+            let effects = agent.handle(now, sensed(value)).unwrap();
+            lines.extend(of_robot.lines(&agent, &effects));
+            for (_, parcel) in effects.published {
+                let effects = node.handle(now, Event::Received { from: robot, message: parcel }).unwrap();
+                lines.extend(of_coordinator.lines(&node, &effects));
             }
         }
         let lines: Vec<&str> = lines.iter().map(|line| line.split(", in ").next().unwrap()).collect();

@@ -10,13 +10,13 @@
 //!
 //! What messages say, and under which key, is [`dragnet_ros2`]'s to know.
 
-pub mod heard;
+pub mod incoming;
 pub mod node;
 pub mod settings;
 
 mod inbox;
+mod publisher;
 mod session;
-mod voice;
 
 #[cfg(test)]
 mod tests;

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use dragnet_agent::agent::Agent;
-use dragnet_coordinator::desk::Listener;
+use dragnet_coordinator::node::Listener;
 use dragnet_live::page::{Page, Settings};
 use dragnet_live::view::About;
 use dragnet_proto::convert::Codec;
@@ -15,15 +15,15 @@ use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_sim::episode::Episode;
-use dragnet_sim::simulation::Spectator;
+use dragnet_sim::simulation::StepObserver;
 use tokio::sync::mpsc;
 
 use crate::clock::Clock;
-use crate::config::{self, AgentConfig, Body, Checked, CoordinatorConfig, SimConfig, TimeSource};
+use crate::config::{self, AgentSettings, Body, Checked, CoordinatorSettings, SimSettings, TimeSource};
 use crate::journal::{Journal, Subject};
 use crate::link::Link;
 use crate::live;
-use crate::lockstep::Puppet;
+use crate::lockstep::LockstepNode;
 use crate::session::{Endpoints, Mode, block_on, leave, open_when_there};
 use crate::stop::{self, Bond};
 use crate::team::recording::Existing;
@@ -46,7 +46,7 @@ pub enum Precedence {
 /// # Errors
 /// If the settings are not allowed, or the robot cannot go on.
 pub fn agent(file: &Path, precedence: Precedence, make: detector::Make<'_>) -> Result<(), LinkError> {
-    let mut config: AgentConfig = config::load(file)?;
+    let mut config: AgentSettings = config::load(file)?;
     config.common.zenoh = config.common.zenoh.named_in(file);
     let Checked { mission, scenario } = config.common.check(file)?;
     let orders = config.orders(file, &scenario)?;
@@ -73,9 +73,9 @@ pub fn agent(file: &Path, precedence: Precedence, make: detector::Make<'_>) -> R
             let (session, mission) = (session.clone(), mission.clone());
             if config.time == TimeSource::Simulator {
                 let team = team::everybody(&scenario);
-                let puppet = Puppet::new(session, mission, who, grid, team, &mut agent).await?;
+                let node = LockstepNode::new(session, mission, who, grid, team, &mut agent).await?;
                 return tokio::select! {
-                    outcome = puppet.serve() => outcome,
+                    outcome = node.serve() => outcome,
                     () = stop => Ok(()),
                 };
             }
@@ -200,7 +200,7 @@ pub enum Role {
 /// # Errors
 /// If the settings are not allowed, or not all could be recorded.
 pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), LinkError> {
-    let mut config: CoordinatorConfig = config::load(file)?;
+    let mut config: CoordinatorSettings = config::load(file)?;
     config.common.zenoh = config.common.zenoh.named_in(file);
     if role == Role::Router {
         config.common.zenoh.mode = Some(Mode::Router);
@@ -219,8 +219,8 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), LinkErr
         None => (None, None, mpsc::channel(1).1),
     };
     let there = Existing::Beside;
-    let desk = team::recording::desk(&scenario, config.common.seed, &options, there)?;
-    let mut desk = desk.told_to(listener);
+    let node = team::recording::node(&scenario, config.common.seed, &options, there)?;
+    let mut node = node.told_to(listener);
     let codec = Codec::of(&scenario);
     let clock = Clock::new(real_time_factor);
     let ended = block_on(async {
@@ -241,13 +241,13 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), LinkErr
             if let Some(server) = &shown {
                 tracing::info!("live page: {}", server.address());
             }
-            live::run(&mut link, &mut desk, clock, None, commands, stop).await.map(|log| log.ended)
+            live::run(&mut link, &mut node, clock, None, commands, stop).await.map(|log| log.ended)
         };
         let ended = watching.await;
         leave(&session).await;
         ended
     })?;
-    desk.finish(ended, BTreeMap::new())?;
+    node.finish(ended, BTreeMap::new())?;
     Ok(())
 }
 
@@ -268,9 +268,9 @@ fn show(
 pub fn world(
     scenario: &Scenario,
     file: &Path,
-    spectator: Spectator<'_>,
+    spectator: StepObserver<'_>,
 ) -> Result<(Episode, u64), LinkError> {
-    let mut config: SimConfig = config::load(file)?;
+    let mut config: SimSettings = config::load(file)?;
     config.zenoh = config.zenoh.named_in(file);
     let failed = |reason| LinkError::Settings { file: file.to_owned(), reason };
     config::check_real_time_factor(config.real_time_factor).map_err(failed)?;

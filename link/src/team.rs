@@ -7,12 +7,12 @@ pub(crate) mod recording;
 
 use std::path::PathBuf;
 
-use dragnet_coordinator::desk::Listener;
+use dragnet_coordinator::node::Listener;
 use dragnet_proto::key::Mission;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::{Network, Scenario};
 use dragnet_sim::episode::Episode;
-use dragnet_sim::simulation::Spectator;
+use dragnet_sim::simulation::StepObserver;
 use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
 use zenoh::Session;
@@ -57,13 +57,13 @@ pub fn run(
     scenario: &Scenario,
     seed: u64,
     options: &Options,
-    spectator: Spectator<'_>,
+    spectator: StepObserver<'_>,
 ) -> Result<Run, LinkError> {
     run_watched(scenario, seed, options, None, spectator)
 }
 
 /// Who looks on while a team searches by the wall clock, and may speak to its coordinator.
-pub struct Onlooker {
+pub struct RunObserver {
     /// Told of each record of the coordinator.
     pub listener: Listener,
     /// What the coordinator is asked for.
@@ -78,8 +78,8 @@ pub fn run_watched(
     scenario: &Scenario,
     seed: u64,
     options: &Options,
-    onlooker: Option<Onlooker>,
-    spectator: Spectator<'_>,
+    onlooker: Option<RunObserver>,
+    spectator: StepObserver<'_>,
 ) -> Result<Run, LinkError> {
     let runtime = runtime()?;
     match options.real_time_factor {

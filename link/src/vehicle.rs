@@ -5,10 +5,10 @@
 //! A vehicle is told the time like all minds, and does nothing by itself. [`serve`] drives it on its network by the wall
 //! clock, [`crate::dry_run`] by the clock of a recording.
 
-mod board;
 pub mod detector;
+mod diagnostics;
+mod embodied;
 pub(crate) mod ground;
-mod mind;
 mod objects;
 pub(crate) mod place;
 pub mod serve;
@@ -18,9 +18,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use dragnet_ros2::errand::{Errand, Progress};
 use dragnet_ros2::input::{DetectedBox, GoalStatus, Image, Occupancy};
 use dragnet_ros2::name::TopicName;
+use dragnet_ros2::navigation_goal::{NavigationGoal, Progress};
 use dragnet_ros2::output::{Diagnostic, Output};
 use dragnet_ros2::viewer::Viewer;
 use dragnet_scenario::Scenario;
@@ -33,19 +33,19 @@ use dragnet_search::terrain::Terrain;
 use dragnet_vehicle::camera::{Camera, DetectionBox};
 use dragnet_vehicle::pilot::diagnostic::{Diagnostic as Said, NO_POSE};
 use dragnet_vehicle::pilot::{
-    Action, CameraFrame, Event, Fix, InputSource, Pilot, Report as DriveReport, Sights,
+    Action, CameraDetections, CameraFrame, Event, InputSource, Pilot, PoseEstimate, Report as DriveReport,
 };
 use dragnet_vehicle::plane::Pose;
 
-use crate::ros::heard::Heard;
+use crate::ros::incoming::Incoming;
 use crate::ros::settings::{Checked, Stamps};
-use board::Board;
 use detector::{Look, Seen};
+use diagnostics::DiagnosticsAggregator;
 use place::{Located, Moment, Places, planar};
 use topics::Topics;
 
-pub(crate) use board::RefusedInput;
-pub use mind::{Embodied, Orders};
+pub(crate) use diagnostics::RefusedInput;
+pub use embodied::{AgentOutputs, Embodied};
 
 /// How often the pilot hears that time passes: silence is noticed so soon.
 pub(crate) const TICK: Duration = Duration::from_millis(100);
@@ -90,7 +90,7 @@ pub(crate) struct Vehicle {
     terrain: Arc<Terrain>,
     detection_threshold: f64,
     stamps: Stamps,
-    board: Board,
+    board: DiagnosticsAggregator,
     topics: Topics,
     /// Times that the belief was not shown since it was.
     unchanged: u32,
@@ -99,7 +99,7 @@ pub(crate) struct Vehicle {
     /// Goals that Nav2 told of last.
     goals: Vec<GoalStatus>,
     /// What Nav2 was asked for, and when.
-    errand: Option<(Errand, Pose, MissionTime)>,
+    errand: Option<(NavigationGoal, Pose, MissionTime)>,
     drive: Option<Drive>,
 }
 
@@ -123,7 +123,7 @@ impl Vehicle {
             terrain: Arc::new(scenario.terrain().clone()),
             detection_threshold: scenario.mission().detection_threshold,
             stamps: ros.stamps(),
-            board: Board::default(),
+            board: DiagnosticsAggregator::default(),
             topics: Topics::new(ros),
             unchanged: 0,
             located: None,
@@ -134,27 +134,27 @@ impl Vehicle {
     }
 
     /// The network says something on a topic.
-    pub(crate) fn hear(&mut self, now: Now, topic: &TopicName, heard: Heard) -> Vec<Effect> {
+    pub(crate) fn hear(&mut self, now: Now, topic: &TopicName, heard: Incoming) -> Vec<Effect> {
         self.topics.hears(topic, &heard);
-        if let Heard::Refused { reason, .. } = heard {
+        if let Incoming::Rejected { reason, .. } = heard {
             self.board.refuse(now.mission, topic, &reason);
             return self.news();
         }
         self.board.heard(now.mission, topic);
         let located = match heard {
-            Heard::Odometry(odometry) => {
+            Incoming::Odometry(odometry) => {
                 Ok(self.places.odometry(self.moment(now, odometry.place.stamp_unix_ns), &odometry))
             }
-            Heard::Pose(pose) => self.places.pose(self.moment(now, pose.stamp_unix_ns), &pose),
-            Heard::Fix(fix) => self.places.fix(self.moment(now, fix.stamp_unix_ns), &fix),
-            Heard::Map(map) => return self.hear_map(now, topic, &map),
-            Heard::Detections { camera, detections } => {
+            Incoming::Pose(pose) => self.places.pose(self.moment(now, pose.stamp_unix_ns), &pose),
+            Incoming::Fix(fix) => self.places.fix(self.moment(now, fix.stamp_unix_ns), &fix),
+            Incoming::Map(map) => return self.hear_map(now, topic, &map),
+            Incoming::Detections { camera, detections } => {
                 let time_ns = self.time_ns(now, detections.stamp_unix_ns);
                 return self.frame(now, &camera, time_ns, detections.boxes.iter().map(of_box).collect());
             }
-            Heard::Image { camera, image } => return self.hear_image(now, topic, camera, image),
-            Heard::Goals(goals) => return self.hear_goals(now, goals),
-            Heard::Refused { .. } => return Vec::new(),
+            Incoming::Image { camera, image } => return self.hear_image(now, topic, camera, image),
+            Incoming::Goals(goals) => return self.hear_goals(now, goals),
+            Incoming::Rejected { .. } => return Vec::new(),
         };
         match located {
             Ok(located) => located.map(|located| self.locate(now, &located)).unwrap_or_default(),
@@ -247,7 +247,7 @@ impl Vehicle {
 
     fn locate(&mut self, now: Now, located: &Located) -> Vec<Effect> {
         self.located = Some(located.pose);
-        let fix = Fix {
+        let fix = PoseEstimate {
             time_ns: located.time_ns,
             pose: located.pose,
             deviation_meters: located.deviation_meters,
@@ -257,7 +257,7 @@ impl Vehicle {
     }
 
     fn frame(&mut self, now: Now, camera: &str, time_ns: u64, boxes: Vec<DetectionBox>) -> Vec<Effect> {
-        let (camera, sights) = (camera.to_owned(), Sights::Boxes(boxes));
+        let (camera, sights) = (camera.to_owned(), CameraDetections::Boxes(boxes));
         self.tell(now, Event::Frame(CameraFrame { time_ns, camera, head_radians: 0.0, sights }))
     }
 
@@ -359,7 +359,7 @@ impl Vehicle {
     }
 
     fn go(&mut self, now: Now, pose: Pose) -> Vec<Effect> {
-        self.errand = Some((Errand::begin(&self.goals), pose, now.mission));
+        self.errand = Some((NavigationGoal::begin(&self.goals), pose, now.mission));
         vec![Effect::Publish(Output::Goal(self.in_frame(&pose)))]
     }
 

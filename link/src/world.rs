@@ -8,7 +8,7 @@ use dragnet_proto::clock;
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::key::{Mission, Topic};
 use dragnet_proto::message::{Activity, Heartbeat, Intent, Message};
-use dragnet_proto::participant::Stimulus;
+use dragnet_proto::state_machine::Event;
 use dragnet_proto::step::Sensed;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
@@ -17,7 +17,7 @@ use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;
 use dragnet_search::observation::RobotId;
 use dragnet_sim::episode::Episode;
-use dragnet_sim::simulation::{Outcome, Scene, Spectator};
+use dragnet_sim::simulation::{Outcome, StepContext, StepObserver};
 use dragnet_sim::world::World;
 use tokio::sync::mpsc;
 use zenoh::Session;
@@ -25,7 +25,7 @@ use zenoh::sample::Sample;
 
 use crate::LinkError;
 use crate::clock::Clock;
-use crate::link::{Heard, Link, Sender};
+use crate::link::{Incoming, Link, Sender};
 use crate::live::Report;
 use crate::log_limit::{Kind, Teller};
 
@@ -64,7 +64,7 @@ pub struct WorldServer<'a> {
     arrivals: BTreeMap<RobotId, MissionTime>,
     heartbeats: BTreeMap<RobotId, Heartbeat>,
     outcome: Outcome,
-    spectator: Spectator<'a>,
+    spectator: StepObserver<'a>,
     teller: Teller,
 }
 
@@ -79,7 +79,7 @@ impl<'a> WorldServer<'a> {
         scenario: &Scenario,
         seed: u64,
         real_time_factor: f64,
-        spectator: Spectator<'a>,
+        spectator: StepObserver<'a>,
     ) -> Result<Self, LinkError> {
         let world = World::new(scenario, seed);
         let robots: BTreeSet<RobotId> = scenario.robots().iter().map(|robot| robot.id).collect();
@@ -182,8 +182,8 @@ impl<'a> WorldServer<'a> {
     }
 
     /// Takes the mission's time from whoever knows it; what is on its way comes as much later.
-    fn keep_time(&mut self, heard: &Heard) {
-        let Heard::Message { from, message, .. } = heard else { return };
+    fn keep_time(&mut self, heard: &Incoming) {
+        let Incoming::Message { from, message, .. } = heard else { return };
         let Some(time) = clock::dated(*from, message) else { return };
         let by = self.clock.hear(time).by;
         if by > BEHIND.mul_f64(self.real_time_factor.max(1.0)) {
@@ -196,15 +196,15 @@ impl<'a> WorldServer<'a> {
         }
     }
 
-    async fn hear(&mut self, heard: Heard) -> Result<(), LinkError> {
+    async fn hear(&mut self, heard: Incoming) -> Result<(), LinkError> {
         self.keep_time(&heard);
         match heard {
-            Heard::Message { from, identity, message: Message::Intent(intent), .. } => {
+            Incoming::Message { from, identity, message: Message::Intent(intent), .. } => {
                 if self.is_moved_by(from, identity) {
                     self.follow(identity, &intent);
                 }
             }
-            Heard::Message { from, identity, message: Message::Heartbeat(heartbeat), .. } => {
+            Incoming::Message { from, identity, message: Message::Heartbeat(heartbeat), .. } => {
                 if self.is_moved_by(from, identity) {
                     self.keep_up(identity, &heartbeat).await?;
                 }
@@ -212,28 +212,28 @@ impl<'a> WorldServer<'a> {
                     self.heartbeats.insert(heartbeat.robot, heartbeat);
                 }
             }
-            Heard::Message { message: Message::Observation(mark), .. }
+            Incoming::Message { message: Message::Observation(mark), .. }
                 if mark.origin.robot == RobotId::BY_HAND =>
             {
                 self.world.take_in(&mark.readings);
             }
-            Heard::Left(Participant::Robot(gone), _) => {
+            Incoming::Left(Participant::Robot(gone), _) => {
                 self.has_missed = true;
                 self.robots.remove(&gone);
                 self.arrivals.remove(&gone);
                 self.heartbeats.remove(&gone);
             }
             // It has started again, wherever it stood; one more process of its number is nobody's body.
-            Heard::Came(who @ Participant::Robot(robot), identity) if self.is_moved_by(who, identity) => {
+            Incoming::Came(who @ Participant::Robot(robot), identity) if self.is_moved_by(who, identity) => {
                 self.robots.insert(robot);
                 self.world.set_route(robot, Vec::new());
                 self.look(self.clock.now(), robot).await?;
             }
-            Heard::Message { .. }
-            | Heard::Rival(_)
-            | Heard::Came(..)
-            | Heard::Left(Participant::Coordinator, _) => {}
-            Heard::Refused { from, key, reason } => {
+            Incoming::Message { .. }
+            | Incoming::Rival(_)
+            | Incoming::Came(..)
+            | Incoming::Left(Participant::Coordinator, _) => {}
+            Incoming::Rejected { from, key, reason } => {
                 let text = format_args!("refused what came under {key}: {reason}");
                 self.teller.warn(Kind::NoMessage, from, text);
             }
@@ -286,7 +286,7 @@ impl<'a> WorldServer<'a> {
 
     fn send(&mut self, robot: RobotId, route: Vec<Cell>) {
         let now = self.clock.now();
-        (self.spectator)(now, Scene::Departs { robot, route: route.clone(), activity: None });
+        (self.spectator)(now, StepContext::Departs { robot, route: route.clone(), activity: None });
         self.world.set_route(robot, route);
         self.depart(now, robot);
     }
@@ -301,9 +301,9 @@ impl<'a> WorldServer<'a> {
     async fn look(&mut self, now: MissionTime, robot: RobotId) -> Result<(), LinkError> {
         let (readings, found) = self.world.sense(robot);
         let (cell, farthest_cells) = (self.world.body(robot).cell, self.world.farthest_cells());
-        (self.spectator)(now, Scene::Arrives { robot, cell, farthest_cells });
+        (self.spectator)(now, StepContext::Arrives { robot, cell, farthest_cells });
         for &cell in &found {
-            (self.spectator)(now, Scene::Finds { robot, cell });
+            (self.spectator)(now, StepContext::Finds { robot, cell });
         }
         self.outcome.measure(now, farthest_cells, self.world.score(), &found);
         self.looked.insert(robot, now);
@@ -356,7 +356,7 @@ pub async fn sensor(link: &Link, robot: RobotId, codec: Codec) -> Result<mpsc::R
             Ok(_) if is_another(&sample) => {}
             Ok(Sensed { time_ns, from, readings, .. }) => {
                 let time = Some(MissionTime(time_ns)).filter(|&time| time > MissionTime::START);
-                let report = (time, Stimulus::Sensed { cell: from, readings });
+                let report = (time, Event::Sensed { cell: from, readings });
                 if sender.try_send(report).is_err() {
                     warn(format_args!("robot {robot} does not keep up with its sensor"));
                 }

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
-use dragnet_link::ros::heard::Heard;
+use dragnet_link::ros::incoming::Incoming;
 use dragnet_link::ros::node::Node;
 use dragnet_link::ros::settings::Settings;
 use dragnet_link::session::{Endpoints, Mode, free_endpoints, open};
@@ -121,14 +121,14 @@ async fn what_the_other_says_is_heard() {
     while heard.len() < 8 {
         let next = in_time(node.hear()).await;
         let name = match &next {
-            Heard::Odometry(_) => "odometry",
-            Heard::Pose(_) => "pose",
-            Heard::Fix(_) => "fix",
-            Heard::Map(_) => "map",
-            Heard::Detections { .. } => "detections",
-            Heard::Image { .. } => "image",
-            Heard::Goals(_) => "goals",
-            Heard::Refused { .. } => "refused",
+            Incoming::Odometry(_) => "odometry",
+            Incoming::Pose(_) => "pose",
+            Incoming::Fix(_) => "fix",
+            Incoming::Map(_) => "map",
+            Incoming::Detections { .. } => "detections",
+            Incoming::Image { .. } => "image",
+            Incoming::Goals(_) => "goals",
+            Incoming::Rejected { .. } => "refused",
         };
         heard.insert(name, next);
     }
@@ -138,42 +138,42 @@ async fn what_the_other_says_is_heard() {
 }
 
 /// What `tests/ros_peer` says, value by value.
-fn check(heard: Heard) {
+fn check(heard: Incoming) {
     let stamp = 12_000_000_034;
     match heard {
-        Heard::Odometry(heard) => {
+        Incoming::Odometry(heard) => {
             let pose = PlanarPose { x_meters: 1.25, ..PlanarPose::default() };
             let covariance = Some([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.5]]);
             assert_eq!((heard.place.pose, heard.place.covariance), (pose, covariance));
             assert_eq!((heard.place.stamp_unix_ns, heard.robot_frame.as_str()), (stamp, "base_link"));
             assert!((heard.velocity.forward_meters_per_second - 0.75).abs() < 1e-12);
         }
-        Heard::Pose(heard) => {
+        Incoming::Pose(heard) => {
             assert_eq!((heard.pose.y_meters, heard.covariance, heard.frame.as_str()), (-3.5, None, "map"));
             assert!((heard.pose.yaw_radians.abs() - std::f64::consts::PI).abs() < 1e-12);
         }
-        Heard::Fix(heard) => {
+        Incoming::Fix(heard) => {
             let place = (heard.point.latitude_degrees, heard.point.longitude_degrees);
             assert_eq!((place, heard.altitude_meters), ((49.25, -2.125), Some(12.5)));
         }
-        Heard::Map(heard) => {
+        Incoming::Map(heard) => {
             assert_eq!((heard.grid.columns(), heard.grid.rows(), heard.cell_meters), (3, 2, 0.5));
             assert_eq!(heard.cells, [0, 100, -1, 0, 0, 50]);
         }
-        Heard::Detections { camera, detections } => {
+        Incoming::Detections { camera, detections } => {
             let seen = &detections.boxes[0];
             let edges = [seen.left, seen.top, seen.right, seen.bottom];
             assert_eq!((&*camera, edges), ("front", [300.0, 200.0, 340.0, 280.0]));
             assert_eq!(seen.hypothesis, Some(Hypothesis { class: "person".into(), score: 0.875 }));
         }
-        Heard::Image { camera, image } => {
+        Incoming::Image { camera, image } => {
             assert_eq!((&*camera, image.width_pixels, image.stamp_unix_ns), ("front", 2, stamp));
             assert_eq!(image.rgb, [30, 20, 10, 60, 50, 40]);
         }
-        Heard::Goals(goals) => {
+        Incoming::Goals(goals) => {
             assert_eq!((goals[0].goal, goals[0].state), (GoalId([7; 16]), GoalState::Succeeded));
         }
-        Heard::Refused { topic, reason } => {
+        Incoming::Rejected { topic, reason } => {
             let expected =
                 "node /bot/robot publishes it as std_msgs/msg/String; allowed is sensor_msgs/msg/Image";
             assert_eq!((topic.to_string().as_str(), reason.as_str()), ("/bot/rear/image_raw", expected));

@@ -12,11 +12,11 @@ use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use axum::{Json, Router};
-use dragnet_coordinator::desk::Listener;
+use dragnet_coordinator::node::Listener;
 use dragnet_coordinator::playback::Playback;
 use dragnet_files::read_text_at_most;
 use dragnet_proto::message::Message;
-use dragnet_proto::participant::Stimulus;
+use dragnet_proto::state_machine::Event;
 use dragnet_scenario::time::MissionTime;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
@@ -88,7 +88,7 @@ pub enum PageError {
 }
 
 /// What a person asks for, as the coordinator's driver takes it: no time of its own, and what happens.
-pub type Commanded = (Option<MissionTime>, Stimulus<Message>);
+pub type Commanded = (Option<MissionTime>, Event<Message>);
 
 /// A page that is served as long as this is there.
 pub struct Page {
@@ -292,7 +292,7 @@ async fn command(State(shared): State<Arc<Shared>>, headers: HeaderMap, body: St
         Ok(answered) => answered,
         Err(error) => return refusal(StatusCode::UNPROCESSABLE_ENTITY, &error.to_string()),
     };
-    match running.commands.try_send((None, Stimulus::Commanded(command))) {
+    match running.commands.try_send((None, Event::Commanded(command))) {
         Ok(()) => Json(json!({ "message": answer })).into_response(),
         Err(mpsc::error::TrySendError::Closed(_)) => refusal(StatusCode::CONFLICT, "the mission is over"),
         Err(mpsc::error::TrySendError::Full(_)) => {

@@ -7,8 +7,8 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use dragnet_agent::agent::Agent;
-use dragnet_coordinator::desk::Desk;
-use dragnet_coordinator::mission::{Mission, MissionOrders, Record};
+use dragnet_coordinator::mission::{CoordinatorConfig, Mission, Record};
+use dragnet_coordinator::node::CoordinatorNode;
 use dragnet_coordinator::playback::Playback;
 use dragnet_coordinator::record::{Header, Recorder};
 use dragnet_live::frame::{Frame, Hello, Shown};
@@ -16,17 +16,17 @@ use dragnet_live::replay::{Replay, about};
 use dragnet_live::view::{About, State, View};
 use dragnet_proto::command::{Command, Mark};
 use dragnet_proto::message::Message;
-use dragnet_proto::participant::{Mind, Stimulus};
-use dragnet_proto::participant::{MindError, Reaction};
+use dragnet_proto::state_machine::{Effects, ParticipantError};
+use dragnet_proto::state_machine::{Event, StateMachine};
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;
 use dragnet_search::observation::RobotId;
-use dragnet_sim::crew::{Crew, LocalCrew};
 use dragnet_sim::episode;
-use dragnet_sim::simulation::{Attendance, End, Rules};
+use dragnet_sim::participants::{LocalParticipants, Participants};
+use dragnet_sim::simulation::{End, Membership, Rules};
 
 const SCENARIO: &str = "name = 'a'\nmap.file = 'map.txt'\nsensor.radius = 2\nobjects.count = 3\nrobots.count = 2\n\
                         [mission]\nbudget_seconds = 900.0\nheartbeat_seconds = 5.0\nliveness_timeout_seconds = 20.0\n";
@@ -35,37 +35,37 @@ const MAP: &str =
 
 type Records = Arc<Mutex<Vec<(MissionTime, Record)>>>;
 
-/// A crew whose coordinator is asked for something at some of its steps.
+/// A participants whose coordinator is asked for something at some of its steps.
 struct Commanded<'a> {
-    crew: LocalCrew<'a>,
+    participants: LocalParticipants<'a>,
     /// What is asked for, and not before when, the last first.
     commands: Vec<(u64, Command)>,
 }
 
-impl Crew for Commanded<'_> {
-    type Parcel = Message;
-    type Error = MindError;
+impl Participants for Commanded<'_> {
+    type MessageRef = Message;
+    type Error = ParticipantError;
 
     fn step(
         &mut self,
         who: Participant,
         now: MissionTime,
-        stimulus: Stimulus<Message>,
-    ) -> Result<Reaction<Message>, MindError> {
-        let mut reaction = self.crew.step(who, now, stimulus)?;
+        event: Event<Message>,
+    ) -> Result<Effects<Message>, ParticipantError> {
+        let mut effects = self.participants.step(who, now, event)?;
         if who == Participant::Coordinator
             && self.commands.last().is_some_and(|it| now.as_seconds() >= it.0 as f64)
         {
             let (_, command) = self.commands.pop().unwrap();
-            let more = self.crew.step(who, now, Stimulus::Commanded(command))?;
-            reaction.published.extend(more.published);
-            reaction.wake_at = more.wake_at;
+            let more = self.participants.step(who, now, Event::Commanded(command))?;
+            effects.published.extend(more.published);
+            effects.wake_at = more.wake_at;
         }
-        Ok(reaction)
+        Ok(effects)
     }
 
-    fn digest(&mut self, who: Participant, now: MissionTime) -> Result<Digest, MindError> {
-        self.crew.digest(who, now)
+    fn digest(&mut self, who: Participant, now: MissionTime) -> Result<Digest, ParticipantError> {
+        self.participants.digest(who, now)
     }
 }
 
@@ -82,7 +82,7 @@ fn play() -> Played {
     std::fs::write(folder.path().join("map.txt"), MAP).unwrap();
     let scenario = Scenario::from_text(&folder.path().join("a.toml"), SCENARIO.to_owned()).unwrap();
     let file = folder.path().join("a.mcap");
-    let orders = MissionOrders::of(&scenario);
+    let orders = CoordinatorConfig::of(&scenario);
     let run = [("scenario", "a"), ("robots", "2"), ("detection_threshold", "0.95"), ("sensor_radius", "1")];
     let header = Header {
         start_unix_ns: 946_684_800_000_000_000,
@@ -97,7 +97,7 @@ fn play() -> Played {
     let told = Arc::clone(&records);
     let listener = Box::new(move |now, record: &Record| told.lock().unwrap().push((now, record.clone())));
     let recorder = Recorder::create(&file, header).unwrap();
-    let mut desk = Desk::new(Mission::new(orders), Some(recorder)).told_to(Some(listener));
+    let mut node = CoordinatorNode::new(Mission::new(orders), Some(recorder)).told_to(Some(listener));
     let grid = scenario.terrain().grid();
     let added: Vec<Cell> =
         grid.cells().filter(|&cell| !scenario.terrain().is_searched(cell)).take(4).collect();
@@ -109,16 +109,16 @@ fn play() -> Played {
         (125, Command::Search(added.clone())),
         (100, Command::Mark(Mark::Searched, grid.cell_numbered(3).unwrap())),
     ];
-    let crew = LocalCrew::new(&mut robots, Some(&mut desk));
-    let mut crew = Commanded { crew, commands };
-    let rules = Rules { end: End::Resting, coordinator: Attendance::Present };
-    let episode = episode::run_with(&scenario, 5, rules, &mut crew, &mut |_, _| ()).unwrap();
-    assert!(crew.commands.is_empty(), "all commands were given");
+    let participants = LocalParticipants::new(&mut robots, Some(&mut node));
+    let mut participants = Commanded { participants, commands };
+    let rules = Rules { end: End::Resting, coordinator: Membership::Present };
+    let episode = episode::run_with(&scenario, 5, rules, &mut participants, &mut |_, _| ()).unwrap();
+    assert!(participants.commands.is_empty(), "all commands were given");
     let objects: Vec<String> = episode.truth.objects().iter().map(|cell| cell.number().to_string()).collect();
     let digests: Vec<Digest> = robots.iter().map(|robot| robot.belief().digest()).collect();
-    assert!(digests.iter().all(|&digest| digest == desk.digest()), "all believe the same, marks too");
+    assert!(digests.iter().all(|&digest| digest == node.digest()), "all believe the same, marks too");
     let summary = BTreeMap::from([("object_cells".to_owned(), objects.join(","))]);
-    desk.finish(episode.outcome.ended, summary).unwrap();
+    node.finish(episode.outcome.ended, summary).unwrap();
     let records = std::mem::take(&mut *records.lock().unwrap());
     Played { scenario, records, playback: Playback::read(&file).unwrap(), added }
 }

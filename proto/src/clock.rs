@@ -151,7 +151,7 @@ pub fn dated(from: Participant, message: &Message) -> Option<MissionTime> {
         Message::Intent(intent) => intent.time_ns,
         Message::Heartbeat(heartbeat) => heartbeat.time_ns,
         Message::MissionStatus(status) => status.time_ns,
-        Message::Observation(_) | Message::LogRequest(_) | Message::LogReply(_) => return None,
+        Message::Observation(_) | Message::SyncRequest(_) | Message::SyncReply(_) => return None,
     };
     Some(MissionTime(time_ns))
 }

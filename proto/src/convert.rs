@@ -22,6 +22,7 @@ use serde::de::DeserializeOwned;
 
 pub use error::ConvertError;
 pub use field::Field;
+pub use steps::NotSimulated;
 
 use self::check::Check;
 use self::field::Place;
@@ -36,16 +37,18 @@ pub fn encode(message: &Message) -> Vec<u8> {
         Message::Observation(observation) => cdr::encode(&wire::Observation::from(&**observation)),
         Message::Intent(intent) => cdr::encode(&wire::Intent::from(intent)),
         Message::Heartbeat(heartbeat) => cdr::encode(&wire::Heartbeat::from(heartbeat)),
-        Message::LogRequest(request) => cdr::encode(&wire::LogRequest::from(request)),
-        Message::LogReply(reply) => cdr::encode(&wire::LogReply::from(reply)),
+        Message::SyncRequest(request) => cdr::encode(&wire::SyncRequest::from(request)),
+        Message::SyncReply(reply) => cdr::encode(&wire::SyncReply::from(reply)),
         Message::MissionStatus(status) => cdr::encode(&wire::MissionStatus::from(status)),
     }
 }
 
 /// The bytes of a step.
-#[must_use]
-pub fn encode_step(step: &Step) -> Vec<u8> {
-    cdr::encode(&wire::Step::from(step))
+///
+/// # Errors
+/// If its event does not happen in simulated time.
+pub fn encode_step(step: &Step) -> Result<Vec<u8>, NotSimulated> {
+    wire::Step::try_from(step).map(|step| cdr::encode(&step))
 }
 
 /// The bytes of the reply to a step.
@@ -72,8 +75,8 @@ pub fn check_sender(message: &Message, sender: Participant) -> Result<(), Conver
         Message::Observation(observation) => Participant::Robot(observation.origin.robot),
         Message::Intent(intent) => Participant::Robot(intent.origin.robot),
         Message::Heartbeat(heartbeat) => Participant::Robot(heartbeat.robot),
-        Message::LogRequest(request) => request.from,
-        Message::LogReply(_) => sender,
+        Message::SyncRequest(request) => request.from,
+        Message::SyncReply(_) => sender,
         Message::MissionStatus(_) => Participant::Coordinator,
     };
     if author == sender {
@@ -138,13 +141,13 @@ impl Codec {
                 let (wire, check) = self.read::<wire::Heartbeat>(bytes)?;
                 Ok(Message::Heartbeat(check.heartbeat(&wire)?))
             }
-            MessageKind::LogRequest => {
-                let (wire, check) = self.read::<wire::LogRequest>(bytes)?;
-                Ok(Message::LogRequest(check.log_request(&wire)?))
+            MessageKind::SyncRequest => {
+                let (wire, check) = self.read::<wire::SyncRequest>(bytes)?;
+                Ok(Message::SyncRequest(check.sync_request(&wire)?))
             }
-            MessageKind::LogReply => {
-                let (wire, check) = self.read::<wire::LogReply>(bytes)?;
-                Ok(Message::LogReply(check.log_reply(&wire)?))
+            MessageKind::SyncReply => {
+                let (wire, check) = self.read::<wire::SyncReply>(bytes)?;
+                Ok(Message::SyncReply(check.sync_reply(&wire)?))
             }
             MessageKind::MissionStatus => {
                 let (wire, check) = self.read::<wire::MissionStatus>(bytes)?;

@@ -53,9 +53,9 @@ pub struct Heartbeat {
     pub directive: Directive,
 }
 
-/// `dragnet_msgs/msg/LogRequest`, see `msg/LogRequest.msg`.
+/// `dragnet_msgs/msg/SyncRequest`, see `msg/SyncRequest.msg`.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct LogRequest {
+pub struct SyncRequest {
     pub version: u8,
     pub from_kind: u8,
     pub from_robot: u16,
@@ -64,9 +64,9 @@ pub struct LogRequest {
     pub first: u64,
 }
 
-/// `dragnet_msgs/msg/LogReply`, see `msg/LogReply.msg`.
+/// `dragnet_msgs/msg/SyncReply`, see `msg/SyncReply.msg`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct LogReply {
+pub struct SyncReply {
     pub version: u8,
     pub observations: Vec<Observation>,
 }

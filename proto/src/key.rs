@@ -3,10 +3,10 @@
 //! ```text
 //! dragnet/<mission>/robots/<robot>/{observation,intent,heartbeat}
 //! dragnet/<mission>/robots/<robot>/alive/<identity>
-//! dragnet/<mission>/robots/<from>/{log_request,log_reply}/<to>
+//! dragnet/<mission>/robots/<from>/{sync_request,sync_reply}/<to>
 //! dragnet/<mission>/coordinator/{status,observation}
 //! dragnet/<mission>/coordinator/alive/<identity>
-//! dragnet/<mission>/coordinator/{log_request,log_reply}/<to>
+//! dragnet/<mission>/coordinator/{sync_request,sync_reply}/<to>
 //! dragnet/<mission>/sim/step/<participant>
 //! dragnet/<mission>/sim/sensed/<robot>
 //! ```
@@ -57,15 +57,15 @@ pub enum Topic {
         /// Its process.
         identity: u64,
     },
-    /// Requests of one participant to another, [`MessageKind::LogRequest`].
-    LogRequest {
+    /// Requests of one participant to another, [`MessageKind::SyncRequest`].
+    SyncRequest {
         /// Who asks.
         from: Participant,
         /// Who is asked.
         to: Participant,
     },
-    /// Replies of one participant to another, [`MessageKind::LogReply`].
-    LogReply {
+    /// Replies of one participant to another, [`MessageKind::SyncReply`].
+    SyncReply {
         /// Who replies.
         from: Participant,
         /// Who has asked.
@@ -93,8 +93,8 @@ impl Topic {
             (MessageKind::Heartbeat, Participant::Robot(robot), Audience::All) => {
                 Some(Self::Heartbeat(robot))
             }
-            (MessageKind::LogRequest, from, Audience::One(to)) => Some(Self::LogRequest { from, to }),
-            (MessageKind::LogReply, from, Audience::One(to)) => Some(Self::LogReply { from, to }),
+            (MessageKind::SyncRequest, from, Audience::One(to)) => Some(Self::SyncRequest { from, to }),
+            (MessageKind::SyncReply, from, Audience::One(to)) => Some(Self::SyncReply { from, to }),
             (MessageKind::MissionStatus, Participant::Coordinator, Audience::All) => Some(Self::Status),
             (MessageKind::Observation, Participant::Coordinator, Audience::All) => Some(Self::ByHand),
             _ => None,
@@ -108,8 +108,8 @@ impl Topic {
             Self::Observation(robot) => Some((MessageKind::Observation, Participant::Robot(robot))),
             Self::Intent(robot) => Some((MessageKind::Intent, Participant::Robot(robot))),
             Self::Heartbeat(robot) => Some((MessageKind::Heartbeat, Participant::Robot(robot))),
-            Self::LogRequest { from, .. } => Some((MessageKind::LogRequest, from)),
-            Self::LogReply { from, .. } => Some((MessageKind::LogReply, from)),
+            Self::SyncRequest { from, .. } => Some((MessageKind::SyncRequest, from)),
+            Self::SyncReply { from, .. } => Some((MessageKind::SyncReply, from)),
             Self::Status => Some((MessageKind::MissionStatus, Participant::Coordinator)),
             Self::ByHand => Some((MessageKind::Observation, Participant::Coordinator)),
             Self::Alive { .. } | Self::SimStep(_) | Self::SimSensed(_) => None,
@@ -125,11 +125,11 @@ impl fmt::Display for Key {
             Topic::Intent(robot) => write!(formatter, "robots/{robot}/intent"),
             Topic::Heartbeat(robot) => write!(formatter, "robots/{robot}/heartbeat"),
             Topic::Alive { who, identity } => write!(formatter, "{}/alive/{identity:016x}", Home(who)),
-            Topic::LogRequest { from, to } => {
-                write!(formatter, "{}/log_request/{}", Home(from), Address(to))
+            Topic::SyncRequest { from, to } => {
+                write!(formatter, "{}/sync_request/{}", Home(from), Address(to))
             }
-            Topic::LogReply { from, to } => {
-                write!(formatter, "{}/log_reply/{}", Home(from), Address(to))
+            Topic::SyncReply { from, to } => {
+                write!(formatter, "{}/sync_reply/{}", Home(from), Address(to))
             }
             Topic::Status => write!(formatter, "{COORDINATOR}/status"),
             Topic::ByHand => write!(formatter, "{COORDINATOR}/observation"),
@@ -221,11 +221,11 @@ fn topic(chunks: &[&str]) -> Result<Option<Topic>, NotARobot> {
             let Some(identity) = identity(chunk) else { return Ok(None) };
             Topic::Alive { who, identity }
         }
-        ["robots", from, "log_request", to] => {
-            Topic::LogRequest { from: Participant::Robot(number(from)?), to: address(to)? }
+        ["robots", from, "sync_request", to] => {
+            Topic::SyncRequest { from: Participant::Robot(number(from)?), to: address(to)? }
         }
-        ["robots", from, "log_reply", to] => {
-            Topic::LogReply { from: Participant::Robot(number(from)?), to: address(to)? }
+        ["robots", from, "sync_reply", to] => {
+            Topic::SyncReply { from: Participant::Robot(number(from)?), to: address(to)? }
         }
         [COORDINATOR, "status"] => Topic::Status,
         [COORDINATOR, "observation"] => Topic::ByHand,
@@ -233,8 +233,8 @@ fn topic(chunks: &[&str]) -> Result<Option<Topic>, NotARobot> {
             let Some(identity) = identity(chunk) else { return Ok(None) };
             Topic::Alive { who: Participant::Coordinator, identity }
         }
-        [COORDINATOR, "log_request", to] => Topic::LogRequest { from: from_coordinator, to: address(to)? },
-        [COORDINATOR, "log_reply", to] => Topic::LogReply { from: from_coordinator, to: address(to)? },
+        [COORDINATOR, "sync_request", to] => Topic::SyncRequest { from: from_coordinator, to: address(to)? },
+        [COORDINATOR, "sync_reply", to] => Topic::SyncReply { from: from_coordinator, to: address(to)? },
         ["sim", "step", participant] => Topic::SimStep(address(participant)?),
         ["sim", "sensed", robot] => Topic::SimSensed(number(robot)?),
         _ => return Ok(None),

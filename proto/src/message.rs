@@ -31,9 +31,9 @@ pub enum Message {
     /// To all, periodically: who is there, and what it knows.
     Heartbeat(Heartbeat),
     /// To one: please repeat what I miss.
-    LogRequest(LogRequest),
+    SyncRequest(SyncRequest),
     /// To one: what was missed.
-    LogReply(LogReply),
+    SyncReply(SyncReply),
     /// From the coordinator to all: how the mission stands.
     MissionStatus(MissionStatus),
 }
@@ -46,8 +46,8 @@ impl Message {
             Self::Observation(_) => MessageKind::Observation,
             Self::Intent(_) => MessageKind::Intent,
             Self::Heartbeat(_) => MessageKind::Heartbeat,
-            Self::LogRequest(_) => MessageKind::LogRequest,
-            Self::LogReply(_) => MessageKind::LogReply,
+            Self::SyncRequest(_) => MessageKind::SyncRequest,
+            Self::SyncReply(_) => MessageKind::SyncReply,
             Self::MissionStatus(_) => MessageKind::MissionStatus,
         }
     }
@@ -62,10 +62,10 @@ pub enum MessageKind {
     Intent,
     /// [`Message::Heartbeat`].
     Heartbeat,
-    /// [`Message::LogRequest`].
-    LogRequest,
-    /// [`Message::LogReply`].
-    LogReply,
+    /// [`Message::SyncRequest`].
+    SyncRequest,
+    /// [`Message::SyncReply`].
+    SyncReply,
     /// [`Message::MissionStatus`].
     MissionStatus,
 }
@@ -76,8 +76,8 @@ impl MessageKind {
         Self::Observation,
         Self::Intent,
         Self::Heartbeat,
-        Self::LogRequest,
-        Self::LogReply,
+        Self::SyncRequest,
+        Self::SyncReply,
         Self::MissionStatus,
     ];
 }
@@ -181,7 +181,7 @@ impl Activity {
 
 /// A request to repeat observations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct LogRequest {
+pub struct SyncRequest {
     /// Who asks.
     pub from: Participant,
     /// Whose observations are missing; often, not always, those of the one who is asked.
@@ -192,12 +192,12 @@ pub struct LogRequest {
 
 /// Observations of one origin, repeated.
 #[derive(Clone, Debug, PartialEq)]
-pub struct LogReply {
-    /// In order of their sequence numbers, at most [`LogReply::MAX_OBSERVATIONS`].
+pub struct SyncReply {
+    /// In order of their sequence numbers, at most [`SyncReply::MAX_OBSERVATIONS`].
     pub observations: Vec<Arc<Observation>>,
 }
 
-impl LogReply {
+impl SyncReply {
     /// The most observations in one reply.
     pub const MAX_OBSERVATIONS: usize = 64;
 }

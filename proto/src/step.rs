@@ -1,14 +1,14 @@
 //! What the simulator and a participant say to each other, one simulated event at a time.
 //!
 //! Messages between participants travel on their own keys; the simulator says when each arrives. It knows them by their
-//! numbers, so a parcel is one published message.
+//! numbers.
 
-use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::observation::RobotId;
 
 use crate::message::{Activity, Audience, MessageKind};
+use crate::state_machine::Event;
 
 /// The simulator tells one participant what happens to it.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,29 +19,12 @@ pub struct Step {
     pub event: StepEvent,
 }
 
-/// What happens to a participant.
+/// What the simulator tells a participant.
 #[derive(Clone, Debug, PartialEq)]
 pub enum StepEvent {
-    /// The mission starts.
-    Start,
-    /// The robot has seen something.
-    Sensed {
-        /// Where it is.
-        from: Cell,
-        /// What it saw.
-        readings: Vec<Reading>,
-    },
-    /// A message arrives.
-    Deliver {
-        /// Who published it.
-        sender: Participant,
-        /// Its number among the sender's messages.
-        parcel: u64,
-    },
-    /// The time that was asked for has come.
-    Wake,
-    /// A robot is lost.
-    Lost(RobotId),
+    /// An event of the contract; messages are known by their numbers among their sender's. Only events that happen in
+    /// simulated time have bytes: nobody comes, is halted, doubled or commanded there.
+    Event(Event<u64>),
     /// Nothing happens; the digest of its evidence is asked for.
     Report,
     /// The mission is over: leave.
@@ -52,7 +35,7 @@ pub enum StepEvent {
 #[derive(Clone, Debug, PartialEq)]
 pub struct StepReply {
     /// Messages published in this step, in order.
-    pub published: Vec<Parcel>,
+    pub published: Vec<MessageRef>,
     /// A new route, if there is one: cells to enter from now on; empty means rest.
     pub route: Option<Vec<Cell>>,
     /// When to be woken, nanoseconds of mission time, above 0; `None` means never.
@@ -71,7 +54,7 @@ pub struct StepReply {
 
 /// One published message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Parcel {
+pub struct MessageRef {
     /// Its number among the messages of the participant.
     pub number: u64,
     /// What it is.

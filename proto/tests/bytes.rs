@@ -7,10 +7,11 @@ use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::directive::Directive;
 use dragnet_proto::dragnet_msgs::VERSION;
 use dragnet_proto::message::{
-    Activity, Audience, Detection, Heartbeat, Intent, LogReply, LogRequest, Message, MessageKind,
-    MissionStatus,
+    Activity, Audience, Detection, Heartbeat, Intent, Message, MessageKind, MissionStatus, SyncReply,
+    SyncRequest,
 };
-use dragnet_proto::step::{Parcel, Sensed, Step, StepEvent, StepReply};
+use dragnet_proto::state_machine::Event;
+use dragnet_proto::step::{MessageRef, Sensed, Step, StepEvent, StepReply};
 use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::{Cell, Grid};
 use dragnet_search::evidence::{Digest, Reading};
@@ -113,12 +114,12 @@ fn heartbeats() -> impl Strategy<Value = Heartbeat> {
     )
 }
 
-fn log_replies() -> impl Strategy<Value = LogReply> {
+fn sync_replies() -> impl Strategy<Value = SyncReply> {
     (origins(), any::<u32>(), vec(observations(), 0..4)).prop_map(|(origin, first, observations)| {
         let numbered = (u64::from(first)..)
             .zip(observations)
             .map(|(sequence, observation)| Arc::new(Observation { origin, sequence, ..observation }));
-        LogReply { observations: numbered.collect() }
+        SyncReply { observations: numbered.collect() }
     })
 }
 
@@ -160,19 +161,20 @@ fn messages() -> impl Strategy<Value = Message> {
         intents().prop_map(Message::Intent),
         heartbeats().prop_map(Message::Heartbeat),
         (participants(), origins(), any::<u64>())
-            .prop_map(|(from, of, first)| Message::LogRequest(LogRequest { from, of, first })),
-        log_replies().prop_map(Message::LogReply),
+            .prop_map(|(from, of, first)| Message::SyncRequest(SyncRequest { from, of, first })),
+        sync_replies().prop_map(Message::SyncReply),
         mission_statuses().prop_map(Message::MissionStatus),
     ]
 }
 
 fn steps() -> impl Strategy<Value = Step> {
     let event = prop_oneof![
-        Just(StepEvent::Start),
-        (cells(), readings()).prop_map(|(from, readings)| StepEvent::Sensed { from, readings }),
-        (participants(), any::<u64>()).prop_map(|(sender, parcel)| StepEvent::Deliver { sender, parcel }),
-        Just(StepEvent::Wake),
-        robots().prop_map(StepEvent::Lost),
+        Just(StepEvent::Event(Event::Start)),
+        (cells(), readings()).prop_map(|(cell, readings)| StepEvent::Event(Event::Sensed { cell, readings })),
+        (participants(), any::<u64>())
+            .prop_map(|(from, message)| StepEvent::Event(Event::Received { from, message })),
+        Just(StepEvent::Event(Event::Woke)),
+        robots().prop_map(|robot| StepEvent::Event(Event::Lost(robot))),
         Just(StepEvent::Report),
         Just(StepEvent::Finish),
     ];
@@ -181,7 +183,8 @@ fn steps() -> impl Strategy<Value = Step> {
 
 fn step_replies() -> impl Strategy<Value = StepReply> {
     let kind = (0..MessageKind::ALL.len()).prop_map(|index| MessageKind::ALL[index]);
-    let parcel = (any::<u64>(), kind, audiences()).prop_map(|(number, kind, to)| Parcel { number, kind, to });
+    let parcel =
+        (any::<u64>(), kind, audiences()).prop_map(|(number, kind, to)| MessageRef { number, kind, to });
     let next = (proptest::option::of(vec(cells(), 0..30)), proptest::option::of(1..=u64::MAX), activities());
     (vec(parcel, 0..5), next, any::<u64>(), 0.0..1e3, digests(), ".*").prop_map(
         |(published, (route, wake_at_ns, activity), observations, decision_seconds, digest, error)| {
@@ -212,7 +215,7 @@ fn sensed() -> impl Strategy<Value = Sensed> {
 fn valid_bytes() -> impl Strategy<Value = Vec<u8>> {
     prop_oneof![
         6 => messages().prop_map(|message| convert::encode(&message)),
-        1 => steps().prop_map(|step| convert::encode_step(&step)),
+        1 => steps().prop_map(|step| convert::encode_step(&step).unwrap()),
         1 => step_replies().prop_map(|reply| convert::encode_step_reply(&reply)),
         1 => sensed().prop_map(|sensed| convert::encode_sensed(&sensed)),
     ]
@@ -227,7 +230,7 @@ fn decode_as_everything(bytes: &[u8]) {
         }
     }
     if let Ok(step) = codec.decode_step(bytes) {
-        assert_eq!(codec.decode_step(&convert::encode_step(&step)).unwrap(), step);
+        assert_eq!(codec.decode_step(&convert::encode_step(&step).unwrap()).unwrap(), step);
     }
     if let Ok(reply) = codec.decode_step_reply(bytes) {
         let again = codec.decode_step_reply(&convert::encode_step_reply(&reply)).unwrap();
@@ -247,7 +250,7 @@ proptest! {
 
     #[test]
     fn a_step_arrives_as_it_was_sent(step in steps()) {
-        let bytes = convert::encode_step(&step);
+        let bytes = convert::encode_step(&step).unwrap();
         prop_assert_eq!(Codec::new(grid()).decode_step(&bytes).unwrap(), step);
     }
 

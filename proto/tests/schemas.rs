@@ -12,8 +12,8 @@ fn every_message_of_ours_is_what_its_schema_says() {
     check::<ours::Observation>();
     check::<ours::Intent>();
     check::<ours::Heartbeat>();
-    check::<ours::LogRequest>();
-    check::<ours::LogReply>();
+    check::<ours::SyncRequest>();
+    check::<ours::SyncReply>();
     check::<ours::Detection>();
     check::<ours::MissionStatus>();
     check::<ours::Step>();

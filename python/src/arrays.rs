@@ -3,7 +3,7 @@
 use std::slice::ChunksExactMut;
 
 use dragnet_search::cell::Grid;
-use dragnet_sim::solo::Canvas;
+use dragnet_sim::single_robot_env::ObservationBuffers;
 use numpy::ndarray::Dimension;
 use numpy::{AsSliceError, Element, PyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadwriteArray};
 use pyo3::exceptions::PyRuntimeError;
@@ -76,7 +76,7 @@ impl Arrays {
 
 impl Written<'_> {
     /// The part of each robot, by robot.
-    pub(crate) fn canvases(&mut self, robots: usize) -> PyResult<Vec<Canvas<'_>>> {
+    pub(crate) fn canvases(&mut self, robots: usize) -> PyResult<Vec<ObservationBuffers<'_>>> {
         let mut log_odds = parts(&mut self.log_odds, robots)?;
         let mut probability = parts(&mut self.probability, robots)?;
         let mut precision = parts(&mut self.precision, robots)?;
@@ -85,7 +85,7 @@ impl Written<'_> {
         let mut position = parts(&mut self.position, robots)?;
         let mut action_mask = parts(&mut self.action_mask, robots)?;
         let canvases = std::iter::from_fn(|| {
-            Some(Canvas {
+            Some(ObservationBuffers {
                 log_odds_nats: log_odds.next()?,
                 probability: probability.next()?,
                 precision: precision.next()?,

@@ -3,8 +3,8 @@
 use std::sync::{Arc, Mutex, MutexGuard};
 
 use dragnet_search::cell::Cell;
-use dragnet_sim::solo::canvas::Control;
-use dragnet_sim::solo::{Canvas, Ended, Field, Solo, Terms};
+use dragnet_sim::single_robot_env::buffers::Control;
+use dragnet_sim::single_robot_env::{Ended, Field, ObservationBuffers, SingleRobotEnv, Terms};
 use numpy::{PyArray1, PyReadonlyArray1, ToPyArray};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -19,7 +19,8 @@ use crate::pool;
 use crate::scenario::Scenario;
 
 /// A search and what shows it, with its task and what comes of that.
-type Work<'a, 'b> = ((&'a mut Option<Solo>, &'a mut Canvas<'b>), (&'a Task, &'a mut Option<Measured>));
+type Work<'a, 'b> =
+    ((&'a mut Option<SingleRobotEnv>, &'a mut ObservationBuffers<'b>), (&'a Task, &'a mut Option<Measured>));
 
 /// Searches of one scenario, each with a seed of its own, and the arrays that show them.
 #[pyclass(frozen, module = "dragnet._dragnet")]
@@ -31,7 +32,7 @@ pub(crate) struct Batch {
     arrays: Arrays,
     measures: Measures,
     /// Nothing before the first reset.
-    lanes: Mutex<Vec<Option<Solo>>>,
+    lanes: Mutex<Vec<Option<SingleRobotEnv>>>,
 }
 
 /// A number for each search.
@@ -171,8 +172,9 @@ impl Batch {
 
     /// Cells that hold an object, by index.
     fn objects<'py>(&self, py: Python<'py>, place: usize) -> PyResult<Bound<'py, PyArray1<i64>>> {
-        let objects =
-            |solo: &Solo| -> Vec<i64> { solo.truth().objects().iter().map(|&it| number(it)).collect() };
+        let objects = |solo: &SingleRobotEnv| -> Vec<i64> {
+            solo.truth().objects().iter().map(|&it| number(it)).collect()
+        };
         self.of(place, |solo| objects(solo).to_pyarray(py))
     }
 
@@ -195,13 +197,13 @@ impl Batch {
 
 impl Batch {
     /// The searches; nobody else has them meanwhile.
-    fn lock(&self) -> PyResult<MutexGuard<'_, Vec<Option<Solo>>>> {
+    fn lock(&self) -> PyResult<MutexGuard<'_, Vec<Option<SingleRobotEnv>>>> {
         self.lanes.try_lock().map_err(|_| {
             PyRuntimeError::new_err("another thread is stepping this environment; allowed is one at a time")
         })
     }
 
-    fn of<T>(&self, place: usize, read: impl FnOnce(&Solo) -> T) -> PyResult<T> {
+    fn of<T>(&self, place: usize, read: impl FnOnce(&SingleRobotEnv) -> T) -> PyResult<T> {
         let lanes = self.lock()?;
         let solo =
             lanes.get(place).ok_or_else(|| PyValueError::new_err(format!("no environment {place}")))?;
@@ -221,7 +223,7 @@ impl Batch {
     }
 
     /// An action as what it stands for.
-    fn task(&self, place: usize, solo: &Solo, action: i64) -> PyResult<Task> {
+    fn task(&self, place: usize, solo: &SingleRobotEnv, action: i64) -> PyResult<Task> {
         let grid = self.field.scenario().terrain().grid();
         let from = solo.cell();
         let to = usize::try_from(action).ok().and_then(|action| match self.control {
@@ -264,7 +266,7 @@ impl Batch {
     }
 
     /// Each search performs its task, side by side, and is drawn and measured.
-    fn perform(&self, py: Python<'_>, lanes: &mut [Option<Solo>], tasks: &[Task]) -> PyResult<()> {
+    fn perform(&self, py: Python<'_>, lanes: &mut [Option<SingleRobotEnv>], tasks: &[Task]) -> PyResult<()> {
         let mut measured = vec![None; lanes.len()];
         let threads = if lanes.len() > 1 { pool::threads(py) } else { None };
         let mut written = self.arrays.write(py)?;
@@ -286,9 +288,14 @@ impl Batch {
         self.measures.write(py, &measured)
     }
 
-    fn perform_one(&self, lane: &mut Option<Solo>, canvas: &mut Canvas<'_>, task: Task) -> Option<Measured> {
+    fn perform_one(
+        &self,
+        lane: &mut Option<SingleRobotEnv>,
+        canvas: &mut ObservationBuffers<'_>,
+        task: Task,
+    ) -> Option<Measured> {
         if let Task::Begin { seed } = task {
-            *lane = Some(Solo::new(Arc::clone(&self.field), self.terms, seed));
+            *lane = Some(SingleRobotEnv::new(Arc::clone(&self.field), self.terms, seed));
         }
         let solo = lane.as_mut()?;
         let reward = match (task, self.control) {

@@ -1,8 +1,8 @@
 //! Words that choose between ways to judge, end and control a search.
 
 use dragnet_sim::simulation::End;
-use dragnet_sim::solo::Reward;
-use dragnet_sim::solo::canvas::Control;
+use dragnet_sim::single_robot_env::Reward;
+use dragnet_sim::single_robot_env::buffers::Control;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 

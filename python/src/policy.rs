@@ -7,7 +7,7 @@ use dragnet_learn::policy::{PolicyName, build};
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::{Cell, Grid, Position};
 use dragnet_search::evidence::{CellEvidence, Evidence, UNITS};
-use dragnet_search::intent::Promised;
+use dragnet_search::intent::PlannedPrecision;
 use dragnet_search::route::Connectivity;
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_search::sensor::Sensor;
@@ -119,7 +119,7 @@ impl Policy {
 impl Policy {
     fn decide_in(&self, mind: &mut Mind, observed: &Observed) -> dragnet_search::policy::Decision {
         let usual = Sensor::default();
-        let promised = Promised::nothing(&observed.terrain);
+        let promised = PlannedPrecision::nothing(&observed.terrain);
         let situation = Situation {
             terrain: &observed.terrain,
             connectivity: self

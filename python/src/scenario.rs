@@ -7,7 +7,7 @@ use dragnet_learn::policy::PolicyName;
 use dragnet_scenario::ScenarioError;
 use dragnet_search::cell::Cell;
 use dragnet_search::route::Connectivity;
-use dragnet_sim::solo::Field;
+use dragnet_sim::single_robot_env::Field;
 use numpy::ndarray::Array2;
 use numpy::{PyArray2, ToPyArray};
 use pyo3::exceptions::PyValueError;

@@ -7,10 +7,10 @@ use std::time::Duration;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::RobotId;
-use dragnet_search::route::Routes;
-use dragnet_sim::expedition::{Expedition, Fate, Move};
-use dragnet_sim::solo::canvas::Control;
-use dragnet_sim::solo::{Field, Reward};
+use dragnet_search::route::ShortestPathTree;
+use dragnet_sim::single_robot_env::buffers::Control;
+use dragnet_sim::single_robot_env::{Field, Reward};
+use dragnet_sim::team_env::{Move, TeamEnv, TerminationReason};
 use numpy::{PyArray1, PyArray3, PyReadonlyArray1, ToPyArray};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -35,7 +35,7 @@ pub(crate) struct Team {
     arrays: Arrays,
     teammates: Py<PyArray3<i32>>,
     /// Nothing before the first reset.
-    search: Mutex<Option<Expedition>>,
+    search: Mutex<Option<TeamEnv>>,
 }
 
 #[pymethods]
@@ -81,7 +81,7 @@ impl Team {
     /// Begins the search of a seed.
     fn reset(&self, py: Python<'_>, seed: u64) -> PyResult<()> {
         let mut search = self.lock()?;
-        let begun = py.detach(|| Expedition::new(Arc::clone(&self.field), self.reward, &self.crashes, seed));
+        let begun = py.detach(|| TeamEnv::new(Arc::clone(&self.field), self.reward, &self.crashes, seed));
         let begun = begun.map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
         let begun = search.insert(begun);
         self.draw(py, begun)
@@ -96,7 +96,7 @@ impl Team {
             .ok_or_else(|| PyRuntimeError::new_err("step before the first reset; call reset first"))?;
         let robots = search.fates().len();
         let actions = expect_one_each("actions", actions.as_array().to_vec(), robots)?;
-        if !search.fates().contains(&Fate::Searching) {
+        if !search.fates().contains(&TerminationReason::Searching) {
             return Err(PyRuntimeError::new_err("step after the end of the episode; call reset first"));
         }
         let moves = (0..robots)
@@ -115,10 +115,10 @@ impl Team {
                 .fates()
                 .iter()
                 .map(|fate| match fate {
-                    Fate::Searching => "searching",
-                    Fate::Found => "found",
-                    Fate::Spent => "spent",
-                    Fate::Crashed => "crashed",
+                    TerminationReason::Searching => "searching",
+                    TerminationReason::Found => "found",
+                    TerminationReason::Spent => "spent",
+                    TerminationReason::Crashed => "crashed",
                 })
                 .collect()
         })
@@ -134,7 +134,7 @@ impl Team {
 
     /// Cells that hold an object, by index.
     fn objects<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i64>>> {
-        let objects = |search: &Expedition| -> Vec<i64> {
+        let objects = |search: &TeamEnv| -> Vec<i64> {
             search.truth().objects().iter().map(|cell| i64::from(cell.number())).collect()
         };
         self.read(|search| objects(search).to_pyarray(py))
@@ -150,20 +150,20 @@ impl Team {
 }
 
 impl Team {
-    fn lock(&self) -> PyResult<MutexGuard<'_, Option<Expedition>>> {
+    fn lock(&self) -> PyResult<MutexGuard<'_, Option<TeamEnv>>> {
         self.search.try_lock().map_err(|_| {
             PyRuntimeError::new_err("another thread is stepping this environment; allowed is one at a time")
         })
     }
 
-    fn read<T>(&self, read: impl FnOnce(&Expedition) -> T) -> PyResult<T> {
+    fn read<T>(&self, read: impl FnOnce(&TeamEnv) -> T) -> PyResult<T> {
         let search = self.lock()?;
         search.as_ref().map(read).ok_or_else(|| PyRuntimeError::new_err("nothing before the first reset"))
     }
 
     /// An action as the move that it stands for.
-    fn wanted(&self, search: &Expedition, place: usize, action: i64) -> PyResult<Move> {
-        if search.fates()[place] != Fate::Searching {
+    fn wanted(&self, search: &TeamEnv, place: usize, action: i64) -> PyResult<Move> {
+        if search.fates()[place] != TerminationReason::Searching {
             return Ok(Move::Wait);
         }
         let from = search.cell(place);
@@ -198,10 +198,10 @@ impl Team {
     fn towards(&self, from: Cell, to: usize) -> Option<Cell> {
         let scenario = self.field.scenario();
         let to = u32::try_from(to).ok().and_then(|number| scenario.terrain().grid().cell_numbered(number))?;
-        Routes::from(scenario.terrain(), scenario.connectivity(), from).path(to).first().copied()
+        ShortestPathTree::from(scenario.terrain(), scenario.connectivity(), from).path(to).first().copied()
     }
 
-    fn draw(&self, py: Python<'_>, search: &Expedition) -> PyResult<()> {
+    fn draw(&self, py: Python<'_>, search: &TeamEnv) -> PyResult<()> {
         let robots = search.fates().len();
         let grid = self.field.scenario().terrain().grid();
         let mut written = self.arrays.write(py)?;

@@ -7,7 +7,7 @@ use byteorder::LittleEndian;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// The most bytes of a message that is decoded: one byte a cell of the largest map, or a full log reply of the widest
+/// The most bytes of a message that is decoded: one byte a cell of the largest map, or a full sync reply of the widest
 /// sensor.
 pub const MAX_BYTES: usize = (1 << 24) + HEADER.len() + 1024;
 

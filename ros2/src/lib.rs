@@ -11,9 +11,9 @@
 
 pub mod bridge;
 pub mod cdr;
-pub mod errand;
 pub mod input;
 pub mod name;
+pub mod navigation_goal;
 pub mod output;
 pub mod qos;
 pub mod rmw_zenoh;

@@ -3,7 +3,7 @@
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::{Cell, Grid, Position};
 use dragnet_search::evidence::Reading;
-use dragnet_search::intent::Promised;
+use dragnet_search::intent::PlannedPrecision;
 use dragnet_search::measures::Truth;
 use dragnet_search::policy::{Decision, Parameters, Policy, PolicyName, build};
 use dragnet_search::route::Connectivity;
@@ -27,7 +27,7 @@ pub(crate) struct Field {
     pub(crate) truth: Truth,
     /// What the robot believes.
     pub(crate) belief: Belief,
-    promised: Promised,
+    promised: PlannedPrecision,
     robot: Cell,
     noise: Stream,
     decisions: Stream,
@@ -48,7 +48,7 @@ impl Field {
             sensor: Sensor::default(),
             truth: Truth::new(&terrain, objects),
             belief: Belief::uniform(&terrain, density).unwrap(),
-            promised: Promised::nothing(&terrain),
+            promised: PlannedPrecision::nothing(&terrain),
             robot,
             noise: stream(seed, Purpose::Noise, 1),
             decisions: stream(seed, Purpose::Decision, 1),

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use dragnet_search::policy::{Parameters, PathByDefinition, Policy, PolicyName, build};
+use dragnet_search::policy::{Parameters, PathIntegralReference, Policy, PolicyName, build};
 use dragnet_search::seed::{Purpose, stream};
 use dragnet_search::shape::Shape;
 
@@ -58,6 +58,6 @@ fn time_both(field: &Field) -> (Duration, Duration) {
     (Times::of(path).quantile(0.5), Times::of(definition).quantile(0.5))
 }
 
-fn definition() -> PathByDefinition {
-    PathByDefinition::new(Parameters::default().path_length_weight)
+fn definition() -> PathIntegralReference {
+    PathIntegralReference::new(Parameters::default().path_length_weight)
 }

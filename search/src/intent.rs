@@ -6,11 +6,11 @@ use crate::terrain::Terrain;
 
 /// Precision that the others are expected to add, shape `[cells]`, units of evidence.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Promised {
+pub struct PlannedPrecision {
     precision: Vec<i64>,
 }
 
-impl Promised {
+impl PlannedPrecision {
     /// Nobody promised anything.
     #[must_use]
     pub fn nothing(terrain: &Terrain) -> Self {
@@ -75,7 +75,7 @@ mod tests {
         let terrain = Terrain::from_ascii("...", 1.0).unwrap();
         let sensor = Sensor::new(1, 0.005, crate::sensor::Noise::Gaussian).unwrap();
         let cells: Vec<Cell> = terrain.grid().cells().collect();
-        let mut promised = Promised::nothing(&terrain);
+        let mut promised = PlannedPrecision::nothing(&terrain);
         promised.add_path(&terrain, &sensor, &cells[..2]);
         let at = |distance| crate::evidence::precision_units(sensor.variance(distance));
         assert_eq!(promised.precision(cells[0]), at(0) + at(1));
@@ -89,7 +89,7 @@ mod tests {
         let sensor = Sensor::new(1, 0.005, crate::sensor::Noise::Gaussian).unwrap();
         let cells: Vec<Cell> = terrain.grid().cells().collect();
         let check = |robot: usize, waypoints: &[usize], expected: &str| {
-            let mut promised = Promised::nothing(&terrain);
+            let mut promised = PlannedPrecision::nothing(&terrain);
             let waypoints: Vec<Cell> = waypoints.iter().map(|&waypoint| cells[waypoint]).collect();
             promised.add_shares(&terrain, &sensor, cells[robot], &waypoints);
             let look = crate::evidence::precision_units(sensor.variance(0));

@@ -10,9 +10,9 @@
 
 mod coverage;
 mod greedy;
-mod path;
-mod path_additive;
-mod path_by_definition;
+mod path_integral;
+mod path_integral_additive;
+mod path_integral_reference;
 mod random;
 mod thompson;
 mod worth;
@@ -24,7 +24,7 @@ use crate::cell::Cell;
 use crate::seed::Stream;
 use crate::situation::Situation;
 
-pub use path_by_definition::PathByDefinition;
+pub use path_integral_reference::PathIntegralReference;
 pub use worth::LEAST_NATS;
 
 /// Chooses where to go next.
@@ -131,8 +131,10 @@ pub fn build(name: PolicyName, parameters: Parameters) -> Box<dyn Policy + Send>
         PolicyName::Random => Box::new(random::Random),
         PolicyName::Coverage => Box::new(coverage::Coverage::new(parameters.lane_spacing_cells)),
         PolicyName::Greedy => Box::new(greedy::Greedy),
-        PolicyName::PathAdditive => Box::new(path_additive::PathAdditive::new(parameters.path_length_weight)),
-        PolicyName::Path => Box::new(path::Path::new(parameters.path_length_weight)),
+        PolicyName::PathAdditive => {
+            Box::new(path_integral_additive::PathIntegralAdditive::new(parameters.path_length_weight))
+        }
+        PolicyName::Path => Box::new(path_integral::Path::new(parameters.path_length_weight)),
         PolicyName::Nats => Box::new(thompson::Thompson::NATS),
         PolicyName::Guts => Box::new(thompson::Thompson::GUTS),
     }

@@ -111,7 +111,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::route::{Connectivity, Routes};
+    use crate::route::{Connectivity, ShortestPathTree};
     use crate::sensor::{Noise, Sensor};
     use crate::terrain::Ground;
 
@@ -158,7 +158,7 @@ mod tests {
             let robots: Vec<Cell> = places.iter().map(|place| *place.get(&standing)).collect();
             let mut seen = vec![false; terrain.grid().cell_count()];
             for &robot in &robots {
-                for &from in Routes::from(&terrain, connectivity, robot).reached() {
+                for &from in ShortestPathTree::from(&terrain, connectivity, robot).reached() {
                     for look in sensor.footprint() {
                         if let Some(cell) = terrain.grid().step(from, look.offset) {
                             seen[cell.index()] = true;

@@ -58,7 +58,7 @@ impl Connectivity {
 /// Shortest paths from one cell to all that can be reached. Of equally short paths to a cell the one whose last step
 /// comes from the smallest cell index is taken, and so on back to the root.
 #[derive(Clone, Debug)]
-pub struct Routes {
+pub struct ShortestPathTree {
     root: Cell,
     /// Reached cells, the root first, parents before children.
     order: Vec<Cell>,
@@ -68,7 +68,7 @@ pub struct Routes {
     length: Vec<f32>,
 }
 
-impl Routes {
+impl ShortestPathTree {
     /// The tree from `root`, by breadth-first search or, with diagonals, by Dijkstra (1959).
     #[must_use]
     pub fn from(terrain: &Terrain, connectivity: Connectivity, root: Cell) -> Self {
@@ -264,7 +264,7 @@ mod tests {
         fn paths_are_as_short_as_bellman_ford_finds(terrain in terrain(), eight in any::<bool>()) {
             let connectivity = if eight { Connectivity::Eight } else { Connectivity::Four };
             for root in terrain.traversable_cells() {
-                let routes = Routes::from(&terrain, connectivity, root);
+                let routes = ShortestPathTree::from(&terrain, connectivity, root);
                 let expected = bellman_ford(&terrain, connectivity, root);
                 for cell in terrain.grid().cells() {
                     let (given, expected) = (f64::from(routes.length(cell)), expected[cell.index()]);
@@ -289,7 +289,7 @@ mod tests {
     fn a_path_goes_around_and_ends_at_its_goal() {
         let terrain = Terrain::from_ascii("...\n.#.\n.#.\n", 1.0).unwrap();
         let at = |row, column| terrain.grid().cell(Position { row, column }).unwrap();
-        let routes = Routes::from(&terrain, Connectivity::Four, at(0, 0));
+        let routes = ShortestPathTree::from(&terrain, Connectivity::Four, at(0, 0));
         let path = routes.path(at(0, 2));
         assert_eq!(path, [at(1, 0), at(2, 0), at(2, 1), at(2, 2), at(1, 2), at(0, 2)]);
         assert!(routes.path(at(0, 0)).is_empty());
@@ -300,7 +300,7 @@ mod tests {
     fn a_diagonal_cuts_no_corner() {
         let terrain = Terrain::from_ascii("..\n.#\n", 1.0).unwrap();
         let at = |row, column| terrain.grid().cell(Position { row, column }).unwrap();
-        let routes = Routes::from(&terrain, Connectivity::Eight, at(0, 0));
+        let routes = ShortestPathTree::from(&terrain, Connectivity::Eight, at(0, 0));
         assert_eq!(routes.path(at(1, 1)), [at(1, 0), at(1, 1)]);
     }
 }

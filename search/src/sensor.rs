@@ -27,12 +27,12 @@ pub struct Sensor {
     radius: u32,
     noise_variance: f64,
     noise: Noise,
-    footprint: Vec<Look>,
+    footprint: Vec<FootprintCell>,
 }
 
 /// One cell of the sensor's footprint.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Look {
+pub struct FootprintCell {
     /// From the robot's cell to the cell seen.
     pub offset: Offset,
     /// Variance of a reading there.
@@ -106,12 +106,12 @@ impl Sensor {
 
     /// All cells of a look, south to north, then west to east.
     #[must_use]
-    pub fn footprint(&self) -> &[Look] {
+    pub fn footprint(&self) -> &[FootprintCell] {
         &self.footprint
     }
 
     /// The footprint by distance, from 0 on: cells that are seen alike.
-    pub(crate) fn rings(&self) -> impl Iterator<Item = Vec<Look>> {
+    pub(crate) fn rings(&self) -> impl Iterator<Item = Vec<FootprintCell>> {
         (0..=self.radius).map(|distance| {
             self.footprint.iter().filter(|look| look.offset.manhattan() == distance).copied().collect()
         })
@@ -121,7 +121,7 @@ impl Sensor {
     #[must_use]
     #[expect(clippy::cast_possible_truncation, reason = "readings travel as f32")]
     #[inline]
-    pub fn draw(&self, is_object: bool, look: &Look, random: &mut Stream) -> f32 {
+    pub fn draw(&self, is_object: bool, look: &FootprintCell, random: &mut Stream) -> f32 {
         let normal: f64 = StandardNormal.sample(random);
         let error = normal * f64::from(look.variance).sqrt();
         let value = match (self.noise, is_object) {
@@ -150,7 +150,7 @@ pub fn variance(noise_variance: f64, distance: u32) -> f32 {
     }
 }
 
-fn footprint(radius: u32, noise_variance: f64) -> Vec<Look> {
+fn footprint(radius: u32, noise_variance: f64) -> Vec<FootprintCell> {
     let radius = radius.cast_signed();
     let mut looks = Vec::new();
     for north in -radius..=radius {
@@ -158,7 +158,7 @@ fn footprint(radius: u32, noise_variance: f64) -> Vec<Look> {
         for east in -span..=span {
             let offset = Offset { north, east };
             let variance = variance(noise_variance, offset.manhattan());
-            looks.push(Look { offset, variance, precision: precision_units(variance) });
+            looks.push(FootprintCell { offset, variance, precision: precision_units(variance) });
         }
     }
     looks

@@ -2,7 +2,7 @@
 
 use crate::belief::Belief;
 use crate::cell::Cell;
-use crate::intent::Promised;
+use crate::intent::PlannedPrecision;
 use crate::route::Connectivity;
 use crate::sensor::Sensor;
 use crate::terrain::Terrain;
@@ -19,7 +19,7 @@ pub struct Situation<'a> {
     /// What it believes.
     pub belief: &'a Belief,
     /// What its teammates are about to see.
-    pub promised: &'a Promised,
+    pub promised: &'a PlannedPrecision,
     /// The cell that it is in.
     pub robot: Cell,
     /// Its place in the team.

@@ -7,7 +7,7 @@ mod row;
 mod setting;
 mod trial;
 
-use dragnet_proto::participant::MindError;
+use dragnet_proto::state_machine::ParticipantError;
 use dragnet_scenario::Scenario;
 
 use crate::episode;
@@ -20,6 +20,6 @@ pub use trial::Trial;
 ///
 /// # Errors
 /// Never, as long as robots of this process cannot fail.
-pub fn run(setting: &Setting, scenario: &Scenario, seed: u64) -> Result<Trial, MindError> {
+pub fn run(setting: &Setting, scenario: &Scenario, seed: u64) -> Result<Trial, ParticipantError> {
     Ok(Trial::new(setting, seed, episode::run(scenario, seed, setting.end)?))
 }

@@ -7,11 +7,11 @@ use std::sync::mpsc;
 use dragnet_agent::agent::Agent;
 use dragnet_learn::demonstration::{Recorder, Source, Trajectory};
 use dragnet_proto::message::Message;
-use dragnet_proto::participant::{MindError, Reaction};
+use dragnet_proto::state_machine::{Effects, ParticipantError};
 use dragnet_scenario::Scenario;
 use dragnet_search::policy::Policy;
 
-use crate::episode::{self, Witness};
+use crate::episode::{self, Observer};
 use crate::simulation::End;
 
 /// Runs a scenario until all is found, the budget is spent or enough has been seen. Every robot has an expert, and the
@@ -25,7 +25,7 @@ pub fn watch(
     source: Source,
     scenario_digest: String,
     expert: impl Fn() -> Box<dyn Policy + Send>,
-) -> Result<Trajectory, MindError> {
+) -> Result<Trajectory, ParticipantError> {
     let (sink, taken) = mpsc::channel();
     let mut robots = episode::team(scenario, seed, |orders| {
         Agent::with_policy(orders, Box::new(Recorder::new(expert(), source.explore, sink.clone())))
@@ -49,9 +49,9 @@ struct Enough {
     decisions_left: u32,
 }
 
-impl Witness for Enough {
-    fn reacts(&mut self, reaction: &Reaction<Message>) -> ControlFlow<()> {
-        self.decisions_left -= u32::from(reaction.decision.is_some());
+impl Observer for Enough {
+    fn reacts(&mut self, effects: &Effects<Message>) -> ControlFlow<()> {
+        self.decisions_left -= u32::from(effects.decision.is_some());
         if self.decisions_left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 }

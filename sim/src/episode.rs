@@ -2,9 +2,9 @@
 
 use std::ops::ControlFlow;
 
-use dragnet_agent::agent::{Agent, Orders};
+use dragnet_agent::agent::{Agent, AgentConfig};
 use dragnet_proto::message::Message;
-use dragnet_proto::participant::{MindError, Reaction, Stimulus};
+use dragnet_proto::state_machine::{Effects, Event, ParticipantError};
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -13,9 +13,9 @@ use dragnet_search::evidence::Digest;
 use dragnet_search::measures::{Score, Truth};
 use dragnet_search::reach::Reach;
 
-use crate::crew::{Crew, LocalCrew};
 use crate::faults::Faults;
-use crate::simulation::{Attendance, End, Outcome, Rules, Simulation, Spectator};
+use crate::participants::{LocalParticipants, Participants};
+use crate::simulation::{End, Membership, Outcome, Rules, Simulation, StepObserver};
 use crate::world::World;
 
 /// What an episode came to.
@@ -57,7 +57,7 @@ impl Episode {
 ///
 /// # Errors
 /// Never, as long as robots of this process cannot fail.
-pub fn run(scenario: &Scenario, seed: u64, end: End) -> Result<Episode, MindError> {
+pub fn run(scenario: &Scenario, seed: u64, end: End) -> Result<Episode, ParticipantError> {
     run_robots(scenario, seed, end, &mut team(scenario, seed, Agent::new))
 }
 
@@ -70,22 +70,22 @@ pub fn run_robots(
     seed: u64,
     end: End,
     robots: &mut [Agent],
-) -> Result<Episode, MindError> {
-    run_with(scenario, seed, alone(end), &mut LocalCrew::new(robots, None), &mut |_, _| ())
+) -> Result<Episode, ParticipantError> {
+    run_with(scenario, seed, alone(end), &mut LocalParticipants::new(robots, None), &mut |_, _| ())
 }
 
-/// Runs a scenario with any crew, watched.
+/// Runs a scenario with any participants, watched.
 ///
 /// # Errors
 /// If a participant cannot go on.
-pub fn run_with<C: Crew>(
+pub fn run_with<C: Participants>(
     scenario: &Scenario,
     seed: u64,
     rules: Rules,
-    crew: &mut C,
-    spectator: Spectator<'_>,
+    participants: &mut C,
+    spectator: StepObserver<'_>,
 ) -> Result<Episode, C::Error> {
-    let (world, outcome) = Simulation::new(scenario, seed, rules, crew, spectator).run()?;
+    let (world, outcome) = Simulation::new(scenario, seed, rules, participants, spectator).run()?;
     Ok(Episode::new(world, outcome))
 }
 
@@ -93,15 +93,15 @@ pub fn run_with<C: Crew>(
 ///
 /// # Errors
 /// If a participant cannot go on.
-pub fn run_with_faults<C: Crew>(
+pub fn run_with_faults<C: Participants>(
     scenario: &Scenario,
     seed: u64,
     rules: Rules,
     faults: Faults,
-    crew: &mut C,
+    participants: &mut C,
 ) -> Result<Episode, C::Error> {
     let mut nobody = |_, _| ();
-    let simulation = Simulation::new(scenario, seed, rules, crew, &mut nobody).with_faults(faults);
+    let simulation = Simulation::new(scenario, seed, rules, participants, &mut nobody).with_faults(faults);
     let (world, outcome) = simulation.run()?;
     Ok(Episode::new(world, outcome))
 }
@@ -115,62 +115,62 @@ pub fn watch(
     seed: u64,
     end: End,
     robots: &mut [Agent],
-    witness: &mut dyn Witness,
-) -> Result<(), MindError> {
-    let mut crew = Witnessed { crew: LocalCrew::new(robots, None), witness };
-    match run_with(scenario, seed, alone(end), &mut crew, &mut |_, _| ()) {
+    witness: &mut dyn Observer,
+) -> Result<(), ParticipantError> {
+    let mut participants = Witnessed { participants: LocalParticipants::new(robots, None), witness };
+    match run_with(scenario, seed, alone(end), &mut participants, &mut |_, _| ()) {
         Ok(_) | Err(Left::SeenEnough) => Ok(()),
         Err(Left::Failed(error)) => Err(error),
     }
 }
 
 /// The robots of a scenario, as `robot` makes each of its orders.
-pub fn team(scenario: &Scenario, seed: u64, robot: impl FnMut(Orders) -> Agent) -> Vec<Agent> {
-    Orders::of_team(scenario, seed).into_iter().map(robot).collect()
+pub fn team(scenario: &Scenario, seed: u64, robot: impl FnMut(AgentConfig) -> Agent) -> Vec<Agent> {
+    AgentConfig::of_team(scenario, seed).into_iter().map(robot).collect()
 }
 
 const fn alone(end: End) -> Rules {
-    Rules { end, coordinator: Attendance::Absent }
+    Rules { end, coordinator: Membership::Absent }
 }
 
 /// Who sees what happens to robots, and what they do about it.
-pub trait Witness {
+pub trait Observer {
     /// Something happens to a robot.
-    fn happens(&mut self, _stimulus: &Stimulus<Message>) {}
+    fn happens(&mut self, _stimulus: &Event<Message>) {}
 
     /// A robot did something about it. Whether that is enough.
-    fn reacts(&mut self, reaction: &Reaction<Message>) -> ControlFlow<()>;
+    fn reacts(&mut self, effects: &Effects<Message>) -> ControlFlow<()>;
 }
 
 struct Witnessed<'a> {
-    crew: LocalCrew<'a>,
-    witness: &'a mut dyn Witness,
+    participants: LocalParticipants<'a>,
+    witness: &'a mut dyn Observer,
 }
 
 enum Left {
     SeenEnough,
-    Failed(MindError),
+    Failed(ParticipantError),
 }
 
-impl Crew for Witnessed<'_> {
-    type Parcel = Message;
+impl Participants for Witnessed<'_> {
+    type MessageRef = Message;
     type Error = Left;
 
     fn step(
         &mut self,
         who: Participant,
         now: MissionTime,
-        stimulus: Stimulus<Message>,
-    ) -> Result<Reaction<Message>, Left> {
-        self.witness.happens(&stimulus);
-        let reaction = self.crew.step(who, now, stimulus).map_err(Left::Failed)?;
-        match self.witness.reacts(&reaction) {
-            ControlFlow::Continue(()) => Ok(reaction),
+        event: Event<Message>,
+    ) -> Result<Effects<Message>, Left> {
+        self.witness.happens(&event);
+        let effects = self.participants.step(who, now, event).map_err(Left::Failed)?;
+        match self.witness.reacts(&effects) {
+            ControlFlow::Continue(()) => Ok(effects),
             ControlFlow::Break(()) => Err(Left::SeenEnough),
         }
     }
 
     fn digest(&mut self, who: Participant, now: MissionTime) -> Result<Digest, Left> {
-        self.crew.digest(who, now).map_err(Left::Failed)
+        self.participants.digest(who, now).map_err(Left::Failed)
     }
 }

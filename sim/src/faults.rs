@@ -24,7 +24,7 @@ pub struct Faults {
     /// When a robot's disk takes nothing, if it ever does, by its own clock.
     pub full: BTreeMap<RobotId, Range<MissionTime>>,
     /// Links that fail.
-    pub mute: Vec<Mute>,
+    pub mute: Vec<OneWayLoss>,
     /// A robot that lies about what it sees, if one does: nobody waits for others to believe what it believes.
     pub liar: Option<RobotId>,
     /// What a person asks of the coordinator, and when; while there is none, later.
@@ -43,7 +43,7 @@ pub struct Crash {
 /// What a participant still knows when it starts again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Memory {
-    /// All that its disk took of what it was to keep: [`dragnet_proto::participant::Reaction::kept`].
+    /// All that its disk took of what it was to keep: [`dragnet_proto::state_machine::Effects::kept`].
     Kept,
     /// Nothing.
     Lost,
@@ -51,7 +51,7 @@ pub enum Memory {
 
 /// A participant does not hear another, which may hear it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Mute {
+pub struct OneWayLoss {
     /// Who is not heard.
     pub from: Participant,
     /// By whom.

@@ -8,20 +8,20 @@
 //! Time goes in ticks of [`TICK`]: in each, bodies move, poses and images are taken, and what the agents make
 //! of them reaches their teammates within the tick. A trial ends when the belief of all readings together has
 //! found every object ([`Score`]), or with the mission's time. A decision costs the mission time that the
-//! caller says ([`Thinking`]), never the time that it took here: so a trial is a function of scenario, seed
+//! caller says ([`DecisionTime`]), never the time that it took here: so a trial is a function of scenario, seed
 //! and that time, byte for byte.
 
 mod body;
-mod eyes;
+mod cameras;
 mod site;
 
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
-use dragnet_agent::agent::{Agent, Orders};
+use dragnet_agent::agent::{Agent, AgentConfig};
 use dragnet_proto::message::{Audience, Message};
-use dragnet_proto::participant::{MindError, Reaction, Stimulus};
+use dragnet_proto::state_machine::{Effects, Event, ParticipantError};
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -31,16 +31,16 @@ use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::measures::Score;
 use dragnet_search::observation::RobotId;
 use dragnet_vehicle::pilot::diagnostic::{Diagnostic, Level};
-use dragnet_vehicle::pilot::{Action, Event, Pilot, PilotError};
+use dragnet_vehicle::pilot::{self, Action, Pilot, PilotError};
 use dragnet_vehicle::settings::SettingsError;
 
-use crate::crew::{Crew, LocalCrew};
+use crate::participants::{LocalParticipants, Participants};
 use crate::world;
 use body::Body;
-use eyes::Eyes;
+use cameras::SimulatedCameras;
 use site::Site;
 
-pub use eyes::{HEAD_RADIANS_PER_SECOND, detection_probability};
+pub use cameras::{HEAD_RADIANS_PER_SECOND, detection_probability};
 pub use site::settings;
 
 /// Between two images of a camera.
@@ -48,13 +48,13 @@ pub const TICK: Duration = Duration::from_millis(200);
 
 /// What the vehicle does while its agent decides, and for how long.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Thinking {
+pub struct DecisionTime {
     /// Of each decision, mission time. Meanwhile the vehicle drives on to the middle of the waypoint's cell,
     /// which it has just entered, and stands there.
     pub time: Duration,
 }
 
-impl Thinking {
+impl DecisionTime {
     /// A decision costs nothing: what takes a millisecond is no part of a search that takes minutes.
     pub const NONE: Self = Self { time: Duration::ZERO };
 }
@@ -89,7 +89,7 @@ pub struct Trial {
 pub enum FieldError {
     /// Of an agent.
     #[error(transparent)]
-    Mind(#[from] MindError),
+    StateMachine(#[from] ParticipantError),
     /// Of the vehicle's settings.
     #[error(transparent)]
     Settings(#[from] SettingsError),
@@ -105,10 +105,10 @@ pub enum FieldError {
 ///
 /// # Errors
 /// If the scenario does not state a number of objects, or is too large for a lattice.
-pub fn run(scenario: &Scenario, seed: u64, thinking: Thinking) -> Result<Trial, FieldError> {
-    let orders = Orders::of_team(scenario, seed);
+pub fn run(scenario: &Scenario, seed: u64, thinking: DecisionTime) -> Result<Trial, FieldError> {
+    let orders = AgentConfig::of_team(scenario, seed);
     let mut agents: Vec<Agent> = orders.into_iter().map(Agent::new).collect();
-    let mut mission = Mission::new(scenario, seed, thinking, LocalCrew::new(&mut agents, None))?;
+    let mut mission = Mission::new(scenario, seed, thinking, LocalParticipants::new(&mut agents, None))?;
     mission.run(scenario.mission().budget.time().unwrap_or(LONGEST))?;
     Ok(mission.end())
 }
@@ -120,7 +120,7 @@ const LONGEST: Duration = Duration::from_hours(1);
 struct Vehicle {
     id: RobotId,
     body: Body,
-    eyes: Eyes,
+    eyes: SimulatedCameras,
     pilot: Pilot,
     /// A route that its agent is still thinking about.
     pending: Option<(MissionTime, Vec<Cell>)>,
@@ -130,8 +130,8 @@ struct Vehicle {
 /// A trial under way.
 struct Mission<'a> {
     site: Arc<Site>,
-    thinking: Thinking,
-    crew: LocalCrew<'a>,
+    thinking: DecisionTime,
+    participants: LocalParticipants<'a>,
     vehicles: Vec<Vehicle>,
     merged: Belief,
     detection_threshold: f64,
@@ -145,8 +145,8 @@ impl<'a> Mission<'a> {
     fn new(
         scenario: &Scenario,
         seed: u64,
-        thinking: Thinking,
-        crew: LocalCrew<'a>,
+        thinking: DecisionTime,
+        participants: LocalParticipants<'a>,
     ) -> Result<Self, FieldError> {
         let site = Arc::new(Site::new(scenario, seed)?);
         let full_speed = scenario.mission().speed_meters_per_second;
@@ -157,7 +157,7 @@ impl<'a> Mission<'a> {
             vehicles.push(Vehicle {
                 id: robot.id,
                 body: Body::new(*start, full_speed),
-                eyes: Eyes::new(&checked, seed, robot.id),
+                eyes: SimulatedCameras::new(&checked, seed, robot.id),
                 pilot: Pilot::new(checked.clone(), terrain, sensor, site.ground())?,
                 pending: None,
                 wake_at: MissionTime(u64::MAX),
@@ -182,7 +182,7 @@ impl<'a> Mission<'a> {
         Ok(Self {
             site,
             thinking,
-            crew,
+            participants,
             vehicles,
             merged,
             detection_threshold,
@@ -192,9 +192,9 @@ impl<'a> Mission<'a> {
         })
     }
 
-    fn run(&mut self, budget: Duration) -> Result<(), MindError> {
+    fn run(&mut self, budget: Duration) -> Result<(), ParticipantError> {
         for index in 0..self.vehicles.len() {
-            self.tell(index, Stimulus::Start)?;
+            self.tell(index, Event::Start)?;
         }
         while self.trial.found.is_none() && self.now.since(MissionTime::START) < budget {
             self.now = self.now + TICK;
@@ -207,19 +207,19 @@ impl<'a> Mission<'a> {
         Ok(())
     }
 
-    fn wake(&mut self, index: usize) -> Result<(), MindError> {
+    fn wake(&mut self, index: usize) -> Result<(), ParticipantError> {
         if self.vehicles[index].wake_at <= self.now {
-            self.tell(index, Stimulus::Woke)?;
+            self.tell(index, Event::Woke)?;
         }
         let now = self.now;
         if let Some((_, cells)) = self.vehicles[index].pending.take_if(|(due, _)| *due <= now) {
-            self.steer(index, Event::Route(cells))?;
+            self.steer(index, pilot::Event::Route(cells))?;
         }
         Ok(())
     }
 
     /// A tick of one vehicle: its body moves, then it hears where it is and what its cameras see.
-    fn move_on(&mut self, index: usize) -> Result<(), MindError> {
+    fn move_on(&mut self, index: usize) -> Result<(), ParticipantError> {
         let vehicle = &mut self.vehicles[index];
         vehicle.body.move_on(TICK.as_secs_f64());
         let pose = vehicle.body.pose();
@@ -228,15 +228,15 @@ impl<'a> Mission<'a> {
         }
         let fix = vehicle.eyes.fix(self.now, &pose);
         let frames = vehicle.eyes.look(self.now, &pose, self.site.things_meters());
-        self.steer(index, Event::Pose(fix))?;
+        self.steer(index, pilot::Event::Pose(fix))?;
         for frame in frames {
-            self.steer(index, Event::Frame(frame))?;
+            self.steer(index, pilot::Event::Frame(frame))?;
         }
         Ok(())
     }
 
     /// Tells a pilot what happens, and does what it says.
-    fn steer(&mut self, index: usize, event: Event) -> Result<(), MindError> {
+    fn steer(&mut self, index: usize, event: pilot::Event) -> Result<(), ParticipantError> {
         let vehicle = &mut self.vehicles[index];
         for action in vehicle.pilot.handle(self.now.0, event) {
             let vehicle = &mut self.vehicles[index];
@@ -257,7 +257,7 @@ impl<'a> Mission<'a> {
         Ok(())
     }
 
-    fn sense(&mut self, index: usize, cell: Cell, readings: Vec<Reading>) -> Result<(), MindError> {
+    fn sense(&mut self, index: usize, cell: Cell, readings: Vec<Reading>) -> Result<(), ParticipantError> {
         self.trial.looks += 1;
         for reading in &readings {
             let before = self.merged.is_found(reading.cell, self.detection_threshold);
@@ -270,14 +270,14 @@ impl<'a> Mission<'a> {
         if self.trial.score.false_negatives == 0 {
             self.trial.found.get_or_insert(self.now);
         }
-        self.tell(index, Stimulus::Sensed { cell, readings })
+        self.tell(index, Event::Sensed { cell, readings })
     }
 
     /// Tells an agent what happens, and does what it says.
-    fn tell(&mut self, index: usize, stimulus: Stimulus<Message>) -> Result<(), MindError> {
+    fn tell(&mut self, index: usize, event: Event<Message>) -> Result<(), ParticipantError> {
         let who = Participant::Robot(self.vehicles[index].id);
-        let Reaction { published, route, wake_at, decision, refused, .. } =
-            self.crew.step(who, self.now, stimulus)?;
+        let Effects { published, route, wake_at, decision, refused, .. } =
+            self.participants.step(who, self.now, event)?;
         self.trial.refused += refused.len() as u64;
         self.vehicles[index].wake_at = wake_at;
         for (audience, message) in published {
@@ -304,9 +304,9 @@ impl<'a> Mission<'a> {
         }
     }
 
-    fn deliver(&mut self) -> Result<(), MindError> {
+    fn deliver(&mut self) -> Result<(), ParticipantError> {
         while let Some((from, to, parcel)) = self.mail.pop_front() {
-            self.tell(to, Stimulus::Delivered { from, parcel })?;
+            self.tell(to, Event::Received { from, message: parcel })?;
         }
         Ok(())
     }

@@ -7,12 +7,12 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::seed::{Purpose, Stream, stream};
 use rand::RngExt;
 
-use crate::faults::Mute;
+use crate::faults::OneWayLoss;
 
 /// Decides when each message reaches each receiver, if at all.
 pub(crate) struct Network {
     faults: dragnet_scenario::Network,
-    mute: Vec<Mute>,
+    mute: Vec<OneWayLoss>,
     random: Stream,
     tally: Tally,
 }
@@ -51,7 +51,7 @@ impl Network {
         Self { faults, mute: Vec::new(), random, tally: Tally::default() }
     }
 
-    pub(crate) fn mute(&mut self, mute: Vec<Mute>) {
+    pub(crate) fn mute(&mut self, mute: Vec<OneWayLoss>) {
         self.mute = mute;
     }
 

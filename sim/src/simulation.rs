@@ -1,4 +1,4 @@
-//! The simulation: one queue of events, in simulated time, over any crew.
+//! The simulation: one queue of events, in simulated time, over any participants.
 
 mod by_hand;
 
@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use dragnet_proto::command::Command;
 use dragnet_proto::message::{Activity, Audience};
-use dragnet_proto::participant::{Reaction, Stimulus};
+use dragnet_proto::state_machine::{Effects, Event};
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -17,9 +17,9 @@ use dragnet_search::observation::RobotId;
 
 use serde::{Deserialize, Serialize};
 
-use crate::crew::Crew;
 use crate::faults::Faults;
 use crate::network::{Network, Tally};
+use crate::participants::Participants;
 use crate::queue::Queue;
 use crate::world::World;
 
@@ -29,7 +29,7 @@ pub struct Rules {
     /// When it ends.
     pub end: End,
     /// Whether a coordinator takes part.
-    pub coordinator: Attendance,
+    pub coordinator: Membership,
 }
 
 /// When an episode ends.
@@ -44,7 +44,7 @@ pub enum End {
 
 /// Whether somebody takes part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Attendance {
+pub enum Membership {
     /// Yes.
     Present,
     /// No.
@@ -53,7 +53,7 @@ pub enum Attendance {
 
 /// Something that a spectator may want to see.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Scene {
+pub enum StepContext {
     /// A robot has a new route; without a cell, it rests.
     Departs {
         /// Which.
@@ -82,7 +82,7 @@ pub enum Scene {
 }
 
 /// Who watches a simulation.
-pub type Spectator<'a> = &'a mut dyn FnMut(MissionTime, Scene);
+pub type StepObserver<'a> = &'a mut dyn FnMut(MissionTime, StepContext);
 
 /// What a simulation measured.
 #[derive(Clone, Debug)]
@@ -147,7 +147,7 @@ impl Outcome {
     }
 }
 
-enum Happening<P> {
+enum SimEvent<P> {
     Arrival { robot: RobotId, route_number: u64 },
     Delivery { from: Participant, to: Participant, parcel: P },
     Waking { who: Participant, number: u64 },
@@ -157,8 +157,8 @@ enum Happening<P> {
 }
 
 /// One episode under way.
-pub(crate) struct Simulation<C: Crew, S> {
-    crew: C,
+pub(crate) struct Simulation<C: Participants, S> {
+    participants: C,
     rules: Rules,
     faults: Faults,
     /// Participants that will start again: the search is not over before.
@@ -167,7 +167,7 @@ pub(crate) struct Simulation<C: Crew, S> {
     heartbeat: Duration,
     world: World,
     network: Network,
-    queue: Queue<Happening<C::Parcel>>,
+    queue: Queue<SimEvent<C::MessageRef>>,
     members: Vec<Member>,
     spectator: S,
     outcome: Outcome,
@@ -186,10 +186,10 @@ struct Member {
 /// After the end so many heartbeats are waited for all beliefs to be equal.
 const SETTLING_HEARTBEATS: u32 = 100;
 
-impl<C: Crew, S: FnMut(MissionTime, Scene)> Simulation<C, S> {
-    pub(crate) fn new(scenario: &Scenario, seed: u64, rules: Rules, crew: C, spectator: S) -> Self {
+impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
+    pub(crate) fn new(scenario: &Scenario, seed: u64, rules: Rules, participants: C, spectator: S) -> Self {
         let robots = scenario.robots().iter().map(|robot| Participant::Robot(robot.id));
-        let coordinator = (rules.coordinator == Attendance::Present).then_some(Participant::Coordinator);
+        let coordinator = (rules.coordinator == Membership::Present).then_some(Participant::Coordinator);
         let members = robots.chain(coordinator).map(|who| Member {
             who,
             activity: Activity::Searching,
@@ -200,7 +200,7 @@ impl<C: Crew, S: FnMut(MissionTime, Scene)> Simulation<C, S> {
         let world = World::new(scenario, seed);
         let mission = scenario.mission();
         Self {
-            crew,
+            participants,
             rules,
             faults: Faults::default(),
             returns: 0,
@@ -222,15 +222,15 @@ impl<C: Crew, S: FnMut(MissionTime, Scene)> Simulation<C, S> {
             if self.members.iter().all(|member| member.who != who) {
                 continue;
             }
-            self.queue.plan(crash.at, Happening::Crash { who });
+            self.queue.plan(crash.at, SimEvent::Crash { who });
             if let Some((time, _)) = crash.back {
-                self.queue.plan(time, Happening::Return { who });
+                self.queue.plan(time, SimEvent::Return { who });
                 self.returns += 1;
             }
         }
-        if self.rules.coordinator == Attendance::Present {
+        if self.rules.coordinator == Membership::Present {
             for (time, command) in &faults.commands {
-                self.queue.plan(*time, Happening::Command(command.clone()));
+                self.queue.plan(*time, SimEvent::Command(command.clone()));
             }
         }
         self.faults = faults;
@@ -257,7 +257,7 @@ impl<C: Crew, S: FnMut(MissionTime, Scene)> Simulation<C, S> {
     fn start(&mut self) -> Result<(), C::Error> {
         for index in (0..self.members.len()).rev() {
             let who = self.members[index].who;
-            self.tell(MissionTime::START, who, Stimulus::Start)?;
+            self.tell(MissionTime::START, who, Event::Start)?;
         }
         for index in 0..self.members.len() {
             if let Participant::Robot(robot) = self.members[index].who {
@@ -298,7 +298,7 @@ impl<C: Crew, S: FnMut(MissionTime, Scene)> Simulation<C, S> {
             while self.queue.due().is_some_and(|due| due <= until) {
                 if let Some((due, happening)) = self.queue.next() {
                     // Where the search was stopped from outside, nobody moves on.
-                    if !(self.is_all_found() && matches!(happening, Happening::Arrival { .. })) {
+                    if !(self.is_all_found() && matches!(happening, SimEvent::Arrival { .. })) {
                         self.happen(due, happening)?;
                     }
                 }
@@ -318,7 +318,7 @@ impl<C: Crew, S: FnMut(MissionTime, Scene)> Simulation<C, S> {
         let mut expected = is_all_seen.then(|| self.world.merged().digest());
         let liar = liar.map(Participant::Robot);
         for member in self.members.iter().filter(|member| member.is_up && Some(member.who) != liar) {
-            let digest = self.crew.digest(member.who, now + self.faults.ahead(member.who))?;
+            let digest = self.participants.digest(member.who, now + self.faults.ahead(member.who))?;
             if *expected.get_or_insert(digest) != digest {
                 return Ok(false);
             }
@@ -326,31 +326,31 @@ impl<C: Crew, S: FnMut(MissionTime, Scene)> Simulation<C, S> {
         Ok(true)
     }
 
-    fn happen(&mut self, now: MissionTime, happening: Happening<C::Parcel>) -> Result<(), C::Error> {
+    fn happen(&mut self, now: MissionTime, happening: SimEvent<C::MessageRef>) -> Result<(), C::Error> {
         match happening {
-            Happening::Arrival { robot, route_number } => {
+            SimEvent::Arrival { robot, route_number } => {
                 // A crash ends the route.
                 if self.world.body(robot).route_number == route_number {
                     self.world.advance(robot);
                     self.look(now, robot)?;
                 }
             }
-            Happening::Delivery { from, to, parcel } => {
+            SimEvent::Delivery { from, to, parcel } => {
                 if self.members[self.place(to)].is_up {
-                    self.tell(now, to, Stimulus::Delivered { from, parcel })?;
+                    self.tell(now, to, Event::Received { from, message: parcel })?;
                 }
             }
-            Happening::Waking { who, number } => {
+            SimEvent::Waking { who, number } => {
                 let place = self.place(who);
                 if self.members[place].waking == number {
                     // It may ask for the same moment once more.
                     self.members[place].wake_at = MissionTime(u64::MAX);
-                    self.tell(now, who, Stimulus::Woke)?;
+                    self.tell(now, who, Event::Woke)?;
                 }
             }
-            Happening::Crash { who } => self.crash(who),
-            Happening::Return { who } => self.bring_back(now, who)?,
-            Happening::Command(command) => self.command(now, command)?,
+            SimEvent::Crash { who } => self.crash(who),
+            SimEvent::Return { who } => self.bring_back(now, who)?,
+            SimEvent::Command(command) => self.command(now, command)?,
         }
         Ok(())
     }
@@ -359,9 +359,9 @@ impl<C: Crew, S: FnMut(MissionTime, Scene)> Simulation<C, S> {
     fn command(&mut self, now: MissionTime, command: Command) -> Result<(), C::Error> {
         let who = Participant::Coordinator;
         if self.members[self.place(who)].is_up {
-            return self.tell(now, who, Stimulus::Commanded(command));
+            return self.tell(now, who, Event::Commanded(command));
         }
-        self.queue.plan(now + self.heartbeat, Happening::Command(command));
+        self.queue.plan(now + self.heartbeat, SimEvent::Command(command));
         Ok(())
     }
 
@@ -382,7 +382,7 @@ impl<C: Crew, S: FnMut(MissionTime, Scene)> Simulation<C, S> {
         self.returns -= 1;
         let place = self.place(who);
         self.members[place].is_up = true;
-        self.tell(now, who, Stimulus::Start)?;
+        self.tell(now, who, Event::Start)?;
         match who {
             Participant::Robot(robot) => self.look(now, robot),
             Participant::Coordinator => Ok(()),
@@ -394,13 +394,13 @@ impl<C: Crew, S: FnMut(MissionTime, Scene)> Simulation<C, S> {
         let (readings, found) = self.world.sense(robot);
         let cell = self.world.body(robot).cell;
         let farthest_cells = self.world.farthest_cells();
-        (self.spectator)(now, Scene::Arrives { robot, cell, farthest_cells });
+        (self.spectator)(now, StepContext::Arrives { robot, cell, farthest_cells });
         for &cell in &found {
-            (self.spectator)(now, Scene::Finds { robot, cell });
+            (self.spectator)(now, StepContext::Finds { robot, cell });
         }
         self.outcome.measure(now, farthest_cells, self.world.score(), &found);
         let route_number = self.world.body(robot).route_number;
-        self.tell(now, Participant::Robot(robot), Stimulus::Sensed { cell, readings })?;
+        self.tell(now, Participant::Robot(robot), Event::Sensed { cell, readings })?;
         if self.world.body(robot).route_number == route_number {
             self.depart(now, robot);
         }
@@ -412,7 +412,7 @@ impl<C: Crew, S: FnMut(MissionTime, Scene)> Simulation<C, S> {
         if let Some(time) = self.world.travel_time(robot, self.speed) {
             let route_number = self.world.body(robot).route_number;
             let time = time.mul_f64(self.faults.slowness(robot));
-            self.queue.plan(now + time, Happening::Arrival { robot, route_number });
+            self.queue.plan(now + time, SimEvent::Arrival { robot, route_number });
         }
     }
 
@@ -420,45 +420,45 @@ impl<C: Crew, S: FnMut(MissionTime, Scene)> Simulation<C, S> {
         &mut self,
         now: MissionTime,
         who: Participant,
-        stimulus: Stimulus<C::Parcel>,
+        event: Event<C::MessageRef>,
     ) -> Result<(), C::Error> {
         let ahead = self.faults.ahead(who);
-        let mut reaction = self.crew.step(who, now + ahead, stimulus)?;
-        if !ahead.is_zero() && reaction.wake_at < MissionTime(u64::MAX) {
-            reaction.wake_at = now + reaction.wake_at.since(now + ahead);
+        let mut effects = self.participants.step(who, now + ahead, event)?;
+        if !ahead.is_zero() && effects.wake_at < MissionTime(u64::MAX) {
+            effects.wake_at = now + effects.wake_at.since(now + ahead);
         }
-        self.react(now, who, reaction);
+        self.react(now, who, effects);
         Ok(())
     }
 
-    fn react(&mut self, now: MissionTime, who: Participant, reaction: Reaction<C::Parcel>) {
+    fn react(&mut self, now: MissionTime, who: Participant, effects: Effects<C::MessageRef>) {
         let place = self.place(who);
         let member = &mut self.members[place];
-        member.activity = reaction.activity;
+        member.activity = effects.activity;
         // Who starts again may ask for a time that has passed: it is woken now, for time never goes back.
-        let wake_at = reaction.wake_at.max(now);
+        let wake_at = effects.wake_at.max(now);
         if member.wake_at != wake_at {
             member.wake_at = wake_at;
             member.waking += 1;
             if wake_at < MissionTime(u64::MAX) {
-                self.queue.plan(wake_at, Happening::Waking { who, number: member.waking });
+                self.queue.plan(wake_at, SimEvent::Waking { who, number: member.waking });
             }
         }
-        self.outcome.decisions.extend(reaction.decision);
-        for (audience, parcel) in reaction.published {
+        self.outcome.decisions.extend(effects.decision);
+        for (audience, parcel) in effects.published {
             self.send(now, who, audience, &parcel);
         }
-        if let (Participant::Robot(robot), Some(route)) = (who, reaction.route) {
+        if let (Participant::Robot(robot), Some(route)) = (who, effects.route) {
             (self.spectator)(
                 now,
-                Scene::Departs { robot, route: route.clone(), activity: Some(reaction.activity) },
+                StepContext::Departs { robot, route: route.clone(), activity: Some(effects.activity) },
             );
             self.world.set_route(robot, route);
             self.depart(now, robot);
         }
     }
 
-    fn send(&mut self, now: MissionTime, from: Participant, audience: Audience, parcel: &C::Parcel) {
+    fn send(&mut self, now: MissionTime, from: Participant, audience: Audience, parcel: &C::MessageRef) {
         for index in 0..self.members.len() {
             let to = self.members[index].who;
             let is_meant = match audience {
@@ -467,7 +467,7 @@ impl<C: Crew, S: FnMut(MissionTime, Scene)> Simulation<C, S> {
             };
             if is_meant {
                 for due in self.network.arrivals(now, from, to) {
-                    self.queue.plan(due, Happening::Delivery { from, to, parcel: parcel.clone() });
+                    self.queue.plan(due, SimEvent::Delivery { from, to, parcel: parcel.clone() });
                 }
             }
         }

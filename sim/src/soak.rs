@@ -10,20 +10,20 @@ mod plan;
 use std::num::NonZeroUsize;
 use std::ops::AddAssign;
 
-use dragnet_agent::agent::{Agent, Orders};
+use dragnet_agent::agent::{Agent, AgentConfig};
 use dragnet_proto::message::{Audience, Message};
-use dragnet_proto::participant::{Mind, MindError, Reaction, Stimulus};
+use dragnet_proto::state_machine::{Effects, Event, ParticipantError, StateMachine};
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_scenario::{Scenario, ScenarioError};
 use dragnet_search::evidence::Digest;
 use dragnet_search::observation::RobotId;
 
-use crate::crew::Crew;
 use crate::episode;
 use crate::faults::{Crash, Faults, Memory};
 use crate::network::Tally;
-use crate::simulation::{Attendance, End, Rules};
+use crate::participants::Participants;
+use crate::simulation::{End, Membership, Rules};
 use check::Checks;
 use disk::Disk;
 
@@ -34,7 +34,7 @@ const HELD: NonZeroUsize = NonZeroUsize::new(2).expect("above 0");
 
 /// How often each fault has bitten.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
-pub struct Bites {
+pub struct FaultCounts {
     /// On messages.
     pub network: Tally,
     /// Robots that crashed for good.
@@ -61,7 +61,7 @@ pub struct Bites {
     pub commands: u64,
 }
 
-impl AddAssign for Bites {
+impl AddAssign for FaultCounts {
     fn add_assign(&mut self, other: Self) {
         self.network += other.network;
         self.gone += other.gone;
@@ -82,7 +82,7 @@ impl AddAssign for Bites {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Survived {
     /// What was survived.
-    pub bites: Bites,
+    pub bites: FaultCounts,
     /// When the search ended.
     pub ended: MissionTime,
     /// Observations made.
@@ -99,7 +99,7 @@ pub enum Violation {
     Scenario(#[from] ScenarioError),
     /// A participant gave up.
     #[error(transparent)]
-    Mind(#[from] MindError),
+    StateMachine(#[from] ParticipantError),
     /// Something that must hold did not.
     #[error("at {:.3} s, {who}: {what}", at.as_seconds())]
     Broken {
@@ -124,46 +124,49 @@ pub enum Violation {
 ///
 /// # Errors
 /// What did not hold.
-pub fn run(seed: u64, coordinator: impl FnMut(&Scenario) -> Box<dyn Mind>) -> Result<Survived, Violation> {
+pub fn run(
+    seed: u64,
+    coordinator: impl FnMut(&Scenario) -> Box<dyn StateMachine>,
+) -> Result<Survived, Violation> {
     let (scenario, faults) = plan(seed)?;
-    let mut crew = Crowd::new(&scenario, seed, &faults, coordinator);
-    let rules = Rules { end: End::Resting, coordinator: Attendance::Present };
-    let episode = episode::run_with_faults(&scenario, seed, rules, faults.clone(), &mut crew)?;
+    let mut participants = CheckedTeam::new(&scenario, seed, &faults, coordinator);
+    let rules = Rules { end: End::Resting, coordinator: Membership::Present };
+    let episode = episode::run_with_faults(&scenario, seed, rules, faults.clone(), &mut participants)?;
     let outcome = episode.outcome;
     if !outcome.beliefs_equal {
-        return Err(Violation::Unequal { at: outcome.ended, known: crew.checks.known() });
+        return Err(Violation::Unequal { at: outcome.ended, known: participants.checks.known() });
     }
-    crew.checks.end(outcome.ended)?;
+    participants.checks.end(outcome.ended)?;
     let is_gone = |crash: &&Crash| crash.back.is_none() && crash.at <= outcome.ended;
-    let bites = Bites {
+    let bites = FaultCounts {
         gone: faults.crashes.values().filter(is_gone).count() as u64,
         network: outcome.network,
         clocks: faults.clocks.len() as u64,
         slow: faults.slowness.len() as u64,
         liars: faults.liar.iter().count() as u64,
-        ..crew.bites
+        ..participants.bites
     };
-    let (observations, checked) = (outcome.observations, crew.checks.count());
+    let (observations, checked) = (outcome.observations, participants.checks.count());
     Ok(Survived { bites, ended: outcome.ended, observations, checked })
 }
 
 /// A team of this process whose members start again as the faults say, each step of it checked.
-struct Crowd<'a, F> {
+struct CheckedTeam<'a, F> {
     scenario: &'a Scenario,
     faults: &'a Faults,
-    orders: Vec<Orders>,
+    orders: Vec<AgentConfig>,
     robots: Vec<Agent>,
     /// Of each robot.
     disks: Vec<Disk>,
-    coordinator: Box<dyn Mind>,
+    coordinator: Box<dyn StateMachine>,
     new_coordinator: F,
     checks: Checks<'a>,
-    bites: Bites,
+    bites: FaultCounts,
 }
 
-impl<'a, F: FnMut(&Scenario) -> Box<dyn Mind>> Crowd<'a, F> {
+impl<'a, F: FnMut(&Scenario) -> Box<dyn StateMachine>> CheckedTeam<'a, F> {
     fn new(scenario: &'a Scenario, seed: u64, faults: &'a Faults, mut new_coordinator: F) -> Self {
-        let orders = Orders::of_team(scenario, seed);
+        let orders = AgentConfig::of_team(scenario, seed);
         Self {
             scenario,
             faults,
@@ -176,11 +179,11 @@ impl<'a, F: FnMut(&Scenario) -> Box<dyn Mind>> Crowd<'a, F> {
             coordinator: new_coordinator(scenario),
             new_coordinator,
             checks: Checks::new(scenario, faults),
-            bites: Bites::default(),
+            bites: FaultCounts::default(),
         }
     }
 
-    fn mind(&mut self, who: Participant) -> &mut dyn Mind {
+    fn mind(&mut self, who: Participant) -> &mut dyn StateMachine {
         match who {
             Participant::Robot(robot) => &mut self.robots[usize::from(robot.0) - 1],
             Participant::Coordinator => &mut *self.coordinator,
@@ -188,16 +191,16 @@ impl<'a, F: FnMut(&Scenario) -> Box<dyn Mind>> Crowd<'a, F> {
     }
 
     /// A robot's disk takes what it is to keep, and answers for what it releases then.
-    fn keep(&mut self, robot: RobotId, now: MissionTime, reaction: &mut Reaction<Message>) {
+    fn keep(&mut self, robot: RobotId, now: MissionTime, effects: &mut Effects<Message>) {
         let place = usize::from(robot.0) - 1;
         let disk = &mut self.disks[place];
-        disk.keep(now, reaction);
+        disk.keep(now, effects);
         if disk.is_level() {
             self.robots[place].release(HELD);
         }
-        for request in std::mem::take(&mut reaction.repeats) {
+        for request in std::mem::take(&mut effects.repeats) {
             self.bites.repeated += 1;
-            reaction.published.push((Audience::One(request.from), disk.answer(request)));
+            effects.published.push((Audience::One(request.from), disk.answer(request)));
         }
     }
 
@@ -229,34 +232,34 @@ impl<'a, F: FnMut(&Scenario) -> Box<dyn Mind>> Crowd<'a, F> {
     }
 }
 
-impl<F: FnMut(&Scenario) -> Box<dyn Mind>> Crew for Crowd<'_, F> {
-    type Parcel = Message;
+impl<F: FnMut(&Scenario) -> Box<dyn StateMachine>> Participants for CheckedTeam<'_, F> {
+    type MessageRef = Message;
     type Error = Violation;
 
     fn step(
         &mut self,
         who: Participant,
         now: MissionTime,
-        stimulus: Stimulus<Message>,
-    ) -> Result<Reaction<Message>, Violation> {
-        if stimulus == Stimulus::Start {
+        event: Event<Message>,
+    ) -> Result<Effects<Message>, Violation> {
+        if event == Event::Start {
             self.start(who, now);
         }
-        if matches!(stimulus, Stimulus::Commanded(_)) {
+        if matches!(event, Event::Commanded(_)) {
             self.bites.commands += 1;
         }
-        self.checks.before(who, now, &stimulus);
-        let mut reaction = self.mind(who).experience(now, stimulus)?;
+        self.checks.before(who, now, &event);
+        let mut effects = self.mind(who).handle(now, event)?;
         if let Participant::Robot(robot) = who {
-            self.keep(robot, now, &mut reaction);
+            self.keep(robot, now, &mut effects);
         }
         let (digest, observations) = (self.mind(who).digest(), self.mind(who).observations());
-        self.checks.after(who, now, &reaction, digest, observations)?;
-        self.bites.lies_refused += reaction.refused.len() as u64;
+        self.checks.after(who, now, &effects, digest, observations)?;
+        self.bites.lies_refused += effects.refused.len() as u64;
         if self.faults.liar.map(Participant::Robot) == Some(who) {
-            reaction.published.iter_mut().for_each(|(_, message)| lie::told(message));
+            effects.published.iter_mut().for_each(|(_, message)| lie::told(message));
         }
-        Ok(reaction)
+        Ok(effects)
     }
 
     fn digest(&mut self, who: Participant, _: MissionTime) -> Result<Digest, Violation> {

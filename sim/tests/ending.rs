@@ -13,9 +13,9 @@ use dragnet_scenario::Scenario;
 use dragnet_search::policy::{Decision, LEAST_NATS, Policy};
 use dragnet_search::seed::Stream;
 use dragnet_search::situation::Situation;
-use dragnet_sim::crew::LocalCrew;
 use dragnet_sim::episode::{self, Episode};
-use dragnet_sim::simulation::{Attendance, End, Rules, Scene};
+use dragnet_sim::participants::LocalParticipants;
+use dragnet_sim::simulation::{End, Membership, Rules, StepContext};
 
 /// A policy that is watched: it sends a robot nowhere for nothing.
 struct Watched {
@@ -55,13 +55,13 @@ fn watch(scenario: &Scenario, seed: u64) -> Watching {
     });
     let mut waits = 0;
     let mut count = |_, scene| {
-        if let Scene::Departs { activity: Some(Activity::Waiting), .. } = scene {
+        if let StepContext::Departs { activity: Some(Activity::Waiting), .. } = scene {
             waits += 1;
         }
     };
-    let rules = Rules { end: End::Resting, coordinator: Attendance::Absent };
-    let mut crew = LocalCrew::new(&mut robots, None);
-    let episode = episode::run_with(scenario, seed, rules, &mut crew, &mut count).unwrap();
+    let rules = Rules { end: End::Resting, coordinator: Membership::Absent };
+    let mut participants = LocalParticipants::new(&mut robots, None);
+    let episode = episode::run_with(scenario, seed, rules, &mut participants, &mut count).unwrap();
     assert!(episode.outcome.beliefs_equal);
     Watching { episode, rests: rests.load(Ordering::Relaxed), waits }
 }

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use dragnet_files::read_at_most;
 use dragnet_keys::certificate;
-use dragnet_link::config::{self, AgentConfig};
+use dragnet_link::config::{self, AgentSettings};
 use dragnet_link::doctor::{self, Finding, Verdict};
 use dragnet_link::session;
 use time::OffsetDateTime;
@@ -55,7 +55,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
 /// Of each certificate that the robot shows or believes, until when it holds. What is wrong with the settings themselves is
 /// told already.
 fn certificates(file: &Path) -> Vec<Finding> {
-    let Ok(config) = config::load::<AgentConfig>(file) else { return Vec::new() };
+    let Ok(config) = config::load::<AgentSettings>(file) else { return Vec::new() };
     let Ok(paths) = session::certificates(&config.common.zenoh.named_in(file)) else { return Vec::new() };
     let now = OffsetDateTime::now_utc();
     paths.iter().map(|path| certificate(path, now)).collect()

@@ -6,12 +6,12 @@ mod network;
 use dragnet_link::vehicle::detector::{Detector, Settings};
 
 #[cfg(feature = "detector")]
-pub(super) use network::Eyes;
+pub(super) use network::YoloDetector;
 
 /// The detector of a robot's settings.
 #[cfg(feature = "detector")]
 pub(super) fn make(settings: &Settings) -> Result<Box<dyn Detector>, String> {
-    match Eyes::open(settings) {
+    match YoloDetector::open(settings) {
         Ok(eyes) => Ok(Box::new(eyes)),
         Err(problem) => Err(problem.with_keys("")),
     }

@@ -5,11 +5,11 @@ use std::path::PathBuf;
 
 use dragnet_learn::policy::PolicyName;
 use dragnet_link::config::check_real_time_factor;
-use dragnet_link::team::{self, Onlooker, Options};
+use dragnet_link::team::{self, Options, RunObserver};
 use dragnet_live::page::Page;
 use dragnet_live::view::About;
 use dragnet_scenario::Scenario;
-use dragnet_sim::simulation::Spectator;
+use dragnet_sim::simulation::StepObserver;
 use dragnet_sim::world::World;
 
 use super::search::{self, Ended, Style};
@@ -88,7 +88,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let about = About::of(&scenario, Some(objects));
     let (page, listener, commands) = Page::of_mission(&live::settings(listen), about)?;
     let page = live::announce(page);
-    let onlooker = Some(Onlooker { listener, commands });
+    let onlooker = Some(RunObserver { listener, commands });
     search::tell(&scenario, style, |spectator| run(&scenario, arguments, recording, onlooker, spectator))?;
     page.stay();
     Ok(())
@@ -98,8 +98,8 @@ fn run(
     scenario: &Scenario,
     arguments: &Arguments,
     recording: PathBuf,
-    onlooker: Option<Onlooker>,
-    spectator: Spectator<'_>,
+    onlooker: Option<RunObserver>,
+    spectator: StepObserver<'_>,
 ) -> Result<Ended, Failure> {
     let processes = arguments.processes.then(std::env::current_exe).transpose();
     let options = Options {

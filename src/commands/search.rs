@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use dragnet_scenario::Scenario;
 use dragnet_sim::episode::Episode;
-use dragnet_sim::simulation::Spectator;
+use dragnet_sim::simulation::StepObserver;
 
 use super::Failure;
 use crate::terminal::{self, progress};
@@ -37,7 +37,7 @@ pub(super) struct Ended {
 pub(super) fn tell(
     scenario: &Scenario,
     style: Style,
-    search: impl FnOnce(Spectator<'_>) -> Result<Ended, Failure>,
+    search: impl FnOnce(StepObserver<'_>) -> Result<Ended, Failure>,
 ) -> Result<(), Failure> {
     if style == Style::Json {
         let ended = search(&mut |_, _| ())?;

@@ -2,10 +2,10 @@
 
 use std::time::{Duration, Instant};
 
-use dragnet_coordinator::desk::Desk;
-use dragnet_coordinator::mission::{Mission, MissionOrders};
+use dragnet_coordinator::mission::{CoordinatorConfig, Mission};
+use dragnet_coordinator::node::CoordinatorNode;
 use dragnet_scenario::Scenario;
-use dragnet_sim::soak::{self, Bites, Survived};
+use dragnet_sim::soak::{self, FaultCounts, Survived};
 
 use super::comparison::Seeds;
 use super::{Failure, jobs};
@@ -50,7 +50,7 @@ struct Total {
     observations: u64,
     /// Steps after which all was checked.
     steps_checked: u64,
-    faults: Bites,
+    faults: FaultCounts,
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
@@ -75,8 +75,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 fn survive(seed: u64) -> Result<Survived, Failure> {
-    let coordinator = |scenario: &Scenario| -> Box<dyn dragnet_proto::participant::Mind> {
-        Box::new(Desk::new(Mission::new(MissionOrders::of(scenario)), None))
+    let coordinator = |scenario: &Scenario| -> Box<dyn dragnet_proto::state_machine::StateMachine> {
+        Box::new(CoordinatorNode::new(Mission::new(CoordinatorConfig::of(scenario)), None))
     };
     soak::run(seed, coordinator).map_err(|violation| {
         Failure::Run(format!("seed {seed}: {violation}\nagain: dragnet soak --seeds {seed}..{}", seed + 1))
@@ -92,7 +92,7 @@ impl Total {
     }
 
     fn text(&self, elapsed: Duration) -> String {
-        let Bites { network, .. } = self.faults;
+        let FaultCounts { network, .. } = self.faults;
         let rows = [
             ("messages on their way", network.sent),
             ("lost", network.lost),

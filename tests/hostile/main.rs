@@ -11,8 +11,8 @@ mod world;
 
 use std::path::Path;
 
-use dragnet_proto::inbox::Inbox;
-use dragnet_proto::plausible::Limits;
+use dragnet_proto::replica::Replica;
+use dragnet_proto::validation::Limits;
 use dragnet_scenario::Scenario;
 use dragnet_search::belief::Belief;
 use dragnet_search::observation::Ends;
@@ -23,10 +23,10 @@ fn scenario(text: &str) -> Scenario {
 }
 
 /// The evidence is that of what is known, and all of that can be.
-fn check(inbox: &Inbox, belief: &Belief, scenario: &Scenario, limits: &Limits) {
+fn check(replica: &Replica, belief: &Belief, scenario: &Scenario, limits: &Limits) {
     let mut expected = scenario.prior().clone();
-    for version in inbox.log().versions() {
-        let known = inbox.log().since(version.origin, 0);
+    for version in replica.log().versions() {
+        let known = replica.log().since(version.origin, 0);
         assert_eq!(known.len() as u64, version.next, "nothing is released");
         let mut before = None;
         for observation in known {

@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use dragnet_agent::agent::{Agent, Event, Orders};
-use dragnet_coordinator::mission::{self, Mission, MissionOrders};
+use dragnet_agent::agent::{Agent, AgentConfig, Event};
+use dragnet_coordinator::mission::{self, CoordinatorConfig, Mission};
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::directive::Directive;
 use dragnet_proto::dragnet_msgs as wire;
-use dragnet_proto::message::{Activity, Heartbeat, Intent, LogReply, LogRequest, Message, MessageKind};
-use dragnet_proto::plausible::Limits;
+use dragnet_proto::message::{Activity, Heartbeat, Intent, Message, MessageKind, SyncReply, SyncRequest};
+use dragnet_proto::validation::Limits;
 use dragnet_ros2::cdr::{self, MAX_BYTES};
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
@@ -63,7 +63,7 @@ fn honest(scenario: &Scenario, kind: u8, sequence: u64) -> Message {
     let intent = Intent { origin: MATE, decision: sequence, time_ns: 0, path: vec![cell(scenario)] };
     match kind % 5 {
         0 => Message::Observation(look(scenario, sequence)),
-        1 => Message::LogReply(LogReply {
+        1 => Message::SyncReply(SyncReply {
             observations: (0..=sequence).map(|at| look(scenario, at)).collect(),
         }),
         2 => Message::Heartbeat(Heartbeat {
@@ -77,7 +77,7 @@ fn honest(scenario: &Scenario, kind: u8, sequence: u64) -> Message {
             digest: Digest(1),
             directive: Directive::default(),
         }),
-        3 => Message::LogRequest(LogRequest {
+        3 => Message::SyncRequest(SyncRequest {
             from: Participant::Robot(MATE.robot),
             of: MATE,
             first: sequence,
@@ -110,15 +110,15 @@ proptest! {
     fn mutated_messages_never_bring_evidence_that_cannot_be(messages in vec(mutated(), 1..30)) {
         let scenario = small();
         let (codec, limits) = (Codec::new(scenario.terrain().grid()), Limits::of(&scenario));
-        let mut agent = Agent::new(Orders::of_team(&scenario, 1).remove(0));
-        let mut mission = Mission::new(MissionOrders::of(&scenario));
+        let mut agent = Agent::new(AgentConfig::of_team(&scenario, 1).remove(0));
+        let mut mission = Mission::new(CoordinatorConfig::of(&scenario));
         for mutated in &messages {
             let Some(message) = arrive(&scenario, codec, mutated) else { continue };
             let from = Participant::Robot(RobotId(mutated.3.into()));
             agent.handle(NOW, Event::Received { from, message: message.clone() });
             mission.handle(NOW, mission::Event::Received { from, message });
-            check(agent.inbox(), agent.belief(), &scenario, &limits);
-            check(mission.inbox(), mission.belief(), &scenario, &limits);
+            check(agent.replica(), agent.belief(), &scenario, &limits);
+            check(mission.replica(), mission.belief(), &scenario, &limits);
         }
     }
 
@@ -130,10 +130,10 @@ proptest! {
         let bytes = if header { [&BEGINNING[..], &bytes].concat() } else { bytes };
         let codec = Codec::new(scenario.terrain().grid());
         if let Ok(message) = codec.decode(MessageKind::ALL[kind], &bytes) {
-            let mut agent = Agent::new(Orders::of_team(&scenario, 1).remove(0));
+            let mut agent = Agent::new(AgentConfig::of_team(&scenario, 1).remove(0));
             let from = Participant::Robot(MATE.robot);
             agent.handle(NOW, Event::Received { from, message });
-            check(agent.inbox(), agent.belief(), &scenario, &Limits::of(&scenario));
+            check(agent.replica(), agent.belief(), &scenario, &Limits::of(&scenario));
         }
     }
 }
@@ -141,15 +141,15 @@ proptest! {
 #[test]
 fn the_honest_of_these_messages_count() {
     let scenario = small();
-    let mut mission = Mission::new(MissionOrders::of(&scenario));
+    let mut mission = Mission::new(CoordinatorConfig::of(&scenario));
     let from = Participant::Robot(MATE.robot);
     for sequence in [3, 11] {
         let message = honest(&scenario, 1, sequence);
         mission.handle(NOW, mission::Event::Received { from, message });
     }
-    assert_eq!(mission.inbox().log().len(), 12);
+    assert_eq!(mission.replica().log().len(), 12);
     assert_ne!(mission.belief().digest(), scenario.prior().digest());
-    assert!(mission.inbox().refused().is_empty());
+    assert!(mission.replica().refused().is_empty());
 }
 
 #[test]
@@ -202,7 +202,7 @@ fn a_message_of_the_greatest_length_takes_a_few_times_as_much_memory() {
             (MessageKind::Observation, cdr::encode(&wire::Observation { version, ..Default::default() })),
             (MessageKind::Intent, cdr::encode(&wire::Intent { version, ..Default::default() })),
             (MessageKind::Heartbeat, cdr::encode(&wire::Heartbeat { version, ..Default::default() })),
-            (MessageKind::LogReply, cdr::encode(&wire::LogReply { version, ..Default::default() })),
+            (MessageKind::SyncReply, cdr::encode(&wire::SyncReply { version, ..Default::default() })),
             (MessageKind::MissionStatus, cdr::encode(&wire::MissionStatus { version, ..Default::default() })),
         ] {
             begin(format_args!("{kind:?}"));

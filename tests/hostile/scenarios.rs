@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use dragnet_agent::agent::Agent;
 use dragnet_proto::message::Message;
-use dragnet_proto::participant::Reaction;
+use dragnet_proto::state_machine::Effects;
 use dragnet_scenario::Scenario;
 use dragnet_search::seed::{Purpose, stream};
 use dragnet_sim::episode::{self, Witness};
@@ -66,7 +66,7 @@ fn honest() -> Vec<Honest> {
 struct Patience(u32);
 
 impl Witness for Patience {
-    fn reacts(&mut self, _: &Reaction<Message>) -> ControlFlow<()> {
+    fn reacts(&mut self, _: &Effects<Message>) -> ControlFlow<()> {
         self.0 -= 1;
         if self.0 == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }

@@ -6,15 +6,15 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use dragnet_agent::agent::{Agent, Orders};
-use dragnet_coordinator::desk::Desk;
-use dragnet_coordinator::mission::{Mission, MissionOrders};
+use dragnet_agent::agent::{Agent, AgentConfig};
+use dragnet_coordinator::mission::{CoordinatorConfig, Mission};
+use dragnet_coordinator::node::CoordinatorNode;
 use dragnet_live::view::{About, View};
 use dragnet_proto::command::{Command, Mark};
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::message::{Audience, Message, MessageKind};
-use dragnet_proto::participant::{Mind, Stimulus};
-use dragnet_proto::plausible::{Limits, Refusal};
+use dragnet_proto::state_machine::{Event, StateMachine};
+use dragnet_proto::validation::{Limits, Rejection};
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -64,14 +64,14 @@ pub(crate) struct Tally {
     /// Observations that counted, at the robot or at the coordinator.
     pub(crate) counted: u64,
     /// Observations that were refused there, and why.
-    pub(crate) refused: BTreeMap<Refusal, u64>,
+    pub(crate) refused: BTreeMap<Rejection, u64>,
 }
 
 /// What a message brought those who heard it.
 #[derive(Default)]
 struct Heard {
     counted: u64,
-    refused: Vec<Refusal>,
+    refused: Vec<Rejection>,
 }
 
 /// Everything in it depends on its seed alone.
@@ -80,7 +80,7 @@ pub(crate) struct World {
     codec: Codec,
     limits: Limits,
     agent: Agent,
-    desk: Desk,
+    node: CoordinatorNode,
     page: Arc<Mutex<View>>,
     now: MissionTime,
     /// Messages spoiled so far.
@@ -103,13 +103,13 @@ impl World {
         let page = Arc::new(Mutex::new(View::new(Arc::new(About::of(&scenario, None)))));
         let shown = Arc::clone(&page);
         let listener = move |now, record: &_| shown.lock().unwrap().take(now, record);
-        let desk = Desk::new(Mission::new(MissionOrders::of(&scenario)), None);
+        let node = CoordinatorNode::new(Mission::new(CoordinatorConfig::of(&scenario)), None);
         let cell = scenario.terrain().traversable_cells().next().unwrap();
         let mut world = Self {
             codec: Codec::new(scenario.terrain().grid()),
             limits: Limits::of(&scenario),
-            agent: Agent::new(Orders::of_team(&scenario, seed).remove(0)),
-            desk: desk.told_to(Some(Box::new(listener))),
+            agent: Agent::new(AgentConfig::of_team(&scenario, seed).remove(0)),
+            node: node.told_to(Some(Box::new(listener))),
             page,
             now: if seed == LAST { MissionTime(u64::MAX - 3_600_000_000_000) } else { MissionTime::START },
             number: 0,
@@ -150,32 +150,32 @@ impl World {
 
     /// What is known can be, all of it counts, and nothing else does.
     pub(crate) fn check(&self) {
-        let mission = self.desk.mission();
-        check(self.agent.inbox(), self.agent.belief(), &self.scenario, &self.limits);
-        check(mission.inbox(), mission.belief(), &self.scenario, &self.limits);
+        let mission = self.node.mission();
+        check(self.agent.replica(), self.agent.belief(), &self.scenario, &self.limits);
+        check(mission.replica(), mission.belief(), &self.scenario, &self.limits);
         assert_eq!(self.page.lock().unwrap().belief().digest(), mission.belief().digest());
     }
 
     /// What the robot does by itself, a person asks for, and the network tells.
     fn live(&mut self) {
-        if self.now >= self.agent.wake_at().min(self.desk.mission().wake_at()) {
-            self.tell(ROBOT, Stimulus::Woke);
-            self.tell(Participant::Coordinator, Stimulus::Woke);
+        if self.now >= self.agent.wake_at().min(self.node.mission().wake_at()) {
+            self.tell(ROBOT, Event::Woke);
+            self.tell(Participant::Coordinator, Event::Woke);
         }
         if self.number.is_multiple_of(40) {
             self.cell = self.route.pop_front().unwrap_or(self.cell);
             let readings = self.readings(self.cell);
-            self.tell(ROBOT, Stimulus::Sensed { cell: self.cell, readings });
+            self.tell(ROBOT, Event::Sensed { cell: self.cell, readings });
         }
         if self.number.is_multiple_of(300) {
             let command = self.command();
-            self.tell(Participant::Coordinator, Stimulus::Commanded(command));
+            self.tell(Participant::Coordinator, Event::Commanded(command));
         }
         if self.number.is_multiple_of(500) {
             let robot = RobotId(self.random.random_range(0..5));
-            self.tell(ROBOT, Stimulus::Lost(robot));
-            self.tell(Participant::Coordinator, Stimulus::Lost(robot));
-            self.tell(ROBOT, Stimulus::Came);
+            self.tell(ROBOT, Event::Lost(robot));
+            self.tell(Participant::Coordinator, Event::Lost(robot));
+            self.tell(ROBOT, Event::Came);
         }
         if self.number.is_multiple_of(self.restart_every) {
             self.mates[0].incarnation = self.now.0;
@@ -217,7 +217,7 @@ impl World {
             return;
         }
         for whom in [ROBOT, Participant::Coordinator].into_iter().filter(|&whom| whom != said.from) {
-            let heard = self.tell(whom, Stimulus::Delivered { from: said.from, parcel: message.clone() });
+            let heard = self.tell(whom, Event::Received { from: said.from, message: message.clone() });
             tally.counted += heard.counted;
             for why in heard.refused {
                 *tally.refused.entry(why).or_default() += 1;
@@ -227,27 +227,27 @@ impl World {
 
     /// Tells one what happens, and the other what it says to that, until both are silent. Returns what it brought the
     /// first.
-    fn tell(&mut self, whom: Participant, stimulus: Stimulus<Message>) -> Heard {
+    fn tell(&mut self, whom: Participant, event: Event<Message>) -> Heard {
         let mut first = None;
-        let mut waiting = VecDeque::from([(whom, stimulus)]);
-        while let Some((whom, stimulus)) = waiting.pop_front() {
-            let (mind, other): (&mut dyn Mind, _) = match whom {
+        let mut waiting = VecDeque::from([(whom, event)]);
+        while let Some((whom, event)) = waiting.pop_front() {
+            let (mind, other): (&mut dyn StateMachine, _) = match whom {
                 ROBOT => (&mut self.agent, Participant::Coordinator),
-                _ => (&mut self.desk, ROBOT),
+                _ => (&mut self.node, ROBOT),
             };
-            let reaction = mind.experience(self.now, stimulus).unwrap();
+            let effects = mind.handle(self.now, event).unwrap();
             first.get_or_insert_with(|| Heard {
-                counted: reaction.kept.len() as u64,
-                refused: reaction.refused.iter().map(|refused| refused.why).collect(),
+                counted: effects.kept.len() as u64,
+                refused: effects.refused.iter().map(|refused| refused.why).collect(),
             });
-            if let Some(route) = reaction.route {
+            if let Some(route) = effects.route {
                 self.route = route.into();
             }
-            for (audience, parcel) in reaction.published {
+            for (audience, parcel) in effects.published {
                 if audience == Audience::All || audience == Audience::One(other) {
                     let bytes = convert::encode(&parcel);
                     self.remember(Said { from: whom, kind: parcel.kind(), bytes });
-                    waiting.push_back((other, Stimulus::Delivered { from: whom, parcel }));
+                    waiting.push_back((other, Event::Received { from: whom, message: parcel }));
                 }
             }
         }

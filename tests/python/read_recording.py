@@ -22,7 +22,7 @@ def posed(pose):
     return [pose.position.x, pose.position.y, pose.orientation.z, pose.orientation.w]
 
 
-class Sights:
+class CameraDetections:
     """What one reader saw."""
 
     def __init__(self):
@@ -91,7 +91,7 @@ class Sights:
 
 
 def with_mcap(path):
-    sights = Sights()
+    sights = CameraDetections()
     with open(path, "rb") as file:
         reader = make_reader(file, decoder_factories=[DecoderFactory()])
         for _, channel, message, decoded in reader.iter_decoded_messages():
@@ -103,7 +103,7 @@ def with_mcap(path):
 
 
 def with_rosbags(path):
-    sights = Sights()
+    sights = CameraDetections()
     with AnyReader([Path(path)]) as reader:
         for connection, log_time, raw in reader.messages():
             sights.take(connection.topic, log_time, reader.deserialize(raw, connection.msgtype))

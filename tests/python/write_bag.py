@@ -2,7 +2,7 @@
 
 Usage: write_bag.py FOLDER [images | stamps] < {"name": "its ros2msg schema", ...}
 
-The bag is FOLDER, which must not exist; its recording is FOLDER/NAME.mcap. A vehicle drives through a yard at 10 m/s, first
+The bag is FOLDER, which must not exist; its recording is FOLDER/NAME.mcap. A vehicle drives through a test_site at 10 m/s, first
 along its southern edge and then north. Three cameras look around it, each a third, and see the one object: their detector's
 boxes are recorded or, with `images`, what they show, the object in red. For three seconds no odometry comes. `/fix` is no
 fix. With `stamps`, those of camera 1 are 20 s old, and those of camera 2 stand still.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::Command;
 use std::time::Duration;
 
-use dragnet_link::link::{Heard, Link};
+use dragnet_link::link::{Incoming, Link};
 use dragnet_link::session::{Endpoints, Mode, free_endpoints, open};
 use dragnet_proto::convert::Codec;
 use dragnet_proto::message::{Activity, Heartbeat, Message};
@@ -16,9 +16,9 @@ use tempfile::TempDir;
 use tokio::task::JoinHandle;
 
 use crate::field::{DRAGNET, Process};
-use crate::yard::{SPEED_METERS_PER_SECOND, Vehicle, Yard, cameras, settings};
+use crate::test_site::{SPEED_METERS_PER_SECOND, TestSite, Vehicle, cameras, settings};
 
-const YARD: Yard = Yard { side: 6, cell_meters: 10.0, policy: "'random'" };
+const YARD: TestSite = TestSite { side: 6, cell_meters: 10.0, policy: "'random'" };
 /// Robots that never rest, and hold what is dated more than a second ahead for a look of the future.
 const ENDLESS: &str = "stop_when_expected_remaining = 0.0\nheartbeat_seconds = 1.0\nliveness_timeout_seconds = 10.0\n\
                        max_clock_skew_seconds = 1.0\n";
@@ -40,7 +40,7 @@ int clock_gettime(clockid_t clock, struct timespec *time) {
 
 const HOUR: i64 = 3600;
 
-/// Robots whose vehicles drive about in one yard.
+/// Robots whose vehicles drive about in one test_site.
 struct Team {
     folder: TempDir,
     /// Where each robot meets its team.
@@ -55,8 +55,8 @@ struct Team {
 impl Team {
     async fn new(robots: usize, mission: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let yard = YARD.scenario().replace("count = 1\npolicy", &format!("count = {robots}\npolicy"));
-        std::fs::write(folder.path().join("yard.toml"), format!("{yard}{mission}")).unwrap();
+        let test_site = YARD.scenario().replace("count = 1\npolicy", &format!("count = {robots}\npolicy"));
+        std::fs::write(folder.path().join("test_site.toml"), format!("{test_site}{mission}")).unwrap();
         std::fs::write(folder.path().join("shift.c"), SHIFT).unwrap();
         let shift = ["-shared", "-fPIC", "-o", "shift.so", "shift.c", "-ldl"];
         let compiled = Command::new("cc").args(shift).current_dir(folder.path()).status().unwrap();
@@ -70,10 +70,10 @@ impl Team {
             vehicles.push(tokio::spawn(drive(bridge)));
         }
         let session = open(&Endpoints { connect: listen.clone(), ..Endpoints::default() }).await.unwrap();
-        let scenario = Scenario::load(&folder.path().join("yard.toml")).unwrap();
+        let scenario = Scenario::load(&folder.path().join("test_site.toml")).unwrap();
         let codec = Codec::new(scenario.terrain().grid());
         let mut ear =
-            Link::join(session, "yard".parse().unwrap(), Participant::Coordinator, codec).await.unwrap();
+            Link::join(session, "test_site".parse().unwrap(), Participant::Coordinator, codec).await.unwrap();
         ear.announce().await.unwrap();
         Self { folder, listen, bridges, vehicles, ear }
     }
@@ -107,7 +107,7 @@ impl Team {
     async fn hear<T>(&mut self, what: &str, mut look_for: impl FnMut(&Message) -> Option<T>) -> T {
         let hearing = async {
             loop {
-                if let Some(Heard::Message { message, .. }) = self.ear.hear().await
+                if let Some(Incoming::Message { message, .. }) = self.ear.hear().await
                     && let Some(found) = look_for(&message)
                 {
                     return found;
@@ -184,7 +184,7 @@ async fn robots_that_start_apart_with_wrong_dates_or_no_memory_share_one_time() 
     team.knows(2, one).await;
     // So it is when it has forgotten all.
     second.kill();
-    std::fs::remove_file(team.path("yard-robot-2.journal")).unwrap();
+    std::fs::remove_file(team.path("test_site-robot-2.journal")).unwrap();
     let second = team.start(2, HOUR);
     let (again, again_ns) = team.look(2, 0, &[two]).await;
     assert!(again_ns > time_ns && again > two, "{again_ns} {time_ns} {again:?} {two:?}");

@@ -3,9 +3,9 @@
 use dragnet_scenario::Scenario;
 use dragnet_search::cell::{Cell, Position};
 use dragnet_search::policy::PolicyName;
-use dragnet_sim::crew::LocalCrew;
 use dragnet_sim::episode;
-use dragnet_sim::simulation::{Attendance, End, Rules, Scene};
+use dragnet_sim::participants::LocalParticipants;
+use dragnet_sim::simulation::{End, Membership, Rules, StepContext};
 
 use crate::scenario;
 
@@ -29,15 +29,16 @@ budget_meters = 1500.0
 /// entered when it first did.
 fn track(scenario: &Scenario) -> String {
     let mut entered: Vec<Cell> = Vec::new();
-    let orders = dragnet_agent::agent::Orders::of_team(scenario, 1);
+    let orders = dragnet_agent::agent::AgentConfig::of_team(scenario, 1);
     let mut robots: Vec<_> = orders.into_iter().map(dragnet_agent::agent::Agent::new).collect();
-    let rules = Rules { end: End::Resting, coordinator: Attendance::Absent };
+    let rules = Rules { end: End::Resting, coordinator: Membership::Absent };
     let mut watch = |_, scene| {
-        if let Scene::Arrives { cell, .. } = scene {
+        if let StepContext::Arrives { cell, .. } = scene {
             entered.push(cell);
         }
     };
-    episode::run_with(scenario, 1, rules, &mut LocalCrew::new(&mut robots, None), &mut watch).unwrap();
+    episode::run_with(scenario, 1, rules, &mut LocalParticipants::new(&mut robots, None), &mut watch)
+        .unwrap();
     let grid = scenario.terrain().grid();
     let sign = |cell: Cell| match entered.iter().position(|&other| other == cell) {
         Some(place) => char::from_digit(u32::try_from(place % 10).unwrap(), 10).unwrap(),

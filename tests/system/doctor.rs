@@ -260,10 +260,10 @@ async fn a_map_unlike_the_scenarios_is_told_and_topics_without_use_are_not_asked
     let folder = tempfile::tempdir().unwrap();
     let endpoint = free_endpoints(1).unwrap().remove(0);
     let scenario = alone().replace("columns = 8\n", &format!("columns = 8\ncell_meters = {CELL_METERS:?}\n"));
-    std::fs::write(folder.path().join("yard.toml"), scenario).unwrap();
+    std::fs::write(folder.path().join("test_site.toml"), scenario).unwrap();
     let file = folder.path().join("robot.toml");
     let settings = format!(
-        "robot = 1\n[common]\nmission = \"yard\"\nscenario = \"yard.toml\"\n[vehicle]\nmotion = {{ kind = \"goal\" }}\n\
+        "robot = 1\n[common]\nmission = \"test_site\"\nscenario = \"test_site.toml\"\n[vehicle]\nmotion = {{ kind = \"goal\" }}\n\
          [ros]\ntransport = \"bridge\"\nzenoh.connect = [{endpoint:?}]\n"
     );
     std::fs::write(&file, settings).unwrap();
@@ -309,10 +309,10 @@ fn settings_that_cannot_be_are_all_that_is_told() {
 async fn each_topic_of_a_vehicle_is_told() {
     let folder = tempfile::tempdir().unwrap();
     let endpoint = free_endpoints(1).unwrap().remove(0);
-    std::fs::write(folder.path().join("yard.toml"), alone()).unwrap();
+    std::fs::write(folder.path().join("test_site.toml"), alone()).unwrap();
     let file = folder.path().join("robot.toml");
     let settings = format!(
-        "robot = 1\n[common]\nmission = \"yard\"\nscenario = \"yard.toml\"\n[vehicle]\n[ros]\ntransport = \"bridge\"\n\
+        "robot = 1\n[common]\nmission = \"test_site\"\nscenario = \"test_site.toml\"\n[vehicle]\n[ros]\ntransport = \"bridge\"\n\
          localization = \"odometry\"\nzenoh.connect = [{endpoint:?}]\nsubscribe = {{ pose = \"\", fix = \"\", map = \"\", goals = \"\" }}\n\
          cameras = [{{ name = \"wide\", detections = \"seen\" }}]\n"
     );

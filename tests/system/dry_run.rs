@@ -12,18 +12,18 @@ use tempfile::TempDir;
 
 use crate::field::DRAGNET;
 use crate::interpreter::interpreter;
-use crate::yard::{Yard, camera_tables};
+use crate::test_site::{TestSite, camera_tables};
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 
 /// That of `tests/python/write_bag.py`.
-const YARD: Yard = Yard { side: 4, cell_meters: 20.0, policy: "'path'" };
+const YARD: TestSite = TestSite { side: 4, cell_meters: 20.0, policy: "'path'" };
 
 /// The robot of the recording, whose cameras' topics are called so.
 fn settings(topic: &str, more: &str) -> String {
     let cameras = camera_tables([192, 128], "column_std_pixels = 1.0\n", topic);
     format!(
-        "robot = 1\n{more}[common]\nmission = \"yard\"\nscenario = \"yard.toml\"\n[vehicle]\n\
+        "robot = 1\n{more}[common]\nmission = \"test_site\"\nscenario = \"test_site.toml\"\n[vehicle]\n\
          speed_meters_per_second = 20.0\nfootprint = {{ shape = \"disc\", radius_meters = 0.5 }}\n[ros]\n\
          transport = \"rmw_zenoh\"\nlocalization = \"odometry\"\nodometry_frame = \"map\"\n{cameras}"
     )
@@ -37,7 +37,7 @@ struct Place {
 impl Place {
     fn new(settings: &str, options: &[&str]) -> Self {
         let folder = tempfile::tempdir().unwrap();
-        fs::write(folder.path().join("yard.toml"), YARD.scenario()).unwrap();
+        fs::write(folder.path().join("test_site.toml"), YARD.scenario()).unwrap();
         fs::write(folder.path().join("vehicle.toml"), settings).unwrap();
         let script = Path::new(ROOT).join("tests/python/write_bag.py");
         let mut python = Command::new(interpreter(Path::new(ROOT)))
@@ -140,7 +140,7 @@ fn a_robot_lives_through_a_recording_and_tells_what_it_would_have_done() {
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
         .collect();
     left.sort();
-    assert_eq!(left, ["drive", "vehicle.toml", "yard.toml"], "nothing is written");
+    assert_eq!(left, ["drive", "vehicle.toml", "test_site.toml"], "nothing is written");
 }
 
 /// What is refused far behind the network is counted with the topic that it came on.
@@ -196,9 +196,9 @@ fn a_recording_that_is_cut_off_or_none_is_told() {
         assert!(output.status.code() == Some(2) && said.contains(reason), "{said}");
     };
     refuse(&place.folder.path().join("absent.mcap"), "absent.mcap: cannot read");
-    refuse(&place.folder.path().join("yard.toml"), "yard.toml: not a recording");
+    refuse(&place.folder.path().join("test_site.toml"), "test_site.toml: not a recording");
     refuse(&place.folder.path().join("empty"), "empty: not a recording: a folder with 0 recordings");
-    let bare = "robot = 1\n[common]\nmission = \"yard\"\nscenario = \"yard.toml\"\n";
+    let bare = "robot = 1\n[common]\nmission = \"test_site\"\nscenario = \"test_site.toml\"\n";
     fs::write(place.folder.path().join("vehicle.toml"), bare).unwrap();
     refuse(&place.bag(), "[vehicle] and [ros]");
 }
@@ -232,7 +232,7 @@ fn a_detector_looks_at_recorded_images() {
 #[test]
 fn each_camera_has_one_detector() {
     let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("yard.toml"), YARD.scenario()).unwrap();
+    fs::write(folder.path().join("test_site.toml"), YARD.scenario()).unwrap();
     let refuse = |settings: &str, reason: &str| {
         let file = folder.path().join("vehicle.toml");
         fs::write(&file, settings).unwrap();

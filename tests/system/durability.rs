@@ -47,7 +47,7 @@ fn by_name(observations: &[Arc<Observation>]) -> BTreeMap<Name, Arc<Observation>
 }
 
 /// Kills a robot again and again, at some moment after it has said something, and starts it anew each time.
-async fn torment(field: &Field, number: usize, mut knowledge: watch::Receiver<Knowledge>) -> Process {
+async fn kill_repeatedly(field: &Field, number: usize, mut knowledge: watch::Receiver<Knowledge>) -> Process {
     let robot = RobotId(u16::try_from(number).unwrap());
     let mut process = field.robot(number);
     let mut last = None;
@@ -85,7 +85,8 @@ async fn robots_that_are_killed_200_times_lose_nothing_that_they_said() {
     let coordinator = witness::coordinate(&field, sender);
     let tormented = async {
         let world = field.world();
-        let [one, two, three, four] = [1, 2, 3, 4].map(|number| torment(&field, number, heard.clone()));
+        let [one, two, three, four] =
+            [1, 2, 3, 4].map(|number| kill_repeatedly(&field, number, heard.clone()));
         let robots = tokio::join!(one, two, three, four);
         // Nothing new is seen from now on.
         world.kill();
@@ -106,7 +107,7 @@ async fn robots_that_are_killed_200_times_lose_nothing_that_they_said() {
 }
 
 /// A process whose files are on a small disk of its own, which can be filled.
-pub(crate) struct Cramped {
+pub(crate) struct SmallDisk {
     shell: Child,
     answers: BufReader<std::process::ChildStdout>,
 }
@@ -129,7 +130,7 @@ done
 kill -9 $robot 2> /dev/null || true
 "#;
 
-impl Cramped {
+impl SmallDisk {
     /// Runs a command of the program, with settings that may name files on the disk. Nothing where a process may have no
     /// mounts of its own.
     pub(crate) fn start(
@@ -173,7 +174,7 @@ impl Cramped {
     }
 }
 
-impl Drop for Cramped {
+impl Drop for SmallDisk {
     fn drop(&mut self) {
         drop(self.shell.stdin.take());
         let _ = self.shell.wait();
@@ -197,7 +198,7 @@ async fn said(log: &Path, words: &str, knowledge: &mut watch::Receiver<Knowledge
 async fn a_robot_on_a_full_disk_searches_on_says_so_and_recovers() {
     let field = Field::new(&endless(2), 2, 6);
     let settings = |disk: &Path| field.robot_settings(1, Some(&disk.join("robot.journal")));
-    let Some(mut cramped) = Cramped::start(&field, "agent", settings) else {
+    let Some(mut cramped) = SmallDisk::start(&field, "agent", settings) else {
         eprintln!("skipped: a disk of its own needs a mount namespace, which this system does not give");
         return;
     };

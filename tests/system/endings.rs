@@ -10,7 +10,7 @@ use dragnet_coordinator::inspect::{Inspection, inspect};
 use dragnet_coordinator::mission::Record;
 use dragnet_coordinator::playback::Playback;
 
-use crate::durability::{Cramped, endless};
+use crate::durability::{SmallDisk, endless};
 use crate::field::{DRAGNET, Field, Process};
 
 /// Waits until something is so, and no longer than a person would.
@@ -139,7 +139,7 @@ fn a_coordinator_that_is_killed_and_started_again_goes_on_in_a_new_recording() {
 fn a_coordinator_on_a_full_disk_says_so_and_records_all_once_there_is_room() {
     let field = Field::new(&endless(2), 2, 11);
     let settings = |disk: &Path| field.coordinator_settings(&disk.join("field.mcap"));
-    let Some(mut cramped) = Cramped::start(&field, "coordinator", settings) else {
+    let Some(mut cramped) = SmallDisk::start(&field, "coordinator", settings) else {
         eprintln!("skipped: a disk of its own needs a mount namespace, which this system does not give");
         return;
     };

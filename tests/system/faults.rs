@@ -5,11 +5,11 @@ use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::observation::RobotId;
-use dragnet_sim::crew::LocalCrew;
 use dragnet_sim::episode::{self, Episode};
 use dragnet_sim::faults::{Crash, Faults};
 use dragnet_sim::network::Tally;
-use dragnet_sim::simulation::{Attendance, End, Rules};
+use dragnet_sim::participants::LocalParticipants;
+use dragnet_sim::simulation::{End, Membership, Rules};
 
 use crate::scenario;
 
@@ -81,10 +81,10 @@ fn team(robots: u32, loss: f64) -> Scenario {
 }
 
 fn search(team: &Scenario, seed: u64, faults: Faults) -> Episode {
-    let rules = Rules { end: End::AllFound, coordinator: Attendance::Absent };
+    let rules = Rules { end: End::AllFound, coordinator: Membership::Absent };
     let mut robots = episode::team(team, seed, Agent::new);
-    let mut crew = LocalCrew::new(&mut robots, None);
-    let episode = episode::run_with_faults(team, seed, rules, faults, &mut crew).unwrap();
+    let mut participants = LocalParticipants::new(&mut robots, None);
+    let episode = episode::run_with_faults(team, seed, rules, faults, &mut participants).unwrap();
     assert!(episode.outcome.beliefs_equal, "seed {seed}");
     episode
 }

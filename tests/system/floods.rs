@@ -90,8 +90,8 @@ async fn flood(session: Session, cell: Cell, rounds: Arc<AtomicU64>) {
         "x/intent",
         "3/observation",
         "1/heartbeat",
-        "3/log_reply/1",
-        "3/log_reply/coordinator",
+        "3/sync_reply/1",
+        "3/sync_reply/coordinator",
     ];
     let bad: Vec<String> = here.map(robots).into_iter().chain([key(Topic::Status)]).collect();
     let long = long(cell);

@@ -10,9 +10,9 @@ use dragnet_ros2::wire::robot::{DiagnosticArray, PoseWithCovarianceStamped};
 use zenoh_ext::{AdvancedPublisher, AdvancedPublisherBuilderExt, CacheConfig, MissDetectionConfig};
 
 use crate::field::{DRAGNET, Process};
-use crate::yard::{SPEED_METERS_PER_SECOND, Vehicle, Yard, cameras, header, posed, settings};
+use crate::test_site::{SPEED_METERS_PER_SECOND, TestSite, Vehicle, cameras, header, posed, settings};
 
-const YARD: Yard = Yard { side: 4, cell_meters: 40.0, policy: "'path'" };
+const YARD: TestSite = TestSite { side: 4, cell_meters: 40.0, policy: "'path'" };
 const TICK: Duration = Duration::from_millis(50);
 
 /// What the robot said last.
@@ -116,7 +116,7 @@ impl Said {
 async fn a_robot_that_stands_finds_itself_and_one_whose_localization_dies_stops() {
     let folder = tempfile::tempdir().unwrap();
     let endpoints = free_endpoints(2).unwrap();
-    std::fs::write(folder.path().join("yard.toml"), YARD.scenario()).unwrap();
+    std::fs::write(folder.path().join("test_site.toml"), YARD.scenario()).unwrap();
     let file = folder.path().join("vehicle.toml");
     let localized = "localization = \"pose\"\nlocalization_timeout_seconds = 1.0";
     let text = settings(&endpoints[0], &endpoints[1]).replace("localization = \"odometry\"", localized);

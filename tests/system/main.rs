@@ -27,9 +27,9 @@ mod rehearsal;
 mod security;
 mod strangers;
 mod team;
+mod test_site;
 mod vehicle;
 mod witness;
-mod yard;
 
 use std::path::Path;
 use std::time::{Duration, Instant};

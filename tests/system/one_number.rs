@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use dragnet_keys::name::Name;
 use dragnet_keys::register::Topology;
-use dragnet_link::link::{Heard, Link};
+use dragnet_link::link::{Incoming, Link};
 use dragnet_link::session::{free_endpoints, open};
 use dragnet_proto::convert::{Codec, encode_sensed};
 use dragnet_proto::key::Topic;
@@ -70,7 +70,7 @@ impl Ear {
             while !is_so(&self.link, &speakers) {
                 tokio::select! {
                     heard = self.link.hear() => {
-                        if let Some(Heard::Message { identity, message: Message::Observation(_), .. }) = heard {
+                        if let Some(Incoming::Message { identity, message: Message::Observation(_), .. }) = heard {
                             speakers.push(identity);
                         }
                     }

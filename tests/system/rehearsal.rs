@@ -5,14 +5,14 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
-use dragnet_link::link::{Heard, Link};
+use dragnet_link::link::{Incoming, Link};
 use dragnet_link::live::Report;
 use dragnet_link::session::{Endpoints, free_endpoints, open};
 use dragnet_link::world::{self, WorldServer};
 use dragnet_proto::convert::Codec;
 use dragnet_proto::directive::Directive;
 use dragnet_proto::message::{Activity, Audience, Heartbeat, Intent, Message};
-use dragnet_proto::participant::Stimulus;
+use dragnet_proto::state_machine::Event;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::Cell;
@@ -73,7 +73,7 @@ impl Robot {
     /// The next cell that the world shows it, unless it is the one where it is.
     async fn enters(&mut self, here: usize) -> usize {
         let another = async {
-            while let Some((_, Stimulus::Sensed { cell, .. })) = self.sights.recv().await {
+            while let Some((_, Event::Sensed { cell, .. })) = self.sights.recv().await {
                 let cell = self.cells.iter().position(|&it| it == cell);
                 if cell != Some(here) {
                     return cell;
@@ -225,7 +225,7 @@ async fn the_guides_example_files_meet_each_other_as_printed() {
     let mut searching = Vec::new();
     let meeting = async {
         while searching.len() < 3 {
-            if let Some(Heard::Message { from, message: Message::Observation(_), .. }) = ear.hear().await
+            if let Some(Incoming::Message { from, message: Message::Observation(_), .. }) = ear.hear().await
                 && !searching.contains(&from)
             {
                 searching.push(from);

@@ -10,7 +10,7 @@ use std::time::Duration;
 use dragnet_keys::folder::{Folder, SETTINGS};
 use dragnet_keys::name::Name;
 use dragnet_keys::register::Topology;
-use dragnet_link::link::{Heard, Link};
+use dragnet_link::link::{Incoming, Link};
 use dragnet_link::session::{Endpoints, free_endpoints, open};
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::message::{Audience, Intent, Message};
@@ -279,11 +279,11 @@ fn a_robot_speaks_as_itself_and_as_nobody_else() {
         // Both came over one connection, in this order: the first was not heard.
         loop {
             match tokio::time::timeout(PATIENCE, ear.hear()).await.unwrap().unwrap() {
-                Heard::Message { from, message, .. } => {
+                Incoming::Message { from, message, .. } => {
                     assert_eq!((from, message), (Participant::Robot(RobotId(2)), intent_of(2)));
                     break;
                 }
-                Heard::Came(who, _) => assert_eq!(who, Participant::Robot(RobotId(2))),
+                Incoming::Came(who, _) => assert_eq!(who, Participant::Robot(RobotId(2))),
                 other => panic!("{other:?}"),
             }
         }
@@ -367,7 +367,7 @@ fn in_a_star_the_coordinator_passes_on_what_robots_say() {
         first.publish(1, Audience::All, &intent_of(1)).await.unwrap();
         loop {
             let heard = tokio::time::timeout(PATIENCE, second.hear()).await.unwrap().unwrap();
-            if let Heard::Message { from: Participant::Robot(RobotId(1)), message, .. } = heard {
+            if let Incoming::Message { from: Participant::Robot(RobotId(1)), message, .. } = heard {
                 assert_eq!(message, intent_of(1));
                 break;
             }

@@ -3,26 +3,26 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use dragnet_agent::agent::{Agent, Orders};
-use dragnet_coordinator::desk::Desk;
-use dragnet_coordinator::mission::{Mission, MissionOrders};
+use dragnet_agent::agent::{Agent, AgentConfig};
+use dragnet_coordinator::mission::{CoordinatorConfig, Mission};
+use dragnet_coordinator::node::CoordinatorNode;
 use dragnet_link::LinkError;
 use dragnet_link::session::{Endpoints, free_endpoints, open};
 use dragnet_link::team::{self, Options, Run};
 use dragnet_scenario::Scenario;
-use dragnet_sim::crew::LocalCrew;
 use dragnet_sim::episode::{self, Episode};
-use dragnet_sim::simulation::{Attendance, End, Rules};
+use dragnet_sim::participants::LocalParticipants;
+use dragnet_sim::simulation::{End, Membership, Rules};
 
 use crate::{committed, scenario};
 
 /// The episode in this process, with a coordinator who records nothing.
 fn in_process(scenario: &Scenario, seed: u64) -> Episode {
-    let mut robots: Vec<Agent> = Orders::of_team(scenario, seed).into_iter().map(Agent::new).collect();
-    let mut desk = Desk::new(Mission::new(MissionOrders::of(scenario)), None);
-    let rules = Rules { end: End::Resting, coordinator: Attendance::Present };
-    let mut crew = LocalCrew::new(&mut robots, Some(&mut desk));
-    episode::run_with(scenario, seed, rules, &mut crew, &mut |_, _| ()).unwrap()
+    let mut robots: Vec<Agent> = AgentConfig::of_team(scenario, seed).into_iter().map(Agent::new).collect();
+    let mut node = CoordinatorNode::new(Mission::new(CoordinatorConfig::of(scenario)), None);
+    let rules = Rules { end: End::Resting, coordinator: Membership::Present };
+    let mut participants = LocalParticipants::new(&mut robots, Some(&mut node));
+    episode::run_with(scenario, seed, rules, &mut participants, &mut |_, _| ()).unwrap()
 }
 
 fn over_zenoh(scenario: &Scenario, seed: u64, recording: Option<PathBuf>) -> Run {
@@ -132,7 +132,7 @@ fn free_endpoints_are_distinct_and_on_loopback() {
 
 /// A stranger who talks nonsense on the mission's keys.
 mod stranger {
-    use dragnet_link::link::{Heard, Link};
+    use dragnet_link::link::{Incoming, Link};
     use dragnet_proto::convert::{self, Codec};
     use dragnet_proto::message::{Audience, Intent, Message};
     use dragnet_proto::sender::{Envelope, Process};
@@ -146,10 +146,10 @@ mod stranger {
         Participant::Robot(RobotId(number))
     }
 
-    async fn next_message(link: &mut Link) -> Heard {
+    async fn next_message(link: &mut Link) -> Incoming {
         loop {
             let heard = tokio::time::timeout(Duration::from_secs(20), link.hear()).await.unwrap().unwrap();
-            if !matches!(heard, Heard::Came(..) | Heard::Left(..)) {
+            if !matches!(heard, Incoming::Came(..) | Incoming::Left(..)) {
                 return heard;
             }
         }
@@ -184,8 +184,8 @@ mod stranger {
         let mut refused = Vec::new();
         for _ in 0..4 {
             match next_message(&mut ear).await {
-                Heard::Refused { key, .. } => refused.push(key),
-                Heard::Message { from, number, message, .. } => {
+                Incoming::Rejected { key, .. } => refused.push(key),
+                Incoming::Message { from, number, message, .. } => {
                     assert_eq!((from, number, message), (robot(2), 8, honest.clone()));
                 }
                 heard => panic!("{heard:?}"),

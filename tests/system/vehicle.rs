@@ -13,9 +13,9 @@ use dragnet_ros2::wire::standard::OccupancyGrid;
 use dragnet_ros2::wire::vision::Detection3DArray;
 
 use crate::field::{DRAGNET, Process};
-use crate::yard::{SPEED_METERS_PER_SECOND, Vehicle, Yard, cameras, settings};
+use crate::test_site::{SPEED_METERS_PER_SECOND, TestSite, Vehicle, cameras, settings};
 
-const YARD: Yard = Yard { side: 4, cell_meters: 20.0, policy: "'path'" };
+const YARD: TestSite = TestSite { side: 4, cell_meters: 20.0, policy: "'path'" };
 
 /// What the robot said last.
 #[derive(Default)]
@@ -31,7 +31,7 @@ struct Said {
 async fn a_robot_on_a_vehicle_searches_and_finds_what_its_cameras_see() {
     let folder = tempfile::tempdir().unwrap();
     let endpoints = free_endpoints(2).unwrap();
-    std::fs::write(folder.path().join("yard.toml"), YARD.scenario()).unwrap();
+    std::fs::write(folder.path().join("test_site.toml"), YARD.scenario()).unwrap();
     let file: PathBuf = folder.path().join("vehicle.toml");
     std::fs::write(&file, settings(&endpoints[0], &endpoints[1])).unwrap();
     let bridge =
@@ -106,7 +106,7 @@ async fn a_robot_on_a_vehicle_searches_and_finds_what_its_cameras_see() {
 #[test]
 fn a_robot_whose_vehicle_never_comes_stops_when_it_is_told_to() {
     let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("yard.toml"), YARD.scenario()).unwrap();
+    std::fs::write(folder.path().join("test_site.toml"), YARD.scenario()).unwrap();
     let endpoints = free_endpoints(2).unwrap();
     let file = folder.path().join("vehicle.toml");
     std::fs::write(&file, settings(&endpoints[0], &endpoints[1])).unwrap();
@@ -124,7 +124,7 @@ fn a_robot_whose_vehicle_never_comes_stops_when_it_is_told_to() {
 #[test]
 fn settings_of_a_vehicle_that_cannot_be_are_told_with_their_key() {
     let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("yard.toml"), YARD.scenario()).unwrap();
+    std::fs::write(folder.path().join("test_site.toml"), YARD.scenario()).unwrap();
     let file = folder.path().join("vehicle.toml");
     let good = settings("tcp/127.0.0.1:0", "tcp/127.0.0.1:7447");
     let check = |from: &str, to: &str, reason: &str| {

@@ -3,16 +3,16 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use dragnet_coordinator::desk::Desk;
-use dragnet_coordinator::mission::{Mission, MissionOrders};
+use dragnet_coordinator::mission::{CoordinatorConfig, Mission};
+use dragnet_coordinator::node::CoordinatorNode;
 use dragnet_link::clock::Clock;
 use dragnet_link::link::Link;
 use dragnet_link::live;
 use dragnet_link::session;
 use dragnet_proto::convert::Codec;
 use dragnet_proto::message::Message;
-use dragnet_proto::participant::{Mind, MindError, Reaction, Stimulus};
-use dragnet_proto::plausible::Refusal;
+use dragnet_proto::state_machine::{Effects, Event, ParticipantError, StateMachine};
+use dragnet_proto::validation::Rejection;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::evidence::Digest;
@@ -63,9 +63,9 @@ pub(crate) async fn coordinate(field: &Field, knowledge: watch::Sender<Knowledge
     let me = Participant::Coordinator;
     let mut link = Link::join(session, "field".parse().unwrap(), me, codec).await.unwrap();
     link.announce().await.unwrap();
-    let desk = Desk::new(Mission::new(MissionOrders::of(&scenario)), None);
+    let node = CoordinatorNode::new(Mission::new(CoordinatorConfig::of(&scenario)), None);
     let unheeded = knowledge.clone();
-    let mut witness = Witness { desk, knowledge };
+    let mut witness = Witness { node, knowledge };
     let (_, no_reports) = mpsc::channel(1);
     let stop = async move { unheeded.closed().await };
     live::run(&mut link, &mut witness, Clock::new(PACE), None, no_reports, stop).await.unwrap();
@@ -73,36 +73,36 @@ pub(crate) async fn coordinate(field: &Field, knowledge: watch::Sender<Knowledge
 
 /// A coordinator that tells what it learns.
 struct Witness {
-    desk: Desk,
+    node: CoordinatorNode,
     knowledge: watch::Sender<Knowledge>,
 }
 
-impl Mind for Witness {
-    fn experience(
+impl StateMachine for Witness {
+    fn handle(
         &mut self,
         now: MissionTime,
-        stimulus: Stimulus<Message>,
-    ) -> Result<Reaction<Message>, MindError> {
-        let heartbeat = match &stimulus {
-            Stimulus::Delivered { parcel: Message::Heartbeat(beat), .. } => Some((beat.robot, beat.digest)),
+        event: Event<Message>,
+    ) -> Result<Effects<Message>, ParticipantError> {
+        let heartbeat = match &event {
+            Event::Received { message: Message::Heartbeat(beat), .. } => Some((beat.robot, beat.digest)),
             _ => None,
         };
-        let reaction = self.desk.experience(now, stimulus)?;
+        let effects = self.node.handle(now, event)?;
         self.knowledge.send_modify(|knowledge| {
-            reaction.kept.iter().for_each(|observation| knowledge.add(observation));
-            let refused = reaction.refused.iter();
-            knowledge.conflicting += refused.filter(|refused| refused.why == Refusal::Conflicting).count();
-            knowledge.digest = Some(self.desk.digest());
+            effects.kept.iter().for_each(|observation| knowledge.add(observation));
+            let refused = effects.refused.iter();
+            knowledge.conflicting += refused.filter(|refused| refused.why == Rejection::Conflicting).count();
+            knowledge.digest = Some(self.node.digest());
             knowledge.believed.extend(heartbeat);
         });
-        Ok(reaction)
+        Ok(effects)
     }
 
     fn digest(&self) -> Digest {
-        self.desk.digest()
+        self.node.digest()
     }
 
     fn observations(&self) -> u64 {
-        self.desk.observations()
+        self.node.observations()
     }
 }

@@ -85,7 +85,7 @@ pub enum Error {
     #[error(
         "{0} calls while {MOST_FROM_ONE} of its connections, or {MOST} of all, have not agreed on TLS; the oldest ends"
     )]
-    Crowd(IpAddr),
+    CheckedTeam(IpAddr),
     /// The listener has ended.
     #[error("the listener has ended")]
     Ended,
@@ -124,7 +124,7 @@ impl Door {
                         let handshake = handshakes.spawn(self.handshake(stream, peer));
                         if let Some(oldest) = pending.enter(network(peer.ip()), handshake) {
                             oldest.abort();
-                            self.tell(Error::Crowd(peer.ip()));
+                            self.tell(Error::CheckedTeam(peer.ip()));
                         }
                     }
                     Err(error) => {

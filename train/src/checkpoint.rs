@@ -14,7 +14,7 @@ use super::data::Data;
 use super::model::{tensor, values};
 use super::trainer::{Epoch, Settings};
 
-/// Room for each parameter's four tensors, and for the history.
+/// Workspace for each parameter's four tensors, and for the history.
 const KIND: Kind = Kind { name: "checkpoint", format: "dragnet-checkpoint-1", max_bytes: 1 << 29 };
 
 /// What a training was at the end of an epoch.

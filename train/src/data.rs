@@ -5,7 +5,7 @@ use std::sync::Arc;
 use dragnet_files::FileError;
 use dragnet_learn::demonstration::{Demonstration, Folder, Source, Trajectory};
 use dragnet_learn::graph::{FEATURES, Graph, Topology};
-use dragnet_search::route::Routes;
+use dragnet_search::route::ShortestPathTree;
 
 /// All demonstrations of a folder, some of them held out.
 #[derive(Debug)]
@@ -138,7 +138,7 @@ fn sample(
 ) -> Option<Sample> {
     let belief = trajectory.belief(decision)?;
     let situation = trajectory.situation(decision, &belief);
-    let routes = Routes::from(situation.terrain, situation.connectivity, situation.robot);
+    let routes = ShortestPathTree::from(situation.terrain, situation.connectivity, situation.robot);
     if routes.parent(decision.chosen) == decision.chosen {
         return None;
     }

@@ -8,8 +8,8 @@ use dragnet_learn::weights::{Recipe, Weights};
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::{Cell, Grid};
 use dragnet_search::generated::Generated;
-use dragnet_search::intent::Promised;
-use dragnet_search::route::{Connectivity, Routes};
+use dragnet_search::intent::PlannedPrecision;
+use dragnet_search::route::{Connectivity, ShortestPathTree};
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_search::sensor::Sensor;
 use dragnet_search::situation::{Place, Situation};
@@ -72,14 +72,14 @@ fn graph(terrain: &Terrain, connectivity: Connectivity, random: &mut Stream) -> 
     let belief = Belief::from_log_odds(terrain, log_odds_nats.collect()).unwrap();
     let open: Vec<Cell> = terrain.traversable_cells().collect();
     let sensor = Sensor::default();
-    let mut promised = Promised::nothing(terrain);
+    let mut promised = PlannedPrecision::nothing(terrain);
     let path: Vec<Cell> = (0..3).filter_map(|_| open.choose(random).copied()).collect();
     promised.add_path(terrain, &sensor, &path);
     let robot = *terrain.largest_area().choose(random).unwrap();
     let (belief, promised) = (&belief, &promised);
     let situation =
         Situation { terrain, connectivity, sensor: &sensor, belief, promised, robot, place: Place::ALONE };
-    Graph::new(&situation, &Routes::from(terrain, connectivity, robot), &mut None)
+    Graph::new(&situation, &ShortestPathTree::from(terrain, connectivity, robot), &mut None)
 }
 
 /// The largest difference between two lists of logits, and how far apart the first's are.

@@ -11,7 +11,7 @@ use dragnet_search::cell::{Grid, Position};
 use dragnet_search::sensor::Sensor;
 use dragnet_search::terrain::{Ground, Terrain};
 use dragnet_vehicle::lattice::costmap::CostMap;
-use dragnet_vehicle::pilot::{Action, CameraFrame, Event, Fix, Pilot, Sights};
+use dragnet_vehicle::pilot::{Action, CameraDetections, CameraFrame, Event, Pilot, PoseEstimate};
 use dragnet_vehicle::plane::{Pose, bearing_radians, wrapped_radians};
 use dragnet_vehicle::settings::{CameraTable, MotionTable, Settings};
 use nalgebra::Vector2;
@@ -61,7 +61,7 @@ impl Ride {
     }
 
     fn fix(&self) -> Event {
-        Event::Pose(Fix {
+        Event::Pose(PoseEstimate {
             time_ns: self.now_ns(),
             pose: self.pose(),
             deviation_meters: 0.1,
@@ -80,7 +80,7 @@ impl Ride {
             time_ns: self.now_ns(),
             camera: camera.name.clone(),
             head_radians: 0.0,
-            sights: Sights::Bearings(self.things.iter().filter_map(bearing).collect()),
+            sights: CameraDetections::Bearings(self.things.iter().filter_map(bearing).collect()),
         })
     }
 

@@ -27,7 +27,7 @@ pub mod spread;
 
 use dragnet_search::cell::{Cell, Position};
 use dragnet_search::evidence::{MAX_VARIANCE, Reading};
-use dragnet_search::sensor::{Look, Sensor};
+use dragnet_search::sensor::{FootprintCell, Sensor};
 use dragnet_search::terrain::Terrain;
 
 use crate::plane::Pose;
@@ -156,7 +156,7 @@ fn close(finds: &Finds, accounts: &mut Accounts) {
 fn read(
     cell: Cell,
     sensor: &Sensor,
-    place: &Look,
+    place: &FootprintCell,
     finds: &mut Finds,
     accounts: &mut Accounts,
 ) -> Option<Reading> {
@@ -164,7 +164,12 @@ fn read(
 }
 
 /// That an object is in a cell, or that one has left it.
-fn read_object(cell: Cell, place: &Look, finds: &mut Finds, accounts: &mut Accounts) -> Option<Reading> {
+fn read_object(
+    cell: Cell,
+    place: &FootprintCell,
+    finds: &mut Finds,
+    accounts: &mut Accounts,
+) -> Option<Reading> {
     if finds.in_cell(cell).is_some() {
         let account = accounts.of(cell);
         let missing_nats = (OBJECT_NATS - account.object).max(0.0) + account.empty;
@@ -188,7 +193,7 @@ fn read_object(cell: Cell, place: &Look, finds: &mut Finds, accounts: &mut Accou
 fn read_empty(
     cell: Cell,
     sensor: &Sensor,
-    place: &Look,
+    place: &FootprintCell,
     finds: &Finds,
     accounts: &mut Accounts,
 ) -> Option<Reading> {
@@ -223,7 +228,7 @@ fn undecided(
     finds: &Finds,
     accounts: &mut Accounts,
 ) -> Vec<Reading> {
-    let open = |place: &Look| {
+    let open = |place: &FootprintCell| {
         let cell = terrain.grid().step(from, place.offset)?;
         let probability = *finds.open.get(&cell)?;
         let is_told = accounts.of(cell).object > LEAST_NATS || finds.in_cell(cell).is_some();

@@ -54,7 +54,7 @@ use perception::Perception;
 use route::Route;
 use standing::Standing;
 
-pub use event::{Action, CameraFrame, Event, Fix, InputSource, Report, Sights};
+pub use event::{Action, CameraDetections, CameraFrame, Event, InputSource, PoseEstimate, Report};
 
 /// So near to the middle of a run's last cell the next run begins, cells: corners are cut by no more, so that
 /// the vehicle keeps to its route's cells.
@@ -125,7 +125,7 @@ impl Pilot {
     pub fn handle(&mut self, now_ns: u64, event: Event) -> Vec<Action> {
         let mut actions = Vec::new();
         let is_now = self.read_clock(now_ns, &mut actions);
-        // Routes and maps are none of the clock's business.
+        // ShortestPathTree and maps are none of the clock's business.
         let is_sensed = matches!(event, Event::Pose(_) | Event::Frame(_));
         if is_now || !is_sensed {
             self.take(self.clock.now_ns(), event, &mut actions);
@@ -226,7 +226,7 @@ impl Pilot {
         }
     }
 
-    fn locate(&mut self, now_ns: u64, fix: &Fix, actions: &mut Vec<Action>) {
+    fn locate(&mut self, now_ns: u64, fix: &PoseEstimate, actions: &mut Vec<Action>) {
         match self.localization.judge(now_ns, fix, &self.terrain) {
             Ok(Judgement::Restarted) => {
                 self.perception.restart(now_ns);

@@ -48,15 +48,15 @@ impl Mission {
 
     /// One reading of one cell, under a name that no other has: it is kept, told and repaired like those of robots.
     fn mark(&mut self, now: MissionTime, mark: Mark, cell: Cell, actions: &mut Vec<Action>) {
-        let origin = *self.by_hand.get_or_insert_with(|| unused(&self.inbox, now));
+        let origin = *self.by_hand.get_or_insert_with(|| unused(&self.replica, now));
         let observation = Arc::new(Observation {
             origin,
-            sequence: self.inbox.log().next(origin),
+            sequence: self.replica.log().next(origin),
             time_ns: now.0,
             from: cell,
             readings: vec![mark.reading(cell)],
         });
-        if let Err(refused) = self.inbox.record(Arc::clone(&observation)) {
+        if let Err(refused) = self.replica.record(Arc::clone(&observation)) {
             return actions.push(Action::Refuse(refused));
         }
         let has_declared = self.merge(now, &[Arc::clone(&observation)], actions);
@@ -69,8 +69,8 @@ impl Mission {
 
 /// A coordinator that has started again does not know which names it has used; the time of its first mark, to the
 /// nanosecond, is none of them.
-fn unused(inbox: &dragnet_proto::inbox::Inbox, now: MissionTime) -> Origin {
-    let known: Vec<Origin> = inbox.log().versions().map(|version| version.origin).collect();
+fn unused(replica: &dragnet_proto::replica::Replica, now: MissionTime) -> Origin {
+    let known: Vec<Origin> = replica.log().versions().map(|version| version.origin).collect();
     let mut origin = Origin { robot: RobotId::BY_HAND, incarnation: now.0 };
     while known.contains(&origin) {
         // Its clock may be at the end of time: somebody's was whom it heard first.

@@ -1,6 +1,6 @@
-use dragnet_proto::command::Mark;
+use dragnet_proto::command::{Command, Mark};
 use dragnet_proto::directive::Directive;
-use dragnet_proto::message::{Activity, LogReply, LogRequest};
+use dragnet_proto::message::{Activity, SyncReply, SyncRequest};
 use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::observation::{Origin, Version};
 
@@ -25,7 +25,7 @@ fn cell(number: u32) -> Cell {
 /// Status every second, lost after 5, belief every 3.
 fn mission() -> Mission {
     let terrain = terrain();
-    Mission::new(MissionOrders {
+    Mission::new(CoordinatorConfig {
         limits: limits(),
         prior: Belief::uniform(&terrain, 0.1).unwrap(),
         terrain,
@@ -72,7 +72,7 @@ fn heartbeat(robot: RobotId, now: MissionTime, versions: Vec<Version>) -> Messag
 }
 
 fn hear(mission: &mut Mission, now: MissionTime, from: RobotId, message: Message) -> Vec<Action> {
-    mission.handle(now, Event::Received { from: Participant::Robot(from), message })
+    mission.react(now, Event::Received { from: Participant::Robot(from), message })
 }
 
 fn see(mission: &mut Mission, now: MissionTime, observation: &Arc<Observation>) -> Vec<Action> {
@@ -138,16 +138,16 @@ fn a_gap_is_repaired_by_another_robot_and_each_observation_counts_once() {
     let seen: Vec<_> = (0..3).map(|sequence| observation(ONE, sequence, 2, 1.0)).collect();
     see(&mut mission, at(0), &seen[0]);
     let actions = see(&mut mission, at(2), &seen[2]);
-    let request = LogRequest { from: Participant::Coordinator, of: Origin::first(ONE), first: 1 };
-    let asks = |whom| Action::Publish(Audience::One(Participant::Robot(whom)), Message::LogRequest(request));
+    let request = SyncRequest { from: Participant::Coordinator, of: Origin::first(ONE), first: 1 };
+    let asks = |whom| Action::Publish(Audience::One(Participant::Robot(whom)), Message::SyncRequest(request));
     assert!(actions.contains(&asks(ONE)), "{actions:?}");
 
-    mission.handle(at(3), Event::Lost(ONE));
+    mission.react(at(3), Event::Lost(ONE));
     let versions = vec![Version { origin: Origin::first(ONE), next: 3 }];
     let actions = hear(&mut mission, at(3), TWO, heartbeat(TWO, at(3), versions));
     assert!(actions.contains(&asks(TWO)), "{actions:?}");
 
-    let reply = Message::LogReply(LogReply { observations: seen[1..].to_vec() });
+    let reply = Message::SyncReply(SyncReply { observations: seen[1..].to_vec() });
     let actions = hear(&mut mission, at(4), TWO, reply.clone());
     assert_eq!(observations(&actions), [(ONE, 1), (ONE, 2)], "the third was early");
     assert_eq!(observations(&hear(&mut mission, at(4), TWO, reply)), []);
@@ -175,7 +175,7 @@ fn any_order_of_messages_leads_to_the_same_belief() {
             see(&mut backward, at(9), observation);
         }
     }
-    assert_eq!(backward.inbox().log().len(), 16);
+    assert_eq!(backward.replica().log().len(), 16);
     assert_eq!(forward.belief().digest(), backward.belief().digest());
     assert_ne!(forward.belief().digest(), mission().belief().digest());
 }
@@ -185,10 +185,10 @@ fn whoever_asks_gets_what_a_lost_robot_saw() {
     let mut mission = mission();
     let seen = observation(ONE, 0, 2, 1.0);
     see(&mut mission, at(0), &seen);
-    mission.handle(at(1), Event::Lost(ONE));
-    let request = LogRequest { from: Participant::Robot(TWO), of: Origin::first(ONE), first: 0 };
-    let actions = hear(&mut mission, at(2), TWO, Message::LogRequest(request));
-    let reply = Message::LogReply(LogReply { observations: vec![seen] });
+    mission.react(at(1), Event::Lost(ONE));
+    let request = SyncRequest { from: Participant::Robot(TWO), of: Origin::first(ONE), first: 0 };
+    let actions = hear(&mut mission, at(2), TWO, Message::SyncRequest(request));
+    let reply = Message::SyncReply(SyncReply { observations: vec![seen] });
     assert!(actions.contains(&Action::Publish(Audience::One(Participant::Robot(TWO)), reply)));
 }
 
@@ -196,10 +196,10 @@ fn whoever_asks_gets_what_a_lost_robot_saw() {
 fn robots_of_one_number_are_told_as_long_as_they_are_there() {
     let mut mission = mission();
     let doubled = |actions: &[Action]| statuses(actions).pop().map(|status| status.doubled.clone());
-    let actions = mission.handle(at(1), Event::Doubled(BTreeSet::from([TWO])));
+    let actions = mission.react(at(1), Event::Doubled(BTreeSet::from([TWO])));
     assert_eq!(doubled(&actions), Some(vec![TWO]));
     assert_eq!(mission.status(at(2)).doubled, [TWO]);
-    assert_eq!(doubled(&mission.handle(at(3), Event::Doubled(BTreeSet::new()))), Some(vec![]));
+    assert_eq!(doubled(&mission.react(at(3), Event::Doubled(BTreeSet::new()))), Some(vec![]));
 }
 
 #[test]
@@ -210,13 +210,13 @@ fn a_robot_is_lost_in_silence_or_by_leaving_and_returns() {
     assert_eq!(alive(&hear(&mut mission, at(0), TWO, heartbeat(TWO, at(0), vec![]))), Some(vec![ONE, TWO]));
     assert_eq!(alive(&hear(&mut mission, at(3), ONE, heartbeat(ONE, at(3), vec![]))), None);
 
-    let actions = mission.handle(at(6), Event::Woke);
+    let actions = mission.react(at(6), Event::Woke);
     assert_eq!(alive(&actions), Some(vec![ONE]), "robot two was silent");
     assert_eq!(plans(&actions), [(TWO, 0)], "its plan lapses");
 
-    let actions = mission.handle(at(6), Event::Lost(ONE));
+    let actions = mission.react(at(6), Event::Lost(ONE));
     assert_eq!((alive(&actions), plans(&actions)), (Some(vec![]), vec![(ONE, 0)]));
-    assert_eq!(mission.handle(at(6), Event::Lost(ONE)), [], "nobody is lost twice");
+    assert_eq!(mission.react(at(6), Event::Lost(ONE)), [], "nobody is lost twice");
 
     let actions = hear(&mut mission, at(7), TWO, heartbeat(TWO, at(7), vec![]));
     assert_eq!((alive(&actions), plans(&actions)), (Some(vec![TWO]), vec![(TWO, 3)]));
@@ -228,7 +228,7 @@ fn a_status_comes_every_heartbeat_and_the_belief_at_its_period_and_at_the_end() 
     let mut told = Vec::new();
     while mission.wake_at() <= at(6) {
         let now = mission.wake_at();
-        let actions = mission.handle(now, Event::Woke);
+        let actions = mission.react(now, Event::Woke);
         let has_belief = actions.iter().any(|action| matches!(action, Action::Record(Record::Belief(_))));
         told.push((now, statuses(&actions).len(), has_belief));
     }
@@ -236,7 +236,7 @@ fn a_status_comes_every_heartbeat_and_the_belief_at_its_period_and_at_the_end() 
     assert_eq!(told, expected);
 
     see(&mut mission, at(7), &observation(ONE, 0, 5, 6.0));
-    let actions = mission.handle(at(7), Event::Finished);
+    let actions = mission.finish(at(7));
     let last = Action::Record(Record::Belief(Arc::new(mission.belief().clone())));
     assert!(actions.contains(&last));
     assert_eq!(statuses(&actions)[0].declared.len(), 1);
@@ -270,7 +270,7 @@ fn what_the_prior_is_sure_of_is_declared_from_the_start() {
     let mut probability = vec![0.1; 8];
     probability[3] = 0.99;
     let prior = Belief::new(&terrain, &probability).unwrap();
-    let mission = Mission::new(MissionOrders { prior, ..mission().orders });
+    let mission = Mission::new(CoordinatorConfig { prior, ..mission().orders });
     assert_eq!(mission.declared().map(|object| object.cell).collect::<Vec<_>>(), [cell(3)]);
 }
 
@@ -280,11 +280,11 @@ fn a_robot_that_reuses_numbers_is_noticed() {
     see(&mut mission, at(0), &observation(ONE, 0, 2, 1.0));
     let before = mission.belief().digest();
     assert_eq!(observations(&see(&mut mission, at(1), &observation(ONE, 0, 3, 1.0))), []);
-    assert_eq!((mission.inbox().refused().values().sum::<u64>(), mission.belief().digest()), (1, before));
+    assert_eq!((mission.replica().refused().values().sum::<u64>(), mission.belief().digest()), (1, before));
 }
 
 fn command(mission: &mut Mission, now: MissionTime, command: Command) -> Vec<Action> {
-    mission.handle(now, Event::Commanded(command))
+    mission.react(now, Event::Commanded(command))
 }
 
 #[test]
@@ -337,8 +337,8 @@ fn marks_are_observations_under_names_of_their_own() {
 
     // Started again at the very same time, and told by a robot of the mark before.
     let mut again = self::mission();
-    let reply = LogReply { observations: vec![Arc::clone(mark)] };
-    hear(&mut again, at(7), ONE, Message::LogReply(reply));
+    let reply = SyncReply { observations: vec![Arc::clone(mark)] };
+    hear(&mut again, at(7), ONE, Message::SyncReply(reply));
     let [other] = &published(&command(&mut again, at(7), Command::Mark(Mark::Clue, cell(3))))[..] else {
         panic!("no mark")
     };
@@ -348,7 +348,7 @@ fn marks_are_observations_under_names_of_their_own() {
     let end = MissionTime(u64::MAX);
     let last = command(&mut self::mission(), end, Command::Mark(Mark::Clue, cell(2)));
     let mut again = self::mission();
-    hear(&mut again, end, ONE, Message::LogReply(LogReply { observations: published(&last) }));
+    hear(&mut again, end, ONE, Message::SyncReply(SyncReply { observations: published(&last) }));
     let other = published(&command(&mut again, end, Command::Mark(Mark::Clue, cell(3))));
     assert_ne!(other[0].origin, published(&last)[0].origin);
 }

@@ -5,11 +5,12 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use dragnet_coordinator::mission::{Action, Event, Mission, MissionOrders, Record};
+use dragnet_coordinator::mission::{Action, CoordinatorConfig, Mission, Record};
 use dragnet_coordinator::record::{Header, Recorder};
 use dragnet_proto::directive::Directive;
 use dragnet_proto::message::{Activity, Heartbeat, Intent, Message};
-use dragnet_proto::plausible::Limits;
+use dragnet_proto::state_machine::Event;
+use dragnet_proto::validation::Limits;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::map_file::MapOrigin;
 use dragnet_scenario::participant::Participant;
@@ -76,7 +77,7 @@ pub(crate) fn header() -> Header {
 impl Episode {
     /// Plays it; the second robot is silent for a while and returns.
     pub(crate) fn play() -> Self {
-        let mission = Mission::new(MissionOrders {
+        let mission = Mission::new(CoordinatorConfig {
             limits: limits(),
             terrain: terrain(),
             prior: prior(),
@@ -97,7 +98,9 @@ impl Episode {
                 episode.handle(episode.mission.wake_at(), Event::Woke);
             }
         }
-        episode.handle(seconds(SECONDS as f64), Event::Finished);
+        let end = seconds(SECONDS as f64);
+        let last = episode.mission.finish(end);
+        episode.keep(end, last);
         episode
     }
 
@@ -118,8 +121,13 @@ impl Episode {
         }
     }
 
-    fn handle(&mut self, now: MissionTime, event: Event) {
-        for action in self.mission.handle(now, event) {
+    fn handle(&mut self, now: MissionTime, event: Event<Message>) {
+        let actions = self.mission.react(now, event);
+        self.keep(now, actions);
+    }
+
+    fn keep(&mut self, now: MissionTime, actions: Vec<Action>) {
+        for action in actions {
             if let Action::Record(record) = action {
                 self.records.push((now, record));
             }

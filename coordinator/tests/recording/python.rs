@@ -134,7 +134,7 @@ fn check_mission(seen: &Value, episode: &Episode) {
     let declared: Vec<u32> = episode.mission.declared().map(|object| object.cell.number()).collect();
     assert_eq!(seen["status"]["declared"], json!(declared));
     assert_eq!(seen["status"]["alive"], json!([1, 2]));
-    assert_eq!(seen["status"]["observations"], json!(episode.mission.inbox().log().len()));
+    assert_eq!(seen["status"]["observations"], json!(episode.mission.replica().log().len()));
     let digest = episode.mission.belief().digest().0;
     let halves = [digest >> 64, digest & u128::from(u64::MAX)].map(|half| half.to_string());
     assert_eq!(seen["digest"], json!(halves));

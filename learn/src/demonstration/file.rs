@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use dragnet_files::FileError;
 use dragnet_search::cell::{Cell, Grid};
-use dragnet_search::intent::Promised;
+use dragnet_search::intent::PlannedPrecision;
 use dragnet_search::route::Connectivity;
 use dragnet_search::sensor::{Noise, Sensor};
 use dragnet_search::terrain::{Ground, Terrain};
@@ -161,7 +161,7 @@ impl Reader<'_> {
         let mut promised = self.promised()?.into_iter();
         let decisions = (0..count).map(|place| Demonstration {
             log_odds_nats: log_odds[place * cells..][..cells].to_vec(),
-            promised: promised.next().unwrap_or_else(|| Promised::nothing(self.terrain)),
+            promised: promised.next().unwrap_or_else(|| PlannedPrecision::nothing(self.terrain)),
             robot: robot[place],
             chosen: chosen[place],
             scores: scores[place * cells..][..cells].to_vec(),
@@ -183,7 +183,7 @@ impl Reader<'_> {
     }
 
     /// That of each decision, or of none: nobody promised anything.
-    fn promised(&self) -> Result<Vec<Promised>, String> {
+    fn promised(&self) -> Result<Vec<PlannedPrecision>, String> {
         if !self.tensors.has("promised") {
             return Ok(Vec::new());
         }
@@ -192,7 +192,8 @@ impl Reader<'_> {
         let precision: Vec<i64> =
             bytes.as_chunks::<8>().0.iter().map(|bytes| i64::from_le_bytes(*bytes)).collect();
         let of_decision = |precision: &[i64]| {
-            Promised::from_precision(precision.to_vec()).ok_or_else(|| "promised is below 0".to_owned())
+            PlannedPrecision::from_precision(precision.to_vec())
+                .ok_or_else(|| "promised is below 0".to_owned())
         };
         precision.chunks(cells).map(of_decision).collect()
     }

@@ -3,7 +3,7 @@
 use std::sync::mpsc::Sender;
 
 use dragnet_search::policy::{Decision, Policy};
-use dragnet_search::route::Routes;
+use dragnet_search::route::ShortestPathTree;
 use dragnet_search::seed::Stream;
 use dragnet_search::situation::Situation;
 use rand::RngExt;
@@ -42,7 +42,7 @@ impl Policy for Recorder {
         if !strays || decision.is_rest() {
             return decision;
         }
-        let routes = Routes::from(situation.terrain, situation.connectivity, situation.robot);
+        let routes = ShortestPathTree::from(situation.terrain, situation.connectivity, situation.robot);
         let candidates = routes.candidates();
         #[expect(
             clippy::cast_possible_truncation,

@@ -2,7 +2,7 @@
 
 use dragnet_search::belief::entropy_nats;
 use dragnet_search::evidence::UNITS;
-use dragnet_search::route::Routes;
+use dragnet_search::route::ShortestPathTree;
 use dragnet_search::situation::Situation;
 
 use super::topology::{NEIGHBORS, Topology};
@@ -39,7 +39,12 @@ const LEAST_SHARE: f64 = 1e-4;
 
 /// Features of all nodes, shape `[nodes, FEATURES]`. `gains` are those of a look from each cell, `-inf` in the root.
 #[expect(clippy::cast_possible_truncation, reason = "features are f32")]
-pub(super) fn of(situation: &Situation<'_>, routes: &Routes, topology: &Topology, gains: &[f64]) -> Vec<f32> {
+pub(super) fn of(
+    situation: &Situation<'_>,
+    routes: &ShortestPathTree,
+    topology: &Topology,
+    gains: &[f64],
+) -> Vec<f32> {
     let best = gains.iter().copied().fold(0.0, f64::max);
     let mut features = Vec::with_capacity(topology.len() * FEATURES);
     for (node, &cell) in topology.cells().iter().enumerate() {

@@ -1,7 +1,7 @@
 //! Nodes and edges of a map.
 
 use dragnet_search::cell::{Cell, Offset};
-use dragnet_search::route::Routes;
+use dragnet_search::route::ShortestPathTree;
 use dragnet_search::terrain::Terrain;
 
 /// The most neighbors of a node.
@@ -45,7 +45,7 @@ pub struct Edge {
 impl Topology {
     /// The area that routes reach.
     #[must_use]
-    pub fn new(terrain: &Terrain, routes: &Routes) -> Self {
+    pub fn new(terrain: &Terrain, routes: &ShortestPathTree) -> Self {
         let grid = terrain.grid();
         let mut cells = routes.reached().to_vec();
         cells.sort_unstable();
@@ -70,7 +70,7 @@ impl Topology {
 
     /// Whether this is the topology of what routes reach on a terrain.
     #[must_use]
-    pub fn is_of(&self, terrain: &Terrain, routes: &Routes) -> bool {
+    pub fn is_of(&self, terrain: &Terrain, routes: &ShortestPathTree) -> bool {
         self.columns == terrain.grid().columns()
             && self.node.len() == terrain.grid().cell_count()
             && self.cells.len() == routes.reached().len()

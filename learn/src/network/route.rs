@@ -7,12 +7,12 @@ use super::{LEAST_SUM, SUM_LOG_RANGE};
 
 /// Channels that fade along the route: `r(child) = m(child) + fade * r(parent)`.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Fading {
+pub(super) struct Decay {
     /// Share that is left a cell later, `0..1`, shape `[memory]`.
     fade: Vec<f32>,
 }
 
-impl Fading {
+impl Decay {
     /// Of the logits of the shares.
     pub(super) fn new(logits: &[f32]) -> Self {
         Self { fade: logits.iter().map(|logit| 1.0 / (1.0 + (-logit).exp())).collect() }

@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use dragnet_search::policy::{Decision, Policy};
-use dragnet_search::route::Routes;
+use dragnet_search::route::ShortestPathTree;
 use dragnet_search::seed::Stream;
 use dragnet_search::situation::Situation;
 
 use crate::graph::{Graph, Topology};
-use crate::network::{Network, Room};
+use crate::network::{Network, Workspace};
 
 /// Goes where the network's logit is highest, what it is most sure that its expert would have chosen, among the cells on
 /// whose path there is anything to be seen; rests if there is none, as its expert does.
@@ -17,20 +17,20 @@ pub struct Gnn {
     network: Arc<Network>,
     /// That of the last decision.
     topology: Option<Arc<Topology>>,
-    room: Room,
+    room: Workspace,
 }
 
 impl Gnn {
     /// A policy that follows a network.
     #[must_use]
     pub fn new(network: Arc<Network>) -> Self {
-        Self { network, topology: None, room: Room::default() }
+        Self { network, topology: None, room: Workspace::default() }
     }
 }
 
 impl Policy for Gnn {
     fn decide(&mut self, situation: &Situation<'_>, _: &mut Stream) -> Decision {
-        let routes = Routes::from(situation.terrain, situation.connectivity, situation.robot);
+        let routes = ShortestPathTree::from(situation.terrain, situation.connectivity, situation.robot);
         let graph = Graph::new(situation, &routes, &mut self.topology);
         let logits = self.network.logits_in(&graph, &mut self.room);
         let mut scores = vec![f64::NEG_INFINITY; situation.terrain.grid().cell_count()];

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use dragnet_files::FileError;
 use dragnet_learn::demonstration::{Demonstration, Folder, Source, Trajectory, file_name, read, write};
 use dragnet_search::cell::{Cell, Position};
-use dragnet_search::intent::Promised;
+use dragnet_search::intent::PlannedPrecision;
 use dragnet_search::route::Connectivity;
 use dragnet_search::sensor::{Noise, Sensor};
 use dragnet_search::terrain::Terrain;
@@ -23,9 +23,9 @@ fn trajectory(expert: &str, seed: u64) -> Trajectory {
     let sensor = Sensor::new(3, 0.1 + 0.2, Noise::Gaussian).unwrap();
     let at = |row, column| terrain.grid().cell(Position { row, column }).unwrap();
     let count = terrain.grid().cell_count();
-    let mut promised = Promised::nothing(&terrain);
+    let mut promised = PlannedPrecision::nothing(&terrain);
     promised.add_path(&terrain, &sensor, &[at(0, 4), at(1, 4)]);
-    let decision = |number: u16, robot: Cell, chosen: Cell, promised: &Promised| {
+    let decision = |number: u16, robot: Cell, chosen: Cell, promised: &PlannedPrecision| {
         let field =
             |scale: f32| (0..count).map(|cell| scale * (cell as f32 + f32::from(number)).sin()).collect();
         let mut scores: Vec<f32> = field(0.3);
@@ -34,7 +34,7 @@ fn trajectory(expert: &str, seed: u64) -> Trajectory {
         log_odds_nats[at(1, 1).index()] = f32::NEG_INFINITY;
         Demonstration { log_odds_nats, promised: promised.clone(), robot, chosen, scores }
     };
-    let nothing = Promised::nothing(&terrain);
+    let nothing = PlannedPrecision::nothing(&terrain);
     let decisions = vec![
         decision(0, at(0, 0), at(2, 0), &nothing),
         decision(1, at(2, 0), at(2, 4), &promised),
@@ -67,7 +67,7 @@ fn written(trajectory: &Trajectory) -> (TempDir, PathBuf, Vec<u8>) {
     (folder, path, bytes)
 }
 
-/// Refused, by these words and by the file's name.
+/// Rejected, by these words and by the file's name.
 fn refuse(path: &Path, file: &[u8], expected: &str) {
     fs::write(path, file).unwrap();
     let error = read(path).unwrap_err();

@@ -34,7 +34,7 @@ fn file() -> Vec<u8> {
     weights(Shape::DEFAULT).to_bytes().unwrap()
 }
 
-/// Refused, and by these words.
+/// Rejected, and by these words.
 fn refuse(file: &[u8], expected: &str) {
     let error = Weights::from_bytes(file).unwrap_err();
     assert!(error.contains(expected), "{error:?} instead of {expected:?}");

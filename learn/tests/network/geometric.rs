@@ -8,7 +8,7 @@ use std::process::Command;
 use std::time::Instant;
 
 use dragnet_learn::graph::{FEATURES, Graph};
-use dragnet_learn::network::{Network, Room};
+use dragnet_learn::network::{Network, Workspace};
 use dragnet_learn::shape::Shape;
 use dragnet_search::route::Connectivity;
 use dragnet_search::seed::{Purpose, stream};
@@ -74,7 +74,7 @@ fn write(path: &Path, graph: &Graph, logits: &[f32]) {
 }
 
 fn median_seconds(network: &Network, graph: &Graph) -> f64 {
-    let mut room = Room::default();
+    let mut room = Workspace::default();
     let seconds = || {
         let start = Instant::now();
         black_box(network.logits_in(black_box(graph), &mut room));

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use dragnet_learn::graph::{Graph, Topology};
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::{Cell, Grid, Offset, Position};
-use dragnet_search::intent::Promised;
-use dragnet_search::route::{Connectivity, Routes};
+use dragnet_search::intent::PlannedPrecision;
+use dragnet_search::route::{Connectivity, ShortestPathTree};
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_search::sensor::Sensor;
 use dragnet_search::situation::{Place, Situation};
@@ -24,7 +24,7 @@ pub(crate) struct Scene {
     pub(crate) connectivity: Connectivity,
     pub(crate) robot: Cell,
     log_odds_nats: Vec<f64>,
-    promised: Promised,
+    promised: PlannedPrecision,
 }
 
 impl Scene {
@@ -38,7 +38,7 @@ impl Scene {
             _ => random.random_range(-6.0..3.0),
         });
         let log_odds_nats = log_odds_nats.collect();
-        let mut promised = Promised::nothing(&terrain);
+        let mut promised = PlannedPrecision::nothing(&terrain);
         if random.random() {
             let path: Vec<Cell> = (0..3).filter_map(|_| open.choose(random).copied()).collect();
             promised.add_path(&terrain, &Sensor::default(), &path);
@@ -57,7 +57,7 @@ impl Scene {
     /// A robot with this belief, and a teammate that will look from these cells.
     pub(crate) fn by_hand(terrain: Terrain, robot: Position, log_odds_nats: Vec<f64>, plan: &[Cell]) -> Self {
         let robot = terrain.grid().cell(robot).unwrap();
-        let mut promised = Promised::nothing(&terrain);
+        let mut promised = PlannedPrecision::nothing(&terrain);
         promised.add_path(&terrain, &Sensor::default(), plan);
         Self {
             name: "by hand".to_owned(),
@@ -69,8 +69,8 @@ impl Scene {
         }
     }
 
-    pub(crate) fn routes(&self) -> Routes {
-        Routes::from(&self.terrain, self.connectivity, self.robot)
+    pub(crate) fn routes(&self) -> ShortestPathTree {
+        ShortestPathTree::from(&self.terrain, self.connectivity, self.robot)
     }
 
     pub(crate) fn topology(&self) -> Arc<Topology> {
@@ -111,7 +111,7 @@ impl Scene {
             connectivity: self.connectivity,
             robot: motion.cell(grid, self.robot),
             log_odds_nats,
-            promised: Promised::from_precision(precision).unwrap(),
+            promised: PlannedPrecision::from_precision(precision).unwrap(),
         }
     }
 }

@@ -3,13 +3,13 @@
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use dragnet_agent::agent::{Agent, Orders};
+use dragnet_agent::agent::{Agent, AgentConfig};
 use dragnet_link::clock::Clock;
 use dragnet_link::journal::Journal;
 use dragnet_link::live::{self, Report};
 use dragnet_link::session::{Endpoints, open};
 use dragnet_proto::convert::Codec;
-use dragnet_proto::participant::Stimulus;
+use dragnet_proto::state_machine::Event;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
@@ -36,7 +36,7 @@ async fn round() {
     let scenario = scenario(3, 60);
     let endpoints = mesh(2);
     let measured = Arc::new(Mutex::new(Measured::default()));
-    let mut orders = Orders::of_team(&scenario, 1).into_iter();
+    let mut orders = AgentConfig::of_team(&scenario, 1).into_iter();
     let mut veteran = Agent::new(orders.next().unwrap());
     let journals = tempfile::tempdir().unwrap();
     let mut kept = journal(journals.path(), MISSION, RobotId(1), &scenario);
@@ -52,7 +52,7 @@ async fn round() {
             kept.note(vec![observation]);
         }
     }
-    let stand = |_: &Agent| Stimulus::Sensed { cell: there[0], readings: look(&scenario, there[0]) };
+    let stand = |_: &Agent| Event::Sensed { cell: there[0], readings: look(&scenario, there[0]) };
     let report = stand(&veteran);
     let veteran = Probe { robot: RobotId(1), agent: veteran, measured: Arc::clone(&measured) };
     let first = tokio::spawn(take_part(veteran, endpoints[0].clone(), kept, (None, report)));

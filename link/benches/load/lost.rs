@@ -3,7 +3,7 @@
 
 use std::time::{Duration, Instant};
 
-use dragnet_link::link::{Heard, Link};
+use dragnet_link::link::{Incoming, Link};
 use dragnet_link::session::{Endpoints, free_endpoints, open};
 use dragnet_proto::convert::Codec;
 use dragnet_scenario::participant::Participant;
@@ -60,7 +60,7 @@ async fn until_lost(cut: Cut) -> Duration {
     here.wait_for(&[other], Duration::from_secs(10), |_| ()).await.unwrap();
     order.send(()).unwrap();
     let started = Instant::now();
-    while !matches!(here.hear().await, Some(Heard::Left(who, _)) if who == other) {}
+    while !matches!(here.hear().await, Some(Incoming::Left(who, _)) if who == other) {}
     let lasted = started.elapsed();
     way.abort();
     drop(there);

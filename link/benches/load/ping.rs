@@ -3,13 +3,13 @@
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use dragnet_agent::agent::{Agent, Orders};
+use dragnet_agent::agent::{Agent, AgentConfig};
 use dragnet_link::clock::Clock;
 use dragnet_link::live::{self, Report};
 use dragnet_link::session::open;
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::message::Message;
-use dragnet_proto::participant::Stimulus;
+use dragnet_proto::state_machine::Event;
 use dragnet_search::observation::{Observation, Origin, RobotId};
 use tokio::sync::mpsc;
 use zenoh::bytes::ZBytes;
@@ -33,7 +33,7 @@ pub(crate) async fn run() {
     let readings = look(&scenario, cell);
     let measured = Arc::new(Mutex::new(Measured::default()));
     let (mut sessions, mut senders) = (Vec::new(), Vec::new());
-    for (orders, endpoints) in Orders::of_team(&scenario, 1).into_iter().zip(mesh(2)) {
+    for (orders, endpoints) in AgentConfig::of_team(&scenario, 1).into_iter().zip(mesh(2)) {
         let session = open(&endpoints).await.unwrap();
         sessions.push(session.clone());
         let robot = orders.robot.id;
@@ -64,7 +64,7 @@ pub(crate) async fn run() {
         bare(&sessions[0], PING, bytes.clone()).await.unwrap();
         pings.push(arrivals.recv().await.unwrap() - sent);
         let known = measured.lock().unwrap().merges.len();
-        let report = (None, Stimulus::Sensed { cell, readings: readings.clone() });
+        let report = (None, Event::Sensed { cell, readings: readings.clone() });
         senders[0].send(report).await.unwrap();
         while measured.lock().unwrap().merges.len() == known {
             tokio::time::sleep(Duration::from_millis(1)).await;

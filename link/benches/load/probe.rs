@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use dragnet_agent::agent::Agent;
 use dragnet_proto::message::Message;
-use dragnet_proto::participant::{Mind, MindError, Reaction, Stimulus};
+use dragnet_proto::state_machine::{Effects, Event, ParticipantError, StateMachine};
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::evidence::Digest;
@@ -44,38 +44,38 @@ pub(crate) struct Probe {
     pub(crate) measured: Arc<Mutex<Measured>>,
 }
 
-impl Mind for Probe {
-    fn experience(
+impl StateMachine for Probe {
+    fn handle(
         &mut self,
         now: MissionTime,
-        stimulus: Stimulus<Message>,
-    ) -> Result<Reaction<Message>, MindError> {
+        event: Event<Message>,
+    ) -> Result<Effects<Message>, ParticipantError> {
         let is_direct = matches!(
-            &stimulus,
-            Stimulus::Delivered { from: Participant::Robot(_), parcel: Message::Observation(_) }
+            &event,
+            Event::Received { from: Participant::Robot(_), message: Message::Observation(_) }
         );
-        let is_delivery = matches!(stimulus, Stimulus::Delivered { .. });
-        let reaction = self.agent.experience(now, stimulus)?;
+        let is_delivery = matches!(event, Event::Received { .. });
+        let effects = self.agent.handle(now, event)?;
         let merged = Instant::now();
         let measured = &mut *self.measured.lock().unwrap();
         measured.delivered += u64::from(is_delivery);
-        for observation in reaction.kept.iter().filter(|observation| observation.origin.robot != self.robot) {
+        for observation in effects.kept.iter().filter(|observation| observation.origin.robot != self.robot) {
             // What was repaired took as long as it was missing; it counts as well.
             let published = measured.published.get(&(observation.origin, observation.sequence));
             measured.merges.extend(published.map(|&published| merged - published));
         }
-        if is_direct || !reaction.kept.is_empty() {
+        if is_direct || !effects.kept.is_empty() {
             measured.digests.insert(self.robot, self.agent.digest());
             measured.observations.insert(self.robot, self.agent.observations());
         }
         // From here on it is the robot's time again, not that of the measurement.
         let published = Instant::now();
-        for (_, message) in &reaction.published {
+        for (_, message) in &effects.published {
             if let Message::Observation(observation) = message {
                 measured.published.insert((observation.origin, observation.sequence), published);
             }
         }
-        Ok(reaction)
+        Ok(effects)
     }
 
     fn release(&mut self, held: NonZeroUsize) {

@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::time::Instant;
 
-use dragnet_link::ros::heard::Heard;
+use dragnet_link::ros::incoming::Incoming;
 use dragnet_link::ros::node::Node;
 use dragnet_link::ros::settings::Settings;
 use dragnet_link::session::{Endpoints, Mode, free_endpoints, open};
@@ -67,7 +67,7 @@ pub(crate) async fn run() {
             publisher.put(bytes.clone()).await.unwrap();
             let next = node.hear().await;
             heard.push(start.elapsed());
-            assert!(!matches!(next, Heard::Refused { .. }), "{next:?}");
+            assert!(!matches!(next, Incoming::Rejected { .. }), "{next:?}");
         }
         let (put, put_p99) = percentiles(&mut heard);
         println!("    put to input, by a router: median {put:.3} ms, p99 {put_p99:.3} ms");

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use dragnet_agent::agent::{Agent, Orders};
+use dragnet_agent::agent::{Agent, AgentConfig};
 use dragnet_link::clock::Clock;
 use dragnet_link::journal::Journal;
 use dragnet_link::live;
@@ -28,12 +28,12 @@ pub(crate) async fn run(robots: u32, side: u32, seconds: u64) {
     let (stop, stopped) = watch::channel(());
     let journals = tempfile::tempdir().unwrap();
     let mut team = JoinSet::new();
-    for (orders, endpoints) in Orders::of_team(&scenario, 1).into_iter().zip(&endpoints[1..]) {
+    for (orders, endpoints) in AgentConfig::of_team(&scenario, 1).into_iter().zip(&endpoints[1..]) {
         let journal = journal(journals.path(), MISSION, orders.robot.id, &scenario);
         join(&mut team, orders, endpoints, journal, &measured, stopped.clone()).await;
     }
     eprintln!("{robots} robots in a mesh, {:.0} MB", resident_megabytes());
-    let mut spectator = |_, _: dragnet_sim::simulation::Scene| ();
+    let mut spectator = |_, _: dragnet_sim::simulation::StepContext| ();
     let server = WorldServer::open(session, mission, &scenario, 1, 1.0, &mut spectator).await.unwrap();
     let started = Instant::now();
     let told = async {
@@ -66,7 +66,7 @@ pub(crate) async fn run(robots: u32, side: u32, seconds: u64) {
 
 async fn join(
     team: &mut JoinSet<()>,
-    orders: Orders,
+    orders: AgentConfig,
     endpoints: &Endpoints,
     journal: Journal,
     measured: &Arc<Mutex<Measured>>,

@@ -3,9 +3,9 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use dragnet_agent::agent::{Agent, Orders};
-use dragnet_proto::participant::{Mind, Stimulus};
-use dragnet_proto::plausible::SPEED_TOLERANCE;
+use dragnet_agent::agent::{Agent, AgentConfig};
+use dragnet_proto::state_machine::{Event, StateMachine};
+use dragnet_proto::validation::SPEED_TOLERANCE;
 use dragnet_ros2::input::Image;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::time::MissionTime;
@@ -103,7 +103,7 @@ fn remembered(
 }
 
 /// Times first decisions, for which most of the map is open: later ones take no longer.
-pub(super) fn decisions(orders: &Orders) -> Finding {
+pub(super) fn decisions(orders: &AgentConfig) -> Finding {
     let mission = &orders.mission;
     let crossing = Duration::from_secs_f64(orders.terrain.cell_meters() / mission.speed_meters_per_second);
     let policy = orders.robot.policy.name;
@@ -114,9 +114,9 @@ pub(super) fn decisions(orders: &Orders) -> Finding {
     let mut slowest = Duration::ZERO;
     for place in 0..DECISIONS.min(cells.len()) {
         let cell = cells[place * cells.len() / DECISIONS.min(cells.len())];
-        let sensed = Stimulus::Sensed { cell, readings: Vec::new() };
-        match Agent::new(orders.clone()).experience(start, sensed) {
-            Ok(reaction) => slowest = slowest.max(reaction.decision.unwrap_or_default()),
+        let sensed = Event::Sensed { cell, readings: Vec::new() };
+        match Agent::new(orders.clone()).handle(start, sensed) {
+            Ok(effects) => slowest = slowest.max(effects.decision.unwrap_or_default()),
             Err(error) => return Finding::fail("decisions", error.to_string(), ""),
         }
     }

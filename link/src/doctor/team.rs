@@ -14,7 +14,7 @@ use tokio::time::Instant;
 use super::Finding;
 use super::clocks::{Clocks, Expected};
 use crate::clock::Clock;
-use crate::link::{Heard, Link};
+use crate::link::{Incoming, Link};
 use crate::session::{Endpoints, open};
 
 /// A doctor listens as a robot that no team has, so that it hears all, the robot of its own settings too.
@@ -99,15 +99,15 @@ async fn call(link: &mut Link, listen: Duration) -> Roll {
     let (mut roll, started) = (Roll::default(), Instant::now());
     while let Ok(Some(heard)) = tokio::time::timeout_at(started + listen, link.hear()).await {
         match heard {
-            Heard::Message { from, message, .. } => {
+            Incoming::Message { from, message, .. } => {
                 if let Some(time) = clock::dated(from, &message) {
                     roll.clocks.hear(from, started.elapsed(), time);
                 }
             }
-            Heard::Refused { key, reason, .. } => {
+            Incoming::Rejected { key, reason, .. } => {
                 roll.refused.insert(key, reason);
             }
-            Heard::Came(..) | Heard::Left(..) | Heard::Rival(_) => {}
+            Incoming::Came(..) | Incoming::Left(..) | Incoming::Rival(_) => {}
         }
     }
     roll.present.clone_from(link.present());

@@ -14,7 +14,7 @@ use tokio::time::Instant;
 
 use super::Finding;
 use crate::config::Body;
-use crate::ros::heard::Heard;
+use crate::ros::incoming::Incoming;
 use crate::ros::node::Node;
 use crate::ros::settings::{Localization, Stamps};
 use crate::unix_time;
@@ -148,18 +148,18 @@ impl Traffic {
         Self { is, is_latched, messages: 0, behind_seconds: 0.0, refused: None }
     }
 
-    fn take(&mut self, heard: &Heard) {
+    fn take(&mut self, heard: &Incoming) {
         let stamp_unix_ns = match heard {
-            Heard::Refused { reason, .. } => {
+            Incoming::Rejected { reason, .. } => {
                 self.refused = Some(reason.clone());
                 return;
             }
-            Heard::Odometry(odometry) => Some(odometry.place.stamp_unix_ns),
-            Heard::Pose(pose) => Some(pose.stamp_unix_ns),
-            Heard::Fix(fix) => Some(fix.stamp_unix_ns),
-            Heard::Detections { detections, .. } => Some(detections.stamp_unix_ns),
-            Heard::Image { image, .. } => Some(image.stamp_unix_ns),
-            Heard::Map(_) | Heard::Goals(_) => None,
+            Incoming::Odometry(odometry) => Some(odometry.place.stamp_unix_ns),
+            Incoming::Pose(pose) => Some(pose.stamp_unix_ns),
+            Incoming::Fix(fix) => Some(fix.stamp_unix_ns),
+            Incoming::Detections { detections, .. } => Some(detections.stamp_unix_ns),
+            Incoming::Image { image, .. } => Some(image.stamp_unix_ns),
+            Incoming::Map(_) | Incoming::Goals(_) => None,
         };
         self.messages += 1;
         if let Some(stamp) = stamp_unix_ns.filter(|_| self.messages > u32::from(self.is_latched)) {
@@ -202,11 +202,11 @@ impl Traffic {
 }
 
 impl Last {
-    fn take(&mut self, heard: Heard, localization: Localization) {
+    fn take(&mut self, heard: Incoming, localization: Localization) {
         match (heard, localization) {
-            (Heard::Map(map), _) => self.map = Some(map),
-            (Heard::Pose(pose), Localization::Pose) => self.pose = Some(posed(pose.pose)),
-            (Heard::Odometry(odometry), Localization::Odometry) => {
+            (Incoming::Map(map), _) => self.map = Some(map),
+            (Incoming::Pose(pose), Localization::Pose) => self.pose = Some(posed(pose.pose)),
+            (Incoming::Odometry(odometry), Localization::Odometry) => {
                 self.pose = Some(posed(odometry.place.pose));
             }
             _ => {}

@@ -1,8 +1,8 @@
-use dragnet_agent::agent::{Agent, Orders};
-use dragnet_coordinator::desk::Desk;
-use dragnet_coordinator::mission::{Mission, MissionOrders};
+use dragnet_agent::agent::{Agent, AgentConfig};
+use dragnet_coordinator::mission::{CoordinatorConfig, Mission};
+use dragnet_coordinator::node::CoordinatorNode;
 use dragnet_proto::convert::Codec;
-use dragnet_proto::participant::MindError;
+use dragnet_proto::state_machine::ParticipantError;
 use dragnet_scenario::Scenario;
 use dragnet_search::evidence::{Digest, Reading};
 
@@ -11,28 +11,28 @@ use crate::session::{Endpoints, free_endpoints, open};
 
 /// A coordinator that tells when it hears a sign of life: its own time, and the robot's.
 struct Listener {
-    desk: Desk,
+    node: CoordinatorNode,
     heard: mpsc::UnboundedSender<(MissionTime, MissionTime)>,
 }
 
-impl Mind for Listener {
-    fn experience(
+impl StateMachine for Listener {
+    fn handle(
         &mut self,
         now: MissionTime,
-        stimulus: Stimulus<Message>,
-    ) -> Result<Reaction<Message>, MindError> {
-        if let Stimulus::Delivered { parcel: Message::Heartbeat(heartbeat), .. } = &stimulus {
+        event: Event<Message>,
+    ) -> Result<Effects<Message>, ParticipantError> {
+        if let Event::Received { message: Message::Heartbeat(heartbeat), .. } = &event {
             let _ = self.heard.send((now, MissionTime(heartbeat.time_ns)));
         }
-        self.desk.experience(now, stimulus)
+        self.node.handle(now, event)
     }
 
     fn digest(&self) -> Digest {
-        self.desk.digest()
+        self.node.digest()
     }
 
     fn observations(&self) -> u64 {
-        self.desk.observations()
+        self.node.observations()
     }
 }
 
@@ -55,12 +55,12 @@ async fn a_coordinator_that_starts_late_is_told_at_once_and_takes_its_robots_tim
 
     let endpoints = Endpoints { listen: listen.clone(), ..Endpoints::default() };
     let mut robot = join(&scenario, Participant::Robot(RobotId(1)), &endpoints).await;
-    let mut agent = Agent::new(Orders::of_team(&scenario, 1).remove(0));
+    let mut agent = Agent::new(AgentConfig::of_team(&scenario, 1).remove(0));
     let (sender, reports) = mpsc::channel(1);
     let cell = scenario.terrain().grid().cells().next().unwrap();
     let variance = scenario.sensor().variance(0);
     let readings = vec![Reading { cell, value: 0.0, variance }];
-    sender.send((Some(long_after), Stimulus::Sensed { cell, readings })).await.unwrap();
+    sender.send((Some(long_after), Event::Sensed { cell, readings })).await.unwrap();
     let searching = tokio::spawn(async move {
         let never = std::future::pending::<()>();
         run(&mut robot, &mut agent, Clock::new(1.0), None, reports, never).await
@@ -68,13 +68,14 @@ async fn a_coordinator_that_starts_late_is_told_at_once_and_takes_its_robots_tim
 
     // The channel holds one: when there is room for this, the robot has said what it saw.
     for _ in 0..2 {
-        sender.send((None, Stimulus::Woke)).await.unwrap();
+        sender.send((None, Event::Woke)).await.unwrap();
     }
 
     let endpoints = Endpoints { connect: listen, ..Endpoints::default() };
     let mut link = join(&scenario, Participant::Coordinator, &endpoints).await;
     let (heard, mut times) = mpsc::unbounded_channel();
-    let mut listener = Listener { desk: Desk::new(Mission::new(MissionOrders::of(&scenario)), None), heard };
+    let mut listener =
+        Listener { node: CoordinatorNode::new(Mission::new(CoordinatorConfig::of(&scenario)), None), heard };
     let (_, no_reports) = mpsc::channel(1);
     let never = std::future::pending::<()>();
     let listening = run(&mut link, &mut listener, Clock::new(1.0), None, no_reports, never);

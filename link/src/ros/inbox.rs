@@ -23,7 +23,7 @@ pub(super) enum What {
     /// A message's bytes.
     Message(ZBytes),
     /// Something that cannot be heard, and why.
-    Refused(String),
+    Rejected(String),
 }
 
 impl What {
@@ -92,7 +92,7 @@ mod tests {
         for arrived in [message(0, 1), message(1, 2), message(0, 3), message(1, 4), message(0, 5)] {
             inbox.put(arrived);
         }
-        inbox.put(Arrived { topic: 1, what: What::Refused("no".into()) });
+        inbox.put(Arrived { topic: 1, what: What::Rejected("no".into()) });
         let mut taken = Vec::new();
         for _ in 0..4 {
             let Arrived { topic, what } = inbox.take().await;
@@ -100,7 +100,7 @@ mod tests {
                 topic,
                 match what {
                     What::Message(bytes) => bytes.to_bytes()[0],
-                    What::Refused(_) => 0,
+                    What::Rejected(_) => 0,
                 },
             ));
         }
@@ -112,7 +112,7 @@ mod tests {
     fn refusals_do_not_pile_up_either() {
         let inbox = Inbox::new(vec![1]);
         for number in 0..100 {
-            inbox.put(Arrived { topic: 0, what: What::Refused(number.to_string()) });
+            inbox.put(Arrived { topic: 0, what: What::Rejected(number.to_string()) });
         }
         assert_eq!(inbox.lock().len(), REFUSALS);
     }

@@ -15,11 +15,11 @@ use zenoh::liveliness::LivelinessToken;
 use zenoh::sample::{Sample, SampleKind};
 use zenoh_ext::{AdvancedSubscriberBuilderExt, HistoryConfig, RecoveryConfig};
 
-use super::heard::Heard;
 use super::inbox::{Arrived, Inbox, What};
+use super::incoming::Incoming;
+use super::publisher::TopicPublisher;
 use super::session;
 use super::settings::{Checked, Subscription, Transport};
-use super::voice::Voice;
 use crate::LinkError;
 
 /// A node of a robot's ROS 2 network.
@@ -27,7 +27,7 @@ pub struct Node {
     session: Session,
     settings: Checked,
     inbox: Arc<Inbox>,
-    voices: BTreeMap<OutputKind, Voice>,
+    publishers: BTreeMap<OutputKind, TopicPublisher>,
     /// Say that the node and its topics are there, as long as they are.
     tokens: Vec<LivelinessToken>,
 }
@@ -45,7 +45,7 @@ impl Node {
             session,
             settings,
             inbox: Arc::new(Inbox::new(depths)),
-            voices: BTreeMap::new(),
+            publishers: BTreeMap::new(),
             tokens: Vec::new(),
         };
         let me = node.me();
@@ -70,24 +70,24 @@ impl Node {
                 Transport::Bridge => None,
             };
             let key = node.key(&topic, &message);
-            let voice = Voice::declare(&node.session, key, kind.qos(), attachments).await?;
-            node.voices.insert(kind, voice);
+            let publisher = TopicPublisher::declare(&node.session, key, kind.qos(), attachments).await?;
+            node.publishers.insert(kind, publisher);
             node.announce(token).await?;
         }
         Ok(node)
     }
 
     /// The next thing heard. Nothing is lost if this is given up while it waits.
-    pub async fn hear(&self) -> Heard {
+    pub async fn hear(&self) -> Incoming {
         self.hear_on().await.1
     }
 
     /// The next thing heard, and on which topic.
-    pub async fn hear_on(&self) -> (TopicName, Heard) {
+    pub async fn hear_on(&self) -> (TopicName, Incoming) {
         let Arrived { topic, what } = self.inbox.take().await;
         let subscription = &self.settings.subscriptions[topic];
         let heard = match what {
-            What::Refused(reason) => Heard::Refused { topic: subscription.topic.clone(), reason },
+            What::Rejected(reason) => Incoming::Rejected { topic: subscription.topic.clone(), reason },
             What::Message(bytes) => self.settings.understand(subscription, &bytes.to_bytes()),
         };
         (subscription.topic.clone(), heard)
@@ -98,8 +98,8 @@ impl Node {
     /// # Errors
     /// If Zenoh refuses.
     pub async fn say(&mut self, unix_ns: i64, output: Output) -> Result<(), LinkError> {
-        let Some(voice) = self.voices.get_mut(&output.kind()) else { return Ok(()) };
-        voice.say(unix_ns, output.encode(&self.settings.map_frame, unix_ns)).await
+        let Some(publisher) = self.publishers.get_mut(&output.kind()) else { return Ok(()) };
+        publisher.publish(unix_ns, output.encode(&self.settings.map_frame, unix_ns)).await
     }
 
     /// Whether anybody listens to what is said so; a goal that nobody listens to is lost.
@@ -107,8 +107,8 @@ impl Node {
     /// # Errors
     /// If Zenoh refuses.
     pub async fn is_heard(&self, kind: OutputKind) -> Result<bool, LinkError> {
-        match self.voices.get(&kind) {
-            Some(voice) => voice.is_heard().await,
+        match self.publishers.get(&kind) {
+            Some(publisher) => publisher.has_subscribers().await,
             None => Ok(false),
         }
     }
@@ -192,7 +192,7 @@ impl Node {
                     SampleKind::Delete => None,
                 };
                 if let Some(reason) = publisher.and_then(|publisher| publisher.mismatch(&expected)) {
-                    inbox.put(Arrived { topic: number, what: What::Refused(reason) });
+                    inbox.put(Arrived { topic: number, what: What::Rejected(reason) });
                 }
             })
             .background()
@@ -205,6 +205,6 @@ impl Node {
 fn arrived(kind: InputKind, sample: &Sample) -> What {
     match kind.check_length(sample.payload().len()) {
         Ok(()) => What::Message(sample.payload().clone()),
-        Err(error) => What::Refused(error.to_string()),
+        Err(error) => What::Rejected(error.to_string()),
     }
 }

@@ -6,8 +6,8 @@ use std::path::Path;
 use std::time::Duration;
 
 use dragnet_ros2::cdr;
-use dragnet_ros2::errand::{Errand, Progress};
 use dragnet_ros2::input::{GoalState, PlanarPose};
+use dragnet_ros2::navigation_goal::{NavigationGoal, Progress};
 use dragnet_ros2::output::{Diagnostic, Level, Output, OutputKind};
 use dragnet_ros2::wire::robot::{
     GoalInfo, GoalStatus, GoalStatusArray, Odometry, PoseWithCovarianceStamped, Uuid,
@@ -21,7 +21,7 @@ use zenoh::qos::CongestionControl;
 use zenoh::sample::Sample;
 use zenoh_ext::{AdvancedPublisherBuilderExt, AdvancedSubscriberBuilderExt, CacheConfig, HistoryConfig};
 
-use super::heard::Heard;
+use super::incoming::Incoming;
 use super::node::Node;
 use super::settings::{Checked, Settings};
 use crate::session::{Endpoints, Mode, free_endpoints, open};
@@ -99,14 +99,14 @@ fn grid() -> OccupancyGrid {
 
 async fn heard_x(node: &Node) -> f64 {
     match in_time(node.hear()).await {
-        Heard::Odometry(heard) => heard.place.pose.x_meters,
+        Incoming::Odometry(heard) => heard.place.pose.x_meters,
         other => panic!("{other:?}"),
     }
 }
 
 async fn refusal(node: &Node, topic: &str) -> String {
     match in_time(node.hear()).await {
-        Heard::Refused { topic: found, reason } => {
+        Incoming::Rejected { topic: found, reason } => {
             assert_eq!(found.to_string(), topic);
             reason
         }
@@ -177,7 +177,7 @@ async fn a_map_that_was_published_before_is_heard() {
             .unwrap();
         publisher.put(cdr::encode(&grid())).await.unwrap();
         let node = Node::open(network.settings(&format!("transport = '{transport}'"))).await.unwrap();
-        let Heard::Map(heard) = in_time(node.hear()).await else { panic!("{transport}") };
+        let Incoming::Map(heard) = in_time(node.hear()).await else { panic!("{transport}") };
         assert_eq!((heard.cells, heard.grid.columns()), (vec![0, 100, -1], 3));
     }
 }
@@ -192,7 +192,7 @@ async fn a_pose_that_was_published_before_is_heard_and_one_that_nobody_latches_t
         cdr::encode(&pose)
     };
     let heard_x = async |node: &Node| match in_time(node.hear()).await {
-        Heard::Pose(heard) => heard.pose.x_meters,
+        Incoming::Pose(heard) => heard.pose.x_meters,
         other => panic!("{other:?}"),
     };
     let latched = network.robot.declare_publisher("amcl_pose").advanced().publisher_detection();
@@ -275,7 +275,7 @@ async fn detections_are_heard_by_the_name_of_their_camera_and_nothing_seen_is_he
         seen.detections.truncate(count);
         let publisher = network.publisher(format!("{camera}/seen")).await;
         publisher.put(cdr::encode(&seen)).await.unwrap();
-        let Heard::Detections { camera: found, detections } = in_time(node.hear()).await else { panic!() };
+        let Incoming::Detections { camera: found, detections } = in_time(node.hear()).await else { panic!() };
         assert_eq!((&*found, detections.boxes.len()), (camera, count));
     }
 }
@@ -291,7 +291,7 @@ async fn a_waypoint_is_handed_to_nav2_and_followed() {
     let mut told = GoalStatusArray::default();
     let mut known = Vec::new();
     for (name, end, expected) in [(1, 6, Progress::Failed), (2, 4, Progress::Reached)] {
-        let mut errand = Errand::begin(&known);
+        let mut errand = NavigationGoal::begin(&known);
         node.say(0, Output::Goal(PlanarPose::default())).await.unwrap();
         in_time(waypoints.recv()).await.unwrap();
         let stamp = Time { sec: name.into(), nanosec: 0 };
@@ -300,7 +300,7 @@ async fn a_waypoint_is_handed_to_nav2_and_followed() {
         for (number, progress) in [(2, Progress::Underway), (end, expected)] {
             told.status_list.last_mut().unwrap().status = number;
             status.put(cdr::encode(&told)).await.unwrap();
-            let Heard::Goals(goals) = in_time(node.hear()).await else { panic!() };
+            let Incoming::Goals(goals) = in_time(node.hear()).await else { panic!() };
             errand.follow(&goals);
             assert_eq!(errand.progress(), progress);
             known = goals;

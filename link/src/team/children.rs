@@ -10,7 +10,7 @@ use dragnet_search::observation::RobotId;
 use tempfile::TempDir;
 
 use crate::LinkError;
-use crate::config::{AgentConfig, Common, TimeSource};
+use crate::config::{AgentSettings, Common, TimeSource};
 use crate::session::Endpoints;
 
 /// Processes that were started. They leave when this is dropped, for their standard input closes.
@@ -83,7 +83,7 @@ impl Brief<'_> {
             real_time_factor: self.real_time_factor,
             zenoh,
         };
-        let config = AgentConfig {
+        let config = AgentSettings {
             robot: robot.0,
             time: self.time,
             attached: true,

@@ -2,18 +2,18 @@
 
 use std::collections::BTreeMap;
 
-use dragnet_agent::agent::{Agent, Orders};
-use dragnet_coordinator::desk::Desk;
+use dragnet_agent::agent::{Agent, AgentConfig};
+use dragnet_coordinator::node::CoordinatorNode;
 use dragnet_proto::convert::Codec;
-use dragnet_proto::participant::Mind;
+use dragnet_proto::state_machine::StateMachine;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
-use dragnet_sim::simulation::Spectator;
+use dragnet_sim::simulation::StepObserver;
 use tokio::sync::{mpsc, watch};
 use tokio::task::JoinHandle;
 
 use super::children::{Brief, Children};
-use super::{Mesh, Onlooker, Options, Run, joined, mission, recording};
+use super::{Mesh, Options, Run, RunObserver, joined, mission, recording};
 use crate::LinkError;
 use crate::clock::Clock;
 use crate::config::TimeSource;
@@ -27,28 +27,28 @@ pub(super) async fn run(
     seed: u64,
     real_time_factor: f64,
     options: &Options,
-    onlooker: Option<Onlooker>,
-    spectator: Spectator<'_>,
+    onlooker: Option<RunObserver>,
+    spectator: StepObserver<'_>,
 ) -> Result<Run, LinkError> {
     let mission = mission(scenario)?;
     let codec = Codec::of(scenario);
     let (listener, commands) = match onlooker {
-        Some(Onlooker { listener, commands }) => (Some(listener), commands),
+        Some(RunObserver { listener, commands }) => (Some(listener), commands),
         None => (None, mpsc::channel(1).1),
     };
-    let desk = recording::desk(scenario, seed, options, recording::Existing::Refused)?.told_to(listener);
+    let node = recording::node(scenario, seed, options, recording::Existing::Rejected)?.told_to(listener);
     let mesh = Mesh::new(scenario)?;
     let world = mesh.open_world().await?;
     let (stop, stopped) = watch::channel(());
     let (asked, clock) = (stop::asked(Bond::Output)?, Clock::new(real_time_factor));
     let session = mesh.open_participant(Participant::Coordinator).await?;
     let link = Link::join(session, mission.clone(), Participant::Coordinator, codec).await?;
-    let desk: JoinHandle<Result<(Desk, Log), LinkError>> =
-        participate(link, desk, real_time_factor, commands, stopped.clone());
+    let node: JoinHandle<Result<(CoordinatorNode, Log), LinkError>> =
+        participate(link, node, real_time_factor, commands, stopped.clone());
     let mut children = Children::default();
     let mut robots = Vec::new();
     let search = async {
-        for orders in Orders::of_team(scenario, seed) {
+        for orders in AgentConfig::of_team(scenario, seed) {
             let robot = orders.robot.id;
             let who = Participant::Robot(robot);
             if let Some(program) = &options.processes {
@@ -84,29 +84,29 @@ pub(super) async fn run(
             Err(error) => ended = Some(Err(error)),
         }
     }
-    let (desk, _) = joined(desk).await?;
-    let observations_merged = desk.observations();
+    let (node, _) = joined(node).await?;
+    let observations_merged = node.observations();
     let recording = options.recording.clone();
     match ended {
         Some(Ok(mut episode)) => {
             episode.outcome.decisions.extend(decisions);
-            desk.finish(episode.outcome.ended, recording::summary(&episode))?;
+            node.finish(episode.outcome.ended, recording::summary(&episode))?;
             Ok(Run { episode, observations_merged, recording })
         }
         Some(Err(error)) => {
-            desk.finish(clock.now(), BTreeMap::from([("failed".to_owned(), error.to_string())]))?;
+            node.finish(clock.now(), BTreeMap::from([("failed".to_owned(), error.to_string())]))?;
             Err(error)
         }
         None => {
             let why = ("stopped".to_owned(), "before the search was over".to_owned());
-            desk.finish(clock.now(), BTreeMap::from([why]))?;
+            node.finish(clock.now(), BTreeMap::from([why]))?;
             Err(LinkError::Stopped { recording })
         }
     }
 }
 
 /// Runs a participant until the mission stops; returns it as it was then.
-fn participate<M: Mind + 'static>(
+fn participate<M: StateMachine + 'static>(
     mut link: Link,
     mut mind: M,
     real_time_factor: f64,

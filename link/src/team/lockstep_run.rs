@@ -1,13 +1,13 @@
 //! A team in simulated time: the simulator drives every participant, event by event.
 
-use dragnet_agent::agent::{Agent, Orders};
-use dragnet_coordinator::desk::Desk;
+use dragnet_agent::agent::{Agent, AgentConfig};
+use dragnet_coordinator::node::CoordinatorNode;
 use dragnet_proto::key::Mission;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::Grid;
 use dragnet_sim::episode;
-use dragnet_sim::simulation::{Attendance, End, Rules, Spectator};
+use dragnet_sim::simulation::{End, Membership, Rules, StepObserver};
 use tokio::runtime::Runtime;
 use zenoh::Session;
 
@@ -15,26 +15,26 @@ use super::children::{Brief, Children};
 use super::{Mesh, Options, Run, everybody, joined, mission, recording};
 use crate::LinkError;
 use crate::config::TimeSource;
-use crate::lockstep::Puppet;
-use crate::remote_crew::RemoteCrew;
+use crate::lockstep::LockstepNode;
+use crate::remote_participants::RemoteParticipants;
 
 pub(super) fn run(
     runtime: &Runtime,
     scenario: &Scenario,
     seed: u64,
     options: &Options,
-    spectator: Spectator<'_>,
+    spectator: StepObserver<'_>,
 ) -> Result<Run, LinkError> {
-    let desk = recording::desk(scenario, seed, options, recording::Existing::Refused)?;
+    let node = recording::node(scenario, seed, options, recording::Existing::Rejected)?;
     let stage =
         Stage { mission: mission(scenario)?, grid: scenario.terrain().grid(), team: everybody(scenario) };
     let mesh = Mesh::new(scenario)?;
     let world = runtime.block_on(mesh.open_world())?;
     let session = runtime.block_on(mesh.open_participant(Participant::Coordinator))?;
-    let desk = runtime.spawn(stage.clone().coordinate(session, desk));
+    let node = runtime.spawn(stage.clone().coordinate(session, node));
     let mut children = Children::default();
     let mut robots = Vec::new();
-    for orders in Orders::of_team(scenario, seed) {
+    for orders in AgentConfig::of_team(scenario, seed) {
         let who = Participant::Robot(orders.robot.id);
         if let Some(program) = &options.processes {
             let (mission, time) = (&stage.mission, TimeSource::Simulator);
@@ -45,18 +45,19 @@ pub(super) fn run(
             robots.push(runtime.spawn(stage.clone().search(session, who, orders)));
         }
     }
-    let mut crew = RemoteCrew::new(world, stage.mission, stage.grid, Box::new(move || children.check()));
-    let rules = Rules { end: End::Resting, coordinator: Attendance::Present };
-    let episode = episode::run_with(scenario, seed, rules, &mut crew, spectator)?;
-    let observations_merged = crew.observations(Participant::Coordinator)?;
+    let mut participants =
+        RemoteParticipants::new(world, stage.mission, stage.grid, Box::new(move || children.check()));
+    let rules = Rules { end: End::Resting, coordinator: Membership::Present };
+    let episode = episode::run_with(scenario, seed, rules, &mut participants, spectator)?;
+    let observations_merged = participants.observations(Participant::Coordinator)?;
     for &who in &stage.team {
-        crew.dismiss(who)?;
+        participants.dismiss(who)?;
     }
     for robot in robots {
         runtime.block_on(joined(robot))?;
     }
-    let desk = runtime.block_on(joined(desk))?;
-    desk.finish(episode.outcome.ended, recording::summary(&episode))?;
+    let node = runtime.block_on(joined(node))?;
+    node.finish(episode.outcome.ended, recording::summary(&episode))?;
     Ok(Run { episode, observations_merged, recording: options.recording.clone() })
 }
 
@@ -69,14 +70,18 @@ struct Stage {
 }
 
 impl Stage {
-    async fn search(self, session: Session, who: Participant, orders: Orders) -> Result<(), LinkError> {
+    async fn search(self, session: Session, who: Participant, orders: AgentConfig) -> Result<(), LinkError> {
         let mut agent = Agent::new(orders);
-        Puppet::new(session, self.mission, who, self.grid, self.team, &mut agent).await?.serve().await
+        LockstepNode::new(session, self.mission, who, self.grid, self.team, &mut agent).await?.serve().await
     }
 
-    async fn coordinate(self, session: Session, mut desk: Desk) -> Result<Desk, LinkError> {
+    async fn coordinate(
+        self,
+        session: Session,
+        mut node: CoordinatorNode,
+    ) -> Result<CoordinatorNode, LinkError> {
         let who = Participant::Coordinator;
-        Puppet::new(session, self.mission, who, self.grid, self.team, &mut desk).await?.serve().await?;
-        Ok(desk)
+        LockstepNode::new(session, self.mission, who, self.grid, self.team, &mut node).await?.serve().await?;
+        Ok(node)
     }
 }

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use dragnet_coordinator::desk::Desk;
-use dragnet_coordinator::mission::{Mission, MissionOrders};
+use dragnet_coordinator::mission::{CoordinatorConfig, Mission};
+use dragnet_coordinator::node::CoordinatorNode;
 use dragnet_coordinator::record::{Header, MISSION_TIME, Recorder};
 use dragnet_coordinator::recording::Notice;
 use dragnet_scenario::Scenario;
@@ -17,13 +17,13 @@ use crate::{LinkError, unix_time};
 const SIMULATED_START_UNIX_NS: i64 = 946_684_800_000_000_000;
 
 /// The coordinator of a scenario, with its recorder if something is to be recorded.
-pub(crate) fn desk(
+pub(crate) fn node(
     scenario: &Scenario,
     seed: u64,
     options: &Options,
     there: Existing,
-) -> Result<Desk, LinkError> {
-    let orders = MissionOrders::of(scenario);
+) -> Result<CoordinatorNode, LinkError> {
+    let orders = CoordinatorConfig::of(scenario);
     let recorder = options.recording.as_ref().map(|path| {
         let header = Header {
             start_unix_ns: start_unix_ns(options),
@@ -35,7 +35,7 @@ pub(crate) fn desk(
             run: run_metadata(scenario, seed, options),
         };
         match there {
-            Existing::Refused => Recorder::create(path, header),
+            Existing::Rejected => Recorder::create(path, header),
             Existing::Beside => Recorder::create_beside(path, header),
         }
     });
@@ -46,7 +46,7 @@ pub(crate) fn desk(
         let (path, free) = (path.display(), recorder.path().display());
         tracing::info!("{path} is there already, from an earlier start; this one records to {free}");
     }
-    Ok(Desk::new(Mission::new(orders), recorder).notifying(Box::new(tell)))
+    Ok(CoordinatorNode::new(Mission::new(orders), recorder).notifying(Box::new(tell)))
 }
 
 fn tell(notice: &Notice) {
@@ -61,7 +61,7 @@ fn tell(notice: &Notice) {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Existing {
     /// It is an error: whoever asked for it can choose another name.
-    Refused,
+    Rejected,
     /// Another file beside it is begun: nobody may be there to choose.
     Beside,
 }

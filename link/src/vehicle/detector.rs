@@ -106,14 +106,14 @@ impl Look {
 
 /// A detector on a thread of its own, and the images that wait for it: of each camera the newest, since one that looks
 /// at every image falls behind a camera that is faster.
-pub(super) struct Eyes {
+pub(super) struct DetectorWorker {
     /// Not there while it looks.
     detector: Option<Box<dyn Detector>>,
     looking: Option<JoinHandle<(Box<dyn Detector>, Seen)>>,
     waiting: VecDeque<Look>,
 }
 
-impl Eyes {
+impl DetectorWorker {
     pub(super) const fn new(detector: Option<Box<dyn Detector>>) -> Self {
         Self { detector, looking: None, waiting: VecDeque::new() }
     }
@@ -190,7 +190,7 @@ mod tests {
     #[tokio::test]
     async fn a_slow_detector_looks_at_the_newest_image_of_each_camera_in_turn() {
         let (go, may) = mpsc::channel();
-        let mut eyes = Eyes::new(Some(Box::new(Slow(may))));
+        let mut eyes = DetectorWorker::new(Some(Box::new(Slow(may))));
         for shown in [look("left", 1), look("right", 2), look("left", 3), look("right", 4), look("left", 5)] {
             eyes.show(shown);
         }
@@ -209,7 +209,7 @@ mod tests {
     #[tokio::test]
     async fn a_detector_that_breaks_down_is_told_and_the_robot_goes_on_without() {
         let (go, may) = mpsc::channel();
-        let mut eyes = Eyes::new(Some(Box::new(Slow(may))));
+        let mut eyes = DetectorWorker::new(Some(Box::new(Slow(may))));
         go.send(()).unwrap();
         eyes.show(look("left", -1));
         let Seen { found, .. } = eyes.see().await;

@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use dragnet_proto::participant::Stimulus;
+use dragnet_proto::state_machine::Event;
 use dragnet_ros2::output::{Diagnostic, Level};
 use dragnet_scenario::Scenario;
 use tokio::sync::mpsc;
 use tokio::time::{MissedTickBehavior, interval};
 
-use super::detector::{Detector, Eyes};
-use super::{Effect, Now, Orders, SHOW, TICK, Vehicle};
+use super::detector::{Detector, DetectorWorker};
+use super::{AgentOutputs, Effect, Now, SHOW, TICK, Vehicle};
 use crate::clock::Clock;
 use crate::config::Body;
 use crate::live::Report;
@@ -20,7 +20,7 @@ use crate::{LinkError, unix_time};
 struct Service {
     node: Node,
     vehicle: Vehicle,
-    eyes: Eyes,
+    eyes: DetectorWorker,
     reports: mpsc::Sender<Report>,
 }
 
@@ -34,12 +34,12 @@ pub(crate) async fn serve(
     scenario: &Scenario,
     clock: Clock,
     detector: Option<Box<dyn Detector>>,
-    mut orders: Orders,
+    mut orders: AgentOutputs,
     reports: mpsc::Sender<Report>,
 ) -> Result<(), LinkError> {
     let vehicle = Vehicle::new(body.pilot, &body.ros, scenario);
     let node = Node::open(body.ros).await?;
-    let mut service = Service { node, vehicle, eyes: Eyes::new(detector), reports };
+    let mut service = Service { node, vehicle, eyes: DetectorWorker::new(detector), reports };
     let [mut tick, mut show] = [TICK, SHOW].map(interval);
     tick.set_missed_tick_behavior(MissedTickBehavior::Delay);
     loop {
@@ -75,7 +75,7 @@ impl Service {
             match effect {
                 Effect::Sensed { cell, readings } => {
                     // A mind that is gone hears nothing: the vehicle is about to be told so.
-                    let _ = self.reports.send((None, Stimulus::Sensed { cell, readings })).await;
+                    let _ = self.reports.send((None, Event::Sensed { cell, readings })).await;
                 }
                 Effect::Publish(output) => self.node.say(unix_time::now_ns(), output).await?,
                 Effect::Look(look) => self.eyes.show(look),

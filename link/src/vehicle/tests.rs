@@ -8,7 +8,7 @@ use dragnet_search::cell::Position;
 use dragnet_vehicle::plane::bearing_radians;
 
 use super::*;
-use crate::config::AgentConfig;
+use crate::config::AgentSettings;
 
 const PATIENT: &str = "safety = { pose_timeout_seconds = 60.0, camera_timeout_seconds = 60.0 }";
 
@@ -28,7 +28,7 @@ fn vehicle_with(motion: &str, safety: &str, stamps: &str) -> (Vehicle, Scenario)
          motion = {{ kind = '{motion}' }}\n{safety}\n\
          [ros]\ntransport = 'bridge'\nlocalization = 'odometry'\nodometry_frame = 'map'\nstamps = '{stamps}'\n"
     );
-    let config: AgentConfig = toml::from_str(&settings).unwrap();
+    let config: AgentSettings = toml::from_str(&settings).unwrap();
     let body = config.body(Path::new("vehicle.toml"), &scenario).unwrap().unwrap();
     (Vehicle::new(body.pilot, &body.ros, &scenario), scenario)
 }
@@ -37,10 +37,10 @@ fn topic(name: &str) -> TopicName {
     TopicName::resolve(name, &"".parse().unwrap(), &"dragnet".parse().unwrap()).unwrap()
 }
 
-fn odometry(stamp_unix_ns: i64, x_meters: f64) -> Heard {
+fn odometry(stamp_unix_ns: i64, x_meters: f64) -> Incoming {
     let pose = PlanarPose { x_meters, y_meters: 10.0, yaw_radians: 0.0 };
     let place = PoseEstimate { stamp_unix_ns, frame: "map".to_owned(), pose, covariance: None };
-    Heard::Odometry(Odometry { place, robot_frame: String::new(), velocity: Velocity::default() })
+    Incoming::Odometry(Odometry { place, robot_frame: String::new(), velocity: Velocity::default() })
 }
 
 /// Stands somewhere at so many seconds; what that brings about.
@@ -174,7 +174,7 @@ fn where_no_pose_comes_the_topic_is_named() {
     assert_eq!(why(&mut vehicle, 0), "");
     let now = Now { mission: MissionTime(500_000_000), unix_ns: 0 };
     let reason = "frame_id is \"odom\"".to_owned();
-    vehicle.hear(now, &topic("/odom"), Heard::Refused { topic: topic("/odom"), reason });
+    vehicle.hear(now, &topic("/odom"), Incoming::Rejected { topic: topic("/odom"), reason });
     let expected = "no pose comes: /odom: nothing comes; the last was refused: frame_id is \"odom\"";
     assert_eq!(why(&mut vehicle, 2), expected);
 }
@@ -205,7 +205,7 @@ fn what_is_found_is_told_with_its_place_and_covariance() {
         effects.extend(vehicle.hear(
             now,
             &topic("/camera"),
-            Heard::Detections { camera: camera.clone(), detections },
+            Incoming::Detections { camera: camera.clone(), detections },
         ));
         effects.extend(vehicle.tick(now));
         for effect in effects {

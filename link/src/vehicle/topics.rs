@@ -7,8 +7,8 @@ use dragnet_ros2::input::InputKind;
 use dragnet_ros2::name::TopicName;
 use dragnet_vehicle::pilot::InputSource;
 
-use super::board::RefusedInput;
-use crate::ros::heard::Heard;
+use super::diagnostics::RefusedInput;
+use crate::ros::incoming::Incoming;
 use crate::ros::settings::{Checked, Localization};
 
 /// The topics of a vehicle.
@@ -43,18 +43,20 @@ impl Topics {
     }
 
     /// Something comes on a topic.
-    pub(super) fn hears(&mut self, topic: &TopicName, heard: &Heard) {
-        if matches!(heard, Heard::Refused { .. }) {
+    pub(super) fn hears(&mut self, topic: &TopicName, heard: &Incoming) {
+        if matches!(heard, Incoming::Rejected { .. }) {
             self.bad.insert(topic.clone());
             return;
         }
         self.bad.remove(topic);
         match heard {
-            Heard::Odometry(_) | Heard::Pose(_) | Heard::Fix(_) => self.located_by = Some(topic.clone()),
-            Heard::Detections { camera, .. } | Heard::Image { camera, .. } => {
+            Incoming::Odometry(_) | Incoming::Pose(_) | Incoming::Fix(_) => {
+                self.located_by = Some(topic.clone())
+            }
+            Incoming::Detections { camera, .. } | Incoming::Image { camera, .. } => {
                 self.cameras.insert(Arc::clone(camera), topic.clone());
             }
-            Heard::Map(_) | Heard::Goals(_) | Heard::Refused { .. } => {}
+            Incoming::Map(_) | Incoming::Goals(_) | Incoming::Rejected { .. } => {}
         }
     }
 

@@ -2,7 +2,7 @@
 
 import { type Mission, clock } from "./mission.js";
 
-/** Room for the numbers at the axes, pixels. */
+/** Workspace for the numbers at the axes, pixels. */
 const LEFT = 42;
 const BOTTOM = 18;
 const TOP = 6;

@@ -9,8 +9,8 @@ use dragnet_search::sensor::Sensor;
 use super::error::ConvertError;
 use super::field::{Field, Place};
 use crate::dragnet_msgs::{self as wire, VERSION};
-use crate::inbox::MAX_STARTS;
 use crate::message::Activity;
+use crate::replica::MAX_STARTS;
 
 /// The most readings of one look: cells within [`Sensor::MAX_RADIUS`].
 pub(super) const MAX_READINGS: usize = {

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// A field of a message, printed like `dragnet_msgs/msg/LogReply: observations[3].cells[0]`.
+/// A field of a message, printed like `dragnet_msgs/msg/SyncReply: observations[3].cells[0]`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Field {
     pub(super) message: &'static str,
@@ -28,7 +28,7 @@ pub(super) enum Place {
     Message,
     /// A heartbeat's intent.
     Intent,
-    /// One observation of a log reply.
+    /// One observation of a sync reply.
     Observation(usize),
     /// One detection of a mission status.
     Declared(usize),

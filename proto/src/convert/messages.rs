@@ -8,7 +8,7 @@ use super::check::{Check, Columns, activity_number, digest, digest_halves, numbe
 use super::error::ConvertError;
 use super::field::Place;
 use crate::dragnet_msgs as wire;
-use crate::message::{Detection, Heartbeat, Intent, LogReply, LogRequest, MissionStatus};
+use crate::message::{Detection, Heartbeat, Intent, MissionStatus, SyncReply, SyncRequest};
 
 impl From<&Observation> for wire::Observation {
     fn from(observation: &Observation) -> Self {
@@ -64,8 +64,8 @@ impl From<&Version> for wire::Version {
     }
 }
 
-impl From<&LogRequest> for wire::LogRequest {
-    fn from(request: &LogRequest) -> Self {
+impl From<&SyncRequest> for wire::SyncRequest {
+    fn from(request: &SyncRequest) -> Self {
         let (from_kind, from_robot) = participant_numbers(request.from);
         Self {
             version: wire::VERSION,
@@ -78,8 +78,8 @@ impl From<&LogRequest> for wire::LogRequest {
     }
 }
 
-impl From<&LogReply> for wire::LogReply {
-    fn from(reply: &LogReply) -> Self {
+impl From<&SyncReply> for wire::SyncReply {
+    fn from(reply: &SyncReply) -> Self {
         let observations = reply.observations.iter().map(|observation| (&**observation).into());
         Self { version: wire::VERSION, observations: observations.collect() }
     }
@@ -153,18 +153,18 @@ impl Check {
         })
     }
 
-    pub(super) fn log_request(self, wire: &wire::LogRequest) -> Result<LogRequest, ConvertError> {
+    pub(super) fn sync_request(self, wire: &wire::SyncRequest) -> Result<SyncRequest, ConvertError> {
         self.version(wire.version)?;
-        Ok(LogRequest {
+        Ok(SyncRequest {
             from: self.participant("from_kind", wire.from_kind, wire.from_robot)?,
             of: origin(wire.of_robot, wire.of_incarnation),
             first: wire.first,
         })
     }
 
-    pub(super) fn log_reply(self, wire: &wire::LogReply) -> Result<LogReply, ConvertError> {
+    pub(super) fn sync_reply(self, wire: &wire::SyncReply) -> Result<SyncReply, ConvertError> {
         self.version(wire.version)?;
-        self.at_most(LogReply::MAX_OBSERVATIONS, "observations", wire.observations.len())?;
+        self.at_most(SyncReply::MAX_OBSERVATIONS, "observations", wire.observations.len())?;
         for (index, pair) in wire.observations.windows(2).enumerate() {
             let [before, after] = pair else { continue };
             let check = self.within(Place::Observation(index + 1));
@@ -187,7 +187,7 @@ impl Check {
         let observations = wire.observations.iter().enumerate().map(|(index, observation)| {
             self.within(Place::Observation(index)).observation(observation).map(Arc::new)
         });
-        Ok(LogReply { observations: observations.collect::<Result<_, _>>()? })
+        Ok(SyncReply { observations: observations.collect::<Result<_, _>>()? })
     }
 
     fn detection(self, wire: &wire::Detection) -> Result<Detection, ConvertError> {

@@ -7,7 +7,8 @@ use super::check::{Check, Columns, activity_number, digest, digest_halves, numbe
 use super::error::ConvertError;
 use crate::dragnet_msgs as wire;
 use crate::message::{Audience, MessageKind};
-use crate::step::{Parcel, Sensed, Step, StepEvent, StepReply};
+use crate::state_machine::Event;
+use crate::step::{MessageRef, Sensed, Step, StepEvent, StepReply};
 
 const START: u8 = 0;
 const SENSED: u8 = 1;
@@ -17,24 +18,34 @@ const LOST: u8 = 4;
 const REPORT: u8 = 5;
 const FINISH: u8 = 6;
 
-impl From<&Step> for wire::Step {
-    fn from(step: &Step) -> Self {
+/// An event that does not happen in simulated time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("nobody comes, is halted or gives commands in simulated time: run by the wall clock")]
+pub struct NotSimulated;
+
+impl TryFrom<&Step> for wire::Step {
+    type Error = NotSimulated;
+
+    fn try_from(step: &Step) -> Result<Self, NotSimulated> {
         let empty = Self { version: wire::VERSION, time_ns: step.time_ns, ..Self::default() };
-        match &step.event {
-            StepEvent::Start => Self { kind: START, ..empty },
-            StepEvent::Sensed { from, readings } => {
+        Ok(match &step.event {
+            StepEvent::Event(Event::Start) => Self { kind: START, ..empty },
+            StepEvent::Event(Event::Sensed { cell, readings }) => {
                 let Columns { cells, values, variances } = readings.as_slice().into();
-                Self { kind: SENSED, cell: from.number(), cells, values, variances, ..empty }
+                Self { kind: SENSED, cell: cell.number(), cells, values, variances, ..empty }
             }
-            StepEvent::Deliver { sender, parcel } => {
-                let (sender_kind, sender_robot) = participant_numbers(*sender);
-                Self { kind: DELIVER, sender_kind, sender_robot, parcel: *parcel, ..empty }
+            StepEvent::Event(Event::Received { from, message }) => {
+                let (sender_kind, sender_robot) = participant_numbers(*from);
+                Self { kind: DELIVER, sender_kind, sender_robot, parcel: *message, ..empty }
             }
-            StepEvent::Wake => Self { kind: WAKE, ..empty },
-            StepEvent::Lost(robot) => Self { kind: LOST, sender_robot: robot.0, ..empty },
+            StepEvent::Event(Event::Woke) => Self { kind: WAKE, ..empty },
+            StepEvent::Event(Event::Lost(robot)) => Self { kind: LOST, sender_robot: robot.0, ..empty },
+            StepEvent::Event(
+                Event::Came | Event::Commanded(_) | Event::Halted | Event::Released | Event::Doubled(_),
+            ) => return Err(NotSimulated),
             StepEvent::Report => Self { kind: REPORT, ..empty },
             StepEvent::Finish => Self { kind: FINISH, ..empty },
-        }
+        })
     }
 }
 
@@ -80,17 +91,17 @@ impl Check {
     pub(super) fn step(self, wire: &wire::Step) -> Result<Step, ConvertError> {
         self.version(wire.version)?;
         let event = match wire.kind {
-            START => StepEvent::Start,
-            SENSED => StepEvent::Sensed {
-                from: self.cell(self.at("cell"), wire.cell)?,
+            START => StepEvent::Event(Event::Start),
+            SENSED => StepEvent::Event(Event::Sensed {
+                cell: self.cell(self.at("cell"), wire.cell)?,
                 readings: self.readings(&wire.cells, &wire.values, &wire.variances)?,
-            },
-            DELIVER => StepEvent::Deliver {
-                sender: self.participant("sender_kind", wire.sender_kind, wire.sender_robot)?,
-                parcel: wire.parcel,
-            },
-            WAKE => StepEvent::Wake,
-            LOST => StepEvent::Lost(RobotId(wire.sender_robot)),
+            }),
+            DELIVER => StepEvent::Event(Event::Received {
+                from: self.participant("sender_kind", wire.sender_kind, wire.sender_robot)?,
+                message: wire.parcel,
+            }),
+            WAKE => StepEvent::Event(Event::Woke),
+            LOST => StepEvent::Event(Event::Lost(RobotId(wire.sender_robot))),
             REPORT => StepEvent::Report,
             FINISH => StepEvent::Finish,
             found => {
@@ -116,13 +127,13 @@ impl Check {
         })
     }
 
-    fn parcels(self, wire: &wire::StepReply) -> Result<Vec<Parcel>, ConvertError> {
+    fn parcels(self, wire: &wire::StepReply) -> Result<Vec<MessageRef>, ConvertError> {
         let expected = wire.parcels.len();
         self.same_length("kinds", wire.kinds.len(), "parcels", expected)?;
         self.same_length("to_kinds", wire.to_kinds.len(), "parcels", expected)?;
         self.same_length("to_robots", wire.to_robots.len(), "parcels", expected)?;
         let parcel = |index: usize| {
-            Ok(Parcel {
+            Ok(MessageRef {
                 number: wire.parcels[index],
                 kind: self.kind(index, wire.kinds[index])?,
                 to: self.audience(index, wire.to_kinds[index], wire.to_robots[index])?,
@@ -136,7 +147,7 @@ impl Check {
         kind.ok_or(ConvertError::Alternative {
             at: self.at_entry("kinds", index),
             found,
-            allowed: "0 observation, 1 intent, 2 heartbeat, 3 log request, 4 log reply, 5 mission status",
+            allowed: "0 observation, 1 intent, 2 heartbeat, 3 sync request, 4 sync reply, 5 mission status",
         })
     }
 
@@ -169,8 +180,8 @@ const fn kind_number(kind: MessageKind) -> u8 {
         MessageKind::Observation => 0,
         MessageKind::Intent => 1,
         MessageKind::Heartbeat => 2,
-        MessageKind::LogRequest => 3,
-        MessageKind::LogReply => 4,
+        MessageKind::SyncRequest => 3,
+        MessageKind::SyncReply => 4,
         MessageKind::MissionStatus => 5,
     }
 }

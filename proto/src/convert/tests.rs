@@ -4,7 +4,7 @@ use dragnet_search::observation::{Observation, Origin, RobotId, Version};
 
 use super::*;
 use crate::directive::Directive;
-use crate::message::{Activity, Heartbeat, Intent, LogReply};
+use crate::message::{Activity, Heartbeat, Intent, SyncReply};
 
 fn grid() -> Grid {
     Grid::new(2, 3).unwrap()
@@ -98,8 +98,8 @@ fn an_observation_out_of_range_is_refused_by_field() {
 
 #[test]
 fn another_version_is_named_even_if_its_fields_are_others() {
-    let error = Codec::new(grid()).decode(MessageKind::LogRequest, &[0, 1, 0, 0, 9, 8, 7]);
-    let expected = "dragnet_msgs/msg/LogRequest: version: 9; this program speaks version 4";
+    let error = Codec::new(grid()).decode(MessageKind::SyncRequest, &[0, 1, 0, 0, 9, 8, 7]);
+    let expected = "dragnet_msgs/msg/SyncRequest: version: 9; this program speaks version 4";
     assert_eq!(error.unwrap_err().to_string(), expected);
 }
 
@@ -208,10 +208,10 @@ fn a_log_reply_is_of_one_robot_in_order_and_short() {
     let check = |observations: &[(u16, u64)], expected: &str| {
         let observations =
             observations.iter().map(|&(robot, sequence)| Arc::new(observation(robot, sequence)));
-        let reply = LogReply { observations: observations.collect() };
+        let reply = SyncReply { observations: observations.collect() };
         assert_eq!(
-            refusal(MessageKind::LogReply, &wire::LogReply::from(&reply)),
-            format!("dragnet_msgs/msg/LogReply: {expected}")
+            refusal(MessageKind::SyncReply, &wire::SyncReply::from(&reply)),
+            format!("dragnet_msgs/msg/SyncReply: {expected}")
         );
     };
     check(&[(1, 0), (2, 1)], "observations[1].robot: of robot 2; allowed is robot 1 only");
@@ -220,13 +220,13 @@ fn a_log_reply_is_of_one_robot_in_order_and_short() {
 }
 
 #[test]
-fn a_full_log_reply_of_the_widest_sensor_is_decoded() {
+fn a_full_sync_reply_of_the_widest_sensor_is_decoded() {
     let reading = Reading { cell: cell(0), value: 0.5, variance: 1.0 };
     let full =
         |sequence| Observation { readings: vec![reading; check::MAX_READINGS], ..observation(1, sequence) };
     let observations = (0..64).map(|sequence| Arc::new(full(sequence))).collect();
-    let bytes = encode(&Message::LogReply(LogReply { observations }));
-    assert!(Codec::new(grid()).decode(MessageKind::LogReply, &bytes).is_ok(), "{}", bytes.len());
+    let bytes = encode(&Message::SyncReply(SyncReply { observations }));
+    assert!(Codec::new(grid()).decode(MessageKind::SyncReply, &bytes).is_ok(), "{}", bytes.len());
 }
 
 #[test]
@@ -239,7 +239,7 @@ fn a_message_comes_from_where_its_key_says() {
         "Intent of robot 7 under a key of robot 8"
     );
     assert!(check_sender(&Message::Heartbeat(heartbeat()), Participant::Coordinator).is_err());
-    assert!(check_sender(&Message::LogReply(LogReply { observations: vec![] }), eight).is_ok());
+    assert!(check_sender(&Message::SyncReply(SyncReply { observations: vec![] }), eight).is_ok());
 }
 
 #[test]

@@ -18,9 +18,9 @@ pub enum Selection {
     /// Liveliness tokens of all robots and the coordinator.
     Alive,
     /// Requests addressed to a participant.
-    LogRequestsTo(Participant),
+    SyncRequestsTo(Participant),
     /// Replies addressed to a participant.
-    LogRepliesTo(Participant),
+    SyncRepliesTo(Participant),
     /// All that a participant publishes.
     PublishedBy(Participant),
     /// All that the simulator publishes and asks.
@@ -36,8 +36,8 @@ impl fmt::Display for Selection {
             Self::Intents => formatter.write_str("robots/*/intent"),
             Self::Heartbeats => formatter.write_str("robots/*/heartbeat"),
             Self::Alive => formatter.write_str("**/alive/*"),
-            Self::LogRequestsTo(to) => write!(formatter, "**/log_request/{}", Address(to)),
-            Self::LogRepliesTo(to) => write!(formatter, "**/log_reply/{}", Address(to)),
+            Self::SyncRequestsTo(to) => write!(formatter, "**/sync_request/{}", Address(to)),
+            Self::SyncRepliesTo(to) => write!(formatter, "**/sync_reply/{}", Address(to)),
             Self::PublishedBy(who) => write!(formatter, "{}/**", Home(who)),
             Self::Simulator => formatter.write_str("sim/**"),
             Self::Everything => formatter.write_str("**"),

@@ -21,8 +21,8 @@ fn topics() -> impl Strategy<Value = Topic> {
         robot().prop_map(Topic::Intent),
         robot().prop_map(Topic::Heartbeat),
         (participants(), any::<u64>()).prop_map(|(who, identity)| Topic::Alive { who, identity }),
-        pair().prop_map(|(from, to)| Topic::LogRequest { from, to }),
-        pair().prop_map(|(from, to)| Topic::LogReply { from, to }),
+        pair().prop_map(|(from, to)| Topic::SyncRequest { from, to }),
+        pair().prop_map(|(from, to)| Topic::SyncReply { from, to }),
         Just(Topic::Status),
         Just(Topic::ByHand),
         participants().prop_map(Topic::SimStep),
@@ -39,7 +39,7 @@ proptest! {
 
     #[test]
     fn a_text_that_is_a_key_is_the_only_one_of_it(
-        text in "(dragnet|drag)/[a-z]{1,2}/(robots|coordinator|sim)(/(0?[0-9]{1,5}|[0-9a-f]{16}|observation|alive|log_reply|step|coordinator)){0,3}",
+        text in "(dragnet|drag)/[a-z]{1,2}/(robots|coordinator|sim)(/(0?[0-9]{1,5}|[0-9a-f]{16}|observation|alive|sync_reply|step|coordinator)){0,3}",
     ) {
         if let Ok(key) = text.parse::<Key>() {
             prop_assert_eq!(key.to_string(), text);
@@ -55,7 +55,7 @@ proptest! {
     fn a_message_travels_where_its_kind_and_sender_are_read(topic in topics()) {
         if let Some((kind, from)) = topic.speech() {
             let to = match topic {
-                Topic::LogRequest { to, .. } | Topic::LogReply { to, .. } => Audience::One(to),
+                Topic::SyncRequest { to, .. } | Topic::SyncReply { to, .. } => Audience::One(to),
                 _ => Audience::All,
             };
             prop_assert_eq!(Topic::of(kind, from, to), Some(topic));
@@ -74,10 +74,10 @@ fn keys_are_spelled_as_documented() {
     let coordinator = Topic::Alive { who: Participant::Coordinator, identity: u64::MAX };
     check(coordinator, "coordinator/alive/ffffffffffffffff");
     check(
-        Topic::LogRequest { from: three, to: Participant::Coordinator },
-        "robots/3/log_request/coordinator",
+        Topic::SyncRequest { from: three, to: Participant::Coordinator },
+        "robots/3/sync_request/coordinator",
     );
-    check(Topic::LogReply { from: Participant::Coordinator, to: three }, "coordinator/log_reply/3");
+    check(Topic::SyncReply { from: Participant::Coordinator, to: three }, "coordinator/sync_reply/3");
     check(Topic::Status, "coordinator/status");
     check(Topic::ByHand, "coordinator/observation");
     check(Topic::SimStep(Participant::Coordinator), "sim/step/coordinator");
@@ -111,7 +111,7 @@ fn nobody_publishes_what_is_not_theirs() {
     let of = |kind, from, to| Topic::of(kind, from, to);
     assert_eq!(of(MessageKind::Intent, Participant::Coordinator, Audience::All), None);
     assert_eq!(of(MessageKind::MissionStatus, robot, Audience::All), None);
-    assert_eq!(of(MessageKind::LogReply, robot, Audience::All), None);
+    assert_eq!(of(MessageKind::SyncReply, robot, Audience::All), None);
     assert_eq!(of(MessageKind::Intent, robot, Audience::One(robot)), None);
 }
 
@@ -136,10 +136,10 @@ fn a_selection_matches_its_keys_and_no_others() {
         Topic::Heartbeat(RobotId(3)),
         Topic::Alive { who: three, identity: 1 },
         Topic::Alive { who: coordinator, identity: 2 },
-        Topic::LogRequest { from: coordinator, to: three },
-        Topic::LogRequest { from: four, to: three },
-        Topic::LogRequest { from: three, to: coordinator },
-        Topic::LogReply { from: four, to: three },
+        Topic::SyncRequest { from: coordinator, to: three },
+        Topic::SyncRequest { from: four, to: three },
+        Topic::SyncRequest { from: three, to: coordinator },
+        Topic::SyncReply { from: four, to: three },
         Topic::SimSensed(RobotId(3)),
         Topic::SimStep(three),
         Topic::Status,
@@ -157,7 +157,7 @@ fn a_selection_matches_its_keys_and_no_others() {
     check(Selection::Intents, &topics[1..2]);
     check(Selection::Heartbeats, &topics[2..3]);
     check(Selection::Alive, &topics[3..5]);
-    check(Selection::LogRequestsTo(three), &topics[5..7]);
-    check(Selection::LogRequestsTo(coordinator), &topics[7..8]);
-    check(Selection::LogRepliesTo(three), &topics[8..9]);
+    check(Selection::SyncRequestsTo(three), &topics[5..7]);
+    check(Selection::SyncRequestsTo(coordinator), &topics[7..8]);
+    check(Selection::SyncRepliesTo(three), &topics[8..9]);
 }

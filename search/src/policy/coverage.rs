@@ -3,8 +3,8 @@
 use super::worth::without_promises;
 use super::{Decision, Policy};
 use crate::cell::Cell;
-use crate::intent::Promised;
-use crate::route::Routes;
+use crate::intent::PlannedPrecision;
+use crate::route::ShortestPathTree;
 use crate::seed::Stream;
 use crate::situation::{Place, Situation};
 
@@ -24,7 +24,7 @@ impl Coverage {
 
 impl Policy for Coverage {
     fn decide(&mut self, situation: &Situation<'_>, _: &mut Stream) -> Decision {
-        let routes = Routes::from(situation.terrain, situation.connectivity, situation.robot);
+        let routes = ShortestPathTree::from(situation.terrain, situation.connectivity, situation.robot);
         let mut scores = vec![f64::NEG_INFINITY; situation.terrain.grid().cell_count()];
         for cell in routes.candidates() {
             scores[cell.index()] = 0.0;
@@ -44,13 +44,13 @@ impl Policy for Coverage {
             scores[waypoint.index()] = 1.0;
             self.next += 1;
         }
-        let nothing = Promised::nothing(situation.terrain);
+        let nothing = PlannedPrecision::nothing(situation.terrain);
         Decision::best(&routes, scores).unless_all_is_known(&without_promises(situation, &nothing), &routes)
     }
 }
 
 /// The robot's part of the lanes. The first lane lies half a lane inside the southernmost row in reach.
-fn lanes(situation: &Situation<'_>, routes: &Routes, lane_spacing_cells: u32) -> Vec<Cell> {
+fn lanes(situation: &Situation<'_>, routes: &ShortestPathTree, lane_spacing_cells: u32) -> Vec<Cell> {
     let row = |cell: Cell| situation.terrain.grid().position(cell).row;
     let southernmost = routes.reached().iter().map(|&cell| row(cell)).min().unwrap_or(0);
     let first = southernmost + lane_spacing_cells / 2;

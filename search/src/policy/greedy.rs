@@ -4,8 +4,8 @@
 //! to see. The robot's own cell is no waypoint.
 
 use super::{Decision, Policy};
-use crate::outlook::Outlook;
-use crate::route::Routes;
+use crate::information_gain::InformationGain;
+use crate::route::ShortestPathTree;
 use crate::seed::Stream;
 use crate::situation::Situation;
 
@@ -13,8 +13,8 @@ pub(super) struct Greedy;
 
 impl Policy for Greedy {
     fn decide(&mut self, situation: &Situation<'_>, _: &mut Stream) -> Decision {
-        let routes = Routes::from(situation.terrain, situation.connectivity, situation.robot);
-        let scores = Outlook::new(situation).look_gains(situation, &routes);
+        let routes = ShortestPathTree::from(situation.terrain, situation.connectivity, situation.robot);
+        let scores = InformationGain::new(situation).look_gains(situation, &routes);
         Decision::most_informative(&routes, scores)
     }
 }

@@ -4,8 +4,8 @@ use rand::RngExt;
 
 use super::worth::without_promises;
 use super::{Decision, Policy};
-use crate::intent::Promised;
-use crate::route::Routes;
+use crate::intent::PlannedPrecision;
+use crate::route::ShortestPathTree;
 use crate::seed::Stream;
 use crate::situation::Situation;
 
@@ -13,7 +13,7 @@ pub(super) struct Random;
 
 impl Policy for Random {
     fn decide(&mut self, situation: &Situation<'_>, random: &mut Stream) -> Decision {
-        let routes = Routes::from(situation.terrain, situation.connectivity, situation.robot);
+        let routes = ShortestPathTree::from(situation.terrain, situation.connectivity, situation.robot);
         let mut scores = vec![f64::NEG_INFINITY; situation.terrain.grid().cell_count()];
         let candidates = routes.candidates();
         if candidates.is_empty() {
@@ -24,7 +24,7 @@ impl Policy for Random {
         }
         let chosen = candidates[random.random_range(0..candidates.len())];
         scores[chosen.index()] = 1.0;
-        let nothing = Promised::nothing(situation.terrain);
+        let nothing = PlannedPrecision::nothing(situation.terrain);
         Decision::best(&routes, scores).unless_all_is_known(&without_promises(situation, &nothing), &routes)
     }
 }

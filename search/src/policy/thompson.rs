@@ -21,9 +21,9 @@ use super::worth::without_promises;
 use super::{Decision, Policy};
 use crate::cell::Cell;
 use crate::evidence::{CellEvidence, UNITS};
-use crate::intent::Promised;
-use crate::outlook::Frame;
-use crate::route::Routes;
+use crate::information_gain::Frame;
+use crate::intent::PlannedPrecision;
+use crate::route::ShortestPathTree;
 use crate::seed::Stream;
 use crate::situation::Situation;
 
@@ -66,7 +66,7 @@ impl Thompson {
 
 impl Policy for Thompson {
     fn decide(&mut self, situation: &Situation<'_>, random: &mut Stream) -> Decision {
-        let routes = Routes::from(situation.terrain, situation.connectivity, situation.robot);
+        let routes = ShortestPathTree::from(situation.terrain, situation.connectivity, situation.robot);
         let posterior = self.posterior(situation, random);
         let losses = CandidateLoss::new(situation, &posterior, self.norm);
         let loss: Vec<f64> = routes.candidates().iter().map(|&cell| losses.of(cell)).collect();
@@ -74,7 +74,7 @@ impl Policy for Thompson {
         for (&cell, reward) in routes.candidates().iter().zip(self.rewards(situation, &routes, &loss)) {
             scores[cell.index()] = reward;
         }
-        let nothing = Promised::nothing(situation.terrain);
+        let nothing = PlannedPrecision::nothing(situation.terrain);
         Decision::best_of_informative(&without_promises(situation, &nothing), &routes, scores)
     }
 }
@@ -154,8 +154,8 @@ impl Thompson {
         fit
     }
 
-    /// The reward of each candidate, in order of [`Routes::candidates`].
-    fn rewards(&self, situation: &Situation<'_>, routes: &Routes, loss: &[f64]) -> Vec<f64> {
+    /// The reward of each candidate, in order of [`ShortestPathTree::candidates`].
+    fn rewards(&self, situation: &Situation<'_>, routes: &ShortestPathTree, loss: &[f64]) -> Vec<f64> {
         match self.norm {
             Norm::Absolute => {
                 let grid = situation.terrain.grid();

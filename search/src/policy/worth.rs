@@ -3,9 +3,9 @@
 use super::Decision;
 use crate::cell::Cell;
 use crate::information::InformationTable;
-use crate::intent::Promised;
-use crate::outlook::{Outlook, saturated};
-use crate::route::Routes;
+use crate::information_gain::{InformationGain, saturated};
+use crate::intent::PlannedPrecision;
+use crate::route::ShortestPathTree;
 use crate::situation::Situation;
 
 /// What looks must yield to be worth driving for, nats: where no score of a policy that scores information is above this,
@@ -21,7 +21,7 @@ impl Decision {
     /// The candidate of the highest score; of equal ones the nearest by path, and of these the smallest cell index.
     /// Scores have the shape `[cells]`.
     #[must_use]
-    pub fn best(routes: &Routes, scores: Vec<f64>) -> Self {
+    pub fn best(routes: &ShortestPathTree, scores: Vec<f64>) -> Self {
         match highest(routes, &scores, routes.candidates().iter().copied()) {
             Some(chosen) => Self { chosen, path: routes.path(chosen), scores },
             None => Self::rest(routes, scores),
@@ -30,7 +30,7 @@ impl Decision {
 
     /// The same of scores that are information, nats; to rest if none is above [`LEAST_NATS`].
     #[must_use]
-    pub fn most_informative(routes: &Routes, scores: Vec<f64>) -> Self {
+    pub fn most_informative(routes: &ShortestPathTree, scores: Vec<f64>) -> Self {
         let best = Self::best(routes, scores);
         if best.scores[best.chosen.index()] > LEAST_NATS { best } else { Self::rest(routes, best.scores) }
     }
@@ -38,7 +38,11 @@ impl Decision {
     /// The best, by scores that are no information, of those candidates whose path yields any: the looks along it, each
     /// taken alone, add up to more than [`LEAST_NATS`]. To rest if there is none.
     #[must_use]
-    pub fn best_of_informative(situation: &Situation<'_>, routes: &Routes, scores: Vec<f64>) -> Self {
+    pub fn best_of_informative(
+        situation: &Situation<'_>,
+        routes: &ShortestPathTree,
+        scores: Vec<f64>,
+    ) -> Self {
         let best = Self::best(routes, scores);
         // Nearly always so, and at the price of a look or two.
         if is_path_informative(situation, &best.path) {
@@ -54,7 +58,7 @@ impl Decision {
     }
 
     /// The decision of a policy that goes its way whatever there is to be seen; to rest if no path yields information.
-    pub(super) fn unless_all_is_known(self, situation: &Situation<'_>, routes: &Routes) -> Self {
+    pub(super) fn unless_all_is_known(self, situation: &Situation<'_>, routes: &ShortestPathTree) -> Self {
         let is_anything_left =
             || path_information(situation, routes).iter().any(|&information| information > LEAST_NATS);
         if is_path_informative(situation, &self.path) || is_anything_left() {
@@ -64,7 +68,7 @@ impl Decision {
         }
     }
 
-    fn rest(routes: &Routes, scores: Vec<f64>) -> Self {
+    fn rest(routes: &ShortestPathTree, scores: Vec<f64>) -> Self {
         Self { chosen: routes.root(), path: Vec::new(), scores }
     }
 
@@ -82,14 +86,17 @@ impl Decision {
 }
 
 /// What a policy sees that does not know of its teammates' plans.
-pub(super) fn without_promises<'a>(situation: &Situation<'a>, nothing: &'a Promised) -> Situation<'a> {
+pub(super) fn without_promises<'a>(
+    situation: &Situation<'a>,
+    nothing: &'a PlannedPrecision,
+) -> Situation<'a> {
     Situation { promised: nothing, ..*situation }
 }
 
 /// Information of the looks along the path to each candidate, each taken alone, nats, shape `[cells]`; `-inf` for cells that
 /// are no candidates. On the tree of shortest paths it is that of the cell before plus one look.
-pub(super) fn path_information(situation: &Situation<'_>, routes: &Routes) -> Vec<f64> {
-    let mut information = Outlook::new(situation).look_gains(situation, routes);
+pub(super) fn path_information(situation: &Situation<'_>, routes: &ShortestPathTree) -> Vec<f64> {
+    let mut information = InformationGain::new(situation).look_gains(situation, routes);
     information[routes.root().index()] = 0.0;
     for &cell in routes.candidates() {
         information[cell.index()] += information[routes.parent(cell).index()];
@@ -119,7 +126,11 @@ fn look_information(situation: &Situation<'_>, from: Cell) -> f64 {
     seen.filter_map(|look| Some((grid.step(from, look.offset)?, look.precision))).map(gain).sum()
 }
 
-fn highest(routes: &Routes, scores: &[f64], candidates: impl Iterator<Item = Cell>) -> Option<Cell> {
+fn highest(
+    routes: &ShortestPathTree,
+    scores: &[f64],
+    candidates: impl Iterator<Item = Cell>,
+) -> Option<Cell> {
     candidates.max_by(|&a, &b| {
         let by_score = scores[a.index()].total_cmp(&scores[b.index()]);
         by_score.then_with(|| routes.length(b).total_cmp(&routes.length(a))).then(b.cmp(&a))
@@ -141,7 +152,7 @@ mod tests {
         terrain: Terrain,
         sensor: Sensor,
         belief: Belief,
-        promised: Promised,
+        promised: PlannedPrecision,
     }
 
     impl Case {
@@ -149,7 +160,7 @@ mod tests {
             let terrain = Terrain::from_ascii(drawing, 1.0).unwrap();
             let belief = Belief::from_log_odds(&terrain, log_odds_nats.to_vec()).unwrap();
             let sensor = Sensor::new(1, 0.005, Noise::Gaussian).unwrap();
-            Self { promised: Promised::nothing(&terrain), terrain, sensor, belief }
+            Self { promised: PlannedPrecision::nothing(&terrain), terrain, sensor, belief }
         }
 
         fn decide(&self, name: PolicyName, robot: usize) -> Decision {
@@ -173,7 +184,7 @@ mod tests {
     fn of_equal_scores_the_nearest_wins_and_then_the_smallest_index() {
         let terrain = Terrain::from_ascii(".....\n.....\n", 1.0).unwrap();
         let cells: Vec<Cell> = terrain.grid().cells().collect();
-        let routes = Routes::from(&terrain, Connectivity::Four, cells[2]);
+        let routes = ShortestPathTree::from(&terrain, Connectivity::Four, cells[2]);
         let best = |equal: &[usize]| {
             let mut scores = vec![-1.0; cells.len()];
             for &place in equal {

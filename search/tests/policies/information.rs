@@ -3,7 +3,7 @@
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::UNITS;
 use dragnet_search::information::InformationTable;
-use dragnet_search::policy::{Parameters, PathByDefinition, Policy, PolicyName};
+use dragnet_search::policy::{Parameters, PathIntegralReference, Policy, PolicyName};
 use dragnet_search::seed::{Purpose, stream};
 
 use super::{Case, check};
@@ -74,7 +74,7 @@ fn path_is_what_its_definition_says() {
     for seed in 0..100 {
         let case = Case::new(seed);
         let mut random = stream(seed, Purpose::Decision, 1);
-        let mut definition = PathByDefinition::new(Parameters::default().path_length_weight);
+        let mut definition = PathIntegralReference::new(Parameters::default().path_length_weight);
         let defined = definition.decide(&case.situation(), &mut random);
         check(&case, &case.decide(PolicyName::Path, seed), |to| defined.scores[to.index()], 1e-4);
     }

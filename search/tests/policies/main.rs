@@ -5,9 +5,9 @@
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::{Cell, Grid};
 use dragnet_search::evidence::Reading;
-use dragnet_search::intent::Promised;
+use dragnet_search::intent::PlannedPrecision;
 use dragnet_search::policy::{Decision, LEAST_NATS, Parameters, PolicyName, build};
-use dragnet_search::route::{Connectivity, Routes};
+use dragnet_search::route::{Connectivity, ShortestPathTree};
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_search::sensor::{Noise, Sensor};
 use dragnet_search::situation::{Place, Situation};
@@ -22,7 +22,7 @@ struct Case {
     terrain: Terrain,
     sensor: Sensor,
     belief: Belief,
-    promised: Promised,
+    promised: PlannedPrecision,
     connectivity: Connectivity,
     robot: Cell,
 }
@@ -38,7 +38,7 @@ impl Case {
         let belief = Belief::uniform(&terrain, random.random_range(0.01..0.5)).unwrap();
         let area: Vec<Cell> = terrain.largest_area();
         let robot = area[random.random_range(0..area.len())];
-        let promised = Promised::nothing(&terrain);
+        let promised = PlannedPrecision::nothing(&terrain);
         let connectivity = if seed.is_multiple_of(2) { Connectivity::Four } else { Connectivity::Eight };
         let mut case = Self { terrain, sensor, belief, promised, connectivity, robot };
         case.look_around(&mut random);
@@ -75,8 +75,8 @@ impl Case {
         build(name, Parameters::default()).decide(&self.situation(), &mut random)
     }
 
-    fn routes(&self) -> Routes {
-        Routes::from(&self.terrain, self.connectivity, self.robot)
+    fn routes(&self) -> ShortestPathTree {
+        ShortestPathTree::from(&self.terrain, self.connectivity, self.robot)
     }
 }
 
@@ -151,7 +151,7 @@ fn coverage_visits_every_cell_in_reach_once_around() {
 fn a_coverage_team_shares_the_cells() {
     let terrain = Terrain::from_ascii("....\n....\n....\n", 1.0).unwrap();
     let (sensor, belief) = (Sensor::default(), Belief::uniform(&terrain, 0.1).unwrap());
-    let promised = Promised::nothing(&terrain);
+    let promised = PlannedPrecision::nothing(&terrain);
     let mut visited = Vec::new();
     for member in 0..3 {
         let mut policy = build(PolicyName::Coverage, Parameters::default());
@@ -182,7 +182,7 @@ fn with_nowhere_to_go_every_policy_stays() {
     let case = Case {
         sensor: Sensor::default(),
         belief: Belief::uniform(&terrain, 0.2).unwrap(),
-        promised: Promised::nothing(&terrain),
+        promised: PlannedPrecision::nothing(&terrain),
         connectivity: Connectivity::Four,
         terrain,
         robot,

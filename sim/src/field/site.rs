@@ -13,7 +13,7 @@ use dragnet_vehicle::settings::{CameraTable, FootprintTable, MotionTable, Settin
 use nalgebra::Vector2;
 use rand::RngExt;
 
-use super::eyes::HEAD_RADIANS_PER_SECOND;
+use super::cameras::HEAD_RADIANS_PER_SECOND;
 use crate::world;
 
 /// The vehicle's tightest turn.

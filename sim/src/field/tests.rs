@@ -13,7 +13,7 @@ fn field(policy: impl Into<PolicyName>) -> Scenario {
 }
 
 /// A trial, and all of it but what was measured with a clock.
-fn trial(scenario: &Scenario, seed: u64, thinking: Thinking) -> (Trial, String) {
+fn trial(scenario: &Scenario, seed: u64, thinking: DecisionTime) -> (Trial, String) {
     let trial = run(scenario, seed, thinking).unwrap();
     let text = format!("{:?}", Trial { decisions: Vec::new(), ..trial.clone() });
     (trial, text)
@@ -40,7 +40,7 @@ fn a_vehicle_finds_what_lies_there_and_nobody_refuses_what_it_saw() {
     let scenario = field(Exact::Path);
     let mut found = 0;
     for seed in [1, 2, 7, 10] {
-        let (trial, _) = trial(&scenario, seed, Thinking::NONE);
+        let (trial, _) = trial(&scenario, seed, DecisionTime::NONE);
         assert_eq!((trial.refused, trial.decisions.is_empty()), (0, false), "seed {seed}");
         assert!(trial.score.false_positives <= 1, "{:?}", trial.score);
         // It drove as fast as it can, and looked in every cell of its ways.
@@ -60,9 +60,9 @@ fn the_same_seed_gives_the_same_trial_to_the_byte() {
         field(Exact::Nats),
         field(Exact::Path).with_robots(3).unwrap(),
     ] {
-        let (first, text) = trial(&scenario, 3, Thinking::NONE);
-        assert_eq!(trial(&scenario, 3, Thinking::NONE).1, text);
-        let (other, _) = trial(&scenario, 4, Thinking::NONE);
+        let (first, text) = trial(&scenario, 3, DecisionTime::NONE);
+        assert_eq!(trial(&scenario, 3, DecisionTime::NONE).1, text);
+        let (other, _) = trial(&scenario, 4, DecisionTime::NONE);
         assert_ne!(other.digest, first.digest);
     }
 }
@@ -71,7 +71,7 @@ fn the_same_seed_gives_the_same_trial_to_the_byte() {
 fn three_vehicles_share_what_they_see_and_are_done_sooner() {
     let (alone, team) = (field(Exact::Path), field(Exact::Path).with_robots(3).unwrap());
     let seconds = |scenario: &Scenario| -> f64 {
-        let times = [1, 2, 3].map(|seed| trial(scenario, seed, Thinking::NONE).0);
+        let times = [1, 2, 3].map(|seed| trial(scenario, seed, DecisionTime::NONE).0);
         assert!(times.iter().all(|trial| trial.refused == 0));
         times.iter().map(|trial| trial.ended.as_seconds()).sum()
     };
@@ -82,8 +82,8 @@ fn three_vehicles_share_what_they_see_and_are_done_sooner() {
 #[test]
 fn time_to_think_is_time_of_the_mission() {
     let scenario = field(Exact::Nats);
-    let (at_once, _) = trial(&scenario, 2, Thinking::NONE);
-    let (slow, _) = trial(&scenario, 2, Thinking { time: Duration::from_secs(30) });
+    let (at_once, _) = trial(&scenario, 2, DecisionTime::NONE);
+    let (slow, _) = trial(&scenario, 2, DecisionTime { time: Duration::from_secs(30) });
     let still = |trial: &Trial| trial.trace.windows(2).filter(|pair| pair[0] == pair[1]).count();
     let stops = slow.decisions.len() - 1;
     // From the edge of a cell it takes about 5 s to the middle; the rest it stands.

@@ -4,11 +4,11 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::RobotId;
 
-use super::{Participant, Scene, Simulation};
-use crate::crew::Crew;
+use super::{Participant, Simulation, StepContext};
+use crate::participants::Participants;
 use crate::world::World;
 
-impl<C: Crew, S: FnMut(MissionTime, Scene)> Simulation<C, S> {
+impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
     /// Lets every robot look around where it starts.
     pub(crate) fn begin(&mut self) -> Result<(), C::Error> {
         self.start()
@@ -47,7 +47,7 @@ impl<C: Crew, S: FnMut(MissionTime, Scene)> Simulation<C, S> {
         &self.world
     }
 
-    pub(crate) const fn crew(&self) -> &C {
-        &self.crew
+    pub(crate) const fn participants(&self) -> &C {
+        &self.participants
     }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use dragnet_proto::message::{Activity, Message};
-use dragnet_proto::participant::{Reaction, Stimulus};
+use dragnet_proto::state_machine::{Effects, Event};
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -88,9 +88,9 @@ impl<'a> Checks<'a> {
     }
 
     /// Something is about to happen to a participant.
-    pub(super) fn before(&mut self, who: Participant, now: MissionTime, stimulus: &Stimulus<Message>) {
+    pub(super) fn before(&mut self, who: Participant, now: MissionTime, event: &Event<Message>) {
         let shadow = self.shadow(who, now);
-        if matches!(stimulus, Stimulus::Start | Stimulus::Sensed { .. }) {
+        if matches!(event, Event::Start | Event::Sensed { .. }) {
             shadow.moved = now;
         }
     }
@@ -100,14 +100,14 @@ impl<'a> Checks<'a> {
         &mut self,
         who: Participant,
         now: MissionTime,
-        reaction: &Reaction<Message>,
+        effects: &Effects<Message>,
         digest: Digest,
         observations: u64,
     ) -> Result<(), Violation> {
         self.count += 1;
         let broken = |what: String| Err(Violation::Broken { at: now, who, what });
         let shadow = self.shadow(who, now);
-        for observation in &reaction.kept {
+        for observation in &effects.kept {
             if !shadow.count(observation) {
                 return broken(format!("{} counts twice", name_of(observation)));
             }
@@ -116,8 +116,8 @@ impl<'a> Checks<'a> {
             let kept = shadow.names.len();
             return broken(format!("its evidence is not that of the {kept} observations that it kept"));
         }
-        self.check_awake(who, now, reaction)?;
-        self.check_published(who, now, reaction)
+        self.check_awake(who, now, effects)?;
+        self.check_published(who, now, effects)
     }
 
     /// A robot is woken for every sign of life, goes on while it searches, and does not while it is paused.
@@ -125,7 +125,7 @@ impl<'a> Checks<'a> {
         &mut self,
         who: Participant,
         now: MissionTime,
-        reaction: &Reaction<Message>,
+        effects: &Effects<Message>,
     ) -> Result<(), Violation> {
         if who == Participant::Coordinator {
             return Ok(());
@@ -133,10 +133,10 @@ impl<'a> Checks<'a> {
         let broken = |what: String| Err(Violation::Broken { at: now, who, what });
         let (sleep, patience) = (2 * self.scenario.mission().heartbeat, self.patience);
         let shadow = self.shadow(who, now);
-        if reaction.activity != Activity::Searching {
+        if effects.activity != Activity::Searching {
             shadow.moved = now;
         }
-        if reaction.activity == Activity::Paused && reaction.route.as_ref().is_some_and(|it| !it.is_empty()) {
+        if effects.activity == Activity::Paused && effects.route.as_ref().is_some_and(|it| !it.is_empty()) {
             return broken("it is paused, and goes".to_owned());
         }
         let slept = now.since(std::mem::replace(&mut shadow.awake, now));
@@ -156,10 +156,10 @@ impl<'a> Checks<'a> {
         &mut self,
         who: Participant,
         now: MissionTime,
-        reaction: &Reaction<Message>,
+        effects: &Effects<Message>,
     ) -> Result<(), Violation> {
         let broken = |what: String| Err(Violation::Broken { at: now, who, what });
-        for (_, message) in &reaction.published {
+        for (_, message) in &effects.published {
             match message {
                 Message::Observation(observation) => {
                     let name = (observation.origin, observation.sequence);
@@ -268,8 +268,8 @@ mod tests {
         })
     }
 
-    fn reaction(kept: Vec<Arc<Observation>>, published: Vec<Message>) -> Reaction<Message> {
-        Reaction {
+    fn effects(kept: Vec<Arc<Observation>>, published: Vec<Message>) -> Effects<Message> {
+        Effects {
             kept,
             published: published.into_iter().map(|message| (Audience::All, message)).collect(),
             route: None,
@@ -282,15 +282,15 @@ mod tests {
     }
 
     /// What is said of a robot that holds the evidence of `held`, after these reactions at these times.
-    fn verdict(held: &[f32], steps: &[(MissionTime, Reaction<Message>)]) -> String {
+    fn verdict(held: &[f32], steps: &[(MissionTime, Effects<Message>)]) -> String {
         let scenario = scenario();
         let mut belief = scenario.prior().clone();
         for &value in held {
             belief.add(&observation(&scenario, value).readings[0]);
         }
         let mut checks = Checks::new(&scenario, &Faults::default());
-        for (now, reaction) in steps {
-            let found = checks.after(ROBOT, *now, reaction, belief.digest(), held.len() as u64);
+        for (now, effects) in steps {
+            let found = checks.after(ROBOT, *now, effects, belief.digest(), held.len() as u64);
             if let Err(violation) = found {
                 return violation.to_string();
             }
@@ -303,22 +303,22 @@ mod tests {
         let scenario = scenario();
         let seen = |value| observation(&scenario, value);
         let told = |value| Message::Observation(seen(value));
-        let good = (NOW, reaction(vec![seen(0.5)], vec![told(0.5)]));
-        let check = |held: &[f32], steps: &[(MissionTime, Reaction<Message>)], expected: &str| {
+        let good = (NOW, effects(vec![seen(0.5)], vec![told(0.5)]));
+        let check = |held: &[f32], steps: &[(MissionTime, Effects<Message>)], expected: &str| {
             let found = verdict(held, steps);
             assert!(found.contains(expected), "{found}");
         };
         check(&[0.5], std::slice::from_ref(&good), "held");
         check(&[0.5], &[good.clone(), good.clone()], "observation 0 of robot 1, incarnation 0 counts twice");
         check(&[0.5, 0.5], std::slice::from_ref(&good), "its evidence is not that of the 1 observations");
-        check(&[], &[(NOW, reaction(Vec::new(), vec![told(0.5)]))], "and did not keep it");
-        let another = (NOW, reaction(Vec::new(), vec![told(0.7)]));
+        check(&[], &[(NOW, effects(Vec::new(), vec![told(0.5)]))], "and did not keep it");
+        let another = (NOW, effects(Vec::new(), vec![told(0.7)]));
         check(&[0.5], &[good.clone(), another], "it published another observation 0");
         let cell = scenario.terrain().grid().cells().next();
         let paused =
-            Reaction { activity: Activity::Paused, route: cell.map(|cell| vec![cell]), ..good.1.clone() };
+            Effects { activity: Activity::Paused, route: cell.map(|cell| vec![cell]), ..good.1.clone() };
         check(&[0.5], &[(NOW, paused)], "it is paused, and goes");
-        let late = |seconds| (NOW + Duration::from_secs(seconds), reaction(Vec::new(), Vec::new()));
+        let late = |seconds| (NOW + Duration::from_secs(seconds), effects(Vec::new(), Vec::new()));
         check(&[0.5], &[good.clone(), late(3599)], "nothing has woken it for 3599.0 s");
         let stands: Vec<_> = std::iter::once(good).chain((1..10).map(|beat| late(10 * beat))).collect();
         check(&[0.5], &stands, "it searches, and has stood still for 50.0 s");

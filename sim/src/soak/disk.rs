@@ -3,8 +3,8 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use dragnet_proto::message::{LogReply, LogRequest, Message};
-use dragnet_proto::participant::Reaction;
+use dragnet_proto::message::{Message, SyncReply, SyncRequest};
+use dragnet_proto::state_machine::Effects;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::observation::Observation;
 
@@ -24,9 +24,9 @@ impl Disk {
     }
 
     /// What is kept is written before anything is said.
-    pub(super) fn keep(&mut self, now: MissionTime, reaction: &Reaction<Message>) {
-        self.waiting.extend(reaction.kept.iter().cloned());
-        if !reaction.published.is_empty() && !self.full.contains(&now) {
+    pub(super) fn keep(&mut self, now: MissionTime, effects: &Effects<Message>) {
+        self.waiting.extend(effects.kept.iter().cloned());
+        if !effects.published.is_empty() && !self.full.contains(&now) {
             self.written.append(&mut self.waiting);
         }
     }
@@ -37,12 +37,12 @@ impl Disk {
     }
 
     /// What its robot answers who asks for what it has released.
-    pub(super) fn answer(&self, request: LogRequest) -> Message {
+    pub(super) fn answer(&self, request: SyncRequest) -> Message {
         let asked = |observation: &&Arc<Observation>| {
             observation.origin == request.of && observation.sequence >= request.first
         };
-        let found = self.written.iter().filter(asked).take(LogReply::MAX_OBSERVATIONS);
-        Message::LogReply(LogReply { observations: found.cloned().collect() })
+        let found = self.written.iter().filter(asked).take(SyncReply::MAX_OBSERVATIONS);
+        Message::SyncReply(SyncReply { observations: found.cloned().collect() })
     }
 
     /// Its robot starts again: so many observations are lost.

@@ -12,7 +12,7 @@ const ONE_OF: u64 = 5;
 pub(super) fn told(message: &mut Message) {
     match message {
         Message::Observation(observation) => lie(observation),
-        Message::LogReply(reply) => reply.observations.iter_mut().for_each(lie),
+        Message::SyncReply(reply) => reply.observations.iter_mut().for_each(lie),
         _ => {}
     }
 }

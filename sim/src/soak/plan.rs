@@ -16,7 +16,7 @@ use dragnet_search::policy::PolicyName;
 use dragnet_search::seed::{Purpose, Stream, stream};
 use rand::RngExt;
 
-use crate::faults::{Crash, Faults, Memory, Mute};
+use crate::faults::{Crash, Faults, Memory, OneWayLoss};
 
 /// Sides of a map, cells: small, so that thousands of seeds take minutes.
 const SIDES: std::ops::RangeInclusive<u32> = 8..=14;
@@ -168,12 +168,12 @@ impl Draw<'_> {
         Crash { at, back }
     }
 
-    fn mute(&mut self) -> Mute {
+    fn mute(&mut self) -> OneWayLoss {
         let from = self.random.random_range(1..=self.robots);
         let other = self.random.random_range(1..self.robots);
         let to = if other < from { other } else { other + 1 };
         let [from, to] = [from, to].map(|number| Participant::Robot(RobotId(number)));
-        Mute { from, to, during: self.interval() }
+        OneWayLoss { from, to, during: self.interval() }
     }
 
     fn interval(&mut self) -> Range<MissionTime> {

@@ -1,6 +1,6 @@
 //! Episodes, many at a time.
 
-use dragnet_proto::participant::MindError;
+use dragnet_proto::state_machine::ParticipantError;
 use dragnet_scenario::Scenario;
 use dragnet_sim::comparison::{self, Setting, Trial};
 use dragnet_sim::simulation::End;
@@ -55,7 +55,7 @@ impl Case {
         self
     }
 
-    fn run(&self, seed: u64) -> Result<Trial, MindError> {
+    fn run(&self, seed: u64) -> Result<Trial, ParticipantError> {
         comparison::run(&self.setting, &self.scenario, seed)
     }
 }

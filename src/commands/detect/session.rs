@@ -10,7 +10,7 @@ use dragnet_link::vehicle::detector;
 
 use super::report::{Report, Seen};
 use super::{Arguments, Input, Resolution, camera, drawing, photo};
-use crate::commands::eyes::Eyes;
+use crate::commands::eyes::YoloDetector;
 use crate::commands::{Failure, output};
 use crate::terminal;
 
@@ -25,7 +25,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         )));
     }
     let table = arguments.camera.as_deref().map(camera::read).transpose()?;
-    let eyes = Eyes::open(&settings(arguments)).map_err(|problem| Failure::Input(problem.with_keys("--")))?;
+    let eyes = YoloDetector::open(&settings(arguments))
+        .map_err(|problem| Failure::Input(problem.with_keys("--")))?;
     let mut report = Report::new(&arguments.module, &eyes.network, &eyes.settings, table);
     for path in &arguments.images {
         let image = photo::read(path)?;

@@ -17,7 +17,7 @@ const MOST_BYTES: u64 = 1 << 30;
 const MOST_NAMES: u32 = 20;
 
 /// A network, and what of its output counts.
-pub(in crate::commands) struct Eyes {
+pub(in crate::commands) struct YoloDetector {
     pub(in crate::commands) network: Network,
     pub(in crate::commands) settings: Settings,
 }
@@ -52,7 +52,7 @@ impl Problem {
     }
 }
 
-impl Eyes {
+impl YoloDetector {
     pub(in crate::commands) fn open(asked: &detector::Settings) -> Result<Self, Problem> {
         if !(1..=1024).contains(&asked.threads) {
             return Err(Problem::Threads(asked.threads));
@@ -94,7 +94,7 @@ impl Eyes {
     }
 }
 
-impl Detector for Eyes {
+impl Detector for YoloDetector {
     fn detect(&mut self, image: &Image) -> Result<Vec<DetectionBox>, String> {
         let found = self.find(image.width_pixels, image.height_pixels, &image.rgb);
         let detections = found.map_err(|error| error.to_string())?.detections;

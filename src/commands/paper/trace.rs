@@ -4,11 +4,11 @@ use std::ops::ControlFlow;
 
 use dragnet_agent::agent::Agent;
 use dragnet_proto::message::Message;
-use dragnet_proto::participant::{MindError, Reaction, Stimulus};
+use dragnet_proto::state_machine::{Effects, Event, ParticipantError};
 use dragnet_scenario::Scenario;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
-use dragnet_sim::episode::{self, Witness};
+use dragnet_sim::episode::{self, Observer};
 use dragnet_sim::simulation::End;
 
 /// The way and the beliefs of the one robot of a scenario.
@@ -30,7 +30,7 @@ pub(super) struct Stop {
 }
 
 /// Watches a robot until it stands at so many waypoints, or rests.
-pub(super) fn watch(scenario: &Scenario, seed: u64, waypoints: usize) -> Result<Trace, MindError> {
+pub(super) fn watch(scenario: &Scenario, seed: u64, waypoints: usize) -> Result<Trace, ParticipantError> {
     let mut robots = episode::team(scenario, seed, Agent::new);
     let mut tracer = Tracer {
         scenario,
@@ -78,9 +78,9 @@ impl Tracer<'_> {
     }
 }
 
-impl Witness for Tracer<'_> {
-    fn happens(&mut self, stimulus: &Stimulus<Message>) {
-        if let Stimulus::Sensed { cell, readings } = stimulus {
+impl Observer for Tracer<'_> {
+    fn happens(&mut self, event: &Event<Message>) {
+        if let Event::Sensed { cell, readings } = event {
             for reading in readings {
                 self.belief.add(reading);
             }
@@ -90,8 +90,8 @@ impl Witness for Tracer<'_> {
     }
 
     /// A robot alone has a new route where it decides, and where it rests.
-    fn reacts(&mut self, reaction: &Reaction<Message>) -> ControlFlow<()> {
-        if reaction.route.is_some() {
+    fn reacts(&mut self, effects: &Effects<Message>) -> ControlFlow<()> {
+        if effects.route.is_some() {
             let entered = self.trace.track.len() - 1;
             self.trace.stops.push(Stop { entered, belief: self.belief.clone() });
         }

@@ -7,7 +7,7 @@ use dragnet_scenario::Scenario;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::{Cell, Grid, Position};
 use dragnet_search::observation::RobotId;
-use dragnet_sim::simulation::Scene;
+use dragnet_sim::simulation::StepContext;
 use indicatif::ProgressBar;
 
 use crate::terminal::{self, counted};
@@ -52,16 +52,16 @@ impl Narrator {
     }
 
     /// Something happens.
-    pub(super) fn see(&mut self, now: MissionTime, scene: &Scene) {
+    pub(super) fn see(&mut self, now: MissionTime, scene: &StepContext) {
         match *scene {
-            Scene::Departs { robot, ref route, activity } => {
+            StepContext::Departs { robot, ref route, activity } => {
                 self.tell(now, robot, &self.plan(route, activity));
             }
-            Scene::Arrives { robot, cell, farthest_cells } => {
+            StepContext::Arrives { robot, cell, farthest_cells } => {
                 self.watched.tracks[usize::from(robot.0) - 1].push(cell);
                 self.bar.set_position(steps(farthest_cells));
             }
-            Scene::Finds { robot, cell } => self.find(now, robot, cell),
+            StepContext::Finds { robot, cell } => self.find(now, robot, cell),
         }
     }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use dragnet_proto::command::Mark;
 use dragnet_proto::convert;
 use dragnet_proto::directive::Directive;
-use dragnet_proto::message::{Activity, Heartbeat, Intent, LogReply, LogRequest, Message, MessageKind};
+use dragnet_proto::message::{Activity, Heartbeat, Intent, Message, MessageKind, SyncReply, SyncRequest};
 use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{Digest, Reading};
@@ -29,10 +29,10 @@ impl World {
             MessageKind::Observation => (robot, Message::Observation(self.some_look(mate))),
             MessageKind::Intent => (robot, Message::Intent(self.intent(mate))),
             MessageKind::Heartbeat => (robot, Message::Heartbeat(self.heartbeat(mate))),
-            MessageKind::LogRequest => (robot, Message::LogRequest(self.request(robot))),
-            MessageKind::LogReply => (robot, Message::LogReply(self.reply(mate))),
+            MessageKind::SyncRequest => (robot, Message::SyncRequest(self.request(robot))),
+            MessageKind::SyncReply => (robot, Message::SyncReply(self.reply(mate))),
             MessageKind::MissionStatus => {
-                let mut status = self.desk.mission().status(self.now);
+                let mut status = self.node.mission().status(self.now);
                 status.versions = self.versions();
                 (Participant::Coordinator, Message::MissionStatus(status))
             }
@@ -42,7 +42,7 @@ impl World {
 
     /// Mostly the next one; sometimes one that is known, or early.
     fn some_look(&mut self, of: Origin) -> Arc<Observation> {
-        let next = self.agent.inbox().log().next(of);
+        let next = self.agent.replica().log().next(of);
         let sequence = match self.random.random_range(0..8) {
             0 => next.saturating_sub(1),
             1 => next + self.random.random_range(1..4),
@@ -53,7 +53,7 @@ impl World {
 
     /// What the robot that hears all this knows, or what follows. Few robots are where they cannot be so soon.
     fn look(&mut self, origin: Origin, sequence: u64) -> Arc<Observation> {
-        if let Some(known) = self.agent.inbox().log().since(origin, sequence).first() {
+        if let Some(known) = self.agent.replica().log().since(origin, sequence).first() {
             return Arc::clone(known);
         }
         let cells: Vec<Cell> = self.scenario.terrain().traversable_cells().collect();
@@ -69,7 +69,7 @@ impl World {
     fn mark(&mut self) -> Arc<Observation> {
         let from = self.any_cell();
         let readings = vec![Mark::Searched.reading(from)];
-        let sequence = self.agent.inbox().log().next(BY_HAND);
+        let sequence = self.agent.replica().log().next(BY_HAND);
         Arc::new(Observation { origin: BY_HAND, sequence, time_ns: self.now.0, from, readings })
     }
 
@@ -106,7 +106,7 @@ impl World {
 
     /// What the coordinator has told; sometimes another one has told more.
     fn directive(&mut self) -> Directive {
-        let mut directive = self.desk.mission().directive().clone();
+        let mut directive = self.node.mission().directive().clone();
         if self.random.random_ratio(1, 20) {
             directive.order_pause(self.now.0, self.random.random());
             directive.added.insert(self.any_cell());
@@ -116,28 +116,28 @@ impl World {
 
     /// Of a few origins, some of which somebody knows more of.
     fn versions(&mut self) -> Vec<Version> {
-        let mut versions: Vec<Version> = self.agent.inbox().log().versions().take(6).collect();
+        let mut versions: Vec<Version> = self.agent.replica().log().versions().take(6).collect();
         for version in &mut versions {
             version.next += self.random.random_range(0..2);
         }
         versions
     }
 
-    fn request(&mut self, from: Participant) -> LogRequest {
+    fn request(&mut self, from: Participant) -> SyncRequest {
         let of = *self.mates.choose(&mut self.random).unwrap();
-        let next = self.agent.inbox().log().next(of);
-        LogRequest { from, of, first: self.random.random_range(0..=next) }
+        let next = self.agent.replica().log().next(of);
+        SyncRequest { from, of, first: self.random.random_range(0..=next) }
     }
 
     /// The last looks of a robot and what follows; sometimes a full reply, or more than it can have seen.
-    fn reply(&mut self, of: Origin) -> LogReply {
-        let next = self.agent.inbox().log().next(of);
+    fn reply(&mut self, of: Origin) -> SyncReply {
+        let next = self.agent.replica().log().next(of);
         let (known, new) = match self.random.random_range(0..30) {
-            0 => (LogReply::MAX_OBSERVATIONS as u64, 0),
+            0 => (SyncReply::MAX_OBSERVATIONS as u64, 0),
             1..=3 => (0, 30),
             _ => (self.random.random_range(0..4), self.random.random_range(1..3)),
         };
         let sequences = next.saturating_sub(known)..next + new;
-        LogReply { observations: sequences.map(|sequence| self.look(of, sequence)).collect() }
+        SyncReply { observations: sequences.map(|sequence| self.look(of, sequence)).collect() }
     }
 }

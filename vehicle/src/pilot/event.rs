@@ -13,7 +13,7 @@ use crate::plane::Pose;
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
     /// Where it is.
-    Pose(Fix),
+    Pose(PoseEstimate),
     /// What a camera's detector found in an image.
     Frame(CameraFrame),
     /// What the ground costs, from now on.
@@ -28,7 +28,7 @@ pub enum Event {
 
 /// Where a vehicle was at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Fix {
+pub struct PoseEstimate {
     /// When, nanoseconds of mission time.
     pub time_ns: u64,
     /// Where, on the map.
@@ -49,12 +49,12 @@ pub struct CameraFrame {
     /// How far the head that the camera is mounted on was turned, radians counter-clockwise; 0 if it is on none.
     pub head_radians: f64,
     /// What was found.
-    pub sights: Sights,
+    pub sights: CameraDetections,
 }
 
 /// What was found in an image.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Sights {
+pub enum CameraDetections {
     /// Boxes, pixels.
     Boxes(Vec<DetectionBox>),
     /// Radians counter-clockwise from the vehicle's heading (from its head, if it has one), from where the

@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 use dragnet_search::terrain::Terrain;
 
 use super::diagnostic::Fault;
-use super::{Fix, seconds, stamp};
+use super::{PoseEstimate, seconds, stamp};
 use crate::plane::{Pose, turn_radians, wrapped_radians};
 use crate::settings::Checked;
 
@@ -77,7 +77,7 @@ pub(super) struct Localization {
     /// A pose that is stamped farther from now is none of now.
     max_age_ns: u64,
     /// By time, each once.
-    fixes: VecDeque<Fix>,
+    fixes: VecDeque<PoseEstimate>,
     /// When the last of them came; before the first, when it was expected to.
     heard_ns: Option<u64>,
     /// When the last pose came that told nothing new, or was refused.
@@ -87,7 +87,7 @@ pub(super) struct Localization {
     /// Since when poses are known.
     known_since_ns: Option<u64>,
     /// First and last of the poses elsewhere that agree with each other.
-    elsewhere: Option<(Fix, Fix)>,
+    elsewhere: Option<(PoseEstimate, PoseEstimate)>,
 }
 
 impl Localization {
@@ -112,7 +112,7 @@ impl Localization {
     }
 
     /// The same, and how well it is known.
-    pub(super) fn fix(&self) -> Option<&Fix> {
+    pub(super) fn fix(&self) -> Option<&PoseEstimate> {
         self.fixes.back()
     }
 
@@ -146,7 +146,12 @@ impl Localization {
     }
 
     /// Takes in a pose, if it can be.
-    pub(super) fn judge(&mut self, now_ns: u64, fix: &Fix, terrain: &Terrain) -> Result<Judgement, Fault> {
+    pub(super) fn judge(
+        &mut self,
+        now_ns: u64,
+        fix: &PoseEstimate,
+        terrain: &Terrain,
+    ) -> Result<Judgement, Fault> {
         let stamped = stamp::check(now_ns, fix.time_ns, self.stamp_ns, self.max_age_ns);
         self.stamp_ns = Some(fix.time_ns);
         let judged = self.check(fix, terrain).and(stamped).and_then(|()| self.place(now_ns, fix));
@@ -156,7 +161,7 @@ impl Localization {
         judged
     }
 
-    fn place(&mut self, now_ns: u64, fix: &Fix) -> Result<Judgement, Fault> {
+    fn place(&mut self, now_ns: u64, fix: &PoseEstimate) -> Result<Judgement, Fault> {
         let judgement = match self.fixes.back() {
             Some(last) if fix.time_ns == last.time_ns => return Ok(Judgement::Repeated),
             Some(last) if !self.can_follow(last, fix) => {
@@ -178,8 +183,8 @@ impl Localization {
         Ok(judgement)
     }
 
-    fn check(&self, fix: &Fix, terrain: &Terrain) -> Result<(), Fault> {
-        let Fix { pose, deviation_meters, heading_deviation_radians, .. } = *fix;
+    fn check(&self, fix: &PoseEstimate, terrain: &Terrain) -> Result<(), Fault> {
+        let PoseEstimate { pose, deviation_meters, heading_deviation_radians, .. } = *fix;
         let are_deviations = deviation_meters >= 0.0 && heading_deviation_radians >= 0.0;
         if !(pose.is_finite() && are_deviations && heading_deviation_radians.is_finite()) {
             return Err(Fault::new("no_number", "a pose that is no number", &[]));
@@ -197,7 +202,7 @@ impl Localization {
         Ok(())
     }
 
-    fn can_follow(&self, before: &Fix, fix: &Fix) -> bool {
+    fn can_follow(&self, before: &PoseEstimate, fix: &PoseEstimate) -> bool {
         if fix.time_ns < before.time_ns {
             return false;
         }
@@ -207,7 +212,7 @@ impl Localization {
     }
 
     /// Whether poses elsewhere have agreed for long enough.
-    fn settle(&mut self, fix: &Fix) -> Option<Judgement> {
+    fn settle(&mut self, fix: &PoseEstimate) -> Option<Judgement> {
         let agreeing = self.elsewhere.filter(|(_, last)| self.can_follow(last, fix));
         let (first, _) = agreeing.unwrap_or((*fix, *fix));
         self.elsewhere = Some((first, *fix));
@@ -237,7 +242,7 @@ impl Localization {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum At {
     Known {
-        fix: Fix,
+        fix: PoseEstimate,
         /// From the pose before that time to the one after it.
         interval_ns: u64,
     },
@@ -247,12 +252,12 @@ pub(super) enum At {
     Never,
 }
 
-fn between(before: &Fix, next: &Fix, time_ns: u64) -> Fix {
+fn between(before: &PoseEstimate, next: &PoseEstimate, time_ns: u64) -> PoseEstimate {
     let share = (time_ns - before.time_ns) as f64 / (next.time_ns - before.time_ns) as f64;
     let along = |from: f64, to: f64| from + (to - from) * share;
     let (a, b) = (before.pose, next.pose);
     let turn = turn_radians(a.heading_radians, b.heading_radians);
-    Fix {
+    PoseEstimate {
         time_ns,
         pose: Pose {
             x_meters: along(a.x_meters, b.x_meters),
@@ -264,11 +269,11 @@ fn between(before: &Fix, next: &Fix, time_ns: u64) -> Fix {
     }
 }
 
-fn distance_meters(a: &Fix, b: &Fix) -> f64 {
+fn distance_meters(a: &PoseEstimate, b: &PoseEstimate) -> f64 {
     (b.pose.position_meters() - a.pose.position_meters()).norm()
 }
 
-fn jump(last: &Fix, fix: &Fix) -> Fault {
+fn jump(last: &PoseEstimate, fix: &PoseEstimate) -> Fault {
     if fix.time_ns < last.time_ns {
         let numbers = [("behind_seconds", seconds(last.time_ns - fix.time_ns))];
         return Fault::new("backwards", "the stamps of poses run backwards", &numbers);

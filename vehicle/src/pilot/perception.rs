@@ -14,7 +14,7 @@ use dragnet_search::terrain::Terrain;
 
 use super::diagnostic::Fault;
 use super::localization::{At, Localization};
-use super::{CameraFrame, Fix, Sights, seconds, stamp};
+use super::{CameraDetections, CameraFrame, PoseEstimate, seconds, stamp};
 use crate::camera::{BoxRefusal, Camera, Detections};
 use crate::evidence::account::Accounts;
 use crate::evidence::finds::{Find, Finds};
@@ -205,7 +205,7 @@ impl Perception {
         index: usize,
         frame: &CameraFrame,
         detections: &Detections,
-        (fix, interval_ns): (&Fix, u64),
+        (fix, interval_ns): (&PoseEstimate, u64),
         terrain: &Terrain,
         sensor: &Sensor,
     ) -> Result<(), Fault> {
@@ -271,7 +271,7 @@ fn detections(camera: &Camera, frame: &CameraFrame) -> Result<Detections, Fault>
         return Err(Fault::new("no_number", "the head's angle is no number", &[]));
     }
     match &frame.sights {
-        Sights::Boxes(boxes) => {
+        CameraDetections::Boxes(boxes) => {
             let detections = camera.detections(boxes).map_err(|error| {
                 Fault::new("too_many", &error.to_string(), &[("boxes", boxes.len() as f64)])
             })?;
@@ -282,11 +282,11 @@ fn detections(camera: &Camera, frame: &CameraFrame) -> Result<Detections, Fault>
             }
             Ok(detections)
         }
-        Sights::Bearings(bearings) if bearings.len() > Camera::MAX_BOXES => {
+        CameraDetections::Bearings(bearings) if bearings.len() > Camera::MAX_BOXES => {
             let message = format!("{} bearings in one image: at most {}", bearings.len(), Camera::MAX_BOXES);
             Err(Fault::new("too_many", &message, &[("bearings", bearings.len() as f64)]))
         }
-        Sights::Bearings(bearings) => {
+        CameraDetections::Bearings(bearings) => {
             if let Some(number) = bearings.iter().position(|bearing| !bearing.is_finite()) {
                 let message = format!("bearing {number} is no number");
                 return Err(Fault::new("no_number", &message, &[("bearing", number as f64)]));

@@ -5,7 +5,7 @@
 
 use nalgebra::Vector2;
 
-use super::Fix;
+use super::PoseEstimate;
 
 /// Who has come no farther than this stands, metres, and than so many standard deviations of its place.
 const STILL_METERS: f64 = 0.25;
@@ -28,7 +28,7 @@ pub(super) struct Standing {
 
 impl Standing {
     /// Takes in where the vehicle is.
-    pub(super) fn note(&mut self, now_ns: u64, fix: &Fix) {
+    pub(super) fn note(&mut self, now_ns: u64, fix: &PoseEstimate) {
         let here = fix.pose.position_meters();
         let still_meters = STILL_METERS + STILL_DEVIATIONS * fix.deviation_meters;
         if self.place.is_none_or(|(place, _)| (here - place).norm() > still_meters) {
@@ -68,9 +68,9 @@ mod tests {
 
     const SECOND: u64 = 1_000_000_000;
 
-    fn fix(east: f64, deviation_meters: f64) -> Fix {
+    fn fix(east: f64, deviation_meters: f64) -> PoseEstimate {
         let pose = Pose::new(east, 5.0, 0.0);
-        Fix { time_ns: 0, pose, deviation_meters, heading_deviation_radians: 0.01 }
+        PoseEstimate { time_ns: 0, pose, deviation_meters, heading_deviation_radians: 0.01 }
     }
 
     #[test]

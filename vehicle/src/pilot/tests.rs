@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use dragnet_proto::plausible::Limits;
+use dragnet_proto::validation::Limits;
 use dragnet_scenario::Scenario;
 use dragnet_search::cell::Position;
 use dragnet_search::evidence::Reading;
@@ -97,8 +97,13 @@ impl Drive {
         actions
     }
 
-    fn fix(&self) -> Fix {
-        Fix { time_ns: self.now_ns, pose: self.pose, deviation_meters: 0.1, heading_deviation_radians: 0.005 }
+    fn fix(&self) -> PoseEstimate {
+        PoseEstimate {
+            time_ns: self.now_ns,
+            pose: self.pose,
+            deviation_meters: 0.1,
+            heading_deviation_radians: 0.005,
+        }
     }
 
     /// What a camera sees of the things, without fail.
@@ -113,7 +118,7 @@ impl Drive {
             time_ns: self.now_ns,
             camera: camera.settings().name.clone(),
             head_radians: 0.0,
-            sights: Sights::Bearings(self.things.iter().filter_map(bearing).collect()),
+            sights: CameraDetections::Bearings(self.things.iter().filter_map(bearing).collect()),
         }
     }
 
@@ -345,14 +350,14 @@ fn any_event() -> impl Strategy<Value = Event> {
     let time = prop_oneof![any::<u64>(), 0..20 * SECOND];
     let fix = (time.clone(), pose, number(), number()).prop_map(|(time_ns, pose, deviation, heading)| {
         let (deviation_meters, heading_deviation_radians) = (deviation, heading);
-        Event::Pose(Fix { time_ns, pose, deviation_meters, heading_deviation_radians })
+        Event::Pose(PoseEstimate { time_ns, pose, deviation_meters, heading_deviation_radians })
     });
     let edges = proptest::collection::vec((number(), number(), number(), number()), 0..6);
     let boxes = edges.prop_map(|edges| {
         let boxed = |(left, top, right, bottom)| DetectionBox { left, top, right, bottom };
-        Sights::Boxes(edges.into_iter().map(boxed).collect())
+        CameraDetections::Boxes(edges.into_iter().map(boxed).collect())
     });
-    let bearings = proptest::collection::vec(number(), 0..6).prop_map(Sights::Bearings);
+    let bearings = proptest::collection::vec(number(), 0..6).prop_map(CameraDetections::Bearings);
     let sights = prop_oneof![boxes, bearings];
     let camera = prop_oneof![Just("front".to_owned()), Just("left".to_owned()), Just("none".to_owned())];
     let frame = (time, camera, number(), sights).prop_map(|(time_ns, camera, head_radians, sights)| {
@@ -460,7 +465,7 @@ fn stand(drive: &mut Drive, seconds: u64) -> Vec<Action> {
     let before = drive.actions.len();
     for _ in 0..seconds * SECOND / STEP_NS {
         drive.now_ns += STEP_NS;
-        let fix = Fix { deviation_meters: 0.0, heading_deviation_radians: 0.0, ..drive.fix() };
+        let fix = PoseEstimate { deviation_meters: 0.0, heading_deviation_radians: 0.0, ..drive.fix() };
         drive.tell(Event::Pose(fix));
         for camera in drive.cameras.clone() {
             let frame = drive.frame(&camera);

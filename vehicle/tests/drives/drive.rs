@@ -12,7 +12,7 @@ use dragnet_search::terrain::{Ground, Terrain};
 use dragnet_vehicle::camera::{Camera, DetectionBox};
 use dragnet_vehicle::evidence::finds::Find;
 use dragnet_vehicle::lattice::costmap::CostMap;
-use dragnet_vehicle::pilot::{Action, CameraFrame, Event, Fix, Pilot, Sights};
+use dragnet_vehicle::pilot::{Action, CameraDetections, CameraFrame, Event, Pilot, PoseEstimate};
 use dragnet_vehicle::plane::{Pose, bearing_radians, wrapped_radians};
 use dragnet_vehicle::settings::{CameraTable, MotionTable, Settings};
 use nalgebra::Vector2;
@@ -134,14 +134,19 @@ impl Course {
     }
 }
 
-fn fix(pose: &Pose, time_ns: u64, random: &mut Stream) -> Fix {
+fn fix(pose: &Pose, time_ns: u64, random: &mut Stream) -> PoseEstimate {
     let mut off = |deviation: f64| deviation * normal(random);
     let pose = Pose::new(
         pose.x_meters + off(PLACE_STD_METERS),
         pose.y_meters + off(PLACE_STD_METERS),
         wrapped_radians(pose.heading_radians + off(HEADING_STD_RADIANS)),
     );
-    Fix { time_ns, pose, deviation_meters: PLACE_STD_METERS, heading_deviation_radians: HEADING_STD_RADIANS }
+    PoseEstimate {
+        time_ns,
+        pose,
+        deviation_meters: PLACE_STD_METERS,
+        heading_deviation_radians: HEADING_STD_RADIANS,
+    }
 }
 
 fn boxed(camera: &Camera, column: f64) -> DetectionBox {
@@ -242,7 +247,7 @@ impl Drive {
             Due::Tick => Event::Tick,
             Due::Frame(index) => {
                 let camera = &self.cameras[index];
-                let sights = Sights::Boxes(image(camera, &pose, self.course.thing, random));
+                let sights = CameraDetections::Boxes(image(camera, &pose, self.course.thing, random));
                 let camera = camera.settings().name.clone();
                 Event::Frame(CameraFrame { time_ns, camera, head_radians: 0.0, sights })
             }

@@ -30,7 +30,7 @@ fn at(seconds: f64) -> Moment {
     stamped(seconds, seconds)
 }
 
-/// Heard at so many seconds, and stamped.
+/// Incoming at so many seconds, and stamped.
 fn stamped(heard_seconds: f64, stamp_seconds: f64) -> Moment {
     let nanoseconds = |seconds| u64::try_from(Duration::from_secs_f64(seconds).as_nanos()).unwrap();
     let (heard_ns, time_ns) = (nanoseconds(heard_seconds), nanoseconds(stamp_seconds));

@@ -5,7 +5,7 @@ use std::fmt;
 
 use dragnet_search::cell::{Cell, Offset, Position};
 use dragnet_search::observation::RobotId;
-use dragnet_search::route::Routes;
+use dragnet_search::route::ShortestPathTree;
 use dragnet_search::terrain::Terrain;
 
 use super::{Drawn, Objects, Scenario, Start};
@@ -135,7 +135,7 @@ impl Scenario {
             if robot.id != self.robots()[0].id && apart.is_none() {
                 apart = Some(Warning::Apart { robot: self.robots()[0].id, other: robot.id });
             }
-            for cell in Routes::from(self.terrain(), self.connectivity(), start).reached() {
+            for cell in ShortestPathTree::from(self.terrain(), self.connectivity(), start).reached() {
                 reached[cell.index()] = true;
             }
         }

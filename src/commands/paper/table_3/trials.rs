@@ -7,7 +7,7 @@ use dragnet_learn::policy::{PolicyName, Shipped};
 use dragnet_scenario::Scenario;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::policy::PolicyName as Exact;
-use dragnet_sim::field::{self, Thinking, Trial};
+use dragnet_sim::field::{self, DecisionTime, Trial};
 
 use crate::commands::comparison::Seeds;
 use crate::commands::{Failure, jobs, latency};
@@ -115,7 +115,7 @@ pub(super) fn run(seeds: Seeds, threads: Option<u16>) -> Result<Trials, Failure>
         seeds.iter().flat_map(|&seed| (0..CONTENDERS.len()).map(move |place| (seed, place))).collect();
     let done = jobs::run(&jobs, threads, "trials", |&(seed, place)| {
         let (contender, scenario) = &scenarios[place];
-        let thinking = Thinking { time: Duration::from_secs(contender.thinking_seconds) };
+        let thinking = DecisionTime { time: Duration::from_secs(contender.thinking_seconds) };
         field::run(scenario, seed, thinking).map_err(Failure::run)
     })?;
     let mut results = done.results.into_iter();

@@ -61,17 +61,18 @@ fn a_detector_that_returns_no_numbers_or_ten_thousand_boxes() {
     let no_number = |frame: CameraFrame| {
         let bad = DetectionBox { left: f64::NAN, top: 1.0, right: 9.0, bottom: 9.0 };
         let good = DetectionBox { left: 1.0, top: 1.0, right: 9.0, bottom: 9.0 };
-        Some(CameraFrame { sights: Sights::Boxes(vec![good, bad]), ..frame })
+        Some(CameraFrame { sights: CameraDetections::Boxes(vec![good, bad]), ..frame })
     };
     let many = |frame: CameraFrame| {
         let boxed = |n: u32| DetectionBox { left: f64::from(n) / 10.0, top: 0.0, right: 1500.0, bottom: 9.0 };
-        Some(CameraFrame { sights: Sights::Boxes((0..10_000).map(boxed).collect()), ..frame })
+        Some(CameraFrame { sights: CameraDetections::Boxes((0..10_000).map(boxed).collect()), ..frame })
     };
     let bearing = |frame: CameraFrame| {
-        Some(CameraFrame { sights: Sights::Bearings(vec![0.0, f64::INFINITY]), ..frame })
+        Some(CameraFrame { sights: CameraDetections::Bearings(vec![0.0, f64::INFINITY]), ..frame })
     };
     // Beside the vehicle, where this camera does not look.
-    let elsewhere = |frame: CameraFrame| Some(CameraFrame { sights: Sights::Bearings(vec![2.5]), ..frame });
+    let elsewhere =
+        |frame: CameraFrame| Some(CameraFrame { sights: CameraDetections::Bearings(vec![2.5]), ..frame });
     check_both(|drive| with_front(drive, 4, no_number), "camera front Warning");
     check_both(|drive| with_front(drive, 4, many), "silence of front Error");
     for (bad, expected) in [
@@ -95,7 +96,7 @@ fn a_detector_that_returns_no_numbers_or_ten_thousand_boxes() {
 fn a_pose_that_jumps_and_one_outside_of_the_map() {
     let jumped = |drive: &mut Drive, pose: Pose| {
         drive.now_ns += STEP_NS;
-        let fix = Fix { pose, ..drive.fix() };
+        let fix = PoseEstimate { pose, ..drive.fix() };
         drive.tell(Event::Pose(fix))
     };
     let at = |x, y| Pose::new(x, y, 0.0);
@@ -105,7 +106,7 @@ fn a_pose_that_jumps_and_one_outside_of_the_map() {
     check_both(
         |drive| {
             drive.now_ns += STEP_NS;
-            let fix = Fix { deviation_meters: 40.0, ..drive.fix() };
+            let fix = PoseEstimate { deviation_meters: 40.0, ..drive.fix() };
             drive.tell(Event::Pose(fix))
         },
         "pose Error",
@@ -162,7 +163,7 @@ fn stamped(drive: &mut Drive, stamp: impl Fn(&Drive) -> u64) -> Vec<Action> {
         drive.now_ns += SECOND / 20;
         let time_ns = stamp(drive);
         let (fix, frame) = (drive.fix(), drive.frame(&drive.cameras[0].clone()));
-        drive.tell(Event::Pose(Fix { time_ns, ..fix }));
+        drive.tell(Event::Pose(PoseEstimate { time_ns, ..fix }));
         drive.tell(Event::Frame(CameraFrame { time_ns, ..frame }));
     }
     drive.actions[before..].to_vec()
@@ -222,7 +223,7 @@ fn a_pose_that_is_good_and_bad_in_turn_stops_the_vehicle_once() {
         drive.now_ns += SECOND / 40;
         let fix = drive.fix();
         let x_meters = if turn % 2 == 0 { f64::NAN } else { fix.pose.x_meters };
-        drive.tell(Event::Pose(Fix { pose: Pose { x_meters, ..fix.pose }, ..fix }));
+        drive.tell(Event::Pose(PoseEstimate { pose: Pose { x_meters, ..fix.pose }, ..fix }));
         for camera in drive.cameras.clone() {
             drive.tell(Event::Frame(drive.frame(&camera)));
         }
@@ -256,7 +257,7 @@ fn time_that_runs_backwards() {
     assert!(is_drive(&actions));
     assert_eq!(sensed(&drive.steps(40)).last(), cells(&ROUTE).last());
     // A sensor's clock may run backwards too.
-    let late = Fix { time_ns: drive.now_ns - SECOND, ..drive.fix() };
+    let late = PoseEstimate { time_ns: drive.now_ns - SECOND, ..drive.fix() };
     assert_eq!(told(&drive.tell(Event::Pose(late))), ["pose Error"]);
 }
 

@@ -1,4 +1,7 @@
-//! The contract between whoever drives a participant, real time or a simulator, and the participant's mind.
+//! The contract of those who take part in a mission: an event goes in, effects come out.
+//!
+//! Robots and the coordinator are state machines. They know no clock, network or file: whoever drives them, in real time or in
+//! simulation, gives the time with each event and carries the effects out.
 
 use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
@@ -12,26 +15,26 @@ use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::observation::{Observation, RobotId};
 
 use crate::command::Command;
-use crate::message::{Activity, Audience, LogRequest, Message};
-use crate::plausible::Refused;
+use crate::message::{Activity, Audience, Message, SyncRequest};
+use crate::validation::Rejected;
 
-/// A participant without its clock and its network: told what happens, it says what it does.
-pub trait Mind: Send {
-    /// Takes in what happens; `now` comes from the caller.
+/// A robot or the coordinator.
+pub trait StateMachine: Send {
+    /// Handles an event at a time that the caller gives.
     ///
     /// # Errors
     /// Why the participant cannot go on, as when its disk is full.
-    fn experience(
+    fn handle(
         &mut self,
         now: MissionTime,
-        stimulus: Stimulus<Message>,
-    ) -> Result<Reaction<Message>, MindError>;
+        event: Event<Message>,
+    ) -> Result<Effects<Message>, ParticipantError>;
 
-    /// All that it was to keep is kept: it need not hold more than the last so many observations of each origin, if
-    /// whoever keeps the others answers for them ([`Reaction::repeats`]). One that nobody keeps anything for holds all.
+    /// All observations that were to be kept are kept: it need not hold more than the last `held` of each origin, if
+    /// whoever keeps the others answers for them ([`Effects::repeats`]). One that nobody keeps anything for holds all.
     fn release(&mut self, _held: NonZeroUsize) {}
 
-    /// Whether a robot has found an object in a cell, as sure as the mission asks; no coordinator has, which declares them.
+    /// Whether a robot has found an object in a cell, as sure as the mission asks. The coordinator has not: it declares.
     fn is_found(&self, _cell: Cell) -> bool {
         false
     }
@@ -39,23 +42,25 @@ pub trait Mind: Send {
     /// Digest of its evidence.
     fn digest(&self) -> Digest;
 
-    /// Observations known to it.
+    /// Number of observations known to it.
     fn observations(&self) -> u64;
 }
 
 /// Why a participant cannot go on.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{who} cannot go on: {reason}")]
-pub struct MindError {
+pub struct ParticipantError {
     /// Who.
     pub who: Participant,
     /// Why.
     pub reason: String,
 }
 
-/// What happens to a participant. `P` is a published message, or the name under which one is known.
+/// An event of a participant. `M` is a message, or the number by which the simulator knows one.
+///
+/// Robots ignore commands and doubled numbers; the coordinator ignores what concerns a vehicle.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Stimulus<P> {
+pub enum Event<M> {
     /// The mission starts.
     Start,
     /// A robot stands in a cell, for the first time, after a move, or still, and took these readings.
@@ -66,11 +71,11 @@ pub enum Stimulus<P> {
         readings: Vec<Reading>,
     },
     /// A message arrives.
-    Delivered {
-        /// Who published it.
+    Received {
+        /// Its publisher.
         from: Participant,
         /// The message.
-        parcel: P,
+        message: M,
     },
     /// The time that it asked for has come.
     Woke,
@@ -88,13 +93,13 @@ pub enum Stimulus<P> {
     Doubled(BTreeSet<RobotId>),
 }
 
-/// What a participant does.
+/// The effects of an event, to be carried out in this order.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Reaction<P> {
+pub struct Effects<M> {
     /// Observations that are new to it: to be written down before anything is published.
     pub kept: Vec<Arc<Observation>>,
     /// What it publishes, in order.
-    pub published: Vec<(Audience, P)>,
+    pub published: Vec<(Audience, M)>,
     /// A robot's new route, if there is one: cells to enter from now on; without a cell, stay.
     pub route: Option<Vec<Cell>>,
     /// When to be woken, if nothing else happens before.
@@ -104,7 +109,7 @@ pub struct Reaction<P> {
     /// How long the decision took that was made just now, if one was.
     pub decision: Option<Duration>,
     /// Questions for observations that it has released, to be answered from where they are kept.
-    pub repeats: Vec<LogRequest>,
+    pub repeats: Vec<SyncRequest>,
     /// What it refused: it cannot be, or not from whom it came.
-    pub refused: Vec<Refused>,
+    pub refused: Vec<Rejected>,
 }

@@ -6,9 +6,9 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use dragnet_agent::agent::{Agent, Orders};
+use dragnet_agent::agent::{Agent, AgentConfig};
 use dragnet_proto::message::Message;
-use dragnet_proto::participant::{MindError, Reaction, Stimulus};
+use dragnet_proto::state_machine::{Effects, Event, ParticipantError};
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
@@ -20,10 +20,10 @@ use dragnet_search::policy::{Decision, Policy};
 use dragnet_search::seed::Stream;
 use dragnet_search::situation::Situation;
 
-use crate::crew::{Crew, LocalCrew};
 use crate::faults::{Crash, Faults};
-use crate::simulation::{Attendance, End, Rules, Scene, Simulation};
-use crate::solo::{Field, Reward};
+use crate::participants::{LocalParticipants, Participants};
+use crate::simulation::{End, Membership, Rules, Simulation, StepContext};
+use crate::single_robot_env::{Field, Reward};
 
 /// What a robot does in one move of the team.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,7 +36,7 @@ pub enum Move {
 
 /// How a robot stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fate {
+pub enum TerminationReason {
     /// It searches.
     Searching,
     /// All robots together have found every object.
@@ -48,19 +48,19 @@ pub enum Fate {
 }
 
 /// A team's search under way.
-pub struct Expedition {
+pub struct TeamEnv {
     field: Arc<Field>,
     reward: Reward,
-    simulation: Simulation<Puppets, fn(MissionTime, Scene)>,
+    simulation: Simulation<Puppets, fn(MissionTime, StepContext)>,
     now: MissionTime,
     /// Way waited for by each robot, cells.
     waited_cells: Vec<f64>,
-    fates: Vec<Fate>,
+    fates: Vec<TerminationReason>,
     /// What the moves were worth so far, from an arbitrary start.
     worth: f64,
 }
 
-impl Expedition {
+impl TeamEnv {
     /// The search of a seed, after the first looks. Robots of `crashes` stop for good at those times.
     ///
     /// # Errors
@@ -70,14 +70,14 @@ impl Expedition {
         reward: Reward,
         crashes: &BTreeMap<RobotId, MissionTime>,
         seed: u64,
-    ) -> Result<Self, MindError> {
+    ) -> Result<Self, ParticipantError> {
         let scenario = field.scenario();
-        let orders = Orders::of_team(scenario, seed).into_iter();
+        let orders = AgentConfig::of_team(scenario, seed).into_iter();
         let puppets = Puppets { robots: orders.map(|it| Agent::with_policy(it, Box::new(Still))).collect() };
-        let rules = Rules { end: End::AllFound, coordinator: Attendance::Absent };
+        let rules = Rules { end: End::AllFound, coordinator: Membership::Absent };
         let crash = |(&robot, &at)| (Participant::Robot(robot), Crash { at, back: None });
         let faults = Faults { crashes: crashes.iter().map(crash).collect(), ..Faults::default() };
-        let nobody: fn(MissionTime, Scene) = |_, _| ();
+        let nobody: fn(MissionTime, StepContext) = |_, _| ();
         let mut simulation = Simulation::new(scenario, seed, rules, puppets, nobody).with_faults(faults);
         simulation.begin()?;
         let now = simulation.run_on(MissionTime::START)?;
@@ -87,7 +87,7 @@ impl Expedition {
             simulation,
             now,
             waited_cells: vec![0.0; robots],
-            fates: vec![Fate::Searching; robots],
+            fates: vec![TerminationReason::Searching; robots],
             worth: 0.0,
             field,
         };
@@ -101,12 +101,12 @@ impl Expedition {
     ///
     /// # Errors
     /// Never, as long as robots of this process cannot fail.
-    pub fn step(&mut self, moves: &[Move]) -> Result<f64, MindError> {
+    pub fn step(&mut self, moves: &[Move]) -> Result<f64, ParticipantError> {
         debug_assert_eq!(moves.len(), self.fates.len());
         let speed = self.field.scenario().mission().speed_meters_per_second;
         for (place, &wanted) in moves.iter().enumerate() {
             match wanted {
-                _ if self.fates[place] != Fate::Searching => {}
+                _ if self.fates[place] != TerminationReason::Searching => {}
                 Move::To(cell) => self.simulation.send_off(self.now, self.robot(place), cell),
                 Move::Wait => self.waited_cells[place] += 1.0,
             }
@@ -124,18 +124,18 @@ impl Expedition {
             (self.field.scenario().mission(), self.field.scenario().terrain().cell_meters());
         let elapsed = self.now.since(MissionTime::START);
         for place in 0..self.fates.len() {
-            if self.fates[place] != Fate::Searching {
+            if self.fates[place] != TerminationReason::Searching {
                 continue;
             }
             let spent_meters = (self.path_cells(place) + self.waited_cells[place]) * cell_meters;
             self.fates[place] = if !self.simulation.is_up(self.robot(place)) {
-                Fate::Crashed
+                TerminationReason::Crashed
             } else if is_all_found {
-                Fate::Found
+                TerminationReason::Found
             } else if mission.budget.is_spent(spent_meters, elapsed) {
-                Fate::Spent
+                TerminationReason::Spent
             } else {
-                Fate::Searching
+                TerminationReason::Searching
             };
         }
     }
@@ -163,7 +163,7 @@ impl Expedition {
 
     /// How each robot stands, by number.
     #[must_use]
-    pub fn fates(&self) -> &[Fate] {
+    pub fn fates(&self) -> &[TerminationReason] {
         &self.fates
     }
 
@@ -182,7 +182,7 @@ impl Expedition {
     /// What a robot believes: what it saw, and what it has heard so far.
     #[must_use]
     pub fn belief(&self, place: usize) -> &Belief {
-        self.simulation.crew().robots[place].belief()
+        self.simulation.participants().robots[place].belief()
     }
 
     /// Where a robot, by its place in the team, has last heard another to be, if it has; of itself, where it stands.
@@ -191,7 +191,7 @@ impl Expedition {
         if place == other {
             return Some(self.cell(place));
         }
-        let log = self.simulation.crew().robots[place].inbox().log();
+        let log = self.simulation.participants().robots[place].replica().log();
         let version = log.versions().filter(|version| version.origin.robot == self.robot(other)).last()?;
         log.ends(version.origin).map(|known| known.last.from)
     }
@@ -226,22 +226,22 @@ struct Puppets {
     robots: Vec<Agent>,
 }
 
-impl Crew for Puppets {
-    type Parcel = Message;
-    type Error = MindError;
+impl Participants for Puppets {
+    type MessageRef = Message;
+    type Error = ParticipantError;
 
     fn step(
         &mut self,
         who: Participant,
         now: MissionTime,
-        stimulus: Stimulus<Message>,
-    ) -> Result<Reaction<Message>, MindError> {
-        let reaction = LocalCrew::new(&mut self.robots, None).step(who, now, stimulus)?;
-        Ok(Reaction { route: None, ..reaction })
+        event: Event<Message>,
+    ) -> Result<Effects<Message>, ParticipantError> {
+        let effects = LocalParticipants::new(&mut self.robots, None).step(who, now, event)?;
+        Ok(Effects { route: None, ..effects })
     }
 
-    fn digest(&mut self, who: Participant, now: MissionTime) -> Result<Digest, MindError> {
-        LocalCrew::new(&mut self.robots, None).digest(who, now)
+    fn digest(&mut self, who: Participant, now: MissionTime) -> Result<Digest, ParticipantError> {
+        LocalParticipants::new(&mut self.robots, None).digest(who, now)
     }
 }
 
@@ -262,7 +262,7 @@ mod tests {
     use dragnet_scenario::Scenario;
 
     use super::*;
-    use crate::solo::{Solo, Terms};
+    use crate::single_robot_env::{SingleRobotEnv, Terms};
 
     fn field(robots: u32, rest: &str) -> Arc<Field> {
         let text = format!(
@@ -273,7 +273,7 @@ mod tests {
     }
 
     /// The first open step of each robot, from another one on each time.
-    fn moves(expedition: &Expedition, turn: usize) -> Vec<Move> {
+    fn moves(expedition: &TeamEnv, turn: usize) -> Vec<Move> {
         let step = |place| {
             let open = |step| expedition.field().neighbor(expedition.cell(place), (step + turn / 3) % 4);
             Move::To((0..4).find_map(open).unwrap())
@@ -281,10 +281,10 @@ mod tests {
         (0..expedition.fates().len()).map(step).collect()
     }
 
-    fn run(field: &Arc<Field>, crashes: &BTreeMap<RobotId, MissionTime>) -> (Expedition, u32) {
-        let mut expedition = Expedition::new(Arc::clone(field), Reward::Entropy, crashes, 3).unwrap();
+    fn run(field: &Arc<Field>, crashes: &BTreeMap<RobotId, MissionTime>) -> (TeamEnv, u32) {
+        let mut expedition = TeamEnv::new(Arc::clone(field), Reward::Entropy, crashes, 3).unwrap();
         let (mut turn, mut differing) = (0, 0);
-        while expedition.fates().contains(&Fate::Searching) {
+        while expedition.fates().contains(&TerminationReason::Searching) {
             expedition.step(&moves(&expedition, turn)).unwrap();
             turn += 1;
             differing += u32::from(expedition.belief(0).digest() != expedition.belief(1).digest());
@@ -313,7 +313,7 @@ mod tests {
     fn who_crashes_is_out_and_the_others_go_on() {
         let at = MissionTime::START + Duration::from_secs(95);
         let (expedition, _) = run(&field(3, BUDGET), &BTreeMap::from([(RobotId(2), at)]));
-        assert_eq!(expedition.fates()[1], Fate::Crashed);
+        assert_eq!(expedition.fates()[1], TerminationReason::Crashed);
         // Ten seconds a cell: it had entered nine.
         assert!((expedition.path_cells(1) - 9.0).abs() < 1e-9);
         assert!(expedition.path_cells(0) > 10.0);
@@ -323,9 +323,8 @@ mod tests {
     fn a_team_of_one_sees_what_one_robot_sees() {
         let field = field(1, BUDGET);
         let terms = Terms { end: End::AllFound, reward: Reward::Entropy };
-        let mut solo = Solo::new(Arc::clone(&field), terms, 8);
-        let mut expedition =
-            Expedition::new(Arc::clone(&field), Reward::Entropy, &BTreeMap::new(), 8).unwrap();
+        let mut solo = SingleRobotEnv::new(Arc::clone(&field), terms, 8);
+        let mut expedition = TeamEnv::new(Arc::clone(&field), Reward::Entropy, &BTreeMap::new(), 8).unwrap();
         let mut turn = 0;
         while solo.ended().is_none() {
             let moves = moves(&expedition, turn);
@@ -336,7 +335,7 @@ mod tests {
             assert_eq!(solo.now(), expedition.now());
             turn += 1;
         }
-        assert_ne!(expedition.fates()[0], Fate::Searching);
+        assert_ne!(expedition.fates()[0], TerminationReason::Searching);
         assert!(turn > 10);
     }
 }

@@ -6,23 +6,23 @@
 
 use super::worth::path_information;
 use super::{Decision, Policy, path_length_weight};
-use crate::route::Routes;
+use crate::route::ShortestPathTree;
 use crate::seed::Stream;
 use crate::situation::Situation;
 
-pub(super) struct PathAdditive {
+pub(super) struct PathIntegralAdditive {
     path_length_weight: f64,
 }
 
-impl PathAdditive {
+impl PathIntegralAdditive {
     pub(super) const fn new(path_length_weight: f64) -> Self {
         Self { path_length_weight }
     }
 }
 
-impl Policy for PathAdditive {
+impl Policy for PathIntegralAdditive {
     fn decide(&mut self, situation: &Situation<'_>, _: &mut Stream) -> Decision {
-        let routes = Routes::from(situation.terrain, situation.connectivity, situation.robot);
+        let routes = ShortestPathTree::from(situation.terrain, situation.connectivity, situation.robot);
         let mut utility = path_information(situation, &routes);
         for &cell in routes.candidates() {
             utility[cell.index()] *= path_length_weight(self.path_length_weight, routes.length(cell));

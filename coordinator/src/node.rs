@@ -1,22 +1,22 @@
-//! The coordinator as a participant: the mission's mind, and its recording.
+//! The coordinator as a state machine: the mission, and its recording.
 
 use std::collections::BTreeMap;
 
 use dragnet_proto::message::{Activity, Message};
-use dragnet_proto::participant::{Mind, MindError, Reaction, Stimulus};
+use dragnet_proto::state_machine::{Effects, Event, ParticipantError, StateMachine};
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::evidence::Digest;
 
 use crate::RecordingError;
-use crate::mission::{Action, Event, Mission, Record};
+use crate::mission::{Action, Mission, Record};
 use crate::record::Recorder;
 use crate::recording::{Notify, Recording};
 
 /// Where the mission is watched and written down.
 ///
 /// A recording that fails does not stop the mission: see [`crate::recording`]. If not all could be recorded,
-/// [`Desk::finish`] says so.
-pub struct Desk {
+/// [`CoordinatorNode::finish`] says so.
+pub struct CoordinatorNode {
     mission: Mission,
     recording: Option<Recording>,
     listener: Option<Listener>,
@@ -27,7 +27,7 @@ pub struct Desk {
 /// Who is told of each record as it is made, with its mission time.
 pub type Listener = Box<dyn FnMut(MissionTime, &Record) + Send>;
 
-impl Desk {
+impl CoordinatorNode {
     /// A mission, recorded if there is a recorder.
     #[must_use]
     pub fn new(mission: Mission, recorder: Option<Recorder>) -> Self {
@@ -72,7 +72,8 @@ impl Desk {
         mut summary: BTreeMap<String, String>,
     ) -> Result<Mission, RecordingError> {
         let now = now.max(self.latest);
-        self.handle(now, Event::Finished);
+        let last = self.mission.finish(now);
+        self.record(now, last);
         summary.extend(self.refused());
         if let Some(recording) = self.recording {
             recording.finish(now, &self.mission, summary)?;
@@ -82,14 +83,13 @@ impl Desk {
 
     /// What was refused and how often, for the end of the recording: one entry for each that said it, and why.
     fn refused(&self) -> impl Iterator<Item = (String, String)> + '_ {
-        let refused = self.mission.inbox().refused();
+        let refused = self.mission.replica().refused();
         refused.iter().map(|(what, count)| (format!("{what}"), format!("{count} times")))
     }
 
     /// Writes down what is to be recorded; returns what is said, and observations.
-    fn handle(&mut self, now: MissionTime, event: Event) -> Vec<Action> {
+    fn record(&mut self, now: MissionTime, mut actions: Vec<Action>) -> Vec<Action> {
         self.latest = self.latest.max(now);
-        let mut actions = self.mission.handle(now, event);
         actions.retain(|action| {
             if let (Action::Record(record), Some(listener)) = (action, &mut self.listener) {
                 listener(now, record);
@@ -106,26 +106,14 @@ impl Desk {
     }
 }
 
-impl Mind for Desk {
-    fn experience(
+impl StateMachine for CoordinatorNode {
+    fn handle(
         &mut self,
         now: MissionTime,
-        stimulus: Stimulus<Message>,
-    ) -> Result<Reaction<Message>, MindError> {
-        let actions = match stimulus {
-            Stimulus::Start
-            | Stimulus::Sensed { .. }
-            | Stimulus::Came
-            | Stimulus::Halted
-            | Stimulus::Released => Vec::new(),
-            Stimulus::Delivered { from, parcel } => {
-                self.handle(now, Event::Received { from, message: parcel })
-            }
-            Stimulus::Woke => self.handle(now, Event::Woke),
-            Stimulus::Lost(robot) => self.handle(now, Event::Lost(robot)),
-            Stimulus::Commanded(command) => self.handle(now, Event::Commanded(command)),
-            Stimulus::Doubled(robots) => self.handle(now, Event::Doubled(robots)),
-        };
+        event: Event<Message>,
+    ) -> Result<Effects<Message>, ParticipantError> {
+        let actions = self.mission.react(now, event);
+        let actions = self.record(now, actions);
         let (mut kept, mut published, mut refused) = (Vec::new(), Vec::new(), Vec::new());
         for action in actions {
             match action {
@@ -135,7 +123,7 @@ impl Mind for Desk {
                 Action::Record(_) => {}
             }
         }
-        Ok(Reaction {
+        Ok(Effects {
             kept,
             published,
             route: None,
@@ -153,6 +141,6 @@ impl Mind for Desk {
     }
 
     fn observations(&self) -> u64 {
-        self.mission.inbox().log().len()
+        self.mission.replica().log().len()
     }
 }

@@ -1,4 +1,4 @@
-//! A topic that is said.
+//! The publisher of a topic.
 
 use std::time::Duration;
 
@@ -15,8 +15,8 @@ use crate::LinkError;
 /// How often a latched publisher says how much it has said, if it says nothing else: as often as `rmw_zenoh`'s.
 const HEARTBEAT: Duration = Duration::from_millis(500);
 
-/// Says something under one key.
-pub(super) struct Voice {
+/// Publishes under one key.
+pub(super) struct TopicPublisher {
     publisher: Kind,
     /// What `rmw_zenoh` wants with each message; nothing behind a bridge.
     attachments: Option<Attachments>,
@@ -28,7 +28,7 @@ enum Kind {
     Latched(Box<AdvancedPublisher<'static>>),
 }
 
-impl Voice {
+impl TopicPublisher {
     pub(super) async fn declare(
         session: &Session,
         key: String,
@@ -55,7 +55,7 @@ impl Voice {
         Ok(Self { publisher: publisher.map_err(LinkError::zenoh(what))?, attachments })
     }
 
-    pub(super) async fn is_heard(&self) -> Result<bool, LinkError> {
+    pub(super) async fn has_subscribers(&self) -> Result<bool, LinkError> {
         let status = match &self.publisher {
             Kind::Plain(publisher) => publisher.matching_status().await,
             Kind::Latched(publisher) => publisher.matching_status().await,
@@ -63,7 +63,7 @@ impl Voice {
         Ok(status.map_err(LinkError::zenoh("ask who listens"))?.matching())
     }
 
-    pub(super) async fn say(&mut self, unix_ns: i64, bytes: Vec<u8>) -> Result<(), LinkError> {
+    pub(super) async fn publish(&mut self, unix_ns: i64, bytes: Vec<u8>) -> Result<(), LinkError> {
         let attachment = self.attachments.as_mut().map(|attachments| ZBytes::from(attachments.next(unix_ns)));
         let said = match &self.publisher {
             Kind::Plain(publisher) => publisher.put(bytes).attachment(attachment).await,

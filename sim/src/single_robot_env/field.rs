@@ -2,7 +2,7 @@
 
 use dragnet_scenario::Scenario;
 use dragnet_search::cell::Cell;
-use dragnet_search::route::{Connectivity, Routes};
+use dragnet_search::route::{Connectivity, ShortestPathTree};
 
 /// Lengths of shortest paths are kept for all pairs of cells if there are no more than so many: 16 MiB.
 const MOST_PAIRS: usize = 1 << 22;
@@ -40,7 +40,7 @@ impl Field {
         let mut area = vec![None; count];
         for start in terrain.traversable_cells() {
             if area[start.index()].is_none() {
-                for reached in Routes::from(terrain, connectivity, start).reached() {
+                for reached in ShortestPathTree::from(terrain, connectivity, start).reached() {
                     area[reached.index()] = Some(start);
                 }
             }
@@ -91,7 +91,7 @@ impl Field {
 }
 
 fn fill(scenario: &Scenario, from: Cell, lengths: &mut [f32]) {
-    let routes = Routes::from(scenario.terrain(), scenario.connectivity(), from);
+    let routes = ShortestPathTree::from(scenario.terrain(), scenario.connectivity(), from);
     for (cell, length) in scenario.terrain().grid().cells().zip(lengths) {
         *length = routes.length(cell);
     }

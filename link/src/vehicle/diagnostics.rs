@@ -15,7 +15,7 @@ const RECOVERY_NS: u64 = 3_000_000_000;
 
 /// The last that was said of each subject.
 #[derive(Debug)]
-pub(super) struct Board {
+pub(super) struct DiagnosticsAggregator {
     entries: BTreeMap<String, Diagnostic>,
     /// Of what is not the pilot's: that has alarms of its own.
     alarms: Alarms<String>,
@@ -32,7 +32,7 @@ pub(crate) struct RefusedInput {
     pub(crate) reason: String,
 }
 
-impl Default for Board {
+impl Default for DiagnosticsAggregator {
     fn default() -> Self {
         Self {
             entries: BTreeMap::new(),
@@ -43,7 +43,7 @@ impl Default for Board {
     }
 }
 
-impl Board {
+impl DiagnosticsAggregator {
     /// What the pilot says.
     pub(super) fn pin(&mut self, said: &Said) {
         let level = match said.level {
@@ -161,7 +161,7 @@ mod tests {
 
     #[test]
     fn the_last_that_was_said_of_a_subject_stands() {
-        let mut board = Board::default();
+        let mut board = DiagnosticsAggregator::default();
         assert_eq!(board.all()[0].message, "well");
         let say = |level, message: &str| Said {
             level,
@@ -201,7 +201,7 @@ mod tests {
 
     #[test]
     fn a_topic_that_is_good_and_bad_in_turn_is_told_once_and_counted() {
-        let mut board = Board::default();
+        let mut board = DiagnosticsAggregator::default();
         for second in 0..1000 {
             board.refuse(at(second), &topic("/odom"), "NaN");
             board.heard(at(second), &topic("/odom"));

@@ -4,7 +4,7 @@
 //! queue of events: hundreds of thousands of moves a second. [`field`] is what all searches of a scenario share, [`canvas`]
 //! the arrays that show one to a learner.
 
-pub mod canvas;
+pub mod buffers;
 pub mod field;
 
 use std::sync::Arc;
@@ -16,11 +16,11 @@ use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Reading;
 use dragnet_search::measures::{Score, Truth};
 use dragnet_search::observation::RobotId;
-use dragnet_search::route::Routes;
+use dragnet_search::route::ShortestPathTree;
 
 use crate::simulation::End;
 use crate::world::World;
-pub use canvas::Canvas;
+pub use buffers::ObservationBuffers;
 pub use field::Field;
 
 const ROBOT: RobotId = RobotId(1);
@@ -57,7 +57,7 @@ pub enum Ended {
 }
 
 /// One robot's search under way.
-pub struct Solo {
+pub struct SingleRobotEnv {
     field: Arc<Field>,
     terms: Terms,
     world: World,
@@ -79,7 +79,7 @@ pub struct Solo {
     found: Vec<Cell>,
 }
 
-impl Solo {
+impl SingleRobotEnv {
     /// The search of a seed, after the first look.
     #[must_use]
     pub fn new(field: Arc<Field>, terms: Terms, seed: u64) -> Self {
@@ -121,7 +121,8 @@ impl Solo {
     pub fn go(&mut self, to: Cell) -> f64 {
         self.act(|solo| {
             let scenario = solo.field.scenario();
-            let path = Routes::from(scenario.terrain(), scenario.connectivity(), solo.cell()).path(to);
+            let path =
+                ShortestPathTree::from(scenario.terrain(), scenario.connectivity(), solo.cell()).path(to);
             let replan_after_cells = scenario.robots()[0].policy.replan_after_cells;
             let most = replan_after_cells.map_or(usize::MAX, |cells| cells.get() as usize);
             for cell in path.into_iter().take(most) {

@@ -2,11 +2,11 @@ use std::path::Path;
 
 use dragnet_learn::policy;
 use dragnet_scenario::Scenario;
-use dragnet_search::intent::Promised;
+use dragnet_search::intent::PlannedPrecision;
 use dragnet_search::seed::{Purpose, stream};
 use dragnet_search::situation::{Place, Situation};
 
-use super::canvas::Control;
+use super::buffers::Control;
 use super::*;
 use crate::episode;
 
@@ -15,17 +15,17 @@ fn scenario(rest: &str) -> Scenario {
     Scenario::from_text(Path::new("a.toml"), text).unwrap()
 }
 
-fn at_hand(scenario: &Scenario, end: End, seed: u64) -> Solo {
-    Solo::new(Arc::new(Field::new(scenario.clone())), Terms { end, reward: Reward::Entropy }, seed)
+fn at_hand(scenario: &Scenario, end: End, seed: u64) -> SingleRobotEnv {
+    SingleRobotEnv::new(Arc::new(Field::new(scenario.clone())), Terms { end, reward: Reward::Entropy }, seed)
 }
 
 /// Searches as the scenario's robot would.
-fn search(scenario: &Scenario, end: End, seed: u64) -> Solo {
+fn search(scenario: &Scenario, end: End, seed: u64) -> SingleRobotEnv {
     let mut solo = at_hand(scenario, end, seed);
     let robot = &scenario.robots()[0];
     let mut policy = policy::build(robot.policy.name, robot.policy.parameters, None);
     let mut random = stream(seed, Purpose::Decision, robot.id.0);
-    let promised = Promised::nothing(scenario.terrain());
+    let promised = PlannedPrecision::nothing(scenario.terrain());
     while solo.ended().is_none() {
         let situation = Situation {
             terrain: scenario.terrain(),
@@ -99,8 +99,8 @@ fn rewards_add_up_to_what_they_say() {
     let scenario = scenario(&format!("{MAP}mission.budget_meters = 3000.0\n"));
     let field = Arc::new(Field::new(scenario.clone()));
     for reward in [Reward::Entropy, Reward::Found, Reward::F1] {
-        let mut solo = Solo::new(Arc::clone(&field), Terms { end: End::AllFound, reward }, 3);
-        let measure = |solo: &Solo| match reward {
+        let mut solo = SingleRobotEnv::new(Arc::clone(&field), Terms { end: End::AllFound, reward }, 3);
+        let measure = |solo: &SingleRobotEnv| match reward {
             Reward::Entropy => -solo.belief().entropy_nats(scenario.terrain()),
             Reward::Found => f64::from(solo.score().true_positives),
             Reward::F1 => solo.score().f1(),
@@ -121,7 +121,7 @@ fn rewards_add_up_to_what_they_say() {
 #[test]
 fn a_canvas_that_is_kept_up_is_one_drawn_anew() {
     struct Arrays(Vec<f64>, Vec<f32>, Vec<f64>, Vec<f64>, Vec<f32>, Vec<i32>, Vec<i8>);
-    fn canvas(arrays: &mut Arrays) -> Canvas<'_> {
+    fn canvas(arrays: &mut Arrays) -> ObservationBuffers<'_> {
         let Arrays(
             log_odds_nats,
             probability,
@@ -131,7 +131,15 @@ fn a_canvas_that_is_kept_up_is_one_drawn_anew() {
             position,
             action_mask,
         ) = arrays;
-        Canvas { log_odds_nats, probability, precision, weighted_sum, distance_cells, position, action_mask }
+        ObservationBuffers {
+            log_odds_nats,
+            probability,
+            precision,
+            weighted_sum,
+            distance_cells,
+            position,
+            action_mask,
+        }
     }
     let scenario = scenario(&format!("{MAP}mission.budget_meters = 3000.0\n"));
     let cells = scenario.terrain().grid().cell_count();

@@ -2,7 +2,7 @@
 
 use dragnet_agent::agent::Agent;
 use dragnet_proto::message::Message;
-use dragnet_proto::participant::{Mind, MindError, Reaction, Stimulus};
+use dragnet_proto::state_machine::{Effects, Event, ParticipantError, StateMachine};
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::evidence::Digest;
@@ -11,9 +11,9 @@ use dragnet_search::evidence::Digest;
 ///
 /// What is published is a parcel: the simulator decides when, and whether, it reaches whom, and need not know what is
 /// in it.
-pub trait Crew {
+pub trait Participants {
     /// A published message, or its name.
-    type Parcel: Clone;
+    type MessageRef: Clone;
     /// Why a participant cannot go on.
     type Error;
 
@@ -25,8 +25,8 @@ pub trait Crew {
         &mut self,
         who: Participant,
         now: MissionTime,
-        stimulus: Stimulus<Self::Parcel>,
-    ) -> Result<Reaction<Self::Parcel>, Self::Error>;
+        event: Event<Self::MessageRef>,
+    ) -> Result<Effects<Self::MessageRef>, Self::Error>;
 
     /// Digest of a participant's evidence.
     ///
@@ -35,17 +35,17 @@ pub trait Crew {
     fn digest(&mut self, who: Participant, now: MissionTime) -> Result<Digest, Self::Error>;
 }
 
-impl<C: Crew> Crew for &mut C {
-    type Parcel = C::Parcel;
+impl<C: Participants> Participants for &mut C {
+    type MessageRef = C::MessageRef;
     type Error = C::Error;
 
     fn step(
         &mut self,
         who: Participant,
         now: MissionTime,
-        stimulus: Stimulus<C::Parcel>,
-    ) -> Result<Reaction<C::Parcel>, C::Error> {
-        (**self).step(who, now, stimulus)
+        event: Event<C::MessageRef>,
+    ) -> Result<Effects<C::MessageRef>, C::Error> {
+        (**self).step(who, now, event)
     }
 
     fn digest(&mut self, who: Participant, now: MissionTime) -> Result<Digest, C::Error> {
@@ -54,20 +54,20 @@ impl<C: Crew> Crew for &mut C {
 }
 
 /// Minds of this process.
-pub struct LocalCrew<'a> {
+pub struct LocalParticipants<'a> {
     robots: &'a mut [Agent],
-    coordinator: Option<&'a mut dyn Mind>,
+    coordinator: Option<&'a mut dyn StateMachine>,
 }
 
-impl<'a> LocalCrew<'a> {
+impl<'a> LocalParticipants<'a> {
     /// Robots, numbered from 1 in this order, and their coordinator, if there is one.
     #[must_use]
-    pub const fn new(robots: &'a mut [Agent], coordinator: Option<&'a mut dyn Mind>) -> Self {
+    pub const fn new(robots: &'a mut [Agent], coordinator: Option<&'a mut dyn StateMachine>) -> Self {
         Self { robots, coordinator }
     }
 
-    fn mind(&mut self, who: Participant) -> Result<&mut dyn Mind, MindError> {
-        let absent = MindError { who, reason: "it is not in the crew".to_owned() };
+    fn mind(&mut self, who: Participant) -> Result<&mut dyn StateMachine, ParticipantError> {
+        let absent = ParticipantError { who, reason: "it is not in the participants".to_owned() };
         match who {
             Participant::Robot(robot) => {
                 let place = usize::from(robot.0).checked_sub(1);
@@ -82,20 +82,20 @@ impl<'a> LocalCrew<'a> {
     }
 }
 
-impl Crew for LocalCrew<'_> {
-    type Parcel = Message;
-    type Error = MindError;
+impl Participants for LocalParticipants<'_> {
+    type MessageRef = Message;
+    type Error = ParticipantError;
 
     fn step(
         &mut self,
         who: Participant,
         now: MissionTime,
-        stimulus: Stimulus<Message>,
-    ) -> Result<Reaction<Message>, MindError> {
-        self.mind(who)?.experience(now, stimulus)
+        event: Event<Message>,
+    ) -> Result<Effects<Message>, ParticipantError> {
+        self.mind(who)?.handle(now, event)
     }
 
-    fn digest(&mut self, who: Participant, _: MissionTime) -> Result<Digest, MindError> {
+    fn digest(&mut self, who: Participant, _: MissionTime) -> Result<Digest, ParticipantError> {
         Ok(self.mind(who)?.digest())
     }
 }

@@ -3,7 +3,7 @@
 //! Robots and coordinator hold every observation against the same [`Limits`], a robot its own too. Whoever lies within
 //! them is believed.
 //!
-//! An observation counts only after all before it of its origin have counted ([`crate::inbox`]), and each is held against
+//! An observation counts only after all before it of its origin have counted ([`crate::replica`]), and each is held against
 //! itself, the one before it and the first one. So what is believed of an origin is the longest part of its log, from the
 //! beginning, in which each is possible: a function of what the origin has said, not of the order in which messages come.
 //! Two that hear the same, late, twice or in whatever order, come to believe the same.
@@ -43,7 +43,7 @@ const VARIANCE_TOLERANCE: f32 = 0.01;
 
 /// Why an observation, or a message, does not count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Refusal {
+pub enum Rejection {
     /// Its robot is not of the team.
     Stranger,
     /// Another one of the same name is known; the first stays.
@@ -72,7 +72,7 @@ pub enum Refusal {
     TooManyStarts,
 }
 
-impl fmt::Display for Refusal {
+impl fmt::Display for Rejection {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(match self {
             Self::Stranger => "the robot is not of the team",
@@ -100,16 +100,16 @@ impl fmt::Display for Refusal {
 
 /// Something that was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Refused {
+pub struct Rejected {
     /// Who said it.
     pub from: Participant,
-    /// Of which robot: in a log reply anybody may quote anybody.
+    /// Of which robot: in a sync reply anybody may quote anybody.
     pub of: RobotId,
     /// Why.
-    pub why: Refusal,
+    pub why: Rejection,
 }
 
-impl fmt::Display for Refused {
+impl fmt::Display for Rejected {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(formatter, "refused what {} says that robot {} saw: {}", self.from, self.of, self.why)
     }
@@ -170,7 +170,7 @@ impl Limits {
     ///
     /// # Errors
     /// Why it cannot.
-    pub fn check(&self, observation: &Observation, known: Option<Ends<'_>>) -> Result<(), Refusal> {
+    pub fn check(&self, observation: &Observation, known: Option<Ends<'_>>) -> Result<(), Rejection> {
         if observation.origin.robot == RobotId::BY_HAND {
             return check_mark(observation, known);
         }
@@ -184,61 +184,65 @@ impl Limits {
     ///
     /// # Errors
     /// If it is in the future.
-    pub fn check_date(&self, now: MissionTime, observation: &Observation) -> Result<(), Refusal> {
+    pub fn check_date(&self, now: MissionTime, observation: &Observation) -> Result<(), Rejection> {
         if MissionTime(observation.time_ns) > now + self.clock_tolerance {
-            return Err(Refusal::Future);
+            return Err(Rejection::Future);
         }
         Ok(())
     }
 
-    fn check_look(&self, observation: &Observation) -> Result<(), Refusal> {
+    fn check_look(&self, observation: &Observation) -> Result<(), Rejection> {
         if !self.counts(observation.origin.robot) {
-            return Err(Refusal::Stranger);
+            return Err(Rejection::Stranger);
         }
         if !self.terrain.is_traversable(observation.from) {
-            return Err(Refusal::Blocked);
+            return Err(Rejection::Blocked);
         }
         let mut seen = BTreeSet::new();
         for reading in &observation.readings {
             if !seen.insert(reading.cell) {
-                return Err(Refusal::Repeated);
+                return Err(Rejection::Repeated);
             }
             self.check_reading(observation, reading)?;
         }
         Ok(())
     }
 
-    fn check_reading(&self, observation: &Observation, reading: &Reading) -> Result<(), Refusal> {
+    fn check_reading(&self, observation: &Observation, reading: &Reading) -> Result<(), Rejection> {
         let distance = self.terrain.grid().manhattan(observation.from, reading.cell);
         if distance > self.sensor.radius() {
-            return Err(Refusal::OutOfSight);
+            return Err(Rejection::OutOfSight);
         }
         if reading.variance < self.sensor.variance(distance) * (1.0 - VARIANCE_TOLERANCE) {
-            return Err(Refusal::TooPrecise);
+            return Err(Rejection::TooPrecise);
         }
         let off = DEVIATIONS * f64::from(reading.variance).sqrt();
         if !(-off..=1.0 + off).contains(&f64::from(reading.value)) {
-            return Err(Refusal::TooFarOff);
+            return Err(Rejection::TooFarOff);
         }
         Ok(())
     }
 
     /// The straight line is the shortest way, whatever is in between.
-    fn check_way(&self, before: &Observation, observation: &Observation) -> Result<(), Refusal> {
+    fn check_way(&self, before: &Observation, observation: &Observation) -> Result<(), Rejection> {
         if observation.time_ns < before.time_ns {
-            return Err(Refusal::Backwards);
+            return Err(Rejection::Backwards);
         }
         let cells = self.terrain.grid().offset(before.from, observation.from).euclidean();
         if cells > self.cells_in(before, observation) * SPEED_TOLERANCE + PLACE_TOLERANCE_CELLS {
-            return Err(Refusal::TooFast);
+            return Err(Rejection::TooFast);
         }
         Ok(())
     }
 
-    fn check_real_time_factor(&self, first: &Observation, observation: &Observation) -> Result<(), Refusal> {
+    fn check_real_time_factor(
+        &self,
+        first: &Observation,
+        observation: &Observation,
+    ) -> Result<(), Rejection> {
         let looks = observation.sequence.saturating_sub(LOOKS_AT_ONCE) as f64;
         if looks > self.cells_in(first, observation) * SPEED_TOLERANCE * LOOKS_PER_CELL {
-            return Err(Refusal::TooOften);
+            return Err(Rejection::TooOften);
         }
         Ok(())
     }
@@ -251,13 +255,13 @@ impl Limits {
 }
 
 /// A person marks any cell, one at a time, whatever is there; one mark after another.
-fn check_mark(observation: &Observation, known: Option<Ends<'_>>) -> Result<(), Refusal> {
+fn check_mark(observation: &Observation, known: Option<Ends<'_>>) -> Result<(), Rejection> {
     let is_mark = |mark: Mark| observation.readings[..] == [mark.reading(observation.from)];
     if !Mark::ALL.into_iter().any(is_mark) {
-        return Err(Refusal::NoMark);
+        return Err(Rejection::NoMark);
     }
     match known {
-        Some(known) if observation.time_ns < known.last.time_ns => Err(Refusal::Backwards),
+        Some(known) if observation.time_ns < known.last.time_ns => Err(Rejection::Backwards),
         _ => Ok(()),
     }
 }

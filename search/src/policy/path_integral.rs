@@ -9,8 +9,8 @@
 use super::{Decision, Policy, path_length_weight};
 use crate::cell::Cell;
 use crate::information::{InformationTable, SATURATION};
-use crate::outlook::{CellOutlook, Frame, Outlook, saturated};
-use crate::route::Routes;
+use crate::information_gain::{CellGain, Frame, InformationGain, saturated};
+use crate::route::ShortestPathTree;
 use crate::seed::Stream;
 use crate::situation::Situation;
 
@@ -26,7 +26,7 @@ impl Path {
 
 impl Policy for Path {
     fn decide(&mut self, situation: &Situation<'_>, _: &mut Stream) -> Decision {
-        let routes = Routes::from(situation.terrain, situation.connectivity, situation.robot);
+        let routes = ShortestPathTree::from(situation.terrain, situation.connectivity, situation.robot);
         let cell_count = situation.terrain.grid().cell_count();
         let mut scores = vec![f64::NEG_INFINITY; cell_count];
         let mut walk = Walk::new(situation);
@@ -48,7 +48,7 @@ struct Visit {
 }
 
 /// All candidates, each followed by its whole subtree.
-fn depth_first(routes: &Routes, cell_count: usize) -> Vec<Visit> {
+fn depth_first(routes: &ShortestPathTree, cell_count: usize) -> Vec<Visit> {
     let mut size = vec![1_usize; cell_count];
     for &cell in routes.candidates().iter().rev() {
         size[routes.parent(cell).index()] += size[cell.index()];
@@ -70,17 +70,17 @@ fn depth_first(routes: &Routes, cell_count: usize) -> Vec<Visit> {
 
 /// The state of the walk: precision of every cell, and what to restore on the way up.
 struct Walk {
-    outlook: Vec<CellOutlook>,
+    outlook: Vec<CellGain>,
     frame: Frame,
     looks: Vec<(isize, i32)>,
-    changed: Vec<(u32, CellOutlook)>,
+    changed: Vec<(u32, CellGain)>,
     /// Of each cell on the path: changes made before it, and information of the path up to it.
     path: Vec<(usize, f32)>,
 }
 
 impl Walk {
     fn new(situation: &Situation<'_>) -> Self {
-        let outlook = Outlook::new(situation);
+        let outlook = InformationGain::new(situation);
         let frame = outlook.frame();
         let looks = situation
             .sensor

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use dragnet_agent::agent::Agent;
 use dragnet_proto::message::Message;
-use dragnet_proto::participant::{Mind, MindError, Reaction, Stimulus};
+use dragnet_proto::state_machine::{Effects, Event, ParticipantError, StateMachine};
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
@@ -16,7 +16,7 @@ use super::SHOW;
 
 /// What a robot's mind has for its vehicle.
 #[derive(Debug)]
-pub struct Orders {
+pub struct AgentOutputs {
     pub(super) routes: mpsc::UnboundedReceiver<Vec<Cell>>,
     pub(super) beliefs: watch::Receiver<Arc<Belief>>,
 }
@@ -32,22 +32,22 @@ pub struct Embodied {
 impl Embodied {
     /// An agent that has recalled what it knew.
     #[must_use]
-    pub fn new(agent: Agent) -> (Self, Orders) {
+    pub fn new(agent: Agent) -> (Self, AgentOutputs) {
         let (routes, received) = mpsc::unbounded_channel();
         let (beliefs, watched) = watch::channel(Arc::new(agent.belief().clone()));
-        let orders = Orders { routes: received, beliefs: watched };
+        let orders = AgentOutputs { routes: received, beliefs: watched };
         (Self { agent, routes, beliefs, shown: MissionTime::START }, orders)
     }
 }
 
-impl Mind for Embodied {
-    fn experience(
+impl StateMachine for Embodied {
+    fn handle(
         &mut self,
         now: MissionTime,
-        stimulus: Stimulus<Message>,
-    ) -> Result<Reaction<Message>, MindError> {
-        let reaction = self.agent.experience(now, stimulus)?;
-        if let Some(route) = &reaction.route {
+        event: Event<Message>,
+    ) -> Result<Effects<Message>, ParticipantError> {
+        let effects = self.agent.handle(now, event)?;
+        if let Some(route) = &effects.route {
             // Without a vehicle the robot is about to be told to stop.
             let _ = self.routes.send(route.clone());
         }
@@ -58,7 +58,7 @@ impl Mind for Embodied {
                 self.beliefs.send_replace(Arc::new(self.agent.belief().clone()));
             }
         }
-        Ok(reaction)
+        Ok(effects)
     }
 
     fn release(&mut self, held: NonZeroUsize) {

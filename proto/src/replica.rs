@@ -1,7 +1,7 @@
-//! The inbox: takes in each observation exactly once, in the order of its origin, if it can be; and asks for what is
+//! The replica: takes in each observation exactly once, in the order of its origin, if it can be; and asks for what is
 //! missing.
 //!
-//! Robots and coordinator keep the same kind of inbox. Whoever is heard of having more of any robot's observations,
+//! Robots and coordinator keep the same kind of replica. Whoever is heard of having more of any robot's observations,
 //! that robot's or another's, is asked for them, so that what a lost robot saw spreads from whoever heard it.
 //!
 //! What is missing for ever, as when a robot lost its memory before anybody had heard it, ends its log: what came after
@@ -19,8 +19,8 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::observation::{Entry, Observation, ObservationLog, Origin, RobotId, Version};
 
 use self::questions::Questions;
-use crate::message::{LogReply, LogRequest, Message};
-use crate::plausible::{Limits, Refusal, Refused};
+use crate::message::{Message, SyncReply, SyncRequest};
+use crate::validation::{Limits, Rejected, Rejection};
 
 /// From so many starts of one robot observations are taken. Names of starts are numbers of 64 bits: without a limit, who
 /// invents them could fill any memory.
@@ -28,12 +28,12 @@ pub const MAX_STARTS: usize = 1024;
 
 /// What one participant knows of all observations.
 #[derive(Clone, Debug)]
-pub struct Inbox {
+pub struct Replica {
     owner: Participant,
     limits: Limits,
     log: ObservationLog,
     questions: Questions,
-    refused: BTreeMap<Refused, u64>,
+    refused: BTreeMap<Rejected, u64>,
 }
 
 /// What a message brought.
@@ -44,13 +44,13 @@ pub struct Received {
     /// What to answer or to ask, and whom.
     pub replies: Vec<(Participant, Message)>,
     /// Questions for what was released: whoever keeps it is to answer them.
-    pub repeats: Vec<LogRequest>,
+    pub repeats: Vec<SyncRequest>,
     /// What was refused.
-    pub refused: Vec<Refused>,
+    pub refused: Vec<Rejected>,
 }
 
-impl Inbox {
-    /// An empty inbox. An answer is waited for with `patience` before the question is asked again.
+impl Replica {
+    /// An empty replica. An answer is waited for with `patience` before the question is asked again.
     #[must_use]
     pub fn new(owner: Participant, patience: Duration, limits: Limits) -> Self {
         let (log, refused) = (ObservationLog::default(), BTreeMap::new());
@@ -71,7 +71,7 @@ impl Inbox {
 
     /// What was refused, and how often.
     #[must_use]
-    pub const fn refused(&self) -> &BTreeMap<Refused, u64> {
+    pub const fn refused(&self) -> &BTreeMap<Rejected, u64> {
         &self.refused
     }
 
@@ -80,7 +80,7 @@ impl Inbox {
     ///
     /// # Errors
     /// Why it does not count.
-    pub fn record(&mut self, observation: Arc<Observation>) -> Result<Entry, Refused> {
+    pub fn record(&mut self, observation: Arc<Observation>) -> Result<Entry, Rejected> {
         let of = observation.origin.robot;
         self.offer(observation).map_err(|why| self.refuse(self.owner, of, why))
     }
@@ -91,7 +91,7 @@ impl Inbox {
         if let Participant::Robot(of) = from
             && !self.limits.knows(from)
         {
-            received.refused.push(self.refuse(from, of, Refusal::Stranger));
+            received.refused.push(self.refuse(from, of, Rejection::Stranger));
             return received;
         }
         match message {
@@ -102,8 +102,8 @@ impl Inbox {
             }
             Message::Heartbeat(heartbeat) => self.compare(now, from, &heartbeat.versions, &mut received),
             Message::MissionStatus(status) => self.compare(now, from, &status.versions, &mut received),
-            Message::LogRequest(request) => self.answer(*request, &mut received),
-            Message::LogReply(reply) => self.take_repeated(now, from, reply, &mut received),
+            Message::SyncRequest(request) => self.answer(*request, &mut received),
+            Message::SyncReply(reply) => self.take_repeated(now, from, reply, &mut received),
             Message::Intent(_) => {}
         }
         received
@@ -128,7 +128,7 @@ impl Inbox {
         &mut self,
         now: MissionTime,
         from: Participant,
-        reply: &LogReply,
+        reply: &SyncReply,
         received: &mut Received,
     ) {
         for observation in &reply.observations {
@@ -136,7 +136,7 @@ impl Inbox {
         }
         // A full reply may have left some out. One that brought nothing would be asked for without end.
         if let Some(last) = received.new.last()
-            && reply.observations.len() == LogReply::MAX_OBSERVATIONS
+            && reply.observations.len() == SyncReply::MAX_OBSERVATIONS
         {
             self.ask_now(now, from, last.origin, received);
         }
@@ -167,27 +167,27 @@ impl Inbox {
     }
 
     /// Only what can count next is judged: what is early comes again, when what it is held against is known.
-    fn offer(&mut self, observation: Arc<Observation>) -> Result<Entry, Refusal> {
+    fn offer(&mut self, observation: Arc<Observation>) -> Result<Entry, Rejection> {
         match self.log.entry(&observation) {
             Entry::New => {
                 let known = self.log.ends(observation.origin);
                 if known.is_none() && self.log.incarnations(observation.origin.robot) >= MAX_STARTS {
-                    return Err(Refusal::TooManyStarts);
+                    return Err(Rejection::TooManyStarts);
                 }
                 self.limits.check(&observation, known)?;
                 Ok(self.log.insert(observation))
             }
-            Entry::Conflicting => Err(Refusal::Conflicting),
+            Entry::Conflicting => Err(Rejection::Conflicting),
             entry @ (Entry::Known | Entry::Early) => Ok(entry),
         }
     }
 
-    fn refuse(&mut self, from: Participant, of: RobotId, why: Refusal) -> Refused {
+    fn refuse(&mut self, from: Participant, of: RobotId, why: Rejection) -> Rejected {
         // Who is not of the team is counted as one: there may be any number of them.
-        let known = if why == Refusal::Stranger { RobotId(0) } else { of };
+        let known = if why == Rejection::Stranger { RobotId(0) } else { of };
         let counted = if self.limits.knows(from) { from } else { Participant::Robot(RobotId(0)) };
-        *self.refused.entry(Refused { from: counted, of: known, why }).or_default() += 1;
-        Refused { from, of, why }
+        *self.refused.entry(Rejected { from: counted, of: known, why }).or_default() += 1;
+        Rejected { from, of, why }
     }
 
     fn ask(&mut self, now: MissionTime, whom: Participant, of: Origin, received: &mut Received) {
@@ -201,15 +201,15 @@ impl Inbox {
 
     fn ask_now(&mut self, now: MissionTime, whom: Participant, of: Origin, received: &mut Received) {
         self.questions.ask(now, whom, of);
-        let request = LogRequest { from: self.owner, of, first: self.log.next(of) };
-        received.replies.push((whom, Message::LogRequest(request)));
+        let request = SyncRequest { from: self.owner, of, first: self.log.next(of) };
+        received.replies.push((whom, Message::SyncRequest(request)));
     }
 
-    fn answer(&self, request: LogRequest, received: &mut Received) {
+    fn answer(&self, request: SyncRequest, received: &mut Received) {
         let held = self.log.since(request.of, request.first);
-        let observations = held[..held.len().min(LogReply::MAX_OBSERVATIONS)].to_vec();
+        let observations = held[..held.len().min(SyncReply::MAX_OBSERVATIONS)].to_vec();
         if !observations.is_empty() {
-            received.replies.push((request.from, Message::LogReply(LogReply { observations })));
+            received.replies.push((request.from, Message::SyncReply(SyncReply { observations })));
         } else if request.first < self.log.next(request.of) {
             received.repeats.push(request);
         }
@@ -235,11 +235,11 @@ mod tests {
         Participant::Robot(RobotId(number))
     }
 
-    fn inbox(number: u16) -> Inbox {
+    fn replica(number: u16) -> Replica {
         let text = "name = 'a'\nmap = { shape = 'all_traversable', rows = 2, columns = 2 }\nobjects.count = 1\nsensor.radius = 1\n\
                     mission = { budget_seconds = 60.0, speed_meters_per_second = 100.0 }\nrobots.count = 3\n";
         let scenario = Scenario::from_text(Path::new("a.toml"), text.to_owned()).unwrap();
-        Inbox::new(robot(number), SECOND, Limits::of(&scenario))
+        Replica::new(robot(number), SECOND, Limits::of(&scenario))
     }
 
     /// One a second.
@@ -270,18 +270,18 @@ mod tests {
         })
     }
 
-    /// Hands every reply to the inbox that it is for until none is left; returns how many there were.
+    /// Hands every reply to the replica that it is for until none is left; returns how many there were.
     fn settle(
         now: MissionTime,
-        inboxes: &mut [Inbox],
+        inboxes: &mut [Replica],
         first: Vec<(Participant, Participant, Message)>,
     ) -> usize {
         let mut pending = first;
         let mut count = 0;
         while let Some((from, to, message)) = pending.pop() {
             count += 1;
-            let inbox = inboxes.iter_mut().find(|inbox| inbox.owner == to).unwrap();
-            let replies = inbox.receive(now, from, &message).replies;
+            let replica = inboxes.iter_mut().find(|replica| replica.owner == to).unwrap();
+            let replies = replica.receive(now, from, &message).replies;
             pending.extend(replies.into_iter().map(|(whom, reply)| (to, whom, reply)));
         }
         count
@@ -289,7 +289,7 @@ mod tests {
 
     #[test]
     fn a_gap_is_repaired_by_whoever_has_it_even_for_a_lost_robot() {
-        let mut inboxes = [inbox(1), inbox(2)];
+        let mut inboxes = [replica(1), replica(2)];
         // Robot 3 is lost; robot 2 heard all of it, robot 1 nothing: more than fits one reply.
         let now = MissionTime::START + 150 * SECOND;
         for sequence in 0..150 {
@@ -302,14 +302,14 @@ mod tests {
 
     #[test]
     fn what_was_released_is_handed_to_whoever_keeps_it() {
-        let mut inbox = inbox(1);
+        let mut replica = replica(1);
         for sequence in 0..10 {
-            inbox.record(observation(1, sequence)).unwrap();
+            replica.record(observation(1, sequence)).unwrap();
         }
-        inbox.release(NonZeroUsize::new(4).unwrap());
+        replica.release(NonZeroUsize::new(4).unwrap());
         let mut ask = |first| {
-            let request = LogRequest { from: robot(2), of: Origin::first(RobotId(1)), first };
-            let received = inbox.receive(MissionTime::START, robot(2), &Message::LogRequest(request));
+            let request = SyncRequest { from: robot(2), of: Origin::first(RobotId(1)), first };
+            let received = replica.receive(MissionTime::START, robot(2), &Message::SyncRequest(request));
             (received.replies.len(), received.repeats == [request])
         };
         assert_eq!(
@@ -320,20 +320,20 @@ mod tests {
 
     #[test]
     fn a_question_is_not_repeated_before_its_answer_is_due() {
-        let mut inbox = inbox(1);
+        let mut replica = replica(1);
         let late = Message::Observation(observation(2, 4));
-        let ask = |inbox: &mut Inbox, now| inbox.receive(now, robot(2), &late).replies.len();
-        assert_eq!(ask(&mut inbox, MissionTime::START), 1);
-        assert_eq!(ask(&mut inbox, MissionTime(999_999_999)), 0);
-        assert_eq!(ask(&mut inbox, MissionTime::START + SECOND), 1);
+        let ask = |replica: &mut Replica, now| replica.receive(now, robot(2), &late).replies.len();
+        assert_eq!(ask(&mut replica, MissionTime::START), 1);
+        assert_eq!(ask(&mut replica, MissionTime(999_999_999)), 0);
+        assert_eq!(ask(&mut replica, MissionTime::START + SECOND), 1);
     }
 
     #[test]
     fn what_comes_twice_counts_once() {
-        let mut inbox = inbox(1);
+        let mut replica = replica(1);
         let message = Message::Observation(observation(2, 0));
-        assert_eq!(inbox.receive(MissionTime::START, robot(2), &message).new.len(), 1);
-        assert_eq!(inbox.receive(MissionTime::START, robot(2), &message).new.len(), 0);
+        assert_eq!(replica.receive(MissionTime::START, robot(2), &message).new.len(), 1);
+        assert_eq!(replica.receive(MissionTime::START, robot(2), &message).new.len(), 0);
     }
 
     #[test]
@@ -345,36 +345,39 @@ mod tests {
         lie.time_ns = 0;
         said[4] = Arc::new(lie);
         let believed = |order: &[usize]| {
-            let mut inbox = inbox(1);
+            let mut replica = replica(1);
             for _ in 0..said.len() {
                 for &place in order {
-                    inbox.receive(
+                    replica.receive(
                         MissionTime::START,
                         robot(2),
                         &Message::Observation(Arc::clone(&said[place])),
                     );
                 }
             }
-            (inbox.log().next(said[0].origin), inbox.refused().keys().map(|it| it.why).collect::<Vec<_>>())
+            (
+                replica.log().next(said[0].origin),
+                replica.refused().keys().map(|it| it.why).collect::<Vec<_>>(),
+            )
         };
         for order in [[0, 1, 2, 3, 4, 5, 6, 7], [7, 6, 5, 4, 3, 2, 1, 0], [4, 0, 5, 3, 1, 7, 6, 2]] {
-            assert_eq!(believed(&order), (4, vec![Refusal::Backwards]), "{order:?}");
+            assert_eq!(believed(&order), (4, vec![Rejection::Backwards]), "{order:?}");
         }
     }
 
     #[test]
     fn a_full_reply_that_brings_nothing_is_not_asked_for_again() {
-        let mut inbox = inbox(1);
+        let mut replica = replica(1);
         let observations: Vec<_> = (0..64).map(|sequence| observation(2, sequence)).collect();
-        let reply = Message::LogReply(LogReply { observations });
+        let reply = Message::SyncReply(SyncReply { observations });
         let now = MissionTime::START + 64 * SECOND;
-        assert_eq!(inbox.receive(now, robot(3), &reply).replies.len(), 1);
-        assert_eq!(inbox.receive(now, robot(3), &reply).replies.len(), 0);
+        assert_eq!(replica.receive(now, robot(3), &reply).replies.len(), 1);
+        assert_eq!(replica.receive(now, robot(3), &reply).replies.len(), 0);
     }
 
     #[test]
     fn invented_origins_fill_no_memory_and_raise_no_storm_of_questions() {
-        let mut inbox = inbox(1);
+        let mut replica = replica(1);
         let invented = |robot| {
             move |incarnation| Version {
                 origin: Origin { robot: RobotId(robot), incarnation },
@@ -382,47 +385,50 @@ mod tests {
             }
         };
         let versions = (0..60_000).map(invented(9)).chain((0..5000).map(invented(2))).collect();
-        let received = inbox.receive(MissionTime::START, robot(2), &heartbeat(versions));
-        assert_eq!((received.replies.len(), inbox.questions.len()), (MOST_TO_ONE, MOST_TO_ONE));
+        let received = replica.receive(MissionTime::START, robot(2), &heartbeat(versions));
+        assert_eq!((received.replies.len(), replica.questions.len()), (MOST_TO_ONE, MOST_TO_ONE));
         // Others are asked all the same, at once.
         let told = vec![Version { origin: Origin::first(RobotId(3)), next: 1 }];
-        assert_eq!(inbox.receive(MissionTime::START, robot(3), &heartbeat(told)).replies.len(), 1);
+        assert_eq!(replica.receive(MissionTime::START, robot(3), &heartbeat(told)).replies.len(), 1);
         for incarnation in 0..3000 {
             let mut start = (*observation(2, 0)).clone();
             start.origin.incarnation = incarnation;
             let told = Message::Observation(Arc::new(start));
-            inbox.receive(MissionTime::START, robot(2), &told);
+            replica.receive(MissionTime::START, robot(2), &told);
         }
-        assert_eq!(inbox.log().len(), MAX_STARTS as u64);
-        let counts: Vec<(Refusal, u64)> =
-            inbox.refused().iter().map(|(it, &count)| (it.why, count)).collect();
-        assert_eq!(counts, [(Refusal::TooManyStarts, 3000 - MAX_STARTS as u64)]);
+        assert_eq!(replica.log().len(), MAX_STARTS as u64);
+        let counts: Vec<(Rejection, u64)> =
+            replica.refused().iter().map(|(it, &count)| (it.why, count)).collect();
+        assert_eq!(counts, [(Rejection::TooManyStarts, 3000 - MAX_STARTS as u64)]);
     }
 
     #[test]
     fn who_is_not_of_the_team_is_not_heard() {
-        let mut inbox = inbox(1);
+        let mut replica = replica(1);
         for stranger in [4, 5, 6] {
-            let received =
-                inbox.receive(MissionTime::START, robot(stranger), &Message::Observation(observation(2, 0)));
-            assert_eq!(received.refused[0].why, Refusal::Stranger);
-            inbox.receive(MissionTime::START, robot(2), &Message::Observation(observation(stranger, 0)));
+            let received = replica.receive(
+                MissionTime::START,
+                robot(stranger),
+                &Message::Observation(observation(2, 0)),
+            );
+            assert_eq!(received.refused[0].why, Rejection::Stranger);
+            replica.receive(MissionTime::START, robot(2), &Message::Observation(observation(stranger, 0)));
         }
-        assert!(inbox.log().is_empty());
-        assert_eq!(inbox.refused().values().sum::<u64>(), 6);
-        assert_eq!(inbox.refused().len(), 2, "however many there are, they take two entries");
+        assert!(replica.log().is_empty());
+        assert_eq!(replica.refused().values().sum::<u64>(), 6);
+        assert_eq!(replica.refused().len(), 2, "however many there are, they take two entries");
     }
 
     #[test]
     fn who_claims_to_know_more_and_does_not_tell_keeps_nobody_from_being_asked() {
-        let mut inbox = inbox(1);
+        let mut replica = replica(1);
         let versions = vec![Version { origin: Origin::first(RobotId(3)), next: 9 }];
         let mut asked = Vec::new();
         for beat in 0..20 {
             // The liar is always first; the other tells the same at the same time.
             for number in [2, 3] {
                 let now = MissionTime::START + 2 * SECOND * beat;
-                let replies = inbox.receive(now, robot(number), &heartbeat(versions.clone())).replies;
+                let replies = replica.receive(now, robot(number), &heartbeat(versions.clone())).replies;
                 asked.extend(replies.into_iter().map(|(whom, _)| whom));
             }
         }

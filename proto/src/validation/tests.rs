@@ -43,15 +43,15 @@ fn a_look_is_held_against_map_team_and_sensor() {
     // Two cells away the sensor's variance is 0.02.
     check(&sees(vec![reading(0, 0, 0.1, 0.001), reading(1, 1, 0.9, 0.02)]), Ok(()));
     check(&sees(vec![reading(1, 1, 0.9, 5.0)]), Ok(()));
-    check(&sees(vec![reading(1, 2, 0.9, 5.0)]), Err(Refusal::OutOfSight));
-    check(&sees(vec![reading(1, 1, 0.9, 0.019)]), Err(Refusal::TooPrecise));
-    check(&sees(vec![reading(1, 1, 2.2, 0.02)]), Err(Refusal::TooFarOff));
-    check(&sees(vec![reading(1, 1, -1.2, 0.02)]), Err(Refusal::TooFarOff));
-    check(&sees(vec![reading(0, 0, 0.1, 0.001), reading(0, 0, 0.1, 0.001)]), Err(Refusal::Repeated));
-    check(&look(0, 0, cell(1, 3), Vec::new()), Err(Refusal::Blocked));
+    check(&sees(vec![reading(1, 2, 0.9, 5.0)]), Err(Rejection::OutOfSight));
+    check(&sees(vec![reading(1, 1, 0.9, 0.019)]), Err(Rejection::TooPrecise));
+    check(&sees(vec![reading(1, 1, 2.2, 0.02)]), Err(Rejection::TooFarOff));
+    check(&sees(vec![reading(1, 1, -1.2, 0.02)]), Err(Rejection::TooFarOff));
+    check(&sees(vec![reading(0, 0, 0.1, 0.001), reading(0, 0, 0.1, 0.001)]), Err(Rejection::Repeated));
+    check(&look(0, 0, cell(1, 3), Vec::new()), Err(Rejection::Blocked));
     let mut stranger = sees(Vec::new());
     stranger.origin.robot = RobotId(2);
-    check(&stranger, Err(Refusal::Stranger));
+    check(&stranger, Err(Rejection::Stranger));
 }
 
 #[test]
@@ -65,10 +65,10 @@ fn a_robot_gets_no_further_than_its_speed_carries_it() {
     // A cell in 5 s, and two because nobody knows where in its cell it was.
     check(105, 1, Ok(()));
     check(100, 2, Ok(()));
-    check(100, 3, Err(Refusal::TooFast));
+    check(100, 3, Err(Rejection::TooFast));
     check(115, 5, Ok(()));
-    check(115, 6, Err(Refusal::TooFast));
-    check(99, 0, Err(Refusal::Backwards));
+    check(115, 6, Err(Rejection::TooFast));
+    check(99, 0, Err(Rejection::Backwards));
 }
 
 #[test]
@@ -80,7 +80,7 @@ fn a_robot_that_stands_still_cannot_look_for_ever() {
         // A hundred looks a second, for ten seconds.
         let mut next = look(sequence, 0, cell(0, 0), Vec::new());
         next.time_ns = sequence * SECOND / 100;
-        if limits.check(&next, Some(Ends { first: &first, last: &last })) == Err(Refusal::TooOften) {
+        if limits.check(&next, Some(Ends { first: &first, last: &last })) == Err(Rejection::TooOften) {
             break;
         }
         last = next;
@@ -94,7 +94,7 @@ fn what_is_in_the_future_is_not_taken_yet() {
     let check =
         |seconds| limits.check_date(MissionTime(10 * SECOND), &look(0, seconds, cell(0, 0), Vec::new()));
     assert_eq!(check(70), Ok(()));
-    assert_eq!(check(71), Err(Refusal::Future));
+    assert_eq!(check(71), Err(Rejection::Future));
 }
 
 #[test]
@@ -110,10 +110,10 @@ fn a_mark_is_one_that_a_person_can_make_after_the_one_before_it() {
     };
     check(&clue, None, Ok(()));
     check(&clue, Some(&mark(5, Vec::new())), Ok(()));
-    check(&clue, Some(&mark(6, Vec::new())), Err(Refusal::Backwards));
-    check(&mark(5, Vec::new()), None, Err(Refusal::NoMark));
-    check(&mark(5, vec![Mark::Clue.reading(cell(0, 0))]), None, Err(Refusal::NoMark));
+    check(&clue, Some(&mark(6, Vec::new())), Err(Rejection::Backwards));
+    check(&mark(5, Vec::new()), None, Err(Rejection::NoMark));
+    check(&mark(5, vec![Mark::Clue.reading(cell(0, 0))]), None, Err(Rejection::NoMark));
     let mut surer = clue;
     surer.readings[0].variance /= 2.0;
-    check(&surer, None, Err(Refusal::NoMark));
+    check(&surer, None, Err(Rejection::NoMark));
 }

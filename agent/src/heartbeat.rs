@@ -13,21 +13,21 @@ const WELCOMES: u32 = 8;
 /// The beat of a robot. All robots of a team have a turn in each period: if all of a large team spoke at once, what they
 /// see would wait behind it.
 #[derive(Clone, Debug)]
-pub struct Pulse {
+pub struct HeartbeatSchedule {
     place: Place,
     period: Duration,
     next: MissionTime,
     /// Whoever has come is told then, unless somebody else does before.
-    welcome: Option<MissionTime>,
+    sync: Option<MissionTime>,
 }
 
-impl Pulse {
+impl HeartbeatSchedule {
     /// A beat every period, from the mission's start.
     #[must_use]
     pub fn new(place: Place, period: Duration) -> Self {
-        let mut pulse = Self { place, period, next: MissionTime::START, welcome: None };
-        pulse.restart(MissionTime::START);
-        pulse
+        let mut schedule = Self { place, period, next: MissionTime::START, sync: None };
+        schedule.restart(MissionTime::START);
+        schedule
     }
 
     /// The robot begins, or begins anew, now: the next beat is that of its next turn.
@@ -36,13 +36,13 @@ impl Pulse {
         let (period, turn) = (self.period.as_nanos(), self.turn(self.period).as_nanos());
         let since_turn = (since_start + period - turn) % period.max(1);
         self.next = now + Duration::from_nanos_u128(period - since_turn);
-        self.welcome = None;
+        self.sync = None;
     }
 
     /// When the next beat is due.
     #[must_use]
     pub fn due(&self) -> MissionTime {
-        self.welcome.map_or(self.next, |welcome| welcome.min(self.next))
+        self.sync.map_or(self.next, |sync| sync.min(self.next))
     }
 
     /// Whether it is due now; then it is given now.
@@ -56,15 +56,15 @@ impl Pulse {
 
     /// Somebody has come, or come back, who may miss much. One beat tells all who come together, and that of one robot is
     /// enough for its team.
-    pub fn welcome(&mut self, now: MissionTime) {
+    pub fn request_sync(&mut self, now: MissionTime) {
         let soon = now + self.period / TOGETHER + self.turn(self.period / WELCOMES);
-        self.welcome = Some(self.welcome.map_or(soon, |due| due.min(soon)));
+        self.sync = Some(self.sync.map_or(soon, |due| due.min(soon)));
     }
 
-    /// Somebody has told all what it knows; if that is all that this robot could tell, its welcome is not needed.
-    pub fn overhears(&mut self, is_all_told: impl FnOnce() -> bool) {
-        if self.welcome.is_some() && is_all_told() {
-            self.welcome = None;
+    /// Somebody has told all what it knows; if that is all that this robot could tell, its own is not needed.
+    pub fn suppress(&mut self, is_all_told: impl FnOnce() -> bool) {
+        if self.sync.is_some() && is_all_told() {
+            self.sync = None;
         }
     }
 
@@ -85,36 +85,36 @@ mod tests {
     }
 
     /// The second of four robots; each period is 16 s.
-    fn second() -> Pulse {
-        Pulse::new(Place { member: 1, team: 4 }, Duration::from_secs(16))
+    fn second() -> HeartbeatSchedule {
+        HeartbeatSchedule::new(Place { member: 1, team: 4 }, Duration::from_secs(16))
     }
 
     #[test]
     fn a_beat_is_due_in_every_turn_and_none_is_caught_up_on() {
-        let mut pulse = second();
-        assert_eq!(pulse.due(), at(8));
-        assert!(!pulse.beats(at(7)));
-        assert!(pulse.beats(at(8)));
-        assert_eq!(pulse.due(), at(24));
-        assert!(pulse.beats(at(60)));
-        assert_eq!(pulse.due(), at(72));
-        pulse.restart(at(3));
-        assert_eq!(pulse.due(), at(8), "the clock may be set back");
-        assert_eq!(Pulse::new(Place::ALONE, Duration::from_secs(16)).due(), at(16));
+        let mut schedule = second();
+        assert_eq!(schedule.due(), at(8));
+        assert!(!schedule.beats(at(7)));
+        assert!(schedule.beats(at(8)));
+        assert_eq!(schedule.due(), at(24));
+        assert!(schedule.beats(at(60)));
+        assert_eq!(schedule.due(), at(72));
+        schedule.restart(at(3));
+        assert_eq!(schedule.due(), at(8), "the clock may be set back");
+        assert_eq!(HeartbeatSchedule::new(Place::ALONE, Duration::from_secs(16)).due(), at(16));
     }
 
     #[test]
     fn one_welcome_is_for_all_who_come_together_and_one_robot_gives_it() {
-        let mut pulse = second();
-        pulse.welcome(at(1));
+        let mut schedule = second();
+        schedule.welcome(at(1));
         let soon = MissionTime(SECOND + SECOND / 2 + SECOND);
-        assert_eq!(pulse.due(), soon);
-        pulse.welcome(MissionTime(SECOND + 1));
-        pulse.overhears(|| false);
-        assert!(pulse.beats(soon));
-        assert_eq!(pulse.due(), at(8));
-        pulse.welcome(at(2));
-        pulse.overhears(|| true);
-        assert_eq!(pulse.due(), at(8));
+        assert_eq!(schedule.due(), soon);
+        schedule.welcome(MissionTime(SECOND + 1));
+        schedule.suppress(|| false);
+        assert!(schedule.beats(soon));
+        assert_eq!(schedule.due(), at(8));
+        schedule.welcome(at(2));
+        schedule.suppress(|| true);
+        assert_eq!(schedule.due(), at(8));
     }
 }

@@ -1,23 +1,23 @@
-//! The crew of a simulation whose members are sessions elsewhere, each a [`crate::lockstep::Puppet`].
+//! The participants of a simulation whose members are sessions elsewhere, each a [`crate::lockstep::LockstepNode`].
 
 use std::time::Duration;
 
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::key::{Mission, Topic};
-use dragnet_proto::participant::{Reaction, Stimulus};
+use dragnet_proto::state_machine::{Effects, Event};
 use dragnet_proto::step::{Step, StepEvent, StepReply};
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Grid;
 use dragnet_search::evidence::Digest;
-use dragnet_sim::crew::Crew;
+use dragnet_sim::participants::Participants;
 use zenoh::{Session, Wait};
 
 use crate::LinkError;
 use crate::lockstep::PATIENCE;
 
 /// Members of a team, driven by queries over Zenoh. Calls block.
-pub struct RemoteCrew {
+pub struct RemoteParticipants {
     session: Session,
     mission: Mission,
     codec: Codec,
@@ -30,8 +30,8 @@ const LOOK: Duration = Duration::from_millis(200);
 /// A query that reached nobody is sent again after this: a queryable may take a moment to be known.
 const RETRY: Duration = Duration::from_millis(20);
 
-impl RemoteCrew {
-    /// A crew on this session. `watch` is called while answers are waited for.
+impl RemoteParticipants {
+    /// A participants on this session. `watch` is called while answers are waited for.
     #[must_use]
     pub fn new(
         session: Session,
@@ -59,7 +59,8 @@ impl RemoteCrew {
     }
 
     fn ask(&mut self, who: Participant, now: MissionTime, event: StepEvent) -> Result<StepReply, LinkError> {
-        let step = convert::encode_step(&Step { time_ns: now.0, event });
+        let step = convert::encode_step(&Step { time_ns: now.0, event })
+            .map_err(|error| LinkError::Unsupported(error.to_string()))?;
         let key = self.mission.key(Topic::SimStep(who)).to_string();
         let mut waited = Duration::ZERO;
         while waited < PATIENCE {
@@ -104,20 +105,20 @@ impl RemoteCrew {
     }
 }
 
-impl Crew for RemoteCrew {
-    type Parcel = u64;
+impl Participants for RemoteParticipants {
+    type MessageRef = u64;
     type Error = LinkError;
 
     fn step(
         &mut self,
         who: Participant,
         now: MissionTime,
-        stimulus: Stimulus<u64>,
-    ) -> Result<Reaction<u64>, LinkError> {
-        let reply = self.ask(who, now, event(stimulus)?)?;
-        Ok(Reaction {
+        event: Event<u64>,
+    ) -> Result<Effects<u64>, LinkError> {
+        let reply = self.ask(who, now, StepEvent::Event(event))?;
+        Ok(Effects {
             kept: Vec::new(),
-            published: reply.published.iter().map(|parcel| (parcel.to, parcel.number)).collect(),
+            published: reply.published.iter().map(|message| (message.to, message.number)).collect(),
             route: reply.route,
             wake_at: MissionTime(reply.wake_at_ns.unwrap_or(u64::MAX)),
             activity: reply.activity,
@@ -130,22 +131,4 @@ impl Crew for RemoteCrew {
     fn digest(&mut self, who: Participant, now: MissionTime) -> Result<Digest, LinkError> {
         Ok(self.ask(who, now, StepEvent::Report)?.digest)
     }
-}
-
-fn event(stimulus: Stimulus<u64>) -> Result<StepEvent, LinkError> {
-    Ok(match stimulus {
-        Stimulus::Start => StepEvent::Start,
-        Stimulus::Sensed { cell, readings } => StepEvent::Sensed { from: cell, readings },
-        Stimulus::Delivered { from, parcel } => StepEvent::Deliver { sender: from, parcel },
-        Stimulus::Woke => StepEvent::Wake,
-        Stimulus::Lost(robot) => StepEvent::Lost(robot),
-        Stimulus::Came
-        | Stimulus::Commanded(_)
-        | Stimulus::Halted
-        | Stimulus::Released
-        | Stimulus::Doubled(_) => {
-            let why = "nobody comes, is halted or gives commands in simulated time: run by the wall clock";
-            return Err(LinkError::Unsupported(why.to_owned()));
-        }
-    })
 }

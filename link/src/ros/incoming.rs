@@ -9,7 +9,7 @@ use super::settings::{Checked, Subscription};
 
 /// What a node hears.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Heard {
+pub enum Incoming {
     /// Where the robot is by its own reckoning, and how it moves.
     Odometry(Odometry),
     /// Where the robot is on the map.
@@ -32,10 +32,10 @@ pub enum Heard {
         /// What it sees.
         image: Image,
     },
-    /// How Nav2's goals stand, for [`dragnet_ros2::errand::Errand`].
+    /// How Nav2's goals stand, for [`dragnet_ros2::navigation_goal::NavigationGoal`].
     Goals(Vec<GoalStatus>),
     /// Something on a topic that cannot be heard: it counts as nothing.
-    Refused {
+    Rejected {
         /// The topic.
         topic: TopicName,
         /// What is wrong, and what is allowed.
@@ -45,8 +45,8 @@ pub enum Heard {
 
 impl Checked {
     /// What the bytes of a message say that came on a subscribed topic.
-    pub(crate) fn understand(&self, subscription: &Subscription, bytes: &[u8]) -> Heard {
-        let refused = |reason| Heard::Refused { topic: subscription.topic.clone(), reason };
+    pub(crate) fn understand(&self, subscription: &Subscription, bytes: &[u8]) -> Incoming {
+        let refused = |reason| Incoming::Rejected { topic: subscription.topic.clone(), reason };
         match subscription.kind.understand(bytes) {
             Ok(input) => self.place(subscription, input).unwrap_or_else(refused),
             Err(error) => refused(error.to_string()),
@@ -54,26 +54,26 @@ impl Checked {
     }
 
     /// What was heard, if its places are in the frame that they should be in.
-    fn place(&self, subscription: &Subscription, input: Input) -> Result<Heard, String> {
+    fn place(&self, subscription: &Subscription, input: Input) -> Result<Incoming, String> {
         let camera = || Arc::clone(&subscription.camera);
         let (map, odometry) = (&self.map_frame, &self.odometry_frame);
         Ok(match input {
             Input::Odometry(heard) => {
                 in_frame(&heard.place.frame, odometry, "odometry_frame")?;
-                Heard::Odometry(heard)
+                Incoming::Odometry(heard)
             }
             Input::Pose(heard) => {
                 in_frame(&heard.frame, map, "map_frame")?;
-                Heard::Pose(heard)
+                Incoming::Pose(heard)
             }
             Input::Map(heard) => {
                 in_frame(&heard.frame, map, "map_frame")?;
-                Heard::Map(heard)
+                Incoming::Map(heard)
             }
-            Input::Fix(heard) => Heard::Fix(heard),
-            Input::Detections(detections) => Heard::Detections { camera: camera(), detections },
-            Input::Image(image) => Heard::Image { camera: camera(), image },
-            Input::Goals(heard) => Heard::Goals(heard),
+            Input::Fix(heard) => Incoming::Fix(heard),
+            Input::Detections(detections) => Incoming::Detections { camera: camera(), detections },
+            Input::Image(image) => Incoming::Image { camera: camera(), image },
+            Input::Goals(heard) => Incoming::Goals(heard),
         })
     }
 }

@@ -4,20 +4,20 @@ use std::ops::Range;
 
 use crate::cell::{Cell, Grid, Offset};
 use crate::information::{InformationTable, Row, SATURATION};
-use crate::route::Routes;
+use crate::route::ShortestPathTree;
 use crate::situation::Situation;
 
 /// Per cell: its row of the information table, the precision promised by teammates, and what that yields.
 ///
 /// The map is framed by `radius` cells of certainty on each side, so that a footprint never leaves the array.
-pub struct Outlook {
+pub struct InformationGain {
     frame: Frame,
-    cells: Vec<CellOutlook>,
+    cells: Vec<CellGain>,
 }
 
 /// What is known of one cell while a path is weighed.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct CellOutlook {
+pub(crate) struct CellGain {
     /// Its log-odds, as a row of the table.
     pub(crate) row: Row,
     /// Precision counted so far, units of evidence, at most [`SATURATION`]; that of a cell that can yield nothing.
@@ -67,13 +67,13 @@ impl Frame {
     }
 }
 
-impl Outlook {
+impl InformationGain {
     /// The outlook of a situation.
     #[must_use]
     pub fn new(situation: &Situation<'_>) -> Self {
         let table = InformationTable::shared();
         let frame = Frame::new(situation.terrain.grid(), situation.sensor.radius());
-        let certain = CellOutlook { row: table.row(f64::INFINITY), precision: SATURATION, information: 0.0 };
+        let certain = CellGain { row: table.row(f64::INFINITY), precision: SATURATION, information: 0.0 };
         let mut cells = vec![certain; frame.cell_count()];
         for cell in situation.terrain.grid().cells() {
             let row = table.row(situation.belief.log_odds_nats(cell));
@@ -82,7 +82,7 @@ impl Outlook {
             }
             let precision = saturated(situation.promised.precision(cell));
             let information = table.information(row, precision);
-            cells[frame.index(cell)] = CellOutlook { row, precision, information };
+            cells[frame.index(cell)] = CellGain { row, precision, information };
         }
         Self { frame, cells }
     }
@@ -91,7 +91,7 @@ impl Outlook {
         self.frame
     }
 
-    pub(crate) fn into_cells(self) -> Vec<CellOutlook> {
+    pub(crate) fn into_cells(self) -> Vec<CellGain> {
         self.cells
     }
 
@@ -101,7 +101,7 @@ impl Outlook {
     /// All cells at one distance are seen with one precision, so a cell's gain is looked up once a ring; the rest is
     /// addition, row by row.
     #[must_use]
-    pub fn look_gains(&self, situation: &Situation<'_>, routes: &Routes) -> Vec<f64> {
+    pub fn look_gains(&self, situation: &Situation<'_>, routes: &ShortestPathTree) -> Vec<f64> {
         let sums = self.sum_of_rings(situation);
         let mut gains = vec![f64::NEG_INFINITY; situation.terrain.grid().cell_count()];
         for &cell in routes.candidates() {

@@ -11,7 +11,7 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::observation::RobotId;
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_vehicle::camera::{Camera, DetectionBox};
-use dragnet_vehicle::pilot::{CameraFrame, Fix, Sights};
+use dragnet_vehicle::pilot::{CameraDetections, CameraFrame, PoseEstimate};
 use dragnet_vehicle::plane::{Pose, bearing_radians, wrapped_radians};
 use dragnet_vehicle::settings::Checked;
 use nalgebra::Vector2;
@@ -45,20 +45,20 @@ pub fn detection_probability(height_pixels: f64) -> f64 {
 
 /// The senses of one vehicle.
 #[derive(Clone, Debug)]
-pub(super) struct Eyes {
+pub(super) struct SimulatedCameras {
     cameras: Vec<(Camera, f64)>,
     noise: Stream,
 }
 
-impl Eyes {
+impl SimulatedCameras {
     pub(super) fn new(settings: &Checked, seed: u64, robot: RobotId) -> Self {
         Self { cameras: settings.cameras.clone(), noise: stream(seed, Purpose::Noise, robot.0) }
     }
 
     /// Where the vehicle takes itself to be.
-    pub(super) fn fix(&mut self, now: MissionTime, pose: &Pose) -> Fix {
+    pub(super) fn fix(&mut self, now: MissionTime, pose: &Pose) -> PoseEstimate {
         let mut error = |deviation: f64| self.normal() * deviation;
-        Fix {
+        PoseEstimate {
             time_ns: now.0,
             pose: Pose::new(
                 pose.x_meters + error(PLACE_DEVIATION_METERS),
@@ -90,7 +90,7 @@ impl Eyes {
                 time_ns: now.0,
                 camera: camera.settings().name.clone(),
                 head_radians,
-                sights: Sights::Boxes(boxes),
+                sights: CameraDetections::Boxes(boxes),
             }
         };
         cameras.iter().map(frame).collect()
@@ -152,7 +152,7 @@ mod tests {
     #[test]
     fn things_are_found_as_often_as_their_size_in_the_image_says() {
         let checked = super::super::settings(2.0).check(None).unwrap();
-        let mut eyes = Eyes::new(&checked, 1, RobotId(1));
+        let mut eyes = SimulatedCameras::new(&checked, 1, RobotId(1));
         let wide = checked.cameras[0].0.clone();
         let head = Pose::new(0.0, 0.0, 0.0);
         let mut shares = Vec::new();

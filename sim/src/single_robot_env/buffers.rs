@@ -4,10 +4,10 @@ use dragnet_search::belief::{Belief, probability};
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::UNITS;
 
-use super::{Field, Solo};
+use super::{Field, SingleRobotEnv};
 
 /// A learner's arrays, each of shape `[cells]` by index but for the last two.
-pub struct Canvas<'a> {
+pub struct ObservationBuffers<'a> {
     /// `ln(p / (1 - p))`; `-inf` where nothing is searched.
     pub log_odds_nats: &'a mut [f64],
     /// `p`, `0..=1`.
@@ -33,23 +33,23 @@ pub enum Control {
     Step,
 }
 
-impl Solo {
+impl SingleRobotEnv {
     /// Draws everything.
-    pub fn draw(&mut self, canvas: &mut Canvas<'_>, control: Control) {
+    pub fn draw(&mut self, canvas: &mut ObservationBuffers<'_>, control: Control) {
         self.seen.clear();
         canvas.draw_belief(self.world.merged(), self.field.scenario().terrain().grid().cells());
         canvas.draw_robot(&self.field, self.cell(), control);
     }
 
     /// Draws what changed since the last drawing.
-    pub fn redraw(&mut self, canvas: &mut Canvas<'_>, control: Control) {
+    pub fn redraw(&mut self, canvas: &mut ObservationBuffers<'_>, control: Control) {
         canvas.draw_belief(self.world.merged(), self.seen.iter().copied());
         self.seen.clear();
         canvas.draw_robot(&self.field, self.cell(), control);
     }
 }
 
-impl Canvas<'_> {
+impl ObservationBuffers<'_> {
     /// Draws what is believed of these cells.
     pub fn draw_belief(&mut self, belief: &Belief, cells: impl Iterator<Item = Cell>) {
         for cell in cells {

@@ -6,19 +6,19 @@
 use super::{Decision, Policy, path_length_weight};
 use crate::cell::Cell;
 use crate::information::{InformationTable, Row};
-use crate::outlook::saturated;
-use crate::route::Routes;
+use crate::information_gain::saturated;
+use crate::route::ShortestPathTree;
 use crate::seed::Stream;
 use crate::situation::Situation;
 
 /// `path` as Eq. 3 and 4 of the paper write it down: nothing is shared between candidates but the tree of paths, the
 /// table, and where each cell falls on it.
 #[derive(Clone, Copy, Debug)]
-pub struct PathByDefinition {
+pub struct PathIntegralReference {
     path_length_weight: f64,
 }
 
-impl PathByDefinition {
+impl PathIntegralReference {
     /// With `w_l` of the path-length weight (Eq. 4), at least 0.
     #[must_use]
     pub const fn new(path_length_weight: f64) -> Self {
@@ -26,9 +26,9 @@ impl PathByDefinition {
     }
 }
 
-impl Policy for PathByDefinition {
+impl Policy for PathIntegralReference {
     fn decide(&mut self, situation: &Situation<'_>, _: &mut Stream) -> Decision {
-        let routes = Routes::from(situation.terrain, situation.connectivity, situation.robot);
+        let routes = ShortestPathTree::from(situation.terrain, situation.connectivity, situation.robot);
         let mut sum = PathSum::new(situation);
         let mut scores = vec![f64::NEG_INFINITY; situation.terrain.grid().cell_count()];
         for &cell in routes.candidates() {

@@ -1,4 +1,4 @@
-//! A yard, and a vehicle in it that speaks as ROS 2 behind a bridge does: for tests and for a benchmark.
+//! A test_site, and a vehicle in it that speaks as ROS 2 behind a bridge does: for tests and for a benchmark.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -14,9 +14,9 @@ const WIDTH_PIXELS: u32 = 1000;
 /// Each looks a third of the way around.
 const YAWS_DEGREES: [f64; 3] = [0.0, 120.0, -120.0];
 
-/// A square yard, one object in the middle of its north-eastern cell.
+/// A square test_site, one object in the middle of its north-eastern cell.
 #[derive(Clone, Copy)]
-pub(crate) struct Yard {
+pub(crate) struct TestSite {
     /// Cells along each side.
     pub(crate) side: u32,
     pub(crate) cell_meters: f64,
@@ -24,11 +24,11 @@ pub(crate) struct Yard {
     pub(crate) policy: &'static str,
 }
 
-impl Yard {
+impl TestSite {
     pub(crate) fn scenario(self) -> String {
         let Self { side, cell_meters, policy } = self;
         format!(
-            "name = \"yard\"\n[map]\nshape = \"all_traversable\"\nrows = {side}\ncolumns = {side}\n\
+            "name = \"test_site\"\n[map]\nshape = \"all_traversable\"\nrows = {side}\ncolumns = {side}\n\
              cell_meters = {cell_meters:?}\n[objects]\ncount = 1\n[sensor]\nradius = 2\n[robots]\ncount = 1\n\
              policy = {policy}\n[mission]\nbudget_seconds = 36000.0\nspeed_meters_per_second = 20.0\n"
         )
@@ -42,7 +42,7 @@ impl Yard {
 
 /// A vehicle that drives along the last path that it heard, and sees well.
 pub(crate) struct Vehicle {
-    pub(crate) yard: Yard,
+    pub(crate) test_site: TestSite,
     /// What it is asked to drive, from where it is.
     pub(crate) way: Vec<plane::Pose>,
     pub(crate) here: plane::Pose,
@@ -50,8 +50,8 @@ pub(crate) struct Vehicle {
 
 impl Vehicle {
     /// In the south-west.
-    pub(crate) fn new(yard: Yard) -> Self {
-        Self { yard, way: Vec::new(), here: plane::Pose::new(10.0, 10.0, 0.3) }
+    pub(crate) fn new(test_site: TestSite) -> Self {
+        Self { test_site, way: Vec::new(), here: plane::Pose::new(10.0, 10.0, 0.3) }
     }
 
     /// Takes up a path, as CDR.
@@ -90,7 +90,7 @@ impl Vehicle {
 
     fn sees(&self, camera: &Camera) -> Detection2DArray {
         let eye = self.here.of_part(&camera.settings().mounting);
-        let object = plane::Pose::new(self.yard.object_meters(), self.yard.object_meters(), 0.0);
+        let object = plane::Pose::new(self.test_site.object_meters(), self.test_site.object_meters(), 0.0);
         let bearing = plane::bearing_radians(eye.position_meters(), object.position_meters());
         let is_near =
             (object.position_meters() - eye.position_meters()).norm() < camera.settings().max_range_meters;
@@ -155,7 +155,7 @@ pub(crate) fn camera_tables([columns, rows]: [u32; 2], more: &str, topic: &str) 
 pub(crate) fn settings(team: &str, bridge: &str) -> String {
     let cameras = camera_tables([WIDTH_PIXELS, 600], "", "detections");
     format!(
-        "robot = 1\n[common]\nmission = \"yard\"\nscenario = \"yard.toml\"\nzenoh = {{ listen = [{team:?}] }}\n\
+        "robot = 1\n[common]\nmission = \"test_site\"\nscenario = \"test_site.toml\"\nzenoh = {{ listen = [{team:?}] }}\n\
          [vehicle]\nspeed_meters_per_second = 20.0\nfootprint = {{ shape = \"disc\", radius_meters = 0.5 }}\n\
          [ros]\ntransport = \"bridge\"\nlocalization = \"odometry\"\nodometry_frame = \"map\"\n\
          zenoh = {{ connect = [{bridge:?}] }}\n{cameras}"

@@ -10,7 +10,7 @@ use super::input::{GoalId, GoalState, GoalStatus};
 
 /// A waypoint on its way.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Errand {
+pub struct NavigationGoal {
     /// Goals that were there before.
     older: BTreeSet<GoalId>,
     mine: Option<GoalId>,
@@ -34,7 +34,7 @@ pub enum Progress {
     Replaced,
 }
 
-impl Errand {
+impl NavigationGoal {
     /// A waypoint that is handed over now, after these goals were last told of.
     #[must_use]
     pub fn begin(goals: &[GoalStatus]) -> Self {
@@ -80,7 +80,7 @@ mod tests {
     }
 
     fn check(told: &[&[GoalStatus]], expected: Progress) {
-        let mut errand = Errand::begin(&[goal(1, 10, GoalState::Executing)]);
+        let mut errand = NavigationGoal::begin(&[goal(1, 10, GoalState::Executing)]);
         assert_eq!(errand.progress(), Progress::Unanswered);
         for goals in told {
             errand.follow(goals);
