@@ -95,7 +95,7 @@ async fn run(test_site: TestSite, duration: Duration) {
 }
 
 /// Where it is, cells to the east and to the north.
-#[expect(clippy::cast_possible_truncation, reason = "metres of a small map")]
+#[expect(clippy::cast_possible_truncation, reason = "meters of a small map")]
 fn cell(vehicle: &Vehicle) -> [i64; 2] {
     let edge = vehicle.test_site.cell_meters;
     [vehicle.here.x_meters, vehicle.here.y_meters].map(|meters| (meters / edge).floor() as i64)

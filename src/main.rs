@@ -4,13 +4,14 @@
 //! what comes out into text and pictures.
 
 mod commands;
+mod help;
 mod log;
 mod plot;
 mod terminal;
 
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, FromArgMatches, Parser};
 
 use commands::Command;
 
@@ -23,10 +24,10 @@ static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 /// Version and commit of this program.
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("DRAGNET_COMMIT"), ")");
 
-/// Searches a mapped area with one robot or many until every object of interest is found.
+/// Search a mapped area with one robot or a team until every object of interest is found.
 ///
-/// A scenario file says what is searched, by whom and with what. Start with `dragnet run`, which searches in simulation
-/// and draws what was found; `dragnet compare` measures policies against each other; `dragnet agent` and `dragnet
+/// A scenario file describes the map, the sensor, the objects and the robots. Start with `dragnet run`, which searches in
+/// simulation and draws the result. `dragnet compare` measures policies against each other. `dragnet agent` and `dragnet
 /// coordinator` run on vehicles.
 #[derive(Parser)]
 #[command(name = "dragnet", version = VERSION, after_help = EXAMPLES, arg_required_else_help = true)]
@@ -41,10 +42,14 @@ Examples:
   dragnet compare scenarios/paper/figure_four.toml --policies greedy,path --seeds 10
   dragnet check scenarios/*.toml
 
-Exit codes: 0 done, 1 a run failed, 2 bad input.";
+Exit codes: 0 success, 1 a run failed, 2 invalid input.";
 
 fn main() -> ExitCode {
-    let command = CommandLine::parse().command;
+    let matches = help::grouped(CommandLine::command()).get_matches();
+    let command = match CommandLine::from_arg_matches(&matches) {
+        Ok(line) => line.command,
+        Err(error) => error.exit(),
+    };
     log::keep(&command);
     match commands::execute(command) {
         Ok(()) => ExitCode::SUCCESS,

@@ -23,7 +23,7 @@ const LINE_WIDTH: u32 = 4;
 const INK: RGBColor = RGBColor(40, 40, 40);
 const FAINT: RGBColor = RGBColor(226, 226, 226);
 
-/// Colors that the color-blind tell apart (Okabe and Ito 2008), a grey instead of the yellow, which is too light for
+/// Colors that the color-blind tell apart (Okabe and Ito 2008), a gray instead of the yellow, which is too light for
 /// lines.
 const COLORS: [RGBColor; 8] = [
     RGBColor(140, 140, 140),

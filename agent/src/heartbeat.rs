@@ -106,14 +106,14 @@ mod tests {
     #[test]
     fn one_welcome_is_for_all_who_come_together_and_one_robot_gives_it() {
         let mut schedule = second();
-        schedule.welcome(at(1));
+        schedule.request_sync(at(1));
         let soon = MissionTime(SECOND + SECOND / 2 + SECOND);
         assert_eq!(schedule.due(), soon);
-        schedule.welcome(MissionTime(SECOND + 1));
+        schedule.request_sync(MissionTime(SECOND + 1));
         schedule.suppress(|| false);
         assert!(schedule.beats(soon));
         assert_eq!(schedule.due(), at(8));
-        schedule.welcome(at(2));
+        schedule.request_sync(at(2));
         schedule.suppress(|| true);
         assert_eq!(schedule.due(), at(8));
     }

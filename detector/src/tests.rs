@@ -203,25 +203,25 @@ fn of_equals_the_first_anchor_and_the_first_class_win() {
 #[test]
 fn anchors_that_cannot_be_are_left_out_and_counted() {
     let good = [100.0, 100.0, 40.0, 80.0, 0.1, 0.7, 0.2];
-    let spoilt = |part: usize, value: f32| {
+    let spoiled = |part: usize, value: f32| {
         let mut anchor = good;
         anchor[part] = value;
         anchor
     };
     let wrong = [
-        spoilt(0, f32::NAN),
-        spoilt(1, f32::INFINITY),
-        spoilt(2, 0.0),
-        spoilt(3, -80.0),
-        spoilt(4, f32::NAN),
-        spoilt(5, 1.01),
-        spoilt(6, -0.01),
+        spoiled(0, f32::NAN),
+        spoiled(1, f32::INFINITY),
+        spoiled(2, 0.0),
+        spoiled(3, -80.0),
+        spoiled(4, f32::NAN),
+        spoiled(5, 1.01),
+        spoiled(6, -0.01),
     ];
     for anchor in wrong {
         assert_eq!(check(&[anchor, good], &Settings::default()).unwrap(), (vec![(1, 80.0)], 1), "{anchor:?}");
     }
     // They count also where nothing is found.
-    assert_eq!(check(&[wrong[0], spoilt(5, 0.2)], &Settings::default()).unwrap(), (vec![], 1));
+    assert_eq!(check(&[wrong[0], spoiled(5, 0.2)], &Settings::default()).unwrap(), (vec![], 1));
     let all = |anchor| check(&[anchor], &Settings::default()).unwrap_err().to_string();
     let head = "none of 1 anchors is a box with probabilities: the first has ";
     assert_eq!(all(wrong[0]), format!("{head}NaN where a number of pixels belongs"));

@@ -68,7 +68,7 @@ fn track(writer: &mut Document, account: &Account, robot: RobotId, visits: &[Vis
     Ok(())
 }
 
-/// Latitude and longitude to a centimetre: schemas of GPX take no exponents.
+/// Latitude and longitude to a centimeter: schemas of GPX take no exponents.
 fn degrees(point: GeoPoint) -> (String, String) {
     (format!("{:.7}", point.latitude_degrees), format!("{:.7}", point.longitude_degrees))
 }

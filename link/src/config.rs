@@ -215,7 +215,7 @@ impl AgentSettings {
                 };
                 Some(read_text_at_most(&path, MAX_PRIMITIVES_BYTES).map_err(told)?)
             }
-            MotionTable::Lattice { .. } | MotionTable::Goal => None,
+            MotionTable::Lattice { .. } | MotionTable::Goal {} => None,
         };
         let checked = vehicle.check(primitives.as_deref()).map_err(|error| failed(error.to_string()))?;
         let (terrain, sensor) = (scenario.terrain().clone(), scenario.sensor().clone());
@@ -224,7 +224,7 @@ impl AgentSettings {
         let pilot = Pilot::new(checked, terrain, sensor, &map).map_err(|error| failed(error.to_string()))?;
         let moved_by = match vehicle.motion {
             MotionTable::Lattice { .. } => OutputKind::Path,
-            MotionTable::Goal => OutputKind::Goal,
+            MotionTable::Goal {} => OutputKind::Goal,
         };
         let detector = self.detector.clone().map(|detector| detector::Settings {
             module: file.parent().unwrap_or(Path::new("")).join(&detector.module),

@@ -80,7 +80,7 @@ impl Finding {
 /// Looks at all that the settings of a robot name; listens to its networks for so long. Each finding is told as it is
 /// made. `make` makes its detector, if they ask for one. Without settings that can be, there is nothing to look at.
 pub fn examine(file: &Path, listen: Duration, make: Make<'_>, tell: &mut dyn FnMut(Finding)) {
-    let advice = "mend the settings: docs/guide.md and docs/field-guide.md name all keys";
+    let advice = "correct the settings: docs/guide.md and docs/field-guide.md explain them";
     let config = match config::load::<AgentSettings>(file) {
         Ok(config) => config,
         Err(error) => return tell(Finding::fail("settings", error.to_string(), advice)),

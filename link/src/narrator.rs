@@ -142,8 +142,8 @@ mod tests {
             now = MissionTime(now.0 + 20_000_000_000);
             let effects = agent.handle(now, sensed(value)).unwrap();
             lines.extend(of_robot.lines(&agent, &effects));
-            for (_, parcel) in effects.published {
-                let effects = node.handle(now, Event::Received { from: robot, message: parcel }).unwrap();
+            for (_, message) in effects.published {
+                let effects = node.handle(now, Event::Received { from: robot, message }).unwrap();
                 lines.extend(of_coordinator.lines(&node, &effects));
             }
         }

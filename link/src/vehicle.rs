@@ -56,7 +56,7 @@ pub(crate) const SHOW: Duration = Duration::from_secs(1);
 const SHOW_AGAIN: u32 = 5;
 /// A goal that nobody has taken up, or a path that nobody drives, is told again after so long.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// Who has come no farther than this stands, metres: what localization wanders by.
+/// Who has come no farther than this stands, meters: what localization wanders by.
 const STILL_METERS: f64 = 0.25;
 /// So near to a path's end whoever follows it may well have done so.
 const NEAR_METERS: f64 = 1.0;

@@ -26,7 +26,7 @@ pub struct Hello {
     pub rows: u32,
     /// Columns, from the west.
     pub columns: u32,
-    /// Edge of a cell, metres.
+    /// Edge of a cell, meters.
     pub cell_meters: f64,
     /// One byte a cell, 1 where a robot can be; Base64.
     pub ground: String,
@@ -117,7 +117,7 @@ pub struct RobotFrame {
     pub trail: Vec<u32>,
     /// Cells still to be entered.
     pub plan: Vec<u32>,
-    /// Way covered, metres.
+    /// Way covered, meters.
     pub meters: f64,
 }
 

@@ -99,7 +99,7 @@ pub struct Walk {
     pub trail: VecDeque<Cell>,
     /// Cells that it was in, those forgotten too.
     pub steps: u64,
-    /// Way covered, metres.
+    /// Way covered, meters.
     pub path_meters: f64,
     /// What it does.
     pub activity: Option<Activity>,

@@ -126,14 +126,14 @@ pub struct Step {
     pub variances: Vec<f32>,
     pub sender_kind: u8,
     pub sender_robot: u16,
-    pub parcel: u64,
+    pub message: u64,
 }
 
 /// `dragnet_msgs/msg/StepReply`, see `msg/StepReply.msg`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StepReply {
     pub version: u8,
-    pub parcels: Vec<u64>,
+    pub messages: Vec<u64>,
     pub kinds: Vec<u8>,
     pub to_kinds: Vec<u8>,
     pub to_robots: Vec<u16>,

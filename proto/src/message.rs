@@ -126,7 +126,7 @@ pub struct Heartbeat {
     pub activity: Activity,
     /// The cell that it is in.
     pub cell: Cell,
-    /// Way covered since the mission's start, metres.
+    /// Way covered since the mission's start, meters.
     pub path_meters: f64,
     /// The plan that it follows.
     pub intent: Intent,

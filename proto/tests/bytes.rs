@@ -183,10 +183,10 @@ fn steps() -> impl Strategy<Value = Step> {
 
 fn step_replies() -> impl Strategy<Value = StepReply> {
     let kind = (0..MessageKind::ALL.len()).prop_map(|index| MessageKind::ALL[index]);
-    let parcel =
+    let message =
         (any::<u64>(), kind, audiences()).prop_map(|(number, kind, to)| MessageRef { number, kind, to });
     let next = (proptest::option::of(vec(cells(), 0..30)), proptest::option::of(1..=u64::MAX), activities());
-    (vec(parcel, 0..5), next, any::<u64>(), 0.0..1e3, digests(), ".*").prop_map(
+    (vec(message, 0..5), next, any::<u64>(), 0.0..1e3, digests(), ".*").prop_map(
         |(published, (route, wake_at_ns, activity), observations, decision_seconds, digest, error)| {
             StepReply {
                 published,

@@ -39,7 +39,7 @@ class Decision:
     step: int | None
     #: Cells entered on the way, the waypoint last, int64.
     path: NDArray[np.int64]
-    #: What the policy maximised, in units of its own, shape ``(rows, columns)``, float64; ``-inf`` where it cannot go.
+    #: What the policy maximized, in units of its own, shape ``(rows, columns)``, float64; ``-inf`` where it cannot go.
     scores: NDArray[np.float64]
 
 

@@ -24,9 +24,9 @@ class Recording:
     summary: dict[str, str]
     #: ``"complete"``, ``"cut off"`` or ``"damaged in ..."``; what is whole is here in any case.
     ending: str
-    #: Edge of a cell, metres.
+    #: Edge of a cell, meters.
     cell_meters: float
-    #: Pose of the map's south-western corner in the frame ``map``: x and y, metres, and yaw, radians.
+    #: Pose of the map's south-western corner in the frame ``map``: x and y, meters, and yaw, radians.
     origin: tuple[float, float, float]
     #: Where a robot can be, bool.
     traversable: NDArray[np.bool_]
@@ -51,7 +51,7 @@ class Recording:
     statuses: list[dict[str, Any]]
 
     def position(self, cell: int) -> tuple[float, float]:
-        """The middle of a cell in the frame ``map``, metres."""
+        """The middle of a cell in the frame ``map``, meters."""
         row, column = divmod(int(cell), self.traversable.shape[1])
         along, up = (column + 0.5) * self.cell_meters, (row + 0.5) * self.cell_meters
         x, y, yaw = self.origin

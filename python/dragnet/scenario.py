@@ -70,7 +70,7 @@ class Scenario:
 
     @property
     def cell_meters(self) -> float:
-        """Edge of a cell, metres."""
+        """Edge of a cell, meters."""
         return self.native.cell_meters
 
     @property

@@ -169,7 +169,7 @@ impl Team {
         let from = search.cell(place);
         let to = usize::try_from(action).ok().and_then(|action| match self.control {
             Control::Step => self.field.neighbor(from, action),
-            Control::Waypoint => self.towards(from, action),
+            Control::Waypoint => self.toward(from, action),
         });
         match (to, self.masked) {
             (Some(to), _) => Ok(Move::To(to)),
@@ -195,7 +195,7 @@ impl Team {
     }
 
     /// The first cell on the shortest path to a cell.
-    fn towards(&self, from: Cell, to: usize) -> Option<Cell> {
+    fn toward(&self, from: Cell, to: usize) -> Option<Cell> {
         let scenario = self.field.scenario();
         let to = u32::try_from(to).ok().and_then(|number| scenario.terrain().grid().cell_numbered(number))?;
         ShortestPathTree::from(scenario.terrain(), scenario.connectivity(), from).path(to).first().copied()

@@ -1,4 +1,4 @@
-//! What a robot's sensors and its navigation say, checked: a value in hand is in its range, in metres and radians.
+//! What a robot's sensors and its navigation say, checked: a value in hand is in its range, in meters and radians.
 //!
 //! Lengths are held against a bound before anything is allocated for them, and a message that is not well formed is
 //! refused as a whole: with its name, the field, what stood there and what is allowed.

@@ -4,7 +4,7 @@
 //! - [`wire`], [`cdr`], [`schema`]: messages as structs, as bytes, and as ROS defines them;
 //! - [`name`]: names of topics, nodes and namespaces, as ROS has them;
 //! - [`qos`], [`rmw_zenoh`], [`bridge`]: under which key each topic travels by either way in, and what goes with it;
-//! - [`input`]: what a robot's sensors and its navigation say, checked, in metres and radians;
+//! - [`input`]: what a robot's sensors and its navigation say, checked, in meters and radians;
 //! - [`output`]: what Dragnet says to them;
 //! - [`errand`]: what has become of a waypoint that was handed to Nav2;
 //! - [`viewer`]: a mission as viewers draw it.

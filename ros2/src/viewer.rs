@@ -1,6 +1,6 @@
 //! What viewers draw: maps, beliefs, poses and routes as standard messages.
 //!
-//! Frame `map`: metres, as the map's own file has it, in which the map's south-western corner lies at its [`MapOrigin`].
+//! Frame `map`: meters, as the map's own file has it, in which the map's south-western corner lies at its [`MapOrigin`].
 //! Frame `robot_<number>`: a robot, x along the rows of the map.
 
 use dragnet_scenario::map_file::MapOrigin;

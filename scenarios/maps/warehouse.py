@@ -11,7 +11,7 @@ PIXELS_PER_METER = 4
 
 
 def box(pixels, west, south, east, north, value):
-    """Fills a rectangle given in metres from the south-western corner."""
+    """Fills a rectangle given in meters from the south-western corner."""
     for row in range(int(south * PIXELS_PER_METER), int(north * PIXELS_PER_METER)):
         for column in range(int(west * PIXELS_PER_METER), int(east * PIXELS_PER_METER)):
             pixels[HEIGHT - 1 - row][column] = value

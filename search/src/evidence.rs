@@ -1,7 +1,7 @@
 //! Evidence: one pair of integers a cell that serves every policy.
 //!
 //! `precision = sum 1/v` and `weighted_sum = sum y/v` over all readings of a cell, in units of 1/65,536, each reading
-//! quantised once from its `f32` values. Sums of integers commute exactly, so robots that hold the same observations
+//! quantized once from its `f32` values. Sums of integers commute exactly, so robots that hold the same observations
 //! hold the same evidence to the bit, whatever the order, delay or route of the messages.
 
 use std::fmt;

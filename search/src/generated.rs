@@ -43,7 +43,7 @@ impl Generated {
         }
     }
 
-    /// Draws a map of cells of an edge in metres: one connected area that is open, the rest blocked.
+    /// Draws a map of cells of an edge in meters: one connected area that is open, the rest blocked.
     ///
     /// # Errors
     /// If the edge is not a positive length.

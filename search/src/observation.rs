@@ -50,7 +50,8 @@ pub struct Observation {
     pub origin: Origin,
     /// Counts the observations of that origin from 0 without a gap.
     pub sequence: u64,
-    /// When, nanoseconds of mission time. Told to viewers; no decision uses it.
+    /// When, nanoseconds of mission time. It bounds how fast the robot can have moved since its observation before, and says how
+    /// long it stands still; what the readings say does not depend on it.
     pub time_ns: u64,
     /// Where the robot stood.
     pub from: Cell,

@@ -44,7 +44,7 @@ pub struct Decision {
     /// Cells entered on the way there, the waypoint last; empty if the robot is to rest, since there is nowhere to go or
     /// nothing is worth a look.
     pub path: Vec<Cell>,
-    /// What the policy maximised, shape `[cells]`, in units of its own; `-inf` for cells that are no candidates.
+    /// What the policy maximized, shape `[cells]`, in units of its own; `-inf` for cells that are no candidates.
     pub scores: Vec<f64>,
 }
 

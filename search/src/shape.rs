@@ -42,7 +42,7 @@ impl Shape {
         }
     }
 
-    /// Draws the shape on a grid of cells of an edge in metres: cells whose center is inside are open, the others
+    /// Draws the shape on a grid of cells of an edge in meters: cells whose center is inside are open, the others
     /// blocked.
     ///
     /// # Errors

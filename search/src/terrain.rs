@@ -130,7 +130,7 @@ impl Terrain {
         self.grid
     }
 
-    /// Edge of a cell, metres.
+    /// Edge of a cell, meters.
     #[must_use]
     pub const fn cell_meters(&self) -> f64 {
         self.cell_meters
@@ -183,7 +183,7 @@ impl Terrain {
     }
 
     /// Cells of the largest connected traversable area, by index; of two equal ones the one with the smallest cell.
-    /// Connection is by the 4 neighbours.
+    /// Connection is by the 4 neighbors.
     #[must_use]
     pub fn largest_area(&self) -> Vec<Cell> {
         let mut seen = vec![false; self.grid.cell_count()];
@@ -213,7 +213,7 @@ impl Terrain {
         largest
     }
 
-    /// Center of a cell, metres east and north of the map's south-western corner.
+    /// Center of a cell, meters east and north of the map's south-western corner.
     #[must_use]
     pub fn center_meters(&self, cell: Cell) -> (f64, f64) {
         let Position { row, column } = self.grid.position(cell);

@@ -68,7 +68,7 @@ pub struct Trial {
     pub ended: MissionTime,
     /// How the belief of all readings together compares with the truth at the end.
     pub score: Score,
-    /// Way driven by each robot, metres.
+    /// Way driven by each robot, meters.
     pub driven_meters: Vec<f64>,
     /// Computing time of each decision, as measured: no part of what happens.
     pub decisions: Vec<Duration>,
@@ -80,7 +80,7 @@ pub struct Trial {
     pub diagnostics: Vec<(RobotId, Diagnostic)>,
     /// Digest of the evidence of all readings.
     pub digest: Digest,
-    /// Where the first robot was at each tick, metres east and north.
+    /// Where the first robot was at each tick, meters east and north.
     pub trace: Vec<(f64, f64)>,
 }
 
@@ -305,8 +305,8 @@ impl<'a> Mission<'a> {
     }
 
     fn deliver(&mut self) -> Result<(), ParticipantError> {
-        while let Some((from, to, parcel)) = self.mail.pop_front() {
-            self.tell(to, Event::Received { from, message: parcel })?;
+        while let Some((from, to, message)) = self.mail.pop_front() {
+            self.tell(to, Event::Received { from, message })?;
         }
         Ok(())
     }

@@ -14,7 +14,7 @@ const SIDES: std::ops::RangeInclusive<u32> = 16..=40;
 const DENSITIES: (f64, f64) = (0.01, 0.3);
 /// One search in so many is that of a team.
 const TEAM_EVERY: u32 = 4;
-/// One in so many has a robot that moves to eight neighbours.
+/// One in so many has a robot that moves to eight neighbors.
 const DIAGONAL_EVERY: u32 = 5;
 /// One in so many has a sensor of another radius than the default.
 const OTHER_RADIUS_EVERY: u32 = 3;

@@ -9,7 +9,7 @@ use dragnet_search::evidence::Digest;
 
 /// The team as the simulator drives it: in this process, or behind a network.
 ///
-/// What is published is a parcel: the simulator decides when, and whether, it reaches whom, and need not know what is
+/// A published message is opaque here: the simulator decides when, and whether, it reaches whom, and need not know what is
 /// in it.
 pub trait Participants {
     /// A published message, or its name.

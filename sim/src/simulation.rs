@@ -149,7 +149,7 @@ impl Outcome {
 
 enum SimEvent<P> {
     Arrival { robot: RobotId, route_number: u64 },
-    Delivery { from: Participant, to: Participant, parcel: P },
+    Delivery { from: Participant, to: Participant, message: P },
     Waking { who: Participant, number: u64 },
     Crash { who: Participant },
     Return { who: Participant },
@@ -335,9 +335,9 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
                     self.look(now, robot)?;
                 }
             }
-            SimEvent::Delivery { from, to, parcel } => {
+            SimEvent::Delivery { from, to, message } => {
                 if self.members[self.place(to)].is_up {
-                    self.tell(now, to, Event::Received { from, message: parcel })?;
+                    self.tell(now, to, Event::Received { from, message })?;
                 }
             }
             SimEvent::Waking { who, number } => {
@@ -445,8 +445,8 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
             }
         }
         self.outcome.decisions.extend(effects.decision);
-        for (audience, parcel) in effects.published {
-            self.send(now, who, audience, &parcel);
+        for (audience, message) in effects.published {
+            self.send(now, who, audience, &message);
         }
         if let (Participant::Robot(robot), Some(route)) = (who, effects.route) {
             (self.spectator)(
@@ -458,7 +458,7 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
         }
     }
 
-    fn send(&mut self, now: MissionTime, from: Participant, audience: Audience, parcel: &C::MessageRef) {
+    fn send(&mut self, now: MissionTime, from: Participant, audience: Audience, message: &C::MessageRef) {
         for index in 0..self.members.len() {
             let to = self.members[index].who;
             let is_meant = match audience {
@@ -467,7 +467,7 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
             };
             if is_meant {
                 for due in self.network.arrivals(now, from, to) {
-                    self.queue.plan(due, SimEvent::Delivery { from, to, parcel: parcel.clone() });
+                    self.queue.plan(due, SimEvent::Delivery { from, to, message: message.clone() });
                 }
             }
         }

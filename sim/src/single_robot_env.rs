@@ -62,7 +62,7 @@ pub struct SingleRobotEnv {
     terms: Terms,
     world: World,
     now: MissionTime,
-    /// Way covered and waited for, metres: what the budget counts.
+    /// Way covered and waited for, meters: what the budget counts.
     spent_meters: f64,
     /// Whether, of a beat and an arrival at this time, the arrival came first.
     is_before_beat: bool,

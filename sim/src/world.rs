@@ -152,7 +152,7 @@ impl World {
         body.route_number += 1;
     }
 
-    /// How long a robot takes to its next cell, at a speed in metres a second; `None` where its route ends.
+    /// How long a robot takes to its next cell, at a speed in meters a second; `None` where its route ends.
     #[must_use]
     pub fn travel_time(&self, robot: RobotId, speed: f64) -> Option<Duration> {
         let body = self.body(robot);
@@ -172,7 +172,7 @@ impl World {
         }
     }
 
-    /// How long a robot takes over a way of so many cells, at a speed in metres a second.
+    /// How long a robot takes over a way of so many cells, at a speed in meters a second.
     #[must_use]
     pub fn time_over(&self, distance_cells: f64, speed: f64) -> Duration {
         let seconds = distance_cells * self.terrain.cell_meters() / speed;

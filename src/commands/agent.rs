@@ -6,7 +6,7 @@ use dragnet_link::serve::{self, Precedence};
 
 use super::{Failure, dry_run, eyes, latency};
 
-/// Run one robot of a team, in the field.
+/// Run one robot of a team in the field.
 ///
 /// It decides where to go, tells the others over Zenoh what it saw, and hears them. It needs no coordinator, and goes on when the network does not.
 #[derive(clap::Args)]

@@ -1,11 +1,11 @@
-//! `dragnet calibrate`: fits the sensor model to labelled looks.
+//! `dragnet calibrate`: fits the sensor model to labeled looks.
 
 use std::path::{Path, PathBuf};
 
 use csv::Reader;
 use dragnet_files::read_text_at_most;
 use dragnet_search::sensor;
-use dragnet_vehicle::calibration::{self, AtDistance, Calibration, Estimate, LabelledLook};
+use dragnet_vehicle::calibration::{self, AtDistance, Calibration, Estimate, LabeledLook};
 use serde::Deserialize;
 
 use super::{Failure, output};
@@ -13,14 +13,14 @@ use crate::plot::{Figure, Line, Look};
 use crate::terminal;
 use crate::terminal::table::Table;
 
-/// Fit the sensor model to what a detector said of cells where it is known what was there.
+/// Fit the sensor model to a detector's scores of labeled cells.
 ///
 /// The file is a CSV table with the columns distance (cells, Manhattan), object (1 if one was there, else 0) and value (what
 /// the detector said: 1 is an object, 0 an empty cell). The model is a variance of noise_variance d^2 at distance d.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  dragnet calibrate looks.csv --plot fit.svg")]
 pub(crate) struct Arguments {
-    /// The labelled looks (CSV)
+    /// The labeled looks (CSV)
     file: PathBuf,
     /// Draw the variance by distance and the fit (SVG); the file must not exist
     #[arg(long, value_name = "FILE")]
@@ -53,7 +53,7 @@ struct Row {
 /// The longest table, bytes.
 const MAX_BYTES: u64 = 1 << 28;
 
-fn read(path: &Path) -> Result<Vec<LabelledLook>, Failure> {
+fn read(path: &Path) -> Result<Vec<LabeledLook>, Failure> {
     let failed = |reason: String| Failure::Input(format!("{}: {reason}", path.display()));
     let text = read_text_at_most(path, MAX_BYTES);
     let text = text.map_err(|error| failed(format!("cannot read it: {error}")))?;
@@ -63,7 +63,7 @@ fn read(path: &Path) -> Result<Vec<LabelledLook>, Failure> {
         if object > 1 {
             return Err(failed(format!("object is {object}; allowed are 0 and 1")));
         }
-        Ok(LabelledLook { distance, is_object: object == 1, value })
+        Ok(LabeledLook { distance, is_object: object == 1, value })
     });
     rows.collect()
 }

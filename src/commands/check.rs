@@ -12,7 +12,7 @@ use crate::terminal::{self, counted};
 /// A region that is searched to a smaller share than this is told of: its whole POA is put on what is searched.
 const MOST_OF_IT: f64 = 0.9;
 
-/// Check scenario files, and the maps that they name.
+/// Check scenario files and the maps that they name.
 ///
 /// Says what each scenario comes to, what is odd about it, or why it cannot be run.
 #[derive(clap::Args)]

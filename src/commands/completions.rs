@@ -7,7 +7,7 @@ use super::Failure;
 use crate::CommandLine;
 use crate::terminal;
 
-/// Print completions for a shell.
+/// Print shell completions.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:

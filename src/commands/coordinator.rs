@@ -7,7 +7,7 @@ use dragnet_link::serve::{self, Role};
 use super::Failure;
 use crate::VERSION;
 
-/// Watch and record a mission, in the field.
+/// Watch and record a mission in the field.
 ///
 /// It declares what is found, says who is alive, and records all that it hears over Zenoh. Robots search on without it.
 #[derive(clap::Args)]

@@ -18,7 +18,7 @@ use crate::terminal::{self, counted};
 use part::Part;
 use plan::{Job, Plan, Search};
 
-/// Watch an expert and write down what it decides, and from what.
+/// Record the decisions of an expert policy, to train a network on.
 ///
 /// One file a trajectory, safetensors, which Python reads as well: beliefs, the cell that was chosen, and the expert's
 /// scores. Files that are there already are kept, so a command that was stopped goes on where it was. Seeds that a

@@ -16,7 +16,7 @@ use std::str::FromStr;
 
 use super::Failure;
 
-/// Try a detector on images.
+/// Run a detector on images.
 ///
 /// Shows images to a YOLO network, a TorchScript module as `yolo export format=torchscript` makes one, in the way in which
 /// a robot does, and prints what it finds: class, confidence, edges in pixels of the image and, for a known camera, where

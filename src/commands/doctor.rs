@@ -13,7 +13,7 @@ use time::OffsetDateTime;
 use super::{Failure, eyes, latency};
 use crate::terminal;
 
-/// Look whether all is there that a robot's settings name, before it is let go.
+/// Check a robot's settings, network, sensors and clocks before it goes.
 ///
 /// Settings, journal and disk, decision time on this computer, the team's network and who is there, clocks, certificates, and
 /// with a vehicle each topic of its ROS 2 network: a line each, pass, WARN or FAIL, and what to do.

@@ -7,7 +7,7 @@ use dragnet_coordinator::inspect;
 use super::Failure;
 use crate::terminal;
 
-/// Say what a recording holds.
+/// Summarize a recording.
 ///
 /// When, who, which topics, and what was found. Of a recording that was cut off or is damaged all that is whole is read; `dragnet recover` makes a complete one of it.
 #[derive(clap::Args)]

@@ -15,7 +15,7 @@ use super::Failure;
 use crate::terminal;
 use crate::terminal::table::Table;
 
-/// Make certificates, so that only who has one takes part in a mission, each as itself.
+/// Make and revoke the certificates of a mission.
 ///
 /// A folder holds the authority of one mission and a folder for each participant, which is copied to its machine as it
 /// is. There, the settings of `dragnet agent`, `coordinator` or `sim` name its zenoh.json5 as `config` and tls/ endpoints.

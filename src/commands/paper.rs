@@ -40,7 +40,7 @@ const FIRST_SEED: u64 = 1000;
 /// The file that holds the report.
 const REPORT: &str = "report.html";
 
-/// Run the paper's experiments again, in simulation, and report them beside its own figures.
+/// Repeat the paper's experiments in simulation, beside its own figures.
 ///
 /// Writes one page, report.html, which needs neither script nor network, and the numbers behind it as CSV files. It says
 /// which claims of the paper hold, and where this set-up differs. The default seeds are none that anything was tuned or

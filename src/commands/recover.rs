@@ -7,7 +7,7 @@ use dragnet_coordinator::{RecordingError, recover};
 use super::Failure;
 use crate::terminal;
 
-/// Mend a recording that was cut off or damaged.
+/// Repair a recording that was cut off or damaged.
 ///
 /// As by a crash or a full disk. All that is whole, also behind what is damaged, is copied to a new file, which ends as it should. The old one stays as it is.
 #[derive(clap::Args)]

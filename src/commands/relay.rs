@@ -7,7 +7,7 @@ use dragnet_link::relay::{self, Forward, Quality};
 
 use super::Failure;
 
-/// Pass on connections late and slowly, to try a team on a bad radio link.
+/// Relay connections with delay and limited rate, to emulate a bad radio link.
 ///
 /// Robots call the relay where they would call each other. Runs until it is told to stop.
 #[derive(clap::Args)]

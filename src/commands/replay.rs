@@ -24,7 +24,7 @@ use super::{Failure, complain, live};
 use crate::terminal::map::Picture;
 use crate::terminal::{self, counted};
 
-/// See a recorded mission again.
+/// Replay a recorded mission.
 ///
 /// Prints each decision and each declared object, then the map as it was believed at the end. With --live it is served as
 /// a page instead, with a slider for its time. Of a recording that was cut off or is damaged all that is whole is shown.

@@ -7,7 +7,7 @@ use dragnet_link::serve;
 use super::search::{self, Ended, Style};
 use super::{Failure, scenario};
 
-/// Be the world for robots that run elsewhere.
+/// Simulate the world for robots that run elsewhere.
 ///
 /// It knows where the objects are, moves the robots, and tells them over Zenoh what they see. `dragnet run` does all of this by itself.
 #[derive(clap::Args)]

@@ -14,7 +14,7 @@ use crate::terminal::{self, counted};
 /// Seeds that are run before the time is looked at.
 const ROUND: usize = 200;
 
-/// Run whole teams through crashes, bad clocks and bad networks, and check what must hold.
+/// Test teams under injected faults and check their invariants.
 ///
 /// Each seed is another search on a small generated map: robots and a coordinator that lose, delay, repeat and overtake
 /// messages, are cut off, in one direction or both, crash, and start again with or without their memory, with clocks that

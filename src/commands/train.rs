@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 use super::Failure;
 
-/// Train a network to decide as an expert does.
+/// Train a network to imitate an expert policy.
 ///
 /// Learns from the files of `dragnet demonstrate`, and holds some trajectories out to see how well it imitates what it
 /// has not seen. Beside the weights it writes FILE.metrics.csv and FILE.svg, a row and a point an epoch, and, until it

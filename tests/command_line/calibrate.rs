@@ -1,4 +1,4 @@
-//! `dragnet calibrate`: from labelled looks to the sensor of a scenario.
+//! `dragnet calibrate`: from labeled looks to the sensor of a scenario.
 
 use super::Place;
 
@@ -19,7 +19,7 @@ fn looks(noise_variance: f64) -> String {
 }
 
 #[test]
-fn the_sensor_of_labelled_looks_is_told_and_drawn() {
+fn the_sensor_of_labeled_looks_is_told_and_drawn() {
     let place = Place::new();
     place.write("looks.csv", &looks(0.02));
     let told = place.succeed(&["calibrate", "looks.csv", "--plot", "fit.svg"]);

@@ -2,14 +2,15 @@
 
 use std::sync::Arc;
 
-use dragnet_agent::agent::{Agent, AgentConfig, Event};
-use dragnet_coordinator::mission::{self, CoordinatorConfig, Mission};
+use dragnet_agent::agent::{Agent, AgentConfig};
+use dragnet_coordinator::mission::{CoordinatorConfig, Mission};
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::directive::Directive;
 use dragnet_proto::dragnet_msgs as wire;
 use dragnet_proto::message::{Activity, Heartbeat, Intent, Message, MessageKind, SyncReply, SyncRequest};
 use dragnet_proto::validation::Limits;
 use dragnet_ros2::cdr::{self, MAX_BYTES};
+use dragnet_proto::state_machine::Event;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -115,8 +116,8 @@ proptest! {
         for mutated in &messages {
             let Some(message) = arrive(&scenario, codec, mutated) else { continue };
             let from = Participant::Robot(RobotId(mutated.3.into()));
-            agent.handle(NOW, Event::Received { from, message: message.clone() });
-            mission.handle(NOW, mission::Event::Received { from, message });
+            agent.react(NOW, Event::Received { from, message: message.clone() });
+            mission.react(NOW, Event::Received { from, message });
             check(agent.replica(), agent.belief(), &scenario, &limits);
             check(mission.replica(), mission.belief(), &scenario, &limits);
         }
@@ -132,7 +133,7 @@ proptest! {
         if let Ok(message) = codec.decode(MessageKind::ALL[kind], &bytes) {
             let mut agent = Agent::new(AgentConfig::of_team(&scenario, 1).remove(0));
             let from = Participant::Robot(MATE.robot);
-            agent.handle(NOW, Event::Received { from, message });
+            agent.react(NOW, Event::Received { from, message });
             check(agent.replica(), agent.belief(), &scenario, &Limits::of(&scenario));
         }
     }
@@ -145,7 +146,7 @@ fn the_honest_of_these_messages_count() {
     let from = Participant::Robot(MATE.robot);
     for sequence in [3, 11] {
         let message = honest(&scenario, 1, sequence);
-        mission.handle(NOW, mission::Event::Received { from, message });
+        mission.react(NOW, Event::Received { from, message });
     }
     assert_eq!(mission.replica().log().len(), 12);
     assert_ne!(mission.belief().digest(), scenario.prior().digest());

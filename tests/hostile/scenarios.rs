@@ -9,7 +9,7 @@ use dragnet_proto::message::Message;
 use dragnet_proto::state_machine::Effects;
 use dragnet_scenario::Scenario;
 use dragnet_search::seed::{Purpose, stream};
-use dragnet_sim::episode::{self, Witness};
+use dragnet_sim::episode::{self, Observer};
 use dragnet_sim::simulation::End;
 use rand::seq::IndexedRandom;
 
@@ -65,7 +65,7 @@ fn honest() -> Vec<Honest> {
 /// Has seen enough after so many more happenings.
 struct Patience(u32);
 
-impl Witness for Patience {
+impl Observer for Patience {
     fn reacts(&mut self, _: &Effects<Message>) -> ControlFlow<()> {
         self.0 -= 1;
         if self.0 == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

@@ -217,7 +217,7 @@ impl World {
             return;
         }
         for whom in [ROBOT, Participant::Coordinator].into_iter().filter(|&whom| whom != said.from) {
-            let heard = self.tell(whom, Event::Received { from: said.from, message: message.clone() });
+            let heard = self.tell(whom, Event::Received { from: said.from, message.clone() });
             tally.counted += heard.counted;
             for why in heard.refused {
                 *tally.refused.entry(why).or_default() += 1;
@@ -243,11 +243,11 @@ impl World {
             if let Some(route) = effects.route {
                 self.route = route.into();
             }
-            for (audience, parcel) in effects.published {
+            for (audience, message) in effects.published {
                 if audience == Audience::All || audience == Audience::One(other) {
-                    let bytes = convert::encode(&parcel);
-                    self.remember(Said { from: whom, kind: parcel.kind(), bytes });
-                    waiting.push_back((other, Event::Received { from: whom, message: parcel }));
+                    let bytes = convert::encode(&message);
+                    self.remember(Said { from: whom, kind: message.kind(), bytes });
+                    waiting.push_back((other, Event::Received { from: whom, message }));
                 }
             }
         }

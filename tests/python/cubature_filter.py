@@ -1,10 +1,10 @@
-"""Tracks one thing by bearings with filterpy's cubature Kalman filter, alone and range-parameterised.
+"""Tracks one thing by bearings with filterpy's cubature Kalman filter, alone and range-parameterized.
 
 Usage: cubature_filter.py < scenarios.json > estimates.json
 
 A list of scenarios, each: "settings" (members, velocity_std, acceleration_density, min_range_meters,
 max_range_meters, deviation_radians), "alone" (mean, covariance) and "sights", a list of [seconds, east, north,
-bearing]. The first sight begins the range-parameterised filter; both filters take in all others. The
+bearing]. The first sight begins the range-parameterized filter; both filters take in all others. The
 estimates: for each scenario and each of those others what "alone" and "mixture" hold after it, and the
 mixture's "weights".
 

@@ -206,7 +206,7 @@ fn python_brings_neither_a_network_nor_libtorch() {
 
 /// What `cargo deny check licenses` asks for too, without that tool: `deny.toml` is the one list.
 #[test]
-fn every_dependency_has_a_licence_that_deny_toml_allows() {
+fn every_dependency_has_a_license_that_deny_toml_allows() {
     let root = env!("CARGO_MANIFEST_DIR");
     let deny: toml::Table = std::fs::read_to_string(format!("{root}/deny.toml")).unwrap().parse().unwrap();
     let licenses = deny["licenses"].as_table().unwrap();
@@ -228,6 +228,6 @@ fn every_dependency_has_a_licence_that_deny_toml_allows() {
         let is_allowed = expression.is_ok_and(|expression| {
             expression.evaluate(|requirement| allowed.contains(&requirement.to_string()))
         });
-        assert!(is_allowed, "{} {}: licence {license:?}", package.name, package.version);
+        assert!(is_allowed, "{} {}: license {license:?}", package.name, package.version);
     }
 }

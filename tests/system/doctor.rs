@@ -243,10 +243,10 @@ fn a_journal_that_the_robot_would_refuse_fails_and_one_that_it_would_set_aside_i
     check(&examine(&file, 1).0, &["FAIL  journal: ", "no plain file, as a journal is; name another"]);
 }
 
-/// Metres of the scenario's cells.
+/// Meters of the scenario's cells.
 const CELL_METERS: f32 = 10.0;
 
-/// A map of the scenario's ground, which begins so many metres to the east.
+/// A map of the scenario's ground, which begins so many meters to the east.
 fn map(east_meters: f64) -> OccupancyGrid {
     let header = Header { frame_id: "map".to_owned(), ..Header::default() };
     let mut info = MapMetaData { resolution: CELL_METERS, width: 8, height: 8, ..MapMetaData::default() };

@@ -83,7 +83,7 @@ fn lines<'a>(told: &'a str, kind: &str) -> Vec<&'a str> {
     told.lines().filter_map(of_kind).map(|line| line.split(", in ").next().unwrap().trim()).collect()
 }
 
-/// Metres east and north of what is found in the north-eastern cell.
+/// Meters east and north of what is found in the north-eastern cell.
 fn where_found(told: &str) -> [f64; 2] {
     let place = told.split_once("[3, 3] at (").unwrap().1;
     let (place, std) = place.split_once(") m, std ").unwrap();

@@ -34,7 +34,7 @@ impl TestSite {
         )
     }
 
-    /// Where the object is, metres to the east and to the north.
+    /// Where the object is, meters to the east and to the north.
     pub(crate) fn object_meters(self) -> f64 {
         (f64::from(self.side) - 0.5) * self.cell_meters
     }

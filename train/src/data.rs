@@ -155,7 +155,7 @@ fn sample(
     Some(Sample { graph, chosen, wished, share_of_best })
 }
 
-/// `share^target_exponent`, normalised; the choice alone where scores say nothing.
+/// `share^target_exponent`, normalized; the choice alone where scores say nothing.
 #[expect(clippy::cast_possible_truncation, reason = "learned from as f32")]
 fn wishes(share_of_best: &[f32], chosen: u32, nodes: usize, target_exponent: f64) -> Vec<f32> {
     if share_of_best.is_empty() {

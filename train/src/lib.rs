@@ -1,4 +1,4 @@
-//! Behaviour cloning with libtorch: a network learns to choose as the expert of demonstrations chose (paper, Eq. 5).
+//! Behavior cloning with libtorch: a network learns to choose as the expert of demonstrations chose (paper, Eq. 5).
 //!
 //! The same demonstrations, settings and seed give the same weights, bit for bit, on one thread of one kind of machine.
 

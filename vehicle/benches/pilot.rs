@@ -39,7 +39,7 @@ impl Ride {
         };
         let settings = Settings {
             cameras: vec![camera("front", 0.0), camera("left", 120.0), camera("right", -120.0)],
-            motion: MotionTable::Goal,
+            motion: MotionTable::Goal {},
             ..Settings::default()
         };
         let map = CostMap::from_terrain(&terrain, 1).unwrap();

@@ -22,7 +22,7 @@ pub const FEWEST_DISTANCES: usize = 2;
 
 /// What a detector said of a cell, and what was there.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LabelledLook {
+pub struct LabeledLook {
     /// Manhattan distance of the cell, cells, at most [`Sensor::MAX_RADIUS`].
     pub distance: u32,
     /// Whether an object was in it.
@@ -94,7 +94,7 @@ pub enum CalibrationError {
     #[error("all looks are at {0}: a fit needs objects and empty cells")]
     OneKind(&'static str),
     /// Values that are labels and no measurements.
-    #[error("all values are exactly 0 or 1 as labelled: there is no noise to fit")]
+    #[error("all values are exactly 0 or 1 as labeled: there is no noise to fit")]
     NoNoise,
 }
 
@@ -102,7 +102,7 @@ pub enum CalibrationError {
 ///
 /// # Errors
 /// If a look cannot be, or there are too few, at too few distances, of one kind only, or without any error.
-pub fn calibrate(looks: &[LabelledLook]) -> Result<Calibration, CalibrationError> {
+pub fn calibrate(looks: &[LabeledLook]) -> Result<Calibration, CalibrationError> {
     check(looks)?;
     let mut errors: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
     for look in looks {
@@ -129,8 +129,8 @@ pub fn calibrate(looks: &[LabelledLook]) -> Result<Calibration, CalibrationError
     })
 }
 
-fn check(looks: &[LabelledLook]) -> Result<(), CalibrationError> {
-    for (index, &LabelledLook { distance, value, .. }) in looks.iter().enumerate() {
+fn check(looks: &[LabeledLook]) -> Result<(), CalibrationError> {
+    for (index, &LabeledLook { distance, value, .. }) in looks.iter().enumerate() {
         if !(-MAX_VALUE..=MAX_VALUE).contains(&value) {
             return Err(CalibrationError::Value { index, value });
         }
@@ -155,7 +155,7 @@ fn check(looks: &[LabelledLook]) -> Result<(), CalibrationError> {
     }
 }
 
-fn error(look: &LabelledLook) -> f64 {
+fn error(look: &LabeledLook) -> f64 {
     f64::from(look.value) - f64::from(u8::from(look.is_object))
 }
 
@@ -181,7 +181,7 @@ mod tests {
     use super::*;
 
     /// As the simulator draws them: so many at each distance, every fourth of an object.
-    fn looks(noise_variance: f64, each: usize, noise: Noise, seed: u64) -> Vec<LabelledLook> {
+    fn looks(noise_variance: f64, each: usize, noise: Noise, seed: u64) -> Vec<LabeledLook> {
         let sensor = Sensor::new(10, noise_variance, noise).unwrap();
         let mut random = stream(seed, Purpose::Noise, 0);
         let mut looks = Vec::new();
@@ -189,7 +189,7 @@ mod tests {
             let place = sensor.footprint().iter().find(|place| place.offset.manhattan() == distance).unwrap();
             for number in 0..each {
                 let is_object = number % 4 == 0;
-                looks.push(LabelledLook {
+                looks.push(LabeledLook {
                     distance,
                     is_object,
                     value: sensor.draw(is_object, place, &mut random),
@@ -234,7 +234,7 @@ mod tests {
         };
         assert!((1..=10).all(|index| off(&good, index).abs() < 4.0));
         assert!(good.by_distance.iter().all(|row| row.bias.value.abs() < 4.0 * row.bias.standard_error));
-        // Clipped readings lean towards the object, and do not grow beyond 1.
+        // Clipped readings lean toward the object, and do not grow beyond 1.
         let clipped = calibrate(&looks(0.05, 2000, Noise::Clipped, 1)).unwrap();
         assert!(off(&clipped, 10) < -10.0, "{}", off(&clipped, 10));
         assert!(clipped.by_distance[10].bias.value > 0.1);
@@ -250,11 +250,11 @@ mod tests {
     #[test]
     fn looks_that_tell_nothing_say_why() {
         let good = looks(0.005, 40, Noise::Gaussian, 1);
-        let check = |looks: &[LabelledLook], message: &str| {
+        let check = |looks: &[LabeledLook], message: &str| {
             let error = calibrate(looks).unwrap_err().to_string();
             assert!(error.contains(message), "{error}");
         };
-        let changed = |change: fn(&mut LabelledLook)| {
+        let changed = |change: fn(&mut LabeledLook)| {
             let mut looks = good.clone();
             looks.iter_mut().for_each(change);
             looks

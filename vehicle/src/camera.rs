@@ -27,13 +27,13 @@ pub struct CameraSettings {
     pub field_of_view_radians: f64,
     /// Where it is in the vehicle's frame (x forward, y left), and its yaw, counter-clockwise from forward.
     pub mounting: Pose,
-    /// How high it is above the ground, metres, at least 0; 0 if nobody says.
+    /// How high it is above the ground, meters, at least 0; 0 if nobody says.
     pub z_meters: f64,
     /// How far it looks down, radians, within a right angle of the horizon.
     pub pitch_radians: f64,
-    /// Objects are detected from here on, metres, above 0.
+    /// Objects are detected from here on, meters, above 0.
     pub min_range_meters: f64,
-    /// And up to here, metres, above `min_range_meters`.
+    /// And up to here, meters, above `min_range_meters`.
     pub max_range_meters: f64,
 }
 
@@ -96,9 +96,9 @@ pub enum CameraError {
     Ranges {
         /// Of the camera.
         name: String,
-        /// As given, metres.
+        /// As given, meters.
         nearest: f64,
-        /// As given, metres.
+        /// As given, meters.
         farthest: f64,
     },
 }
@@ -169,7 +169,7 @@ impl Camera {
         in_view.then(|| middle_pixels + self.focal_length_pixels * right_radians.tan())
     }
 
-    /// Whether something is in view: its bearing in radians in the vehicle's frame and its range in metres,
+    /// Whether something is in view: its bearing in radians in the vehicle's frame and its range in meters,
     /// both from where the camera is.
     #[must_use]
     pub fn sees(&self, bearing_radians: f64, range_meters: f64) -> bool {
@@ -200,7 +200,7 @@ impl Camera {
         .map(|view| view.with_ground_from(self.ground_meters()))
     }
 
-    /// From here on the ground is in the middle column of its image, metres: `h / tan(pitch + v / 2)` with the
+    /// From here on the ground is in the middle column of its image, meters: `h / tan(pitch + v / 2)` with the
     /// vertical field of view `v`. What lies nearer is below the image. Infinite if it looks above the horizon.
     #[must_use]
     pub fn ground_meters(&self) -> f64 {

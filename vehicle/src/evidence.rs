@@ -76,13 +76,13 @@ pub enum EvidenceError {
         "the vehicle is {east} m east, {north} m north of the map's corner: the map has {width} m, {height} m"
     )]
     OutsideMap {
-        /// As given, metres.
+        /// As given, meters.
         east: f64,
-        /// As given, metres.
+        /// As given, meters.
         north: f64,
-        /// Of the map, metres.
+        /// Of the map, meters.
         width: f64,
-        /// Of the map, metres.
+        /// Of the map, meters.
         height: f64,
     },
     /// Its place is wrong, or the map is: the team would not believe what is seen from there.

@@ -49,7 +49,7 @@ use crate::settings::{Checked, FaultResponse, nanoseconds};
 use crate::tracker::settings::SettingsError as TrackerError;
 use diagnostic::{Conditions, Fault, NO_POSE, Subject};
 use drive::{Corridor, Driver, Goal, Leg};
-use localization::{Clock, Judgement, Localization};
+use localization::{Clock, Judgment, Localization};
 use perception::Perception;
 use route::Route;
 use standing::Standing;
@@ -156,7 +156,7 @@ impl Pilot {
         self.perception.tracks()
     }
 
-    /// Things that were told as objects, each with its place, metres, and the covariance of that.
+    /// Things that were told as objects, each with its place, meters, and the covariance of that.
     pub fn finds(&self) -> impl Iterator<Item = &Find> {
         self.perception.finds().iter()
     }
@@ -171,11 +171,11 @@ impl Pilot {
     fn read_clock(&mut self, now_ns: u64, actions: &mut Vec<Action>) -> bool {
         let (subject, latest_ns) = (Subject::Clock, self.clock.now_ns());
         match self.clock.read(now_ns) {
-            Judgement::Good => {
+            Judgment::Good => {
                 self.well(&subject);
                 true
             }
-            Judgement::Restarted => {
+            Judgment::Restarted => {
                 self.localization.forget(now_ns);
                 self.perception.restart(now_ns);
                 self.standing.forget(now_ns);
@@ -183,7 +183,7 @@ impl Pilot {
                 self.cured(&subject, actions);
                 true
             }
-            Judgement::Repeated | Judgement::Doubtful => {
+            Judgment::Repeated | Judgment::Doubtful => {
                 let numbers = [("now_seconds", seconds(now_ns)), ("latest_seconds", seconds(latest_ns))];
                 self.ill(subject, Fault::new("backwards", "time runs backwards", &numbers), actions);
                 false
@@ -228,13 +228,13 @@ impl Pilot {
 
     fn locate(&mut self, now_ns: u64, fix: &PoseEstimate, actions: &mut Vec<Action>) {
         match self.localization.judge(now_ns, fix, &self.terrain) {
-            Ok(Judgement::Restarted) => {
+            Ok(Judgment::Restarted) => {
                 self.perception.restart(now_ns);
                 self.leg = Leg::Idle;
                 self.cured(&Subject::Pose, actions);
             }
             // That the vehicle stands where it stood a while ago is no news of now.
-            Ok(Judgement::Repeated) => {}
+            Ok(Judgment::Repeated) => {}
             Ok(_) => self.well(&Subject::Pose),
             Err(fault) => {
                 actions.push(Action::Refuse(InputSource::Pose, fault.to_string()));

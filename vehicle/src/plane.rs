@@ -1,6 +1,6 @@
 //! The plane that a robot drives on: angles, and where something stands on the map.
 //!
-//! Map frame: metres east and north of the map's south-western corner. Angles are radians, counter-clockwise
+//! Map frame: meters east and north of the map's south-western corner. Angles are radians, counter-clockwise
 //! from east. A vehicle's own frame has x forward and y to the left, angles counter-clockwise from forward.
 
 use std::f64::consts::{PI, TAU};
@@ -25,22 +25,22 @@ pub fn turn_radians(from_radians: f64, to_radians: f64) -> f64 {
 /// Where something stands on the map, and where it looks.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pose {
-    /// Metres east of the map's south-western corner.
+    /// Meters east of the map's south-western corner.
     pub x_meters: f64,
-    /// Metres north of it.
+    /// Meters north of it.
     pub y_meters: f64,
     /// Radians, counter-clockwise from east.
     pub heading_radians: f64,
 }
 
 impl Pose {
-    /// A pose at these metres east and north.
+    /// A pose at these meters east and north.
     #[must_use]
     pub const fn new(east_meters: f64, north_meters: f64, heading_radians: f64) -> Self {
         Self { x_meters: east_meters, y_meters: north_meters, heading_radians }
     }
 
-    /// Metres east and north of the map's south-western corner.
+    /// Meters east and north of the map's south-western corner.
     #[must_use]
     pub const fn position_meters(&self) -> Vector2<f64> {
         Vector2::new(self.x_meters, self.y_meters)

@@ -46,26 +46,26 @@ pub struct CameraTable {
     pub height_pixels: u32,
     /// Angle between its left and its right edge, degrees, above 0 and below 180.
     pub field_of_view_degrees: f64,
-    /// Metres ahead of the vehicle's reference point.
+    /// Meters ahead of the vehicle's reference point.
     #[serde(default)]
     pub x_meters: f64,
-    /// Metres to the left of it.
+    /// Meters to the left of it.
     #[serde(default)]
     pub y_meters: f64,
     /// Where it looks, degrees counter-clockwise from ahead.
     #[serde(default)]
     pub yaw_degrees: f64,
-    /// How high it is above the ground, metres, 0 to 1000: from it follows how near the ground is seen. Without,
+    /// How high it is above the ground, meters, 0 to 1000: from it follows how near the ground is seen. Without,
     /// or with 0, it is seen from `min_range_meters` on.
     #[serde(default)]
     pub z_meters: f64,
     /// How far it looks down from the horizon, degrees, between -90 and 90.
     #[serde(default)]
     pub pitch_degrees: f64,
-    /// Things are detected from here on, metres, above 0.
+    /// Things are detected from here on, meters, above 0.
     #[serde(default = "min_range_meters")]
     pub min_range_meters: f64,
-    /// And up to here, metres, above `min_range_meters`.
+    /// And up to here, meters, above `min_range_meters`.
     pub max_range_meters: f64,
     /// Standard deviation of the middle of a box, pixels, above 0.
     #[serde(default = "column_std_pixels")]
@@ -118,7 +118,7 @@ pub enum MotionTable {
         /// A file of SBPL's motion primitives, which the caller reads. Excludes the five keys after it.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         primitives: Option<String>,
-        /// The tightest turn, metres, above 0.
+        /// The tightest turn, meters, above 0.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         turning_radius_meters: Option<f64>,
         /// Headings of the lattice: 8, 16 or 32.
@@ -133,12 +133,12 @@ pub enum MotionTable {
         /// A plan looks at so many states before it is taken as it is, 1000 to 10^8.
         #[serde(default = "max_expansions")]
         max_expansions: u64,
-        /// Farther beside its path than this it plans anew, metres, above 0.
+        /// Farther beside its path than this it plans anew, meters, above 0.
         #[serde(default = "replan_beyond_meters")]
         replan_beyond_meters: f64,
     },
     /// By goal poses for a stack that drives by itself and says how it went.
-    Goal,
+    Goal {},
 }
 
 /// The ground that the vehicle covers: a disc or a rectangle around its reference point.
@@ -147,14 +147,14 @@ pub enum MotionTable {
 pub enum FootprintTable {
     /// A disc.
     Disc {
-        /// Metres, 0 or more.
+        /// Meters, 0 or more.
         radius_meters: f64,
     },
     /// A rectangle, its middle at the reference point.
     Rectangle {
-        /// From front to back, metres, above 0.
+        /// From front to back, meters, above 0.
         length_meters: f64,
-        /// From side to side, metres, above 0.
+        /// From side to side, meters, above 0.
         width_meters: f64,
     },
 }
@@ -179,7 +179,7 @@ pub struct SafetyTable {
     pub pose_timeout_seconds: f64,
     /// A camera without a good frame for longer than this has stopped, seconds, above 0.
     pub camera_timeout_seconds: f64,
-    /// A pose with a larger standard deviation is none, metres, above 0.
+    /// A pose with a larger standard deviation is none, meters, above 0.
     pub max_position_std_meters: f64,
     /// After a jump poses, or a clock, are believed again once they have agreed with each other for so long,
     /// seconds, above 0.

@@ -1,6 +1,6 @@
 //! Where the things are that cameras see, from bearings alone, seen from a vehicle that moves.
 //!
-//! Each track is a range-parameterised cubature Kalman filter ([`mixture`]). A frame is what one camera saw
+//! Each track is a range-parameterized cubature Kalman filter ([`mixture`]). A frame is what one camera saw
 //! at one time. Its bearings go to the tracks that make them likely ([`crate::assignment`]), to confirmed ones
 //! first; those that no track explains become new tracks. A track is confirmed once it was seen in enough of its first frames, and lost
 //! when it is missed too often ([`track`]).
@@ -35,7 +35,7 @@ pub struct Tracker {
     tracks: Vec<Track>,
     next_id: u64,
     latest: Option<Latest>,
-    /// As far as any camera has seen until now, metres.
+    /// As far as any camera has seen until now, meters.
     max_range_meters: f64,
 }
 
@@ -96,7 +96,7 @@ impl Tracker {
     }
 
     /// The same where it is known what was seen before: `unseen` is the probability that a thing at a place,
-    /// metres east and north, would have been missed by now.
+    /// meters east and north, would have been missed by now.
     ///
     /// # Errors
     /// As [`Tracker::handle`].

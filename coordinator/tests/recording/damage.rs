@@ -186,7 +186,7 @@ fn what_is_whole_behind_damage_is_recovered_and_what_is_lost_is_counted() {
     let whole = Whole::record(&folder.path().join("whole.mcap"));
     let (damaged, mended) = (folder.path().join("damaged.mcap"), folder.path().join("mended.mcap"));
     let (all, ..) = whole.until(whole.bytes.len());
-    // The first says what the map is, and which topics there are; two neighbours; one of the end.
+    // The first says what the map is, and which topics there are; two neighbors; one of the end.
     let final_chunk = whole.chunks.len() - 1;
     for spoiled in [vec![0], vec![3], vec![4, 5], vec![2, final_chunk]] {
         let mut bytes = whole.bytes.clone();

@@ -46,7 +46,7 @@ pub struct Settings {
     /// farther than the next two keys allow: localization such as AMCL's is silent as long as the vehicle stands.
     #[serde(default = "localization_timeout_seconds")]
     pub localization_timeout_seconds: f64,
-    /// So far it may move by odometry alone after that time, metres.
+    /// So far it may move by odometry alone after that time, meters.
     #[serde(default = "max_uncorrected_meters")]
     pub max_uncorrected_meters: f64,
     /// And so far it may turn, degrees.

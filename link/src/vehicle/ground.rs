@@ -80,7 +80,7 @@ impl Likeness {
     }
 }
 
-/// Places spread evenly over a cell, metres on the search's map.
+/// Places spread evenly over a cell, meters on the search's map.
 fn samples(terrain: &Terrain, cell: Cell) -> impl Iterator<Item = (f64, f64)> {
     let Position { row, column } = terrain.grid().position(cell);
     let edge = terrain.cell_meters();

@@ -1,4 +1,4 @@
-//! Objects as the vehicle's network is told of them: what is declared and what is followed, each with its place in metres
+//! Objects as the vehicle's network is told of them: what is declared and what is followed, each with its place in meters
 //! and how sure that is.
 
 use dragnet_ros2::input::PlanarPose;

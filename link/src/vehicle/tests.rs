@@ -54,13 +54,13 @@ fn stand(vehicle: &mut Vehicle, seconds: u64, x_meters: f64) -> Vec<Effect> {
 /// Where what is said leads, and what is told of it.
 #[derive(Debug, Default, PartialEq)]
 struct Told {
-    /// Metres to the east of where each path begins and ends, of a goal twice the same; rounded.
+    /// Meters to the east of where each path begins and ends, of a goal twice the same; rounded.
     ways: Vec<[i64; 2]>,
     levels: Vec<Level>,
 }
 
 fn told(effects: &[Effect]) -> Told {
-    #[expect(clippy::cast_possible_truncation, reason = "metres of a small map")]
+    #[expect(clippy::cast_possible_truncation, reason = "meters of a small map")]
     let rounded = |pose: &PlanarPose| pose.x_meters.round() as i64;
     let mut told = Told::default();
     for effect in effects {
@@ -179,7 +179,7 @@ fn where_no_pose_comes_the_topic_is_named() {
     assert_eq!(why(&mut vehicle, 2), expected);
 }
 
-/// The robot drives past a thing at (40, 25) and tells of it in metres, with the covariance; of what a teammate has found it
+/// The robot drives past a thing at (40, 25) and tells of it in meters, with the covariance; of what a teammate has found it
 /// knows the cell alone.
 #[test]
 fn what_is_found_is_told_with_its_place_and_covariance() {

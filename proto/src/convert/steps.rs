@@ -36,7 +36,7 @@ impl TryFrom<&Step> for wire::Step {
             }
             StepEvent::Event(Event::Received { from, message }) => {
                 let (sender_kind, sender_robot) = participant_numbers(*from);
-                Self { kind: DELIVER, sender_kind, sender_robot, parcel: *message, ..empty }
+                Self { kind: DELIVER, sender_kind, sender_robot, message: *message, ..empty }
             }
             StepEvent::Event(Event::Woke) => Self { kind: WAKE, ..empty },
             StepEvent::Event(Event::Lost(robot)) => Self { kind: LOST, sender_robot: robot.0, ..empty },
@@ -52,12 +52,12 @@ impl TryFrom<&Step> for wire::Step {
 impl From<&StepReply> for wire::StepReply {
     fn from(reply: &StepReply) -> Self {
         let published = &reply.published;
-        let to = published.iter().map(|parcel| audience_numbers(parcel.to));
+        let to = published.iter().map(|message| audience_numbers(message.to));
         let (to_kinds, to_robots) = to.unzip();
         Self {
             version: wire::VERSION,
-            parcels: published.iter().map(|parcel| parcel.number).collect(),
-            kinds: published.iter().map(|parcel| kind_number(parcel.kind)).collect(),
+            messages: published.iter().map(|message| message.number).collect(),
+            kinds: published.iter().map(|message| kind_number(message.kind)).collect(),
             to_kinds,
             to_robots,
             has_route: reply.route.is_some(),
@@ -98,7 +98,7 @@ impl Check {
             }),
             DELIVER => StepEvent::Event(Event::Received {
                 from: self.participant("sender_kind", wire.sender_kind, wire.sender_robot)?,
-                message: wire.parcel,
+                message: wire.message,
             }),
             WAKE => StepEvent::Event(Event::Woke),
             LOST => StepEvent::Event(Event::Lost(RobotId(wire.sender_robot))),
@@ -116,7 +116,7 @@ impl Check {
         self.version(wire.version)?;
         let route = self.path("route", &wire.route)?;
         Ok(StepReply {
-            published: self.parcels(&wire)?,
+            published: self.messages(&wire)?,
             route: wire.has_route.then_some(route),
             wake_at_ns: (wire.wake_at_ns > 0).then_some(wire.wake_at_ns),
             activity: self.activity(wire.activity)?,
@@ -127,19 +127,19 @@ impl Check {
         })
     }
 
-    fn parcels(self, wire: &wire::StepReply) -> Result<Vec<MessageRef>, ConvertError> {
-        let expected = wire.parcels.len();
-        self.same_length("kinds", wire.kinds.len(), "parcels", expected)?;
-        self.same_length("to_kinds", wire.to_kinds.len(), "parcels", expected)?;
-        self.same_length("to_robots", wire.to_robots.len(), "parcels", expected)?;
-        let parcel = |index: usize| {
+    fn messages(self, wire: &wire::StepReply) -> Result<Vec<MessageRef>, ConvertError> {
+        let expected = wire.messages.len();
+        self.same_length("kinds", wire.kinds.len(), "messages", expected)?;
+        self.same_length("to_kinds", wire.to_kinds.len(), "messages", expected)?;
+        self.same_length("to_robots", wire.to_robots.len(), "messages", expected)?;
+        let message = |index: usize| {
             Ok(MessageRef {
-                number: wire.parcels[index],
+                number: wire.messages[index],
                 kind: self.kind(index, wire.kinds[index])?,
                 to: self.audience(index, wire.to_kinds[index], wire.to_robots[index])?,
             })
         };
-        (0..expected).map(parcel).collect()
+        (0..expected).map(message).collect()
     }
 
     fn kind(self, index: usize, found: u8) -> Result<MessageKind, ConvertError> {

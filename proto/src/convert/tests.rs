@@ -249,7 +249,7 @@ fn a_step_of_an_unknown_kind_is_refused() {
     let error = codec.decode_step(&cdr::encode(&step)).unwrap_err().to_string();
     assert!(error.contains("kind: 7; allowed are 0 start, 1 sensed"), "{error}");
 
-    let reply = wire::StepReply { version: wire::VERSION, parcels: vec![5], ..wire::StepReply::default() };
+    let reply = wire::StepReply { version: wire::VERSION, messages: vec![5], ..wire::StepReply::default() };
     let error = codec.decode_step_reply(&cdr::encode(&reply)).unwrap_err().to_string();
     assert!(error.contains("kinds: 0 entries; allowed are 1"), "{error}");
 }

@@ -7,7 +7,7 @@ use super::{InputError, PlanarPose};
 use crate::schema::RosMessage;
 use crate::wire::standard::OccupancyGrid;
 
-/// Edges of a cell, metres: from a millimetre on.
+/// Edges of a cell, meters: from a millimeter on.
 const CELL_METERS: std::ops::RangeInclusive<f64> = 1e-3..=1e4;
 
 /// A map of cells, row-major from its origin: cell `row * columns + column`.
@@ -19,7 +19,7 @@ pub struct Occupancy {
     pub frame: String,
     /// Rows along the origin's second axis, columns along its first.
     pub grid: Grid,
-    /// Edge of a cell, metres, 0.001 to 10000.
+    /// Edge of a cell, meters, 0.001 to 10000.
     pub cell_meters: f64,
     /// The corner of cell 0 that all others are beyond, and the direction of the rows.
     pub origin: PlanarPose,

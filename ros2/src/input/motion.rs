@@ -21,15 +21,15 @@ const PLANE: [usize; 3] = [0, 1, 5];
 /// A place and a direction on the plane.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PlanarPose {
-    /// Metres along the frame's first axis; east on a map.
+    /// Meters along the frame's first axis; east on a map.
     pub x_meters: f64,
-    /// Metres along its second axis; north on a map.
+    /// Meters along its second axis; north on a map.
     pub y_meters: f64,
     /// Counter-clockwise from the first axis, radians, `-pi..=pi`.
     pub yaw_radians: f64,
 }
 
-/// Covariance of x, y (metres) and yaw (radians), row-major, shape `[3, 3]`: symmetric, with a diagonal of at least 0.
+/// Covariance of x, y (meters) and yaw (radians), row-major, shape `[3, 3]`: symmetric, with a diagonal of at least 0.
 pub type PlanarCovariance = [[f64; 3]; 3];
 
 /// Where a robot is.
@@ -48,9 +48,9 @@ pub struct PoseEstimate {
 /// How a robot moves, in its own frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Velocity {
-    /// Metres a second.
+    /// Meters a second.
     pub forward_meters_per_second: f64,
-    /// Metres a second.
+    /// Meters a second.
     pub left_meters_per_second: f64,
     /// Counter-clockwise, radians a second.
     pub yaw_radians_per_second: f64,
@@ -76,14 +76,14 @@ pub struct Fix {
     pub frame: String,
     /// The place.
     pub point: GeoPoint,
-    /// Above the ellipsoid, metres, if it is known.
+    /// Above the ellipsoid, meters, if it is known.
     pub altitude_meters: Option<f64>,
-    /// Covariance of east and north, square metres, row-major, if it is known.
+    /// Covariance of east and north, square meters, row-major, if it is known.
     pub covariance_square_meters: Option<[[f64; 2]; 2]>,
 }
 
 impl Fix {
-    /// Metres east and north of the origin of a map's frame.
+    /// Meters east and north of the origin of a map's frame.
     #[must_use]
     pub fn meters(&self, frame: &Georeference) -> (f64, f64) {
         frame.meters(self.point)

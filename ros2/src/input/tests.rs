@@ -60,7 +60,7 @@ fn odometry() -> robot::Odometry {
 }
 
 #[test]
-fn odometry_is_read_in_metres_and_radians() {
+fn odometry_is_read_in_meters_and_radians() {
     let Input::Odometry(read) = understand(InputKind::Odometry, &odometry()).unwrap() else { panic!() };
     assert_eq!((read.place.stamp_unix_ns, read.place.frame.as_str()), (3_000_000_004, "map"));
     assert_eq!((read.place.pose.x_meters, read.place.pose.y_meters), (1.0, 2.0));

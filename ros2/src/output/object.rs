@@ -9,11 +9,11 @@ use crate::wire::vision::{BoundingBox3D, Detection3D, ObjectHypothesis, ObjectHy
 /// Where something is expected on the plane, and how surely.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PlanarEstimate {
-    /// The mean, metres.
+    /// The mean, meters.
     pub x_meters: f64,
-    /// The mean, metres.
+    /// The mean, meters.
     pub y_meters: f64,
-    /// Covariance of x and y, square metres, row-major, shape `[2, 2]`: symmetric, with a diagonal of at least 0.
+    /// Covariance of x and y, square meters, row-major, shape `[2, 2]`: symmetric, with a diagonal of at least 0.
     pub covariance_square_meters: [[f64; 2]; 2],
 }
 
@@ -28,7 +28,7 @@ pub struct ObjectEstimate {
     pub place: PlanarEstimate,
     /// Middle of the box that it is taken to be in, and how the box is turned.
     pub box_center: PlanarPose,
-    /// Edges of the box along its own x and y, metres.
+    /// Edges of the box along its own x and y, meters.
     pub box_edges_meters: [f64; 2],
     /// How probable it is, `0..=1`.
     pub probability: f64,
@@ -42,7 +42,7 @@ impl PlanarEstimate {
         Self { x_meters, y_meters, covariance_square_meters: [[variance, 0.0], [0.0, variance]] }
     }
 
-    /// Standard deviations along the principal axes, metres, the larger one first.
+    /// Standard deviations along the principal axes, meters, the larger one first.
     #[must_use]
     pub fn std_meters(&self) -> [f64; 2] {
         let [[x, xy], [_, y]] = self.covariance_square_meters;

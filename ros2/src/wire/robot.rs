@@ -1,5 +1,5 @@
 //! Messages of others on a robot's own ROS 2 network: what it senses, what its navigation says, and what it is told.
-//! Lengths are metres and angles radians unless a field says otherwise.
+//! Lengths are meters and angles radians unless a field says otherwise.
 
 use serde::{Deserialize, Serialize};
 
@@ -29,7 +29,7 @@ pub struct PoseWithCovarianceStamped {
 /// `geometry_msgs/msg/Twist`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Twist {
-    /// Metres a second.
+    /// Meters a second.
     pub linear: Vector3,
     /// Radians a second.
     pub angular: Vector3,
@@ -79,7 +79,7 @@ pub struct NavSatFix {
     pub longitude: f64,
     /// Above the ellipsoid; NaN if not known.
     pub altitude: f64,
-    /// Of east, north and up, square metres.
+    /// Of east, north and up, square meters.
     pub position_covariance: [[f64; 3]; 3],
     /// 0 if the covariance is not known.
     pub position_covariance_type: u8,

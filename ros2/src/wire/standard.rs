@@ -1,4 +1,4 @@
-//! Messages of others that we send or record, as ROS 2 and Foxglove define them. Lengths are metres.
+//! Messages of others that we send or record, as ROS 2 and Foxglove define them. Lengths are meters.
 
 use serde::{Deserialize, Serialize};
 

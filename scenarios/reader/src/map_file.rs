@@ -54,16 +54,16 @@ pub struct MapFile {
 /// Whatever says where something is in that frame asks here: recordings, exports, and what a robot's own network is told.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct MapOrigin {
-    /// Metres along the frame's x axis.
+    /// Meters along the frame's x axis.
     pub x_meters: f64,
-    /// Metres along the frame's y axis.
+    /// Meters along the frame's y axis.
     pub y_meters: f64,
     /// From the frame's x axis to the map's eastern one, counterclockwise, radians.
     pub yaw_radians: f64,
 }
 
 impl MapOrigin {
-    /// Where in the frame, metres, a point of the map lies: so many metres along its rows and up its columns from the
+    /// Where in the frame, meters, a point of the map lies: so many meters along its rows and up its columns from the
     /// corner.
     #[must_use]
     pub fn point(&self, (along_meters, up_meters): (f64, f64)) -> (f64, f64) {
@@ -74,7 +74,7 @@ impl MapOrigin {
         )
     }
 
-    /// The middle of a cell in the frame, metres.
+    /// The middle of a cell in the frame, meters.
     #[must_use]
     pub fn center(&self, terrain: &Terrain, cell: Cell) -> (f64, f64) {
         self.point(terrain.center_meters(cell))
@@ -98,7 +98,7 @@ impl MapFile {
         Self { terrain, georeference: None, origin: MapOrigin::default(), areas: Areas::default() }
     }
 
-    /// Reads a map file into cells of an edge in metres, by its extension.
+    /// Reads a map file into cells of an edge in meters, by its extension.
     ///
     /// # Errors
     /// If the file, or an image that it names, cannot be read or does not hold what its format says; if the
@@ -110,7 +110,7 @@ impl MapFile {
                 file,
                 "cell edge",
                 cell_meters,
-                "a finite length in metres above 0",
+                "a finite length in meters above 0",
             ));
         }
         let extension = file.extension().map(|extension| extension.to_string_lossy().to_lowercase());

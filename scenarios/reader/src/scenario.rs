@@ -260,7 +260,7 @@ impl Scenario {
         self.map.origin
     }
 
-    /// To which neighbours robots move.
+    /// To which neighbors robots move.
     #[must_use]
     pub const fn connectivity(&self) -> Connectivity {
         self.connectivity
@@ -325,7 +325,7 @@ impl Scenario {
         let seconds = self.mission.budget.time().map_or(0.0, |time| time.as_secs_f64());
         let in_time = seconds * self.mission.speed_meters_per_second;
         let meters = self.mission.budget.meters().unwrap_or(in_time);
-        // Cells that were turned into metres come back as the whole number that they were.
+        // Cells that were turned into meters come back as the whole number that they were.
         (meters / self.terrain().cell_meters() * 1e6).round() / 1e6
     }
 

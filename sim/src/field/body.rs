@@ -104,7 +104,7 @@ impl Body {
         self.driven_meters += way;
     }
 
-    /// The gear, the point to steer for, and the way that is left in this gear, metres.
+    /// The gear, the point to steer for, and the way that is left in this gear, meters.
     fn target(&mut self) -> Option<(Gear, Vector2<f64>, f64)> {
         let here = self.pose.position_meters();
         while let Some(part) = self.parts.front_mut() {
@@ -122,7 +122,7 @@ impl Body {
 }
 
 impl Part {
-    /// Notes how far the vehicle has come along it; the way that is left, metres. It only goes on, and no
+    /// Notes how far the vehicle has come along it; the way that is left, meters. It only goes on, and no
     /// farther than to the first point that is nearest.
     fn advance(&mut self, here: Vector2<f64>) -> f64 {
         while let [at, next, ..] = &self.points[self.passed..]
@@ -178,7 +178,7 @@ fn curvature(here: Vector2<f64>, heading_radians: f64, point: Vector2<f64>) -> f
 mod tests {
     use super::*;
 
-    /// How far a body strays from a path that it follows, metres, and where it stops.
+    /// How far a body strays from a path that it follows, meters, and where it stops.
     fn follow(start: Pose, path: &[Pose]) -> (f64, Body) {
         let mut body = Body::new(start, 2.0);
         body.follow(path);

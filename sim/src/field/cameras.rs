@@ -21,7 +21,7 @@ use rand_distr::{Distribution, StandardNormal};
 /// Speed of the head: once around in 3 s.
 pub const HEAD_RADIANS_PER_SECOND: f64 = TAU / 3.0;
 
-/// Of a mannequin, metres.
+/// Of a mannequin, meters.
 const THING_HEIGHT_METERS: f64 = 1.7;
 const THING_WIDTH_METERS: f64 = 0.5;
 /// Of this height in the image every other one is found, pixels.
@@ -33,7 +33,7 @@ const MOST_FOUND: f64 = 0.95;
 /// An image holds something that is not there.
 const FALSE_ALARM: f64 = 0.005;
 
-/// Standard deviation of what the localization tells, metres and radians.
+/// Standard deviation of what the localization tells, meters and radians.
 const PLACE_DEVIATION_METERS: f64 = 0.1;
 const HEADING_DEVIATION_RADIANS: f64 = 0.005;
 

@@ -101,7 +101,7 @@ impl Site {
         &self.truth
     }
 
-    /// Metres east and north, one for each object.
+    /// Meters east and north, one for each object.
     pub(super) fn things_meters(&self) -> &[Vector2<f64>] {
         &self.things_meters
     }

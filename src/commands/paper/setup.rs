@@ -48,7 +48,7 @@ const DIFFERENCES: [[&str; 3]; 11] = [
     ["Baselines", "random, coverage", "these, and NATS and GUTS in our implementation"],
     [
         "Field tests",
-        "Table III: a vehicle in a forest of 75,000 square metres",
+        "Table III: a vehicle in a forest of 75,000 square meters",
         "driven in simulation: site, trees, detector and speed (2 m/s) are ours; cells of 15.2 m, so that the cone of 30 x 30 \
          cells has the site's area; the configurations A, B and C are not published and ours are others",
     ],

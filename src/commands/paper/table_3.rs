@@ -1,6 +1,6 @@
 //! Table III: the field test, driven in simulation.
 //!
-//! Vehicles with cameras search a cone of 75,000 square metres for five things (`dragnet_sim::field`, which
+//! Vehicles with cameras search a cone of 75,000 square meters for five things (`dragnet_sim::field`, which
 //! says what is simulated). The paper's configurations A, B and C are not published: ours are three seeds that
 //! were fixed before any was run. Since three say little, as many more as there are seeds are run too.
 //!
@@ -34,7 +34,7 @@ pub(super) fn section(seeds: Seeds, threads: Option<u16>) -> Result<Section, Fai
         title: "Field test, in simulation",
         body: Markup::new()
             .paragraph(
-                "A ground vehicle with the paper's two cameras on a turning head searches a cone of 74,857 square metres for five \
+                "A ground vehicle with the paper's two cameras on a turning head searches a cone of 74,857 square meters for five \
                  things, for 15 minutes at most, at 2 m/s. The whole chain is in the loop: boxes of a detector that misses \
                  and imagines things, tracks, evidence, belief, policy, route, plan on the lattice, motion. Paper and program \
                  differ in site, trees, speed and detector, so that times compare within a column only.",

@@ -33,7 +33,7 @@ pub(super) fn draw(history: &[Epoch]) -> Result<String, String> {
     };
     let most = learned.iter().chain(&held_out).copied().fold(0.0, f64::max);
     Figure {
-        title: "Behaviour cloning".to_owned(),
+        title: "Behavior cloning".to_owned(),
         subtitle: "cross-entropy against the expert".to_owned(),
         horizontal: "Epoch",
         vertical: "Loss (nats)",

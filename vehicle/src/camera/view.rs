@@ -13,7 +13,7 @@ pub struct View {
     half_radians: f64,
     min_range_meters: f64,
     max_range_meters: f64,
-    /// The ground is in view from here on, metres.
+    /// The ground is in view from here on, meters.
     ground_meters: f64,
 }
 
@@ -29,14 +29,14 @@ pub enum ViewError {
     /// No ranges.
     #[error("a view from {nearest} m to {farthest} m: needed is 0 < nearest < farthest")]
     Ranges {
-        /// As given, metres.
+        /// As given, meters.
         nearest: f64,
-        /// As given, metres.
+        /// As given, meters.
         farthest: f64,
     },
 }
 
-/// Whether a view can reach from here to there, metres.
+/// Whether a view can reach from here to there, meters.
 pub(super) fn are_ranges(min_range_meters: f64, max_range_meters: f64) -> bool {
     min_range_meters > 0.0 && min_range_meters < max_range_meters && max_range_meters.is_finite()
 }
@@ -66,7 +66,7 @@ impl View {
         Ok(Self { camera, half_radians, min_range_meters, max_range_meters, ground_meters: 0.0 })
     }
 
-    /// The same of a camera that sees the ground from so many metres on.
+    /// The same of a camera that sees the ground from so many meters on.
     #[must_use]
     pub const fn with_ground_from(self, ground_meters: f64) -> Self {
         Self { ground_meters, ..self }
@@ -84,13 +84,13 @@ impl View {
         2.0 * self.half_radians
     }
 
-    /// Objects are detected from here on, metres.
+    /// Objects are detected from here on, meters.
     #[must_use]
     pub const fn min_range_meters(&self) -> f64 {
         self.min_range_meters
     }
 
-    /// And up to here, metres.
+    /// And up to here, meters.
     #[must_use]
     pub const fn max_range_meters(&self) -> f64 {
         self.max_range_meters

@@ -82,7 +82,7 @@ impl Accounts {
         }
     }
 
-    /// Probability that a thing at a place, metres east and north, would have been missed by now.
+    /// Probability that a thing at a place, meters east and north, would have been missed by now.
     #[must_use]
     pub fn missed_at(&self, terrain: &Terrain, point_meters: Vector2<f64>) -> f64 {
         let Some(cell) = spread::cell_at(terrain, point_meters) else { return 1.0 };

@@ -22,7 +22,7 @@ pub const CERTAIN: f64 = 0.99;
 const SURE_NATS: f64 = 20.0;
 /// A track that is in its cell with less has left it.
 const LEFT: f64 = 0.01;
-/// A place is known well enough if its standard deviation is at most so many metres,
+/// A place is known well enough if its standard deviation is at most so many meters,
 const GOOD_METERS: f64 = 0.2;
 /// or this share of a cell, once it has not been seen for so long, seconds, and will hardly be known better.
 const PASSED_SHARE: f64 = 0.25;
@@ -37,9 +37,9 @@ pub struct Find {
     pub track: TrackId,
     /// The cell that it is told in.
     pub cell: Cell,
-    /// Where it is expected, metres east and north.
+    /// Where it is expected, meters east and north.
     pub position_meters: Vector2<f64>,
-    /// Covariance of that, square metres.
+    /// Covariance of that, square meters.
     pub position_covariance: Matrix2<f64>,
     /// When it was last seen, nanoseconds of mission time.
     pub seen_ns: u64,

@@ -20,7 +20,7 @@ const FEW_POINTS: u32 = 96;
 const FEW_MEMBERS: usize = 8;
 const GOLDEN_ANGLE_RADIANS: f64 = 2.399_963_229_728_653;
 
-/// The cell at metres east and north of the map's corner, if it is on the map.
+/// The cell at meters east and north of the map's corner, if it is on the map.
 #[must_use]
 pub(super) fn cell_at(terrain: &Terrain, point_meters: Vector2<f64>) -> Option<Cell> {
     let point_cells = point_meters / terrain.cell_meters();

@@ -146,13 +146,13 @@ impl CostMap {
         self.grid
     }
 
-    /// Edge of a cell, metres.
+    /// Edge of a cell, meters.
     #[must_use]
     pub const fn resolution_meters(&self) -> f64 {
         self.resolution_meters
     }
 
-    /// Position of the south-western corner, metres.
+    /// Position of the south-western corner, meters.
     #[must_use]
     pub const fn origin_meters(&self) -> (f64, f64) {
         self.origin_meters
@@ -170,14 +170,14 @@ impl CostMap {
         self.costs[cell.index()] >= LETHAL
     }
 
-    /// The cell at a position in metres, if it is on the map.
+    /// The cell at a position in meters, if it is on the map.
     #[must_use]
     pub fn cell_at(&self, x_meters: f64, y_meters: f64) -> Option<Cell> {
         let (east_meters, north_meters) = (x_meters - self.origin_meters.0, y_meters - self.origin_meters.1);
         self.grid.cell_at(east_meters / self.resolution_meters, north_meters / self.resolution_meters)
     }
 
-    /// Center of a cell, metres.
+    /// Center of a cell, meters.
     #[must_use]
     pub fn center_meters(&self, cell: Cell) -> (f64, f64) {
         let Position { row, column } = self.grid.position(cell);

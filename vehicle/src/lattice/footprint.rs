@@ -10,12 +10,12 @@ pub const MAX_CORNERS: usize = 64;
 /// How far a footprint may reach from the reference point, in cells of the map.
 pub const MAX_FOOTPRINT_CELLS: f64 = 128.0;
 
-/// A vehicle's outline as it stands at the reference point, x forward and y to the left, metres.
+/// A vehicle's outline as it stands at the reference point, x forward and y to the left, meters.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Footprint {
     /// A disc around the reference point; of radius 0 it covers the cell of the reference point.
     Circle {
-        /// Metres, 0 or more.
+        /// Meters, 0 or more.
         radius_meters: f64,
     },
     /// A simple polygon, convex or not, its corners in order, either way round.
@@ -78,7 +78,7 @@ impl Footprint {
         Ok(())
     }
 
-    /// Distance of its farthest point from the reference point, metres.
+    /// Distance of its farthest point from the reference point, meters.
     #[must_use]
     pub fn circumscribed_meters(&self) -> f64 {
         match self {

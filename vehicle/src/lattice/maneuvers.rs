@@ -52,11 +52,11 @@ impl Headings {
 /// What a vehicle can do.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Maneuvers {
-    /// Edge of a cell of the map, metres, above 0.
+    /// Edge of a cell of the map, meters, above 0.
     pub resolution_meters: f64,
     /// Headings of the lattice.
     pub headings: Headings,
-    /// The tightest turn, metres, above 0.
+    /// The tightest turn, meters, above 0.
     pub turning_radius_meters: f64,
     /// If it drives backwards: how often a way counts then, 1 to [`MAX_COST_MULTIPLIER`].
     pub reverse: Option<u32>,

@@ -14,9 +14,9 @@ pub const MIN_INFLATION_STEP: f64 = 0.5;
 /// Where a plan should end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Goal {
-    /// Metres to the east, on the map.
+    /// Meters to the east, on the map.
     pub x_meters: f64,
-    /// Metres to the north, on the map.
+    /// Meters to the north, on the map.
     pub y_meters: f64,
     /// Counterclockwise from east, radians; the nearest heading of the lattice counts. Without it any does.
     pub heading_radians: Option<f64>,

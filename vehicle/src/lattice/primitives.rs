@@ -36,7 +36,7 @@ pub struct Primitive {
 }
 
 impl Primitive {
-    /// Length of the polyline of its poses, metres.
+    /// Length of the polyline of its poses, meters.
     #[must_use]
     pub fn length_meters(&self) -> f64 {
         self.poses.windows(2).map(|pair| distance_meters(pair[0], pair[1])).sum()
@@ -106,9 +106,9 @@ pub enum Unsound {
          start and 1000 radians"
     )]
     Pose {
-        /// Metres.
+        /// Meters.
         x: f64,
-        /// Metres.
+        /// Meters.
         y: f64,
         /// Radians.
         heading: f64,
@@ -121,15 +121,15 @@ pub enum Unsound {
     Joint {
         /// "start" or "end".
         which: &'static str,
-        /// Metres.
+        /// Meters.
         x: f64,
-        /// Metres.
+        /// Meters.
         y: f64,
         /// Radians.
         heading: f64,
-        /// Metres.
+        /// Meters.
         expected_x: f64,
-        /// Metres.
+        /// Meters.
         expected_y: f64,
         /// Radians.
         expected_heading: f64,
@@ -176,7 +176,7 @@ impl PrimitiveSet {
         Ok(Self { resolution_meters, headings_radians, primitives })
     }
 
-    /// Edge of a cell, metres.
+    /// Edge of a cell, meters.
     #[must_use]
     pub const fn resolution_meters(&self) -> f64 {
         self.resolution_meters

@@ -52,9 +52,9 @@ pub(super) struct Goal {
 /// Cells of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Corridor {
-    /// Metres east and north; at least one.
+    /// Meters east and north; at least one.
     pub(super) middles: Vec<(f64, f64)>,
-    /// Their edge, metres.
+    /// Their edge, meters.
     pub(super) cell_meters: f64,
 }
 

@@ -33,7 +33,7 @@ pub struct PoseEstimate {
     pub time_ns: u64,
     /// Where, on the map.
     pub pose: Pose,
-    /// Standard deviation of its place, metres, at least 0.
+    /// Standard deviation of its place, meters, at least 0.
     pub deviation_meters: f64,
     /// Standard deviation of its heading, radians, at least 0.
     pub heading_deviation_radians: f64,

@@ -17,14 +17,14 @@ use crate::settings::Checked;
 const SPEED_TOLERANCE: f64 = 1.2;
 /// And farther by so many standard deviations.
 const DEVIATIONS: f64 = 5.0;
-/// And by so much for nothing, metres.
+/// And by so much for nothing, meters.
 const SLACK_METERS: f64 = 0.5;
 /// Fixes that are kept for frames that come late.
 const KEPT_FIXES: usize = 256;
 
 /// Whether something can be believed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Judgement {
+pub(super) enum Judgment {
     Good,
     /// It is what was known already.
     Repeated,
@@ -51,20 +51,20 @@ impl Clock {
         self.latest_ns
     }
 
-    pub(super) fn read(&mut self, now_ns: u64) -> Judgement {
+    pub(super) fn read(&mut self, now_ns: u64) -> Judgment {
         if now_ns >= self.latest_ns {
             self.latest_ns = now_ns;
             self.doubted = None;
-            return Judgement::Good;
+            return Judgment::Good;
         }
         let (first, last) = self.doubted.filter(|&(_, last)| now_ns >= last).unwrap_or((now_ns, now_ns));
         self.doubted = Some((first, now_ns.max(last)));
         if now_ns - first < self.recovery_ns {
-            return Judgement::Doubtful;
+            return Judgment::Doubtful;
         }
         self.latest_ns = now_ns;
         self.doubted = None;
-        Judgement::Restarted
+        Judgment::Restarted
     }
 }
 
@@ -151,26 +151,26 @@ impl Localization {
         now_ns: u64,
         fix: &PoseEstimate,
         terrain: &Terrain,
-    ) -> Result<Judgement, Fault> {
+    ) -> Result<Judgment, Fault> {
         let stamped = stamp::check(now_ns, fix.time_ns, self.stamp_ns, self.max_age_ns);
         self.stamp_ns = Some(fix.time_ns);
         let judged = self.check(fix, terrain).and(stamped).and_then(|()| self.place(now_ns, fix));
-        if matches!(judged, Err(_) | Ok(Judgement::Repeated)) {
+        if matches!(judged, Err(_) | Ok(Judgment::Repeated)) {
             self.unused_ns = Some(now_ns);
         }
         judged
     }
 
-    fn place(&mut self, now_ns: u64, fix: &PoseEstimate) -> Result<Judgement, Fault> {
-        let judgement = match self.fixes.back() {
-            Some(last) if fix.time_ns == last.time_ns => return Ok(Judgement::Repeated),
+    fn place(&mut self, now_ns: u64, fix: &PoseEstimate) -> Result<Judgment, Fault> {
+        let judgment = match self.fixes.back() {
+            Some(last) if fix.time_ns == last.time_ns => return Ok(Judgment::Repeated),
             Some(last) if !self.can_follow(last, fix) => {
                 let jumped = jump(last, fix);
                 self.settle(fix).ok_or(jumped)?
             }
-            _ => Judgement::Good,
+            _ => Judgment::Good,
         };
-        if judgement == Judgement::Restarted {
+        if judgment == Judgment::Restarted {
             self.fixes.clear();
         }
         self.elsewhere = None;
@@ -180,7 +180,7 @@ impl Localization {
         if self.fixes.len() > KEPT_FIXES {
             self.fixes.pop_front();
         }
-        Ok(judgement)
+        Ok(judgment)
     }
 
     fn check(&self, fix: &PoseEstimate, terrain: &Terrain) -> Result<(), Fault> {
@@ -212,11 +212,11 @@ impl Localization {
     }
 
     /// Whether poses elsewhere have agreed for long enough.
-    fn settle(&mut self, fix: &PoseEstimate) -> Option<Judgement> {
+    fn settle(&mut self, fix: &PoseEstimate) -> Option<Judgment> {
         let agreeing = self.elsewhere.filter(|(_, last)| self.can_follow(last, fix));
         let (first, _) = agreeing.unwrap_or((*fix, *fix));
         self.elsewhere = Some((first, *fix));
-        (fix.time_ns - first.time_ns >= self.recovery_ns).then_some(Judgement::Restarted)
+        (fix.time_ns - first.time_ns >= self.recovery_ns).then_some(Judgment::Restarted)
     }
 
     /// Where the vehicle was at a time: between two fixes on the straight line, unless poses were silent between them:

@@ -7,7 +7,7 @@ use nalgebra::Vector2;
 
 use super::PoseEstimate;
 
-/// Who has come no farther than this stands, metres, and than so many standard deviations of its place.
+/// Who has come no farther than this stands, meters, and than so many standard deviations of its place.
 const STILL_METERS: f64 = 0.25;
 const STILL_DEVIATIONS: f64 = 3.0;
 /// So long it has stood before it looks whether there is news, and so long after the last time, nanoseconds.
@@ -18,7 +18,7 @@ const SAVED_LOOKS: u64 = 4;
 /// Where a vehicle stands, and what it has told meanwhile.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Standing {
-    /// Where, metres east and north, and since when.
+    /// Where, meters east and north, and since when.
     place: Option<(Vector2<f64>, u64)>,
     /// When it last looked whether there is news.
     looked_ns: u64,

@@ -320,7 +320,7 @@ fn a_vehicle_that_strays_tells_where_it_is() {
 
 #[test]
 fn a_navigation_stack_is_sent_to_the_ends_of_runs() {
-    let mut drive = Drive::new(&Settings { motion: MotionTable::Goal, ..settings() });
+    let mut drive = Drive::new(&Settings { motion: MotionTable::Goal {}, ..settings() });
     drive.step();
     let actions = drive.go(&[(2, 3), (2, 4), (3, 4)]);
     assert_eq!(actions, [Action::Go(Pose::new(45.0, 25.0, 0.0))]);
@@ -440,7 +440,7 @@ fn a_frame_that_comes_later_than_the_window_is_refused_and_counted() {
     assert!(actions.iter().any(|action| matches!(action, Action::Refuse(..))));
 }
 
-/// Two cameras that look ahead, four metres apart: they know how far a thing is without moving.
+/// Two cameras that look ahead, four meters apart: they know how far a thing is without moving.
 fn eyes_apart() -> Settings {
     let camera = |name: &str, y_meters| CameraTable {
         name: name.to_owned(),

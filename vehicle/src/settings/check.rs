@@ -14,7 +14,7 @@ use crate::tracker::settings::{Settings as TrackerSettings, SettingsError as Tra
 
 /// Cameras of one vehicle.
 const MAX_CAMERAS: usize = 16;
-/// Tightest turn of a vehicle for which none is told, metres.
+/// Tightest turn of a vehicle for which none is told, meters.
 const TURNING_RADIUS_METERS: f64 = 3.0;
 
 /// Settings that can be.
@@ -38,7 +38,7 @@ pub struct Checked {
     pub pose_timeout_ns: u64,
     /// A camera without a good frame for longer than this has stopped, nanoseconds.
     pub camera_timeout_ns: u64,
-    /// A pose with a larger standard deviation is none, metres.
+    /// A pose with a larger standard deviation is none, meters.
     pub max_position_std_meters: f64,
     /// After a jump poses are believed again once they have agreed for so long, nanoseconds.
     pub recovery_ns: u64,
@@ -55,7 +55,7 @@ pub enum Motion {
         footprint: Footprint,
         /// A plan looks at so many states before it is taken as it is.
         max_expansions: u64,
-        /// Farther beside its path than this it plans anew, metres.
+        /// Farther beside its path than this it plans anew, meters.
         replan_beyond_meters: f64,
     },
     /// By goal poses.
@@ -71,7 +71,7 @@ pub enum Source {
     Made {
         /// Headings of the lattice.
         headings: Headings,
-        /// The tightest turn, metres.
+        /// The tightest turn, meters.
         turning_radius_meters: f64,
         /// If it drives backwards: how often a way counts then.
         reverse: Option<u32>,

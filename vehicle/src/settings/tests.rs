@@ -41,7 +41,7 @@ fn what_is_written_is_what_is_read() {
     let settings = read("").unwrap();
     assert_eq!(read(&toml::to_string(&settings).unwrap()).unwrap(), settings);
     let text = "motion = { kind = 'goal' }\nfootprint = { shape = 'disc', radius_meters = 0.5 }\n\
-                [safety.on_fault]\ncamera = 'go_on'\n";
+                [safety.on_fault]\ncamera = 'continue'\n";
     let settings = read(text).unwrap();
     assert_eq!(settings.check(None).unwrap().motion, Motion::Goal);
     assert_eq!(settings.safety.on_fault.camera, FaultResponse::Continue);
@@ -91,12 +91,13 @@ fn what_cannot_be_names_its_key_and_what_is_allowed() {
         "vehicle.motion.reverse_cost = 0: allowed is 1 to 1000",
     );
     check("motion = { kind = 'fly' }", "unknown variant `fly`");
+    check("motion = { kind = 'goal', foo = 1 }", "unknown field `foo`");
     check("footprint = { shape = 'disc', radius_meters = -1.0 }", "vehicle.footprint.radius_meters = -1");
-    check("tracker = { range_hypotheses = 0 }", "vehicle.tracker: 0 range_hypotheses");
+    check("tracker = { range_hypotheses = 0 }", "vehicle.tracker: 0 range hypotheses");
     check("tracker = { gate_degrees = 270.0 }", "vehicle.tracker: gate_radians");
     check("safety = { pose_timeout_seconds = 0.0 }", "vehicle.safety.pose_timeout_seconds = 0");
-    check("[safety.on_fault]\ncamera = 'panic'", "unknown variant `panic`, expected `hold` or `go_on`");
-    check("colour = 'red'", "unknown field `colour`, expected one of `cameras`, `tracker`");
+    check("[safety.on_fault]\ncamera = 'panic'", "unknown variant `panic`, expected `stop` or `continue`");
+    check("color = 'red'", "unknown field `color`, expected one of `cameras`, `tracker`");
     let camera = |changes: &str| {
         format!(
             "[[cameras]]\nname = 'a'\nwidth_pixels = 100\nheight_pixels = 50\nmax_range_meters = 50.0\n{changes}\n"

@@ -1,7 +1,7 @@
 //! One cubature Kalman filter of bearings: Arasaratnam and Haykin, IEEE Transactions on Automatic Control
 //! 54(6), 2009.
 //!
-//! State `[x, y, vx, vy]`, metres east and north and metres per second, of constant velocity with white
+//! State `[x, y, vx, vy]`, meters east and north and meters per second, of constant velocity with white
 //! acceleration.
 //!
 //! Where we depart from the paper, and why:
@@ -22,7 +22,7 @@ const POINTS: usize = 2 * DIMENSIONS;
 /// A bearing, and from where it was seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sight {
-    /// Where the camera was: metres east and north.
+    /// Where the camera was: meters east and north.
     pub from_meters: Vector2<f64>,
     /// Radians on the map, counter-clockwise from east.
     pub bearing_radians: f64,
@@ -33,20 +33,20 @@ pub struct Sight {
 /// A normal distribution over states.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gaussian {
-    /// `[x, y, vx, vy]`, metres east and north, m/s.
+    /// `[x, y, vx, vy]`, meters east and north, m/s.
     pub mean: Vector4<f64>,
     /// Of the same; positive definite.
     pub covariance: Matrix4<f64>,
 }
 
 impl Gaussian {
-    /// Expected place, metres east and north.
+    /// Expected place, meters east and north.
     #[must_use]
     pub fn position_meters(&self) -> Vector2<f64> {
         Vector2::new(self.mean[0], self.mean[1])
     }
 
-    /// Covariance of the place, square metres.
+    /// Covariance of the place, square meters.
     #[must_use]
     pub fn place_covariance(&self) -> Matrix2<f64> {
         self.covariance.fixed_view::<2, 2>(0, 0).into_owned()

@@ -33,7 +33,7 @@ pub struct Frame {
 pub struct PoseError {
     /// Standard deviation of the heading, radians, at least 0.
     pub heading_std_radians: f64,
-    /// Standard deviation of the place, metres, at least 0.
+    /// Standard deviation of the place, meters, at least 0.
     pub position_std_meters: f64,
     /// Poses within this time are off alike, seconds, at least 0.
     pub correlation_seconds: f64,
@@ -182,7 +182,7 @@ impl Frame {
         self.view.widened(beyond_radians, RANGE_TOLERANCE)
     }
 
-    /// How often something at a place is detected, of what is detected at best: it falls off towards the ends of
+    /// How often something at a place is detected, of what is detected at best: it falls off toward the ends of
     /// the detector's ranges.
     pub(super) fn visibility(&self, point_meters: Vector2<f64>) -> f64 {
         let is_in = |view: View| view.contains(point_meters);

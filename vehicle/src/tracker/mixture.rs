@@ -1,4 +1,4 @@
-//! A range-parameterised filter: Peach, IEE Proceedings - Control Theory and Applications 142(1), 1995, with
+//! A range-parameterized filter: Peach, IEE Proceedings - Control Theory and Applications 142(1), 1995, with
 //! cubature filters in place of his extended Kalman filters.
 //!
 //! One bearing tells nothing of the range. So the ranges `R_min..R_max` are cut into N parts that each are as
@@ -28,9 +28,9 @@ const LEAST_WEIGHT: f64 = 1e-3;
 /// Between which ranges something can be that was seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reach {
-    /// Metres, above 0.
+    /// Meters, above 0.
     pub min_range_meters: f64,
-    /// Metres, above `min_range_meters`.
+    /// Meters, above `min_range_meters`.
     pub max_range_meters: f64,
 }
 
@@ -79,7 +79,7 @@ impl Mixture {
         }
     }
 
-    /// The same after a bearing: `w_i <- w_i N(z; z_i, S_i)`, normalised; members that rounding has spoilt or
+    /// The same after a bearing: `w_i <- w_i N(z; z_i, S_i)`, normalized; members that rounding has spoiled or
     /// that weigh less than 1e-3 are dropped. None if no member is left.
     #[must_use]
     pub fn updated(&self, sight: &Sight, pose_error: &PoseError) -> Option<Self> {
@@ -283,7 +283,7 @@ mod tests {
     }
 
     #[test]
-    fn spoilt_members_are_dropped_and_the_last_one_ends_the_mixture() {
+    fn spoiled_members_are_dropped_and_the_last_one_ends_the_mixture() {
         let mut mixture = born();
         mixture.members[2].state.covariance[(0, 0)] = -1.0;
         mixture.members[4].state.mean[1] = f64::NAN;

@@ -14,7 +14,7 @@ use super::mixture::{Member, Mixture};
 
 /// A member is cut if its largest standard deviation is more than this share of its range.
 const WIDEST: f64 = 0.25;
-/// Nearer than this to the camera a share is of this, metres: no more is asked than which cell.
+/// Nearer than this to the camera a share is of this, meters: no more is asked than which cell.
 const NEAREST_METERS: f64 = 1.0;
 /// So many members a mixture has at most.
 const MOST_MEMBERS: usize = 64;

@@ -107,7 +107,7 @@ pub struct Track {
     seen_ns: u64,
     /// When it was last seen or missed.
     judged_ns: u64,
-    /// What is never known better of its place, metres.
+    /// What is never known better of its place, meters.
     lasting_std_meters: f64,
     /// From where and how it was seen last, until it is taken for passed or another track has its bearing.
     last_seen: Option<LastSeen>,
@@ -193,19 +193,19 @@ impl Track {
         self.mixture.estimate()
     }
 
-    /// Where it is expected, metres east and north.
+    /// Where it is expected, meters east and north.
     #[must_use]
     pub fn position_meters(&self) -> Vector2<f64> {
         self.estimate().position_meters()
     }
 
-    /// Covariance of that place, square metres, with what the vehicle's poses may be off for ever.
+    /// Covariance of that place, square meters, with what the vehicle's poses may be off for ever.
     #[must_use]
     pub fn position_covariance(&self) -> Matrix2<f64> {
         self.estimate().place_covariance() + Matrix2::identity() * self.lasting_std_meters.powi(2)
     }
 
-    /// What no number of bearings tells better, metres: each coordinate's standard deviation.
+    /// What no number of bearings tells better, meters: each coordinate's standard deviation.
     #[must_use]
     pub const fn lasting_std_meters(&self) -> f64 {
         self.lasting_std_meters

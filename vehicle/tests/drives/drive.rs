@@ -71,7 +71,7 @@ pub(crate) fn settings(eyes: Eyes) -> Settings {
         yaw_degrees,
         ..CameraTable::wide()
     };
-    let settings = Settings { motion: MotionTable::Goal, ..Settings::default() };
+    let settings = Settings { motion: MotionTable::Goal {}, ..Settings::default() };
     match eyes {
         Eyes::TwoWide => Settings { cameras: vec![wide("left", 45.0), wide("right", -45.0)], ..settings },
         Eyes::OneWide => Settings { cameras: vec![wide("front", 0.0)], ..settings },

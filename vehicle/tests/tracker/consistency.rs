@@ -1,4 +1,4 @@
-//! Estimates are as uncertain as they say: the normalised estimation error squared (NEES) of
+//! Estimates are as uncertain as they say: the normalized estimation error squared (NEES) of
 //! `[x, y, vx, vy]`, averaged over seeded runs, lies within its 95 % interval (Bar-Shalom, Li and Kirubarajan, Estimation
 //! with Applications to Tracking and Navigation, 2001, section 5.4.2).
 //!
@@ -73,7 +73,7 @@ fn drift(thing: &mut Vector4<f64>, density: f64, random: &mut Stream) {
     }
 }
 
-/// NEES, and the distance between estimate and truth in metres, at each of [`SECONDS`].
+/// NEES, and the distance between estimate and truth in meters, at each of [`SECONDS`].
 fn run(seed: u64) -> Vec<(f64, f64)> {
     let settings = settings();
     let mut random = stream(seed, Purpose::Truth, 0);

@@ -75,7 +75,7 @@ fn between_poses_odometry_goes_on_from_the_last() {
     let pose = places.pose(at(1.0), &estimate(20.0, 30.0, FRAC_PI_2));
     assert_eq!(pose, Ok(None), "odometry tells it next");
     check(places.odometry(at(1.1), &odometry(5.0, 5.0, 0.0)), 1.1, [20.0, 30.0, FRAC_PI_2]);
-    // Two metres ahead, a metre to the left, turned back.
+    // Two meters ahead, a meter to the left, turned back.
     check(places.odometry(at(1.2), &odometry(7.0, 6.0, -FRAC_PI_2)), 1.2, [19.0, 32.0, 0.0]);
 }
 

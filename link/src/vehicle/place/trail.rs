@@ -64,7 +64,7 @@ impl Trail {
     }
 }
 
-/// How far two poses are apart: metres, and radians.
+/// How far two poses are apart: meters, and radians.
 pub(super) fn apart(from: &Pose, to: &Pose) -> (f64, f64) {
     let turn = turn_radians(from.heading_radians, to.heading_radians);
     ((to.position_meters() - from.position_meters()).norm(), turn.abs())

@@ -68,7 +68,7 @@ pub enum Purpose {
     LastKnownPosition {
         /// The place.
         point: GeoPoint,
-        /// Standard deviation to the east, and the same to the north, metres.
+        /// Standard deviation to the east, and the same to the north, meters.
         spread_meters: f64,
         /// Probability of area, a share from 0 to 1.
         poa: f64,

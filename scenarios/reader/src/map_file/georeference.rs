@@ -1,14 +1,14 @@
-//! Where on earth a map lies: WGS84 degrees to metres east and north, and back.
+//! Where on earth a map lies: WGS84 degrees to meters east and north, and back.
 
 use dragnet_search::terrain::Terrain;
 use geo::Coord;
 
-/// Semi-major axis of WGS84, metres.
+/// Semi-major axis of WGS84, meters.
 const SEMI_MAJOR_METERS: f64 = 6_378_137.0;
 /// Flattening of WGS84.
 const FLATTENING: f64 = 1.0 / 298.257_223_563;
 
-/// So far from its corner a frame is used, metres.
+/// So far from its corner a frame is used, meters.
 const NEAR_METERS: f64 = 100_000.0;
 
 /// A point of WGS84.
@@ -40,7 +40,7 @@ impl From<Coord<f64>> for GeoPoint {
     }
 }
 
-/// A local frame, metres east and north of the map's south-western corner.
+/// A local frame, meters east and north of the map's south-western corner.
 ///
 /// With the radii of curvature of the ellipsoid at a reference latitude `p`, that of the map's middle,
 ///
@@ -51,7 +51,7 @@ impl From<Coord<f64>> for GeoPoint {
 /// ```
 ///
 /// Both ways are linear, so that one undoes the other. Against distances on the ellipsoid the error comes
-/// from the meridians' convergence: a length to the east is off by the share `n tan(p) / a`, `n` the metres
+/// from the meridians' convergence: a length to the east is off by the share `n tan(p) / a`, `n` the meters
 /// north of the middle. In a map of 10 km at 45 degrees that is at most 0.08 %, or 4 m from the middle of an
 /// edge to the corner; of 1 km, 4 cm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,7 +83,7 @@ impl Georeference {
         }
     }
 
-    /// The same frame for a map whose rows run so far from the east, counterclockwise: metres are then along its rows and
+    /// The same frame for a map whose rows run so far from the east, counterclockwise: meters are then along its rows and
     /// up its columns.
     #[must_use]
     pub const fn turned(self, yaw_radians: f64) -> Self {
@@ -110,7 +110,7 @@ impl Georeference {
         self.south_west
     }
 
-    /// Metres `(east, north)` of the south-western corner.
+    /// Meters `(east, north)` of the south-western corner.
     #[must_use]
     pub fn meters(&self, point: GeoPoint) -> (f64, f64) {
         let east =
@@ -120,7 +120,7 @@ impl Georeference {
         turn((east, north), -self.yaw_radians)
     }
 
-    /// A corner `(longitude, latitude)` in cells of an edge in metres, `(east, north)` of the south-western corner.
+    /// A corner `(longitude, latitude)` in cells of an edge in meters, `(east, north)` of the south-western corner.
     pub(super) fn cells(&self, corner: Coord<f64>, cell_meters: f64) -> Coord<f64> {
         let (east, north) = self.meters(GeoPoint::from(corner));
         Coord { x: east / cell_meters, y: north / cell_meters }
@@ -136,7 +136,7 @@ impl Georeference {
         if meters <= NEAR_METERS { Ok(()) } else { Err(format!("{:.0} km away", meters / 1000.0)) }
     }
 
-    /// The point at metres east and north of the south-western corner.
+    /// The point at meters east and north of the south-western corner.
     #[must_use]
     pub fn point(&self, meters: (f64, f64)) -> GeoPoint {
         let (east_meters, north_meters) = turn(meters, self.yaw_radians);

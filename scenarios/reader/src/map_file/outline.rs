@@ -21,7 +21,7 @@ use super::{MapFile, MapFileError, MapOrigin};
 /// Half a cell, less rounding.
 const OPEN_SHARE: f64 = 0.5 - 1e-9;
 
-/// Makes areas into cells of an edge in metres; messages name the file.
+/// Makes areas into cells of an edge in meters; messages name the file.
 pub(super) fn map(file: &Path, areas: Areas, cell_meters: f64) -> Result<MapFile, MapFileError> {
     let searched = Searched::of(&areas);
     searched.check_apart(file)?;

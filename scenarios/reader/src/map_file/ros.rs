@@ -122,7 +122,7 @@ fn read_header(file: &Path, text: &str) -> Result<(Header, MapOrigin), MapFileEr
         .map_err(|error| MapFileError::syntax(file, error))?;
     let is_length = header.resolution.is_finite() && header.resolution > 0.0;
     if !is_length {
-        let allowed = "a finite length in metres above 0";
+        let allowed = "a finite length in meters above 0";
         return Err(MapFileError::value(file, "resolution", header.resolution, allowed));
     }
     let origin: Result<Vec<f64>, String> = header.origin.iter().map(Scalar::number).collect();
@@ -271,13 +271,13 @@ mod tests {
             let error = load(&YAML.replace(from, to), image, 0.5).unwrap_err();
             assert!(error.contains("a.yaml: ") && error.contains(message), "{error}");
         };
-        check("0.5", ".nan", "resolution is NaN; allowed is a finite length in metres above 0");
+        check("0.5", ".nan", "resolution is NaN; allowed is a finite length in meters above 0");
         check("0.5", "-0.5", "resolution is -0.5");
         check("0.5", "wide", "resolution: \"wide\" is no number");
         check("0.65", "0.2", "free_thresh is 0.25 and occupied_thresh 0.2; allowed is 0 <= free_thresh <");
         check("0.65", ".nan", "occupied_thresh NaN");
         check("[1.0, -2.0, 0.0]", "[1.0]", "origin is 1 numbers; allowed is [x, y, yaw]");
-        check("negate: 0", "negate: 0\nmode: grey", "mode: \"grey\"; allowed is trinary, scale or raw");
+        check("negate: 0", "negate: 0\nmode: gray", "mode: \"gray\"; allowed is trinary, scale or raw");
         check(
             "negate: 0",
             "negate: perhaps",

@@ -26,7 +26,7 @@ fn what_is_no_map_is_refused_with_its_name() {
     check("a.txt", "..\n.x\n", 1.0, "line 2, column 2: 'x' is no ground; allowed are");
     check("a.txt", "..\n...\n", 1.0, "line 2 has 3 cells, the first line has 2");
     check("a.txt", "", 1.0, "0 rows and 0 columns: allowed are 1 to");
-    check("a.txt", "..", f64::NAN, "cell edge is NaN; allowed is a finite length in metres above 0");
+    check("a.txt", "..", f64::NAN, "cell edge is NaN; allowed is a finite length in meters above 0");
     check("a.bmp", "..", 1.0, "unknown extension; allowed are .txt drawing, .yaml ROS map");
 }
 

@@ -70,11 +70,11 @@ pub struct MapTable {
     /// Where the map's south-western corner lies on the earth; of a map that does not say so itself.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub origin: Option<OriginTable>,
-    /// Edge of a cell, metres, from 0.001.
+    /// Edge of a cell, meters, from 0.001.
     #[serde(default = "default_cell_meters")]
     #[schemars(range(min = 0.001))]
     pub cell_meters: f64,
-    /// To how many neighbours a robot moves: 4, or 8 with diagonals.
+    /// To how many neighbors a robot moves: 4, or 8 with diagonals.
     #[serde(default = "default_moves")]
     #[schemars(extend("enum" = [4, 8]))]
     pub connectivity: i64,
@@ -229,7 +229,7 @@ pub struct MissionTable {
     /// A cell whose probability reaches this is declared an object, above 0.5 and below 1.
     #[schemars(extend("exclusiveMinimum" = 0.5, "exclusiveMaximum" = 1))]
     pub detection_threshold: f64,
-    /// The way that each robot may cover, metres, above 0.
+    /// The way that each robot may cover, meters, above 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub budget_meters: Option<f64>,
@@ -237,7 +237,7 @@ pub struct MissionTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub budget_seconds: Option<f64>,
-    /// Speed of a robot, metres a second, from 0.001; whoever claims to be faster is not believed.
+    /// Speed of a robot, meters a second, from 0.001; whoever claims to be faster is not believed.
     #[schemars(range(min = 0.001))]
     pub speed_meters_per_second: f64,
     /// Stop when this number of objects or fewer are expected outside the declared cells, of those that robots can see, at

@@ -5,9 +5,9 @@ use std::time::Duration;
 use super::check::{self, Invalid};
 use super::file::MissionTable;
 
-/// The most metres in a budget, and metres a second of a robot.
+/// The most meters in a budget, and meters a second of a robot.
 const MAX_METERS: f64 = 1e9;
-/// The slowest robot, metres a second.
+/// The slowest robot, meters a second.
 const MIN_SPEED: f64 = 0.001;
 /// The most heartbeats, or recorded beliefs, while a robot crosses a cell.
 const MAX_PERIODS_A_CELL: f64 = 1000.0;
@@ -43,7 +43,7 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// Way that each robot may cover, metres, above 0.
+    /// Way that each robot may cover, meters, above 0.
     #[must_use]
     pub const fn meters(&self) -> Option<f64> {
         self.meters

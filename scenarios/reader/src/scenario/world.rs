@@ -17,7 +17,7 @@ use crate::map_file::{GeoPoint, Georeference, MapFile};
 
 /// One row of as many cells as a grid can have.
 const MAX_SIDE: u32 = 1 << 24;
-/// The shortest edge of a cell, metres.
+/// The shortest edge of a cell, meters.
 const MIN_CELL_METERS: f64 = 0.001;
 
 pub(super) fn map(table: &MapTable, folder: &Path) -> Result<MapFile, Fault> {

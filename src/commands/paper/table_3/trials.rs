@@ -153,7 +153,7 @@ impl Trials {
         self.random_of(contender).map(seconds).collect()
     }
 
-    /// Way of the robot that drove farthest in the others, metres.
+    /// Way of the robot that drove farthest in the others, meters.
     pub(super) fn ways(&self, contender: &Contender) -> Vec<f64> {
         self.random_of(contender).map(max_range_meters).collect()
     }

@@ -8,11 +8,11 @@ use crate::settings::{FaultResponse, OnFault};
 
 const ROUTE: [(u32, u32); 5] = [(2, 3), (2, 4), (2, 5), (2, 6), (2, 7)];
 
-/// A drive under way, with this caution about everything.
-fn under_way(caution: FaultResponse) -> Drive {
+/// A drive under way, with this response about everything.
+fn under_way(response: FaultResponse) -> Drive {
     let mut settings = settings();
     settings.safety.on_fault =
-        OnFault { pose: caution, camera: caution, clock: caution, path: caution, map: caution };
+        OnFault { pose: response, camera: response, clock: response, path: response, map: response };
     let mut drive = Drive::new(&settings);
     drive.step();
     drive.go(&ROUTE);
@@ -22,12 +22,12 @@ fn under_way(caution: FaultResponse) -> Drive {
 
 /// The same fault under both settings: who holds stands, who goes on drives; both say so.
 fn check_both(fault: impl Fn(&mut Drive) -> Vec<Action>, expected: &str) {
-    for caution in [FaultResponse::Stop, FaultResponse::Continue] {
-        let mut drive = under_way(caution);
+    for response in [FaultResponse::Stop, FaultResponse::Continue] {
+        let mut drive = under_way(response);
         let actions = fault(&mut drive);
-        assert!(told(&actions).contains(&expected.to_owned()), "{caution:?}: {:?}", told(&actions));
-        assert_eq!(is_hold(&actions), caution == FaultResponse::Stop, "{caution:?}: {actions:?}");
-        assert_eq!(drive.path.is_empty(), caution == FaultResponse::Stop, "{caution:?}");
+        assert!(told(&actions).contains(&expected.to_owned()), "{response:?}: {:?}", told(&actions));
+        assert_eq!(is_hold(&actions), response == FaultResponse::Stop, "{response:?}: {actions:?}");
+        assert_eq!(drive.path.is_empty(), response == FaultResponse::Stop, "{response:?}");
     }
 }
 
@@ -299,28 +299,28 @@ fn a_goal_that_cannot_be_reached() {
     check_both_ways(FaultResponse::Continue);
 }
 
-fn check_both_ways(caution: FaultResponse) {
-    let mut drive = under_way(caution);
+fn check_both_ways(response: FaultResponse) {
+    let mut drive = under_way(response);
     let actions = drive.tell(Event::Map(walled()));
-    assert_eq!(told(&actions), ["way Warning"]);
+    assert_eq!(told(&actions), ["path Warning"]);
     assert!(is_hold(&actions) && drive.path.is_empty(), "there is no other run");
     assert!(message(&actions).contains("no way leads"), "{actions:?}");
     // Whoever goes on asks the agent again, by telling where it stands.
     let asked = sensed(&drive.steps(12));
-    assert_eq!(asked.is_empty(), caution == FaultResponse::Stop, "{asked:?}");
+    assert_eq!(asked.is_empty(), response == FaultResponse::Stop, "{asked:?}");
     assert!(asked.len() <= 2, "no more often than it could enter cells");
     with_front(&mut drive, 4, |_| None);
     let asked = sensed(&drive.steps(12));
-    assert_eq!(asked.is_empty(), caution == FaultResponse::Stop, "after another fault too");
+    assert_eq!(asked.is_empty(), response == FaultResponse::Stop, "after another fault too");
     let actions = drive.tell(Event::Map(CostMap::from_terrain(scenario().terrain(), 8).unwrap()));
-    if caution == FaultResponse::Stop {
+    if response == FaultResponse::Stop {
         assert!(is_drive(&actions), "the way is free again");
-        assert_eq!(told(&drive.steps(4)), ["way Ok"]);
+        assert_eq!(told(&drive.steps(4)), ["path Ok"]);
     }
-    let mut drive = under_way(caution);
+    let mut drive = under_way(response);
     drive.tell(Event::Map(walled()));
     let actions = drive.go(&[(2, 3), (2, 4), (2, 5), (1, 5), (1, 4)]);
-    assert!(is_hold(&actions) || drive.path.is_empty() == (caution == FaultResponse::Stop), "{actions:?}");
+    assert!(is_hold(&actions) || drive.path.is_empty() == (response == FaultResponse::Stop), "{actions:?}");
 }
 
 #[test]
@@ -342,10 +342,10 @@ fn a_map_that_changes_its_size() {
         turn_in_place: None,
     };
     let text = mprim::write(&maneuvers.primitives().unwrap());
-    for caution in [FaultResponse::Stop, FaultResponse::Continue] {
+    for response in [FaultResponse::Stop, FaultResponse::Continue] {
         let motion = toml::from_str("kind = 'lattice'\nprimitives = 'a.mprim'").unwrap();
         let mut settings = Settings { motion, ..settings() };
-        settings.safety.on_fault.map = caution;
+        settings.safety.on_fault.map = response;
         let mut drive = Drive::new(&super::settings());
         let map = CostMap::from_terrain(scenario().terrain(), 8).unwrap();
         let checked = settings.check(Some(&text)).unwrap();
@@ -359,7 +359,7 @@ fn a_map_that_changes_its_size() {
         assert!(message(&actions).contains("primitives for cells of 1.25 m on a map with cells of 2.5 m"));
         assert_eq!(
             (is_hold(&actions), drive.path.is_empty()),
-            (caution == FaultResponse::Stop, caution == FaultResponse::Stop)
+            (response == FaultResponse::Stop, response == FaultResponse::Stop)
         );
         let same = CostMap::from_terrain(scenario().terrain(), 8).unwrap();
         let mut actions = drive.tell(Event::Map(same));

@@ -17,7 +17,7 @@ pub(super) const LAST_KNOWN_POSITION: &str = "last_known_position";
 /// What an export adds to the areas of its mission: nothing that a search begins with.
 const EXPORTED: [&str; 3] = ["found", "track", "cleared"];
 
-/// The widest spread of a last known position, metres.
+/// The widest spread of a last known position, meters.
 const MAX_SPREAD_METERS: f64 = 100_000.0;
 
 /// The area that a feature is; `None` if it is none of ours. Without a kind, polygons are searched or, where they say
@@ -114,7 +114,7 @@ fn last_known_position(file: &Path, feature: &Feature) -> Result<Purpose, MapFil
         return Err(wrong_shape(file, feature, LAST_KNOWN_POSITION, "one point"));
     };
     let corner = rings::corner(file, &feature.place, point)?;
-    let allowed = "metres above 0 to 100000";
+    let allowed = "meters above 0 to 100000";
     let spread = feature.facts.get(Facts::SPREAD).unwrap_or("missing");
     let spread_meters = spread
         .parse()

@@ -129,7 +129,7 @@ fn an_area_of_the_wrong_kind_is_refused() {
     assert_eq!(geojson(&account).unwrap().areas[0].purpose.word(), "search", "an export of ours");
     check(r#""poa":"nan""#, TRIANGLE, "poa is nan; allowed");
     check(r#""poa":"-3%""#, TRIANGLE, "poa is -3%; allowed");
-    check(r#""poa":0.5"#, POINT, "spread_meters is missing; allowed is metres above 0 to 100000");
+    check(r#""poa":0.5"#, POINT, "spread_meters is missing; allowed is meters above 0 to 100000");
     check(r#""poa":0.5,"spread_meters":0"#, POINT, "spread_meters is 0; allowed");
     check(r#""poa":0.5,"spread_meters":"inf""#, POINT, "spread_meters is inf; allowed");
 }

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use super::*;
 
-/// Lengths of 1 degree at the equator, metres.
+/// Lengths of 1 degree at the equator, meters.
 const EAST_METERS: f64 = 111_319.490_793;
 const NORTH_METERS: f64 = 110_574.275_821;
 
@@ -14,7 +14,7 @@ fn read(text: &str, cell_meters: f64) -> Result<MapFile, String> {
     map.map_err(|error| error.to_string())
 }
 
-/// A polygon at the equator from rings in metres.
+/// A polygon at the equator from rings in meters.
 fn polygon_of(rings: &[&[(f64, f64)]]) -> String {
     let degrees =
         |&(east, north): &(f64, f64)| format!("[{:.12},{:.12}]", east / EAST_METERS, north / NORTH_METERS);
@@ -69,7 +69,7 @@ fn neighbors_may_share_a_border() {
     assert_eq!(read(&text, 5_000.0).unwrap().terrain, expected);
 }
 
-/// A feature collection of shapes in metres at the equator, each with properties.
+/// A feature collection of shapes in meters at the equator, each with properties.
 fn features(drawn: &[(&str, String)]) -> String {
     let feature = |(properties, geometry): &(&str, String)| {
         format!(r#"{{"type":"Feature","properties":{{{properties}}},"geometry":{geometry}}}"#)
