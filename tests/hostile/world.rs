@@ -217,7 +217,7 @@ impl World {
             return;
         }
         for whom in [ROBOT, Participant::Coordinator].into_iter().filter(|&whom| whom != said.from) {
-            let heard = self.tell(whom, Event::Received { from: said.from, message.clone() });
+            let heard = self.tell(whom, Event::Received { from: said.from, message: message.clone() });
             tally.counted += heard.counted;
             for why in heard.refused {
                 *tally.refused.entry(why).or_default() += 1;
