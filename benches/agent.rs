@@ -16,7 +16,7 @@ use std::process::{Command, Stdio};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
-use dragnet_link::session::{Endpoints, Mode, free_endpoints, open};
+use dragnet_runtime::session::{Endpoints, Mode, free_endpoints, open};
 use test_site::{SPEED_METERS_PER_SECOND, TestSite, Vehicle, cameras, settings};
 
 /// Odometry and looks.

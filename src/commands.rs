@@ -37,7 +37,7 @@ use std::fmt;
 use std::io::{self, Write};
 use std::process::ExitCode;
 
-use dragnet_link::LinkError;
+use dragnet_runtime::RuntimeError;
 
 /// What Dragnet can do.
 #[derive(clap::Subcommand)]
@@ -144,8 +144,8 @@ impl From<io::Error> for Failure {
     }
 }
 
-impl From<LinkError> for Failure {
-    fn from(error: LinkError) -> Self {
+impl From<RuntimeError> for Failure {
+    fn from(error: RuntimeError) -> Self {
         if error.is_bad_input() { Self::input(error) } else { Self::run(error) }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use dragnet_link::source_places;
+use dragnet_runtime::source_places;
 use tracing_subscriber::EnvFilter;
 use tracing_subscriber::layer::{Layer, SubscriberExt};
 use tracing_subscriber::util::SubscriberInitExt;
@@ -12,7 +12,7 @@ use crate::commands::Command;
 /// Keeps what `RUST_LOG` asks for or, without, warnings; and where a process serves a mission, what it does, who comes
 /// and goes, and whom it turns away.
 pub(crate) fn keep(command: &Command) {
-    let usual = if command.serves() { "warn,dragnet_link=info,zenoh=error" } else { "warn,zenoh=error" };
+    let usual = if command.serves() { "warn,dragnet_runtime=info,zenoh=error" } else { "warn,zenoh=error" };
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(usual));
     let lines = tracing_subscriber::fmt::layer()
         .with_target(false)
@@ -20,7 +20,7 @@ pub(crate) fn keep(command: &Command) {
         // A terminal that is closed while a robot searches on takes no lines: no reason to end, and nobody to tell.
         .log_internal_errors(false)
         .with_writer(|| Lines);
-    let refusals = command.serves().then(dragnet_link::refusals::layer);
+    let refusals = command.serves().then(dragnet_runtime::refusals::layer);
     tracing_subscriber::registry().with(lines.with_filter(filter)).with(refusals).init();
 }
 

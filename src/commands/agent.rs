@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use dragnet_link::serve::{self, Precedence};
+use dragnet_runtime::serve::{self, Precedence};
 
 use super::{Failure, dry_run, eyes, latency};
 

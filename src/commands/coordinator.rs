@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use dragnet_link::serve::{self, Role};
+use dragnet_runtime::serve::{self, Role};
 
 use super::Failure;
 use crate::VERSION;

@@ -5,9 +5,9 @@ use std::time::Duration;
 
 use dragnet_files::read_at_most;
 use dragnet_keys::certificate;
-use dragnet_link::config::{self, AgentSettings};
-use dragnet_link::doctor::{self, Finding, Verdict};
-use dragnet_link::session;
+use dragnet_runtime::config::{self, AgentSettings};
+use dragnet_runtime::doctor::{self, Finding, Verdict};
+use dragnet_runtime::session;
 use time::OffsetDateTime;
 
 use super::{Failure, eyes, latency};

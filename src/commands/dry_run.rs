@@ -4,8 +4,8 @@ use std::path::Path;
 use std::time::Duration;
 
 use dragnet_coordinator::Ending;
-use dragnet_link::dry_run::{self, FoundObject, News, Note, Summary};
 use dragnet_ros2::output::Level;
+use dragnet_runtime::dry_run::{self, FoundObject, News, Note, Summary};
 use dragnet_search::cell::Position;
 
 use super::{Failure, eyes};

@@ -3,7 +3,7 @@
 #[cfg(feature = "detector")]
 mod network;
 
-use dragnet_link::vehicle::detector::{Detector, Settings};
+use dragnet_runtime::vehicle::detector::{Detector, Settings};
 
 #[cfg(feature = "detector")]
 pub(super) use network::YoloDetector;

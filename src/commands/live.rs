@@ -4,8 +4,8 @@ use std::io::{self, IsTerminal, Write};
 use std::net::{IpAddr, SocketAddr};
 use std::process::{Command, Stdio};
 
-use dragnet_link::stop::{self, Bond};
 use dragnet_live::page::{Page, PageError, Settings};
+use dragnet_runtime::stop::{self, Bond};
 use tempfile::NamedTempFile;
 
 use super::{Failure, complain};

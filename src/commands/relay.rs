@@ -3,7 +3,7 @@
 use std::net::SocketAddr;
 use std::time::Duration;
 
-use dragnet_link::relay::{self, Forward, Quality};
+use dragnet_runtime::relay::{self, Forward, Quality};
 
 use super::Failure;
 

@@ -4,10 +4,10 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use dragnet_learn::policy::PolicyName;
-use dragnet_link::config::check_real_time_factor;
-use dragnet_link::team::{self, Options, RunObserver};
 use dragnet_live::page::Page;
 use dragnet_live::view::About;
+use dragnet_runtime::config::check_real_time_factor;
+use dragnet_runtime::team::{self, Options, RunObserver};
 use dragnet_scenario::Scenario;
 use dragnet_sim::simulation::StepObserver;
 use dragnet_sim::world::World;

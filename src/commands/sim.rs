@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use dragnet_link::serve;
+use dragnet_runtime::serve;
 
 use super::search::{self, Ended, Style};
 use super::{Failure, scenario};

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 use std::process::Command;
 
-use dragnet_link::link::Link;
-use dragnet_link::session::{Endpoints, free_endpoints, open};
 use dragnet_proto::convert::Codec;
+use dragnet_runtime::link::Link;
+use dragnet_runtime::session::{Endpoints, free_endpoints, open};
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_search::observation::RobotId;

@@ -38,7 +38,7 @@ const ARROWS: [(&str, &[&str]); 19] = [
         &["dragnet-search", "dragnet-files", "dragnet-scenario", "dragnet-proto", "dragnet-coordinator"],
     ),
     (
-        "dragnet-link",
+        "dragnet-runtime",
         &[
             "dragnet-search",
             "dragnet-files",
@@ -83,15 +83,15 @@ const ARROWS: [(&str, &[&str]); 19] = [
             "dragnet-detector",
             "dragnet-export",
             "dragnet-live",
-            "dragnet-link",
+            "dragnet-runtime",
         ],
     ),
 ];
 
 /// Crates that only the edges may use.
 const EDGES: [(&str, &[&str]); 9] = [
-    ("zenoh", &["dragnet-link"]),
-    ("tokio", &["dragnet-link", "dragnet-live", "tls-listener"]),
+    ("zenoh", &["dragnet-runtime"]),
+    ("tokio", &["dragnet-runtime", "dragnet-live", "tls-listener"]),
     ("axum", &["dragnet-live"]),
     ("mcap", &["dragnet-coordinator"]),
     ("clap", &["dragnet"]),

@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use std::process::Command;
 use std::time::Duration;
 
-use dragnet_link::link::{Incoming, Link};
-use dragnet_link::session::{Endpoints, Mode, free_endpoints, open};
 use dragnet_proto::convert::Codec;
 use dragnet_proto::message::{Activity, Heartbeat, Message};
+use dragnet_runtime::link::{Incoming, Link};
+use dragnet_runtime::session::{Endpoints, Mode, free_endpoints, open};
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_search::observation::{Observation, Origin, RobotId};

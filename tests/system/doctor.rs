@@ -4,15 +4,15 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use dragnet_link::journal::{Journal, Subject};
-use dragnet_link::link::Link;
-use dragnet_link::session::{Endpoints, Mode, free_endpoints, open};
 use dragnet_proto::clock::Kept;
 use dragnet_proto::convert::Codec;
 use dragnet_proto::message::{Audience, Intent, Message};
 use dragnet_ros2::cdr;
 use dragnet_ros2::wire::robot::{Odometry, PoseWithCovarianceStamped};
 use dragnet_ros2::wire::standard::{Header, MapMetaData, OccupancyGrid};
+use dragnet_runtime::journal::{Journal, Subject};
+use dragnet_runtime::link::Link;
+use dragnet_runtime::session::{Endpoints, Mode, free_endpoints, open};
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;

@@ -7,7 +7,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
 use std::time::Duration;
 
-use dragnet_link::journal::{Journal, Subject};
+use dragnet_runtime::journal::{Journal, Subject};
 use dragnet_search::observation::{Observation, Origin, RobotId};
 use tokio::sync::watch;
 use xxhash_rust::xxh3::xxh3_64_with_seed;

@@ -4,7 +4,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 
-use dragnet_link::session::{Endpoints, free_endpoints};
+use dragnet_runtime::session::{Endpoints, free_endpoints};
 use dragnet_scenario::Scenario;
 use tempfile::TempDir;
 

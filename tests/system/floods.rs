@@ -7,12 +7,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use dragnet_coordinator::inspect::inspect;
-use dragnet_link::session::open;
 use dragnet_proto::convert::encode;
 use dragnet_proto::directive::Directive;
 use dragnet_proto::key::Topic;
 use dragnet_proto::message::{Activity, Heartbeat, Intent, Message, MissionStatus};
 use dragnet_proto::sender::{Envelope, Process as Sender};
+use dragnet_runtime::session::open;
 use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;

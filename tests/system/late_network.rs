@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use dragnet_link::link::Link;
-use dragnet_link::session::{Endpoints, free_endpoints, open};
 use dragnet_proto::convert::Codec;
+use dragnet_runtime::link::Link;
+use dragnet_runtime::session::{Endpoints, free_endpoints, open};
 use dragnet_scenario::participant::Participant;
 use dragnet_search::observation::RobotId;
 

@@ -4,9 +4,9 @@ use std::process::Command;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use dragnet_link::session::{Endpoints, Mode, free_endpoints, open};
 use dragnet_ros2::cdr;
 use dragnet_ros2::wire::robot::{DiagnosticArray, PoseWithCovarianceStamped};
+use dragnet_runtime::session::{Endpoints, Mode, free_endpoints, open};
 use zenoh_ext::{AdvancedPublisher, AdvancedPublisherBuilderExt, CacheConfig, MissDetectionConfig};
 
 use crate::field::{DRAGNET, Process};

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use dragnet_coordinator::inspect::inspect;
-use dragnet_link::journal::{Journal, Subject};
+use dragnet_runtime::journal::{Journal, Subject};
 use dragnet_scenario::Scenario;
 use dragnet_search::observation::RobotId;
 

@@ -6,12 +6,12 @@ use std::time::Duration;
 
 use dragnet_keys::name::Name;
 use dragnet_keys::register::Topology;
-use dragnet_link::link::{Incoming, Link};
-use dragnet_link::session::{free_endpoints, open};
 use dragnet_proto::convert::{Codec, encode_sensed};
 use dragnet_proto::key::Topic;
 use dragnet_proto::message::Message;
 use dragnet_proto::step::Sensed;
+use dragnet_runtime::link::{Incoming, Link};
+use dragnet_runtime::session::{free_endpoints, open};
 use dragnet_scenario::participant::Participant;
 use dragnet_search::observation::RobotId;
 

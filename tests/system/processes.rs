@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use dragnet_link::team::{self, Options};
+use dragnet_runtime::team::{self, Options};
 
 use crate::field::{DRAGNET, Field, Process};
 use crate::{committed, eventually};

@@ -5,14 +5,14 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
-use dragnet_link::link::{Incoming, Link};
-use dragnet_link::live::Report;
-use dragnet_link::session::{Endpoints, free_endpoints, open};
-use dragnet_link::world::{self, WorldServer};
 use dragnet_proto::convert::Codec;
 use dragnet_proto::directive::Directive;
 use dragnet_proto::message::{Activity, Audience, Heartbeat, Intent, Message};
 use dragnet_proto::state_machine::Event;
+use dragnet_runtime::link::{Incoming, Link};
+use dragnet_runtime::session::{Endpoints, free_endpoints, open};
+use dragnet_runtime::wall_clock::Report;
+use dragnet_runtime::world::{self, WorldServer};
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::Cell;

@@ -6,9 +6,9 @@ use std::time::Duration;
 use dragnet_agent::agent::{Agent, AgentConfig};
 use dragnet_coordinator::mission::{CoordinatorConfig, Mission};
 use dragnet_coordinator::node::CoordinatorNode;
-use dragnet_link::LinkError;
-use dragnet_link::session::{Endpoints, free_endpoints, open};
-use dragnet_link::team::{self, Options, Run};
+use dragnet_runtime::RuntimeError;
+use dragnet_runtime::session::{Endpoints, free_endpoints, open};
+use dragnet_runtime::team::{self, Options, Run};
 use dragnet_scenario::Scenario;
 use dragnet_sim::episode::{self, Episode};
 use dragnet_sim::participants::LocalParticipants;
@@ -117,7 +117,7 @@ fn a_recording_that_cannot_be_written_stops_the_run_before_it_starts() {
     let options =
         Options { recording: Some(Path::new("/no/such/folder/a.mcap").to_owned()), ..Options::default() };
     let error = team::run(&committed("ice_cream_cone.toml"), 1, &options, &mut |_, _| ()).unwrap_err();
-    assert!(matches!(error, LinkError::Recording(_)) && error.is_bad_input());
+    assert!(matches!(error, RuntimeError::Recording(_)) && error.is_bad_input());
     assert!(error.to_string().contains("/no/such/folder/a.mcap"), "{error}");
 }
 
@@ -132,10 +132,10 @@ fn free_endpoints_are_distinct_and_on_loopback() {
 
 /// A stranger who talks nonsense on the mission's keys.
 mod stranger {
-    use dragnet_link::link::{Incoming, Link};
     use dragnet_proto::convert::{self, Codec};
     use dragnet_proto::message::{Audience, Intent, Message};
     use dragnet_proto::sender::{Envelope, Process};
+    use dragnet_runtime::link::{Incoming, Link};
     use dragnet_scenario::participant::Participant;
     use dragnet_search::cell::Grid;
     use dragnet_search::observation::{Origin, RobotId};

@@ -2,12 +2,12 @@
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use dragnet_lattice::plane;
 use dragnet_ros2::cdr;
 use dragnet_ros2::wire::robot::Odometry;
 use dragnet_ros2::wire::standard::{Header, Path, Pose, Time};
 use dragnet_ros2::wire::vision::{BoundingBox2D, Detection2D, Detection2DArray, Point2D, Pose2D};
 use dragnet_vehicle::camera::{Camera, CameraSettings};
-use dragnet_vehicle::plane;
 
 pub(crate) const SPEED_METERS_PER_SECOND: f64 = 10.0;
 const WIDTH_PIXELS: u32 = 1000;

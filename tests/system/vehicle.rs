@@ -6,11 +6,11 @@ use std::process::Command;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use dragnet_link::session::{Endpoints, Mode, free_endpoints, open};
 use dragnet_ros2::cdr;
 use dragnet_ros2::wire::robot::{DiagnosticArray, PoseWithCovariance};
 use dragnet_ros2::wire::standard::OccupancyGrid;
 use dragnet_ros2::wire::vision::Detection3DArray;
+use dragnet_runtime::session::{Endpoints, Mode, free_endpoints, open};
 
 use crate::field::{DRAGNET, Process};
 use crate::test_site::{SPEED_METERS_PER_SECOND, TestSite, Vehicle, cameras, settings};

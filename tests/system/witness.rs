@@ -5,14 +5,14 @@ use std::sync::Arc;
 
 use dragnet_coordinator::mission::{CoordinatorConfig, Mission};
 use dragnet_coordinator::node::CoordinatorNode;
-use dragnet_link::clock::Clock;
-use dragnet_link::link::Link;
-use dragnet_link::live;
-use dragnet_link::session;
 use dragnet_proto::convert::Codec;
 use dragnet_proto::message::Message;
 use dragnet_proto::state_machine::{Effects, Event, ParticipantError, StateMachine};
 use dragnet_proto::validation::Rejection;
+use dragnet_runtime::clock::Clock;
+use dragnet_runtime::link::Link;
+use dragnet_runtime::session;
+use dragnet_runtime::wall_clock;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::evidence::Digest;
@@ -68,7 +68,7 @@ pub(crate) async fn coordinate(field: &Field, knowledge: watch::Sender<Knowledge
     let mut witness = Witness { node, knowledge };
     let (_, no_reports) = mpsc::channel(1);
     let stop = async move { unheeded.closed().await };
-    live::run(&mut link, &mut witness, Clock::new(PACE), None, no_reports, stop).await.unwrap();
+    wall_clock::run(&mut link, &mut witness, Clock::new(PACE), None, no_reports, stop).await.unwrap();
 }
 
 /// A coordinator that tells what it learns.

@@ -7,12 +7,12 @@ use std::f64::consts::TAU;
 use std::hint::black_box;
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
+use dragnet_lattice::costmap::CostMap;
+use dragnet_lattice::plane::{Pose, bearing_radians, wrapped_radians};
 use dragnet_search::cell::{Grid, Position};
 use dragnet_search::sensor::Sensor;
 use dragnet_search::terrain::{Ground, Terrain};
-use dragnet_vehicle::lattice::costmap::CostMap;
 use dragnet_vehicle::pilot::{Action, CameraDetections, CameraFrame, Event, Pilot, PoseEstimate};
-use dragnet_vehicle::plane::{Pose, bearing_radians, wrapped_radians};
 use dragnet_vehicle::settings::{CameraTable, MotionTable, Settings};
 use nalgebra::Vector2;
 

@@ -7,9 +7,9 @@ use std::f64::consts::PI;
 use std::hint::black_box;
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
+use dragnet_lattice::plane::{Pose, bearing_radians};
 use dragnet_search::seed::{Purpose, stream};
 use dragnet_vehicle::camera::View;
-use dragnet_vehicle::plane::{Pose, bearing_radians};
 use dragnet_vehicle::tracker::Tracker;
 use dragnet_vehicle::tracker::frame::{Frame, PoseError};
 use dragnet_vehicle::tracker::settings::Settings;

@@ -134,7 +134,7 @@ mod tests {
     use rand::RngExt;
 
     use super::*;
-    use crate::plane::wrapped_radians;
+    use dragnet_lattice::plane::wrapped_radians;
 
     /// By angles alone.
     fn assign(predicted: &[f64], observed: &[f64], gate: f64) -> Result<Assignment, AssignmentError> {

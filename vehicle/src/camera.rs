@@ -12,7 +12,7 @@ pub use view::{View, ViewError};
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use crate::plane::{Pose, wrapped_radians};
+use dragnet_lattice::plane::{Pose, wrapped_radians};
 
 /// What a camera is, before it is checked.
 #[derive(Clone, Debug, PartialEq)]

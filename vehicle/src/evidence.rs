@@ -30,8 +30,8 @@ use dragnet_search::evidence::{MAX_VARIANCE, Reading};
 use dragnet_search::sensor::{FootprintCell, Sensor};
 use dragnet_search::terrain::Terrain;
 
-use crate::plane::Pose;
 use account::Accounts;
+use dragnet_lattice::plane::Pose;
 use finds::Finds;
 
 /// What is told of a cell with an object in it, all looks together, nats: more than any prior asks for, and no

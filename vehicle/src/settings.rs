@@ -113,7 +113,7 @@ pub struct TrackerTable {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum MotionTable {
-    /// By paths of [`crate::lattice`].
+    /// By paths of [`dragnet_lattice`].
     Lattice {
         /// A file of SBPL's motion primitives, which the caller reads. Excludes the five keys after it.
         #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -7,7 +7,7 @@
 use std::collections::VecDeque;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use dragnet_vehicle::plane::{Pose, bearing_radians, turn_radians, wrapped_radians};
+use dragnet_lattice::plane::{Pose, bearing_radians, turn_radians, wrapped_radians};
 use nalgebra::Vector2;
 
 use super::site::TURNING_RADIUS_METERS;

@@ -7,12 +7,12 @@
 
 use std::f64::consts::TAU;
 
+use dragnet_lattice::plane::{Pose, bearing_radians, wrapped_radians};
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::observation::RobotId;
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_vehicle::camera::{Camera, DetectionBox};
 use dragnet_vehicle::pilot::{CameraDetections, CameraFrame, PoseEstimate};
-use dragnet_vehicle::plane::{Pose, bearing_radians, wrapped_radians};
 use dragnet_vehicle::settings::Checked;
 use nalgebra::Vector2;
 use rand::RngExt;

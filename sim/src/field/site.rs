@@ -2,13 +2,13 @@
 
 use std::f64::consts::{PI, TAU};
 
+use dragnet_lattice::costmap::{CostMap, CostMapError, LETHAL};
+use dragnet_lattice::plane::Pose;
 use dragnet_scenario::{Objects, Robot, Scenario};
 use dragnet_search::cell::{Cell, Position};
 use dragnet_search::measures::Truth;
 use dragnet_search::seed::{Purpose, stream};
 use dragnet_search::terrain::Terrain;
-use dragnet_vehicle::lattice::costmap::{CostMap, CostMapError, LETHAL};
-use dragnet_vehicle::plane::Pose;
 use dragnet_vehicle::settings::{CameraTable, FootprintTable, MotionTable, Settings, TrackerTable};
 use nalgebra::Vector2;
 use rand::RngExt;

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use dragnet_detector::FindError;
 use dragnet_detector::network::NetworkError;
-use dragnet_link::vehicle::detector;
+use dragnet_runtime::vehicle::detector;
 
 use super::report::{Report, Seen};
 use super::{Arguments, Input, Resolution, camera, drawing, photo};

@@ -7,8 +7,8 @@ use dragnet_detector::Found;
 use dragnet_detector::network::{Device, Network, NetworkError, set_threads};
 use dragnet_detector::picture::{Picture, PixelFormat, Size};
 use dragnet_detector::settings::{Classes, Resolution, Settings, Suppression};
-use dragnet_link::vehicle::detector::{self, Detector};
 use dragnet_ros2::input::Image;
+use dragnet_runtime::vehicle::detector::{self, Detector};
 use dragnet_vehicle::camera::DetectionBox;
 
 /// The largest networks of the family have a quarter of it.

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use nalgebra::Vector2;
 
-use crate::plane::{Pose, bearing_radians, wrapped_radians};
+use dragnet_lattice::plane::{Pose, bearing_radians, wrapped_radians};
 
 /// A sector of a ring on the map, around where a camera is.
 #[derive(Clone, Copy, Debug, PartialEq)]

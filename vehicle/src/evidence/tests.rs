@@ -8,11 +8,11 @@ use nalgebra::Vector2;
 
 use super::*;
 use crate::camera::{Camera, CameraSettings, View};
-use crate::plane::bearing_radians;
 use crate::tracker::Tracker;
 use crate::tracker::frame::{Frame, PoseError};
 use crate::tracker::settings::Settings;
 use crate::tracker::track::Track;
+use dragnet_lattice::plane::bearing_radians;
 
 const SECOND: u64 = 1_000_000_000;
 const OPEN: &str =

@@ -6,12 +6,12 @@
 use dragnet_search::cell::{Cell, Position};
 
 use super::{Action, PilotError};
-use crate::lattice::costmap::{CostMap, LETHAL};
-use crate::lattice::footprint::Footprint;
-use crate::lattice::plan::{self, Effort, Plan, PlanError};
-use crate::lattice::planner::Planner;
-use crate::plane::Pose;
 use crate::settings::{Motion, Source};
+use dragnet_lattice::costmap::{CostMap, LETHAL};
+use dragnet_lattice::footprint::Footprint;
+use dragnet_lattice::plan::{self, Effort, Plan, PlanError};
+use dragnet_lattice::plane::Pose;
+use dragnet_lattice::planner::Planner;
 
 /// How far from the middle of its goal's cell a plan may end, in edges of a cell: at first not at all; where
 /// something stands there, beside it.
@@ -249,6 +249,6 @@ fn planner(source: &Source, footprint: &Footprint, map: &CostMap) -> Result<Plan
         .iter()
         .map(|&cost| if cost < LETHAL { cost.min(LETHAL - 1 - BESIDE) + BESIDE } else { cost });
     let map = CostMap::new(map.grid(), map.resolution_meters(), map.origin_meters(), dearer.collect())
-        .map_err(crate::lattice::plan::PlannerError::from)?;
+        .map_err(dragnet_lattice::plan::PlannerError::from)?;
     Ok(Planner::new(set, footprint, map)?)
 }

@@ -5,9 +5,9 @@ use dragnet_search::evidence::Reading;
 
 use super::diagnostic::Diagnostic;
 use crate::camera::DetectionBox;
-use crate::lattice::costmap::CostMap;
-use crate::lattice::plan::Plan;
-use crate::plane::Pose;
+use dragnet_lattice::costmap::CostMap;
+use dragnet_lattice::plan::Plan;
+use dragnet_lattice::plane::Pose;
 
 /// What happens to a vehicle.
 #[derive(Clone, Debug, PartialEq)]

@@ -10,8 +10,8 @@ use dragnet_search::terrain::Terrain;
 
 use super::diagnostic::Fault;
 use super::{PoseEstimate, seconds, stamp};
-use crate::plane::{Pose, turn_radians, wrapped_radians};
 use crate::settings::Checked;
+use dragnet_lattice::plane::{Pose, turn_radians, wrapped_radians};
 
 /// Faster than full speed by so much is still believed.
 const SPEED_TOLERANCE: f64 = 1.2;

@@ -19,12 +19,12 @@ use crate::camera::{BoxRefusal, Camera, Detections};
 use crate::evidence::account::Accounts;
 use crate::evidence::finds::{Find, Finds};
 use crate::evidence::{self, EvidenceError, Seen};
-use crate::plane::{Pose, wrapped_radians};
 use crate::settings::Checked;
 use crate::tracker::Tracker;
 use crate::tracker::frame::{Frame, PoseError};
 use crate::tracker::settings::{Settings as TrackerSettings, SettingsError as TrackerError};
 use crate::tracker::track::Track;
+use dragnet_lattice::plane::{Pose, wrapped_radians};
 use waiting::{Arrival, Waiting};
 
 /// What the cameras have shown.

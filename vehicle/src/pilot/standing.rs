@@ -64,7 +64,7 @@ impl Standing {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plane::Pose;
+    use dragnet_lattice::plane::Pose;
 
     const SECOND: u64 = 1_000_000_000;
 

@@ -17,8 +17,8 @@ use proptest::prelude::*;
 use super::diagnostic::{Diagnostic, Level};
 use super::*;
 use crate::camera::{Camera, DetectionBox};
-use crate::plane::{bearing_radians, wrapped_radians};
 use crate::settings::{CameraTable, MotionTable, Settings};
+use dragnet_lattice::plane::{bearing_radians, wrapped_radians};
 
 /// 5 Hz.
 const STEP_NS: u64 = 200_000_000;

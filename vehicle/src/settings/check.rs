@@ -5,12 +5,12 @@ use std::fmt::Display;
 
 use super::{CameraTable, FootprintTable, MotionTable, OnFault, Settings, TrackerTable};
 use crate::camera::{Camera, CameraError, CameraSettings};
-use crate::lattice::footprint::Footprint;
-use crate::lattice::maneuvers::{Headings, Maneuvers};
-use crate::lattice::mprim::{self, MprimError};
-use crate::lattice::primitives::{MAX_COST_MULTIPLIER, PrimitiveSet};
-use crate::plane::Pose;
 use crate::tracker::settings::{Settings as TrackerSettings, SettingsError as TrackerError};
+use dragnet_lattice::footprint::Footprint;
+use dragnet_lattice::maneuvers::{Headings, Maneuvers};
+use dragnet_lattice::mprim::{self, MprimError};
+use dragnet_lattice::plane::Pose;
+use dragnet_lattice::primitives::{MAX_COST_MULTIPLIER, PrimitiveSet};
 
 /// Cameras of one vehicle.
 const MAX_CAMERAS: usize = 16;
@@ -312,7 +312,7 @@ impl Source {
     pub fn primitives(
         &self,
         resolution_meters: f64,
-    ) -> Result<PrimitiveSet, crate::lattice::maneuvers::ManeuversError> {
+    ) -> Result<PrimitiveSet, dragnet_lattice::maneuvers::ManeuversError> {
         match *self {
             Self::Read(ref set) => Ok(set.clone()),
             Self::Made { headings, turning_radius_meters, reverse, turn_in_place } => {

@@ -2,8 +2,8 @@
 
 use super::check::Source;
 use super::*;
-use crate::lattice::maneuvers::{Headings, Maneuvers};
-use crate::lattice::mprim;
+use dragnet_lattice::maneuvers::{Headings, Maneuvers};
+use dragnet_lattice::mprim;
 
 fn read(text: &str) -> Result<Settings, String> {
     toml::from_str(text).map_err(|error| error.message().to_owned())

@@ -13,7 +13,7 @@
 
 use nalgebra::{Matrix2, Matrix4, RowVector4, SVector, Vector2, Vector4};
 
-use crate::plane::{bearing_radians, wrapped_radians};
+use dragnet_lattice::plane::{bearing_radians, wrapped_radians};
 
 /// Dimensions of the state.
 const DIMENSIONS: usize = 4;

@@ -8,7 +8,7 @@ use super::cubature::Sight;
 use super::mixture::Reach;
 use crate::assignment::AssignmentError;
 use crate::camera::{Camera, Detections, View};
-use crate::plane::{Pose, wrapped_radians};
+use dragnet_lattice::plane::{Pose, wrapped_radians};
 
 /// What one camera saw at one time.
 #[derive(Clone, Debug, PartialEq)]

@@ -20,7 +20,7 @@ use super::frame::PoseError;
 use super::settings::Settings;
 use super::visibility::seen_in;
 use crate::camera::View;
-use crate::plane::{bearing_radians, wrapped_radians};
+use dragnet_lattice::plane::{bearing_radians, wrapped_radians};
 
 /// Below this weight a member is dropped.
 const LEAST_WEIGHT: f64 = 1e-3;

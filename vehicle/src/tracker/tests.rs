@@ -9,7 +9,7 @@ use super::settings::Settings;
 use super::track::{Standing, TrackId};
 use super::{Outcome, Tracker};
 use crate::camera::{Camera, CameraSettings, DetectionBox, View};
-use crate::plane::{Pose, bearing_radians};
+use dragnet_lattice::plane::{Pose, bearing_radians};
 
 const SECOND: u64 = 1_000_000_000;
 

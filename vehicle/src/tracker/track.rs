@@ -24,7 +24,7 @@ use super::seconds_between;
 use super::settings::Settings;
 use super::visibility::{Missed, SEEN_OUTSIDE, mean_over, seen_in};
 use crate::camera::View;
-use crate::plane::{bearing_radians, turn_radians};
+use dragnet_lattice::plane::{bearing_radians, turn_radians};
 
 /// What is seen within this time has one cause, seconds: together it counts once. So does what is missed, since it was
 /// seen or missed before.

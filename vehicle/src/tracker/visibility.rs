@@ -94,8 +94,8 @@ mod tests {
     use nalgebra::{Matrix4, Vector4};
 
     use super::*;
-    use crate::plane::Pose;
     use crate::tracker::mixture::Member;
+    use dragnet_lattice::plane::Pose;
 
     fn mixture(places: &[f64]) -> Mixture {
         let member = |&x: &f64| Member {

@@ -3,6 +3,8 @@
 use std::f64::consts::PI;
 use std::fmt::Write as _;
 
+use dragnet_lattice::costmap::CostMap;
+use dragnet_lattice::plane::{Pose, bearing_radians, wrapped_radians};
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::{Cell, Grid};
 use dragnet_search::evidence::Reading;
@@ -11,9 +13,7 @@ use dragnet_search::sensor::Sensor;
 use dragnet_search::terrain::{Ground, Terrain};
 use dragnet_vehicle::camera::{Camera, DetectionBox};
 use dragnet_vehicle::evidence::finds::Find;
-use dragnet_vehicle::lattice::costmap::CostMap;
 use dragnet_vehicle::pilot::{Action, CameraDetections, CameraFrame, Event, Pilot, PoseEstimate};
-use dragnet_vehicle::plane::{Pose, bearing_radians, wrapped_radians};
 use dragnet_vehicle::settings::{CameraTable, MotionTable, Settings};
 use nalgebra::Vector2;
 use rand::RngExt;

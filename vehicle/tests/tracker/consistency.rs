@@ -12,8 +12,8 @@
 
 use std::f64::consts::PI;
 
+use dragnet_lattice::plane::{bearing_radians, wrapped_radians};
 use dragnet_search::seed::{Purpose, Stream, stream};
-use dragnet_vehicle::plane::{bearing_radians, wrapped_radians};
 use dragnet_vehicle::tracker::cubature::Sight;
 use dragnet_vehicle::tracker::frame::PoseError;
 use dragnet_vehicle::tracker::mixture::{Mixture, Reach};

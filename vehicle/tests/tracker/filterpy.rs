@@ -4,8 +4,8 @@ use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
+use dragnet_lattice::plane::bearing_radians;
 use dragnet_search::seed::{Purpose, Stream, stream};
-use dragnet_vehicle::plane::bearing_radians;
 use dragnet_vehicle::tracker::cubature::{Gaussian, Sight};
 use dragnet_vehicle::tracker::frame::PoseError;
 use dragnet_vehicle::tracker::mixture::{Mixture, Reach};

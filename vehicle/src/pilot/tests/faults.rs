@@ -1,10 +1,10 @@
 //! What is missing or cannot be: the vehicle holds or goes on as set, somebody is told, evidence stays clean.
 
 use super::*;
-use crate::lattice::costmap::LETHAL;
-use crate::lattice::maneuvers::{Headings, Maneuvers};
-use crate::lattice::mprim;
 use crate::settings::{FaultResponse, OnFault};
+use dragnet_lattice::costmap::LETHAL;
+use dragnet_lattice::maneuvers::{Headings, Maneuvers};
+use dragnet_lattice::mprim;
 
 const ROUTE: [(u32, u32); 5] = [(2, 3), (2, 4), (2, 5), (2, 6), (2, 7)];
 

@@ -1,0 +1,328 @@
+//! Settings of a process: who it is, in which mission, where its peers are.
+
+use std::path::{Path, PathBuf};
+
+use dragnet_agent::agent::AgentConfig;
+use dragnet_files::read_text_at_most;
+use dragnet_lattice::costmap::CostMap;
+use dragnet_proto::key::Mission;
+use dragnet_ros2::output::OutputKind;
+use dragnet_scenario::{Scenario, shape};
+use dragnet_search::observation::RobotId;
+use dragnet_search::terrain::Terrain;
+use dragnet_vehicle::pilot::Pilot;
+use dragnet_vehicle::settings::{MotionTable, Settings as VehicleSettings};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use crate::session::Endpoints;
+use crate::vehicle::detector;
+use crate::{RuntimeError, ros};
+
+/// Settings that every process of a mission has.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Common {
+    /// Name of the mission: 1 to 64 of `a-z`, `0-9`, `_` and `-`. Processes of other missions are not heard.
+    pub mission: String,
+    /// The scenario, a TOML file, relative to this one.
+    pub scenario: PathBuf,
+    /// Seed of random choices.
+    #[serde(default)]
+    pub seed: u64,
+    /// The scenario's text, if not as the file has it; files that it names are still relative to that file.
+    #[serde(default)]
+    pub scenario_text: Option<String>,
+    /// Mission seconds a second, above 0.
+    #[serde(default = "one")]
+    pub real_time_factor: f64,
+    /// Where this process listens and whom it calls.
+    #[serde(default)]
+    pub zenoh: Endpoints,
+}
+
+/// Settings of one robot's process: `dragnet agent`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AgentSettings {
+    /// The robot's number, from 1.
+    pub robot: u16,
+    /// Who tells the time.
+    #[serde(default)]
+    pub time: TimeSource,
+    /// Whether to leave when standard input closes, as when whoever started this process is gone.
+    #[serde(default)]
+    pub attached: bool,
+    /// The robot's journal, relative to this file: by it a robot that starts again knows what it knew. Without,
+    /// `MISSION-robot-NUMBER.journal` beside this file; none if the simulator tells the time.
+    #[serde(default)]
+    pub journal: Option<PathBuf>,
+    /// The robot's own vehicle; without, the simulator (`dragnet sim`) stands in for it.
+    #[serde(default)]
+    pub vehicle: Option<VehicleSettings>,
+    /// The network of the robot's own vehicle.
+    #[serde(default)]
+    pub ros: Option<ros::settings::Settings>,
+    /// What looks at the images of the vehicle's cameras, unless their detections come from elsewhere.
+    #[serde(default)]
+    pub detector: Option<detector::Settings>,
+    /// What every process has.
+    pub common: Common,
+}
+
+/// A robot's own vehicle, checked.
+#[derive(Clone, Debug)]
+pub struct Body {
+    /// Its network.
+    pub ros: ros::settings::Checked,
+    /// Between its sensors and its mind.
+    pub pilot: Pilot,
+    /// What the vehicle is moved by.
+    pub moved_by: OutputKind,
+    /// What looks at the cameras' images.
+    pub detector: Option<detector::Settings>,
+}
+
+/// Who tells the time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TimeSource {
+    /// The wall clock.
+    #[default]
+    Wall,
+    /// The simulator, event by event.
+    Simulator,
+}
+
+/// Settings of the coordinator's process: `dragnet coordinator`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CoordinatorSettings {
+    /// The recording, a file that does not exist yet, relative to the working directory; nothing is recorded without.
+    #[serde(default)]
+    pub recording: Option<PathBuf>,
+    /// Where the mission is shown as a page; nowhere without.
+    #[serde(default)]
+    pub live: Option<dragnet_live::page::Settings>,
+    /// What every process has.
+    pub common: Common,
+}
+
+/// Settings of the simulated world's process: `dragnet sim`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SimSettings {
+    /// Name of the mission, as in [`Common`].
+    pub mission: String,
+    /// Seed of truth, starts and noise.
+    #[serde(default)]
+    pub seed: u64,
+    /// Mission seconds a second, above 0.
+    #[serde(default = "one")]
+    pub real_time_factor: f64,
+    /// Where this process listens and whom it calls.
+    #[serde(default)]
+    pub zenoh: Endpoints,
+}
+
+/// The longest settings, bytes: with the text of a scenario in them, quoted.
+const MAX_SETTINGS_BYTES: u64 = 4 * Scenario::MAX_BYTES as u64;
+/// The longest file of motion primitives, bytes.
+const MAX_PRIMITIVES_BYTES: u64 = 1 << 26;
+
+const fn one() -> f64 {
+    1.0
+}
+
+/// Reads settings from a TOML file.
+///
+/// # Errors
+/// If it cannot be read or says what is not allowed: with the key and the place.
+pub fn load<T: DeserializeOwned + Serialize>(file: &Path) -> Result<T, RuntimeError> {
+    let failed = |reason: String| RuntimeError::Settings { file: file.to_owned(), reason };
+    let text = read_text_at_most(file, MAX_SETTINGS_BYTES).map_err(|error| failed(error.to_string()))?;
+    let toml = toml::Deserializer::parse(&text).map_err(|error| failed(error.to_string()))?;
+    let read = serde_path_to_error::deserialize(toml)
+        .map_err(|error| failed(format!("{}: {}", error.path(), error.inner())))?;
+    shape::check(&text, &read).map_err(|wrong| failed(wrong.to_string()))?;
+    Ok(read)
+}
+
+/// Settings that have been checked.
+#[derive(Clone, Debug)]
+pub struct Checked {
+    /// The mission.
+    pub mission: Mission,
+    /// The scenario, changed as the settings say.
+    pub scenario: Scenario,
+}
+
+impl AgentSettings {
+    /// Where the robot's journal is, by the settings of a file.
+    #[must_use]
+    pub fn journal(&self, file: &Path) -> PathBuf {
+        let folder = file.parent().unwrap_or(Path::new(""));
+        match &self.journal {
+            Some(journal) => folder.join(journal),
+            None => folder.join(format!("{}-robot-{}.journal", self.common.mission, self.robot)),
+        }
+    }
+}
+
+impl AgentSettings {
+    /// What the robot is told before it starts.
+    ///
+    /// # Errors
+    /// If it is none of the scenario's.
+    pub fn orders(&self, file: &Path, scenario: &Scenario) -> Result<AgentConfig, RuntimeError> {
+        let robot = RobotId(self.robot);
+        let orders = AgentConfig::of_team(scenario, self.common.seed);
+        orders.into_iter().find(|orders| orders.robot.id == robot).ok_or_else(|| {
+            let reason = format!("robot is {robot}; allowed is from 1 to {}", scenario.robots().len());
+            RuntimeError::Settings { file: file.to_owned(), reason }
+        })
+    }
+
+    /// The robot's own vehicle, if the settings of a file name one.
+    ///
+    /// # Errors
+    /// If a value is not allowed, or vehicle, network and scenario do not fit: with the key and what is.
+    pub fn body(&self, file: &Path, scenario: &Scenario) -> Result<Option<Body>, RuntimeError> {
+        let failed = |reason: String| RuntimeError::Settings { file: file.to_owned(), reason };
+        let (vehicle, ros) = match (&self.vehicle, &self.ros) {
+            (None, None) if self.detector.is_some() => {
+                return Err(failed("[detector] looks at the images of a [vehicle]".to_owned()));
+            }
+            (None, None) => return Ok(None),
+            (Some(vehicle), Some(ros)) => (vehicle, ros),
+            (Some(_), None) => return Err(failed("[vehicle] needs its network, [ros]".to_owned())),
+            (None, Some(_)) => return Err(failed("[ros] is the network of a [vehicle]".to_owned())),
+        };
+        if self.time == TimeSource::Simulator || self.common.real_time_factor.to_bits() != 1.0_f64.to_bits() {
+            let reason = "a [vehicle] lives by the wall clock: allowed are time = 'wall' and common.real_time_factor = 1";
+            return Err(failed(reason.to_owned()));
+        }
+        if ros.localization == ros::settings::Localization::Fix && scenario.georeference().is_none() {
+            let reason = "ros.localization is 'fix', which needs a map with an origin on the earth";
+            return Err(failed(reason.to_owned()));
+        }
+        self.check_cameras(vehicle, ros).map_err(failed)?;
+        let primitives = match &vehicle.motion {
+            MotionTable::Lattice { primitives: Some(named), .. } => {
+                let path = file.parent().unwrap_or(Path::new("")).join(named);
+                let told = |error: std::io::Error| {
+                    failed(format!("vehicle.motion.primitives: {}: {error}", path.display()))
+                };
+                Some(read_text_at_most(&path, MAX_PRIMITIVES_BYTES).map_err(told)?)
+            }
+            MotionTable::Lattice { .. } | MotionTable::Goal {} => None,
+        };
+        let checked = vehicle.check(primitives.as_deref()).map_err(|error| failed(error.to_string()))?;
+        let (terrain, sensor) = (scenario.terrain().clone(), scenario.sensor().clone());
+        let map = CostMap::from_terrain(&terrain, parts(&terrain));
+        let map = map.map_err(|error| failed(format!("vehicle: {error}")))?;
+        let pilot = Pilot::new(checked, terrain, sensor, &map).map_err(|error| failed(error.to_string()))?;
+        let moved_by = match vehicle.motion {
+            MotionTable::Lattice { .. } => OutputKind::Path,
+            MotionTable::Goal {} => OutputKind::Goal,
+        };
+        let detector = self.detector.clone().map(|detector| detector::Settings {
+            module: file.parent().unwrap_or(Path::new("")).join(&detector.module),
+            ..detector
+        });
+        Ok(Some(Body { ros: ros.check(file)?, pilot, moved_by, detector }))
+    }
+
+    /// Whether each camera that the network tells of is one of the vehicle's, and has one detector.
+    fn check_cameras(&self, vehicle: &VehicleSettings, ros: &ros::settings::Settings) -> Result<(), String> {
+        let has_images =
+            |camera: &ros::settings::Camera| !(camera.image.is_empty() && camera.compressed_image.is_empty());
+        for camera in &ros.cameras {
+            let name = &camera.name;
+            if vehicle.cameras.iter().all(|seen| seen.name != *name) {
+                let names: Vec<&str> = vehicle.cameras.iter().map(|seen| seen.name.as_str()).collect();
+                let names = names.join(", ");
+                return Err(format!("ros.cameras: {name:?}; allowed are those of vehicle: {names}"));
+            }
+            match (&self.detector, camera.detections.is_empty()) {
+                (None, true) => {
+                    return Err(format!(
+                        "ros.cameras: {name:?} has images, for which a [detector] is needed, or detections"
+                    ));
+                }
+                (Some(_), false) if has_images(camera) => {
+                    return Err(format!(
+                        "ros.cameras: {name:?} has images, at which [detector] looks, and detections; \
+                         allowed is one of the two"
+                    ));
+                }
+                _ => {}
+            }
+        }
+        if self.detector.is_some() && !ros.cameras.iter().any(has_images) {
+            return Err("[detector] has nothing to look at; needed is an image of ros.cameras".to_owned());
+        }
+        Ok(())
+    }
+}
+
+impl Body {
+    /// What looks at the cameras' images, by the settings of a file.
+    ///
+    /// # Errors
+    /// If it cannot be made.
+    pub fn make_detector(
+        &self,
+        file: &Path,
+        make: detector::Make<'_>,
+    ) -> Result<Option<Box<dyn detector::Detector>>, RuntimeError> {
+        let failed =
+            |reason| RuntimeError::Settings { file: file.to_owned(), reason: format!("detector: {reason}") };
+        self.detector.as_ref().map(make).transpose().map_err(failed)
+    }
+}
+
+/// Until the vehicle hears a map of its own, it plans on the search's, cut so that a part is about this long.
+const PART_METERS: f64 = 0.5;
+
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "at least 1; the map's size is checked"
+)]
+fn parts(terrain: &Terrain) -> u32 {
+    (terrain.cell_meters() / PART_METERS).round().max(1.0) as u32
+}
+
+impl Common {
+    /// Checks the settings of a file and loads the scenario.
+    ///
+    /// # Errors
+    /// If a value is not allowed: with its key and what is.
+    pub fn check(&self, file: &Path) -> Result<Checked, RuntimeError> {
+        let failed = |reason: String| RuntimeError::Settings { file: file.to_owned(), reason };
+        check_real_time_factor(self.real_time_factor).map_err(failed)?;
+        let mission = self.mission.parse().map_err(|error| failed(format!("common.mission: {error}")))?;
+        let path = file.parent().unwrap_or(Path::new("")).join(&self.scenario);
+        let scenario = match &self.scenario_text {
+            Some(text) => Scenario::from_text(&path, text.clone()),
+            None => Scenario::load(&path),
+        };
+        let scenario = scenario.map_err(|error| failed(error.to_string()))?;
+        Ok(Checked { mission, scenario })
+    }
+}
+
+/// Whether a real_time_factor is one.
+///
+/// # Errors
+/// What is allowed.
+pub fn check_real_time_factor(real_time_factor: f64) -> Result<(), String> {
+    if real_time_factor.is_finite() && (1e-3..=1e4).contains(&real_time_factor) {
+        Ok(())
+    } else {
+        Err(format!(
+            "real_time_factor is {real_time_factor}; allowed is from 0.001 to 10000 mission seconds a second"
+        ))
+    }
+}

@@ -1,0 +1,367 @@
+//! A participant's place on the network: what it says, and what it hears.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::hash::{BuildHasher, Hasher, RandomState};
+use std::time::{Duration, Instant};
+
+use dragnet_proto::convert::{self, Codec};
+use dragnet_proto::key::{Key, Mission, Selection, Topic};
+use dragnet_proto::message::{Audience, Message};
+use dragnet_proto::sender::{Envelope, Process};
+use dragnet_scenario::participant::Participant;
+use dragnet_search::cell::Grid;
+use zenoh::Session;
+use zenoh::bytes::ZBytes;
+use zenoh::liveliness::LivelinessToken;
+use zenoh::qos::CongestionControl;
+use zenoh::sample::{Sample, SampleKind};
+
+use crate::RuntimeError;
+use crate::waiting::{self, Arrival, Inlet, Outlet, Raw};
+
+pub use crate::waiting::Sender;
+
+/// So many processes of one participant are known, at most.
+const MOST_PROCESSES: usize = 16;
+
+/// A participant on the network.
+pub struct Link {
+    session: Session,
+    mission: Mission,
+    me: Participant,
+    codec: Codec,
+    waiting: Outlet,
+    present: BTreeSet<Participant>,
+    /// Of each participant, this one too: other processes that are there, those that came first before.
+    processes: BTreeMap<Participant, Vec<u64>>,
+    identity: u64,
+    started: Instant,
+    /// Whether it counts as older than all others of its number.
+    takes_over: bool,
+    /// Says that this participant is there, as long as it is.
+    token: Option<LivelinessToken>,
+}
+
+/// What a participant hears.
+#[derive(Debug)]
+pub enum Incoming {
+    /// A message, checked.
+    Message {
+        /// Who sent it.
+        from: Participant,
+        /// Which process of it.
+        identity: u64,
+        /// Its number among the sender's messages.
+        number: u64,
+        /// What it says.
+        message: Message,
+    },
+    /// Something under a key of the mission that is no message, or not by whom the key says.
+    Rejected {
+        /// Who sent it, as far as the key tells.
+        from: Sender,
+        /// The key.
+        key: String,
+        /// What is wrong.
+        reason: String,
+    },
+    /// Another process of this one's own participant has spoken.
+    Rival(Process),
+    /// A process of somebody has come.
+    Came(Participant, u64),
+    /// The last process of somebody has left.
+    Left(Participant, u64),
+}
+
+impl Link {
+    /// Listens to all that concerns a participant. Nobody knows of it before [`Link::announce`].
+    ///
+    /// # Errors
+    /// If Zenoh refuses.
+    pub async fn join(
+        session: Session,
+        mission: Mission,
+        me: Participant,
+        codec: Codec,
+    ) -> Result<Self, RuntimeError> {
+        let (inlet, waiting) = waiting::waiting(waiting::MOST_BYTES);
+        let identity = RandomState::new().build_hasher().finish();
+        let to_all = [Selection::Observations, Selection::Intents, Selection::Heartbeats];
+        let to_me = [Selection::SyncRequestsTo(me), Selection::SyncRepliesTo(me)];
+        let coordinator = [Topic::Status, Topic::ByHand].map(|topic| mission.key(topic).to_string());
+        let expressions = to_all.iter().chain(&to_me).map(|&selection| mission.expression(selection));
+        for expression in expressions.chain(coordinator) {
+            let (inlet, what) = (inlet.clone(), format!("subscribe to {expression}"));
+            session
+                .declare_subscriber(expression)
+                .callback(move |sample| put_message(&inlet, &sample, me, identity, codec))
+                .background()
+                .await
+                .map_err(RuntimeError::zenoh(what))?;
+        }
+        session
+            .liveliness()
+            .declare_subscriber(mission.expression(Selection::Alive))
+            .history(true)
+            .callback(move |sample| put_presence(&inlet, &sample, identity, codec))
+            .background()
+            .await
+            .map_err(RuntimeError::zenoh("watch who is there"))?;
+        Ok(Self {
+            session,
+            mission,
+            me,
+            codec,
+            waiting,
+            present: BTreeSet::new(),
+            processes: BTreeMap::new(),
+            identity,
+            started: Instant::now(),
+            takes_over: false,
+            token: None,
+        })
+    }
+
+    /// Lets the others know that this participant is there, and hears.
+    ///
+    /// # Errors
+    /// If Zenoh refuses.
+    pub async fn announce(&mut self) -> Result<(), RuntimeError> {
+        let key = self.mission.key(Topic::Alive { who: self.me, identity: self.identity }).to_string();
+        let token = self.session.liveliness().declare_token(key).await;
+        self.token = Some(token.map_err(RuntimeError::zenoh("say who is there"))?);
+        Ok(())
+    }
+
+    /// Says something, as the message of this number.
+    ///
+    /// # Errors
+    /// If Zenoh refuses.
+    pub async fn publish(
+        &self,
+        number: u64,
+        audience: Audience,
+        message: &Message,
+    ) -> Result<(), RuntimeError> {
+        let Some(topic) = Topic::of(message.kind(), self.me, audience) else {
+            let reason = format!("a {:?} has no place to go to {audience:?}", message.kind());
+            return Err(RuntimeError::Participant { who: self.me, reason });
+        };
+        self.session
+            .put(self.mission.key(topic).to_string(), convert::encode(message))
+            .attachment(ZBytes::from(Envelope { number, process: self.process() }.encode()))
+            .congestion_control(CongestionControl::Block)
+            .express(true)
+            .await
+            .map_err(RuntimeError::zenoh("publish"))
+    }
+
+    /// The next thing heard; `None` once the session is closed.
+    pub async fn hear(&mut self) -> Option<Incoming> {
+        loop {
+            match self.waiting.take().await? {
+                Arrival::Message { from, raw } => return Some(read(raw, from, self.me, self.codec)),
+                Arrival::Presence { who, identity, is_here: true } => {
+                    if self.come(who, identity) {
+                        return Some(Incoming::Came(who, identity));
+                    }
+                }
+                Arrival::Presence { who, identity, is_here: false } => {
+                    return Some(match self.leave(who, identity) {
+                        // Somebody is there all the same: whoever is left has come, for those who spoke to the other.
+                        Some(left) => Incoming::Came(who, left),
+                        None => Incoming::Left(who, identity),
+                    });
+                }
+            }
+        }
+    }
+
+    /// A process has come; whether it is known from now on. More of one participant than that can only be made up.
+    fn come(&mut self, who: Participant, identity: u64) -> bool {
+        let processes = self.processes.entry(who).or_default();
+        if !processes.contains(&identity) {
+            if processes.len() >= MOST_PROCESSES {
+                return false;
+            }
+            processes.push(identity);
+        }
+        if who != self.me {
+            self.present.insert(who);
+        }
+        true
+    }
+
+    /// A process has left; the first of its participant that is left.
+    fn leave(&mut self, who: Participant, identity: u64) -> Option<u64> {
+        let processes = self.processes.get_mut(&who)?;
+        processes.retain(|&process| process != identity);
+        let left = processes.first().copied();
+        if left.is_none() {
+            self.processes.remove(&who);
+            self.present.remove(&who);
+        }
+        left
+    }
+
+    /// Whose messages had to be dropped, more of them than can wait, since this was last asked; and how many. They are
+    /// repaired later like any that is lost.
+    pub(crate) fn dropped(&self) -> BTreeMap<Sender, u64> {
+        self.waiting.dropped()
+    }
+
+    /// Who somebody is to whoever counts what comes: all who are not of the team are one.
+    pub(crate) fn sender(&self, who: Participant) -> Sender {
+        sender(Some(who), self.codec)
+    }
+
+    /// Others that are there.
+    #[must_use]
+    pub const fn present(&self) -> &BTreeSet<Participant> {
+        &self.present
+    }
+
+    /// Processes of a participant that are there, besides this one, in the order in which they came.
+    #[must_use]
+    pub fn processes(&self, who: Participant) -> &[u64] {
+        self.processes.get(&who).map_or(&[], Vec::as_slice)
+    }
+
+    /// Participants that have several processes, this one with its own: as when two robots have one number. The token of
+    /// one that has died stands for a while, beside that of the process that was started in its place.
+    #[must_use]
+    pub fn doubled(&self) -> BTreeSet<Participant> {
+        let own = |who| usize::from(who == self.me && self.token.is_some());
+        let several = self.processes.iter().filter(|(who, others)| others.len() + own(**who) > 1);
+        several.map(|(&who, _)| who).collect()
+    }
+
+    /// This process.
+    #[must_use]
+    pub fn process(&self) -> Process {
+        let age_ms = u64::try_from(self.started.elapsed().as_millis()).unwrap_or(u64::MAX);
+        Process { identity: self.identity, age_ms: if self.takes_over { u64::MAX } else { age_ms } }
+    }
+
+    /// For how long this process has been on the network.
+    #[must_use]
+    pub fn age(&self) -> Duration {
+        self.started.elapsed()
+    }
+
+    /// From now on it counts as older than all other processes of its number.
+    pub const fn take_over(&mut self) {
+        self.takes_over = true;
+    }
+
+    /// The session.
+    #[must_use]
+    pub const fn session(&self) -> &Session {
+        &self.session
+    }
+
+    /// The mission.
+    #[must_use]
+    pub const fn mission(&self) -> &Mission {
+        &self.mission
+    }
+
+    /// The cells that messages speak of.
+    #[must_use]
+    pub const fn grid(&self) -> Grid {
+        self.codec.grid()
+    }
+
+    /// Who this is.
+    #[must_use]
+    pub const fn me(&self) -> Participant {
+        self.me
+    }
+
+    /// Waits until all of these are there. Whatever else is heard meanwhile is handed over.
+    ///
+    /// # Errors
+    /// If one does not come in time.
+    pub async fn wait_for(
+        &mut self,
+        expected: &[Participant],
+        patience: Duration,
+        mut others: impl FnMut(Incoming),
+    ) -> Result<(), RuntimeError> {
+        let deadline = tokio::time::Instant::now() + patience;
+        loop {
+            let absent = expected.iter().find(|who| **who != self.me && !self.present.contains(who));
+            let Some(&absent) = absent else { return Ok(()) };
+            match tokio::time::timeout_at(deadline, self.hear()).await {
+                Ok(Some(Incoming::Came(..) | Incoming::Left(..))) => {}
+                Ok(Some(heard)) => others(heard),
+                Ok(None) | Err(_) => {
+                    return Err(RuntimeError::Absent { who: absent.to_string(), waited: patience });
+                }
+            }
+        }
+    }
+}
+
+/// Leaves a message to be read, unless it is this process's own. Reading is left to whoever takes it, so that what has
+/// to be dropped has cost nothing.
+fn put_message(inlet: &Inlet, sample: &Sample, me: Participant, own: u64, codec: Codec) {
+    let key = sample.key_expr().as_str();
+    let from = key.parse().ok().and_then(|key: Key| key.topic.speech()).map(|(_, from)| from);
+    let raw = raw(sample);
+    let is_own = from == Some(me) && raw.envelope.is_none_or(|it| it.process.identity == own);
+    if !is_own {
+        inlet.message(sender(from, codec), raw);
+    }
+}
+
+/// Leaves word that somebody has come or left. Who is not of the team has no place there: that is read like a message,
+/// and refused.
+fn put_presence(inlet: &Inlet, sample: &Sample, own: u64, codec: Codec) {
+    let key: Option<Key> = sample.key_expr().as_str().parse().ok();
+    match key.map(|key| key.topic) {
+        Some(Topic::Alive { identity, .. }) if identity == own => {}
+        Some(Topic::Alive { who, identity }) if codec.knows(who) => {
+            inlet.presence(who, identity, sample.kind() == SampleKind::Put);
+        }
+        _ => inlet.message(Sender::Stranger, raw(sample)),
+    }
+}
+
+fn sender(from: Option<Participant>, codec: Codec) -> Sender {
+    from.filter(|&from| codec.knows(from)).map_or(Sender::Stranger, Sender::Known)
+}
+
+/// A copy: what Zenoh has may be a small part of a large buffer.
+fn raw(sample: &Sample) -> Raw {
+    let envelope = sample.attachment().and_then(|bytes| Envelope::decode(&bytes.to_bytes()));
+    let key = sample.key_expr().as_str().to_owned();
+    Raw { key, payload: sample.payload().to_bytes().into_owned(), envelope }
+}
+
+/// What was sent, or why it is refused.
+fn read(raw: Raw, from: Sender, me: Participant, codec: Codec) -> Incoming {
+    let refused = |key: String, reason: String| Incoming::Rejected { from, key, reason };
+    let key: Key = match raw.key.parse() {
+        Ok(key) => key,
+        Err(error) => return refused(raw.key, error.to_string()),
+    };
+    let Some((kind, from)) = key.topic.speech() else {
+        let reason = match key.topic {
+            Topic::Alive { who, .. } => format!("{who} is not of the team"),
+            _ => "no message belongs here".to_owned(),
+        };
+        return refused(raw.key, reason);
+    };
+    let Some(Envelope { number, process }) = raw.envelope else {
+        return refused(raw.key, "without number, identity and age as attachment, 24 bytes".to_owned());
+    };
+    if from == me {
+        return Incoming::Rival(process);
+    }
+    let message = codec.decode(kind, &raw.payload);
+    match message.and_then(|message| convert::check_sender(&message, from).map(|()| message)) {
+        Ok(message) => Incoming::Message { from, identity: process.identity, number, message },
+        Err(error) => refused(raw.key, error.to_string()),
+    }
+}

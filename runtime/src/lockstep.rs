@@ -1,0 +1,201 @@
+//! A participant driven by the simulator: event by event, in simulated time.
+//!
+//! Messages go from peer to peer as in the field. The simulator only says when each arrives, by its number, so that a
+//! run over the network is the same run as in one process.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use dragnet_proto::convert::{self, Codec};
+use dragnet_proto::key::{Mission, Topic};
+use dragnet_proto::message::{Activity, Message};
+use dragnet_proto::state_machine::{Effects, Event, StateMachine};
+use dragnet_proto::step::{MessageRef, Step, StepEvent, StepReply};
+use dragnet_scenario::participant::Participant;
+use dragnet_scenario::time::MissionTime;
+use dragnet_search::cell::Grid;
+use dragnet_search::evidence::Digest;
+use zenoh::Session;
+use zenoh::handlers::FifoChannelHandler;
+use zenoh::query::{Query, Queryable};
+
+use crate::RuntimeError;
+use crate::link::{Incoming, Link};
+use crate::log_limit::{Kind, Teller};
+
+/// How long somebody, or a message that has set out, is waited for: wall-clock time.
+pub const PATIENCE: Duration = Duration::from_secs(30);
+
+/// A participant at the simulator's disposal.
+pub struct LockstepNode<'a> {
+    link: Link,
+    codec: Codec,
+    steps: Queryable<FifoChannelHandler<Query>>,
+    mind: &'a mut dyn StateMachine,
+    team: Vec<Participant>,
+    /// Messages that came and whose time has not.
+    messages: BTreeMap<(Participant, u64), Message>,
+    /// Messages published.
+    published: u64,
+    teller: Teller,
+}
+
+impl<'a> LockstepNode<'a> {
+    /// Puts a mind on a session. `team` is everybody who takes part.
+    ///
+    /// # Errors
+    /// If Zenoh refuses.
+    pub async fn new(
+        session: Session,
+        mission: Mission,
+        me: Participant,
+        grid: Grid,
+        team: Vec<Participant>,
+        mind: &'a mut dyn StateMachine,
+    ) -> Result<Self, RuntimeError> {
+        let codec = Codec::new(grid);
+        let key = mission.key(Topic::SimStep(me)).to_string();
+        let steps =
+            session.declare_queryable(key).await.map_err(RuntimeError::zenoh("offer to be driven"))?;
+        let mut link = Link::join(session, mission, me, codec).await?;
+        link.announce().await?;
+        let (messages, teller) = (BTreeMap::new(), Teller::default());
+        Ok(Self { link, codec, steps, mind, team, messages, published: 0, teller })
+    }
+
+    /// Does what the simulator says until it says that the mission is over.
+    ///
+    /// # Errors
+    /// If the mind cannot go on, or the network fails; the simulator has been told.
+    pub async fn serve(mut self) -> Result<(), RuntimeError> {
+        loop {
+            let query = tokio::select! {
+                query = self.steps.recv_async() => query.map_err(RuntimeError::zenoh("hear the simulator"))?,
+                () = self.teller.settle() => continue,
+            };
+            let bytes = query.payload().map(|payload| payload.to_bytes().into_owned()).unwrap_or_default();
+            let outcome = match self.codec.decode_step(&bytes) {
+                Ok(Step { event: StepEvent::Finish, .. }) => {
+                    let reply = self.report(Digest(0));
+                    answer(&query, &reply).await?;
+                    return Ok(());
+                }
+                Ok(step) => self.step(step).await,
+                Err(error) => {
+                    Err(RuntimeError::Participant { who: self.link.me(), reason: error.to_string() })
+                }
+            };
+            match outcome {
+                Ok(reply) => answer(&query, &reply).await?,
+                Err(error) => {
+                    let reply = StepReply { error: error.to_string(), ..self.report(Digest(0)) };
+                    answer(&query, &reply).await?;
+                    return Err(error);
+                }
+            }
+        }
+    }
+
+    async fn step(&mut self, step: Step) -> Result<StepReply, RuntimeError> {
+        let StepEvent::Event(event) = step.event else { return Ok(self.report(self.mind.digest())) };
+        let event = match event {
+            Event::Received { from, message: number } => {
+                Event::Received { from, message: self.message(from, number).await? }
+            }
+            Event::Start => {
+                self.await_team().await?;
+                Event::Start
+            }
+            Event::Sensed { cell, readings } => Event::Sensed { cell, readings },
+            Event::Woke => Event::Woke,
+            Event::Came => Event::Came,
+            Event::Lost(robot) => Event::Lost(robot),
+            Event::Commanded(command) => Event::Commanded(command),
+            Event::Halted => Event::Halted,
+            Event::Released => Event::Released,
+            Event::Doubled(robots) => Event::Doubled(robots),
+        };
+        let effects = self.mind.handle(MissionTime(step.time_ns), event);
+        let effects = effects
+            .map_err(|error| RuntimeError::Participant { who: self.link.me(), reason: error.reason })?;
+        self.carry_out(effects).await
+    }
+
+    /// Who is there has subscribed before; so nothing is published that somebody cannot hear.
+    async fn await_team(&mut self) -> Result<(), RuntimeError> {
+        let mut others = Vec::new();
+        self.link.wait_for(&self.team, PATIENCE, |heard| others.push(heard)).await?;
+        others.into_iter().try_for_each(|heard| self.keep(heard))
+    }
+
+    /// A message that was published, once it is here. A copy stays: it may arrive twice.
+    async fn message(&mut self, sender: Participant, number: u64) -> Result<Message, RuntimeError> {
+        loop {
+            if let Some(message) = self.messages.get(&(sender, number)) {
+                return Ok(message.clone());
+            }
+            let absent =
+                || RuntimeError::Absent { who: format!("message {number} of {sender}"), waited: PATIENCE };
+            let heard = tokio::time::timeout(PATIENCE, self.link.hear()).await.map_err(|_| absent())?;
+            self.keep(heard.ok_or_else(absent)?)?;
+        }
+    }
+
+    fn keep(&mut self, heard: Incoming) -> Result<(), RuntimeError> {
+        match heard {
+            Incoming::Message { from, number, message, .. } => {
+                self.messages.insert((from, number), message);
+                Ok(())
+            }
+            Incoming::Rejected { from, key, reason } => {
+                let text = format_args!("refused what came under {key}: {reason}");
+                self.teller.warn(Kind::NoMessage, from, text);
+                Ok(())
+            }
+            Incoming::Came(..) | Incoming::Rival(_) => Ok(()),
+            Incoming::Left(who, _) => {
+                let reason = "it left before the mission was over".to_owned();
+                if self.team.contains(&who) { Err(RuntimeError::Participant { who, reason }) } else { Ok(()) }
+            }
+        }
+    }
+
+    async fn carry_out(&mut self, effects: Effects<Message>) -> Result<StepReply, RuntimeError> {
+        let mut published = Vec::with_capacity(effects.published.len());
+        for (to, message) in &effects.published {
+            let number = self.published;
+            self.published += 1;
+            self.link.publish(number, *to, message).await?;
+            published.push(MessageRef { number, kind: message.kind(), to: *to });
+        }
+        Ok(StepReply {
+            published,
+            route: effects.route,
+            wake_at_ns: Some(effects.wake_at.0).filter(|&time| time < u64::MAX),
+            activity: effects.activity,
+            decision_seconds: effects.decision.map_or(0.0, |time| time.as_secs_f64().max(1e-9)),
+            ..self.report(Digest(0))
+        })
+    }
+
+    fn report(&self, digest: Digest) -> StepReply {
+        StepReply {
+            published: Vec::new(),
+            route: None,
+            wake_at_ns: None,
+            activity: Activity::Searching,
+            decision_seconds: 0.0,
+            digest,
+            observations: self.mind.observations(),
+            error: String::new(),
+        }
+    }
+}
+
+async fn answer(query: &Query, reply: &StepReply) -> Result<(), RuntimeError> {
+    query
+        .reply(query.key_expr().clone(), convert::encode_step_reply(reply))
+        .express(true)
+        .await
+        .map_err(RuntimeError::zenoh("answer the simulator"))
+}

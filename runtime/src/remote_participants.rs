@@ -1,0 +1,139 @@
+//! The participants of a simulation whose members are sessions elsewhere, each a [`crate::lockstep::LockstepNode`].
+
+use std::time::Duration;
+
+use dragnet_proto::convert::{self, Codec};
+use dragnet_proto::key::{Mission, Topic};
+use dragnet_proto::state_machine::{Effects, Event};
+use dragnet_proto::step::{Step, StepEvent, StepReply};
+use dragnet_scenario::participant::Participant;
+use dragnet_scenario::time::MissionTime;
+use dragnet_search::cell::Grid;
+use dragnet_search::evidence::Digest;
+use dragnet_sim::participants::Participants;
+use zenoh::{Session, Wait};
+
+use crate::RuntimeError;
+use crate::lockstep::PATIENCE;
+
+/// Members of a team, driven by queries over Zenoh. Calls block.
+pub struct RemoteParticipants {
+    session: Session,
+    mission: Mission,
+    codec: Codec,
+    /// Called while an answer is waited for; fails if it will never come.
+    watch: Box<dyn FnMut() -> Result<(), RuntimeError>>,
+}
+
+/// So often it is looked whether somebody who does not answer is still there.
+const LOOK: Duration = Duration::from_millis(200);
+/// A query that reached nobody is sent again after this: a queryable may take a moment to be known.
+const RETRY: Duration = Duration::from_millis(20);
+
+impl RemoteParticipants {
+    /// A participants on this session. `watch` is called while answers are waited for.
+    #[must_use]
+    pub fn new(
+        session: Session,
+        mission: Mission,
+        grid: Grid,
+        watch: Box<dyn FnMut() -> Result<(), RuntimeError>>,
+    ) -> Self {
+        Self { session, mission, codec: Codec::new(grid), watch }
+    }
+
+    /// What a participant knows at the end: its number of observations.
+    ///
+    /// # Errors
+    /// If it does not answer.
+    pub fn observations(&mut self, who: Participant) -> Result<u64, RuntimeError> {
+        Ok(self.ask(who, MissionTime::START, StepEvent::Report)?.observations)
+    }
+
+    /// Tells a participant that the mission is over.
+    ///
+    /// # Errors
+    /// If it does not answer.
+    pub fn dismiss(&mut self, who: Participant) -> Result<(), RuntimeError> {
+        self.ask(who, MissionTime::START, StepEvent::Finish).map(|_| ())
+    }
+
+    fn ask(
+        &mut self,
+        who: Participant,
+        now: MissionTime,
+        event: StepEvent,
+    ) -> Result<StepReply, RuntimeError> {
+        let step = convert::encode_step(&Step { time_ns: now.0, event })
+            .map_err(|error| RuntimeError::Unsupported(error.to_string()))?;
+        let key = self.mission.key(Topic::SimStep(who)).to_string();
+        let mut waited = Duration::ZERO;
+        while waited < PATIENCE {
+            if let Some(bytes) = self.query(&key, &step)? {
+                let failed = |reason| RuntimeError::Participant { who, reason };
+                let reply =
+                    self.codec.decode_step_reply(&bytes).map_err(|error| failed(error.to_string()))?;
+                return if reply.error.is_empty() { Ok(reply) } else { Err(failed(reply.error)) };
+            }
+            (self.watch)()?;
+            std::thread::sleep(RETRY);
+            waited += RETRY;
+        }
+        Err(RuntimeError::Absent { who: who.to_string(), waited })
+    }
+
+    /// The answer; `None` if nobody was asked.
+    fn query(&mut self, key: &str, step: &[u8]) -> Result<Option<Vec<u8>>, RuntimeError> {
+        let replies = self
+            .session
+            .get(key)
+            .payload(step)
+            .express(true)
+            .timeout(2 * PATIENCE)
+            .wait()
+            .map_err(RuntimeError::zenoh("ask a participant"))?;
+        loop {
+            match replies.recv_timeout(LOOK) {
+                Ok(Some(reply)) => {
+                    return match reply.into_result() {
+                        Ok(sample) => Ok(Some(sample.payload().to_bytes().into_owned())),
+                        Err(error) => {
+                            let reason = String::from_utf8_lossy(&error.payload().to_bytes()).into_owned();
+                            Err(RuntimeError::Zenoh { what: format!("get an answer from {key}"), reason })
+                        }
+                    };
+                }
+                Ok(None) => (self.watch)()?,
+                Err(_) => return Ok(None),
+            }
+        }
+    }
+}
+
+impl Participants for RemoteParticipants {
+    type MessageRef = u64;
+    type Error = RuntimeError;
+
+    fn step(
+        &mut self,
+        who: Participant,
+        now: MissionTime,
+        event: Event<u64>,
+    ) -> Result<Effects<u64>, RuntimeError> {
+        let reply = self.ask(who, now, StepEvent::Event(event))?;
+        Ok(Effects {
+            kept: Vec::new(),
+            published: reply.published.iter().map(|message| (message.to, message.number)).collect(),
+            route: reply.route,
+            wake_at: MissionTime(reply.wake_at_ns.unwrap_or(u64::MAX)),
+            activity: reply.activity,
+            decision: (reply.decision_seconds > 0.0).then(|| Duration::from_secs_f64(reply.decision_seconds)),
+            repeats: Vec::new(),
+            refused: Vec::new(),
+        })
+    }
+
+    fn digest(&mut self, who: Participant, now: MissionTime) -> Result<Digest, RuntimeError> {
+        Ok(self.ask(who, now, StepEvent::Report)?.digest)
+    }
+}

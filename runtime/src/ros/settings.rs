@@ -1,0 +1,510 @@
+//! Settings of a robot's ROS 2 network, and what follows from them once they are checked.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+use dragnet_ros2::input::InputKind;
+use dragnet_ros2::name::{Namespace, NodeName, TopicName};
+use dragnet_ros2::output::OutputKind;
+use serde::{Deserialize, Serialize};
+
+use crate::RuntimeError;
+
+/// The highest domain of ROS 2.
+const MAX_DOMAIN: u32 = 232;
+/// The most cameras of one robot.
+const MAX_CAMERAS: usize = 16;
+
+/// The table `[ros]`: only `transport` has to be there. A topic's name is as ROS has it: with a leading slash it is whole,
+/// with `~/` the node's own, else the namespace's; an empty one is not heard or said at all.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Settings {
+    /// The way in.
+    pub transport: Transport,
+    /// The ROS domain, 0 to 232, of `rmw_zenoh`; behind a bridge it is the bridge's.
+    #[serde(default)]
+    pub domain: u32,
+    /// Where names without a leading slash begin, such as `/robot1`; the root without.
+    #[serde(default)]
+    pub namespace: String,
+    /// The node's name.
+    #[serde(default = "node")]
+    pub node: String,
+    /// The frame of maps, poses and all that is said.
+    #[serde(default = "map")]
+    pub map_frame: String,
+    /// The frame of odometry: `map` only if the robot corrects its odometry against the map.
+    #[serde(default = "odom")]
+    pub odometry_frame: String,
+    /// By what the robot knows where it is.
+    #[serde(default)]
+    pub localization: Localization,
+    /// Poses or fixes that have been silent for longer than this are missed, seconds, if the vehicle has meanwhile moved
+    /// farther than the next two keys allow: localization such as AMCL's is silent as long as the vehicle stands.
+    #[serde(default = "localization_timeout_seconds")]
+    pub localization_timeout_seconds: f64,
+    /// So far it may move by odometry alone after that time, meters.
+    #[serde(default = "max_uncorrected_meters")]
+    pub max_uncorrected_meters: f64,
+    /// And so far it may turn, degrees.
+    #[serde(default = "max_uncorrected_degrees")]
+    pub max_uncorrected_degrees: f64,
+    /// What the stamps of messages mean.
+    #[serde(default)]
+    pub stamps: Stamps,
+    /// Where the network is.
+    #[serde(default)]
+    pub zenoh: Network,
+    /// What is heard.
+    #[serde(default)]
+    pub subscribe: Subscribe,
+    /// What is said.
+    #[serde(default)]
+    pub publish: Publish,
+    /// Cameras, and detectors that run elsewhere.
+    #[serde(default)]
+    pub cameras: Vec<Camera>,
+}
+
+/// The way into a ROS 2 network.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Transport {
+    /// Nodes whose middleware is `rmw_zenoh_cpp`, of ROS 2 Jazzy.
+    RmwZenoh,
+    /// Nodes of another middleware, behind a `zenoh-bridge-ros2dds`.
+    Bridge,
+}
+
+/// By what a robot knows where it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Localization {
+    /// By poses in `map_frame`, and by odometry from each to the next.
+    #[default]
+    Pose,
+    /// By odometry alone, whose frame lies where `map_frame` does, or that is corrected elsewhere.
+    Odometry,
+    /// By fixes on the earth, and by odometry from each to the next, whose x axis points east. The map needs an origin.
+    Fix,
+}
+
+/// How far a vehicle may go by odometry alone before it is taken to be lost.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Uncorrected {
+    /// Within this time as far as it likes, nanoseconds.
+    pub(crate) timeout_ns: u64,
+    pub(crate) meters: f64,
+    pub(crate) radians: f64,
+}
+
+/// What the stamps of messages mean.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Stamps {
+    /// The time of this computer's clock, as robots have it that keep their computers' clocks together.
+    #[default]
+    Clock,
+    /// Nothing: something happened when it was heard. For robots whose clock is another, or is simulated.
+    Arrival,
+}
+
+/// Where a ROS 2 network is on Zenoh. Nothing is found by chance.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Network {
+    /// Zenoh endpoints to call: that of `rmw_zenohd`, or of the bridge. Who does not answer is called again.
+    pub connect: Vec<String>,
+    /// Zenoh endpoints to listen on; of peers only.
+    pub listen: Vec<String>,
+    /// How the session takes part in the network.
+    pub mode: Mode,
+    /// Further settings of Zenoh, a JSON5 file, relative to the file that names it.
+    pub config: Option<PathBuf>,
+}
+
+impl Default for Network {
+    /// The router of `rmw_zenoh` on this machine.
+    fn default() -> Self {
+        Self {
+            connect: vec!["tcp/localhost:7447".to_owned()],
+            listen: Vec::new(),
+            mode: Mode::Client,
+            config: None,
+        }
+    }
+}
+
+/// How a session takes part in a ROS 2 network.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Mode {
+    /// All goes through one router or bridge: it passes on to a client, on this machine or another, what peers say.
+    #[default]
+    Client,
+    /// It talks to those whom it is connected with, and to no others.
+    Peer,
+}
+
+/// Topics that are heard.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Subscribe {
+    /// `nav_msgs/Odometry`, in `odometry_frame`.
+    pub odometry: String,
+    /// `geometry_msgs/PoseWithCovarianceStamped`, in `map_frame`: of AMCL or another localization.
+    pub pose: String,
+    /// `sensor_msgs/NavSatFix`.
+    pub fix: String,
+    /// `nav_msgs/OccupancyGrid`, in `map_frame`.
+    pub map: String,
+    /// `action_msgs/GoalStatusArray`, how Nav2's goals stand.
+    pub goals: String,
+}
+
+impl Default for Subscribe {
+    fn default() -> Self {
+        let [odometry, pose, fix, map, goals] =
+            ["odom", "amcl_pose", "fix", "map", "navigate_to_pose/_action/status"].map(str::to_owned);
+        Self { odometry, pose, fix, map, goals }
+    }
+}
+
+/// Topics that are said, all in `map_frame`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Publish {
+    /// `geometry_msgs/PoseStamped`: what Nav2's `bt_navigator` drives to.
+    pub goal: String,
+    /// `nav_msgs/Path`.
+    pub path: String,
+    /// `nav_msgs/OccupancyGrid`, percent.
+    pub belief: String,
+    /// `vision_msgs/Detection3DArray`: what is declared.
+    pub objects: String,
+    /// `vision_msgs/Detection3DArray`: what this robot follows and is sure of.
+    pub tracks: String,
+    /// `diagnostic_msgs/DiagnosticArray`.
+    pub diagnostics: String,
+}
+
+impl Default for Publish {
+    fn default() -> Self {
+        let [goal, path, belief, objects, tracks, diagnostics] =
+            ["goal_pose", "~/path", "~/belief", "~/objects", "~/tracks", "/diagnostics"].map(str::to_owned);
+        Self { goal, path, belief, objects, tracks, diagnostics }
+    }
+}
+
+/// A camera's topics, at least one.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Camera {
+    /// What it is called.
+    pub name: String,
+    /// `vision_msgs/Detection2DArray`: what a detector sees in its images.
+    #[serde(default)]
+    pub detections: String,
+    /// `sensor_msgs/Image`.
+    #[serde(default)]
+    pub image: String,
+    /// `sensor_msgs/CompressedImage`, JPEG or PNG.
+    #[serde(default)]
+    pub compressed_image: String,
+}
+
+fn node() -> String {
+    "dragnet".to_owned()
+}
+
+fn map() -> String {
+    "map".to_owned()
+}
+
+fn odom() -> String {
+    "odom".to_owned()
+}
+
+const fn localization_timeout_seconds() -> f64 {
+    5.0
+}
+
+/// Four times as far as AMCL lets a vehicle move before it speaks.
+const fn max_uncorrected_meters() -> f64 {
+    1.0
+}
+
+/// Four times as far as AMCL lets a vehicle turn before it speaks.
+const fn max_uncorrected_degrees() -> f64 {
+    45.0
+}
+
+/// Settings that have been checked.
+#[derive(Clone, Debug)]
+pub struct Checked {
+    pub(super) transport: Transport,
+    pub(super) domain: u32,
+    pub(super) namespace: Namespace,
+    pub(super) node: NodeName,
+    localization: Localization,
+    pub(crate) uncorrected: Uncorrected,
+    stamps: Stamps,
+    pub(super) map_frame: String,
+    pub(super) odometry_frame: String,
+    pub(super) network: Network,
+    pub(crate) subscriptions: Vec<Subscription>,
+    pub(crate) publications: BTreeMap<OutputKind, TopicName>,
+}
+
+impl Checked {
+    /// By what the robot knows where it is.
+    #[must_use]
+    pub const fn localization(&self) -> Localization {
+        self.localization
+    }
+
+    /// What the stamps of messages mean.
+    #[must_use]
+    pub const fn stamps(&self) -> Stamps {
+        self.stamps
+    }
+
+    /// Cameras whose images are heard.
+    pub(crate) fn cameras_with_images(&self) -> impl Iterator<Item = &str> {
+        let is_image = |kind| matches!(kind, InputKind::Image | InputKind::CompressedImage);
+        self.subscriptions.iter().filter(move |one| is_image(one.kind)).map(|one| &*one.camera)
+    }
+}
+
+/// A topic that is heard.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Subscription {
+    pub(crate) topic: TopicName,
+    pub(crate) kind: InputKind,
+    /// Whose; empty if no camera's.
+    pub(crate) camera: Arc<str>,
+}
+
+impl Settings {
+    /// Checks the settings of a file.
+    ///
+    /// # Errors
+    /// If a value is not allowed: with its key and what is.
+    pub fn check(&self, file: &Path) -> Result<Checked, RuntimeError> {
+        self.checked(file).map_err(|reason| RuntimeError::Settings { file: file.to_owned(), reason })
+    }
+
+    fn checked(&self, file: &Path) -> Result<Checked, String> {
+        let Self { domain, zenoh, .. } = self;
+        if *domain > MAX_DOMAIN {
+            return Err(format!("ros.domain is {domain}; allowed is 0 to {MAX_DOMAIN}"));
+        }
+        for (key, frame) in [("map_frame", &self.map_frame), ("odometry_frame", &self.odometry_frame)] {
+            if frame.is_empty() {
+                return Err(format!("ros.{key} is empty; allowed is the name of a frame, such as map"));
+            }
+        }
+        if zenoh.mode == Mode::Client && !(zenoh.listen.is_empty() && zenoh.connect.len() == 1) {
+            let allowed = "a client calls one endpoint in ros.zenoh.connect and listens on none";
+            return Err(format!("ros.zenoh: {allowed}; others are of mode = \"peer\""));
+        }
+        let names = Names {
+            namespace: self.namespace.parse().map_err(|error| format!("ros.namespace: {error}"))?,
+            node: self.node.parse().map_err(|error| format!("ros.node: {error}"))?,
+        };
+        let (subscriptions, publications) = (self.subscriptions(&names)?, self.publications(&names)?);
+        let mut topics = BTreeSet::new();
+        for topic in subscriptions.iter().map(|subscription| &subscription.topic).chain(publications.values())
+        {
+            if !topics.insert(topic) {
+                return Err(format!("ros: topic {topic} is named twice; allowed is one use of each"));
+            }
+        }
+        let folder = file.parent().unwrap_or(Path::new(""));
+        let config = zenoh.config.as_ref().map(|config| folder.join(config));
+        Ok(Checked {
+            transport: self.transport,
+            domain: *domain,
+            localization: self.localization,
+            uncorrected: self.uncorrected()?,
+            stamps: self.stamps,
+            map_frame: self.map_frame.clone(),
+            odometry_frame: self.odometry_frame.clone(),
+            network: Network { config, ..zenoh.clone() },
+            subscriptions,
+            publications,
+            namespace: names.namespace,
+            node: names.node,
+        })
+    }
+
+    fn uncorrected(&self) -> Result<Uncorrected, String> {
+        let check = |key: &str, value: f64, most: f64| {
+            let is_allowed = value > 0.0 && value <= most;
+            is_allowed
+                .then_some(value)
+                .ok_or_else(|| format!("ros.{key} is {value}; allowed is above 0, at most {most}"))
+        };
+        let seconds = check("localization_timeout_seconds", self.localization_timeout_seconds, 3600.0)?;
+        let degrees = check("max_uncorrected_degrees", self.max_uncorrected_degrees, 180.0)?;
+        Ok(Uncorrected {
+            timeout_ns: u64::try_from(Duration::from_secs_f64(seconds).as_nanos()).unwrap_or(u64::MAX),
+            meters: check("max_uncorrected_meters", self.max_uncorrected_meters, 1e6)?,
+            radians: degrees.to_radians(),
+        })
+    }
+
+    fn subscriptions(&self, names: &Names) -> Result<Vec<Subscription>, String> {
+        let Subscribe { odometry, pose, fix, map, goals } = &self.subscribe;
+        let own = [
+            ("subscribe.odometry", InputKind::Odometry, odometry),
+            ("subscribe.pose", InputKind::Pose, pose),
+            ("subscribe.fix", InputKind::Fix, fix),
+            ("subscribe.map", InputKind::Map, map),
+            ("subscribe.goals", InputKind::Goals, goals),
+        ];
+        let mut heard = Vec::new();
+        for (key, kind, name) in own {
+            heard.extend(names.topic(key, name)?.map(|topic| Subscription {
+                topic,
+                kind,
+                camera: "".into(),
+            }));
+        }
+        let mut cameras = BTreeSet::new();
+        for camera in &self.cameras {
+            let name = &camera.name;
+            if name.is_empty() || !cameras.insert(name) || cameras.len() > MAX_CAMERAS {
+                let allowed = format!("up to {MAX_CAMERAS} cameras, each with a name of its own");
+                return Err(format!("ros.cameras: {name:?}; allowed are {allowed}"));
+            }
+            let before = heard.len();
+            for (key, kind, topic) in [
+                ("cameras.detections", InputKind::Detections, &camera.detections),
+                ("cameras.image", InputKind::Image, &camera.image),
+                ("cameras.compressed_image", InputKind::CompressedImage, &camera.compressed_image),
+            ] {
+                let topic = names.topic(key, topic)?;
+                heard.extend(topic.map(|topic| Subscription { topic, kind, camera: name.as_str().into() }));
+            }
+            if heard.len() == before {
+                let allowed = "detections, image or compressed_image, at least one";
+                return Err(format!("ros.cameras: {name:?} has no topic; allowed are {allowed}"));
+            }
+        }
+        Ok(heard)
+    }
+
+    fn publications(&self, names: &Names) -> Result<BTreeMap<OutputKind, TopicName>, String> {
+        let Publish { goal, path, belief, objects, tracks, diagnostics } = &self.publish;
+        let mut said = BTreeMap::new();
+        for (key, kind, name) in [
+            ("publish.goal", OutputKind::Goal, goal),
+            ("publish.path", OutputKind::Path, path),
+            ("publish.belief", OutputKind::Belief, belief),
+            ("publish.objects", OutputKind::Objects, objects),
+            ("publish.tracks", OutputKind::Tracks, tracks),
+            ("publish.diagnostics", OutputKind::Diagnostics, diagnostics),
+        ] {
+            said.extend(names.topic(key, name)?.map(|topic| (kind, topic)));
+        }
+        Ok(said)
+    }
+}
+
+/// Where names are resolved.
+struct Names {
+    namespace: Namespace,
+    node: NodeName,
+}
+
+impl Names {
+    /// The topic of a key, unless it is left empty.
+    fn topic(&self, key: &str, name: &str) -> Result<Option<TopicName>, String> {
+        if name.is_empty() {
+            return Ok(None);
+        }
+        let topic = TopicName::resolve(name, &self.namespace, &self.node);
+        topic.map(Some).map_err(|error| format!("ros.{key}: {error}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(text: &str) -> Result<Checked, String> {
+        let settings: Settings = toml::from_str(text).map_err(|error| error.to_string())?;
+        settings.check(Path::new("field/robot.toml")).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn what_is_left_out_is_what_ros_calls_it() {
+        let checked = check("transport = 'rmw_zenoh'\nnamespace = 'robot1'").unwrap();
+        let heard: Vec<String> =
+            checked.subscriptions.iter().map(|subscription| subscription.topic.to_string()).collect();
+        let status = "/robot1/navigate_to_pose/_action/status";
+        assert_eq!(heard, ["/robot1/odom", "/robot1/amcl_pose", "/robot1/fix", "/robot1/map", status]);
+        let said: Vec<String> = checked.publications.values().map(TopicName::to_string).collect();
+        let own = [
+            "/robot1/goal_pose",
+            "/robot1/dragnet/path",
+            "/robot1/dragnet/belief",
+            "/robot1/dragnet/objects",
+            "/robot1/dragnet/tracks",
+        ];
+        assert_eq!(said[..5], own);
+        assert_eq!(said[5..], ["/diagnostics"]);
+        assert_eq!((checked.domain, checked.network.mode), (0, Mode::Client));
+    }
+
+    #[test]
+    fn topics_can_be_left_out_and_cameras_added() {
+        let text = "transport = 'bridge'\nsubscribe = { fix = '', pose = '', map = '', goals = '' }\npublish = { goal = '/goal' }\n\
+                    zenoh.config = 'ros.json5'\n\
+                    cameras = [{ name = 'front', detections = 'front/seen', image = 'front/image_raw' }]";
+        let checked = check(text).unwrap();
+        let heard: Vec<(InputKind, &str)> = checked
+            .subscriptions
+            .iter()
+            .map(|subscription| (subscription.kind, &*subscription.camera))
+            .collect();
+        let front = "front";
+        assert_eq!(
+            heard,
+            [(InputKind::Odometry, ""), (InputKind::Detections, front), (InputKind::Image, front)]
+        );
+        assert_eq!(checked.publications[&OutputKind::Goal].to_string(), "/goal");
+        assert_eq!(checked.network.config, Some(PathBuf::from("field/ros.json5")));
+    }
+
+    #[test]
+    fn what_is_not_allowed_is_told_with_its_key() {
+        let refused = |text: &str, reason: &str| {
+            let error = check(&format!("transport = 'bridge'\n{text}")).unwrap_err();
+            assert!(error.contains(reason), "{error}");
+        };
+        refused("domain = 233", "field/robot.toml: ros.domain is 233; allowed is 0 to 232");
+        refused("topics = 1", "unknown field `topics`");
+        refused("subscribe.odom = 'odom'", "unknown field `odom`");
+        refused("subscribe.odometry = 'a b'", "ros.subscribe.odometry: \"a b\" is no name of a ROS 2 topic");
+        refused("namespace = '1'", "ros.namespace: \"1\" is no name");
+        refused(
+            "localization_timeout_seconds = 0",
+            "localization_timeout_seconds is 0; allowed is above 0, at most 3600",
+        );
+        refused("max_uncorrected_meters = nan", "ros.max_uncorrected_meters is NaN");
+        refused("map_frame = ''", "ros.map_frame is empty");
+        refused("publish.goal = 'odom'", "topic /odom is named twice");
+        refused("zenoh.listen = ['tcp/127.0.0.1:7447']", "a client calls one endpoint");
+        refused("zenoh.connect = []", "a client calls one endpoint");
+        refused("cameras = [{ name = 'a' }]", "ros.cameras: \"a\" has no topic");
+        refused(
+            "cameras = [{ name = 'a', image = 'x' }, { name = 'a', image = 'y' }]",
+            "each with a name of its own",
+        );
+    }
+}

@@ -1,0 +1,317 @@
+//! Each part of a mission as a process of its own: what `dragnet agent`, `dragnet coordinator` and `dragnet sim` do.
+
+use std::collections::BTreeMap;
+use std::future::Future;
+use std::path::Path;
+use std::time::Duration;
+
+use dragnet_agent::agent::Agent;
+use dragnet_coordinator::node::Listener;
+use dragnet_live::page::{Page, Settings};
+use dragnet_live::view::About;
+use dragnet_proto::convert::Codec;
+use dragnet_proto::key::Mission;
+use dragnet_scenario::Scenario;
+use dragnet_scenario::participant::Participant;
+use dragnet_scenario::time::MissionTime;
+use dragnet_sim::episode::Episode;
+use dragnet_sim::simulation::StepObserver;
+use tokio::sync::mpsc;
+
+use crate::clock::Clock;
+use crate::config::{self, AgentSettings, Body, Checked, CoordinatorSettings, SimSettings, TimeSource};
+use crate::journal::{Journal, Subject};
+use crate::link::Link;
+use crate::lockstep::LockstepNode;
+use crate::session::{Endpoints, Mode, block_on, leave, open_when_there};
+use crate::stop::{self, Bond};
+use crate::team::recording::Existing;
+use crate::team::{self, Options};
+use crate::vehicle::{self, Embodied, detector};
+use crate::wall_clock;
+use crate::world::{self, WorldServer};
+use crate::{RuntimeError, unix_time};
+
+/// Which of several processes of one robot goes on; the others stand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Precedence {
+    /// The one that was started first.
+    ByAge,
+    /// This one.
+    First,
+}
+
+/// Runs one robot until it is told to stop; `make` makes its detector, if its settings ask for one.
+///
+/// # Errors
+/// If the settings are not allowed, or the robot cannot go on.
+pub fn agent(file: &Path, precedence: Precedence, make: detector::Make<'_>) -> Result<(), RuntimeError> {
+    let mut config: AgentSettings = config::load(file)?;
+    config.common.zenoh = config.common.zenoh.named_in(file);
+    let Checked { mission, scenario } = config.common.check(file)?;
+    let orders = config.orders(file, &scenario)?;
+    let body = config.body(file, &scenario)?;
+    let detector = body.as_ref().map(|body| body.make_detector(file, make)).transpose()?.flatten();
+    let robot = orders.robot.id;
+    let (who, grid) = (Participant::Robot(robot), scenario.terrain().grid());
+    let mut agent = Agent::new(orders);
+    block_on(async {
+        let stop = stop::asked(if config.attached { Bond::Input } else { Bond::None })?;
+        let stop = async {
+            stop.await;
+            if !config.attached {
+                tell_stop(who, &mission);
+            }
+        };
+        tokio::pin!(stop);
+        // Its network may be late, and whoever stops it does not wait for that.
+        let session = tokio::select! {
+            session = open_when_there(&config.common.zenoh) => session?,
+            () = &mut stop => return Ok(()),
+        };
+        let searching = async {
+            let (session, mission) = (session.clone(), mission.clone());
+            if config.time == TimeSource::Simulator {
+                let team = team::everybody(&scenario);
+                let node = LockstepNode::new(session, mission, who, grid, team, &mut agent).await?;
+                return tokio::select! {
+                    outcome = node.serve() => outcome,
+                    () = stop => Ok(()),
+                };
+            }
+            let subject = Subject { mission: &mission, robot, terrain: scenario.terrain() };
+            let (journal, clock) =
+                resume(&mut agent, &config.journal(file), subject, config.common.real_time_factor)?;
+            let codec = Codec::of(&scenario);
+            let mut link = Link::join(session, mission, who, codec).await?;
+            if precedence == Precedence::First {
+                link.take_over();
+            }
+            let Some(body) = body else {
+                let reports = world::sensor(&link, robot, codec).await?;
+                enter(&mut link, &config.common.zenoh).await?;
+                return wall_clock::run(&mut link, &mut agent, clock, Some(journal), reports, stop)
+                    .await
+                    .map(|_| ());
+            };
+            enter(&mut link, &config.common.zenoh).await?;
+            Own { body, detector, scenario }.search(&mut link, agent, clock.listening(), journal, stop).await
+        };
+        let ended = searching.await;
+        leave(&session).await;
+        ended
+    })
+}
+
+/// Takes part in a mission, and says so.
+async fn enter(link: &mut Link, endpoints: &Endpoints) -> Result<(), RuntimeError> {
+    link.announce().await?;
+    tell_start(link, endpoints);
+    Ok(())
+}
+
+/// A robot's own vehicle, and what it needs.
+struct Own {
+    body: Body,
+    detector: Option<Box<dyn detector::Detector>>,
+    scenario: Scenario,
+}
+
+impl Own {
+    /// Searches with it until the robot is told to stop, or the vehicle cannot go on.
+    async fn search(
+        self,
+        link: &mut Link,
+        agent: Agent,
+        clock: Clock,
+        journal: Journal,
+        stop: impl Future<Output = ()>,
+    ) -> Result<(), RuntimeError> {
+        let Self { body, detector, scenario } = self;
+        let (mut mind, orders) = Embodied::new(agent);
+        let (sender, reports) = mpsc::channel(REPORTS);
+        // A vehicle's time is its own: the mission's may be set forward, and a camera was silent no longer for that.
+        let time = Clock::new(1.0).at(MissionTime::START);
+        let mut vehicle = tokio::spawn(async move {
+            vehicle::serve::serve(body, &scenario, time, detector, orders, sender).await
+        });
+        let mut broken = None;
+        let stop = async {
+            tokio::select! {
+                () = stop => {}
+                ended = &mut vehicle => broken = Some(ended),
+            }
+        };
+        let searched = wall_clock::run(link, &mut mind, clock, Some(journal), reports, stop).await;
+        // Its vehicle stands still once the mind is gone; a network that is not there need not be waited for.
+        drop(mind);
+        let ended = match broken {
+            Some(ended) => Some(ended),
+            None => tokio::time::timeout(STANDSTILL, vehicle).await.ok(),
+        };
+        searched?;
+        match ended {
+            Some(Ok(ended)) => ended,
+            Some(Err(error)) => Err(RuntimeError::Participant { who: link.me(), reason: error.to_string() }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// So many looks may wait for a mind that decides.
+const REPORTS: usize = 1024;
+/// A vehicle is told to stand still within this time, or not at all.
+const STANDSTILL: Duration = Duration::from_secs(2);
+
+/// A robot recalls what stands in its journal; its clock goes on from what is noted there. The date of the computer is not
+/// asked: it may have been set meanwhile.
+fn resume(
+    agent: &mut Agent,
+    file: &Path,
+    subject: Subject<'_>,
+    real_time_factor: f64,
+) -> Result<(Journal, Clock), RuntimeError> {
+    let (journal, memory) = Journal::open(file, subject, unix_time::now_ns().unsigned_abs())?;
+    for observation in &memory.observations {
+        agent.recall(observation);
+    }
+    let clock = Clock::new(real_time_factor);
+    let Some(now) = memory.resumed(journal.time(), &clock) else { return Ok((journal, clock)) };
+    let (robot, count) = (subject.robot, memory.observations.len());
+    tracing::info!(
+        "robot {robot} goes on with {count} observations of {}, {:.0} s into the mission",
+        file.display(),
+        now.as_seconds()
+    );
+    Ok((journal, clock.at(now)))
+}
+
+/// What a coordinator is besides.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// Nothing, unless its settings say so.
+    AsSet,
+    /// The router through which robots talk to each other that cannot reach one another.
+    Router,
+}
+
+/// Runs the coordinator until it is told to stop; then the recording is finished.
+///
+/// # Errors
+/// If the settings are not allowed, or not all could be recorded.
+pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), RuntimeError> {
+    let mut config: CoordinatorSettings = config::load(file)?;
+    config.common.zenoh = config.common.zenoh.named_in(file);
+    if role == Role::Router {
+        config.common.zenoh.mode = Some(Mode::Router);
+    }
+    let Checked { mission, scenario } = config.common.check(file)?;
+    let real_time_factor = config.common.real_time_factor;
+    let options = Options {
+        recording: config.recording.or_else(|| scenario.recording().file.clone()),
+        real_time_factor: Some(real_time_factor),
+        version: version.to_owned(),
+        processes: None,
+    };
+    let shown = config.live.as_ref().map(|settings| show(settings, &scenario, file)).transpose()?;
+    let (shown, listener, commands) = match shown {
+        Some((server, listener, commands)) => (Some(server), Some(listener), commands),
+        None => (None, None, mpsc::channel(1).1),
+    };
+    let there = Existing::Beside;
+    let node = team::recording::node(&scenario, config.common.seed, &options, there)?;
+    let mut node = node.told_to(listener);
+    let codec = Codec::of(&scenario);
+    let clock = Clock::new(real_time_factor);
+    let ended = block_on(async {
+        let (stop, who) = (stop::asked(Bond::None)?, Participant::Coordinator);
+        let stop = async {
+            stop.await;
+            tell_stop(who, &mission);
+        };
+        tokio::pin!(stop);
+        // What it records is finished, however early it is told to stop.
+        let session = tokio::select! {
+            session = open_when_there(&config.common.zenoh) => session?,
+            () = &mut stop => return Ok(clock.now()),
+        };
+        let watching = async {
+            let mut link = Link::join(session.clone(), mission.clone(), who, codec).await?;
+            enter(&mut link, &config.common.zenoh).await?;
+            if let Some(server) = &shown {
+                tracing::info!("live page: {}", server.address());
+            }
+            wall_clock::run(&mut link, &mut node, clock, None, commands, stop).await.map(|log| log.ended)
+        };
+        let ended = watching.await;
+        leave(&session).await;
+        ended
+    })?;
+    node.finish(ended, BTreeMap::new())?;
+    Ok(())
+}
+
+/// The page of a mission in the field, and what ties the coordinator to it.
+fn show(
+    settings: &Settings,
+    scenario: &Scenario,
+    file: &Path,
+) -> Result<(Page, Listener, mpsc::Receiver<wall_clock::Report>), RuntimeError> {
+    Page::of_mission(settings, About::of(scenario, None))
+        .map_err(|error| RuntimeError::Settings { file: file.to_owned(), reason: format!("live: {error}") })
+}
+
+/// Runs the simulated world of a scenario for robots elsewhere, until all of them rest.
+///
+/// # Errors
+/// If the settings are not allowed, or a robot does not come.
+pub fn world(
+    scenario: &Scenario,
+    file: &Path,
+    spectator: StepObserver<'_>,
+) -> Result<(Episode, u64), RuntimeError> {
+    let mut config: SimSettings = config::load(file)?;
+    config.zenoh = config.zenoh.named_in(file);
+    let failed = |reason| RuntimeError::Settings { file: file.to_owned(), reason };
+    config::check_real_time_factor(config.real_time_factor).map_err(failed)?;
+    let mission = config.mission.parse().map_err(|error| failed(format!("mission: {error}")))?;
+    let episode = block_on(async {
+        let session = open_when_there(&config.zenoh).await?;
+        let searching = async {
+            let session = session.clone();
+            let server = WorldServer::open(
+                session,
+                mission,
+                scenario,
+                config.seed,
+                config.real_time_factor,
+                spectator,
+            )
+            .await?;
+            server.run().await
+        };
+        let episode = searching.await;
+        leave(&session).await;
+        episode
+    })?;
+    Ok((episode, config.seed))
+}
+
+fn tell_stop(who: Participant, mission: &Mission) {
+    tracing::info!("{who} of mission {mission} is told to stop, and ends");
+}
+
+/// Whoever has started a process alone by mistake sees here whom it looks for.
+fn tell_start(link: &Link, endpoints: &Endpoints) {
+    let list = |endpoints: &[String]| match endpoints {
+        [] => "nowhere".to_owned(),
+        endpoints => endpoints.join(", "),
+    };
+    tracing::info!(
+        "{} of mission {} listens at {} and calls {}; who comes is told",
+        link.me(),
+        link.mission(),
+        list(&endpoints.listen),
+        list(&endpoints.connect),
+    );
+}

@@ -1,0 +1,377 @@
+//! How a session is opened: explicit endpoints, nothing found by chance.
+
+use std::collections::BTreeSet;
+use std::hash::{BuildHasher, RandomState};
+use std::net::TcpListener;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use dragnet_files::check_plain;
+use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
+use serde::{Deserialize, Serialize};
+use tokio::runtime::Runtime;
+use zenoh::{Config, Session};
+
+use crate::{RuntimeError, endpoint};
+
+/// Where a session listens and whom it calls.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Endpoints {
+    /// Zenoh endpoints to listen on, such as `tcp/192.168.1.7:7140`; without one, only this session calls.
+    pub listen: Vec<String>,
+    /// Zenoh endpoints to call; who does not answer is called again.
+    pub connect: Vec<String>,
+    /// How the session takes part in the network: a peer without, or as the file of further settings says.
+    pub mode: Option<Mode>,
+    /// Further settings of Zenoh, a JSON5 file, relative to the file that names it. Certificates and keys that it names
+    /// are relative to itself, so that a folder with all of them works wherever it lies.
+    pub config: Option<PathBuf>,
+}
+
+/// How a session takes part in the network.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Mode {
+    /// It talks to those whom it is connected with.
+    Peer,
+    /// It also passes on what others say to each other, of those that are routers too: who can reach one of them reaches
+    /// all. (To a Zenoh client or peer a lost router would be the end of the network, or of those behind it.)
+    Router,
+}
+
+impl Mode {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Peer => "peer",
+            Self::Router => "router",
+        }
+    }
+}
+
+impl Endpoints {
+    /// The same, as the settings in this file mean it.
+    #[must_use]
+    pub fn named_in(mut self, file: &Path) -> Self {
+        let folder = file.parent().unwrap_or(Path::new(""));
+        self.config = self.config.map(|config| folder.join(config));
+        self
+    }
+}
+
+/// Runs a participant to its end. What still waits for somebody then, as a session for a router that never came, is left.
+pub(crate) fn block_on<T>(
+    participant: impl Future<Output = Result<T, RuntimeError>>,
+) -> Result<T, RuntimeError> {
+    let runtime = runtime()?;
+    let ended = runtime.block_on(participant);
+    runtime.shutdown_background();
+    ended
+}
+
+/// What sessions and their participants run on.
+pub(crate) fn runtime() -> Result<Runtime, RuntimeError> {
+    allow_more_files();
+    Runtime::new()
+        .map_err(|error| RuntimeError::Zenoh { what: "start".to_owned(), reason: error.to_string() })
+}
+
+/// As many files may be open as the system lets this process have: each connection is one, and strangers' count too until
+/// they are refused. Many systems allow 1,024 at first, and far more to whoever asks.
+fn allow_more_files() {
+    let limit = getrlimit(Resource::Nofile);
+    if limit.current < limit.maximum || limit.maximum.is_none() {
+        // If it may not, it goes on with what it has.
+        let _ = setrlimit(Resource::Nofile, Rlimit { current: limit.maximum, maximum: limit.maximum });
+    }
+}
+
+/// Opens a session as a peer: scouting is off unless the settings file turns it on.
+///
+/// # Errors
+/// If the settings are not Zenoh's, or it cannot listen there now.
+pub async fn open(endpoints: &Endpoints) -> Result<Session, RuntimeError> {
+    zenoh::open(settings(endpoints)?).await.map_err(refused(endpoints))
+}
+
+/// The same for a process of the field, whose network may come late: where it cannot listen yet, because an address is
+/// not there or another process has the port, it tries again every few seconds, for ever, and so it calls. The log says
+/// once a minute what is missing ([`crate::refusals`]).
+///
+/// # Errors
+/// If the settings are not Zenoh's, or name what no network will ever have: see `endpoint.rs`.
+pub async fn open_when_there(endpoints: &Endpoints) -> Result<Session, RuntimeError> {
+    let mut config = settings(endpoints)?;
+    let impossible = |reason: String| match &endpoints.config {
+        Some(file) => RuntimeError::Settings { file: file.clone(), reason },
+        None => RuntimeError::Open { listen: endpoints.listen.join(", "), reason },
+    };
+    endpoint::check(&config).map_err(impossible)?;
+    for name in TLS_FILES {
+        if let Some(path) = tls_file(&config, name) {
+            let told = |error| impossible(format!("transport/link/tls/{name}: {}: {error}", path.display()));
+            std::fs::File::open(&path).map_err(told)?;
+        }
+    }
+    wait_for_network(&mut config).map_err(refused(endpoints))?;
+    zenoh::open(config).await.map_err(refused(endpoints))
+}
+
+/// Leaves the network, and waits for that no longer than a person would: a session that cannot listen yet tries again
+/// whatever happens, and closes only once it can. What is left of it ends with the process.
+pub(crate) async fn leave(session: &Session) {
+    // Whoever is left without a word sees that the connection is closed.
+    let _ = tokio::time::timeout(LEAVING, session.close()).await;
+}
+
+/// So long a session may take to close.
+const LEAVING: Duration = Duration::from_millis(500);
+
+/// From now on it is tried again to listen and to call, until it can be done.
+pub(crate) fn wait_for_network(config: &mut Config) -> Result<(), zenoh::Error> {
+    for place in ["listen", "connect"] {
+        config.insert_json5(&format!("{place}/timeout_ms"), "-1")?;
+        config.insert_json5(&format!("{place}/exit_on_failure"), "false")?;
+    }
+    Ok(())
+}
+
+fn refused(endpoints: &Endpoints) -> impl Fn(zenoh::Error) -> RuntimeError + use<> {
+    let listen = endpoints.listen.join(", ");
+    move |error| RuntimeError::Open { listen: listen.clone(), reason: error.to_string() }
+}
+
+/// Zenoh's settings for these endpoints.
+fn settings(endpoints: &Endpoints) -> Result<Config, RuntimeError> {
+    let refused = refused(endpoints);
+    let mut config = match &endpoints.config {
+        Some(file) => read(file)?,
+        None => private().map_err(&refused)?,
+    };
+    if !endpoints.listen.is_empty() || endpoints.config.is_none() {
+        config.insert_json5("listen/endpoints", &json(&endpoints.listen)).map_err(&refused)?;
+    }
+    if !endpoints.connect.is_empty() {
+        config.insert_json5("connect/endpoints", &json(&endpoints.connect)).map_err(&refused)?;
+    }
+    if let Some(mode) = endpoints.mode {
+        config.insert_json5("mode", &format!("{:?}", mode.name())).map_err(&refused)?;
+    }
+    if let Some(endpoint) = beyond_tls(&config) {
+        return Err(RuntimeError::Unsupported(format!(
+            "connect {endpoint:?}: Zenoh's TLS cannot call a number of IPv6; allowed are a number of IPv4 and a name, as \
+             `/etc/hosts` or mDNS may give it to this number"
+        )));
+    }
+    let open_to_all = exposed(&config);
+    if !open_to_all.is_empty() {
+        tracing::warn!(
+            "listening at {} without TLS, not on loopback: whoever reaches this address can take part and pose as \
+             anybody; `dragnet keys` makes certificates",
+            open_to_all.join(", ")
+        );
+    }
+    Ok(config)
+}
+
+/// Where a session listens that anybody can reach who is on the same network, without being asked for a certificate.
+fn exposed(config: &Config) -> Vec<String> {
+    let listen = config.get_json("listen/endpoints").unwrap_or_default();
+    let is_private = |endpoint: &str| {
+        let (protocol, rest) = endpoint.split_once('/').unwrap_or(("", endpoint));
+        let address = rest.split(['?', '#']).next().unwrap_or(rest);
+        let host = address.rsplit_once(':').map_or(address, |(host, _)| host).trim_matches(['[', ']']);
+        let is_loopback = host == "localhost"
+            || host.parse::<std::net::IpAddr>().is_ok_and(|address| address.is_loopback());
+        is_loopback || matches!(protocol, "tls" | "quic") && is_mutual(config)
+    };
+    endpoint::listed(&listen).into_iter().filter(|endpoint| !is_private(endpoint)).collect()
+}
+
+/// Whom a session is to call and cannot: Zenoh takes the brackets of the address for a part of the host's name, finds that
+/// no certificate can be for such a name, and says so only where nobody looks.
+fn beyond_tls(config: &Config) -> Option<String> {
+    let called = config.get_json("connect/endpoints").unwrap_or_default();
+    endpoint::listed(&called).into_iter().find(|endpoint| endpoint.starts_with("tls/["))
+}
+
+fn is_mutual(config: &Config) -> bool {
+    config.get_json("transport/link/tls/enable_mtls").is_ok_and(|value| value == "true")
+}
+
+/// A peer that meets only those whom it calls or who call it.
+fn private() -> Result<Config, zenoh::Error> {
+    let mut config = Config::default();
+    config.insert_json5("mode", "\"peer\"")?;
+    config.insert_json5("scouting/multicast/enabled", "false")?;
+    config.insert_json5("scouting/gossip/enabled", "false")?;
+    config.insert_json5("listen/exit_on_failure", "true")?;
+    Ok(config)
+}
+
+/// The longest file that Zenoh is given to read, bytes.
+const MAX_FILE_BYTES: u64 = 1 << 22;
+
+/// Settings of Zenoh from a file: whoever names no endpoint listens nowhere, and files that it names lie beside it.
+pub(crate) fn read(file: &Path) -> Result<Config, RuntimeError> {
+    let failed =
+        |error: zenoh::Error| RuntimeError::Settings { file: file.to_owned(), reason: error.to_string() };
+    let endless = |path: &Path, error: std::io::Error| RuntimeError::Settings {
+        file: file.to_owned(),
+        reason: format!("{}: {error}", path.display()),
+    };
+    check_plain(file, MAX_FILE_BYTES).map_err(|error| endless(file, error))?;
+    let mut config = Config::from_file(file).map_err(failed)?;
+    let listen = "listen/endpoints";
+    let usual = Config::default().get_json(listen).map_err(failed)?;
+    if config.get_json(listen).map_err(failed)? == usual {
+        // Zenoh would listen on every interface.
+        config.insert_json5(listen, "[]").map_err(failed)?;
+    }
+    for name in TLS_FILES {
+        let key = format!("transport/link/tls/{name}");
+        if let Some(path) = tls_file(&config, name) {
+            let path = file.parent().unwrap_or(Path::new("")).join(path);
+            check_plain(&path, MAX_FILE_BYTES).map_err(|error| endless(&path, error))?;
+            config.insert_json5(&key, &format!("{:?}", path.display().to_string())).map_err(failed)?;
+        }
+    }
+    Ok(config)
+}
+
+/// Where a session listens by its settings.
+///
+/// # Errors
+/// If they are not Zenoh's.
+pub(crate) fn listened(endpoints: &Endpoints) -> Result<Vec<String>, RuntimeError> {
+    match &endpoints.config {
+        Some(file) if endpoints.listen.is_empty() => {
+            let listen = read(file)?.get_json("listen/endpoints").unwrap_or_default();
+            Ok(endpoint::listed(&listen))
+        }
+        _ => Ok(endpoints.listen.clone()),
+    }
+}
+
+/// The certificates by which a session shows who it is, and whom it believes: files that its settings name.
+///
+/// # Errors
+/// If the settings are not Zenoh's.
+pub fn certificates(endpoints: &Endpoints) -> Result<BTreeSet<PathBuf>, RuntimeError> {
+    let Some(file) = &endpoints.config else { return Ok(BTreeSet::new()) };
+    let config = read(file)?;
+    let named = TLS_FILES.iter().filter(|name| name.ends_with("certificate"));
+    Ok(named.filter_map(|name| tls_file(&config, name)).collect())
+}
+
+/// The file that a setting of TLS names, if it names one.
+fn tls_file(config: &Config, name: &str) -> Option<PathBuf> {
+    let value = config.get_json(&format!("transport/link/tls/{name}")).unwrap_or_default();
+    serde_json::from_str(&value).ok()
+}
+
+/// Settings of Zenoh that name files.
+const TLS_FILES: [&str; 5] = [
+    "root_ca_certificate",
+    "listen_certificate",
+    "listen_private_key",
+    "connect_certificate",
+    "connect_private_key",
+];
+
+pub(crate) fn json(endpoints: &[String]) -> String {
+    let quoted: Vec<String> = endpoints.iter().map(|endpoint| format!("{endpoint:?}")).collect();
+    format!("[{}]", quoted.join(","))
+}
+
+/// Where free ports are looked for: below those that systems give to outgoing connections, which the sessions of a
+/// mesh open many of before the last one listens.
+const PORTS: std::ops::Range<u16> = 20_000..32_000;
+
+/// So many endpoints on this machine's loopback interface that are free now. The search starts anywhere, so that two
+/// that run side by side hardly meet.
+///
+/// # Errors
+/// If so many are not free.
+pub fn free_endpoints(count: usize) -> Result<Vec<String>, RuntimeError> {
+    let ports = PORTS.len() as u64;
+    let start = RandomState::new().hash_one(std::process::id()) % ports;
+    let candidates = (0..ports).map(|step| PORTS.start + u16::try_from((start + step) % ports).unwrap_or(0));
+    // All are held until the last is known, so that no two are equal.
+    let sockets: Vec<(u16, TcpListener)> = candidates
+        .filter_map(|port| Some((port, TcpListener::bind(("127.0.0.1", port)).ok()?)))
+        .take(count)
+        .collect();
+    if sockets.len() < count {
+        let reason = format!("{count} free ports are needed, {} are there", sockets.len());
+        return Err(RuntimeError::Open { listen: format!("tcp/127.0.0.1:{PORTS:?}"), reason });
+    }
+    Ok(sockets.iter().map(|(port, _)| format!("tcp/127.0.0.1:{port}")).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whoever_listens_for_all_without_certificates_is_told_so() {
+        let check = |listen: &str, is_mutual: bool, expected: bool| {
+            let mut config = Config::default();
+            config.insert_json5("listen/endpoints", &format!("[{listen:?}]")).unwrap();
+            config.insert_json5("transport/link/tls/enable_mtls", &is_mutual.to_string()).unwrap();
+            assert_eq!(!exposed(&config).is_empty(), expected, "{listen}");
+        };
+        check("tcp/127.0.0.1:7447", false, false);
+        check("tcp/localhost:7447", false, false);
+        check("tcp/[::1]:7447", false, false);
+        check("tcp/0.0.0.0:7447", false, true);
+        check("tcp/[::]:7447", false, true);
+        check("tcp/192.168.1.7:7447#iface=eth0", true, true);
+        check("tls/192.168.1.7:7447", true, false);
+        check("tls/192.168.1.7:7447", false, true);
+    }
+
+    #[tokio::test]
+    async fn whom_tls_cannot_call_is_refused_before_anything_is_tried() {
+        for (endpoint, is_refused) in
+            [("tls/[::1]:7447", true), ("tcp/[::1]:7447", false), ("tls/localhost:7447", false)]
+        {
+            let endpoints = Endpoints { connect: vec![endpoint.to_owned()], ..Endpoints::default() };
+            let mut config = private().unwrap();
+            config.insert_json5("connect/endpoints", &json(&endpoints.connect)).unwrap();
+            assert_eq!(beyond_tls(&config).is_some(), is_refused, "{endpoint}");
+            if is_refused {
+                let error = open(&endpoints).await.unwrap_err();
+                assert!(error.is_bad_input() && error.to_string().contains(endpoint), "{error}");
+            }
+        }
+    }
+
+    #[test]
+    fn settings_that_name_no_endpoint_listen_nowhere_and_their_files_lie_beside_them() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("zenoh.json5");
+        let settings = "{ transport: { link: { tls: { listen_private_key: \"a.key\", root_ca_certificate: \"/b.pem\" } } } }";
+        std::fs::write(&file, settings).unwrap();
+        let config = read(&file).unwrap();
+        let value = |key: &str| config.get_json(key).unwrap();
+        assert_eq!(value("listen/endpoints"), "[]");
+        let key = format!("{:?}", folder.path().join("a.key").display().to_string());
+        assert_eq!(value("transport/link/tls/listen_private_key"), key);
+        assert_eq!(value("transport/link/tls/root_ca_certificate"), "\"/b.pem\"");
+    }
+
+    #[test]
+    fn files_without_an_end_are_not_given_to_zenoh() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("zenoh.json5");
+        std::fs::write(&file, "{ transport: { link: { tls: { listen_private_key: \"/dev/zero\" } } } }")
+            .unwrap();
+        let check = |file: &Path| {
+            let error = read(file).err().unwrap().to_string();
+            assert!(error.contains("/dev/zero: no plain file"), "{error}");
+        };
+        check(&file);
+        check(Path::new("/dev/zero"));
+    }
+}

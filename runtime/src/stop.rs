@@ -1,0 +1,113 @@
+//! When a process is to end: it is asked to, or nobody is left whom it could tell.
+
+use std::future::Future;
+use std::io;
+use std::time::Duration;
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use tokio::io::AsyncReadExt;
+use tokio::signal::unix::{Signal, SignalKind, signal};
+
+use crate::RuntimeError;
+
+/// So often it is looked whether somebody still reads what is printed.
+const LOOK: Duration = Duration::from_millis(500);
+
+/// What ends a process besides signals.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bond {
+    /// Nothing.
+    None,
+    /// Its standard input closes: whoever started it has ended.
+    Input,
+    /// Nobody reads its standard output any more, as when it went through `head`, or its terminal is closed.
+    Output,
+}
+
+/// Ready when the process is asked to end: by Ctrl-C, by a service manager, by its terminal's closing (unless whoever
+/// started it has it ignore that, as `nohup` does), or by what it is bound to. To be called within a runtime; from then on
+/// none of these signals ends the process by itself.
+///
+/// # Errors
+/// If signals cannot be listened for.
+pub fn asked(bond: Bond) -> Result<impl Future<Output = ()> + Send, RuntimeError> {
+    let failed = |error: io::Error| RuntimeError::Zenoh {
+        what: "listen for signals".to_owned(),
+        reason: error.to_string(),
+    };
+    let mut interrupt = signal(SignalKind::interrupt()).map_err(failed)?;
+    let mut terminate = signal(SignalKind::terminate()).map_err(failed)?;
+    let mut hangup =
+        if is_hangup_ignored() { None } else { Some(signal(SignalKind::hangup()).map_err(failed)?) };
+    Ok(async move {
+        tokio::select! {
+            _ = interrupt.recv() => {}
+            _ = terminate.recv() => {}
+            () = received(hangup.as_mut()) => {}
+            () = severed(bond) => {}
+        }
+    })
+}
+
+async fn received(signal: Option<&mut Signal>) {
+    match signal {
+        Some(signal) => {
+            signal.recv().await;
+        }
+        None => std::future::pending().await,
+    }
+}
+
+async fn severed(bond: Bond) {
+    match bond {
+        Bond::None => std::future::pending().await,
+        Bond::Input => {
+            let mut byte = [0];
+            while tokio::io::stdin().read(&mut byte).await.is_ok_and(|count| count > 0) {}
+        }
+        Bond::Output => {
+            while is_output_read() {
+                tokio::time::sleep(LOOK).await;
+            }
+        }
+    }
+}
+
+/// Whether what is written to standard output may still be read by somebody.
+fn is_output_read() -> bool {
+    let stdout = io::stdout();
+    let mut watched = [PollFd::new(&stdout, PollFlags::empty())];
+    let at_once = Timespec { tv_sec: 0, tv_nsec: 0 };
+    let is_gone = poll(&mut watched, Some(&at_once)).is_ok()
+        && watched[0].revents().intersects(PollFlags::ERR | PollFlags::HUP);
+    !is_gone
+}
+
+/// Whether this process was started so that it outlives its terminal.
+fn is_hangup_ignored() -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    is_ignored(&status, SignalKind::hangup())
+}
+
+/// Whether Linux says so of a process.
+fn is_ignored(status: &str, signal: SignalKind) -> bool {
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or_default();
+    let bit = u32::try_from(signal.as_raw_value() - 1).unwrap_or_default();
+    mask.checked_shr(bit).unwrap_or_default() & 1 == 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_nohup_asked_for_is_seen() {
+        let check = |status: &str, expected: bool| {
+            assert_eq!(is_ignored(status, SignalKind::hangup()), expected, "{status}");
+        };
+        check("Name:\ta\nSigIgn:\t0000000000001000\nSigCgt:\t0000000000000001\n", false);
+        check("SigIgn:\t0000000000001001\n", true);
+        check("", false);
+    }
+}

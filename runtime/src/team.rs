@@ -1,0 +1,174 @@
+//! A whole team in one call: robots, coordinator and simulated world, each on a session of its own.
+
+mod children;
+mod lockstep_run;
+pub(crate) mod recording;
+mod wall_clock_run;
+
+use std::path::PathBuf;
+
+use dragnet_coordinator::node::Listener;
+use dragnet_proto::key::Mission;
+use dragnet_scenario::participant::Participant;
+use dragnet_scenario::{Network, Scenario};
+use dragnet_sim::episode::Episode;
+use dragnet_sim::simulation::StepObserver;
+use tokio::sync::mpsc;
+use tokio::task::JoinHandle;
+use zenoh::Session;
+
+use crate::RuntimeError;
+use crate::config::check_real_time_factor;
+use crate::session::{Endpoints, free_endpoints, open, runtime};
+use crate::wall_clock::Report;
+
+/// How a team is run.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Options {
+    /// A file that does not exist yet, to record the mission in.
+    pub recording: Option<PathBuf>,
+    /// The program `dragnet`, to run each robot in a process of its own.
+    pub processes: Option<PathBuf>,
+    /// Mission seconds a second, by the wall clock; simulated time without.
+    pub real_time_factor: Option<f64>,
+    /// Version and commit of this program, for the recording.
+    pub version: String,
+}
+
+/// What a run came to.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// The episode.
+    pub episode: Episode,
+    /// Observations that the coordinator merged.
+    pub observations_merged: u64,
+    /// The recording.
+    pub recording: Option<PathBuf>,
+}
+
+/// Runs a scenario over Zenoh on this machine's loopback interface.
+///
+/// In simulated time the run is a function of scenario, seed and commit: the same recording, byte for byte.
+///
+/// # Errors
+/// If the options do not fit the scenario, a session cannot be opened, a participant fails, or not all could be
+/// recorded.
+pub fn run(
+    scenario: &Scenario,
+    seed: u64,
+    options: &Options,
+    spectator: StepObserver<'_>,
+) -> Result<Run, RuntimeError> {
+    run_watched(scenario, seed, options, None, spectator)
+}
+
+/// Who looks on while a team searches by the wall clock, and may speak to its coordinator.
+pub struct RunObserver {
+    /// Told of each record of the coordinator.
+    pub listener: Listener,
+    /// What the coordinator is asked for.
+    pub commands: mpsc::Receiver<Report>,
+}
+
+/// The same, with somebody looking on.
+///
+/// # Errors
+/// As [`run`], and if somebody looks on in simulated time.
+pub fn run_watched(
+    scenario: &Scenario,
+    seed: u64,
+    options: &Options,
+    onlooker: Option<RunObserver>,
+    spectator: StepObserver<'_>,
+) -> Result<Run, RuntimeError> {
+    let runtime = runtime()?;
+    match options.real_time_factor {
+        None if onlooker.is_some() => {
+            let why = "a search that is watched runs by the wall clock: give it a real_time_factor";
+            Err(RuntimeError::Unsupported(why.to_owned()))
+        }
+        None => lockstep_run::run(&runtime, scenario, seed, options, spectator),
+        Some(real_time_factor) => {
+            check_real_time_factor(real_time_factor).map_err(RuntimeError::Unsupported)?;
+            if *scenario.network() != Network::default() {
+                let why = "[network] faults are simulated in simulated time only: run without a real_time_factor, or remove them";
+                return Err(RuntimeError::Unsupported(why.to_owned()));
+            }
+            runtime.block_on(wall_clock_run::run(
+                scenario,
+                seed,
+                real_time_factor,
+                options,
+                onlooker,
+                spectator,
+            ))
+        }
+    }
+}
+
+/// Everybody in a scenario: robots by number, then the coordinator.
+pub(crate) fn everybody(scenario: &Scenario) -> Vec<Participant> {
+    let robots = scenario.robots().iter().map(|robot| Participant::Robot(robot.id));
+    robots.chain([Participant::Coordinator]).collect()
+}
+
+/// The mission's name on the network.
+fn mission(scenario: &Scenario) -> Result<Mission, RuntimeError> {
+    let name = scenario.name().to_ascii_lowercase();
+    name.parse().map_err(|error| RuntimeError::Unsupported(format!("mission name {name:?}: {error}")))
+}
+
+/// What a participant's task came to.
+async fn joined<T>(task: JoinHandle<Result<T, RuntimeError>>) -> Result<T, RuntimeError> {
+    task.await.map_err(|error| RuntimeError::Zenoh {
+        what: "end a participant".to_owned(),
+        reason: error.to_string(),
+    })?
+}
+
+/// Where each session listens, and that it calls all before it: a mesh in which each pair has one connection.
+struct Mesh {
+    /// One a session.
+    listen: Vec<String>,
+    config: Option<PathBuf>,
+}
+
+impl Mesh {
+    fn new(scenario: &Scenario) -> Result<Self, RuntimeError> {
+        let sessions = scenario.robots().len() + 2;
+        // A child reads it from settings elsewhere.
+        let config = scenario.zenoh_config().map(std::path::absolute).transpose();
+        let config = config.map_err(|error| RuntimeError::Unsupported(format!("zenoh.config: {error}")))?;
+        Ok(Self { listen: free_endpoints(sessions)?, config })
+    }
+
+    /// Of the simulated world.
+    fn world(&self) -> Endpoints {
+        self.endpoints(0)
+    }
+
+    /// Of a participant.
+    fn participant(&self, who: Participant) -> Endpoints {
+        match who {
+            Participant::Coordinator => self.endpoints(1),
+            Participant::Robot(robot) => self.endpoints(usize::from(robot.0) + 1),
+        }
+    }
+
+    fn endpoints(&self, place: usize) -> Endpoints {
+        Endpoints {
+            listen: vec![self.listen[place].clone()],
+            connect: self.listen[..place].to_vec(),
+            config: self.config.clone(),
+            mode: None,
+        }
+    }
+
+    async fn open_world(&self) -> Result<Session, RuntimeError> {
+        open(&self.world()).await
+    }
+
+    async fn open_participant(&self, who: Participant) -> Result<Session, RuntimeError> {
+        open(&self.participant(who)).await
+    }
+}

@@ -1,0 +1,92 @@
+//! A team in simulated time: the simulator drives every participant, event by event.
+
+use dragnet_agent::agent::{Agent, AgentConfig};
+use dragnet_coordinator::node::CoordinatorNode;
+use dragnet_proto::key::Mission;
+use dragnet_scenario::Scenario;
+use dragnet_scenario::participant::Participant;
+use dragnet_search::cell::Grid;
+use dragnet_sim::episode;
+use dragnet_sim::simulation::{End, Membership, Rules, StepObserver};
+use tokio::runtime::Runtime;
+use zenoh::Session;
+
+use super::children::{Brief, Children};
+use super::{Mesh, Options, Run, everybody, joined, mission, recording};
+use crate::RuntimeError;
+use crate::config::TimeSource;
+use crate::lockstep::LockstepNode;
+use crate::remote_participants::RemoteParticipants;
+
+pub(super) fn run(
+    runtime: &Runtime,
+    scenario: &Scenario,
+    seed: u64,
+    options: &Options,
+    spectator: StepObserver<'_>,
+) -> Result<Run, RuntimeError> {
+    let node = recording::node(scenario, seed, options, recording::Existing::Rejected)?;
+    let stage =
+        Stage { mission: mission(scenario)?, grid: scenario.terrain().grid(), team: everybody(scenario) };
+    let mesh = Mesh::new(scenario)?;
+    let world = runtime.block_on(mesh.open_world())?;
+    let session = runtime.block_on(mesh.open_participant(Participant::Coordinator))?;
+    let node = runtime.spawn(stage.clone().coordinate(session, node));
+    let mut children = Children::default();
+    let mut robots = Vec::new();
+    for orders in AgentConfig::of_team(scenario, seed) {
+        let who = Participant::Robot(orders.robot.id);
+        if let Some(program) = &options.processes {
+            let (mission, time) = (&stage.mission, TimeSource::Simulator);
+            let brief = Brief { program, scenario, seed, mission, time, real_time_factor: 1.0 };
+            children.start(&brief, orders.robot.id, mesh.participant(who))?;
+        } else {
+            let session = runtime.block_on(mesh.open_participant(who))?;
+            robots.push(runtime.spawn(stage.clone().search(session, who, orders)));
+        }
+    }
+    let mut participants =
+        RemoteParticipants::new(world, stage.mission, stage.grid, Box::new(move || children.check()));
+    let rules = Rules { end: End::Resting, coordinator: Membership::Present };
+    let episode = episode::run_with(scenario, seed, rules, &mut participants, spectator)?;
+    let observations_merged = participants.observations(Participant::Coordinator)?;
+    for &who in &stage.team {
+        participants.dismiss(who)?;
+    }
+    for robot in robots {
+        runtime.block_on(joined(robot))?;
+    }
+    let node = runtime.block_on(joined(node))?;
+    node.finish(episode.outcome.ended, recording::summary(&episode))?;
+    Ok(Run { episode, observations_merged, recording: options.recording.clone() })
+}
+
+/// What all participants of a run share.
+#[derive(Clone)]
+struct Stage {
+    mission: Mission,
+    grid: Grid,
+    team: Vec<Participant>,
+}
+
+impl Stage {
+    async fn search(
+        self,
+        session: Session,
+        who: Participant,
+        orders: AgentConfig,
+    ) -> Result<(), RuntimeError> {
+        let mut agent = Agent::new(orders);
+        LockstepNode::new(session, self.mission, who, self.grid, self.team, &mut agent).await?.serve().await
+    }
+
+    async fn coordinate(
+        self,
+        session: Session,
+        mut node: CoordinatorNode,
+    ) -> Result<CoordinatorNode, RuntimeError> {
+        let who = Participant::Coordinator;
+        LockstepNode::new(session, self.mission, who, self.grid, self.team, &mut node).await?.serve().await?;
+        Ok(node)
+    }
+}

@@ -1,0 +1,107 @@
+//! What the recording of a run says about it.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use dragnet_coordinator::mission::{CoordinatorConfig, Mission};
+use dragnet_coordinator::node::CoordinatorNode;
+use dragnet_coordinator::record::{Header, MISSION_TIME, Recorder};
+use dragnet_coordinator::recording::Notice;
+use dragnet_scenario::Scenario;
+use dragnet_sim::episode::Episode;
+
+use super::Options;
+use crate::{RuntimeError, unix_time};
+
+/// When simulated missions start: 2000-01-01, so that a recording does not depend on when it was made.
+const SIMULATED_START_UNIX_NS: i64 = 946_684_800_000_000_000;
+
+/// The coordinator of a scenario, with its recorder if something is to be recorded.
+pub(crate) fn node(
+    scenario: &Scenario,
+    seed: u64,
+    options: &Options,
+    there: Existing,
+) -> Result<CoordinatorNode, RuntimeError> {
+    let orders = CoordinatorConfig::of(scenario);
+    let recorder = options.recording.as_ref().map(|path| {
+        let header = Header {
+            start_unix_ns: start_unix_ns(options),
+            terrain: Arc::clone(&orders.terrain),
+            origin: scenario.origin(),
+            prior: scenario.prior().clone(),
+            scenario: scenario.source().text.clone(),
+            earth: scenario.earth(),
+            run: run_metadata(scenario, seed, options),
+        };
+        match there {
+            Existing::Rejected => Recorder::create(path, header),
+            Existing::Beside => Recorder::create_beside(path, header),
+        }
+    });
+    let recorder = recorder.transpose()?;
+    if let (Some(recorder), Some(path)) = (&recorder, &options.recording)
+        && recorder.path() != path
+    {
+        let (path, free) = (path.display(), recorder.path().display());
+        tracing::info!("{path} is there already, from an earlier start; this one records to {free}");
+    }
+    Ok(CoordinatorNode::new(Mission::new(orders), recorder).notifying(Box::new(tell)))
+}
+
+fn tell(notice: &Notice) {
+    if notice.is_trouble() {
+        tracing::warn!("{notice}");
+    } else {
+        tracing::info!("{notice}");
+    }
+}
+
+/// What becomes of a recording whose file is there already.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Existing {
+    /// It is an error: whoever asked for it can choose another name.
+    Rejected,
+    /// Another file beside it is begun: nobody may be there to choose.
+    Beside,
+}
+
+fn start_unix_ns(options: &Options) -> i64 {
+    options.real_time_factor.map_or(SIMULATED_START_UNIX_NS, |_| unix_time::now_ns())
+}
+
+fn run_metadata(scenario: &Scenario, seed: u64, options: &Options) -> BTreeMap<String, String> {
+    let policies: Vec<&str> = scenario.robots().iter().map(|robot| robot.policy.name.as_str()).collect();
+    metadata([
+        ("scenario", scenario.name().to_owned()),
+        ("seed", seed.to_string()),
+        ("version", options.version.clone()),
+        ("robots", policies.len().to_string()),
+        ("policies", policies.join(",")),
+        ("detection_threshold", scenario.mission().detection_threshold.to_string()),
+        ("sensor_radius", scenario.sensor().radius().to_string()),
+        ("speed_meters_per_second", scenario.mission().speed_meters_per_second.to_string()),
+    ])
+}
+
+/// How a run went, for the end of its recording. Nothing that the wall clock measured is in it.
+pub(super) fn summary(episode: &Episode) -> BTreeMap<String, String> {
+    let objects: Vec<String> =
+        episode.truth.objects().iter().map(|object| object.number().to_string()).collect();
+    let path_cells: Vec<String> = episode.path_cells.iter().map(ToString::to_string).collect();
+    metadata([
+        (MISSION_TIME, episode.outcome.ended.as_seconds().to_string()),
+        ("objects", episode.truth.objects().len().to_string()),
+        ("object_cells", objects.join(",")),
+        ("found", episode.score.true_positives.to_string()),
+        ("false_positives", episode.score.false_positives.to_string()),
+        ("path_cells", path_cells.join(",")),
+        ("observations_sent", episode.outcome.observations.to_string()),
+        ("beliefs_equal", episode.outcome.beliefs_equal.to_string()),
+        ("belief_digest", episode.outcome.digest.to_string()),
+    ])
+}
+
+fn metadata<const N: usize>(entries: [(&str, String); N]) -> BTreeMap<String, String> {
+    entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
+}

@@ -1,0 +1,123 @@
+//! A team by the wall clock: everybody runs as in the field, but for the world.
+
+use std::collections::BTreeMap;
+
+use dragnet_agent::agent::{Agent, AgentConfig};
+use dragnet_coordinator::node::CoordinatorNode;
+use dragnet_proto::convert::Codec;
+use dragnet_proto::state_machine::StateMachine;
+use dragnet_scenario::Scenario;
+use dragnet_scenario::participant::Participant;
+use dragnet_sim::simulation::StepObserver;
+use tokio::sync::{mpsc, watch};
+use tokio::task::JoinHandle;
+
+use super::children::{Brief, Children};
+use super::{Mesh, Options, Run, RunObserver, joined, mission, recording};
+use crate::RuntimeError;
+use crate::clock::Clock;
+use crate::config::TimeSource;
+use crate::link::Link;
+use crate::stop::{self, Bond};
+use crate::wall_clock::{self, Log};
+use crate::world::{self, WorldServer};
+
+pub(super) async fn run(
+    scenario: &Scenario,
+    seed: u64,
+    real_time_factor: f64,
+    options: &Options,
+    onlooker: Option<RunObserver>,
+    spectator: StepObserver<'_>,
+) -> Result<Run, RuntimeError> {
+    let mission = mission(scenario)?;
+    let codec = Codec::of(scenario);
+    let (listener, commands) = match onlooker {
+        Some(RunObserver { listener, commands }) => (Some(listener), commands),
+        None => (None, mpsc::channel(1).1),
+    };
+    let node = recording::node(scenario, seed, options, recording::Existing::Rejected)?.told_to(listener);
+    let mesh = Mesh::new(scenario)?;
+    let world = mesh.open_world().await?;
+    let (stop, stopped) = watch::channel(());
+    let (asked, clock) = (stop::asked(Bond::Output)?, Clock::new(real_time_factor));
+    let session = mesh.open_participant(Participant::Coordinator).await?;
+    let link = Link::join(session, mission.clone(), Participant::Coordinator, codec).await?;
+    let node: JoinHandle<Result<(CoordinatorNode, Log), RuntimeError>> =
+        participate(link, node, real_time_factor, commands, stopped.clone());
+    let mut children = Children::default();
+    let mut robots = Vec::new();
+    let search = async {
+        for orders in AgentConfig::of_team(scenario, seed) {
+            let robot = orders.robot.id;
+            let who = Participant::Robot(robot);
+            if let Some(program) = &options.processes {
+                let time = TimeSource::Wall;
+                let brief = Brief { program, scenario, seed, mission: &mission, time, real_time_factor };
+                children.start(&brief, robot, mesh.participant(who))?;
+            } else {
+                let session = mesh.open_participant(who).await?;
+                let link = Link::join(session, mission.clone(), who, codec).await?;
+                let reports = world::sensor(&link, robot, codec).await?;
+                robots.push(participate(
+                    link,
+                    Agent::new(orders),
+                    real_time_factor,
+                    reports,
+                    stopped.clone(),
+                ));
+            }
+        }
+        let mission = mission.clone();
+        WorldServer::open(world, mission, scenario, seed, real_time_factor, spectator).await?.run().await
+    };
+    // However it ends, what the coordinator has recorded is finished.
+    let mut ended = tokio::select! {
+        ended = search => Some(ended),
+        () = asked => None,
+    };
+    drop(stop);
+    let mut decisions = Vec::new();
+    for robot in robots {
+        match joined(robot).await {
+            Ok((_, log)) => decisions.extend(log.decisions),
+            Err(error) => ended = Some(Err(error)),
+        }
+    }
+    let (node, _) = joined(node).await?;
+    let observations_merged = node.observations();
+    let recording = options.recording.clone();
+    match ended {
+        Some(Ok(mut episode)) => {
+            episode.outcome.decisions.extend(decisions);
+            node.finish(episode.outcome.ended, recording::summary(&episode))?;
+            Ok(Run { episode, observations_merged, recording })
+        }
+        Some(Err(error)) => {
+            node.finish(clock.now(), BTreeMap::from([("failed".to_owned(), error.to_string())]))?;
+            Err(error)
+        }
+        None => {
+            let why = ("stopped".to_owned(), "before the search was over".to_owned());
+            node.finish(clock.now(), BTreeMap::from([why]))?;
+            Err(RuntimeError::Stopped { recording })
+        }
+    }
+}
+
+/// Runs a participant until the mission stops; returns it as it was then.
+fn participate<M: StateMachine + 'static>(
+    mut link: Link,
+    mut mind: M,
+    real_time_factor: f64,
+    reports: mpsc::Receiver<wall_clock::Report>,
+    mut stopped: watch::Receiver<()>,
+) -> JoinHandle<Result<(M, Log), RuntimeError>> {
+    tokio::spawn(async move {
+        link.announce().await?;
+        let stop = async move { while stopped.changed().await.is_ok() {} };
+        let log =
+            wall_clock::run(&mut link, &mut mind, Clock::new(real_time_factor), None, reports, stop).await?;
+        Ok((mind, log))
+    })
+}

@@ -1,0 +1,90 @@
+//! A vehicle on its network, driven by the wall clock.
+
+use std::sync::Arc;
+
+use dragnet_proto::state_machine::Event;
+use dragnet_ros2::output::{Diagnostic, Level};
+use dragnet_scenario::Scenario;
+use tokio::sync::mpsc;
+use tokio::time::{MissedTickBehavior, interval};
+
+use super::detector::{Detector, DetectorWorker};
+use super::{AgentOutputs, Effect, Now, SHOW, TICK, Vehicle};
+use crate::clock::Clock;
+use crate::config::Body;
+use crate::ros::node::Node;
+use crate::wall_clock::Report;
+use crate::{RuntimeError, unix_time};
+
+/// A vehicle, and all that it has to do with.
+struct Service {
+    node: Node,
+    vehicle: Vehicle,
+    eyes: DetectorWorker,
+    reports: mpsc::Sender<Report>,
+}
+
+/// Joins the vehicle's network, which may take until that is there, and serves a robot's mind until it is gone; then
+/// the vehicle stands still.
+///
+/// # Errors
+/// If Zenoh refuses to let it in, or to say something.
+pub(crate) async fn serve(
+    body: Body,
+    scenario: &Scenario,
+    clock: Clock,
+    detector: Option<Box<dyn Detector>>,
+    mut orders: AgentOutputs,
+    reports: mpsc::Sender<Report>,
+) -> Result<(), RuntimeError> {
+    let vehicle = Vehicle::new(body.pilot, &body.ros, scenario);
+    let node = Node::open(body.ros).await?;
+    let mut service = Service { node, vehicle, eyes: DetectorWorker::new(detector), reports };
+    let [mut tick, mut show] = [TICK, SHOW].map(interval);
+    tick.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    loop {
+        let Service { node, vehicle, eyes, .. } = &mut service;
+        let effects = tokio::select! {
+            (topic, heard) = node.hear_on() => vehicle.hear(now(clock), &topic, heard),
+            seen = eyes.see() => vehicle.see(now(clock), seen),
+            route = orders.routes.recv() => {
+                let Some(route) = route else { break };
+                vehicle.follow(now(clock), route)
+            }
+            _ = tick.tick() => vehicle.tick(now(clock)),
+            _ = show.tick() => {
+                // A mind that is gone has said its last.
+                let has_changed = orders.beliefs.has_changed().unwrap_or(false);
+                let belief = Arc::clone(&orders.beliefs.borrow_and_update());
+                vehicle.show(now(clock), &belief, has_changed)
+            }
+        };
+        service.act(effects).await?;
+    }
+    let last = service.vehicle.halt();
+    service.act(last).await
+}
+
+fn now(clock: Clock) -> Now {
+    Now { mission: clock.now(), unix_ns: unix_time::now_ns() }
+}
+
+impl Service {
+    async fn act(&mut self, effects: Vec<Effect>) -> Result<(), RuntimeError> {
+        for effect in effects {
+            match effect {
+                Effect::Sensed { cell, readings } => {
+                    // A mind that is gone hears nothing: the vehicle is about to be told so.
+                    let _ = self.reports.send((None, Event::Sensed { cell, readings })).await;
+                }
+                Effect::Publish(output) => self.node.say(unix_time::now_ns(), output).await?,
+                Effect::Look(look) => self.eyes.show(look),
+                Effect::Tell(Diagnostic { level: Level::Ok, name, message, .. }) => {
+                    tracing::info!("{name}: {message}");
+                }
+                Effect::Tell(Diagnostic { name, message, .. }) => tracing::warn!("{name}: {message}"),
+            }
+        }
+        Ok(())
+    }
+}
