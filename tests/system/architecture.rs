@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use cargo_metadata::{CargoOpt, DependencyKind, Metadata, MetadataCommand, Package, PackageId};
 
 /// Each crate, and the crates of ours that it may import.
-const ARROWS: [(&str, &[&str]); 19] = [
+const ARROWS: [(&str, &[&str]); 20] = [
     ("dragnet-search", &[]),
     ("dragnet-files", &[]),
     ("dragnet-learn", &["dragnet-search", "dragnet-files"]),
@@ -27,11 +27,13 @@ const ARROWS: [(&str, &[&str]); 19] = [
             "dragnet-scenario",
             "dragnet-proto",
             "dragnet-agent",
+            "dragnet-lattice",
             "dragnet-vehicle",
         ],
     ),
-    ("dragnet-vehicle", &["dragnet-search"]),
-    ("dragnet-detector", &["dragnet-vehicle"]),
+    ("dragnet-lattice", &["dragnet-search"]),
+    ("dragnet-vehicle", &["dragnet-search", "dragnet-lattice"]),
+    ("dragnet-detector", &["dragnet-lattice", "dragnet-vehicle"]),
     ("dragnet-export", &["dragnet-search", "dragnet-scenario", "dragnet-proto", "dragnet-coordinator"]),
     (
         "dragnet-live",
@@ -42,7 +44,6 @@ const ARROWS: [(&str, &[&str]); 19] = [
         &[
             "dragnet-search",
             "dragnet-files",
-            "dragnet-learn",
             "dragnet-scenario",
             "dragnet-ros2",
             "dragnet-proto",
@@ -50,6 +51,7 @@ const ARROWS: [(&str, &[&str]); 19] = [
             "dragnet-coordinator",
             "dragnet-sim",
             "dragnet-live",
+            "dragnet-lattice",
             "dragnet-vehicle",
         ],
     ),

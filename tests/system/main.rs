@@ -13,6 +13,7 @@ mod endings;
 mod faults;
 mod field;
 mod floods;
+mod glossary;
 mod hosts;
 #[path = "../python/interpreter.rs"]
 mod interpreter;

@@ -1,0 +1,199 @@
+//! Public names are the field's words: each is in `docs/glossary.md` or an ordinary word, and names that were given up do
+//! not come back.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use serde_json::Value;
+
+use crate::field::DRAGNET;
+
+/// Ordinary words of software and robotics that need no entry.
+const ORDINARY: &str = "acceleration agent agnostic alarms alive arrays attached batch calibrate choice class classes common \
+    compare completions compressed confidence correlation cpu csv decide demonstrate detect doctor domain doubled dry epochs \
+    error every explore false format frame fusion gate goal goals height help hidden inspect json kind kinds latitude learning \
+    live load longitude merge minutes miss module moved namespace next node odometry patience period pitch plot processes \
+    publish rate recover relay replan replay reset resolution ros router run safety save schema sender sequence soak source \
+    speed stamps step stop subscribe take text threads transport uncorrected velocity wake when width window z";
+
+/// Names that were given up for those of the glossary.
+const GIVEN_UP: [&str; 40] = [
+    "expected_undeclared",
+    "lost_after_seconds",
+    "clock_tolerance_seconds",
+    "stagger_seconds",
+    "sigma2",
+    "lane_cells",
+    "hold_out_every",
+    "most_decisions",
+    "on_silence",
+    "pose_silence_seconds",
+    "camera_silence_seconds",
+    "most_deviation_meters",
+    "settling_seconds",
+    "first_look_seconds",
+    "nearest_meters",
+    "farthest_meters",
+    "column_deviation_pixels",
+    "confirming_hits",
+    "losing_misses",
+    "forgetting_seconds",
+    "first_looks",
+    "heading_degrees",
+    "forward_meters",
+    "Stimulus",
+    "MindError",
+    "MissionOrders",
+    "LocalCrew",
+    "RemoteCrew",
+    "Puppet",
+    "Expedition",
+    "Outlook",
+    "LogRequest",
+    "LogReply",
+    "PathByDefinition",
+    "Attendance",
+    "Bites",
+    "Errand",
+    "Sights",
+    "Onlooker",
+    "log_request",
+];
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn read(path: &str) -> String {
+    fs::read_to_string(root().join(path)).unwrap()
+}
+
+/// Keys of scenarios.
+fn schema_keys(value: &Value, keys: &mut BTreeSet<String>) {
+    match value {
+        Value::Object(entries) => {
+            if let Some(Value::Object(properties)) = entries.get("properties") {
+                keys.extend(properties.keys().cloned());
+            }
+            entries.values().for_each(|value| schema_keys(value, keys));
+        }
+        Value::Array(values) => values.iter().for_each(|value| schema_keys(value, keys)),
+        _ => {}
+    }
+}
+
+/// Keys of settings: public fields of the tables.
+fn settings_keys() -> impl Iterator<Item = String> {
+    let files = [
+        "vehicle/src/settings.rs",
+        "runtime/src/ros/settings.rs",
+        "runtime/src/config.rs",
+        "runtime/src/vehicle/detector.rs",
+    ];
+    files.into_iter().flat_map(|file| {
+        let text = read(file);
+        let fields: Vec<String> = text
+            .lines()
+            .filter_map(|line| Some(line.strip_prefix("    pub ")?.split_once(':')?.0.to_owned()))
+            .filter(|name| !name.contains(['(', ' ']))
+            .collect();
+        fields
+    })
+}
+
+/// Fields of messages.
+fn message_fields() -> Vec<String> {
+    let entries = fs::read_dir(root().join("proto/msg")).unwrap();
+    let texts = entries.map(|entry| fs::read_to_string(entry.unwrap().path()).unwrap());
+    let fields = |text: String| -> Vec<String> {
+        let definitions = text.lines().map(|line| line.split('#').next().unwrap_or_default());
+        let parts = definitions.filter_map(|line| line.trim().split_once(' '));
+        parts.map(|(_, name)| name.trim().to_owned()).filter(|name| !name.contains('=')).collect()
+    };
+    texts.flat_map(fields).collect()
+}
+
+fn help(arguments: &[&str]) -> String {
+    let output = Command::new(DRAGNET).args(arguments).arg("--help").output().unwrap();
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// Subcommands and their flags.
+fn command_line() -> Vec<String> {
+    let top = help(&[]);
+    let names = top.lines().filter_map(|line| line.strip_prefix("  ")?.split_once("  "));
+    let names =
+        names.map(|(name, _)| name.trim()).filter(|name| name.chars().all(|it| it.is_ascii_lowercase()));
+    let names: Vec<&str> = names.filter(|name| !name.is_empty() && *name != "help").collect();
+    assert!(names.len() > 15, "{top}");
+    let flags = |name: &&str| -> Vec<String> {
+        let help = help(&[*name]);
+        let first = help.lines().map(str::trim).filter(|line| line.starts_with('-'));
+        let flags = first.filter_map(|line| line.split([' ', ',']).find_map(|word| word.strip_prefix("--")));
+        flags.map(str::to_owned).collect()
+    };
+    names.iter().flat_map(flags).chain(names.iter().map(|&name| name.to_owned())).collect()
+}
+
+/// Names of the Python package.
+fn python_names() -> Vec<String> {
+    let text = read("python/dragnet/_dragnet.pyi");
+    let methods = text.lines().filter_map(|line| line.trim().strip_prefix("def ")?.split_once('('));
+    methods.map(|(name, _)| name.to_owned()).filter(|name| !name.starts_with('_')).collect()
+}
+
+#[test]
+fn each_public_name_is_made_of_words_of_the_glossary_or_ordinary_ones() {
+    let mut names = BTreeSet::new();
+    schema_keys(&serde_json::from_str(&read("scenarios/scenario.schema.json")).unwrap(), &mut names);
+    assert!(names.len() > 40, "{names:?}");
+    names.extend(settings_keys().chain(message_fields()).chain(command_line()).chain(python_names()));
+    assert!(names.len() > 200, "{}", names.len());
+    let glossary = read("docs/glossary.md").to_lowercase();
+    let known: BTreeSet<&str> = glossary
+        .split(|character: char| !character.is_ascii_alphanumeric())
+        .chain(ORDINARY.split_whitespace())
+        .collect();
+    let is_known = |word: &str| known.contains(word) || known.contains(word.trim_end_matches('s'));
+    let strange: Vec<&String> =
+        names.iter().filter(|name| !name.split(['_', '-']).all(|word| is_known(word))).collect();
+    assert!(strange.is_empty(), "in neither docs/glossary.md nor ORDINARY: {strange:?}");
+}
+
+/// Files of the repository that people read or write, but for what tells its history.
+fn files(folder: &Path, found: &mut Vec<PathBuf>) {
+    let skipped =
+        ["target", ".git", ".venv", "third_party", "node_modules", "dist", "CHANGELOG.md", "glossary.rs"];
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+        if skipped.contains(&name) {
+            continue;
+        }
+        if path.is_dir() {
+            files(&path, found);
+        } else if path
+            .extension()
+            .is_some_and(|it| ["rs", "md", "msg", "py", "pyi", "toml", "ts"].iter().any(|kind| it == *kind))
+        {
+            found.push(path);
+        }
+    }
+}
+
+#[test]
+fn names_that_were_given_up_do_not_come_back() {
+    let mut found = Vec::new();
+    files(root(), &mut found);
+    assert!(found.len() > 400, "{}", found.len());
+    for path in found {
+        let text = fs::read_to_string(&path).unwrap();
+        let words: BTreeSet<&str> =
+            text.split(|it: char| !(it.is_ascii_alphanumeric() || it == '_')).collect();
+        for name in GIVEN_UP {
+            assert!(!words.contains(name), "{}: {name}", path.display());
+        }
+    }
+}
