@@ -3,16 +3,15 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use dragnet_coordinator::fold::MissionFold;
 use dragnet_coordinator::mission::Record;
-use dragnet_coordinator::playback::{Playback, prior_belief};
-use dragnet_coordinator::track::{Track, Tracks};
-use dragnet_proto::directive::added_prior;
-use dragnet_proto::message::{Detection, MissionStatus};
+use dragnet_coordinator::playback::Playback;
+use dragnet_coordinator::track::Track;
+use dragnet_proto::message::Detection;
 use dragnet_scenario::map_file::{Area, Earth, GeoPoint, Georeference, Purpose};
 use dragnet_scenario::time::MissionTime;
-use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
-use dragnet_search::observation::{Observation, RobotId};
+use dragnet_search::observation::RobotId;
 use dragnet_search::terrain::Terrain;
 
 use crate::ExportError;
@@ -112,7 +111,8 @@ impl Account {
         let pod = fold.pod(detection_threshold);
         let frame = earth.frame;
         let weigh = Weigh { prior: &fold.prior_probability(), pod: &pod, expected: earth.expected_objects };
-        let coverages = weigh.areas(&earth.areas, &frame, &fold.terrain);
+        let terrain = fold.mission.terrain().clone();
+        let coverages = weigh.areas(&earth.areas, &frame, &terrain);
         let areas = earth.areas.into_iter().zip(coverages).collect();
         Ok(Self {
             name: playback.run.get("scenario").cloned().unwrap_or_else(|| "recording".to_owned()),
@@ -121,10 +121,10 @@ impl Account {
             frame,
             found: fold.found(),
             plans: fold.plans(),
-            total: weigh.cells(fold.terrain.searched_cells().map(|cell| (cell, 1.0))),
+            total: weigh.cells(terrain.searched_cells().map(|cell| (cell, 1.0))),
             areas,
             tracks: fold.visits,
-            terrain: fold.terrain,
+            terrain,
             pod,
             speed_meters_per_second: number("speed_meters_per_second")
                 .unwrap_or(USUAL_SPEED_METERS_PER_SECOND),
@@ -159,77 +159,30 @@ fn earth(playback: &Playback, origin: Option<GeoPoint>) -> Result<Earth, ExportE
 
 /// A recording, read record by record.
 struct Fold {
-    terrain: Terrain,
-    prior: Belief,
-    belief: Belief,
-    added_prior: f64,
+    mission: MissionFold,
     visits: BTreeMap<RobotId, Vec<Visit>>,
-    tracks: Tracks,
-    status: Option<MissionStatus>,
 }
 
 impl Fold {
     fn new(playback: &Playback) -> Self {
-        let terrain = Terrain::clone(&playback.terrain);
-        let prior = prior_belief(&terrain, &playback.prior);
-        Self {
-            added_prior: added_prior(&prior, &terrain),
-            belief: prior.clone(),
-            prior,
-            terrain,
-            visits: BTreeMap::new(),
-            tracks: Tracks::default(),
-            status: None,
-        }
+        Self { mission: MissionFold::of(playback), visits: BTreeMap::new() }
     }
 
     fn take(&mut self, record: &Record) {
-        match record {
-            Record::Observation(observation) => self.observe(observation),
-            Record::Intent(intent) => {
-                self.tracks.plans(intent);
-            }
-            Record::Heartbeat(heartbeat) => {
-                self.tracks.plans(&heartbeat.intent);
-                self.tracks.at(heartbeat.robot, heartbeat.cell, MissionTime(heartbeat.time_ns));
-            }
-            Record::Status(status) => self.stand(status),
-            // They follow from those above.
-            Record::Pose { .. } | Record::Plan { .. } | Record::Belief(_) => {}
-        }
-    }
-
-    /// What a person marks by hand is evidence like any, of nobody's track.
-    fn observe(&mut self, observation: &Observation) {
-        for reading in &observation.readings {
-            self.belief.add(reading);
-        }
-        let robot = observation.origin.robot;
-        if robot != RobotId::BY_HAND {
+        self.mission.take(record);
+        if let Record::Observation(observation) = record
+            && observation.origin.robot != RobotId::BY_HAND
+        {
             let visit = Visit { time: MissionTime(observation.time_ns), cell: observation.from };
-            self.tracks.at(robot, visit.cell, visit.time);
-            let visits = self.visits.entry(robot).or_default();
+            let visits = self.visits.entry(observation.origin.robot).or_default();
             // Repaired observations come late.
             let at = visits.partition_point(|known| known.time <= visit.time);
             visits.insert(at, visit);
         }
     }
 
-    fn stand(&mut self, status: &MissionStatus) {
-        if !status.directive.added.is_empty() {
-            let added = || status.directive.added.iter().copied();
-            self.prior.search_also(&mut self.terrain.clone(), added(), self.added_prior);
-            self.belief.search_also(&mut self.terrain, added(), self.added_prior);
-        }
-        let robots: Vec<RobotId> = self.tracks.robots().map(|(robot, _)| robot).collect();
-        for robot in robots.into_iter().filter(|robot| !status.alive.contains(robot)) {
-            self.tracks.lapses(robot);
-        }
-        self.status = Some(status.clone());
-    }
-
     fn found(&self) -> Vec<Detection> {
-        let mut found = self.status.as_ref().map(|status| status.declared.clone()).unwrap_or_default();
+        let mut found = self.mission.declared().to_vec();
         found.sort_by_key(|object| (object.time_ns, object.cell));
         found
     }
@@ -240,22 +193,20 @@ impl Fold {
             let (from, _) = track.pose?;
             (!path.is_empty()).then_some((robot, Plan { from, path }))
         };
-        self.tracks.robots().filter_map(plan).collect()
+        self.mission.tracks().robots().filter_map(plan).collect()
     }
 
     fn prior_probability(&self) -> Vec<f64> {
-        self.terrain.grid().cells().map(|cell| self.prior.probability(cell)).collect()
+        let (terrain, prior) = (self.mission.terrain(), self.mission.prior());
+        terrain.grid().cells().map(|cell| prior.probability(cell)).collect()
     }
 
     fn pod(&self, detection_threshold: f64) -> Vec<f64> {
+        let (prior, evidence) = (self.mission.prior(), self.mission.belief().evidence());
         let of = |cell| {
-            probability_of_detection(
-                self.prior.log_odds_nats(cell),
-                self.belief.evidence().of(cell),
-                detection_threshold,
-            )
+            probability_of_detection(prior.log_odds_nats(cell), evidence.of(cell), detection_threshold)
         };
-        self.terrain.grid().cells().map(of).collect()
+        self.mission.terrain().grid().cells().map(of).collect()
     }
 }
 

@@ -1,18 +1,17 @@
 //! The view: what the page shows of a mission, folded from the coordinator's records one by one.
 //!
-//! It knows no socket and no clock. A running mission and a recorded one go through the same fold, so that the page shows
-//! of both the same at the same time. It reads of the records those that tell what came and how the mission stands, and
-//! makes the rest itself.
+//! It knows no socket and no clock. A running mission and a recorded one go through the same fold
+//! ([`dragnet_coordinator::fold`]), so that the page shows the same of both at the same time. The view adds what only a page
+//! shows: trails, the curve, rates of messages.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 use std::time::Duration;
 
+use dragnet_coordinator::fold::{Change, MissionFold};
 use dragnet_coordinator::mission::Record;
-use dragnet_coordinator::playback::prior_belief;
-use dragnet_coordinator::track::{Track, Tracks};
-use dragnet_proto::directive::added_prior;
-use dragnet_proto::message::{Activity, Detection, Heartbeat, Intent, MissionStatus};
+use dragnet_coordinator::track::Track;
+use dragnet_proto::message::{Activity, Detection, Heartbeat, MissionStatus};
 use dragnet_scenario::Scenario;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::{Belief, entropy_nats};
@@ -74,16 +73,11 @@ impl About {
 #[derive(Clone, Debug)]
 pub struct View {
     about: Arc<About>,
-    /// The map, with the cells that a person has added.
-    terrain: Terrain,
-    belief: Belief,
+    fold: MissionFold,
     /// What robots can see from where they were, where it is known how far they see.
     reach: Option<Reach>,
-    added_prior: f64,
     now: MissionTime,
-    tracks: Tracks,
     robots: BTreeMap<RobotId, Walk>,
-    status: Option<MissionStatus>,
     entropy_nats: f64,
     curve: Curve,
     observations: u64,
@@ -133,22 +127,17 @@ impl View {
     /// Of a mission that has not started.
     #[must_use]
     pub fn new(about: Arc<About>) -> Self {
-        let terrain = Terrain::clone(&about.terrain);
-        let belief = prior_belief(&terrain, &about.prior);
+        let fold = MissionFold::new(&about.terrain, &about.prior);
         let mut view = Self {
-            added_prior: added_prior(&belief, &terrain),
-            entropy_nats: belief.entropy_nats(&terrain),
+            entropy_nats: fold.belief().entropy_nats(&about.terrain),
             now: MissionTime::START,
-            tracks: Tracks::default(),
             robots: about.team.iter().map(|&robot| (robot, Walk::default())).collect(),
-            status: None,
             curve: Curve::default(),
             observations: 0,
             marks: 0,
             heard: VecDeque::new(),
-            reach: about.sensor_radius.map(|radius| Reach::unknown(terrain.grid(), radius)),
-            terrain,
-            belief,
+            reach: about.sensor_radius.map(|radius| Reach::unknown(about.terrain.grid(), radius)),
+            fold,
             about,
         };
         view.plot();
@@ -158,11 +147,21 @@ impl View {
     /// Takes in what the coordinator recorded, and when.
     pub fn take(&mut self, now: MissionTime, record: &Record) {
         self.pass(now);
+        let seen = match record {
+            Record::Observation(observation) => observation.readings.iter().map(|it| it.cell).collect(),
+            _ => Vec::new(),
+        };
+        let before = self.entropy_of(&seen);
+        let Change { moved, added } = self.fold.take(record);
+        self.entropy_nats += self.entropy_of(&seen) - before + self.entropy_of(&added);
+        if let Some((robot, cell)) = moved {
+            self.walk(robot, cell);
+        }
         match record {
             Record::Observation(observation) => self.observe(observation),
-            Record::Intent(intent) => self.plan(intent),
+            Record::Intent(_) => self.heard.push_back(self.now),
             Record::Heartbeat(heartbeat) => self.hear(heartbeat),
-            Record::Status(status) => self.stand(status),
+            Record::Status(_) => self.plot(),
             // They follow from those above.
             Record::Pose { .. } | Record::Plan { .. } | Record::Belief(_) => {}
         }
@@ -182,64 +181,37 @@ impl View {
         } else {
             self.heard.push_back(self.now);
             self.observations += 1;
-            self.walk(observation.origin.robot, observation.from, observation.time_ns);
+            self.robots.entry(observation.origin.robot).or_default();
             if let Some(reach) = &mut self.reach {
-                reach.add_robot(&self.terrain, observation.from);
+                reach.add_robot(self.fold.terrain(), observation.from);
             }
-        }
-        for reading in &observation.readings {
-            let before = self.entropy_of(reading.cell);
-            self.belief.add(reading);
-            self.entropy_nats += self.entropy_of(reading.cell) - before;
         }
         self.plot();
     }
 
-    fn entropy_of(&self, cell: Cell) -> f64 {
-        if self.terrain.is_searched(cell) { entropy_nats(self.belief.log_odds_nats(cell)) } else { 0.0 }
+    /// Of these cells together; each stands once.
+    fn entropy_of(&self, cells: &[Cell]) -> f64 {
+        let searched = cells.iter().filter(|&&cell| self.fold.terrain().is_searched(cell));
+        searched.map(|&cell| entropy_nats(self.fold.belief().log_odds_nats(cell))).sum()
     }
 
-    fn walk(&mut self, robot: RobotId, cell: Cell, time_ns: u64) {
+    fn walk(&mut self, robot: RobotId, cell: Cell) {
         let walk = self.robots.entry(robot).or_default();
-        if self.tracks.at(robot, cell, MissionTime(time_ns)) {
-            walk.trail.push_back(cell);
-            walk.steps += 1;
-            if walk.trail.len() > TRAIL_CELLS {
-                walk.trail.pop_front();
-            }
+        walk.trail.push_back(cell);
+        walk.steps += 1;
+        if walk.trail.len() > TRAIL_CELLS {
+            walk.trail.pop_front();
         }
-    }
-
-    fn plan(&mut self, intent: &Intent) {
-        self.heard.push_back(self.now);
-        self.tracks.plans(intent);
     }
 
     fn hear(&mut self, heartbeat: &Heartbeat) {
         self.heard.push_back(self.now);
-        self.tracks.plans(&heartbeat.intent);
-        self.walk(heartbeat.robot, heartbeat.cell, heartbeat.time_ns);
         let walk = self.robots.entry(heartbeat.robot).or_default();
         if heartbeat.time_ns >= walk.told_ns {
             walk.told_ns = heartbeat.time_ns;
             walk.activity = Some(heartbeat.activity);
             walk.path_meters = heartbeat.path_meters;
         }
-    }
-
-    fn stand(&mut self, status: &MissionStatus) {
-        let added = status.directive.added.iter().copied();
-        let new = self.belief.search_also(&mut self.terrain, added, self.added_prior);
-        for cell in new {
-            self.entropy_nats += self.entropy_of(cell);
-        }
-        let lost: Vec<RobotId> =
-            self.tracks.robots().map(|(robot, _)| robot).filter(|it| !status.alive.contains(it)).collect();
-        for robot in lost {
-            self.tracks.lapses(robot);
-        }
-        self.status = Some(status.clone());
-        self.plot();
     }
 
     fn plot(&mut self) {
@@ -251,7 +223,7 @@ impl View {
         match &self.about.objects {
             Some(objects) => {
                 let in_reach = || objects.iter().filter(|&&cell| !self.is_out_of_reach(cell));
-                let is_found = |cell: &&Cell| self.belief.is_found(**cell, self.about.detection_threshold);
+                let is_found = |cell: &&Cell| self.belief().is_found(**cell, self.about.detection_threshold);
                 let count = in_reach().count();
                 if count == 0 { 1.0 } else { in_reach().filter(is_found).count() as f64 / count as f64 }
             }
@@ -265,16 +237,22 @@ impl View {
         &self.about
     }
 
+    /// What the records so far amount to.
+    #[must_use]
+    pub const fn fold(&self) -> &MissionFold {
+        &self.fold
+    }
+
     /// The map, with the cells that a person has added.
     #[must_use]
     pub const fn terrain(&self) -> &Terrain {
-        &self.terrain
+        self.fold.terrain()
     }
 
     /// What is believed.
     #[must_use]
     pub const fn belief(&self) -> &Belief {
-        &self.belief
+        self.fold.belief()
     }
 
     /// What robots can see from where they were, where it is known how far they see.
@@ -286,7 +264,7 @@ impl View {
     /// Whether a cell is searched, and no robot can see it from anywhere.
     #[must_use]
     pub fn is_out_of_reach(&self, cell: Cell) -> bool {
-        self.terrain.is_searched(cell) && self.reach.as_ref().is_some_and(|reach| !reach.covers(cell))
+        self.terrain().is_searched(cell) && self.reach.as_ref().is_some_and(|reach| !reach.covers(cell))
     }
 
     /// The mission's time.
@@ -304,7 +282,7 @@ impl View {
     /// The last status.
     #[must_use]
     pub const fn status(&self) -> Option<&MissionStatus> {
-        self.status.as_ref()
+        self.fold.status()
     }
 
     /// Observations of robots, and marks by hand.
@@ -316,19 +294,19 @@ impl View {
     /// What is declared.
     #[must_use]
     pub fn declared(&self) -> &[Detection] {
-        self.status.as_ref().map_or(&[], |status| &status.declared)
+        self.fold.declared()
     }
 
     /// Each robot, by number: its way, where it goes, and how it is.
     pub fn robots(&self) -> impl Iterator<Item = (RobotId, &Walk, Track, State)> + '_ {
         self.robots.iter().map(|(&robot, walk)| {
-            let track = self.tracks.of(robot).cloned().unwrap_or_default();
+            let track = self.fold.tracks().of(robot).cloned().unwrap_or_default();
             (robot, walk, track, self.state(robot, walk))
         })
     }
 
     fn state(&self, robot: RobotId, walk: &Walk) -> State {
-        let is_alive = self.status.as_ref().is_none_or(|status| status.alive.contains(&robot));
+        let is_alive = self.status().is_none_or(|status| status.alive.contains(&robot));
         match walk.activity {
             None if walk.steps == 0 => State::Awaited,
             _ if !is_alive => State::Lost,

@@ -177,7 +177,7 @@ impl Limits {
         self.check_look(observation)?;
         let Some(known) = known else { return Ok(()) };
         self.check_way(known.last, observation)?;
-        self.check_real_time_factor(known.first, observation)
+        self.check_rate(known.first, observation)
     }
 
     /// Whether an observation may be dated so.
@@ -235,11 +235,7 @@ impl Limits {
         Ok(())
     }
 
-    fn check_real_time_factor(
-        &self,
-        first: &Observation,
-        observation: &Observation,
-    ) -> Result<(), Rejection> {
+    fn check_rate(&self, first: &Observation, observation: &Observation) -> Result<(), Rejection> {
         let looks = observation.sequence.saturating_sub(LOOKS_AT_ONCE) as f64;
         if looks > self.cells_in(first, observation) * SPEED_TOLERANCE * LOOKS_PER_CELL {
             return Err(Rejection::TooOften);

@@ -30,21 +30,21 @@ class Recording:
     origin: tuple[float, float, float]
     #: Where a robot can be, bool.
     traversable: NDArray[np.bool_]
-    #: Where an object can be, bool.
+    #: Where an object can be, bool; at the end, with the cells that the operator added.
     searched: NDArray[np.bool_]
-    #: Probability of an object before the first look, float32.
+    #: Probability of an object before the first observation, float32; added cells included.
     prior: NDArray[np.float32]
     #: Log-odds at the end, of all that was observed, nats, float64; ``-inf`` where nothing is searched.
     log_odds: NDArray[np.float64]
     #: Digest of all evidence, 32 hexadecimal digits.
     digest: str
-    #: One entry an observation: ``time_seconds`` (float64), ``robot`` (int64; 0 is a person) and ``cell`` (int64).
+    #: One entry an observation: ``time_seconds`` (float64), ``robot`` (int64; 0 is the operator) and ``cell`` (int64).
     observations: dict[str, NDArray[Any]]
     #: One entry a reading: ``observation`` (its place there), ``cell``, ``value`` and ``variance`` (float32).
     readings: dict[str, NDArray[Any]]
     #: Plans as they came: ``time_seconds``, ``robot``, ``decision`` and ``path`` (cells still to be entered).
     plans: list[dict[str, Any]]
-    #: Signs of life: ``time_seconds``, ``robot``, ``activity``, ``cell``, ``path_meters`` and ``digest``.
+    #: Heartbeats: ``time_seconds``, ``robot``, ``activity``, ``cell``, ``path_meters`` and ``digest``.
     heartbeats: list[dict[str, Any]]
     #: How the mission stood: ``time_seconds``, ``declared`` cells with their ``probability``, ``observations``,
     #: ``expected_remaining`` and ``digest``.

@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use dragnet_coordinator::RecordingError;
+use dragnet_coordinator::fold::MissionFold;
 use dragnet_coordinator::mission::Record;
 use dragnet_coordinator::playback::Playback;
 use dragnet_proto::message::{Activity, MissionStatus};
 use dragnet_scenario::map_file::MapOrigin;
 use dragnet_scenario::time::MissionTime;
-use dragnet_search::belief::Belief;
 use dragnet_search::cell::{Cell, Grid};
 use dragnet_search::observation::Observation;
 use numpy::{PyArray2, PyArrayMethods, ToPyArray};
@@ -25,9 +25,13 @@ pub(crate) fn read_recording(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_
     recording.set_item("run", &playback.run)?;
     recording.set_item("summary", &playback.summary)?;
     recording.set_item("ending", playback.ending.to_string())?;
-    add_map(&recording, &playback)?;
+    let mut fold = MissionFold::of(&playback);
+    for (_, record) in &playback.records {
+        fold.take(record);
+    }
+    add_map(&recording, &playback, &fold)?;
     add_observations(&recording, &playback)?;
-    add_belief(&recording, &playback)?;
+    add_belief(&recording, &fold)?;
     let (plans, heartbeats, statuses) = (PyList::empty(py), PyList::empty(py), PyList::empty(py));
     for (time, record) in &playback.records {
         match record {
@@ -64,15 +68,18 @@ fn unreadable(error: &RecordingError) -> PyErr {
     }
 }
 
-fn add_map(recording: &Bound<'_, PyDict>, playback: &Playback) -> PyResult<()> {
-    let (py, terrain) = (recording.py(), &playback.terrain);
+/// The map, its prior and what is searched, with the cells that the operator added.
+fn add_map(recording: &Bound<'_, PyDict>, playback: &Playback, fold: &MissionFold) -> PyResult<()> {
+    let (py, terrain) = (recording.py(), fold.terrain());
     let grid = terrain.grid();
     recording.set_item("cell_meters", terrain.cell_meters())?;
     let MapOrigin { x_meters, y_meters, yaw_radians } = playback.origin;
     recording.set_item("origin", (x_meters, y_meters, yaw_radians))?;
     recording.set_item("traversable", cells(py, grid, |cell| terrain.is_traversable(cell))?)?;
     recording.set_item("searched", cells(py, grid, |cell| terrain.is_searched(cell))?)?;
-    recording.set_item("prior", cells(py, grid, |cell| playback.prior[cell.index()])?)
+    #[expect(clippy::cast_possible_truncation, reason = "recordings have single precision")]
+    let prior = |cell| fold.prior().probability(cell) as f32;
+    recording.set_item("prior", cells(py, grid, prior)?)
 }
 
 /// One entry an observation, and one a reading, which names its observation by its place.
@@ -97,15 +104,10 @@ fn add_observations(recording: &Bound<'_, PyDict>, playback: &Playback) -> PyRes
 }
 
 /// What all that was observed supports.
-fn add_belief(recording: &Bound<'_, PyDict>, playback: &Playback) -> PyResult<()> {
-    let (py, terrain) = (recording.py(), &playback.terrain);
-    let prior: Vec<f64> = playback.prior.iter().map(|&probability| f64::from(probability)).collect();
-    let mut belief =
-        Belief::new(terrain, &prior).map_err(|error| PyValueError::new_err(error.to_string()))?;
-    for reading in observations(playback).flat_map(|observation| &observation.readings) {
-        belief.add(reading);
-    }
-    recording.set_item("log_odds", cells(py, terrain.grid(), |cell| belief.log_odds_nats(cell))?)?;
+fn add_belief(recording: &Bound<'_, PyDict>, fold: &MissionFold) -> PyResult<()> {
+    let (py, belief) = (recording.py(), fold.belief());
+    let grid = fold.terrain().grid();
+    recording.set_item("log_odds", cells(py, grid, |cell| belief.log_odds_nats(cell))?)?;
     recording.set_item("digest", belief.digest().to_string())
 }
 

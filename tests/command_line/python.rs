@@ -1,9 +1,19 @@
 //! The package for Python: its own tests, by pytest, in the environment that `test.sh` makes.
 
+use std::collections::BTreeMap;
+use std::path::Path;
 use std::process::Command;
 
+use dragnet_coordinator::mission::{CoordinatorConfig, Mission};
+use dragnet_coordinator::node::CoordinatorNode;
+use dragnet_coordinator::record::{Header, Recorder};
+use dragnet_proto::command;
+use dragnet_proto::state_machine::{Event, StateMachine};
+use dragnet_scenario::Scenario;
+use dragnet_scenario::time::MissionTime;
+
 use super::interpreter::interpreter;
-use super::root;
+use super::{Place, root};
 
 /// Runs one file of tests. Whoever has no such package is told how to make it.
 fn check(file: &str) {
@@ -44,4 +54,40 @@ fn bad_input_from_python_is_an_exception_that_says_what_is_wrong() {
 #[test]
 fn the_examples_in_python_run_and_do_what_they_say() {
     check("test_examples.py");
+}
+
+/// A mission on a map whose eastern cells are not searched, until the operator adds one of them.
+fn record_with_added_area(file: &Path) {
+    let map = "....,,\n....,,\n";
+    std::fs::write(file.with_file_name("map.txt"), map).unwrap();
+    let text = "name = 'a'\nmap.file = 'map.txt'\nobjects.density = 0.2\nmission.budget_seconds = 60.0\n";
+    let scenario = Scenario::from_text(&file.with_file_name("a.toml"), text.to_owned()).unwrap();
+    let header = Header {
+        start_unix_ns: 0,
+        terrain: std::sync::Arc::new(scenario.terrain().clone()),
+        origin: scenario.origin(),
+        prior: scenario.prior().clone(),
+        scenario: text.to_owned(),
+        earth: None,
+        run: BTreeMap::new(),
+    };
+    let recorder = Recorder::create(file, header).unwrap();
+    let mut node = CoordinatorNode::new(Mission::new(CoordinatorConfig::of(&scenario)), Some(recorder));
+    let added = scenario.terrain().grid().cell_numbered(4).unwrap();
+    node.handle(MissionTime(1), Event::Commanded(command::Command::Search(vec![added]))).unwrap();
+    node.finish(MissionTime(2), BTreeMap::new()).unwrap();
+}
+
+#[test]
+fn a_recording_in_python_has_the_cells_that_the_operator_added() {
+    let place = Place::new();
+    let file = place.folder.path().join("added.mcap");
+    record_with_added_area(&file);
+    let script = "import sys, numpy, dragnet\n\
+                  recording = dragnet.read_recording(sys.argv[1])\n\
+                  print(recording.searched.astype(int).tolist(), numpy.isfinite(recording.log_odds).astype(int).tolist())\n";
+    let output = Command::new(interpreter(root())).args(["-c", script]).arg(&file).output().unwrap();
+    let told = String::from_utf8_lossy(&output.stdout);
+    let expected = "[[1, 1, 1, 1, 1, 0], [1, 1, 1, 1, 0, 0]] [[1, 1, 1, 1, 1, 0], [1, 1, 1, 1, 0, 0]]";
+    assert_eq!(told.trim(), expected, "{}", String::from_utf8_lossy(&output.stderr));
 }

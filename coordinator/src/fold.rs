@@ -1,0 +1,139 @@
+//! What the records of a mission amount to: the belief with added areas and marks, finds, and where robots are and go.
+//!
+//! The live page, `replay`, `export` and Python fold a mission's records here, so that they say the same of it.
+
+use dragnet_proto::directive::added_prior;
+use dragnet_proto::message::{Detection, MissionStatus};
+use dragnet_scenario::time::MissionTime;
+use dragnet_search::belief::Belief;
+use dragnet_search::cell::Cell;
+use dragnet_search::observation::{Observation, RobotId};
+use dragnet_search::terrain::Terrain;
+
+use crate::mission::Record;
+use crate::playback::{Playback, prior_belief};
+use crate::track::Tracks;
+
+/// A mission as its records so far tell it.
+#[derive(Clone, Debug)]
+pub struct MissionFold {
+    terrain: Terrain,
+    prior: Belief,
+    belief: Belief,
+    /// Prior probability in cells that the operator adds.
+    added_prior: f64,
+    tracks: Tracks,
+    status: Option<MissionStatus>,
+}
+
+/// What a record has changed.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Change {
+    /// The robot that has moved, and its cell.
+    pub moved: Option<(RobotId, Cell)>,
+    /// Cells that are searched from now on.
+    pub added: Vec<Cell>,
+}
+
+impl MissionFold {
+    /// A mission before its first record. `prior` has shape `[cells]`: probabilities, 0 where nothing is searched.
+    #[must_use]
+    pub fn new(terrain: &Terrain, prior: &[f32]) -> Self {
+        let prior = prior_belief(terrain, prior);
+        Self {
+            added_prior: added_prior(&prior, terrain),
+            terrain: terrain.clone(),
+            belief: prior.clone(),
+            prior,
+            tracks: Tracks::default(),
+            status: None,
+        }
+    }
+
+    /// A recorded mission before its first record.
+    #[must_use]
+    pub fn of(playback: &Playback) -> Self {
+        Self::new(&playback.terrain, &playback.prior)
+    }
+
+    /// Takes in the next record.
+    pub fn take(&mut self, record: &Record) -> Change {
+        match record {
+            Record::Observation(observation) => self.observe(observation),
+            Record::Intent(intent) => {
+                self.tracks.plans(intent);
+                Change::default()
+            }
+            Record::Heartbeat(heartbeat) => {
+                self.tracks.plans(&heartbeat.intent);
+                let time = MissionTime(heartbeat.time_ns);
+                let has_moved = self.tracks.at(heartbeat.robot, heartbeat.cell, time);
+                Change { moved: has_moved.then_some((heartbeat.robot, heartbeat.cell)), ..Change::default() }
+            }
+            Record::Status(status) => self.stand(status),
+            // They follow from those above.
+            Record::Pose { .. } | Record::Plan { .. } | Record::Belief(_) => Change::default(),
+        }
+    }
+
+    /// An operator's mark is evidence like any other; it belongs to no track.
+    fn observe(&mut self, observation: &Observation) -> Change {
+        for reading in &observation.readings {
+            self.belief.add(reading);
+        }
+        let (robot, from) = (observation.origin.robot, observation.from);
+        let has_moved =
+            robot != RobotId::BY_HAND && self.tracks.at(robot, from, MissionTime(observation.time_ns));
+        Change { moved: has_moved.then_some((robot, from)), ..Change::default() }
+    }
+
+    fn stand(&mut self, status: &MissionStatus) -> Change {
+        let added = || status.directive.added.iter().copied();
+        if !status.directive.added.is_empty() {
+            self.prior.search_also(&mut self.terrain.clone(), added(), self.added_prior);
+        }
+        let added = self.belief.search_also(&mut self.terrain, added(), self.added_prior);
+        let robots: Vec<RobotId> = self.tracks.robots().map(|(robot, _)| robot).collect();
+        for robot in robots.into_iter().filter(|robot| !status.alive.contains(robot)) {
+            self.tracks.lapses(robot);
+        }
+        self.status = Some(status.clone());
+        Change { added, ..Change::default() }
+    }
+
+    /// The map, with the cells that the operator has added.
+    #[must_use]
+    pub const fn terrain(&self) -> &Terrain {
+        &self.terrain
+    }
+
+    /// The belief before any reading, added cells included.
+    #[must_use]
+    pub const fn prior(&self) -> &Belief {
+        &self.prior
+    }
+
+    /// The belief after all readings so far.
+    #[must_use]
+    pub const fn belief(&self) -> &Belief {
+        &self.belief
+    }
+
+    /// Where robots are and go.
+    #[must_use]
+    pub const fn tracks(&self) -> &Tracks {
+        &self.tracks
+    }
+
+    /// The last status.
+    #[must_use]
+    pub const fn status(&self) -> Option<&MissionStatus> {
+        self.status.as_ref()
+    }
+
+    /// Objects that are declared now.
+    #[must_use]
+    pub fn declared(&self) -> &[Detection] {
+        self.status.as_ref().map_or(&[], |status| &status.declared)
+    }
+}
