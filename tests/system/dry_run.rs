@@ -140,7 +140,7 @@ fn a_robot_lives_through_a_recording_and_tells_what_it_would_have_done() {
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
         .collect();
     left.sort();
-    assert_eq!(left, ["drive", "vehicle.toml", "test_site.toml"], "nothing is written");
+    assert_eq!(left, ["drive", "test_site.toml", "vehicle.toml"], "nothing is written");
 }
 
 /// What is refused far behind the network is counted with the topic that it came on.
