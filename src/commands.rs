@@ -28,6 +28,7 @@ mod run;
 mod scenario;
 mod schema;
 mod search;
+mod settings;
 mod shard;
 mod sim;
 mod soak;

@@ -18,6 +18,7 @@ use dragnet_files::read_text_at_most;
 use dragnet_proto::message::Message;
 use dragnet_proto::state_machine::Event;
 use dragnet_scenario::time::MissionTime;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use tokio::runtime::Runtime;
@@ -46,14 +47,14 @@ const MOST_WAITING: usize = 64;
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; \
                       base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-/// Where a page is served.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// The live page.
+#[derive(Clone, Debug, PartialEq, Eq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
-    /// Address and port; port 0 is any that is free. Only this machine can see the page unless it is another address
-    /// than 127.0.0.1.
+    /// Address and port of the page; port 0 is any free one. With 127.0.0.1 only this machine sees it.
     pub listen: SocketAddr,
-    /// A file with the token, at least 16 characters, relative to the working directory; a new one is drawn without.
+    /// A file with the token for commands, at least 16 characters, relative to the working directory; without it a new
+    /// token is drawn and printed.
     pub token_file: Option<PathBuf>,
 }
 

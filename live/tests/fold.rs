@@ -35,7 +35,7 @@ const MAP: &str =
 
 type Records = Arc<Mutex<Vec<(MissionTime, Record)>>>;
 
-/// A participants whose coordinator is asked for something at some of its steps.
+/// Participants whose coordinator is asked for something at some of its steps.
 struct Commanded<'a> {
     participants: LocalParticipants<'a>,
     /// What is asked for, and not before when, the last first.

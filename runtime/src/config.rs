@@ -12,6 +12,7 @@ use dragnet_search::observation::RobotId;
 use dragnet_search::terrain::Terrain;
 use dragnet_vehicle::pilot::Pilot;
 use dragnet_vehicle::settings::{MotionTable, Settings as VehicleSettings};
+use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
@@ -20,53 +21,56 @@ use crate::vehicle::detector;
 use crate::{RuntimeError, ros};
 
 /// Settings that every process of a mission has.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Common {
-    /// Name of the mission: 1 to 64 of `a-z`, `0-9`, `_` and `-`. Processes of other missions are not heard.
+    /// Name of the mission: 1 to 64 of `a-z`, `0-9`, `_` and `-`. Processes of other missions are ignored.
+    #[schemars(extend("examples" = ["valley"]))]
     pub mission: String,
-    /// The scenario, a TOML file, relative to this one.
+    /// The scenario file, relative to this one.
+    #[schemars(extend("examples" = ["valley.toml"]))]
     pub scenario: PathBuf,
-    /// Seed of random choices.
+    /// Seed of random choices, 0 to 18446744073709551615.
     #[serde(default)]
     pub seed: u64,
-    /// The scenario's text, if not as the file has it; files that it names are still relative to that file.
+    /// Text of the scenario, instead of the file's; files that it names are relative to that file.
     #[serde(default)]
     pub scenario_text: Option<String>,
-    /// Mission seconds a second, above 0.
+    /// Mission seconds per second, 0.001 to 10000; the same in all processes of a mission.
     #[serde(default = "one")]
     pub real_time_factor: f64,
-    /// Where this process listens and whom it calls.
+    /// The session with the team.
     #[serde(default)]
     pub zenoh: Endpoints,
 }
 
 /// Settings of one robot's process: `dragnet agent`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AgentSettings {
-    /// The robot's number, from 1.
+    /// The robot's number in the scenario, from 1.
+    #[schemars(extend("examples" = [1]))]
     pub robot: u16,
-    /// Who tells the time.
+    /// The source of time.
     #[serde(default)]
     pub time: TimeSource,
-    /// Whether to leave when standard input closes, as when whoever started this process is gone.
+    /// Whether to stop when standard input closes, as when the parent process ends.
     #[serde(default)]
     pub attached: bool,
-    /// The robot's journal, relative to this file: by it a robot that starts again knows what it knew. Without,
-    /// `MISSION-robot-NUMBER.journal` beside this file; none if the simulator tells the time.
+    /// The robot's journal, relative to this file: from it a robot that restarts goes on. The default is
+    /// `MISSION-robot-NUMBER.journal` beside this file; in simulated time there is none.
     #[serde(default)]
     pub journal: Option<PathBuf>,
-    /// The robot's own vehicle; without, the simulator (`dragnet sim`) stands in for it.
+    /// The robot's vehicle; without it the robot is simulated by `dragnet sim`.
     #[serde(default)]
     pub vehicle: Option<VehicleSettings>,
-    /// The network of the robot's own vehicle.
+    /// The ROS 2 network of the vehicle.
     #[serde(default)]
     pub ros: Option<ros::settings::Settings>,
-    /// What looks at the images of the vehicle's cameras, unless their detections come from elsewhere.
+    /// A detector for the images of the vehicle's cameras.
     #[serde(default)]
     pub detector: Option<detector::Settings>,
-    /// What every process has.
+    /// Settings of every process.
     pub common: Common,
 }
 
@@ -84,7 +88,7 @@ pub struct Body {
 }
 
 /// Who tells the time.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, JsonSchema, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum TimeSource {
     /// The wall clock.
@@ -95,32 +99,33 @@ pub enum TimeSource {
 }
 
 /// Settings of the coordinator's process: `dragnet coordinator`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CoordinatorSettings {
-    /// The recording, a file that does not exist yet, relative to the working directory; nothing is recorded without.
+    /// The recording, relative to the working directory; if it exists, a number is added. Without it nothing is recorded.
     #[serde(default)]
     pub recording: Option<PathBuf>,
-    /// Where the mission is shown as a page; nowhere without.
+    /// The live page; without it there is none.
     #[serde(default)]
     pub live: Option<dragnet_live::page::Settings>,
-    /// What every process has.
+    /// Settings of every process.
     pub common: Common,
 }
 
 /// Settings of the simulated world's process: `dragnet sim`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SimSettings {
-    /// Name of the mission, as in [`Common`].
+    /// Name of the mission: 1 to 64 of `a-z`, `0-9`, `_` and `-`. Processes of other missions are ignored.
+    #[schemars(extend("examples" = ["valley"]))]
     pub mission: String,
-    /// Seed of truth, starts and noise.
+    /// Seed of objects, starts and noise, 0 to 18446744073709551615.
     #[serde(default)]
     pub seed: u64,
-    /// Mission seconds a second, above 0.
+    /// Mission seconds per second, 0.001 to 10000; the same in all processes of a mission.
     #[serde(default = "one")]
     pub real_time_factor: f64,
-    /// Where this process listens and whom it calls.
+    /// The session with the team.
     #[serde(default)]
     pub zenoh: Endpoints,
 }

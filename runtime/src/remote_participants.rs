@@ -31,7 +31,7 @@ const LOOK: Duration = Duration::from_millis(200);
 const RETRY: Duration = Duration::from_millis(20);
 
 impl RemoteParticipants {
-    /// A participants on this session. `watch` is called while answers are waited for.
+    /// Participants on this session. `watch` is called while answers are waited for.
     #[must_use]
     pub fn new(
         session: Session,

@@ -8,35 +8,36 @@ use std::time::Duration;
 
 use dragnet_files::check_plain;
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tokio::runtime::Runtime;
 use zenoh::{Config, Session};
 
 use crate::{RuntimeError, endpoint};
 
-/// Where a session listens and whom it calls.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+/// A Zenoh session.
+#[derive(Clone, Debug, Default, PartialEq, Eq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Endpoints {
-    /// Zenoh endpoints to listen on, such as `tcp/192.168.1.7:7140`; without one, only this session calls.
+    /// Zenoh endpoints to listen on, such as `tcp/192.168.1.7:7140`.
     pub listen: Vec<String>,
-    /// Zenoh endpoints to call; who does not answer is called again.
+    /// Zenoh endpoints to connect to; those that do not answer are tried again.
     pub connect: Vec<String>,
-    /// How the session takes part in the network: a peer without, or as the file of further settings says.
+    /// Role of the session: `peer` by default, or as the file under `config` says.
     pub mode: Option<Mode>,
     /// Further settings of Zenoh, a JSON5 file, relative to the file that names it. Certificates and keys that it names
-    /// are relative to itself, so that a folder with all of them works wherever it lies.
+    /// are relative to itself.
     pub config: Option<PathBuf>,
 }
 
 /// How a session takes part in the network.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Mode {
-    /// It talks to those whom it is connected with.
+    /// Exchanges messages with direct connections only.
     Peer,
-    /// It also passes on what others say to each other, of those that are routers too: who can reach one of them reaches
-    /// all. (To a Zenoh client or peer a lost router would be the end of the network, or of those behind it.)
+    /// Also forwards messages between other routers: whoever reaches one of them reaches all. (A Zenoh client or peer
+    /// would lose the network with its router.)
     Router,
 }
 

@@ -67,7 +67,7 @@ impl<'a> LocalParticipants<'a> {
     }
 
     fn mind(&mut self, who: Participant) -> Result<&mut dyn StateMachine, ParticipantError> {
-        let absent = ParticipantError { who, reason: "it is not in the participants".to_owned() };
+        let absent = ParticipantError { who, reason: "it does not take part".to_owned() };
         match who {
             Participant::Robot(robot) => {
                 let place = usize::from(robot.0).checked_sub(1);

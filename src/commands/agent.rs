@@ -4,34 +4,41 @@ use std::path::PathBuf;
 
 use dragnet_runtime::serve::{self, Precedence};
 
+use super::settings::Kind;
 use super::{Failure, dry_run, eyes, latency};
+use crate::terminal;
 
 /// Run one robot of a team in the field.
 ///
-/// It decides where to go, tells the others over Zenoh what it saw, and hears them. It needs no coordinator, and goes on when the network does not.
+/// It decides where to go and exchanges observations and plans with its teammates over Zenoh. It needs no coordinator, and
+/// continues without a network.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
   dragnet agent --config robot_1.toml
   dragnet agent --config robot_1.toml --dry-run yesterday.mcap")]
 pub(crate) struct Arguments {
-    /// What this robot is told before it starts (TOML)
-    #[arg(long, value_name = "FILE")]
-    config: PathBuf,
-    /// Send nothing: live through what the vehicle's ROS 2 network said (MCAP, of `ros2 bag record --storage mcap`), and
-    /// print what the robot would have seen, believed and decided
+    /// The robot's settings (TOML)
+    #[arg(long, value_name = "FILE", required_unless_present = "print_config")]
+    config: Option<PathBuf>,
+    /// Print complete settings with comments, and nothing else
+    #[arg(long, exclusive = true)]
+    print_config: bool,
+    /// Replay a recorded ROS 2 bag (MCAP, of `ros2 bag record --storage mcap`) through the agent, without publishing anything,
+    /// and print what the robot would have seen, believed and decided
     #[arg(long, value_name = "RECORDING")]
     dry_run: Option<PathBuf>,
-    /// Go on even if another process of this robot's number is in the mission already: that one stands then, and not this
+    /// Take over from another process of this robot's number: that one stands still then
     #[arg(long, conflicts_with = "dry_run")]
     take_over: bool,
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
+    let Some(config) = &arguments.config else { return Ok(terminal::print(&Kind::Agent.template())?) };
     latency::warm_up();
     if let Some(recording) = &arguments.dry_run {
-        return dry_run::execute(&arguments.config, recording);
+        return dry_run::execute(config, recording);
     }
     let precedence = if arguments.take_over { Precedence::First } else { Precedence::ByAge };
-    Ok(serve::agent(&arguments.config, precedence, &eyes::make)?)
+    Ok(serve::agent(config, precedence, &eyes::make)?)
 }

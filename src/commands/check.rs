@@ -1,35 +1,41 @@
 //! `dragnet check`: what scenarios say, and what is wrong with them.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use dragnet_files::read_text_at_most;
+use dragnet_runtime::config::{self, AgentSettings, CoordinatorSettings, SimSettings};
 use dragnet_scenario::map_file::areas::{Claims, Region, Rest};
 use dragnet_scenario::map_file::{GeoPoint, Georeference, MapOrigin};
 use dragnet_scenario::{Drawn, Scenario};
 
+use super::settings::Kind;
 use super::{Failure, complain, scenario};
 use crate::terminal::{self, counted};
 
 /// A region that is searched to a smaller share than this is told of: its whole POA is put on what is searched.
 const MOST_OF_IT: f64 = 0.9;
+/// Longest file that is looked into, bytes.
+const MAX_BYTES: u64 = 1 << 24;
 
-/// Check scenario files and the maps that they name.
+/// Check scenario files and the maps that they name, and settings.
 ///
-/// Says what each scenario comes to, what is odd about it, or why it cannot be run.
+/// Summarizes each file, warns of oddities, or says why it is invalid. Settings of `dragnet agent`, `coordinator` and `sim` are
+/// known by their keys; what they name on this computer is for `dragnet doctor`.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  dragnet check scenarios/*.toml")]
 pub(crate) struct Arguments {
-    /// Scenario files (TOML)
-    #[arg(required = true, value_name = "SCENARIO")]
+    /// Scenarios and settings (TOML)
+    #[arg(required = true, value_name = "FILE")]
     scenarios: Vec<PathBuf>,
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let mut failed = 0;
     for path in &arguments.scenarios {
-        match Scenario::load(path) {
-            Ok(scenario) => terminal::print(&describe(&scenario))?,
+        match check(path) {
+            Ok(summary) => terminal::print(&summary)?,
             Err(error) => {
-                complain("error", &error.to_string());
+                complain("error", &error);
                 failed += 1;
             }
         }
@@ -37,7 +43,38 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     if failed == 0 {
         return Ok(());
     }
-    Err(Failure::Input(format!("{failed} of {} scenarios cannot be run", arguments.scenarios.len())))
+    Err(Failure::Input(format!("{failed} of {} files are invalid", arguments.scenarios.len())))
+}
+
+fn check(path: &Path) -> Result<String, String> {
+    // What cannot be read as text is refused as a scenario, in its words.
+    let kind = read_text_at_most(path, MAX_BYTES).map_or(Kind::Scenario, |text| Kind::of(&text));
+    let file = path.display();
+    let settings = match kind {
+        Kind::Scenario => {
+            return Scenario::load(path)
+                .map(|scenario| describe(&scenario))
+                .map_err(|error| error.to_string());
+        }
+        Kind::Agent => config::load::<AgentSettings>(path).and_then(|settings| {
+            let checked = settings.common.check(path)?;
+            settings.orders(path, &checked.scenario)?;
+            settings.body(path, &checked.scenario)?;
+            Ok(format!(
+                "robot {} of {} in mission {}",
+                settings.robot,
+                checked.scenario.robots().len(),
+                checked.mission
+            ))
+        }),
+        Kind::Coordinator => config::load::<CoordinatorSettings>(path).and_then(|settings| {
+            let checked = settings.common.check(path)?;
+            Ok(format!("coordinator of mission {}", checked.mission))
+        }),
+        Kind::Sim => config::load::<SimSettings>(path)
+            .map(|settings| format!("simulator of mission {}", settings.mission)),
+    };
+    settings.map(|what| format!("{file}: ok: {what}\n")).map_err(|error| error.to_string())
 }
 
 fn describe(scenario: &Scenario) -> String {

@@ -5,24 +5,29 @@ use std::path::PathBuf;
 use dragnet_runtime::serve::{self, Role};
 
 use super::Failure;
-use crate::VERSION;
+use super::settings::Kind;
+use crate::{VERSION, terminal};
 
 /// Watch and record a mission in the field.
 ///
-/// It declares what is found, says who is alive, and records all that it hears over Zenoh. Robots search on without it.
+/// It declares finds, tracks which robots are alive, and records all messages. Robots search on without it.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  dragnet coordinator --config coordinator.toml")]
 pub(crate) struct Arguments {
-    /// What to watch and where to record it (TOML)
-    #[arg(long, value_name = "FILE")]
-    config: PathBuf,
-    /// Pass on what robots say to each other: for robots that can reach the coordinator alone, with `mode = "router"`
-    /// in their settings as well
+    /// The coordinator's settings (TOML)
+    #[arg(long, value_name = "FILE", required_unless_present = "print_config")]
+    config: Option<PathBuf>,
+    /// Print complete settings with comments, and nothing else
+    #[arg(long, exclusive = true)]
+    print_config: bool,
+    /// Forward messages between robots: for robots that reach the coordinator alone, with `mode = "router"` in their
+    /// settings as well
     #[arg(long)]
     router: bool,
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
+    let Some(config) = &arguments.config else { return Ok(terminal::print(&Kind::Coordinator.template())?) };
     let role = if arguments.router { Role::Router } else { Role::AsSet };
-    Ok(serve::coordinator(&arguments.config, role, VERSION)?)
+    Ok(serve::coordinator(config, role, VERSION)?)
 }

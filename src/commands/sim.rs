@@ -5,29 +5,39 @@ use std::path::PathBuf;
 use dragnet_runtime::serve;
 
 use super::search::{self, Ended, Style};
+use super::settings::Kind;
 use super::{Failure, scenario};
+use crate::terminal;
 
 /// Simulate the world for robots that run elsewhere.
 ///
-/// It knows where the objects are, moves the robots, and tells them over Zenoh what they see. `dragnet run` does all of this by itself.
+/// It places the objects, moves the robots along their plans, and sends them what they see. `dragnet run` does all of this by
+/// itself.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  dragnet sim scenarios/team.toml --config sim.toml")]
 pub(crate) struct Arguments {
-    /// What is searched (TOML)
-    scenario: PathBuf,
-    /// How to reach the others (TOML)
-    #[arg(long, value_name = "FILE")]
-    config: PathBuf,
+    /// The scenario (TOML)
+    #[arg(required_unless_present = "print_config")]
+    scenario: Option<PathBuf>,
+    /// The simulator's settings (TOML)
+    #[arg(long, value_name = "FILE", required_unless_present = "print_config")]
+    config: Option<PathBuf>,
+    /// Print complete settings with comments, and nothing else
+    #[arg(long, exclusive = true)]
+    print_config: bool,
     /// Print one JSON object and nothing else
     #[arg(long)]
     json: bool,
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
-    let scenario = scenario::load(&arguments.scenario)?;
+    let (Some(scenario), Some(config)) = (&arguments.scenario, &arguments.config) else {
+        return Ok(terminal::print(&Kind::Sim.template())?);
+    };
+    let scenario = scenario::load(scenario)?;
     let style = if arguments.json { Style::Json } else { Style::Text };
     search::tell(&scenario, style, |spectator| {
-        let (episode, seed) = serve::world(&scenario, &arguments.config, spectator)?;
+        let (episode, seed) = serve::world(&scenario, config, spectator)?;
         Ok(Ended { seed, episode, observations_merged: None, recording: None })
     })
 }

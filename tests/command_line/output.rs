@@ -45,8 +45,36 @@ fn every_shell_gets_completions() {
 
 #[test]
 fn the_schema_is_the_one_that_is_committed() {
-    let committed = fs::read_to_string(root().join("scenarios/scenario.schema.json")).unwrap();
-    assert_eq!(Place::new().succeed(&["schema"]), committed);
+    let committed = |file: &str| fs::read_to_string(root().join(file)).unwrap();
+    let place = Place::new();
+    assert_eq!(place.succeed(&["schema"]), committed("scenarios/scenario.schema.json"));
+    for kind in ["agent", "coordinator", "sim"] {
+        assert_eq!(place.succeed(&["schema", kind]), committed(&format!("deploy/{kind}.schema.json")));
+        let reference = place.succeed(&["schema", kind, "--markdown"]);
+        assert!(committed("docs/settings.md").contains(&reference), "docs/settings.md: {kind}");
+    }
+}
+
+#[test]
+fn printed_settings_and_shipped_examples_are_valid() {
+    let place = Place::new();
+    let text = fs::read_to_string(root().join("deploy/examples/valley.toml")).unwrap();
+    place.write("valley.toml", &text);
+    for command in ["agent", "coordinator", "sim"] {
+        place.write("printed.toml", &place.succeed(&[command, "--print-config"]));
+        let told = place.succeed(&["check", "printed.toml"]);
+        assert!(told.contains("printed.toml: ok: ") && told.contains("mission valley"), "{told}");
+    }
+    let examples = ["robot", "vehicle", "coordinator", "sim", "valley"];
+    let examples = examples.map(|name| root().join(format!("deploy/examples/{name}.toml")));
+    let paths: Vec<&str> = examples.iter().map(|path| path.to_str().unwrap()).collect();
+    let told = place.succeed(&[&["check"], &paths[..]].concat());
+    assert_eq!(told.matches(": ok: ").count(), examples.len(), "{told}");
+    for path in examples {
+        let text = fs::read_to_string(&path).unwrap();
+        let named = text.lines().next().and_then(|line| line.strip_prefix("#:schema "));
+        assert!(path.parent().unwrap().join(named.unwrap()).exists(), "{}", path.display());
+    }
 }
 
 #[test]
@@ -79,7 +107,7 @@ fn a_check_goes_on_after_an_error() {
     assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&output.stdout).starts_with("small.toml: ok: "));
     let message = stderr(&output);
-    assert!(message.contains("missing.toml") && message.contains("1 of 2 scenarios"), "{message}");
+    assert!(message.contains("missing.toml") && message.contains("1 of 2 files"), "{message}");
 }
 
 #[test]

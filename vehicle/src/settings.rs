@@ -1,166 +1,171 @@
-//! What a robot's own side is told before it starts: the `[vehicle]` table of its settings.
+//! The `[vehicle]` table of a robot's settings.
 //!
-//! Tables here are as they are written: names, defaults, and nothing checked. [`Settings::check`] checks them
-//! and makes of them what the rest of this crate works with; each message names the key, what it says, and
-//! what is allowed.
+//! Tables here are as they are written: names and defaults, nothing checked. [`Settings::check`] checks them and converts
+//! them for the rest of this crate; each error names the key, its value, and what is allowed. The descriptions here are those
+//! of the reference of settings (`docs/settings.md`).
 
 mod check;
 
 pub(crate) use check::nanoseconds;
 pub use check::{Checked, Motion, SettingsError, Source};
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::tracker::settings::Settings as TrackerSettings;
 
-/// The `[vehicle]` table. Without any key: two cameras that look ahead, a small ground vehicle that drives
-/// forward by the lattice.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// The `[vehicle]` table. Without any key: two cameras that look forward, and a small ground vehicle that drives forward
+/// on lattice plans.
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
+#[schemars(title = "Vehicle")]
 pub struct Settings {
-    /// What it sees with, 1 to 16; names differ.
+    /// Cameras, 1 to 16, with distinct names.
     pub cameras: Vec<CameraTable>,
-    /// How it follows things.
+    /// How detections become tracks.
     pub tracker: TrackerTable,
-    /// How it gets to a cell.
+    /// How the vehicle gets to a cell.
     pub motion: MotionTable,
-    /// The ground that it covers.
+    /// The ground that the vehicle covers.
     pub footprint: FootprintTable,
-    /// Its full speed, m/s, above 0, at most 1000: a pose that is farther away than this allows is a jump.
+    /// Full speed, m/s, above 0 to 1000. A pose farther away than this allows is a jump.
     pub speed_meters_per_second: f64,
-    /// Its first look lasts so long, seconds, 0 to 3600: one turn of the head, if its cameras are on one.
+    /// Duration of the first observation, seconds, 0 to 3600: one turn of the head, if the cameras are on one.
     pub initial_scan_seconds: f64,
-    /// When to stand still.
+    /// When to stop.
     pub safety: SafetyTable,
 }
 
-/// A camera.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// A camera. Its position and direction are relative to the vehicle's reference point, as REP 103 has them.
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CameraTable {
-    /// What detections call it; not empty.
+    /// Name of the camera in detections; not empty.
+    #[schemars(extend("examples" = ["front"]))]
     pub name: String,
-    /// Columns of the image that boxes are given in, at least 1.
+    /// Columns of the images that boxes refer to, pixels, at least 1.
+    #[schemars(extend("examples" = [1920]))]
     pub width_pixels: u32,
-    /// Rows of that image, at least 1.
+    /// Rows of those images, pixels, at least 1.
+    #[schemars(extend("examples" = [1080]))]
     pub height_pixels: u32,
-    /// Angle between its left and its right edge, degrees, above 0 and below 180.
+    /// Angle between the left and the right edge of an image, degrees, above 0 and below 180.
+    #[schemars(extend("examples" = [63.0]))]
     pub field_of_view_degrees: f64,
-    /// Meters ahead of the vehicle's reference point.
+    /// Position forward of the reference point, meters.
     #[serde(default)]
     pub x_meters: f64,
-    /// Meters to the left of it.
+    /// Position left of the reference point, meters.
     #[serde(default)]
     pub y_meters: f64,
-    /// Where it looks, degrees counter-clockwise from ahead.
+    /// Viewing direction, degrees counter-clockwise from forward.
     #[serde(default)]
     pub yaw_degrees: f64,
-    /// How high it is above the ground, meters, 0 to 1000: from it follows how near the ground is seen. Without,
-    /// or with 0, it is seen from `min_range_meters` on.
+    /// Height above the ground, meters, 0 to 1000. It bounds how near the ground is seen; with 0 the ground is seen from
+    /// `min_range_meters` on.
     #[serde(default)]
     pub z_meters: f64,
-    /// How far it looks down from the horizon, degrees, between -90 and 90.
+    /// Angle below the horizon, degrees, between -90 and 90.
     #[serde(default)]
     pub pitch_degrees: f64,
-    /// Things are detected from here on, meters, above 0.
+    /// Shortest range of a detection, meters, above 0.
     #[serde(default = "min_range_meters")]
     pub min_range_meters: f64,
-    /// And up to here, meters, above `min_range_meters`.
+    /// Longest range of a detection, meters, above `min_range_meters`.
+    #[schemars(extend("examples" = [60.0]))]
     pub max_range_meters: f64,
-    /// Standard deviation of the middle of a box, pixels, above 0.
+    /// Standard deviation of the middle of a box, pixels, above 0 to a quarter of the width.
     #[serde(default = "column_std_pixels")]
     pub column_std_pixels: f64,
 }
 
-/// How things are followed; see [`crate::tracker::settings::Settings`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// How detections become tracks; see [`crate::tracker::settings::Settings`].
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TrackerTable {
-    /// Members of a new track, 1 to 64.
+    /// Range hypotheses of a new track, 1 to 64.
     pub range_hypotheses: u32,
-    /// Of each component of a new track's velocity, m/s, above 0, at most 1000. The default is that of things
-    /// that lie still; for people on foot 0.5.
+    /// Standard deviation of each velocity component of a new track, m/s, above 0 to 1000. The default is for static
+    /// objects; for people on foot 0.5.
     pub velocity_std_meters_per_second: f64,
-    /// In a second a velocity wanders by this, m/s, 0 to 1000. The default is that of things that lie still;
-    /// for people on foot 0.1.
+    /// Standard deviation of a velocity's change within a second, m/s, 0 to 1000. The default is for static objects; for
+    /// people on foot 0.1.
     pub acceleration_std_meters_per_second: f64,
-    /// A bearing may be so far from where its track is expected, degrees, above 0, at most 180; and as much
-    /// farther as it is not known where that is.
+    /// Largest difference between a bearing and its track, degrees, above 0 to 180; the uncertainty of the track is added.
     pub gate_degrees: f64,
-    /// A track is confirmed once it is seen in so many of its first looks, at least 1.
+    /// Detections within the first `initial_frames` that confirm a track, at least 1.
     pub confirm_hits: u32,
-    /// See there; at least `confirm_hits`.
+    /// First frames of a track, at least `confirm_hits`.
     pub initial_frames: u32,
-    /// A confirmed track is lost after so many misses in a row, at least 1.
+    /// Misses in a row that end a confirmed track, at least 1.
     pub max_misses: u32,
-    /// Any track is lost when it was not seen for so long, seconds, above 0.
+    /// Time without a detection that ends any track, seconds, above 0.
     pub track_timeout_seconds: f64,
-    /// In a frame a thing in view is missed with this probability, 0 to 0.95. What an empty cell reads follows
+    /// Probability that the detector misses a visible object in a frame, 0 to 0.95. The readings of empty cells follow
     /// from it.
     pub miss_probability: f64,
-    /// So many detections of a frame are of nothing, above 0, at most 100: the more there are, the more sights
-    /// confirm a track.
+    /// False detections per frame, above 0 to 100. The more there are, the more detections confirm a track.
     pub false_alarms_per_frame: f64,
-    /// Errors of poses last so long, seconds, 0 to 3600, or from one pose to the next if that is longer: however
-    /// many bearings are taken meanwhile, they are turned alike.
+    /// Time over which pose errors persist, seconds, 0 to 3600, or from one pose to the next if that is longer: bearings
+    /// within that time share one error.
     pub pose_correlation_seconds: f64,
-    /// Frames of several cameras are taken in by their stamps: a camera is waited for so long, seconds, 0 to 60,
-    /// and a frame that comes later does not count.
+    /// Time that a slower camera is waited for, seconds, 0 to 60. Frames are fused by their stamps; later ones do not
+    /// count.
     pub fusion_window_seconds: f64,
 }
 
 /// How the vehicle gets to a cell: by a plan of the lattice, or by a navigation stack of its own.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum MotionTable {
-    /// By paths of [`dragnet_lattice`].
+    /// Paths on a state lattice, for a path follower.
     Lattice {
-        /// A file of SBPL's motion primitives, which the caller reads. Excludes the five keys after it.
+        /// A file with SBPL motion primitives, relative to the settings. Excludes the five keys after it.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         primitives: Option<String>,
-        /// The tightest turn, meters, above 0.
+        /// Radius of the tightest turn, meters, above 0.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         turning_radius_meters: Option<f64>,
         /// Headings of the lattice: 8, 16 or 32.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         headings: Option<u32>,
-        /// If it drives backwards: how often a way counts then, 1 to 1000.
+        /// Cost factor of driving backward, 1 to 1000; without it the vehicle does not.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         reverse_cost: Option<u32>,
-        /// If it turns on the spot: how often that counts, 1 to 1000.
+        /// Cost factor of turning on the spot, 1 to 1000; without it the vehicle does not.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         turn_in_place_cost: Option<u32>,
-        /// A plan looks at so many states before it is taken as it is, 1000 to 10^8.
+        /// Lattice states that a plan may expand, 1000 to 10^8.
         #[serde(default = "max_expansions")]
         max_expansions: u64,
-        /// Farther beside its path than this it plans anew, meters, above 0.
+        /// Distance from the path beyond which it is planned anew, meters, above 0.
         #[serde(default = "replan_beyond_meters")]
         replan_beyond_meters: f64,
     },
-    /// By goal poses for a stack that drives by itself and says how it went.
+    /// Goal poses for a navigation stack that drives by itself and reports their status.
     Goal {},
 }
 
-/// The ground that the vehicle covers: a disc or a rectangle around its reference point.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// The ground that the vehicle covers, around its reference point.
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(tag = "shape", rename_all = "snake_case", deny_unknown_fields)]
 pub enum FootprintTable {
     /// A disc.
     Disc {
-        /// Meters, 0 or more.
+        /// Radius, meters, 0 to 1000.
         radius_meters: f64,
     },
-    /// A rectangle, its middle at the reference point.
+    /// A rectangle with its middle at the reference point.
     Rectangle {
-        /// From front to back, meters, above 0.
+        /// Length from front to back, meters, above 0.
         length_meters: f64,
-        /// From side to side, meters, above 0.
+        /// Width from side to side, meters, above 0.
         width_meters: f64,
     },
 }
 
 /// The response to a fault.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FaultResponse {
     /// The vehicle stands until the fault is over.
@@ -169,36 +174,35 @@ pub enum FaultResponse {
     Continue,
 }
 
-/// When to stand still.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// When to stop.
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SafetyTable {
-    /// What to do, by what is missing or wrong.
+    /// The response to each kind of fault.
     pub on_fault: OnFault,
-    /// Without a good pose for longer than this the robot does not know where it is, seconds, above 0.
+    /// Time without a valid pose after which the pose is lost, seconds, above 0 to 86400.
     pub pose_timeout_seconds: f64,
-    /// A camera without a good frame for longer than this has stopped, seconds, above 0.
+    /// Time without a valid frame after which a camera has stopped, seconds, above 0 to 86400.
     pub camera_timeout_seconds: f64,
-    /// A pose with a larger standard deviation is none, meters, above 0.
+    /// Largest standard deviation of a valid position, meters, above 0.
     pub max_position_std_meters: f64,
-    /// After a jump poses, or a clock, are believed again once they have agreed with each other for so long,
-    /// seconds, above 0.
+    /// Time without a fault, or of poses that agree after a jump, before input is trusted again, seconds, above 0 to 86400.
     pub recovery_seconds: f64,
 }
 
-/// What to do, by what is missing or wrong.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// The response to each kind of fault.
+#[derive(Clone, Debug, PartialEq, Eq, JsonSchema, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct OnFault {
-    /// No pose, or none that can be.
+    /// No valid pose.
     pub pose: FaultResponse,
-    /// A camera stops, or gives what cannot be.
+    /// A camera stops, or its frames are invalid.
     pub camera: FaultResponse,
-    /// The clock runs backwards.
+    /// The clock runs backward.
     pub clock: FaultResponse,
-    /// No way leads to the next cells, or the drive there failed; going on means to the cells after them.
+    /// No path leads to the next cells, or the drive there failed; to continue means to try the cells after them.
     pub path: FaultResponse,
-    /// A new map cannot be used; going on means by the old one.
+    /// A new map is invalid; to continue means on the old one.
     pub map: FaultResponse,
 }
 

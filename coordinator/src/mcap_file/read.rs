@@ -281,6 +281,10 @@ impl<R: Read + Seek> McapReader<R> {
         if !layout::fits(opcode, body) {
             return Err(format!("a record of kind {opcode} has no room for what it claims"));
         }
+        // By a single bit; behind a chunk an index is expected, and its messages are within.
+        if opcode == op::MESSAGE && self.has_chunk && layout::fills(op::MESSAGE_INDEX, body) {
+            return Err("a message that is an index".to_owned());
+        }
         match parse_record(opcode, body).map_err(|error| error.to_string())? {
             Record::Chunk { header, data } => match chunk::unpack(&header, &data) {
                 Ok(bytes) => Ok(Content::Chunk(bytes)),

@@ -148,9 +148,12 @@ fn a_flipped_bit_panics_nowhere_and_costs_at_most_its_chunk() {
     let (damaged, mended) = (folder.path().join("damaged.mcap"), folder.path().join("mended.mcap"));
     let mut endings = [0; 3];
     let end = whole.bytes.len();
-    for at in (0..end).step_by(end / 400).chain(end - 40..end) {
+    let anywhere = (0..end).step_by(end / 400).chain(end - 40..end).map(|at| (at, 1 << (at % 8)));
+    // Behind a chunk stands an index, which one bit makes a message.
+    let indexes = whole.chunks.iter().map(|&(end, _)| (end, 0b10));
+    for (at, bit) in anywhere.chain(indexes) {
         let mut bytes = whole.bytes.clone();
-        bytes[at] ^= 1 << (at % 8);
+        bytes[at] ^= bit;
         fs::write(&damaged, &bytes).unwrap();
         let recovered = recover(&damaged, &mended).unwrap();
         let (all, ..) = whole.until(end);

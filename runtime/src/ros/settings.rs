@@ -8,6 +8,7 @@ use std::time::Duration;
 use dragnet_ros2::input::InputKind;
 use dragnet_ros2::name::{Namespace, NodeName, TopicName};
 use dragnet_ros2::output::OutputKind;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::RuntimeError;
@@ -17,60 +18,61 @@ const MAX_DOMAIN: u32 = 232;
 /// The most cameras of one robot.
 const MAX_CAMERAS: usize = 16;
 
-/// The table `[ros]`: only `transport` has to be there. A topic's name is as ROS has it: with a leading slash it is whole,
-/// with `~/` the node's own, else the namespace's; an empty one is not heard or said at all.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// The table `[ros]`; only `transport` is required. Topic names are as in ROS: absolute with a leading slash, private with
+/// `~/`, else relative to the namespace. An empty name is neither subscribed to nor published.
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Settings {
-    /// The way in.
+    /// Transport of the ROS 2 network.
+    #[schemars(extend("examples" = ["rmw_zenoh"]))]
     pub transport: Transport,
-    /// The ROS domain, 0 to 232, of `rmw_zenoh`; behind a bridge it is the bridge's.
+    /// ROS domain of `rmw_zenoh`, 0 to 232; behind a bridge it is the bridge's.
     #[serde(default)]
     pub domain: u32,
-    /// Where names without a leading slash begin, such as `/robot1`; the root without.
+    /// Namespace of relative names, such as `/robot1`; the root if empty.
     #[serde(default)]
     pub namespace: String,
-    /// The node's name.
+    /// Name of the node.
     #[serde(default = "node")]
     pub node: String,
-    /// The frame of maps, poses and all that is said.
+    /// Frame of maps, poses and everything that is published.
     #[serde(default = "map")]
     pub map_frame: String,
-    /// The frame of odometry: `map` only if the robot corrects its odometry against the map.
+    /// Frame of odometry; `map` only if the robot corrects its odometry against the map.
     #[serde(default = "odom")]
     pub odometry_frame: String,
-    /// By what the robot knows where it is.
+    /// Source of the pose.
     #[serde(default)]
     pub localization: Localization,
-    /// Poses or fixes that have been silent for longer than this are missed, seconds, if the vehicle has meanwhile moved
-    /// farther than the next two keys allow: localization such as AMCL's is silent as long as the vehicle stands.
+    /// Time without a pose or fix after which the pose is lost, seconds, if the vehicle has meanwhile moved farther than
+    /// the next two keys allow. (AMCL publishes only while the vehicle moves.)
     #[serde(default = "localization_timeout_seconds")]
     pub localization_timeout_seconds: f64,
-    /// So far it may move by odometry alone after that time, meters.
+    /// Distance that it may move by odometry alone after that time, meters, above 0.
     #[serde(default = "max_uncorrected_meters")]
     pub max_uncorrected_meters: f64,
-    /// And so far it may turn, degrees.
+    /// Angle that it may turn by odometry alone after that time, degrees, above 0.
     #[serde(default = "max_uncorrected_degrees")]
     pub max_uncorrected_degrees: f64,
-    /// What the stamps of messages mean.
+    /// Meaning of the stamps of messages.
     #[serde(default)]
     pub stamps: Stamps,
-    /// Where the network is.
+    /// The session with the ROS 2 network.
     #[serde(default)]
     pub zenoh: Network,
-    /// What is heard.
+    /// Topics that the robot subscribes to.
     #[serde(default)]
     pub subscribe: Subscribe,
-    /// What is said.
+    /// Topics that the robot publishes, in `map_frame`.
     #[serde(default)]
     pub publish: Publish,
-    /// Cameras, and detectors that run elsewhere.
+    /// Topics of cameras and of external detectors.
     #[serde(default)]
     pub cameras: Vec<Camera>,
 }
 
-/// The way into a ROS 2 network.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// Transport of a ROS 2 network.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Transport {
     /// Nodes whose middleware is `rmw_zenoh_cpp`, of ROS 2 Jazzy.
@@ -79,16 +81,16 @@ pub enum Transport {
     Bridge,
 }
 
-/// By what a robot knows where it is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+/// Source of a pose.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, JsonSchema, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Localization {
-    /// By poses in `map_frame`, and by odometry from each to the next.
+    /// Poses in `map_frame`, with odometry in between.
     #[default]
     Pose,
-    /// By odometry alone, whose frame lies where `map_frame` does, or that is corrected elsewhere.
+    /// Odometry alone, in a frame that coincides with `map_frame`.
     Odometry,
-    /// By fixes on the earth, and by odometry from each to the next, whose x axis points east. The map needs an origin.
+    /// GNSS fixes, with odometry in between whose x axis points east. The map must be georeferenced.
     Fix,
 }
 
@@ -101,26 +103,26 @@ pub(crate) struct Uncorrected {
     pub(crate) radians: f64,
 }
 
-/// What the stamps of messages mean.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+/// Meaning of the stamps of messages.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, JsonSchema, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Stamps {
-    /// The time of this computer's clock, as robots have it that keep their computers' clocks together.
+    /// Time by this computer's clock, as on robots with synchronized clocks.
     #[default]
     Clock,
-    /// Nothing: something happened when it was heard. For robots whose clock is another, or is simulated.
+    /// Ignored: the time of arrival counts. For robots with another or a simulated clock.
     Arrival,
 }
 
-/// Where a ROS 2 network is on Zenoh. Nothing is found by chance.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// A Zenoh session with a ROS 2 network. Scouting is off.
+#[derive(Clone, Debug, PartialEq, Eq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Network {
-    /// Zenoh endpoints to call: that of `rmw_zenohd`, or of the bridge. Who does not answer is called again.
+    /// Zenoh endpoints to connect to: of `rmw_zenohd`, or of the bridge. Those that do not answer are tried again.
     pub connect: Vec<String>,
     /// Zenoh endpoints to listen on; of peers only.
     pub listen: Vec<String>,
-    /// How the session takes part in the network.
+    /// Role of the session.
     pub mode: Mode,
     /// Further settings of Zenoh, a JSON5 file, relative to the file that names it.
     pub config: Option<PathBuf>,
@@ -139,21 +141,21 @@ impl Default for Network {
 }
 
 /// How a session takes part in a ROS 2 network.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, JsonSchema, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Mode {
-    /// All goes through one router or bridge: it passes on to a client, on this machine or another, what peers say.
+    /// Communicates through one router or bridge.
     #[default]
     Client,
-    /// It talks to those whom it is connected with, and to no others.
+    /// Communicates with direct connections only.
     Peer,
 }
 
-/// Topics that are heard.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// Topics that the robot subscribes to.
+#[derive(Clone, Debug, PartialEq, Eq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Subscribe {
-    /// `nav_msgs/Odometry`, in `odometry_frame`.
+    /// Topic of `nav_msgs/Odometry`, in `odometry_frame`.
     pub odometry: String,
     /// `geometry_msgs/PoseWithCovarianceStamped`, in `map_frame`: of AMCL or another localization.
     pub pose: String,
@@ -173,8 +175,8 @@ impl Default for Subscribe {
     }
 }
 
-/// Topics that are said, all in `map_frame`.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// Topics that the robot publishes, all in `map_frame`.
+#[derive(Clone, Debug, PartialEq, Eq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Publish {
     /// `geometry_msgs/PoseStamped`: what Nav2's `bt_navigator` drives to.
@@ -200,10 +202,11 @@ impl Default for Publish {
 }
 
 /// A camera's topics, at least one.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Camera {
-    /// What it is called.
+    /// Name of the camera, as in `[[vehicle.cameras]]`.
+    #[schemars(extend("examples" = ["front"]))]
     pub name: String,
     /// `vision_msgs/Detection2DArray`: what a detector sees in its images.
     #[serde(default)]

@@ -9,31 +9,33 @@ use std::sync::Arc;
 
 use dragnet_ros2::input::Image;
 use dragnet_vehicle::camera::DetectionBox;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tokio::task::{JoinHandle, spawn_blocking};
 
 /// The table `[detector]`: a YOLO network, as the crate `dragnet-detector` understands it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Settings {
-    /// The network, a TorchScript module, relative to the file that names it.
+    /// The network, a TorchScript module, relative to the settings.
+    #[schemars(extend("examples" = ["best.torchscript"]))]
     pub module: PathBuf,
-    /// Classes that count, by name or by number from 0; all without one.
+    /// Classes that count, by name or by number from 0; all if empty.
     #[serde(default)]
     pub classes: Vec<String>,
-    /// What is more probable than this counts, 0 to 1.
+    /// Smallest probability of a detection, 0 to 1.
     #[serde(default = "confidence")]
     pub confidence: f32,
-    /// Boxes whose common area is more than this part of all that they cover are one object, 0 to 1.
+    /// Intersection over union above which two boxes are one object, 0 to 1.
     #[serde(default = "iou")]
     pub iou: f32,
-    /// Whatever their classes; otherwise only those of one class.
+    /// Whether boxes of different classes are one object, too.
     #[serde(default)]
     pub class_agnostic: bool,
-    /// How images are taken down before they are fitted to the network.
+    /// Resolution at which images are used.
     #[serde(default)]
     pub resolution: Resolution,
-    /// Columns and rows that the network takes, pixels; as the module's file says without.
+    /// Columns and rows of the network's input, pixels; by default as the module says.
     #[serde(default)]
     pub input: Option<[u32; 2]>,
     /// Threads of libtorch on the CPU, 1 to 1024.
@@ -44,14 +46,14 @@ pub struct Settings {
     pub cpu: bool,
 }
 
-/// How images are taken down before they are fitted to the network.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+/// Resolution at which images are used.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, JsonSchema, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Resolution {
-    /// To half as many columns and rows, as the paper does.
+    /// Half as many columns and rows, as in the paper.
     #[default]
     Half,
-    /// Not at all: for images that are hardly larger than what the network takes.
+    /// Full resolution, for images hardly larger than the network's input.
     Full,
 }
 

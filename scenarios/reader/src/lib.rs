@@ -13,5 +13,5 @@ pub mod time;
 
 pub use scenario::{
     Budget, Drawn, Invalid, Mission, Network, Objects, Partition, Policy, Reason, Recording, Robot, Scenario,
-    ScenarioError, Source, Start, Warning, file, schema_json,
+    ScenarioError, Source, Start, Warning, file, schema_json, schema_of,
 };

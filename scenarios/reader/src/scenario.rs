@@ -39,7 +39,7 @@ pub use mission::{Budget, Mission};
 pub use network::{Network, Partition};
 pub use objects::Objects;
 pub use robots::{Policy, Robot, Start};
-pub use schema::schema_json;
+pub use schema::{schema_json, schema_of};
 pub use warning::{Reason, Warning};
 
 use error::Fault;

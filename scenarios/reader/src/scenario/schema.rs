@@ -1,8 +1,8 @@
 //! The JSON Schema of scenario files, for editors that complete and check TOML.
 
-use schemars::Schema;
 use schemars::generate::SchemaSettings;
 use schemars::transform::{Transform, transform_subschemas};
+use schemars::{JsonSchema, Schema};
 use serde_json::Value;
 
 use super::file::ScenarioFile;
@@ -11,8 +11,14 @@ use super::file::ScenarioFile;
 /// `scenarios/scenario.schema.json`.
 #[must_use]
 pub fn schema_json() -> String {
+    schema_of::<ScenarioFile>()
+}
+
+/// The JSON Schema (draft 7) of a TOML file.
+#[must_use]
+pub fn schema_of<T: JsonSchema>() -> String {
     let settings = SchemaSettings::draft07().with_transform(ForToml);
-    let schema = settings.into_generator().into_root_schema_for::<ScenarioFile>();
+    let schema = settings.into_generator().into_root_schema_for::<T>();
     format!("{:#}\n", schema.as_value())
 }
 
