@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use dragnet_runtime::serve::{self, Precedence};
+use dragnet_search::information::InformationTable;
 
-use super::{Failure, dry_run, eyes, latency};
+use super::{Failure, dry_run, eyes};
 
 /// Run one robot of a team in the field.
 ///
@@ -28,7 +29,7 @@ pub(crate) struct Arguments {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
-    latency::warm_up();
+    InformationTable::warm_up();
     if let Some(recording) = &arguments.dry_run {
         return dry_run::execute(&arguments.config, recording);
     }

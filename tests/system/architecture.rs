@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use cargo_metadata::{CargoOpt, DependencyKind, Metadata, MetadataCommand, Package, PackageId};
 
 /// Each crate, and the crates of ours that it may import.
-const ARROWS: [(&str, &[&str]); 19] = [
+const ARROWS: [(&str, &[&str]); 20] = [
     ("dragnet-search", &[]),
     ("dragnet-files", &[]),
     ("dragnet-learn", &["dragnet-search", "dragnet-files"]),
@@ -33,6 +33,18 @@ const ARROWS: [(&str, &[&str]); 19] = [
     ("dragnet-vehicle", &["dragnet-search"]),
     ("dragnet-detector", &["dragnet-vehicle"]),
     ("dragnet-export", &["dragnet-search", "dragnet-scenario", "dragnet-proto", "dragnet-coordinator"]),
+    (
+        "dragnet-experiments",
+        &[
+            "dragnet-search",
+            "dragnet-files",
+            "dragnet-learn",
+            "dragnet-scenario",
+            "dragnet-proto",
+            "dragnet-agent",
+            "dragnet-sim",
+        ],
+    ),
     (
         "dragnet-live",
         &["dragnet-search", "dragnet-files", "dragnet-scenario", "dragnet-proto", "dragnet-coordinator"],
@@ -82,6 +94,7 @@ const ARROWS: [(&str, &[&str]); 19] = [
             "dragnet-vehicle",
             "dragnet-detector",
             "dragnet-export",
+            "dragnet-experiments",
             "dragnet-live",
             "dragnet-runtime",
         ],
