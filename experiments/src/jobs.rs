@@ -48,3 +48,58 @@ pub fn run<J: Sync, T: Send>(
     })?;
     Ok(Done { results, effort: Effort { elapsed: start.elapsed(), threads: pool.current_num_threads() } })
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicU64, Ordering};
+
+    use super::*;
+    use crate::progress::Work;
+
+    /// Steps that were announced, and those that are done.
+    #[derive(Default)]
+    struct Heard {
+        announced: AtomicU64,
+        done: Arc<AtomicU64>,
+    }
+
+    struct Counter(Arc<AtomicU64>);
+
+    impl Progress for Heard {
+        fn begin(&self, steps: u64, _unit: &str) -> Box<dyn Work> {
+            self.announced.fetch_add(steps, Ordering::Relaxed);
+            Box::new(Counter(Arc::clone(&self.done)))
+        }
+    }
+
+    impl Work for Counter {
+        fn advance(&self, steps: u64) {
+            self.0.fetch_add(steps, Ordering::Relaxed);
+        }
+    }
+
+    #[test]
+    fn results_are_in_the_order_of_the_jobs_and_progress_hears_of_each() {
+        for threads in [1, 3] {
+            let heard = Heard::default();
+            let jobs: Vec<u64> = (0..50).collect();
+            let done = run(&jobs, Some(threads), "jobs", &heard, |&job| Ok(job * job)).unwrap();
+            assert!(done.results.iter().copied().eq(jobs.iter().map(|job| job * job)));
+            assert_eq!(done.effort.threads, usize::from(threads));
+            let Heard { announced, done } = heard;
+            assert_eq!((announced.into_inner(), done.load(Ordering::Relaxed)), (50, 50));
+        }
+    }
+
+    #[test]
+    fn a_job_that_fails_fails_all_and_is_not_counted_as_done() {
+        let heard = Heard::default();
+        let refuse = |&job: &u64| {
+            if job == 1 { Err(ExperimentError::Run(format!("job {job}"))) } else { Ok(job) }
+        };
+        let failed = run(&[0, 1, 2], Some(1), "jobs", &heard, refuse);
+        assert_eq!(failed.err().map(|error| error.to_string()).as_deref(), Some("job 1"));
+        assert!(heard.done.load(Ordering::Relaxed) < 3);
+    }
+}

@@ -1,7 +1,7 @@
 //! The paper's experiments, run again in simulation, as one page.
 //!
-//! Each table and figure is a [`section::Section`] of a file of its own; [`study`] runs the comparisons that several of
-//! them show, [`page`] puts them together.
+//! [`run`] makes a [`Report`]. Each table and figure is a section in a file of its own; `study` runs the comparisons that
+//! several of them show, `page` puts them together.
 
 mod curves;
 mod figure_5;

@@ -102,12 +102,14 @@ const ARROWS: [(&str, &[&str]); 20] = [
 ];
 
 /// Crates that only the edges may use.
-const EDGES: [(&str, &[&str]); 9] = [
+const EDGES: [(&str, &[&str]); 11] = [
     ("zenoh", &["dragnet-runtime"]),
     ("tokio", &["dragnet-runtime", "dragnet-live", "tls-listener"]),
     ("axum", &["dragnet-live"]),
     ("mcap", &["dragnet-coordinator"]),
     ("clap", &["dragnet"]),
+    ("console", &["dragnet"]),
+    ("indicatif", &["dragnet"]),
     ("rcgen", &["dragnet-keys"]),
     ("tch", &["dragnet-train", "dragnet-detector"]),
     ("pyo3", &["dragnet-python"]),
