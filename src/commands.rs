@@ -14,9 +14,7 @@ mod dry_run;
 mod export;
 mod eyes;
 mod inspect;
-mod jobs;
 mod keys;
-mod latency;
 mod live;
 mod merge;
 mod output;
@@ -29,7 +27,6 @@ mod scenario;
 mod schema;
 mod search;
 mod settings;
-mod shard;
 mod sim;
 mod soak;
 mod train;
@@ -38,6 +35,7 @@ use std::fmt;
 use std::io::{self, Write};
 use std::process::ExitCode;
 
+use dragnet_experiments::ExperimentError;
 use dragnet_runtime::RuntimeError;
 
 /// What Dragnet can do.
@@ -148,6 +146,15 @@ impl From<io::Error> for Failure {
 impl From<RuntimeError> for Failure {
     fn from(error: RuntimeError) -> Self {
         if error.is_bad_input() { Self::input(error) } else { Self::run(error) }
+    }
+}
+
+impl From<ExperimentError> for Failure {
+    fn from(error: ExperimentError) -> Self {
+        match error {
+            ExperimentError::Input(message) => Self::Input(message),
+            ExperimentError::Run(message) => Self::Run(message),
+        }
     }
 }
 

@@ -1,12 +1,11 @@
 //! The command line of Dragnet.
 //!
-//! [`commands`] has one file a subcommand; what they do is in the crates below this one. [`terminal`] and [`plot`] turn
-//! what comes out into text and pictures.
+//! [`commands`] has one file a subcommand; what they do is in the crates below this one. [`terminal`] turns what
+//! comes out into text.
 
 mod commands;
 mod help;
 mod log;
-mod plot;
 mod terminal;
 
 use std::process::ExitCode;

@@ -7,6 +7,7 @@ pub(crate) mod table;
 use std::io::{self, Write};
 
 use console::Term;
+use dragnet_experiments::jobs::Effort;
 use serde::Serialize;
 
 /// Columns where nobody knows better.
@@ -27,6 +28,11 @@ pub(crate) fn print_json(object: &impl Serialize) -> io::Result<()> {
 /// Columns of the terminal, or the usual ones where stdout is none.
 pub(crate) fn columns() -> usize {
     Term::stdout().size_checked().map_or(USUAL_COLUMNS, |(_, columns)| usize::from(columns))
+}
+
+/// `in 1.5 s on 2 threads`
+pub(crate) fn effort(effort: Effort) -> String {
+    format!("in {:.1} s on {}", effort.elapsed.as_secs_f64(), counted(effort.threads, "thread"))
 }
 
 /// `1 robot`, `2 robots`, `2 trajectories`.

@@ -92,6 +92,11 @@ impl InformationTable {
         &TABLE
     }
 
+    /// Builds the one table, which all decisions share, so that the first one is not measured with it.
+    pub fn warm_up() {
+        let _ = Self::shared();
+    }
+
     /// Builds the table by quadrature.
     #[must_use]
     pub fn build() -> Self {

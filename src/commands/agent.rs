@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use dragnet_runtime::serve::{self, Precedence};
+use dragnet_search::information::InformationTable;
 
 use super::settings::Kind;
-use super::{Failure, dry_run, eyes, latency};
+use super::{Failure, dry_run, eyes};
 use crate::terminal;
 
 /// Run one robot of a team in the field.
@@ -35,7 +36,7 @@ pub(crate) struct Arguments {
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let Some(config) = &arguments.config else { return Ok(terminal::print(&Kind::Agent.template())?) };
-    latency::warm_up();
+    InformationTable::warm_up();
     if let Some(recording) = &arguments.dry_run {
         return dry_run::execute(config, recording);
     }

@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use csv::Reader;
+use dragnet_experiments::plot::{Figure, Line, Look};
 use dragnet_files::read_text_at_most;
 use dragnet_search::sensor;
 use dragnet_vehicle::calibration::{self, AtDistance, Calibration, Estimate, LabeledLook};
 use serde::Deserialize;
 
 use super::{Failure, output};
-use crate::plot::{Figure, Line, Look};
 use crate::terminal;
 use crate::terminal::table::Table;
 

@@ -3,14 +3,18 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use dragnet_experiments::comparison::part::{self, Part};
+use dragnet_experiments::comparison::{Case, Experiment};
+use dragnet_experiments::seeds::Seeds;
+use dragnet_experiments::shard::Shard;
 use dragnet_learn::policy::PolicyName;
 use dragnet_scenario::Scenario;
 use dragnet_sim::simulation::End;
 
-use super::comparison::part::{self, Part};
-use super::comparison::{Case, Experiment, Origin, Output, Seeds};
-use super::shard::Shard;
+use super::comparison::{Origin, Output};
 use super::{Failure, complain, scenario};
+use crate::VERSION;
+use crate::terminal::progress::Bars;
 use crate::terminal::{self, counted};
 
 /// Compare policies over scenarios and seeds.
@@ -73,7 +77,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     if let (Some(shard), Some(folder)) = (arguments.shard, &arguments.output.out) {
         return run_shard(&experiment, shard, folder, arguments.threads);
     }
-    let done = experiment.run(Shard::WHOLE, arguments.threads)?;
+    let done = experiment.run(Shard::WHOLE, arguments.threads, &Bars)?;
     arguments.output.tell(&experiment.design(), done.results, Origin::Here(done.effort))
 }
 
@@ -86,12 +90,12 @@ fn run_shard(
 ) -> Result<(), Failure> {
     let path = Part::path(folder, shard);
     let design = experiment.design();
-    if part::is_done(&path, &design, shard)? {
+    if part::is_done(&path, VERSION, &design, shard)? {
         return Ok(terminal::print(&format!("shard {shard}: done already: {}\n", path.display()))?);
     }
-    let done = experiment.run(shard, threads)?;
-    let (episodes, effort) = (counted(done.results.len(), "episode"), done.effort);
-    Part::new(design, shard, done.results).write(&path)?;
+    let done = experiment.run(shard, threads, &Bars)?;
+    let (episodes, effort) = (counted(done.results.len(), "episode"), terminal::effort(done.effort));
+    Part::new(VERSION, design, shard, done.results).write(&path)?;
     Ok(terminal::print(&format!("shard {shard}: {episodes} {effort}\nwritten: {}\n", path.display()))?)
 }
 

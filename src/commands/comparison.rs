@@ -1,26 +1,15 @@
-//! Policies against each other, over scenarios and seeds: what is run, in one process or in shards, and the tables and
-//! curves that it comes to.
-//!
-//! An [`Experiment`] runs, each episode comes to a [`Trial`], and its [`Design`] makes a [`Row`] a case of the trials,
-//! wherever and in however many parts they were run.
+//! What a comparison prints and writes, whether it ran here or is merged from shards.
 
-mod design;
-mod experiment;
-pub(super) mod files;
-pub(super) mod part;
 mod report;
-mod seeds;
 
 use std::path::PathBuf;
 
-pub(super) use design::Design;
-pub(super) use dragnet_sim::comparison::{Estimate, Row, Trial, digest};
-pub(super) use experiment::{Case, Experiment};
-pub(super) use report::{Origin, estimate};
-pub(super) use seeds::Seeds;
+use dragnet_experiments::comparison::{Design, Trial, files};
+use dragnet_experiments::output;
 
-use super::{Failure, output};
+use super::Failure;
 use crate::terminal;
+pub(super) use report::Origin;
 use report::Report;
 
 /// Where the results of a comparison go.
@@ -37,7 +26,7 @@ pub(super) struct Output {
 impl Output {
     /// Makes the folder, so that it is not missing after hours of work.
     pub(super) fn prepare(&self) -> Result<(), Failure> {
-        self.out.as_deref().map_or(Ok(()), output::make_folder)
+        Ok(self.out.as_deref().map_or(Ok(()), output::make_folder)?)
     }
 
     /// Writes and prints what the trials of a whole experiment come to.

@@ -1,22 +1,19 @@
 //! `dragnet demonstrate`: an expert at work, as files that a network learns from.
 
-pub(super) mod part;
-mod plan;
+use std::collections::BTreeSet;
+use std::path::PathBuf;
 
-use std::path::{Path, PathBuf};
+use dragnet_experiments::demonstrations::{self, MIXTURE, Part, Plan, Watch};
+use dragnet_experiments::output;
+use dragnet_experiments::seeds::Seeds;
+use dragnet_experiments::shard::Shard;
+use dragnet_learn::policy::PolicyName;
+use dragnet_scenario::Scenario;
 
-use dragnet_learn::demonstration::{self, Source, Trajectory};
-use dragnet_learn::policy::{self, PolicyName};
-use dragnet_search::policy::Parameters;
-use dragnet_sim::demonstration::watch;
-
-use super::comparison::Seeds;
-use super::shard::Shard;
-use super::{Failure, jobs, output, scenario};
+use super::{Failure, complain, scenario};
 use crate::VERSION;
+use crate::terminal::progress::Bars;
 use crate::terminal::{self, counted};
-use part::Part;
-use plan::{Job, Plan, Search};
 
 /// Record the decisions of an expert policy, to train a network on.
 ///
@@ -62,81 +59,50 @@ pub(crate) struct Arguments {
     out: PathBuf,
 }
 
-/// A trajectory that is there.
-struct Done {
-    decisions: u64,
-    was_there: bool,
-}
-
 pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
-    let plan = Plan::new(arguments)?;
+    let plan = plan(arguments)?;
     let folder = &arguments.out;
     output::make_folder(folder)?;
     let shard = arguments.shard.unwrap_or(Shard::WHOLE);
-    let mine: Vec<&Job> =
-        (0..).zip(&plan.jobs).filter(|(place, _)| shard.holds(*place)).map(|(_, job)| job).collect();
-    let done = jobs::run(&mine, arguments.threads, "trajectories", |job| watch_one(job, &plan, folder))?;
-    let (trajectories, effort) = (done.results, done.effort);
-    let decisions = trajectories.iter().map(|trajectory| trajectory.decisions).sum();
+    let recorded = demonstrations::record(&plan, shard, arguments.threads, folder, &Bars)?;
     if arguments.shard.is_some() {
-        Part::new(&plan, shard, decisions).write(folder)?;
+        Part::new(&plan, shard, recorded.decisions).write(folder)?;
     }
-    let there = trajectories.iter().filter(|trajectory| trajectory.was_there).count();
+    let there = recorded.were_there;
     let text = format!(
-        "{}, {} of {} {effort}{}\nwritten: {}\n",
-        counted(trajectories.len(), "trajectory"),
-        counted(usize::try_from(decisions).unwrap_or(usize::MAX), "decision"),
-        plan.expert,
+        "{}, {} of {} {}{}\nwritten: {}\n",
+        counted(recorded.trajectories, "trajectory"),
+        counted(usize::try_from(recorded.decisions).unwrap_or(usize::MAX), "decision"),
+        arguments.expert,
+        terminal::effort(recorded.effort),
         if there > 0 { format!("; {there} were there already") } else { String::new() },
         folder.display(),
     );
     Ok(terminal::print(&text)?)
 }
 
-fn watch_one(job: &Job, plan: &Plan, folder: &Path) -> Result<Done, Failure> {
-    let path = folder.join(demonstration::file_name(&job.name, job.seed));
-    let search = job.search()?;
-    let Search { scenario, digest } = &*search;
-    if path.exists() {
-        let known = demonstration::read(&path).map_err(Failure::input)?;
-        check_is_same(&known, &plan.source, digest, &path)?;
-        return Ok(Done { decisions: known.decisions.len() as u64, was_there: true });
+/// Which trajectories there are to be, of all shards.
+fn plan(arguments: &Arguments) -> Result<Plan, Failure> {
+    let Arguments { expert, max_decisions, explore, seeds, .. } = *arguments;
+    let mut plan = Plan::new(Watch { expert, max_decisions, explore }, VERSION);
+    if arguments.mixture {
+        plan.add_mixture(seeds).map_err(|error| Failure::Input(format!("--seeds: {error}")))?;
     }
-    let expert = || policy::build(plan.expert, Parameters::default(), None);
-    let (source, digest) = (plan.source.clone(), digest.clone());
-    let trajectory = watch(scenario, job.seed, source, digest, expert).map_err(Failure::run)?;
-    demonstration::write(&path, &trajectory).map_err(Failure::run)?;
-    Ok(Done { decisions: trajectory.decisions.len() as u64, was_there: false })
-}
-
-/// What is there may only be kept if it is what would be written now.
-fn check_is_same(known: &Trajectory, source: &Source, digest: &str, path: &Path) -> Result<(), Failure> {
-    if known.source == *source && known.scenario_digest == digest {
-        return Ok(());
+    let mut names = BTreeSet::from([MIXTURE.to_owned()]);
+    for path in &arguments.scenarios {
+        let scenario = scenario::load(path)?;
+        let name = scenario.name().to_owned();
+        if !names.insert(name.clone()) {
+            let path = path.display();
+            return Err(Failure::Input(format!("{path}: the name {name:?} is taken: files are named by it")));
+        }
+        for warning in scenario.warnings() {
+            complain("warning", &format!("{}: {warning}", path.display()));
+        }
+        let scenario = scenario::with(scenario, "--density", arguments.density, Scenario::with_density)?;
+        plan.add_scenario(&scenario, seeds)?;
     }
-    Err(Failure::Input(format!(
-        "{}: there already, and made otherwise: {}; now it would be {}. Choose another --out, or remove it",
-        path.display(),
-        describe(&known.source, &known.scenario_digest),
-        describe(source, digest),
-    )))
-}
-
-fn describe(source: &Source, digest: &str) -> String {
-    let Source { expert, max_decisions, explore, program, .. } = source;
-    format!(
-        "{expert}, {max_decisions} decisions at most, exploring {explore}, scenario {digest}, by {program}"
-    )
-}
-
-fn source(arguments: &Arguments) -> Source {
-    Source {
-        expert: arguments.expert.to_string(),
-        path_length_weight: Parameters::default().path_length_weight,
-        max_decisions: arguments.max_decisions,
-        explore: arguments.explore,
-        program: VERSION.to_owned(),
-    }
+    Ok(plan)
 }
 
 fn parse_share(text: &str) -> Result<f64, String> {

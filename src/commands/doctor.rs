@@ -8,9 +8,10 @@ use dragnet_keys::certificate;
 use dragnet_runtime::config::{self, AgentSettings};
 use dragnet_runtime::doctor::{self, Finding, Verdict};
 use dragnet_runtime::session;
+use dragnet_search::information::InformationTable;
 use time::OffsetDateTime;
 
-use super::{Failure, eyes, latency};
+use super::{Failure, eyes};
 use crate::terminal;
 
 /// Check a robot's settings, network, sensors and clocks before it goes.
@@ -31,7 +32,7 @@ pub(crate) struct Arguments {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
-    latency::warm_up();
+    InformationTable::warm_up();
     let mut failed = 0;
     let mut told = Ok(());
     let mut tell = |finding: Finding| {

@@ -1,16 +1,8 @@
 //! Files that commands write: nothing of worth is overwritten, and nothing is left half written.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::Failure;
-
-/// Makes the folder of `--out`, so that it is not missing after hours of work.
-pub(super) fn make_folder(folder: &Path) -> Result<(), Failure> {
-    fs::create_dir_all(folder).map_err(|error| {
-        Failure::Input(format!("--out {}: cannot make the folder: {error}", folder.display()))
-    })
-}
 
 /// A file that does not exist, in a folder that does. `key` is where it was named, `none` is who says that it
 /// is kept, such as "no recording is".
@@ -34,6 +26,8 @@ pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]

@@ -9,11 +9,12 @@ use dragnet_live::view::About;
 use dragnet_runtime::config::check_real_time_factor;
 use dragnet_runtime::team::{self, Options, RunObserver};
 use dragnet_scenario::Scenario;
+use dragnet_search::information::InformationTable;
 use dragnet_sim::simulation::StepObserver;
 use dragnet_sim::world::World;
 
 use super::search::{self, Ended, Style};
-use super::{Failure, complain, latency, live, output, scenario};
+use super::{Failure, complain, live, output, scenario};
 use crate::VERSION;
 
 /// Mission seconds a second of a search that is watched on its page.
@@ -76,7 +77,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     for warning in scenario.warnings() {
         complain("warning", &format!("{}: {warning}", arguments.scenario.display()));
     }
-    latency::warm_up();
+    InformationTable::warm_up();
     let style = if arguments.json { Style::Json } else { Style::Text };
     let Some(listen) = arguments.live else {
         return search::tell(&scenario, style, |spectator| {

@@ -4,11 +4,13 @@ use std::time::{Duration, Instant};
 
 use dragnet_coordinator::mission::{CoordinatorConfig, Mission};
 use dragnet_coordinator::node::CoordinatorNode;
+use dragnet_experiments::seeds::Seeds;
+use dragnet_experiments::{ExperimentError, jobs};
 use dragnet_scenario::Scenario;
 use dragnet_sim::soak::{self, FaultCounts, Survived};
 
-use super::comparison::Seeds;
-use super::{Failure, jobs};
+use super::Failure;
+use crate::terminal::progress::Bars;
 use crate::terminal::{self, counted};
 
 /// Seeds that are run before the time is looked at.
@@ -60,7 +62,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let rounds = if most.is_some() { ROUND } else { seeds.len().max(1) };
     let mut total = Total::default();
     for seeds in seeds.chunks(rounds) {
-        let done = jobs::run(seeds, arguments.threads, "episodes", |&seed| survive(seed))?;
+        let done = jobs::run(seeds, arguments.threads, "episodes", &Bars, |&seed| survive(seed))?;
         for survived in &done.results {
             total.add(survived);
         }
@@ -74,12 +76,15 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     Ok(terminal::print(&total.text(start.elapsed()))?)
 }
 
-fn survive(seed: u64) -> Result<Survived, Failure> {
+fn survive(seed: u64) -> Result<Survived, ExperimentError> {
     let coordinator = |scenario: &Scenario| -> Box<dyn dragnet_proto::state_machine::StateMachine> {
         Box::new(CoordinatorNode::new(Mission::new(CoordinatorConfig::of(scenario)), None))
     };
     soak::run(seed, coordinator).map_err(|violation| {
-        Failure::Run(format!("seed {seed}: {violation}\nagain: dragnet soak --seeds {seed}..{}", seed + 1))
+        ExperimentError::Run(format!(
+            "seed {seed}: {violation}\nagain: dragnet soak --seeds {seed}..{}",
+            seed + 1
+        ))
     })
 }
 

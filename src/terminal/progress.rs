@@ -1,6 +1,7 @@
 //! Progress bars, on stderr, and only where that is a terminal.
 
 use console::Term;
+use dragnet_experiments::progress::{Progress, Work};
 use indicatif::{ProgressBar, ProgressStyle};
 
 /// A bar for work of so many steps while nothing is written to stdout.
@@ -8,6 +9,30 @@ pub(crate) fn alone(steps: u64, unit: &str) -> ProgressBar {
     let bar = ProgressBar::new(steps);
     bar.set_style(style(&format!("{{bar:40}} {{pos}} of {{len}} {unit}, {{eta}} left")));
     bar
+}
+
+/// A bar for each work while nothing is written to stdout.
+pub(crate) struct Bars;
+
+/// A bar, until its work ends.
+struct Bar(ProgressBar);
+
+impl Progress for Bars {
+    fn begin(&self, steps: u64, unit: &str) -> Box<dyn Work> {
+        Box::new(Bar(alone(steps, unit)))
+    }
+}
+
+impl Work for Bar {
+    fn advance(&self, steps: u64) {
+        self.0.inc(steps);
+    }
+}
+
+impl Drop for Bar {
+    fn drop(&mut self) {
+        self.0.finish_and_clear();
+    }
 }
 
 /// A bar below lines that are written to stdout with [`ProgressBar::suspend`]: where they go elsewhere there is none, so

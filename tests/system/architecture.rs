@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use cargo_metadata::{CargoOpt, DependencyKind, Metadata, MetadataCommand, Package, PackageId};
 
 /// Each crate, and the crates of ours that it may import.
-const ARROWS: [(&str, &[&str]); 20] = [
+const ARROWS: [(&str, &[&str]); 21] = [
     ("dragnet-search", &[]),
     ("dragnet-files", &[]),
     ("dragnet-learn", &["dragnet-search", "dragnet-files"]),
@@ -35,6 +35,18 @@ const ARROWS: [(&str, &[&str]); 20] = [
     ("dragnet-vehicle", &["dragnet-search", "dragnet-lattice"]),
     ("dragnet-detector", &["dragnet-lattice", "dragnet-vehicle"]),
     ("dragnet-export", &["dragnet-search", "dragnet-scenario", "dragnet-proto", "dragnet-coordinator"]),
+    (
+        "dragnet-experiments",
+        &[
+            "dragnet-search",
+            "dragnet-files",
+            "dragnet-learn",
+            "dragnet-scenario",
+            "dragnet-proto",
+            "dragnet-agent",
+            "dragnet-sim",
+        ],
+    ),
     (
         "dragnet-live",
         &["dragnet-search", "dragnet-files", "dragnet-scenario", "dragnet-proto", "dragnet-coordinator"],
@@ -84,6 +96,7 @@ const ARROWS: [(&str, &[&str]); 20] = [
             "dragnet-vehicle",
             "dragnet-detector",
             "dragnet-export",
+            "dragnet-experiments",
             "dragnet-live",
             "dragnet-runtime",
         ],
@@ -91,12 +104,14 @@ const ARROWS: [(&str, &[&str]); 20] = [
 ];
 
 /// Crates that only the edges may use.
-const EDGES: [(&str, &[&str]); 9] = [
+const EDGES: [(&str, &[&str]); 11] = [
     ("zenoh", &["dragnet-runtime"]),
     ("tokio", &["dragnet-runtime", "dragnet-live", "tls-listener"]),
     ("axum", &["dragnet-live"]),
     ("mcap", &["dragnet-coordinator"]),
     ("clap", &["dragnet"]),
+    ("console", &["dragnet"]),
+    ("indicatif", &["dragnet"]),
     ("rcgen", &["dragnet-keys"]),
     ("tch", &["dragnet-train", "dragnet-detector"]),
     ("pyo3", &["dragnet-python"]),

@@ -3,13 +3,13 @@
 use std::fmt;
 use std::path::PathBuf;
 
-use dragnet_sim::comparison::Row;
+use dragnet_experiments::comparison::{Row, estimate};
+use dragnet_experiments::jobs::Effort;
+use dragnet_experiments::seeds::Seeds;
 use serde::Serialize;
 
-use super::seeds::Seeds;
-use crate::commands::jobs::Effort;
-use crate::terminal::counted;
 use crate::terminal::table::Table;
+use crate::terminal::{self, counted};
 
 /// A comparison that is done; a row at least.
 pub(super) struct Report<'a> {
@@ -102,7 +102,7 @@ the last find to the end. p50 and p99 are times that half and 99 % of the decisi
 impl fmt::Display for Origin {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Here(effort) => effort.fmt(formatter),
+            Self::Here(effort) => formatter.write_str(&terminal::effort(*effort)),
             Self::Parts(count) => write!(formatter, "in {}", counted(*count, "part")),
         }
     }
@@ -115,15 +115,6 @@ fn range(values: impl Iterator<Item = f64> + Clone) -> String {
     if least == greatest { least } else { format!("{least} to {greatest}") }
 }
 
-/// `0.912 ± 0.004`, as far as it is known.
-pub(crate) fn estimate(mean: Option<f64>, sem: Option<f64>, decimals: usize) -> String {
-    match (mean, sem) {
-        (Some(mean), Some(sem)) => format!("{mean:.decimals$} ± {sem:.decimals$}"),
-        (Some(mean), None) => format!("{mean:.decimals$}"),
-        (None, _) => "-".to_owned(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -132,12 +123,5 @@ mod tests {
     fn a_range_is_one_number_where_all_are_equal() {
         assert_eq!(range([300.0, 300.0].into_iter()), "300");
         assert_eq!(range([300.0, 60.0, 90.0].into_iter()), "60 to 300");
-    }
-
-    #[test]
-    fn an_estimate_says_what_is_known() {
-        assert_eq!(estimate(Some(0.25), Some(0.001), 2), "0.25 ± 0.00");
-        assert_eq!(estimate(Some(137.0), None, 1), "137.0");
-        assert_eq!(estimate(None, None, 1), "-");
     }
 }

@@ -1,9 +1,8 @@
 //! How a training went, as a table and as a drawing.
 
 use csv::Writer;
+use dragnet_experiments::plot::{Figure, Line, Look};
 use dragnet_train::Epoch;
-
-use crate::plot::{Figure, Line, Look};
 
 /// A row an epoch.
 pub(super) fn table(history: &[Epoch]) -> Result<Vec<u8>, String> {

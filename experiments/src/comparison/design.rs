@@ -1,0 +1,42 @@
+//! What an experiment is, apart from the means to run it: enough to put its trials in order and to make its tables.
+
+use dragnet_sim::comparison::{Row, Setting, Trial};
+use serde::{Deserialize, Serialize};
+
+use crate::seeds::Seeds;
+use crate::shard::Shard;
+
+/// Which cases, each with which seeds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Design {
+    /// Each case, apart from its scenario.
+    pub settings: Vec<Setting>,
+    /// The seeds of each case.
+    pub seeds: Seeds,
+}
+
+impl Design {
+    pub(crate) fn episode_count(&self) -> u64 {
+        self.settings.len() as u64 * self.seeds.count()
+    }
+
+    /// A shard's share of the episodes, each by its place in their order, the index of its setting, and its seed. The order
+    /// is a setting after the other, each with all seeds.
+    pub(crate) fn share(&self, shard: Shard) -> impl Iterator<Item = (u64, usize, u64)> {
+        let (seeds, settings) = (self.seeds, self.settings.len());
+        shard.places(self.episode_count()).map(move |place| {
+            let setting = usize::try_from(place / seeds.count()).unwrap_or(settings);
+            (place, setting, seeds.at(place % seeds.count()))
+        })
+    }
+
+    /// A row a setting, of the trials of all episodes in their order.
+    #[must_use]
+    pub fn rows(&self, trials: Vec<Trial>) -> Vec<Row> {
+        debug_assert_eq!(trials.len() as u64, self.episode_count());
+        let count = usize::try_from(self.seeds.count()).unwrap_or(usize::MAX);
+        let mut trials = trials.into_iter();
+        self.settings.iter().map(|setting| Row::new(setting, trials.by_ref().take(count).collect())).collect()
+    }
+}

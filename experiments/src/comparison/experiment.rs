@@ -1,0 +1,76 @@
+//! Episodes, many at a time.
+
+use dragnet_proto::state_machine::ParticipantError;
+use dragnet_scenario::Scenario;
+use dragnet_search::information::InformationTable;
+use dragnet_sim::comparison::{self, Setting, Trial};
+use dragnet_sim::simulation::End;
+
+use super::design::Design;
+use crate::ExperimentError;
+use crate::jobs::{self, Done};
+use crate::progress::Progress;
+use crate::seeds::Seeds;
+use crate::shard::Shard;
+
+/// What is run: every case with every seed.
+pub struct Experiment {
+    /// The cases, in the order of their rows.
+    pub cases: Vec<Case>,
+    /// The seeds of each case.
+    pub seeds: Seeds,
+}
+
+/// One policy on one scenario.
+pub struct Case {
+    pub(crate) setting: Setting,
+    pub(crate) scenario: Scenario,
+}
+
+impl Experiment {
+    /// What it is, apart from the means to run it.
+    #[must_use]
+    pub fn design(&self) -> Design {
+        Design { settings: self.cases.iter().map(|case| case.setting.clone()).collect(), seeds: self.seeds }
+    }
+
+    /// Runs a shard's episodes, so many at a time; without a number, as many as there are cores. Trials do not depend on
+    /// it, but for their computing times.
+    ///
+    /// # Errors
+    /// If an episode fails, or the system gives no threads.
+    pub fn run(
+        &self,
+        shard: Shard,
+        threads: Option<u16>,
+        progress: &dyn Progress,
+    ) -> Result<Done<Trial>, ExperimentError> {
+        InformationTable::warm_up();
+        jobs::run(&self.share(shard), threads, "episodes", progress, |(case, seed)| {
+            case.run(*seed).map_err(ExperimentError::run)
+        })
+    }
+
+    fn share(&self, shard: Shard) -> Vec<(&Case, u64)> {
+        self.design().share(shard).map(|(_, setting, seed)| (&self.cases[setting], seed)).collect()
+    }
+}
+
+impl Case {
+    /// A scenario whose robots decide as the label says.
+    #[must_use]
+    pub fn new(scenario: Scenario, policy: &str) -> Self {
+        Self { setting: Setting::new(&scenario, policy.to_owned()), scenario }
+    }
+
+    /// The same to another end of its episodes.
+    #[must_use]
+    pub fn until(mut self, end: End) -> Self {
+        self.setting.end = end;
+        self
+    }
+
+    fn run(&self, seed: u64) -> Result<Trial, ParticipantError> {
+        comparison::run(&self.setting, &self.scenario, seed)
+    }
+}

@@ -1,0 +1,204 @@
+//! What a comparison writes: tables as CSV, curves as SVG.
+
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
+
+use csv::Writer;
+use dragnet_learn::policy::{PolicyName, Shipped};
+use dragnet_search::policy::PolicyName as Exact;
+use dragnet_sim::comparison::{MeanCurve, Row};
+
+use crate::plot::{Figure, Line, Look};
+use crate::seeds::Seeds;
+use crate::{ExperimentError, output};
+
+/// F1 that a curve may be off its last value where it is settled.
+const SETTLED: f64 = 0.005;
+
+/// Writes all files; returns which.
+///
+/// # Errors
+/// If one cannot be drawn or written.
+pub fn write(folder: &Path, rows: &[Row], seeds: Seeds) -> Result<Vec<PathBuf>, ExperimentError> {
+    let mut written = Vec::new();
+    let mut keep = |name: String, content: Vec<u8>| {
+        let path = folder.join(name);
+        output::write(&path, &content)?;
+        written.push(path);
+        Ok::<(), ExperimentError>(())
+    };
+    for (name, table) in
+        [("summary.csv", summary(rows)), ("episodes.csv", episodes(rows)), ("curves.csv", curves(rows))]
+    {
+        keep(name.to_owned(), table.map_err(|error| failure(&folder.join(name), error))?)?;
+    }
+    for rows in rows.chunk_by(|a, b| a.scenario == b.scenario) {
+        let name = format!("{}.svg", rows[0].scenario);
+        let drawing = figure(rows, seeds).draw().map_err(|error| failure(&folder.join(&name), error))?;
+        keep(name, drawing.into_bytes())?;
+    }
+    Ok(written)
+}
+
+fn failure(path: &Path, error: impl Display) -> ExperimentError {
+    ExperimentError::Run(format!("{}: cannot write: {error}", path.display()))
+}
+
+/// A row a scenario and policy.
+pub(crate) fn summary(rows: &[Row]) -> Result<Vec<u8>, csv::Error> {
+    let titles = [
+        "scenario",
+        "map",
+        "policy",
+        "robots",
+        "seeds",
+        "budget_cells",
+        "auc_f1_mean",
+        "auc_f1_sem",
+        "average_recall_mean",
+        "average_recall_sem",
+        "cells_to_full_recall_mean",
+        "cells_to_full_recall_sem",
+        "cells_to_full_recall_reached",
+        "remaining_mean",
+        "remaining_sem",
+        "expected_remaining_mean",
+        "expected_remaining_sem",
+        "seeds_with_remaining",
+        "tail_s_mean",
+        "tail_s_sem",
+        "decision_ms_p50",
+        "decision_ms_p99",
+    ];
+    table(titles, |writer| {
+        rows.iter().try_for_each(|row| {
+            let (f1, recall, full) = (row.auc_f1, row.average_recall, &row.cells_to_full_recall);
+            writer.serialize((
+                (&row.scenario, &row.map, &row.policy, row.robots, row.seeds, row.budget_cells),
+                (f1.mean, f1.sem, recall.mean, recall.sem),
+                (full.mean, full.sem, full.reached),
+                (row.remaining.mean, row.remaining.sem),
+                (row.expected_remaining.mean, row.expected_remaining.sem, row.seeds_with_remaining),
+                (row.tail_s.mean, row.tail_s.sem),
+                (row.decision_ms.p50, row.decision_ms.p99),
+            ))
+        })
+    })
+}
+
+/// A row an episode.
+pub(crate) fn episodes(rows: &[Row]) -> Result<Vec<u8>, csv::Error> {
+    let titles = [
+        "scenario",
+        "policy",
+        "robots",
+        "seed",
+        "auc_f1",
+        "average_recall",
+        "cells_to_full_recall",
+        "f1_at_end",
+        "recall_at_end",
+        "cells_at_end",
+        "remaining",
+        "expected_remaining",
+        "tail_s",
+    ];
+    table(titles, |writer| {
+        rows.iter().flat_map(|row| row.trials.iter().map(move |trial| (row, trial))).try_for_each(
+            |(row, trial)| {
+                writer.serialize((
+                    (&row.scenario, &row.policy, row.robots, trial.seed, trial.auc_f1, trial.average_recall),
+                    (trial.cells_to_full_recall, trial.f1, trial.recall, trial.farthest_cells),
+                    (trial.remaining, trial.expected_remaining, trial.tail_seconds),
+                ))
+            },
+        )
+    })
+}
+
+/// A row a point of a curve.
+pub(crate) fn curves(rows: &[Row]) -> Result<Vec<u8>, csv::Error> {
+    table(["scenario", "policy", "cells", "f1_mean", "f1_sem"], |writer| {
+        for row in rows {
+            let curve = &row.curve;
+            for ((cells, mean), sem) in curve.cells.iter().zip(&curve.mean).zip(&curve.sem) {
+                writer.serialize((&row.scenario, &row.policy, cells, mean, sem))?;
+            }
+        }
+        Ok(())
+    })
+}
+
+/// A table with these titles.
+pub(crate) fn table<const COLUMNS: usize>(
+    titles: [&str; COLUMNS],
+    fill: impl FnOnce(&mut Writer<Vec<u8>>) -> Result<(), csv::Error>,
+) -> Result<Vec<u8>, csv::Error> {
+    let mut writer = Writer::from_writer(Vec::new());
+    writer.write_record(titles)?;
+    fill(&mut writer)?;
+    writer.into_inner().map_err(|error| csv::Error::from(error.into_error()))
+}
+
+/// The curves of one scenario.
+pub(crate) fn figure(rows: &[Row], seeds: Seeds) -> Figure<'_> {
+    let lines = rows.iter().map(|row| Line {
+        label: &row.policy,
+        look: row.policy.parse().map_or(Look::default(), look),
+        lengths: &row.curve.cells,
+        mean: &row.curve.mean,
+        standard_error: &row.curve.sem,
+    });
+    let robots = match rows[0].robots {
+        1 => "1 robot".to_owned(),
+        count => format!("{count} robots"),
+    };
+    Figure {
+        title: rows[0].scenario.replace('_', " "),
+        subtitle: format!("{}, {robots}; mean and standard error of {seeds}", rows[0].objects),
+        horizontal: "Path length of the farthest robot (cells)",
+        vertical: "F1",
+        length: rows.iter().map(|row| settled(&row.curve)).fold(0.0, f64::max),
+        height: 1.0,
+        lines: lines.collect(),
+    }
+}
+
+/// A learned policy has the color of the one that it imitates, with dashes of its own; the general one has its own color.
+fn look(policy: PolicyName) -> Look {
+    let of = |name: Exact| Exact::ALL.iter().position(|&other| other == name).unwrap_or(0);
+    let (color, dashes) = match policy {
+        PolicyName::Exact(name) => (of(name), 0),
+        PolicyName::Learned(Shipped::General) => (Exact::ALL.len(), 1),
+        PolicyName::Learned(Shipped::GreedyIceCreamCone) => (of(Exact::Greedy), 1),
+        PolicyName::Learned(Shipped::GreedyAllTraversable) => (of(Exact::Greedy), 2),
+        PolicyName::Learned(Shipped::GreedyOpenAsterisk) => (of(Exact::Greedy), 3),
+        PolicyName::Learned(Shipped::GreedyFigureFour) => (of(Exact::Greedy), 4),
+        PolicyName::Learned(Shipped::PathIceCreamCone) => (of(Exact::Path), 1),
+        PolicyName::Learned(Shipped::PathAllTraversable) => (of(Exact::Path), 2),
+    };
+    Look { color, dashes }
+}
+
+/// The length somewhat beyond that from which on a curve stays near its last value: what is left is not worth drawing.
+pub(crate) fn settled(curve: &MeanCurve) -> f64 {
+    let last = curve.mean.len() - 1;
+    let is_near = |mean: &f64| (mean - curve.mean[last]).abs() < SETTLED;
+    let moving = curve.mean.iter().rposition(|mean| !is_near(mean)).unwrap_or(0);
+    curve.cells[(moving + moving / 5 + 1).min(last)]
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    #[test]
+    fn no_two_policies_look_the_same() {
+        let looks: BTreeSet<(usize, usize)> =
+            PolicyName::all().map(look).map(|Look { color, dashes }| (color, dashes)).collect();
+        assert_eq!(looks.len(), PolicyName::all().count());
+        assert!(looks.iter().all(|&(color, dashes)| color < Look::COLORS && dashes < Look::DASHES));
+    }
+}

@@ -1,0 +1,129 @@
+//! An expert at work, as files that a network learns from.
+//!
+//! A [`Plan`] lists the trajectories of all shards, [`record`] makes those of one of them, [`Part`] is what a shard says of
+//! itself, and [`part::join`] checks that all are there.
+
+pub mod part;
+mod plan;
+
+use std::path::Path;
+
+use dragnet_learn::demonstration::{self, Source, Trajectory};
+use dragnet_learn::policy::{self, PolicyName};
+use dragnet_search::policy::Parameters;
+use dragnet_sim::demonstration::watch;
+
+use crate::ExperimentError;
+use crate::jobs::{self, Effort};
+use crate::progress::Progress;
+use crate::shard::Shard;
+pub use part::Part;
+use plan::{Job, Search};
+pub use plan::{MIXTURE, Plan};
+
+/// How an expert is watched.
+#[derive(Clone, Copy, Debug)]
+pub struct Watch {
+    /// Who is watched.
+    pub expert: PolicyName,
+    /// A trajectory has at most so many decisions, those of all robots together.
+    pub max_decisions: u32,
+    /// Share of the decisions after which a robot goes to a random cell, 0 to 1.
+    pub explore: f64,
+}
+
+impl Watch {
+    /// As trajectories say it, with the version of the program that made them.
+    fn source(&self, program: &str) -> Source {
+        Source {
+            expert: self.expert.to_string(),
+            path_length_weight: Parameters::default().path_length_weight,
+            max_decisions: self.max_decisions,
+            explore: self.explore,
+            program: program.to_owned(),
+        }
+    }
+}
+
+/// What a shard's trajectories came to.
+pub struct Recorded {
+    /// How many there are.
+    pub trajectories: usize,
+    /// Decisions in all of them.
+    pub decisions: u64,
+    /// How many of them were there already.
+    pub were_there: usize,
+    /// What it took.
+    pub effort: Effort,
+}
+
+/// A trajectory that is there.
+struct Done {
+    decisions: u64,
+    was_there: bool,
+}
+
+/// Writes a shard's trajectories to a folder, so many at a time; without a number, as many as there are cores. Those that
+/// are there already are kept.
+///
+/// # Errors
+/// If what is there was made otherwise, a search fails, or a file cannot be written.
+pub fn record(
+    plan: &Plan,
+    shard: Shard,
+    threads: Option<u16>,
+    folder: &Path,
+    progress: &dyn Progress,
+) -> Result<Recorded, ExperimentError> {
+    let mine: Vec<&Job> =
+        (0..).zip(&plan.jobs).filter(|(place, _)| shard.holds(*place)).map(|(_, job)| job).collect();
+    let done = jobs::run(&mine, threads, "trajectories", progress, |job| watch_one(job, plan, folder))?;
+    let trajectories = done.results;
+    Ok(Recorded {
+        trajectories: trajectories.len(),
+        decisions: trajectories.iter().map(|trajectory| trajectory.decisions).sum(),
+        were_there: trajectories.iter().filter(|trajectory| trajectory.was_there).count(),
+        effort: done.effort,
+    })
+}
+
+fn watch_one(job: &Job, plan: &Plan, folder: &Path) -> Result<Done, ExperimentError> {
+    let path = folder.join(demonstration::file_name(&job.name, job.seed));
+    let search = job.search()?;
+    let Search { scenario, digest } = &*search;
+    if path.exists() {
+        let known = demonstration::read(&path).map_err(ExperimentError::input)?;
+        check_is_same(&known, &plan.source, digest, &path)?;
+        return Ok(Done { decisions: known.decisions.len() as u64, was_there: true });
+    }
+    let expert = || policy::build(plan.expert, Parameters::default(), None);
+    let (source, digest) = (plan.source.clone(), digest.clone());
+    let trajectory = watch(scenario, job.seed, source, digest, expert).map_err(ExperimentError::run)?;
+    demonstration::write(&path, &trajectory).map_err(ExperimentError::run)?;
+    Ok(Done { decisions: trajectory.decisions.len() as u64, was_there: false })
+}
+
+/// What is there may only be kept if it is what would be written now.
+fn check_is_same(
+    known: &Trajectory,
+    source: &Source,
+    digest: &str,
+    path: &Path,
+) -> Result<(), ExperimentError> {
+    if known.source == *source && known.scenario_digest == digest {
+        return Ok(());
+    }
+    Err(ExperimentError::Input(format!(
+        "{}: there already, and made otherwise: {}; now it would be {}. Choose another --out, or remove it",
+        path.display(),
+        describe(&known.source, &known.scenario_digest),
+        describe(source, digest),
+    )))
+}
+
+fn describe(source: &Source, digest: &str) -> String {
+    let Source { expert, max_decisions, explore, program, .. } = source;
+    format!(
+        "{expert}, {max_decisions} decisions at most, exploring {explore}, scenario {digest}, by {program}"
+    )
+}

@@ -1,0 +1,91 @@
+//! Which trajectories there are to be.
+
+use std::sync::Arc;
+
+use dragnet_learn::demonstration::Source;
+use dragnet_learn::policy::PolicyName;
+use dragnet_scenario::Scenario;
+use dragnet_sim::{comparison, mixture};
+
+use super::Watch;
+use crate::ExperimentError;
+use crate::seeds::Seeds;
+
+/// All trajectories of a command, those of other shards included.
+pub struct Plan {
+    pub(super) expert: PolicyName,
+    pub(super) source: Source,
+    pub(super) jobs: Vec<Job>,
+}
+
+/// One trajectory.
+pub(super) struct Job {
+    pub(super) name: String,
+    pub(super) seed: u64,
+    /// The same for every seed; none where it is one of a mixture, which is made when its turn comes.
+    given: Option<Arc<Search>>,
+}
+
+/// What is searched.
+pub(super) struct Search {
+    pub(super) scenario: Scenario,
+    /// Of all that decides the search but the seed and the expert.
+    pub(super) digest: String,
+}
+
+/// What searches of a mixture are called; files are named by it.
+pub const MIXTURE: &str = "mixture";
+
+impl Plan {
+    /// No trajectory yet, by this version of the program.
+    #[must_use]
+    pub fn new(watch: Watch, program: &str) -> Self {
+        Self { expert: watch.expert, source: watch.source(program), jobs: Vec::new() }
+    }
+
+    /// Adds a trajectory for each seed, each on a generated scenario of its own.
+    ///
+    /// # Errors
+    /// If there is no mixture of one of the seeds.
+    pub fn add_mixture(&mut self, seeds: Seeds) -> Result<(), ExperimentError> {
+        let last = seeds.at(seeds.count() - 1);
+        if u32::try_from(last).is_err() {
+            let most = u32::MAX;
+            return Err(ExperimentError::Input(format!("seed {last}: a mixture has seeds up to {most}")));
+        }
+        self.add_jobs(MIXTURE, seeds, None);
+        Ok(())
+    }
+
+    /// Adds a trajectory for each seed on a scenario. Its name must be that of no other one, nor [`MIXTURE`].
+    ///
+    /// # Errors
+    /// If the expert cannot search it.
+    pub fn add_scenario(&mut self, scenario: &Scenario, seeds: Seeds) -> Result<(), ExperimentError> {
+        let search = Search::new(scenario.with_policy(self.expert).map_err(ExperimentError::input)?);
+        self.add_jobs(scenario.name(), seeds, Some(&Arc::new(search)));
+        Ok(())
+    }
+
+    fn add_jobs(&mut self, name: &str, seeds: Seeds, given: Option<&Arc<Search>>) {
+        for place in 0..seeds.count() {
+            self.jobs.push(Job { name: name.to_owned(), seed: seeds.at(place), given: given.cloned() });
+        }
+    }
+}
+
+impl Job {
+    pub(super) fn search(&self) -> Result<Arc<Search>, ExperimentError> {
+        if let Some(given) = &self.given {
+            return Ok(Arc::clone(given));
+        }
+        let seed = u32::try_from(self.seed).unwrap_or(u32::MAX);
+        Ok(Arc::new(Search::new(mixture::scenario(seed).map_err(ExperimentError::run)?)))
+    }
+}
+
+impl Search {
+    fn new(scenario: Scenario) -> Self {
+        Self { digest: comparison::digest(&scenario).to_string(), scenario }
+    }
+}

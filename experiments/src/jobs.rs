@@ -1,0 +1,105 @@
+//! Many jobs of one experiment, side by side.
+
+use std::time::{Duration, Instant};
+
+use rayon::ThreadPoolBuilder;
+use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
+
+use crate::ExperimentError;
+use crate::progress::Progress;
+
+/// What jobs came to.
+pub struct Done<T> {
+    /// Of each, in their order.
+    pub results: Vec<T>,
+    /// What they took.
+    pub effort: Effort,
+}
+
+/// What jobs took.
+#[derive(Clone, Copy)]
+pub struct Effort {
+    /// Time from the first job's beginning to the last one's end.
+    pub elapsed: Duration,
+    /// How many jobs ran at a time.
+    pub threads: usize,
+}
+
+/// Does all jobs, so many at a time (without a number, as many as there are cores); `progress` hears of each, counted in
+/// `units`. No job begins after one failed.
+///
+/// # Errors
+/// If a job fails, or the system gives no threads.
+pub fn run<J: Sync, T: Send>(
+    jobs: &[J],
+    threads: Option<u16>,
+    units: &str,
+    progress: &dyn Progress,
+    job: impl Fn(&J) -> Result<T, ExperimentError> + Sync,
+) -> Result<Done<T>, ExperimentError> {
+    let threads = usize::from(threads.unwrap_or(0));
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build().map_err(ExperimentError::run)?;
+    let work = progress.begin(jobs.len() as u64, units);
+    let start = Instant::now();
+    // One by one, since some take a thousand times as long as others.
+    let results = pool.install(|| {
+        let results = jobs.par_iter().with_max_len(1).map(|it| job(it).inspect(|_| work.advance(1)));
+        results.collect::<Result<Vec<T>, ExperimentError>>()
+    })?;
+    Ok(Done { results, effort: Effort { elapsed: start.elapsed(), threads: pool.current_num_threads() } })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicU64, Ordering};
+
+    use super::*;
+    use crate::progress::Work;
+
+    /// Steps that were announced, and those that are done.
+    #[derive(Default)]
+    struct Heard {
+        announced: AtomicU64,
+        done: Arc<AtomicU64>,
+    }
+
+    struct Counter(Arc<AtomicU64>);
+
+    impl Progress for Heard {
+        fn begin(&self, steps: u64, _unit: &str) -> Box<dyn Work> {
+            self.announced.fetch_add(steps, Ordering::Relaxed);
+            Box::new(Counter(Arc::clone(&self.done)))
+        }
+    }
+
+    impl Work for Counter {
+        fn advance(&self, steps: u64) {
+            self.0.fetch_add(steps, Ordering::Relaxed);
+        }
+    }
+
+    #[test]
+    fn results_are_in_the_order_of_the_jobs_and_progress_hears_of_each() {
+        for threads in [1, 3] {
+            let heard = Heard::default();
+            let jobs: Vec<u64> = (0..50).collect();
+            let done = run(&jobs, Some(threads), "jobs", &heard, |&job| Ok(job * job)).unwrap();
+            assert!(done.results.iter().copied().eq(jobs.iter().map(|job| job * job)));
+            assert_eq!(done.effort.threads, usize::from(threads));
+            let Heard { announced, done } = heard;
+            assert_eq!((announced.into_inner(), done.load(Ordering::Relaxed)), (50, 50));
+        }
+    }
+
+    #[test]
+    fn a_job_that_fails_fails_all_and_is_not_counted_as_done() {
+        let heard = Heard::default();
+        let refuse = |&job: &u64| {
+            if job == 1 { Err(ExperimentError::Run(format!("job {job}"))) } else { Ok(job) }
+        };
+        let failed = run(&[0, 1, 2], Some(1), "jobs", &heard, refuse);
+        assert_eq!(failed.err().map(|error| error.to_string()).as_deref(), Some("job 1"));
+        assert!(heard.done.load(Ordering::Relaxed) < 3);
+    }
+}

@@ -1,0 +1,151 @@
+//! A comparison as the page shows it: its curves, the table of its measures, its numbers as files.
+
+use dragnet_learn::policy::PolicyName;
+
+use super::map::Map;
+use super::markup::{Markup, Table};
+use super::measure::{self, Gap};
+use super::part::Part;
+use super::section::CsvFile;
+use super::study::{Comparison, Panel};
+use crate::ExperimentError;
+use crate::comparison::{Row, estimate, files};
+
+/// Curves are drawn up to so many times the way after which that of the expert is level: what slower ones do beyond is in
+/// the tables.
+const DRAWN: f64 = 2.0;
+
+/// The curves of all four maps.
+pub(super) fn figure(comparison: &Comparison, caption: &str) -> Result<Markup, ExperimentError> {
+    let drawings = comparison.panels().map(|panel| drawing(comparison, panel));
+    let drawings = drawings.collect::<Result<Vec<_>, _>>()?;
+    Ok(Markup::new().figure("curves", caption, &drawings))
+}
+
+fn drawing(comparison: &Comparison, panel: Panel<'_>) -> Result<Markup, ExperimentError> {
+    let mut figure = files::figure(panel.rows, comparison.seeds);
+    figure.title = format!("{} ({})", panel.map.title(), panel.map.short());
+    figure.horizontal = "Path length (cells)";
+    figure.length = figure.length.min(DRAWN * files::settled(&panel.expert().curve));
+    let description = format!("F1 against path length on the map {}", panel.map.title());
+    Ok(Markup::drawing(&description, &figure.draw().map_err(ExperimentError::run)?))
+}
+
+/// Area under F1, full recall, the gap to the expert, and where the curves are farthest apart, by map.
+pub(super) fn table(comparison: &Comparison) -> Table {
+    let expert = comparison.study.expert();
+    let caption = format!(
+        "Measures of the same episodes. The area under F1 is its mean over the way from 0 to the budget. Full recall is \
+         the way in cells until every object was found, over those seeds only that reached it. The gap is the share of \
+         the difference in area between `random` and `{expert}` that a policy closes. The last column is where its mean \
+         F1 is farthest from that of `{expert}`, in points of a hundred, and after how many cells. All with their \
+         standard error over {}.",
+        comparison.seeds
+    );
+    let distance = format!("F1 against `{expert}`");
+    let titles = ["policy", "area under F1", "cells to full recall", "reached by", "gap closed", &distance];
+    let mut table = Table::of_numbers(&caption, &titles);
+    for panel in comparison.panels() {
+        table.group(&format!("{} ({})", panel.map.title(), panel.map.short()));
+        for row in panel.experts_first() {
+            table.row(measures(panel, row));
+        }
+    }
+    table
+}
+
+fn measures(panel: Panel<'_>, row: &Row) -> Vec<String> {
+    let (full, expert) = (&row.cells_to_full_recall, panel.expert());
+    let distance = (row.policy != expert.policy).then(|| measure::largest_difference(row, expert));
+    vec![
+        format!("`{}`", row.policy),
+        estimate(Some(row.auc_f1.mean), row.auc_f1.sem, 3),
+        estimate(full.mean, full.sem, 1),
+        format!("{} of {}", full.reached, row.seeds),
+        measure::percent(measure::share_closed(row, panel.random(), expert)),
+        distance.as_ref().map_or_else(|| "-".to_owned(), Gap::to_string),
+    ]
+}
+
+/// One measure of all policies, where every map has the same ones: a policy a row, a map a column.
+pub(super) fn by_policy(
+    comparison: &Comparison,
+    caption: &str,
+    say: impl Fn(Panel<'_>, &Row) -> String,
+) -> Table {
+    let maps = Map::ALL.map(Map::short);
+    let titles: Vec<&str> = ["policy"].into_iter().chain(maps).collect();
+    let mut table = Table::of_numbers(caption, &titles);
+    let panels: Vec<Panel<'_>> = comparison.panels().collect();
+    let rows: Vec<Vec<&Row>> = panels.iter().map(|panel| panel.experts_first().collect()).collect();
+    for place in 0..rows[0].len() {
+        let mut cells = vec![format!("`{}`", rows[0][place].policy)];
+        cells.extend(panels.iter().zip(&rows).map(|(&panel, rows)| say(panel, rows[place])));
+        table.row(cells);
+    }
+    table
+}
+
+/// How far the area under F1 is above the expert's.
+pub(super) fn against_expert(comparison: &Comparison) -> Table {
+    let caption = format!(
+        "How far the area under F1 is above that of `{}`, in points of a hundred. Clones are named after the map that \
+         they were trained on: `gnn-greedy` on ICC, `-oa` on OA, `-four` on Four, `-at` on AT.",
+        comparison.study.expert()
+    );
+    by_policy(comparison, &caption, |panel, row| {
+        measure::signed(measure::area_points(row, panel.expert()), 2)
+    })
+}
+
+/// The way until every object was found.
+pub(super) fn full_recall(comparison: &Comparison) -> Table {
+    let caption = "Cells to full recall: the way until every object was found, over those seeds only that reached it (in \
+                   brackets, how many).";
+    by_policy(comparison, caption, |_, row| {
+        let full = &row.cells_to_full_recall;
+        format!("{} ({})", estimate(full.mean, full.sem, 1), full.reached)
+    })
+}
+
+/// The share of the gap to the expert that is closed.
+pub(super) fn gap_closed(comparison: &Comparison) -> Table {
+    let caption = format!(
+        "Gap closed: the share of the difference in area under F1 between `random` and `{}`.",
+        comparison.study.expert()
+    );
+    by_policy(comparison, &caption, |panel, row| {
+        measure::percent(measure::share_closed(row, panel.random(), panel.expert()))
+    })
+}
+
+/// Summary and episodes.
+pub(super) fn tables(comparison: &Comparison, part: Part) -> Result<Vec<CsvFile>, ExperimentError> {
+    let rows = &comparison.rows;
+    Ok(vec![file(part, "summary", files::summary(rows))?, file(part, "episodes", files::episodes(rows))?])
+}
+
+/// Summary, episodes and curves.
+pub(super) fn files(comparison: &Comparison, part: Part) -> Result<Vec<CsvFile>, ExperimentError> {
+    let mut all = tables(comparison, part)?;
+    all.push(file(part, "curves", files::curves(&comparison.rows))?);
+    Ok(all)
+}
+
+fn file(part: Part, name: &str, table: Result<Vec<u8>, csv::Error>) -> Result<CsvFile, ExperimentError> {
+    Ok(CsvFile {
+        name: format!("{}-{name}.csv", part.as_str()),
+        content: table.map_err(ExperimentError::run)?,
+    })
+}
+
+/// `ICC +0.1 ± 0.2, OA ...`: a measure of every map.
+pub(super) fn by_map(comparison: &Comparison, say: impl Fn(Panel<'_>) -> String) -> String {
+    let each = comparison.panels().map(|panel| format!("{} {}", panel.map.short(), say(panel)));
+    each.collect::<Vec<_>>().join(", ")
+}
+
+/// The clones of `greedy`, and the map that each was trained on.
+pub(super) fn greedy_clones() -> [(Map, PolicyName); 4] {
+    Map::ALL.map(|map| (map, PolicyName::Learned(map.greedy_clone())))
+}

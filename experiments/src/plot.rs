@@ -1,0 +1,260 @@
+//! Curves with their standard error, as in the paper's Figure 5.
+
+use plotters::chart::ChartContext;
+use plotters::coord::Shift;
+use plotters::coord::types::RangedCoordf64;
+use plotters::drawing::{DrawingArea, DrawingAreaErrorKind, IntoDrawingArea};
+use plotters::element::{DashedPathElement, PathElement, Polygon, Rectangle, Text};
+use plotters::prelude::{Cartesian2d, ChartBuilder, DrawingBackend, SVGBackend};
+use plotters::series::{DashedLineSeries, LineSeries};
+use plotters::style::{Color, IntoFont, RGBColor, ShapeStyle, TextStyle, WHITE};
+
+/// Size of a drawing, pixels: plotters rounds to whole ones, so that small drawings get crooked lines.
+const SIZE: (u32, u32) = (1600, 1000);
+/// Of these the legend takes so many columns, on the right.
+const LEGEND_WIDTH: u32 = 325;
+/// From where to where the legend shows a piece of each line: longer than any dash and its gap.
+const SAMPLE: (i32, i32) = (4, 76);
+
+const FONT: &str = "Helvetica, Arial, sans-serif";
+const TITLE_SIZE: i32 = 44;
+const TEXT_SIZE: i32 = 30;
+const LINE_WIDTH: u32 = 4;
+const INK: RGBColor = RGBColor(40, 40, 40);
+const FAINT: RGBColor = RGBColor(226, 226, 226);
+
+/// Colors that the color-blind tell apart (Okabe and Ito 2008), a gray instead of the yellow, which is too light for
+/// lines.
+const COLORS: [RGBColor; 8] = [
+    RGBColor(140, 140, 140),
+    RGBColor(230, 159, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(0, 114, 178),
+    RGBColor(86, 180, 233),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 0, 0),
+];
+
+/// Lengths of dashes and of the gaps between them, pixels.
+const DASHES: [(u32, u32); 4] = [(24, 12), (6, 8), (48, 12), (14, 28)];
+
+/// Curves of values, none below 0, by length.
+pub struct Figure<'a> {
+    /// Above the drawing.
+    pub title: String,
+    /// Below the title.
+    pub subtitle: String,
+    /// What the lengths are, with unit.
+    pub horizontal: &'a str,
+    /// What the values are.
+    pub vertical: &'a str,
+    /// Lengths are drawn from 0 to this, above 0.
+    pub length: f64,
+    /// Values are drawn from 0 to this, above 0.
+    pub height: f64,
+    /// The curves; those of a greater index are drawn over those before.
+    pub lines: Vec<Line<'a>>,
+}
+
+/// One curve; shape `[points]` each.
+pub struct Line<'a> {
+    /// Its name in the legend.
+    pub label: &'a str,
+    /// What tells it apart.
+    pub look: Look,
+    /// Ascending.
+    pub lengths: &'a [f64],
+    /// Mean value at each length.
+    pub mean: &'a [f64],
+    /// Its standard error, where it is known.
+    pub standard_error: &'a [Option<f64>],
+}
+
+/// What tells a curve apart from others.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Look {
+    /// Number of its color, below [`Look::COLORS`]; others are taken modulo it.
+    pub color: usize,
+    /// 0 for a solid line, else the number of its dashes, below [`Look::DASHES`]; others are taken modulo it.
+    pub dashes: usize,
+}
+
+impl Look {
+    /// How many colors there are.
+    pub const COLORS: usize = COLORS.len();
+    /// How many kinds of lines there are, the solid one included.
+    pub const DASHES: usize = DASHES.len() + 1;
+
+    const fn color(self) -> RGBColor {
+        COLORS[self.color % Self::COLORS]
+    }
+
+    fn stroke(self) -> ShapeStyle {
+        ShapeStyle::from(self.color()).stroke_width(LINE_WIDTH)
+    }
+
+    /// None of a solid line.
+    const fn dashes(self) -> Option<(u32, u32)> {
+        match self.dashes % Self::DASHES {
+            0 => None,
+            number => Some(DASHES[number - 1]),
+        }
+    }
+}
+
+type Chart<'a, B> = ChartContext<'a, B, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+type Drawn<B> = Result<(), DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>>;
+
+impl Figure<'_> {
+    /// The drawing as SVG.
+    ///
+    /// # Errors
+    /// If plotters cannot draw it.
+    pub fn draw(&self) -> Result<String, String> {
+        let mut svg = String::new();
+        self.draw_on(&SVGBackend::with_string(&mut svg, SIZE).into_drawing_area())
+            .map_err(|error| error.to_string())?;
+        Ok(svg)
+    }
+
+    fn draw_on<B: DrawingBackend>(&self, root: &DrawingArea<B, Shift>) -> Drawn<B> {
+        root.fill(&WHITE)?;
+        root.draw(&Text::new(self.title.as_str(), (120, 28), text(TITLE_SIZE)))?;
+        root.draw(&Text::new(self.subtitle.as_str(), (120, 84), text(TEXT_SIZE)))?;
+        let (left, right) = root.split_horizontally(SIZE.0 - LEGEND_WIDTH);
+        let mut chart = ChartBuilder::on(&left)
+            .margin_top(140)
+            .margin_right(20)
+            .margin_bottom(20)
+            .margin_left(20)
+            .x_label_area_size(90)
+            .y_label_area_size(100)
+            .build_cartesian_2d(0.0..self.length, 0.0..self.height)?;
+        self.draw_axes(&mut chart)?;
+        for line in &self.lines {
+            line.draw_band(&mut chart, self.length)?;
+        }
+        for line in &self.lines {
+            line.draw_mean(&mut chart, self.length)?;
+        }
+        self.draw_legend(&right)?;
+        root.present()
+    }
+
+    fn draw_axes<B: DrawingBackend>(&self, chart: &mut Chart<'_, B>) -> Drawn<B> {
+        chart
+            .configure_mesh()
+            .x_labels(10)
+            .y_labels(6)
+            .max_light_lines(0)
+            .bold_line_style(ShapeStyle::from(FAINT).stroke_width(2))
+            .axis_style(ShapeStyle::from(INK).stroke_width(2))
+            .label_style(text(TEXT_SIZE))
+            .axis_desc_style(text(TEXT_SIZE))
+            .x_label_formatter(&|length| format!("{length:.0}"))
+            .y_label_formatter(&|value| format!("{value:.1}"))
+            .x_desc(self.horizontal)
+            .y_desc(self.vertical)
+            .draw()
+    }
+
+    fn draw_legend<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Drawn<B> {
+        for (y, line) in (160..).step_by(50).zip(&self.lines) {
+            area.draw(&Rectangle::new(
+                [(SAMPLE.0, y - 12), (SAMPLE.1, y + 12)],
+                line.look.color().mix(0.2).filled(),
+            ))?;
+            let (ends, stroke) = ([(SAMPLE.0, y), (SAMPLE.1, y)], line.look.stroke());
+            match line.look.dashes() {
+                None => area.draw(&PathElement::new(ends, stroke))?,
+                Some((dash, gap)) => area.draw(&DashedPathElement::new(ends, dash, gap, stroke))?,
+            }
+            area.draw(&Text::new(line.label, (SAMPLE.1 + 12, y - 15), text(TEXT_SIZE)))?;
+        }
+        Ok(())
+    }
+}
+
+impl Line<'_> {
+    fn draw_band<B: DrawingBackend>(&self, chart: &mut Chart<'_, B>, length: f64) -> Drawn<B> {
+        let edge = |side: f64| {
+            let points = self.points(length).zip(self.standard_error);
+            points.filter_map(move |((x, mean), error)| Some((x, (mean + side * (*error)?).clamp(0.0, 1.0))))
+        };
+        let mut outline: Vec<(f64, f64)> = edge(-1.0).collect();
+        outline.reverse();
+        outline.splice(0..0, edge(1.0));
+        if !outline.is_empty() {
+            chart.draw_series([Polygon::new(outline, self.look.color().mix(0.2))])?;
+        }
+        Ok(())
+    }
+
+    fn draw_mean<B: DrawingBackend>(&self, chart: &mut Chart<'_, B>, length: f64) -> Drawn<B> {
+        let (points, stroke) = (self.points(length), self.look.stroke());
+        match self.look.dashes() {
+            None => chart.draw_series(LineSeries::new(points, stroke))?,
+            Some((dash, gap)) => chart.draw_series(DashedLineSeries::new(points, dash, gap, stroke))?,
+        };
+        Ok(())
+    }
+
+    /// Up to a length.
+    fn points(&self, length: f64) -> impl Iterator<Item = (f64, f64)> + Clone {
+        let points = self.lengths.iter().copied().zip(self.mean.iter().copied());
+        points.take_while(move |&(x, _)| x <= length)
+    }
+}
+
+fn text(size: i32) -> TextStyle<'static> {
+    (FONT, size).into_font().color(&INK)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn svg(standard_error: &[Option<f64>], dashes: usize) -> String {
+        let line = Line {
+            label: "greedy",
+            look: Look { color: 2, dashes },
+            lengths: &[0.0, 1.0, 2.0],
+            mean: &[0.0, 0.5, 0.9],
+            standard_error,
+        };
+        let figure = Figure {
+            title: "a map <&>".to_owned(),
+            subtitle: "3 seeds".to_owned(),
+            horizontal: "Path length (cells)",
+            vertical: "F1",
+            length: 2.0,
+            height: 1.0,
+            lines: vec![line],
+        };
+        figure.draw().unwrap()
+    }
+
+    #[test]
+    fn a_drawing_names_its_axes_and_its_lines() {
+        let svg = svg(&[Some(0.0), Some(0.1), Some(0.1)], 0);
+        for word in ["a map &lt;&amp;&gt;", "3 seeds", "Path length (cells)", "F1", "greedy", "#009E73"] {
+            assert!(svg.contains(word), "{word}\n{svg}");
+        }
+        assert_eq!(svg.matches("<polygon").count(), 1, "{svg}");
+    }
+
+    #[test]
+    fn one_seed_has_no_standard_error_to_draw() {
+        assert!(!svg(&[None; 3], 0).contains("<polygon"));
+    }
+
+    #[test]
+    fn dashes_are_drawn_in_the_curve_and_in_the_legend() {
+        let lines = |dashes| svg(&[None; 3], dashes).matches("stroke=\"#009E73\"").count();
+        assert_eq!(lines(0), 2);
+        for dashes in 1..Look::DASHES {
+            assert!(lines(dashes) > 10, "{dashes}");
+        }
+    }
+}

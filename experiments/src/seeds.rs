@@ -1,0 +1,86 @@
+//! The seeds of an experiment.
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+/// The most seeds, so that their number times that of the cases can be counted.
+const MAX_COUNT: u64 = 1_000_000;
+
+/// Seeds from one on, so many; at least one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct Seeds {
+    first: u64,
+    count: u64,
+}
+
+impl Seeds {
+    /// How many.
+    #[must_use]
+    pub fn count(self) -> u64 {
+        self.count
+    }
+
+    /// The seed of a place, `0..count`.
+    #[must_use]
+    pub fn at(self, place: u64) -> u64 {
+        self.first + place
+    }
+}
+
+impl fmt::Display for Seeds {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.count {
+            1 => write!(formatter, "seed {}", self.first),
+            count => write!(formatter, "{count} seeds ({} to {})", self.first, self.first + (count - 1)),
+        }
+    }
+}
+
+impl FromStr for Seeds {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let bounds = match text.split_once("..") {
+            Some((first, end)) => first.parse().ok().zip(end.parse().ok()),
+            None => text.parse().ok().map(|count| (0, count)),
+        };
+        let count = |(first, end): (u64, u64)| end.checked_sub(first).map(|count| Self { first, count });
+        bounds.and_then(count).filter(|seeds| (1..=MAX_COUNT).contains(&seeds.count)).ok_or_else(|| {
+            format!("allowed is a number of seeds, 1 to {MAX_COUNT}, or a range such as 10..20, which leaves out its end")
+        })
+    }
+}
+
+impl TryFrom<String> for Seeds {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, Self::Error> {
+        text.parse().map_err(|allowed| format!("{text:?}: {allowed}"))
+    }
+}
+
+/// As a range, `A..B`.
+impl From<Seeds> for String {
+    fn from(Seeds { first, count }: Seeds) -> Self {
+        format!("{first}..{}", first + count)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_counts_from_zero_and_a_range_leaves_out_its_end() {
+        assert_eq!("3".parse(), Ok(Seeds { first: 0, count: 3 }));
+        assert_eq!("5..9".parse(), Ok(Seeds { first: 5, count: 4 }));
+        assert_eq!("5..9".parse::<Seeds>().unwrap().to_string(), "4 seeds (5 to 8)");
+        assert_eq!(String::from(Seeds { first: 5, count: 4 }), "5..9");
+        for wrong in ["", "0", "-1", "9..5", "5..5", "5..", "a", "1.5", "0..9999999999"] {
+            assert!(wrong.parse::<Seeds>().is_err(), "{wrong}");
+        }
+    }
+}
