@@ -6,7 +6,7 @@
 //! - [`qos`], [`rmw_zenoh`], [`bridge`]: under which key each topic travels by either way in, and what goes with it;
 //! - [`input`]: what a robot's sensors and its navigation say, checked, in meters and radians;
 //! - [`output`]: what Dragnet says to them;
-//! - [`errand`]: what has become of a waypoint that was handed to Nav2;
+//! - [`navigation_goal`]: the state of a waypoint that was handed to Nav2;
 //! - [`viewer`]: a mission as viewers draw it.
 
 pub mod bridge;

@@ -1,18 +1,17 @@
-//! Zenoh: the only crate that speaks it, and all sockets but those of the live page.
+//! Participants on Zenoh: the only crate that speaks it, with all sockets but those of the live page.
 //!
-//! Minds ([`dragnet_proto::state_machine::StateMachine`]) know no network; here they get one.
+//! State machines ([`dragnet_proto::state_machine::StateMachine`]) have no network; this crate gives them one.
 //!
-//! - [`session`], [`link`]: how a session is opened, and what a participant says and hears on it;
-//! - [`refusals`]: whom Zenoh turns away, told in plain words; [`source_places`]: and without folders of other machines;
-//! - [`wall_clock`], [`clock`]: a participant driven by the wall clock, as in the field, in the mission's time; [`journal`]: what
-//!   it remembers if it starts again;
+//! - [`session`], [`link`]: how a session is opened, and what a participant publishes and receives;
+//! - [`refusals`]: connections that Zenoh rejects, in plain words; [`source_places`]: paths of the build machine, removed from
+//!   messages;
+//! - [`wall_clock`], [`clock`]: a participant driven by the wall clock, as in the field, in mission time; [`journal`]: what it
+//!   restarts from;
 //! - [`lockstep`], [`remote_participants`]: participants driven by the simulator, event by event, over the same messages;
-//! - [`ros`], [`vehicle`]: a robot's own ROS 2 network, and its vehicle on it;
-//! - [`dry_run`]: a robot that lives through a recording of its vehicle's network;
-//! - [`doctor`]: whether all is there that a robot's settings name;
-//! - [`stop`]: when a process is to end;
-//! - [`relay`]: a slow link, to try a team on;
-//! - [`world`]: the simulated world for participants driven by the wall clock;
+//! - [`ros`], [`vehicle`]: a robot's ROS 2 network, and its vehicle on it; [`dry_run`]: the same on a recording;
+//! - [`doctor`]: checks of a robot's settings and surroundings;
+//! - [`stop`]: signals that end a process; [`relay`]: a bad link, for tests;
+//! - [`world`]: the simulator for participants driven by the wall clock;
 //! - [`team`]: a whole team in one call; [`config`], [`serve`]: each part as a process of its own.
 
 pub mod clock;

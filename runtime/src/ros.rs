@@ -5,7 +5,7 @@
 //! robot's own: its session is another one than the team's, and no message of the team passes through it.
 //!
 //! - [`settings`]: the table `[ros]` of a robot's settings, and what of it is heard and said;
-//! - [`heard`]: what is heard, whether it comes from the network or from a recording of it;
+//! - [`incoming`]: what is heard, whether it comes from the network or from a recording of it;
 //! - [`node`]: the [`node::Node`] itself.
 //!
 //! What messages say, and under which key, is [`dragnet_ros2`]'s to know.

@@ -95,7 +95,7 @@ impl fmt::Display for PolicyName {
 
 /// A name that no policy has.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("unknown policy {0:?}; allowed are random, coverage, greedy, path-additive, path, nats, guts")]
+#[error("unknown policy {0:?}; allowed are {allowed}", allowed = PolicyName::ALL.map(PolicyName::as_str).join(", "))]
 pub struct UnknownPolicy(pub String);
 
 impl FromStr for PolicyName {

@@ -1,6 +1,7 @@
-//! The sensor: which cells a look covers, how noisy it is there, and how its readings are drawn.
+//! The sensor: which cells an observation covers, how noisy it is there, and how readings are drawn.
 //!
-//! One type draws readings in the simulator and explains them in the belief.
+//! One type draws readings in the simulator and explains them in the belief. It is radially symmetric: the variance of a reading
+//! depends on the Manhattan distance of its cell alone.
 
 use rand_distr::{Distribution, StandardNormal};
 

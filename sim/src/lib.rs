@@ -1,10 +1,9 @@
-//! The world that stands in for the real one.
+//! The simulator.
 //!
-//! A simulation ([`simulation`]) is a queue of events over a world, a network with faults, and a participants ([`participants`]) that is
-//! told what happens and says what it does. [`soak`] runs teams through faults and checks what must hold at every step.
-//! [`episode`] runs one in this process; over the network it is the same simulation with another participants. [`solo`] and
-//! [`expedition`] let somebody else decide, move by move. [`comparison`] is what many episodes come to. [`field`] has
-//! vehicles with cameras in continuous space instead of the grid.
+//! A [`simulation`] is a queue of events over a [`world`], a [`network`] with faults, and [`participants`] that handle events.
+//! [`episode`] runs one in this process; over Zenoh it is the same simulation with other participants. [`single_robot_env`] and
+//! [`team_env`] are stepped from outside. [`soak`] injects faults and checks what must hold after every step. [`comparison`]
+//! summarizes many episodes. [`field`] has vehicles with cameras in continuous space instead of the grid.
 
 pub mod comparison;
 pub mod demonstration;

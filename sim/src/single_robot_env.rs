@@ -1,7 +1,7 @@
 //! One robot's search, a move at a time: whoever calls decides.
 //!
 //! World, seeds, motion, belief and ends are those of an [`crate::episode`] of one robot, without messages and without a
-//! queue of events: hundreds of thousands of moves a second. [`field`] is what all searches of a scenario share, [`canvas`]
+//! queue of events: hundreds of thousands of moves a second. [`field`] is what all searches of a scenario share, [`buffers`]
 //! the arrays that show one to a learner.
 
 pub mod buffers;

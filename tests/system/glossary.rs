@@ -6,6 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use dragnet_search::policy::PolicyName;
 use serde_json::Value;
 
 use crate::field::DRAGNET;
@@ -160,6 +161,16 @@ fn each_public_name_is_made_of_words_of_the_glossary_or_ordinary_ones() {
     let strange: Vec<&String> =
         names.iter().filter(|name| !name.split(['_', '-']).all(|word| is_known(word))).collect();
     assert!(strange.is_empty(), "in neither docs/glossary.md nor ORDINARY: {strange:?}");
+}
+
+#[test]
+fn each_policy_is_in_the_guide_and_in_the_glossary() {
+    let (guide, glossary) = (read("docs/guide.md"), read("docs/glossary.md"));
+    for policy in PolicyName::ALL {
+        let row = format!("| `{policy}` |");
+        assert!(guide.contains(&row), "docs/guide.md: {row}");
+        assert!(glossary.contains(&format!("`{policy}`")), "docs/glossary.md: {policy}");
+    }
 }
 
 /// Files of the repository that people read or write, but for what tells its history.
