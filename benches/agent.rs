@@ -2,7 +2,7 @@
 //! detections at 20 Hz, a decision a second, by the wall clock.
 //!
 //! ```sh
-//! cargo bench --bench agent -- 60 30      # seconds, cells along each side of the test_site
+//! cargo bench --bench agent -- 60 30      # seconds, cells along each side of the test site
 //! ```
 //!
 //! Of the process: processor time as part of one core, and the most memory that it ever had.

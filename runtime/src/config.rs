@@ -318,7 +318,7 @@ impl Common {
     }
 }
 
-/// Whether a real_time_factor is one.
+/// Checks a real-time factor.
 ///
 /// # Errors
 /// What is allowed.

@@ -16,7 +16,7 @@ use crate::terminal::table::Table;
 /// Fit the sensor model to a detector's scores of labeled cells.
 ///
 /// The file is a CSV table with the columns distance (cells, Manhattan), object (1 if one was there, else 0) and value (what
-/// the detector said: 1 is an object, 0 an empty cell). The model is a variance of noise_variance d^2 at distance d.
+/// the detector said: 1 is an object, 0 an empty cell). The model is a variance of v d^2 at distance d, v the noise variance.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  dragnet calibrate looks.csv --plot fit.svg")]
 pub(crate) struct Arguments {

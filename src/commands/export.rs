@@ -14,7 +14,7 @@ use super::{Failure, complain, output};
 use crate::terminal::table::Table;
 use crate::terminal::{self, counted};
 
-/// Export a recorded mission as GeoJSON, KML, GPX or a ground station's plan.
+/// Export a recorded mission for maps, GPS receivers and ground stations.
 ///
 /// Objects that were found, tracks of the robots and what was cleared with its probability of detection (.geojson, .kml);
 /// finds and tracks (.gpx); or the plans of the robots for a ground station (.plan), one file a robot. Prints how well

@@ -40,7 +40,7 @@ int clock_gettime(clockid_t clock, struct timespec *time) {
 
 const HOUR: i64 = 3600;
 
-/// Robots whose vehicles drive about in one test_site.
+/// Robots whose vehicles drive about in one test site.
 struct Team {
     folder: TempDir,
     /// Where each robot meets its team.

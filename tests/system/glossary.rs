@@ -158,8 +158,7 @@ fn each_public_name_is_made_of_words_of_the_glossary_or_ordinary_ones() {
         .chain(ORDINARY.split_whitespace())
         .collect();
     let is_known = |word: &str| known.contains(word) || known.contains(word.trim_end_matches('s'));
-    let strange: Vec<&String> =
-        names.iter().filter(|name| !name.split(['_', '-']).all(|word| is_known(word))).collect();
+    let strange: Vec<&String> = names.iter().filter(|name| !name.split(['_', '-']).all(is_known)).collect();
     assert!(strange.is_empty(), "in neither docs/glossary.md nor ORDINARY: {strange:?}");
 }
 

@@ -1,4 +1,4 @@
-//! A test_site, and a vehicle in it that speaks as ROS 2 behind a bridge does: for tests and for a benchmark.
+//! A test site, and a vehicle in it that speaks as ROS 2 behind a bridge does: for tests and for a benchmark.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -14,7 +14,7 @@ const WIDTH_PIXELS: u32 = 1000;
 /// Each looks a third of the way around.
 const YAWS_DEGREES: [f64; 3] = [0.0, 120.0, -120.0];
 
-/// A square test_site, one object in the middle of its north-eastern cell.
+/// A square test site, one object in the middle of its north-eastern cell.
 #[derive(Clone, Copy)]
 pub(crate) struct TestSite {
     /// Cells along each side.

@@ -153,13 +153,16 @@ pub enum FootprintTable {
     /// A disc.
     Disc {
         /// Radius, meters, 0 to 1000.
+        #[schemars(extend("examples" = [0.5]))]
         radius_meters: f64,
     },
     /// A rectangle with its middle at the reference point.
     Rectangle {
         /// Length from front to back, meters, above 0.
+        #[schemars(extend("examples" = [1.5]))]
         length_meters: f64,
         /// Width from side to side, meters, above 0.
+        #[schemars(extend("examples" = [1.0]))]
         width_meters: f64,
     },
 }

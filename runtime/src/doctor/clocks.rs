@@ -107,7 +107,7 @@ impl Expected {
     }
 }
 
-/// Whoever lives at another real_time_factor is in another time soon, however often it is told the right one.
+/// A participant with another real-time factor is in another time soon, however often it is told the right one.
 fn real_time_factor(who: Participant, [first, last]: [Moment; 2], real_time_factor: f64) -> Option<Finding> {
     let span = last.at.saturating_sub(first.at);
     let passed = last.time.since(first.time).as_secs_f64();

@@ -51,7 +51,7 @@ impl Topics {
         self.bad.remove(topic);
         match heard {
             Incoming::Odometry(_) | Incoming::Pose(_) | Incoming::Fix(_) => {
-                self.located_by = Some(topic.clone())
+                self.located_by = Some(topic.clone());
             }
             Incoming::Detections { camera, .. } | Incoming::Image { camera, .. } => {
                 self.cameras.insert(Arc::clone(camera), topic.clone());

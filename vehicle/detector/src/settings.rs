@@ -59,7 +59,7 @@ pub enum SettingsError {
 }
 
 impl Default for Settings {
-    /// The usual confidence and IoU of YOLO, and the paper's resolution.
+    /// The usual confidence and overlap of YOLO, and the paper's resolution.
     fn default() -> Self {
         Self {
             confidence: 0.25,
