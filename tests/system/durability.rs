@@ -199,7 +199,7 @@ async fn a_robot_on_a_full_disk_searches_on_says_so_and_recovers() {
     let field = Field::new(&endless(2), 2, 6);
     let settings = |disk: &Path| field.robot_settings(1, Some(&disk.join("robot.journal")));
     let Some(mut cramped) = SmallDisk::start(&field, "agent", settings) else {
-        eprintln!("skipped: a disk of its own needs a mount namespace, which this system does not give");
+        crate::skip("a disk of its own needs a mount namespace, which this system does not give");
         return;
     };
     let (sender, mut knowledge) = watch::channel(Knowledge::default());

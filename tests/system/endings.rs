@@ -140,7 +140,7 @@ fn a_coordinator_on_a_full_disk_says_so_and_records_all_once_there_is_room() {
     let field = Field::new(&endless(2), 2, 11);
     let settings = |disk: &Path| field.coordinator_settings(&disk.join("field.mcap"));
     let Some(mut cramped) = SmallDisk::start(&field, "coordinator", settings) else {
-        eprintln!("skipped: a disk of its own needs a mount namespace, which this system does not give");
+        crate::skip("a disk of its own needs a mount namespace, which this system does not give");
         return;
     };
     let (world, first, second) = (field.world(), field.robot(1), field.robot(2));

@@ -27,7 +27,7 @@ impl Hosts {
         probe.args(ISOLATED).args(["sh", "-c", "mount -t tmpfs tmpfs /run && ip netns add probe"]);
         let probe = probe.stdout(Stdio::null()).stderr(Stdio::null()).status();
         if !probe.is_ok_and(|status| status.success()) {
-            eprintln!("skipped: this system gives no network namespaces (or has no `unshare` and `ip`)");
+            crate::skip("this system gives no network namespaces (or has no `unshare` and `ip`)");
             return None;
         }
         let folder = tempfile::tempdir().unwrap();

@@ -51,6 +51,12 @@ fn eventually(what: &str, mut is_so: impl FnMut() -> bool) {
     }
 }
 
+/// Says what this system lacks, without which a test shows nothing. Where all of it is to be there, that is a failure.
+fn skip(what: &str) {
+    assert!(std::env::var_os("CI").is_none(), "{what}");
+    eprintln!("skipped: {what}");
+}
+
 /// A scenario of the repository.
 fn committed(name: &str) -> Scenario {
     Scenario::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name)).unwrap()
