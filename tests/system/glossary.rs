@@ -15,7 +15,7 @@ use crate::field::DRAGNET;
 const ORDINARY: &str = "acceleration agent agnostic alarms alive arrays attached batch calibrate choice class classes common \
     compare completions compressed confidence correlation cpu csv decide demonstrate detect doctor domain doubled dry epochs \
     error every explore false format frame fusion gate goal goals height help hidden inspect json kind kinds latitude learning \
-    live load longitude merge minutes miss module moved namespace next node odometry patience period pitch plot processes \
+    live load longitude markdown merge minutes miss module moved namespace next node odometry patience period pitch plot print processes \
     publish rate recover relay replan replay reset resolution ros router run safety save schema sender sequence soak source \
     speed stamps step stop subscribe take text threads transport uncorrected velocity wake when width window z";
 
@@ -132,7 +132,7 @@ fn command_line() -> Vec<String> {
     let flags = |name: &&str| -> Vec<String> {
         let help = help(&[*name]);
         let first = help.lines().map(str::trim).filter(|line| line.starts_with('-'));
-        let flags = first.filter_map(|line| line.split([' ', ',']).find_map(|word| word.strip_prefix("--")));
+        let flags = first.filter_map(|line| line.split([' ', ',', '[', '=']).find_map(|word| word.strip_prefix("--")));
         flags.map(str::to_owned).collect()
     };
     names.iter().flat_map(flags).chain(names.iter().map(|&name| name.to_owned())).collect()
