@@ -17,5 +17,6 @@ pub mod guard;
 pub mod page;
 pub mod polygon;
 pub mod replay;
+mod shared;
 mod stream;
 pub mod view;

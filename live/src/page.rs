@@ -3,7 +3,7 @@
 use std::io;
 use std::net::{SocketAddr, TcpListener};
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use axum::extract::{DefaultBodyLimit, Request, State};
@@ -15,20 +15,19 @@ use axum::{Json, Router};
 use dragnet_coordinator::node::Listener;
 use dragnet_coordinator::playback::Playback;
 use dragnet_files::read_text_at_most;
-use dragnet_proto::message::Message;
 use dragnet_proto::state_machine::Event;
-use dragnet_scenario::time::MissionTime;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use tokio::runtime::Runtime;
-use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc, watch};
+use tokio::sync::{Semaphore, mpsc, watch};
 use tokio::time::timeout;
 
 use crate::ask::Ask;
 use crate::assets::ASSETS;
 use crate::door;
 use crate::guard::{Token, TokenError, is_own_page};
+use crate::shared::{Commanded, Running, Shared, Show, refusal};
 use crate::stream;
 use crate::view::{About, View};
 
@@ -88,62 +87,11 @@ pub enum PageError {
     Token(#[from] TokenError),
 }
 
-/// What a person asks for, as the coordinator's driver takes it: no time of its own, and what happens.
-pub type Commanded = (Option<MissionTime>, Event<Message>);
-
 /// A page that is served as long as this is there.
 pub struct Page {
     runtime: Runtime,
     address: String,
     shared: Arc<Shared>,
-}
-
-/// What all requests share.
-pub(crate) struct Shared {
-    pub(crate) show: Show,
-    /// Places for viewers.
-    viewers: Arc<Semaphore>,
-    /// Further ones, for those who have the token.
-    operators: Arc<Semaphore>,
-    token: Token,
-}
-
-/// What is shown.
-pub(crate) enum Show {
-    /// A mission that is running, or has just ended.
-    Running(Box<Running>),
-    /// A recording; each viewer has a place of its own in it.
-    Recorded(Arc<Playback>),
-}
-
-/// A mission that is running.
-pub(crate) struct Running {
-    view: Mutex<View>,
-    /// Counts records, so that viewers know when to look; and says whether there will be more.
-    pub(crate) news: watch::Sender<News>,
-    commands: mpsc::Sender<Commanded>,
-}
-
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct News {
-    pub(crate) records: u64,
-    pub(crate) is_over: bool,
-}
-
-impl Shared {
-    /// A place for a viewer, if there is one; `token` is what it says of itself.
-    pub(crate) fn place(&self, token: Option<&str>) -> Option<OwnedSemaphorePermit> {
-        let take = |places: &Arc<Semaphore>| Arc::clone(places).try_acquire_owned().ok();
-        let has_token = || token.is_some_and(|token| self.token.is(token));
-        take(&self.viewers).or_else(|| if has_token() { take(&self.operators) } else { None })
-    }
-}
-
-impl Running {
-    pub(crate) fn view(&self) -> MutexGuard<'_, View> {
-        // A view whose fold panicked is still a view.
-        self.view.lock().unwrap_or_else(PoisonError::into_inner)
-    }
 }
 
 /// Says that the mission is over when the coordinator lets go of it.
@@ -313,8 +261,4 @@ fn allowed<'a>(shared: &'a Shared, headers: &HeaderMap) -> Result<&'a Running, B
         return refused(StatusCode::UNAUTHORIZED, "only whoever has the token can change the mission");
     }
     Ok(running)
-}
-
-pub(crate) fn refusal(status: StatusCode, why: &str) -> Response {
-    (status, Json(json!({ "error": why }))).into_response()
 }

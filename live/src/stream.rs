@@ -18,8 +18,8 @@ use serde_json::json;
 use tokio::time::{Instant, sleep_until, timeout};
 
 use crate::frame::{Frame, Hello, Shown};
-use crate::page::{Running, Shared, Show, refusal};
 use crate::replay::Replay;
+use crate::shared::{Running, Shared, Show, refusal};
 
 /// Between two frames.
 const PERIOD: Duration = Duration::from_millis(100);

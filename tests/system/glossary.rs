@@ -132,7 +132,8 @@ fn command_line() -> Vec<String> {
     let flags = |name: &&str| -> Vec<String> {
         let help = help(&[*name]);
         let first = help.lines().map(str::trim).filter(|line| line.starts_with('-'));
-        let flags = first.filter_map(|line| line.split([' ', ',', '[', '=']).find_map(|word| word.strip_prefix("--")));
+        let flags = first
+            .filter_map(|line| line.split([' ', ',', '[', '=']).find_map(|word| word.strip_prefix("--")));
         flags.map(str::to_owned).collect()
     };
     names.iter().flat_map(flags).chain(names.iter().map(|&name| name.to_owned())).collect()

@@ -3,7 +3,6 @@
 use tch::{Device, Kind, Tensor};
 
 use super::data::Sample;
-use super::model::int;
 use dragnet_learn::graph::{FEATURES, Graph, NEIGHBORS};
 
 /// What a score of no neighbor and a logit of no candidate are lowered by: its softmax is 0.
@@ -160,4 +159,9 @@ impl Answers {
     pub(super) fn log_policy(&self, logits: &Tensor) -> Tensor {
         (logits + &self.no_candidate).log_softmax(1, Kind::Float)
     }
+}
+
+/// libtorch counts in signed numbers.
+pub(super) fn int(size: usize) -> i64 {
+    i64::try_from(size).unwrap_or(i64::MAX)
 }

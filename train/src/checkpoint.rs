@@ -12,7 +12,7 @@ use tch::{Device, Tensor};
 use super::adam::Adam;
 use super::data::Data;
 use super::model::{tensor, values};
-use super::trainer::{Epoch, Settings};
+use super::settings::{Epoch, Settings};
 
 /// Workspace for each parameter's four tensors, and for the history.
 const KIND: Kind = Kind { name: "checkpoint", format: "dragnet-checkpoint-1", max_bytes: 1 << 29 };

@@ -7,13 +7,15 @@ mod batch;
 mod checkpoint;
 mod data;
 mod model;
+mod settings;
 mod trainer;
 
 pub use tch::Device;
 
 pub use data::{Data, DataError};
 pub use model::Model;
-pub use trainer::{Epoch, Measured, Settings, Trainer};
+pub use settings::{Epoch, Measured, Settings};
+pub use trainer::Trainer;
 
 /// Lets libtorch use so many threads of the CPU. Not more than there are free cores: they wait for each other.
 pub fn set_threads(threads: u16) {

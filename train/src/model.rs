@@ -4,7 +4,7 @@ use dragnet_search::seed::{Purpose, Stream, stream};
 use rand::RngExt;
 use tch::{Device, Kind, Tensor};
 
-use super::batch::Batch;
+use super::batch::{Batch, int};
 use dragnet_learn::graph::{Graph, NEIGHBORS};
 use dragnet_learn::network::{LEAST_SUM, LOGIT_SCALE, SCORE_LEAK, SUM_LOG_RANGE};
 use dragnet_learn::shape::{HEADS, Shape};
@@ -158,9 +158,4 @@ pub(super) fn values(tensor: &Tensor) -> Vec<f32> {
     let mut values = vec![0.0; tensor.numel()];
     tensor.copy_data(&mut values, tensor.numel());
     values
-}
-
-/// libtorch counts in signed numbers.
-pub(super) fn int(size: usize) -> i64 {
-    i64::try_from(size).unwrap_or(i64::MAX)
 }

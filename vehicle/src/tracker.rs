@@ -11,9 +11,11 @@
 pub mod cubature;
 pub mod frame;
 pub mod mixture;
+pub mod pose_error;
 mod refinement;
 pub mod settings;
 pub mod track;
+mod view_share;
 mod visibility;
 
 use std::collections::BTreeSet;

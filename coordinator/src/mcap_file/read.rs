@@ -16,7 +16,16 @@ use mcap::{MAGIC, parse_record};
 
 use super::chunk::{self, ChunkError, MAX_RECORD_BYTES};
 use super::layout::{self, PREFIX_BYTES, Prefix};
-use super::{Ending, RecordingError, resume};
+use super::{Ending, RecordingError};
+
+/// So many times its size is read of a file for records that turn out to be none, before the rest is given up: work
+/// stays linear in the size, whatever stands there.
+const MAX_VAIN_READS: u64 = 4;
+
+/// Bytes that may be read in vain.
+const fn patience(length: u64) -> u64 {
+    length.saturating_mul(MAX_VAIN_READS)
+}
 
 /// Iterates over the records of the data section that are whole, those within chunks one by one. Indexes are skipped.
 pub(crate) struct McapReader<R> {
@@ -98,7 +107,7 @@ impl<R: Read + Seek> McapReader<R> {
             has_chunk: false,
             foreign: None,
             is_in_summary: false,
-            patience: resume::patience(length),
+            patience: patience(length),
             damage: Damage::default(),
             ending: None,
         };

@@ -15,15 +15,6 @@ use super::read::McapReader;
 
 /// Bytes that are looked through at once.
 const WINDOW_BYTES: u64 = 1 << 16;
-/// So many times its size is read of a file for records that turn out to be none, before the rest is given up: work
-/// stays linear in the size, whatever stands there.
-const MAX_VAIN_READS: u64 = 4;
-
-/// Bytes that may be read in vain.
-pub(super) const fn patience(length: u64) -> u64 {
-    length.saturating_mul(MAX_VAIN_READS)
-}
-
 impl<R: Read + Seek> McapReader<R> {
     /// The first place from here on where a record stands, if any.
     pub(super) fn find_record(&mut self, from: u64) -> Result<Option<u64>, RecordingError> {

@@ -13,7 +13,7 @@ use super::buckets::{Ring, Waiting};
 use super::costmap::{CostMap, LETHAL};
 use super::guidance::{Guidance, OUT_OF_REACH};
 use super::layers::Layers;
-use super::motions::UNITS_PER_CELL;
+use super::metric::UNITS_PER_CELL;
 
 /// Edge of a block, in cells.
 const EDGE: usize = 4;

@@ -36,4 +36,4 @@ mod stopped;
 #[cfg(test)]
 mod tests;
 
-pub use motions::UNITS_PER_CELL;
+pub use metric::UNITS_PER_CELL;

@@ -1,6 +1,7 @@
 //! Ways over a plain grid, and what they cost at least.
 
-use super::motions::UNITS_PER_CELL;
+/// Costs are whole numbers: so many units for the length of a cell's edge over free ground.
+pub const UNITS_PER_CELL: u32 = 1_000;
 
 /// Kinds of steps: all others are their mirror images. Neighboring directions span a unit area each, so that
 /// between them every cell is reached by a whole number of both.

@@ -4,12 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use super::footprint::{Footprint, nearest};
-use super::metric::{Metric, STEP_REACH, length_cells, steps};
+use super::metric::{Metric, STEP_REACH, UNITS_PER_CELL, length_cells, steps};
 use super::primitives::{Primitive, PrimitiveSet};
 use crate::plane::{Pose, turn_radians};
-
-/// Costs are whole numbers: so many units for a way of a cell's edge over free ground.
-pub const UNITS_PER_CELL: u32 = 1_000;
 
 /// Between two samples of a motion no point of the vehicle moves farther than this, in cells.
 const SAMPLE_CELLS: f64 = 0.25;

@@ -16,9 +16,9 @@
 use nalgebra::{Matrix2, Matrix4, Vector2, Vector4};
 
 use super::cubature::{Gaussian, Sight};
-use super::frame::PoseError;
+use super::pose_error::PoseError;
 use super::settings::Settings;
-use super::visibility::seen_in;
+use super::view_share::seen_in;
 use crate::camera::View;
 use dragnet_lattice::plane::{bearing_radians, wrapped_radians};
 

@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 
 use nalgebra::Vector2;
 
-use super::frame::{Frame, FrameError, PoseError};
+use super::frame::{Frame, FrameError};
+use super::pose_error::PoseError;
 use super::settings::Settings;
 use super::track::{Standing, TrackId};
 use super::{Outcome, Tracker};

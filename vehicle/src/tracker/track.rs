@@ -18,11 +18,13 @@ use std::collections::BTreeMap;
 use nalgebra::{Matrix2, Vector2};
 
 use super::cubature::{Gaussian, Sight};
-use super::frame::{Frame, PoseError};
+use super::frame::Frame;
 use super::mixture::{Mixture, Reach};
+use super::pose_error::PoseError;
 use super::seconds_between;
 use super::settings::Settings;
-use super::visibility::{Missed, SEEN_OUTSIDE, mean_over, seen_in};
+use super::view_share::{SEEN_OUTSIDE, mean_over, seen_in};
+use super::visibility::Missed;
 use crate::camera::View;
 use dragnet_lattice::plane::{bearing_radians, turn_radians};
 
