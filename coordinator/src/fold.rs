@@ -18,7 +18,6 @@ use crate::track::Tracks;
 #[derive(Clone, Debug)]
 pub struct MissionFold {
     terrain: Terrain,
-    prior: Belief,
     belief: Belief,
     /// Prior probability in cells that the operator adds.
     added_prior: f64,
@@ -39,12 +38,11 @@ impl MissionFold {
     /// A mission before its first record. `prior` has shape `[cells]`: probabilities, 0 where nothing is searched.
     #[must_use]
     pub fn new(terrain: &Terrain, prior: &[f32]) -> Self {
-        let prior = prior_belief(terrain, prior);
+        let belief = prior_belief(terrain, prior);
         Self {
-            added_prior: added_prior(&prior, terrain),
+            added_prior: added_prior(&belief, terrain),
             terrain: terrain.clone(),
-            belief: prior.clone(),
-            prior,
+            belief,
             tracks: Tracks::default(),
             status: None,
         }
@@ -88,11 +86,8 @@ impl MissionFold {
     }
 
     fn stand(&mut self, status: &MissionStatus) -> Change {
-        let added = || status.directive.added.iter().copied();
-        if !status.directive.added.is_empty() {
-            self.prior.search_also(&mut self.terrain.clone(), added(), self.added_prior);
-        }
-        let added = self.belief.search_also(&mut self.terrain, added(), self.added_prior);
+        let added = status.directive.added.iter().copied();
+        let added = self.belief.search_also(&mut self.terrain, added, self.added_prior);
         let robots: Vec<RobotId> = self.tracks.robots().map(|(robot, _)| robot).collect();
         for robot in robots.into_iter().filter(|robot| !status.alive.contains(robot)) {
             self.tracks.lapses(robot);
@@ -107,13 +102,7 @@ impl MissionFold {
         &self.terrain
     }
 
-    /// The belief before any reading, added cells included.
-    #[must_use]
-    pub const fn prior(&self) -> &Belief {
-        &self.prior
-    }
-
-    /// The belief after all readings so far.
+    /// The belief after all readings so far; its prior includes the added cells.
     #[must_use]
     pub const fn belief(&self) -> &Belief {
         &self.belief

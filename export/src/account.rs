@@ -197,14 +197,15 @@ impl Fold {
     }
 
     fn prior_probability(&self) -> Vec<f64> {
-        let (terrain, prior) = (self.mission.terrain(), self.mission.prior());
-        terrain.grid().cells().map(|cell| prior.probability(cell)).collect()
+        let belief = self.mission.belief();
+        self.mission.terrain().grid().cells().map(|cell| belief.prior_probability(cell)).collect()
     }
 
     fn pod(&self, detection_threshold: f64) -> Vec<f64> {
-        let (prior, evidence) = (self.mission.prior(), self.mission.belief().evidence());
+        let belief = self.mission.belief();
         let of = |cell| {
-            probability_of_detection(prior.log_odds_nats(cell), evidence.of(cell), detection_threshold)
+            let (prior, evidence) = (belief.prior_log_odds_nats(cell), belief.evidence().of(cell));
+            probability_of_detection(prior, evidence, detection_threshold)
         };
         self.mission.terrain().grid().cells().map(of).collect()
     }

@@ -200,7 +200,7 @@ fn changes_and_a_whole_frame_come_to_the_same_picture() {
     assert!(levels[added[1].index()] > 0, "a cell that was added is searched");
     let fold = view.fold();
     assert!(added.iter().all(|&cell| fold.belief().log_odds_nats(cell).is_finite()), "in the belief");
-    assert!(added.iter().all(|&cell| fold.prior().probability(cell) > 0.0), "and in the prior");
+    assert!(added.iter().all(|&cell| fold.belief().prior_probability(cell) > 0.0), "and in the prior");
     assert_eq!(last.robots.iter().map(|robot| robot.trail.len()).sum::<usize>(), trail);
     assert!(deltas > 20 && wholes > 0 && trail > 10, "{deltas} {wholes} {trail}");
 }

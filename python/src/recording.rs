@@ -78,7 +78,7 @@ fn add_map(recording: &Bound<'_, PyDict>, playback: &Playback, fold: &MissionFol
     recording.set_item("traversable", cells(py, grid, |cell| terrain.is_traversable(cell))?)?;
     recording.set_item("searched", cells(py, grid, |cell| terrain.is_searched(cell))?)?;
     #[expect(clippy::cast_possible_truncation, reason = "recordings have single precision")]
-    let prior = |cell| fold.prior().probability(cell) as f32;
+    let prior = |cell| fold.belief().prior_probability(cell) as f32;
     recording.set_item("prior", cells(py, grid, prior)?)
 }
 

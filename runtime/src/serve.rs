@@ -23,7 +23,7 @@ use crate::config::{self, AgentSettings, Body, Checked, CoordinatorSettings, Sim
 use crate::journal::{Journal, Subject};
 use crate::link::Link;
 use crate::lockstep::LockstepNode;
-use crate::session::{Endpoints, Mode, block_on, leave, open_when_there};
+use crate::session::{Endpoints, Mode, block_on, leaving, open_when_there};
 use crate::stop::{self, Bond};
 use crate::team::recording::Existing;
 use crate::team::{self, Options};
@@ -97,9 +97,7 @@ pub fn agent(file: &Path, precedence: Precedence, make: detector::Make<'_>) -> R
             enter(&mut link, &config.common.zenoh).await?;
             Own { body, detector, scenario }.search(&mut link, agent, clock.listening(), journal, stop).await
         };
-        let ended = searching.await;
-        leave(&session).await;
-        ended
+        leaving(&session, Box::pin(searching)).await
     })
 }
 
@@ -243,9 +241,7 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), Runtime
             }
             wall_clock::run(&mut link, &mut node, clock, None, commands, stop).await.map(|log| log.ended)
         };
-        let ended = watching.await;
-        leave(&session).await;
-        ended
+        leaving(&session, watching).await
     })?;
     node.finish(ended, BTreeMap::new())?;
     Ok(())
@@ -290,9 +286,7 @@ pub fn world(
             .await?;
             server.run().await
         };
-        let episode = searching.await;
-        leave(&session).await;
-        episode
+        leaving(&session, searching).await
     })?;
     Ok((episode, config.seed))
 }

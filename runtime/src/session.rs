@@ -120,9 +120,16 @@ pub async fn open_when_there(endpoints: &Endpoints) -> Result<Session, RuntimeEr
 
 /// Leaves the network, and waits for that no longer than a person would: a session that cannot listen yet tries again
 /// whatever happens, and closes only once it can. What is left of it ends with the process.
-pub(crate) async fn leave(session: &Session) {
+async fn leave(session: &Session) {
     // Whoever is left without a word sees that the connection is closed.
     let _ = tokio::time::timeout(LEAVING, session.close()).await;
+}
+
+/// Does what a participant does on a session, and leaves the network then, however it ended.
+pub(crate) async fn leaving<T>(session: &Session, participant: impl Future<Output = T>) -> T {
+    let ended = participant.await;
+    leave(session).await;
+    ended
 }
 
 /// So long a session may take to close.

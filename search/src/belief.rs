@@ -95,8 +95,7 @@ impl Belief {
     /// Mean prior probability of the cells that a terrain searches; 0 if it searches none.
     #[must_use]
     pub fn mean_prior(&self, terrain: &Terrain) -> f64 {
-        let prior = |cell: Cell| 1.0 / (1.0 + (-self.prior_log_odds_nats[cell.index()]).exp());
-        let sum: f64 = terrain.searched_cells().map(prior).sum();
+        let sum: f64 = terrain.searched_cells().map(|cell| self.prior_probability(cell)).sum();
         sum / (terrain.searched_cells().count().max(1) as f64)
     }
 
@@ -140,11 +139,24 @@ impl Belief {
         self.evidence.digest()
     }
 
+    /// `ln(p / (1 - p))` of a cell before any reading; `-inf` where nothing is searched.
+    #[must_use]
+    #[inline]
+    pub fn prior_log_odds_nats(&self, cell: Cell) -> f64 {
+        self.prior_log_odds_nats[cell.index()]
+    }
+
+    /// Probability that a cell holds an object, before any reading.
+    #[must_use]
+    pub fn prior_probability(&self, cell: Cell) -> f64 {
+        probability(self.prior_log_odds_nats(cell))
+    }
+
     /// `ln(p / (1 - p))` of a cell; `-inf` where nothing is searched.
     #[must_use]
     #[inline]
     pub fn log_odds_nats(&self, cell: Cell) -> f64 {
-        self.prior_log_odds_nats[cell.index()] + self.evidence.of(cell).log_likelihood_ratio_nats()
+        self.prior_log_odds_nats(cell) + self.evidence.of(cell).log_likelihood_ratio_nats()
     }
 
     /// Probability that a cell holds an object.

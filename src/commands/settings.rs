@@ -69,6 +69,8 @@ impl Kind {
 struct Section {
     /// Such as `[vehicle.tracker]`; empty for the top level.
     header: String,
+    /// Of one of several alternatives to a table: which, such as `kind = "goal"`.
+    tag: Option<String>,
     description: String,
     /// Whether it, or a table around it, may be left out.
     is_optional: bool,
@@ -87,7 +89,7 @@ struct Key {
 fn sections(schema: &str) -> Vec<Section> {
     let root: Value = serde_json::from_str(schema).unwrap_or_default();
     let mut sections = Vec::new();
-    Walk { root: &root, sections: &mut sections }.table(&root, "", "", false);
+    Walk { root: &root, sections: &mut sections }.table(&root, "", String::new(), None, false);
     sections
 }
 
@@ -115,7 +117,14 @@ impl<'a> Walk<'a> {
     }
 
     /// A table, and the tables in it.
-    fn table(&mut self, schema: &'a Value, path: &str, header: &str, is_optional: bool) {
+    fn table(
+        &mut self,
+        schema: &'a Value,
+        path: &str,
+        header: String,
+        tag: Option<String>,
+        is_optional: bool,
+    ) {
         let body = self.resolved(schema);
         let Some(properties) = body.get("properties").and_then(Value::as_object) else { return };
         let (mut keys, mut inner) = (Vec::new(), Vec::new());
@@ -123,25 +132,23 @@ impl<'a> Walk<'a> {
             let value = self.resolved(property);
             let path = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
             let is_required = requires(body, name);
+            let items = value.get("items").filter(|items| self.resolved(items).get("properties").is_some());
             if value.get("properties").is_some() {
-                inner.push((property, path.clone(), format!("[{path}]"), is_optional || !is_required));
-            } else if let Some(items) = value.get("items").map(|items| self.resolved(items))
-                && items.get("properties").is_some()
-            {
-                inner.push((value.get("items").unwrap_or(items), path.clone(), format!("[[{path}]]"), true));
+                inner.push((property, path.clone(), format!("[{path}]"), None, is_optional || !is_required));
+            } else if let Some(items) = items {
+                inner.push((items, path.clone(), format!("[[{path}]]"), None, true));
             } else if let Some(variants) = tagged(value) {
                 for variant in variants {
-                    let tag = tag(variant).unwrap_or_default();
-                    inner.push((variant, path.clone(), format!("[{path}] # {tag}"), true));
+                    inner.push((variant, path.clone(), format!("[{path}]"), self::tag(variant), true));
                 }
             } else if let Some(key) = self.key(name, property, value, is_required) {
                 keys.push(key);
             }
         }
-        let header = header.to_owned();
-        self.sections.push(Section { header, description: description(schema, body), is_optional, keys });
-        for (schema, path, header, is_optional) in inner {
-            self.table(schema, &path, &header, is_optional);
+        let description = description(schema, body);
+        self.sections.push(Section { header, tag, description, is_optional, keys });
+        for (schema, path, header, tag, is_optional) in inner {
+            self.table(schema, &path, header, tag, is_optional);
         }
     }
 
@@ -205,25 +212,23 @@ fn list<'a>(values: impl Iterator<Item = &'a Value>) -> String {
 /// The nearer description: of the key rather than of its type.
 fn description(near: &Value, far: &Value) -> String {
     let text = near.get("description").or_else(|| far.get("description")).and_then(Value::as_str);
-    text.unwrap_or_default().replace('\n', " ")
+    text.unwrap_or_default().to_owned()
 }
 
 impl Section {
     fn write_template(&self, text: &mut String) {
         let hidden = if self.is_optional { "# " } else { "" };
-        let alternative = self.header.contains(" # ");
         if !text.is_empty() {
             text.push('\n');
         }
         for line in wrapped(&self.description) {
             let _ = writeln!(text, "# {line}");
         }
-        let header = self.header.split(" # ").next().unwrap_or_default();
-        if !header.is_empty() {
-            let _ = writeln!(text, "{hidden}{header}");
+        if !self.header.is_empty() {
+            let _ = writeln!(text, "{hidden}{}", self.header);
         }
-        if alternative {
-            let _ = writeln!(text, "# {}", self.header.split(" # ").nth(1).unwrap_or_default());
+        if let Some(tag) = &self.tag {
+            let _ = writeln!(text, "# {tag}");
         }
         for key in &self.keys {
             for line in wrapped(&key.description) {
@@ -243,7 +248,8 @@ impl Section {
 
     fn write_reference(&self, text: &mut String) {
         if !self.header.is_empty() {
-            let _ = writeln!(text, "### `{}`\n", self.header.replace(" # ", "`, `"));
+            let tag = self.tag.as_ref().map(|tag| format!(", `{tag}`")).unwrap_or_default();
+            let _ = writeln!(text, "### `{}`{tag}\n", self.header);
         }
         if !self.description.is_empty() {
             let _ = writeln!(text, "{}\n", self.description);

@@ -110,7 +110,7 @@ pub(super) fn decisions(orders: &AgentConfig) -> Finding {
     let cells: Vec<_> = orders.terrain.traversable_cells().collect();
     let start = MissionTime::START + mission.stagger * u32::from(orders.place.member);
     // What all decisions share is built once.
-    let _ = InformationTable::shared();
+    InformationTable::warm_up();
     let mut slowest = Duration::ZERO;
     for place in 0..DECISIONS.min(cells.len()) {
         let cell = cells[place * cells.len() / DECISIONS.min(cells.len())];
