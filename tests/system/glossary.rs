@@ -15,9 +15,9 @@ use crate::field::DRAGNET;
 const ORDINARY: &str = "acceleration agent agnostic alarms alive arrays attached batch calibrate choice class classes common \
     compare completions compressed confidence correlation cpu csv decide demonstrate detect doctor domain doubled dry epochs \
     error every explore false format frame fusion gate goal goals height help hidden inspect json kind kinds latitude learning \
-    live load longitude markdown merge minutes miss module moved namespace next node odometry patience period pitch plot print processes \
-    publish rate recover relay replan replay reset resolution ros router run safety save schema sender sequence soak source \
-    speed stamps step stop subscribe take text threads transport uncorrected velocity wake when width window z";
+    live load longitude markdown merge minutes miss module namespace next node odometry patience period pitch plot print processes \
+    publish rate recover relay replan replay reset resolution reverse ros router run safety save schema sender sequence soak source \
+    speed stamps step stop subscribe take text threads token transport uncorrected velocity wake when width window z";
 
 /// Names that were given up for those of the glossary.
 const GIVEN_UP: [&str; 40] = [
@@ -71,7 +71,7 @@ fn read(path: &str) -> String {
     fs::read_to_string(root().join(path)).unwrap()
 }
 
-/// Keys of scenarios.
+/// Keys of the files that a schema describes.
 fn schema_keys(value: &Value, keys: &mut BTreeSet<String>) {
     match value {
         Value::Object(entries) => {
@@ -83,25 +83,6 @@ fn schema_keys(value: &Value, keys: &mut BTreeSet<String>) {
         Value::Array(values) => values.iter().for_each(|value| schema_keys(value, keys)),
         _ => {}
     }
-}
-
-/// Keys of settings: public fields of the tables.
-fn settings_keys() -> impl Iterator<Item = String> {
-    let files = [
-        "vehicle/src/settings.rs",
-        "runtime/src/ros/settings.rs",
-        "runtime/src/config.rs",
-        "runtime/src/vehicle/detector.rs",
-    ];
-    files.into_iter().flat_map(|file| {
-        let text = read(file);
-        let fields: Vec<String> = text
-            .lines()
-            .filter_map(|line| Some(line.strip_prefix("    pub ")?.split_once(':')?.0.to_owned()))
-            .filter(|name| !name.contains(['(', ' ']))
-            .collect();
-        fields
-    })
 }
 
 /// Fields of messages.
@@ -149,9 +130,11 @@ fn python_names() -> Vec<String> {
 #[test]
 fn each_public_name_is_made_of_words_of_the_glossary_or_ordinary_ones() {
     let mut names = BTreeSet::new();
-    schema_keys(&serde_json::from_str(&read("scenarios/scenario.schema.json")).unwrap(), &mut names);
-    assert!(names.len() > 40, "{names:?}");
-    names.extend(settings_keys().chain(message_fields()).chain(command_line()).chain(python_names()));
+    for file in ["scenarios/scenario", "deploy/agent", "deploy/coordinator", "deploy/sim"] {
+        schema_keys(&serde_json::from_str(&read(&format!("{file}.schema.json"))).unwrap(), &mut names);
+    }
+    assert!(names.len() > 100, "{names:?}");
+    names.extend(message_fields().into_iter().chain(command_line()).chain(python_names()));
     assert!(names.len() > 200, "{}", names.len());
     let glossary = read("docs/glossary.md").to_lowercase();
     let known: BTreeSet<&str> = glossary
