@@ -196,6 +196,7 @@ impl Vehicle {
     }
 
     /// What people are shown: what is followed, and the belief if it has changed or stood for a while: to be called every [`SHOW`].
+    /// The pilot gets the declared cells of a changed belief.
     pub(crate) fn show(&mut self, now: Now, belief: &Belief, has_changed: bool) -> Vec<Effect> {
         let mut shown = vec![Output::Diagnostics(self.board.all()), Output::Tracks(self.tracks())];
         self.unchanged += 1;
@@ -208,7 +209,11 @@ impl Vehicle {
             shown.push(Output::Belief(drawn, planar(&self.places.in_frame(&Pose::default()))));
             shown.push(Output::Objects(self.objects(belief)));
         }
-        shown.into_iter().map(Effect::Publish).collect()
+        let mut effects: Vec<Effect> = shown.into_iter().map(Effect::Publish).collect();
+        if has_changed {
+            effects.extend(self.tell(now, Event::Declared(self.found(belief).collect())));
+        }
+        effects
     }
 
     /// Nothing is left to drive. Nav2 is sent to where the robot is, which is how topics call a goal off.

@@ -15,7 +15,7 @@ mod body;
 mod cameras;
 mod site;
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -135,6 +135,10 @@ struct Mission<'a> {
     vehicles: Vec<Vehicle>,
     merged: Belief,
     detection_threshold: f64,
+    /// Cells that `merged` declares.
+    declared: BTreeSet<Cell>,
+    /// Whether they have changed since the pilots were told.
+    has_news: bool,
     now: MissionTime,
     trial: Trial,
     /// Messages on their way, with their receivers.
@@ -186,6 +190,8 @@ impl<'a> Mission<'a> {
             vehicles,
             merged,
             detection_threshold,
+            declared: BTreeSet::new(),
+            has_news: false,
             now,
             trial,
             mail: VecDeque::new(),
@@ -203,6 +209,11 @@ impl<'a> Mission<'a> {
                 self.move_on(index)?;
             }
             self.deliver()?;
+            if std::mem::take(&mut self.has_news) {
+                for index in 0..self.vehicles.len() {
+                    self.steer(index, pilot::Event::Declared(self.declared.clone()))?;
+                }
+            }
         }
         Ok(())
     }
@@ -264,6 +275,12 @@ impl<'a> Mission<'a> {
             self.merged.add(reading);
             let after = self.merged.is_found(reading.cell, self.detection_threshold);
             if before != after {
+                self.has_news = true;
+                if after {
+                    self.declared.insert(reading.cell);
+                } else {
+                    self.declared.remove(&reading.cell);
+                }
                 self.trial.score.change(after, self.site.truth().is_object(reading.cell));
             }
         }

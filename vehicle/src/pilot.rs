@@ -221,6 +221,7 @@ impl Pilot {
                     self.leg = Leg::Idle;
                 }
             }
+            Event::Declared(cells) => self.perception.set_declared(cells),
             Event::Drive(report) => self.hear(report, actions),
             Event::Tick => self.look_out(now_ns, actions),
         }

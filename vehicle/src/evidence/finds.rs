@@ -10,7 +10,7 @@ use dragnet_search::cell::Cell;
 use dragnet_search::terrain::Terrain;
 use nalgebra::{Matrix2, Vector2};
 
-use super::spread::over_cells;
+use super::spread::{cell_at, over_cells};
 use crate::tracker::seconds_between;
 use crate::tracker::track::{Standing, Track, TrackId};
 
@@ -55,6 +55,8 @@ pub struct Finds {
     pub(super) doubtful: BTreeSet<Cell>,
     /// Cells that finds have left and that were not told so yet.
     pub(super) left: BTreeSet<Cell>,
+    /// Cells in which the team has declared objects.
+    declared: BTreeSet<Cell>,
 }
 
 impl Finds {
@@ -67,6 +69,16 @@ impl Finds {
     #[must_use]
     pub fn in_cell(&self, cell: Cell) -> Option<&Find> {
         self.by_track.values().filter(|find| find.cell == cell).max_by_key(|find| (find.seen_ns, find.track))
+    }
+
+    /// Replaces the cells in which the team has declared objects.
+    pub fn set_declared(&mut self, cells: BTreeSet<Cell>) {
+        self.declared = cells;
+    }
+
+    /// Forgets all tracks, not what the team has declared.
+    pub fn restart(&mut self) {
+        *self = Self { declared: std::mem::take(&mut self.declared), ..Self::default() };
     }
 
     /// Takes in where tracks are by now.
@@ -82,7 +94,7 @@ impl Finds {
             }
             let before = self.by_track.get(&track.id()).map(|find| find.cell);
             let kept = before.filter(|cell| cells.get(cell).is_some_and(|&probability| probability >= LEFT));
-            if let Some(cell) = kept.or_else(|| self.cell_of(track, &cells, now_ns, terrain)) {
+            if let Some(cell) = kept.or_else(|| self.cell_of(track, &cells, tracks, now_ns, terrain)) {
                 self.place(track, cell, before, tracks);
                 continue;
             }
@@ -114,11 +126,13 @@ impl Finds {
         self.by_track.insert(track.id(), find);
     }
 
-    /// The cell that a track is to be told in, if it can be told by now.
+    /// The cell that a track is to be told in, if it can be told by now: the likeliest one, but on a border that of the
+    /// same object as this robot or a teammate has declared it.
     fn cell_of(
         &self,
         track: &Track,
         cells: &BTreeMap<Cell, f64>,
+        tracks: &[Track],
         now_ns: u64,
         terrain: &Terrain,
     ) -> Option<Cell> {
@@ -140,6 +154,21 @@ impl Finds {
             let is_same = both.is_some_and(|both| offset.dot(&both.solve(&offset)) < SAME * SAME);
             is_same && cells.get(&find.cell).is_some_and(|&probability| probability >= LEFT)
         });
-        Some(twin.map_or(cell, |twin| twin.cell))
+        if let Some(twin) = twin {
+            return Some(twin.cell);
+        }
+        // Of a teammate's find nobody says whose it is: it is this track's, unless another of this robot's fits better.
+        let is_of_another = |cell: Cell| {
+            let lies_there = |other: &Track| cell_at(terrain, other.position_meters()) == Some(cell);
+            self.in_cell(cell).is_some()
+                || tracks
+                    .iter()
+                    .any(|it| it.id() != track.id() && it.standing() == Standing::Confirmed && lies_there(it))
+        };
+        let shared = cells.iter().filter(|&(&cell, &probability)| {
+            probability >= LEFT && self.declared.contains(&cell) && !is_of_another(cell)
+        });
+        let likeliest = shared.max_by(|a, b| a.1.total_cmp(b.1).then(b.0.cmp(a.0)));
+        Some(likeliest.map_or(cell, |(&cell, _)| cell))
     }
 }

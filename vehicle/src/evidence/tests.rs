@@ -65,6 +65,10 @@ fn drawn(terrain: &Terrain, seen: &Seen) -> String {
 
 /// Follows a thing from a camera that looks around itself and drives half a circle, for some frames.
 fn tracks(thing: Vector2<f64>, frames: u64) -> Vec<Track> {
+    tracks_of(&[thing], frames)
+}
+
+fn tracks_of(things: &[Vector2<f64>], frames: u64) -> Vec<Track> {
     let settings = Settings { velocity_std: 0.01, acceleration_density: 1e-8, ..Settings::default() };
     let mut tracker = Tracker::new(settings).unwrap();
     for number in 0..frames {
@@ -74,7 +78,10 @@ fn tracks(thing: Vector2<f64>, frames: u64) -> Vec<Track> {
             time_ns: number * SECOND / 5,
             camera: 0,
             view: View::new(vehicle, PI, 2.0, 60.0).unwrap(),
-            bearings_radians: vec![bearing_radians(vehicle.position_meters(), thing)],
+            bearings_radians: things
+                .iter()
+                .map(|&it| bearing_radians(vehicle.position_meters(), it))
+                .collect(),
             bearing_deviation_radians: 0.005,
             pose_error: PoseError::default(),
         };
@@ -266,6 +273,48 @@ fn readings_are_what_the_team_believes() {
         }
     }
     assert!(ones > 5, "{ones}");
+}
+
+#[test]
+fn what_a_teammate_has_declared_across_the_border_is_not_declared_again() {
+    let terrain = terrain(OPEN);
+    // Borders are at multiples of 10 m.
+    let (west, east) = (Vector2::new(59.8, 65.0), Vector2::new(60.02, 65.0));
+    let declared_in = |things: &[Vector2<f64>], declared: &[Vector2<f64>]| {
+        let cell = |point: &Vector2<f64>| spread::cell_at(&terrain, *point).unwrap();
+        let mut finds = Finds::default();
+        finds.set_declared(declared.iter().map(cell).collect());
+        let tracks = tracks_of(things, 200);
+        finds.update(&tracks, tracks.iter().map(Track::seen_ns).max().unwrap(), &terrain);
+        let mut cells: Vec<Cell> = finds.iter().map(|find| find.cell).collect();
+        cells.sort();
+        assert_eq!(cells.len(), things.len());
+        (cells, [cell(&west), cell(&east)])
+    };
+    let (cells, [_, right]) = declared_in(&[east], &[]);
+    assert_eq!(cells, [right]);
+    let (cells, [left, _]) = declared_in(&[east], &[west]);
+    assert_eq!(cells, [left]);
+    // Nothing is taken for what lies elsewhere.
+    let (cells, [_, right]) = declared_in(&[east], &[Vector2::new(45.0, 65.0)]);
+    assert_eq!(cells, [right]);
+}
+
+#[test]
+fn of_two_objects_at_a_border_each_is_declared_in_its_cell() {
+    let terrain = terrain(OPEN);
+    let things = [Vector2::new(55.0, 65.0), Vector2::new(60.02, 65.0)];
+    let cells = things.map(|point| spread::cell_at(&terrain, point).unwrap());
+    let tracks = tracks_of(&things, 200);
+    for order in [[0, 1], [1, 0]] {
+        let tracks = order.map(|index| tracks[index].clone());
+        let mut finds = Finds::default();
+        finds.set_declared([cells[0]].into());
+        finds.update(&tracks, tracks.iter().map(Track::seen_ns).max().unwrap(), &terrain);
+        let mut told: Vec<Cell> = finds.iter().map(|find| find.cell).collect();
+        told.sort();
+        assert_eq!(told, cells);
+    }
 }
 
 #[test]

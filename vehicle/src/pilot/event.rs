@@ -1,5 +1,7 @@
 //! What happens to a vehicle, and what its pilot does.
 
+use std::collections::BTreeSet;
+
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Reading;
 
@@ -20,6 +22,8 @@ pub enum Event {
     Map(CostMap),
     /// The agent's route: cells to enter, in order. Without a cell: stay.
     Route(Vec<Cell>),
+    /// All cells in which the team has declared objects: an object on a border is declared in one cell only.
+    Declared(BTreeSet<Cell>),
     /// How a navigation stack gets on with the last [`Action::Go`].
     Drive(Report),
     /// Time passes. Needed at least as often as silences are to be noticed.

@@ -6,7 +6,7 @@
 
 mod waiting;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use dragnet_search::cell::Cell;
 use dragnet_search::sensor::Sensor;
@@ -88,6 +88,11 @@ impl Perception {
         &self.finds
     }
 
+    /// Replaces the cells in which the team has declared objects.
+    pub(super) fn set_declared(&mut self, cells: BTreeSet<Cell>) {
+        self.finds.set_declared(cells);
+    }
+
     /// The track behind an object that was told in a cell.
     pub(super) fn find(&self, cell: Cell) -> Option<&Find> {
         self.finds.in_cell(cell)
@@ -112,7 +117,7 @@ impl Perception {
             self.tracker = tracker;
         }
         self.waiting.restart(now_ns);
-        self.finds = Finds::default();
+        self.finds.restart();
         self.accounts = Accounts::default();
         self.has_undecided = false;
         self.eyes.iter_mut().for_each(|eye| eye.heard_ns = Some(now_ns));

@@ -365,9 +365,11 @@ fn any_event() -> impl Strategy<Value = Event> {
     });
     let route =
         proptest::collection::vec((0..12_u32, 0..12_u32), 0..5).prop_map(|it| Event::Route(cells(&it)));
+    let declared = proptest::collection::vec((0..12_u32, 0..12_u32), 0..5)
+        .prop_map(|it| Event::Declared(cells(&it).into_iter().collect()));
     let report =
         prop_oneof![Just(Report::Arrived), Just(Report::Failed(String::new()))].prop_map(Event::Drive);
-    prop_oneof![3 => fix, 3 => frame, 1 => route, 1 => report, 1 => Just(Event::Tick)]
+    prop_oneof![3 => fix, 3 => frame, 1 => route, 1 => declared, 1 => report, 1 => Just(Event::Tick)]
 }
 
 proptest! {

@@ -127,6 +127,13 @@ impl Course {
         Self { from, direction_radians, seconds, thing: place(along, across) }
     }
 
+    /// From the end to the beginning, beside the same object.
+    fn back(&self) -> Self {
+        let end = self.pose(self.seconds).position_meters();
+        let direction_radians = wrapped_radians(self.direction_radians + PI);
+        Self { from: end, direction_radians, ..*self }
+    }
+
     fn pose(&self, seconds: f64) -> Pose {
         let (sin, cos) = self.direction_radians.sin_cos();
         let at = self.from + Vector2::new(cos, sin) * SPEED_METERS_PER_SECOND * seconds;
@@ -213,14 +220,22 @@ struct Drive {
 pub(crate) fn run(kind: Kind, eyes: Eyes, cell_meters: f64, seed: u64) -> Outcome {
     let mut random = stream(seed, Purpose::Truth, 0);
     let mut drive = Drive::new(Course::new(kind, cell_meters, &mut random), eyes, cell_meters);
-    let (rate, due) = schedule(drive.course.seconds, drive.cameras.len(), &mut random);
-    let Course { from, thing, direction_radians, .. } = &drive.course;
-    let degrees = direction_radians.to_degrees();
-    drive.log = format!("{rate} Hz, object at {thing:.2?}, from {from:.2?} to {degrees:.0} degrees\n");
-    for (time_ns, what) in due {
-        drive.step(time_ns, what, &mut random);
-    }
+    drive.to_the_end(&mut random);
     drive.end()
+}
+
+/// Two robots pass one object, one after the other: how many cells they have declared by then.
+pub(crate) fn run_two(kind: Kind, eyes: Eyes, cell_meters: f64, seed: u64) -> usize {
+    let mut random = stream(seed, Purpose::Truth, 0);
+    let course = Course::new(kind, cell_meters, &mut random);
+    let back = course.back();
+    let mut first = Drive::new(course, eyes, cell_meters);
+    first.to_the_end(&mut random);
+    let mut second = Drive::new(back, eyes, cell_meters);
+    second.belief = first.belief;
+    second.pilot.handle(0, Event::Declared(second.declared().into_iter().collect()));
+    second.to_the_end(&mut random);
+    second.declared().len()
 }
 
 impl Drive {
@@ -237,6 +252,16 @@ impl Drive {
             terrain,
             ever: Vec::new(),
             log: String::new(),
+        }
+    }
+
+    fn to_the_end(&mut self, random: &mut Stream) {
+        let (rate, due) = schedule(self.course.seconds, self.cameras.len(), random);
+        let Course { from, thing, direction_radians, .. } = &self.course;
+        let degrees = direction_radians.to_degrees();
+        self.log = format!("{rate} Hz, object at {thing:.2?}, from {from:.2?} to {degrees:.0} degrees\n");
+        for (time_ns, what) in due {
+            self.step(time_ns, what, random);
         }
     }
 

@@ -4,7 +4,7 @@
 //! without, there are a few drives of each kind. `DRAGNET_SEED` is the first seed of others, `DRAGNET_ONLY` a part
 //! of the name of those that are driven, and `DRAGNET_LOG` tells how the drives went that were not right.
 
-use crate::drive::{Eyes, Kind, Outcome, run};
+use crate::drive::{Eyes, Kind, Outcome, run, run_two};
 
 /// Of each kind, without a number of its own.
 const FEW_DRIVES: u64 = 3;
@@ -69,4 +69,22 @@ pub(crate) fn objects_are_declared_where_they_are() {
     whole.print("all");
     let share = |count: u32| f64::from(count) / f64::from(whole.drives.max(1));
     assert!(share(whole.right) >= LEAST_RIGHT && share(whole.wrong) <= MOST_WRONG, "too few are right");
+}
+
+/// What one robot has declared in a cell, the next declares in the same one, even if its own estimate lies across the
+/// border.
+#[cfg_attr(test, test)]
+pub(crate) fn two_robots_declare_an_object_on_a_border_once() {
+    let (first, drives) = (number("DRAGNET_SEED", 0), number("DRAGNET_DRIVES", 20));
+    let mut counts = [0; 4];
+    for kind in [Kind::Border, Kind::Corner] {
+        for eyes in [Eyes::TwoWide, Eyes::OneWide] {
+            for seed in first..first + drives {
+                counts[run_two(kind, eyes, 10.0, seed).min(3)] += 1;
+            }
+        }
+    }
+    println!("drives of two robots by the number of cells they declared, 0 to 3 and more: {counts:?}");
+    let drives: u32 = counts.iter().sum();
+    assert!(counts[1] * 100 >= drives * 97, "{counts:?}");
 }
