@@ -13,7 +13,7 @@ use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Reading;
 use dragnet_search::intent::PlannedPrecision;
-use dragnet_search::observation::{Entry, Observation, Origin, RobotId};
+use dragnet_search::observation::{Entry, Observation, Origin, RobotId, Source};
 use dragnet_search::policy::{Decision, Policy};
 use dragnet_search::reach::Reach;
 use dragnet_search::route::Connectivity;
@@ -196,7 +196,7 @@ impl Agent {
         let participant = Participant::Robot(orders.id());
         Self {
             policy,
-            random: stream(orders.seed, Purpose::Decision, orders.id().0),
+            random: stream(orders.seed, Purpose::Decision, orders.id().number()),
             belief: Belief::clone(&orders.prior),
             reach: Reach::unknown(orders.terrain.grid(), orders.sensor.radius()),
             replica: Replica::new(participant, orders.mission.heartbeat / 2, orders.limits.clone()),
@@ -230,7 +230,7 @@ impl Agent {
     /// What it sees from now on is numbered anew, under another incarnation: what it kept last may not be the last that
     /// it told the others.
     pub fn recall(&mut self, observation: &Arc<Observation>) {
-        if observation.origin.robot == self.orders.id() {
+        if observation.origin.source == self.orders.id().into() {
             if let Some(before) = self.recalled {
                 self.path_meters += self.meters(before, observation.from);
             }
@@ -372,7 +372,7 @@ impl Agent {
     }
 
     fn count(&mut self, observation: &Observation) {
-        if observation.origin.robot != RobotId::BY_HAND {
+        if observation.origin.source != Source::Operator {
             self.reach.add_robot(&self.orders.terrain, observation.from);
         }
         for reading in &observation.readings {
@@ -395,8 +395,8 @@ impl Agent {
         }
         match message {
             Message::Observation(observation) => {
-                if observation.origin.robot != RobotId::BY_HAND {
-                    self.team.walked(now, observation.origin.robot, observation.from);
+                if let Source::Robot(robot) = observation.origin.source {
+                    self.team.walked(now, robot, observation.from);
                 }
             }
             Message::Intent(intent) => self.learn_plan(now, intent),
@@ -445,7 +445,7 @@ impl Agent {
     /// way: it decides anew in its next cell.
     fn learn_plan(&mut self, now: MissionTime, intent: &Intent) {
         let is_news = self.team.plans(now, intent);
-        let made = (MissionTime(intent.time_ns), intent.origin.robot);
+        let made = (MissionTime(intent.time_ns), intent.robot);
         let is_earlier = made < (self.decided, self.orders.id());
         if is_news && is_earlier && !intent.path.is_empty() {
             self.is_overtaken = true;
@@ -568,7 +568,13 @@ impl Agent {
     }
 
     fn intent(&self) -> Intent {
-        Intent { origin: self.origin, decision: self.plans, time_ns: self.decided.0, path: self.plan.clone() }
+        Intent {
+            robot: self.orders.id(),
+            incarnation: self.origin.incarnation,
+            decision: self.plans,
+            time_ns: self.decided.0,
+            path: self.plan.clone(),
+        }
     }
 
     fn beat(&self, now: MissionTime, actions: &mut Vec<Action>) {

@@ -73,7 +73,7 @@ impl Team {
     /// A teammate's plan: it replaces an older one, and a repeated one tells how far along the robot is. Returns
     /// whether it is news.
     pub fn plans(&mut self, now: MissionTime, intent: &Intent) -> bool {
-        let mate = self.mate(now, intent.origin.robot);
+        let mate = self.mate(now, intent.robot);
         let known = mate.plan.as_ref();
         let is_newer = known.is_none_or(|known| intent.is_newer_than(known));
         if known.is_none_or(|known| intent.supersedes(known)) {
@@ -155,11 +155,9 @@ impl Team {
 
 #[cfg(test)]
 mod tests {
-    use dragnet_search::observation::Origin;
-
     use super::*;
 
-    const MATE: RobotId = RobotId(2);
+    const MATE: RobotId = RobotId::new(2).unwrap();
 
     struct Field {
         terrain: Terrain,
@@ -182,7 +180,7 @@ mod tests {
             let path = self.cells(path);
             self.team.plans(
                 MissionTime::START,
-                &Intent { origin: Origin::first(MATE), decision, time_ns: 0, path },
+                &Intent { robot: MATE, incarnation: 0, decision, time_ns: 0, path },
             );
         }
 

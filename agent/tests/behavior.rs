@@ -48,7 +48,7 @@ impl Field {
     }
 
     fn hear(&mut self, seconds: u64, from: u16, message: Message) -> Vec<Action> {
-        let from = Participant::Robot(RobotId(from));
+        let from = Participant::Robot(RobotId::new(from).unwrap());
         self.robot.react(MissionTime(seconds * SECOND), Event::Received { from, message })
     }
 
@@ -83,7 +83,7 @@ fn a_look_is_told_and_followed_by_a_plan_that_is_told_too() {
     let path = route(&actions).unwrap().to_vec();
     match said(&actions)[..] {
         [Message::Observation(observation), Message::Intent(intent)] => {
-            assert_eq!((observation.origin.robot, observation.sequence), (RobotId(1), 0));
+            assert_eq!((observation.origin, observation.sequence), (Origin::first(RobotId::FIRST), 0));
             assert_eq!(intent.path, path);
         }
         ref other => panic!("{other:?}"),
@@ -111,7 +111,8 @@ fn way_of_second(plan_heard_at: Option<u64>, made_at: u64) -> (Vec<Cell>, Option
     field.sense(0, start);
     let blind = Field::new(2, ENDLESS).decided_alone();
     let plan = Message::Intent(Intent {
-        origin: Origin::first(RobotId(1)),
+        robot: RobotId::FIRST,
+        incarnation: 0,
         decision: 1,
         time_ns: made_at * SECOND,
         path: blind.clone(),
@@ -176,7 +177,7 @@ fn a_robot_rests_when_nothing_is_left_and_goes_on_when_doubt_comes_back() {
     assert_eq!(route(&actions), Some(&[][..]));
     assert_eq!(field.robot.activity(), Activity::Cleared);
     let doubt = Observation {
-        origin: Origin::first(RobotId(2)),
+        origin: Origin::first(RobotId::new(2).unwrap()),
         sequence: 0,
         time_ns: 0,
         from: cell,
@@ -240,7 +241,10 @@ fn a_heartbeat_is_due_every_period_in_turn_and_says_what_is_known() {
     match said(&actions)[..] {
         [Message::Heartbeat(heartbeat)] => {
             assert_eq!(heartbeat.versions.len(), 1);
-            assert_eq!((heartbeat.versions[0].origin.robot, heartbeat.versions[0].next), (RobotId(1), 1));
+            assert_eq!(
+                (heartbeat.versions[0].origin.source, heartbeat.versions[0].next),
+                (RobotId::FIRST.into(), 1)
+            );
             assert_eq!(heartbeat.digest, field.robot.belief().digest());
             assert!(!heartbeat.intent.path.is_empty());
         }
@@ -295,7 +299,7 @@ fn a_robot_that_starts_again_remembers_what_it_kept_and_reuses_no_name() {
         kept.extend(new);
     };
     keep(field.sense(0, field.cell(0, 0)));
-    let origin = Origin::first(RobotId(2));
+    let origin = Origin::first(RobotId::new(2).unwrap());
     let readings = vec![Reading { cell: field.cell(9, 9), value: 1.0, variance: 0.001 }];
     let told = Observation { origin, sequence: 0, time_ns: 0, from: field.cell(9, 9), readings };
     keep(field.hear(5, 2, Message::Observation(told.into())));
@@ -311,7 +315,7 @@ fn a_robot_that_starts_again_remembers_what_it_kept_and_reuses_no_name() {
     let actions = again.sense(60, again.cell(0, 1));
     match said(&actions)[..] {
         [Message::Observation(observation), Message::Intent(_)] => {
-            let expected = Origin { robot: RobotId(1), incarnation: 60 * SECOND };
+            let expected = Origin { source: RobotId::FIRST.into(), incarnation: 60 * SECOND };
             assert_eq!((observation.origin, observation.sequence), (expected, 0));
         }
         ref other => panic!("{other:?}"),

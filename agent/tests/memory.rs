@@ -21,7 +21,7 @@ use dragnet_search::sensor::Sensor;
 
 const SIDE: u32 = 1000;
 const LIMIT_BYTES: u64 = 200_000_000;
-const MATE: RobotId = RobotId(1);
+const MATE: RobotId = RobotId::FIRST;
 /// Observations of each of the two robots.
 const OBSERVATIONS: u64 = 2000;
 /// The robot decides for the first time only when all of them are in, so that the test is quick.
@@ -136,7 +136,7 @@ impl Search {
 
     fn plan_of_mate(&self, now: MissionTime, sequence: u64) -> Intent {
         let path = (1..=10).map(|ahead| self.lane_cell(400, sequence + ahead)).collect();
-        Intent { origin: Origin::first(MATE), decision: sequence / 10, time_ns: now.0, path }
+        Intent { robot: MATE, incarnation: 0, decision: sequence / 10, time_ns: now.0, path }
     }
 
     fn heartbeat_of_mate(&self, now: MissionTime, sequence: u64, intent: Intent) -> Heartbeat {

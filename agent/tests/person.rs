@@ -13,10 +13,10 @@ use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;
-use dragnet_search::observation::{Observation, Origin, RobotId};
+use dragnet_search::observation::{Observation, Origin, RobotId, Source};
 
 const SECOND: u64 = 1_000_000_000;
-const ROBOT: RobotId = RobotId(1);
+const ROBOT: RobotId = RobotId::FIRST;
 
 /// A robot on a map whose two western columns are searched, and whose eastern ones are only crossed.
 struct Field {
@@ -149,7 +149,7 @@ fn a_mark_by_hand_counts_once_and_is_no_teammate() {
     field.sense(0, 0);
     let cell = field.cell(7);
     let mark = Message::Observation(Arc::new(Observation {
-        origin: Origin { robot: RobotId::BY_HAND, incarnation: 3 },
+        origin: Origin { source: Source::Operator, incarnation: 3 },
         sequence: 0,
         time_ns: 3,
         from: cell,

@@ -13,7 +13,7 @@ use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::observation::{Observation, Origin, RobotId};
 
 const SECOND: u64 = 1_000_000_000;
-const MATE: RobotId = RobotId(2);
+const MATE: RobotId = RobotId::new(2).unwrap();
 
 /// Robots 1 and 2 on a corridor of 12 cells, 15 s each. Objects can be in the last three; robot 1 starts in the first.
 struct Field {
@@ -62,7 +62,7 @@ impl Field {
     fn plan(&mut self, seconds: u64, decision: u64, path: impl IntoIterator<Item = u32>) -> Vec<Action> {
         let path = path.into_iter().map(|number| self.cell(number)).collect();
         let time_ns = at(seconds).0;
-        self.hear(seconds, Message::Intent(Intent { origin: Origin::first(MATE), decision, time_ns, path }))
+        self.hear(seconds, Message::Intent(Intent { robot: MATE, incarnation: 0, decision, time_ns, path }))
     }
 
     /// The mate has entered a cell and seen that these are empty.
@@ -186,7 +186,8 @@ fn whoever_is_lost_or_stands_still_is_waited_for_no_longer() {
                     cell: field.cell(7),
                     path_meters: 0.0,
                     intent: Intent {
-                        origin: Origin::first(MATE),
+                        robot: MATE,
+                        incarnation: 0,
                         decision: 1,
                         time_ns: 0,
                         path: (8..12).map(|number| field.cell(number)).collect(),

@@ -7,7 +7,7 @@ use dragnet_proto::message::{Detection, MissionStatus};
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
-use dragnet_search::observation::{Observation, RobotId};
+use dragnet_search::observation::{Observation, RobotId, Source};
 use dragnet_search::terrain::Terrain;
 
 use crate::mission::Record;
@@ -79,10 +79,9 @@ impl MissionFold {
         for reading in &observation.readings {
             self.belief.add(reading);
         }
-        let (robot, from) = (observation.origin.robot, observation.from);
-        let has_moved =
-            robot != RobotId::BY_HAND && self.tracks.at(robot, from, MissionTime(observation.time_ns));
-        Change { moved: has_moved.then_some((robot, from)), ..Change::default() }
+        let Source::Robot(robot) = observation.origin.source else { return Change::default() };
+        let has_moved = self.tracks.at(robot, observation.from, MissionTime(observation.time_ns));
+        Change { moved: has_moved.then_some((robot, observation.from)), ..Change::default() }
     }
 
     fn stand(&mut self, status: &MissionStatus) -> Change {

@@ -8,7 +8,7 @@ use dragnet_proto::dragnet_msgs::MissionStatus;
 use dragnet_ros2::cdr;
 use dragnet_ros2::wire::standard::OccupancyGrid;
 use dragnet_scenario::map_file::MapOrigin;
-use dragnet_search::observation::RobotId;
+use dragnet_search::observation::Source;
 use mcap::records::{MessageHeader, Record};
 use serde::Serialize;
 
@@ -118,9 +118,11 @@ pub fn inspect(path: &Path) -> Result<Inspection, RecordingError> {
         origin: inspector.origin,
         columns: inspector.columns,
         robots: inspector
-            .robots()
-            .map(|(robot, _)| robot)
-            .filter(|&robot| robot != RobotId::BY_HAND.0)
+            .sources()
+            .filter_map(|(source, ..)| match source {
+                Source::Robot(robot) => Some(robot.number()),
+                Source::Operator => None,
+            })
             .collect(),
         observations: inspector.observations(),
         declared: inspector.declared(),
@@ -190,17 +192,17 @@ impl Inspector {
         }
     }
 
-    /// Robots' numbers, with what each of their channels holds.
-    fn robots(&self) -> impl Iterator<Item = (u16, (RobotTopic, u64))> + '_ {
+    /// Robots and the operator, with what each of their channels holds.
+    fn sources(&self) -> impl Iterator<Item = (Source, RobotTopic, u64)> + '_ {
         self.channels.values().filter_map(|channel| {
-            let (robot, topic) = RobotTopic::parse(&channel.topic)?;
-            Some((robot.0, (topic, channel.messages)))
+            let (source, topic) = RobotTopic::parse(&channel.topic)?;
+            Some((source, topic, channel.messages))
         })
     }
 
     fn observations(&self) -> u64 {
-        let observations = self.robots().filter(|(_, (topic, _))| *topic == RobotTopic::Observation);
-        observations.map(|(_, (_, messages))| messages).sum()
+        let observations = self.sources().filter(|(_, topic, _)| *topic == RobotTopic::Observation);
+        observations.map(|(.., messages)| messages).sum()
     }
 
     fn topics(&self) -> BTreeMap<String, TopicContent> {

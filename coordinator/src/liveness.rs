@@ -87,7 +87,7 @@ impl Liveness {
 mod tests {
     use super::*;
 
-    const ONE: RobotId = RobotId(1);
+    const ONE: RobotId = RobotId::FIRST;
     const PATIENCE: Duration = Duration::from_secs(10);
 
     fn at(seconds: u64) -> MissionTime {
@@ -115,8 +115,8 @@ mod tests {
     #[test]
     fn a_robot_that_nobody_announced_counts_once_it_is_heard() {
         let mut liveness = Liveness::new([ONE], PATIENCE);
-        assert!(!liveness.left(at(0), RobotId(7)));
-        assert!(liveness.heard(at(0), RobotId(7)));
-        assert_eq!(liveness.alive().collect::<Vec<_>>(), [RobotId(7)]);
+        assert!(!liveness.left(at(0), RobotId::new(7).unwrap()));
+        assert!(liveness.heard(at(0), RobotId::new(7).unwrap()));
+        assert_eq!(liveness.alive().collect::<Vec<_>>(), [RobotId::new(7).unwrap()]);
     }
 }

@@ -19,7 +19,7 @@ use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
-use dragnet_search::observation::{Observation, Origin, RobotId};
+use dragnet_search::observation::{Observation, Origin, RobotId, Source};
 use dragnet_search::reach::Reach;
 use dragnet_search::terrain::Terrain;
 
@@ -288,8 +288,8 @@ impl Mission {
         for observation in observations {
             actions.push(Action::Record(Record::Observation(Arc::clone(observation))));
             let Observation { origin, from, time_ns, .. } = **observation;
-            if origin.robot != RobotId::BY_HAND {
-                self.locate(origin.robot, from, MissionTime(time_ns), actions);
+            if let Source::Robot(robot) = origin.source {
+                self.locate(robot, from, MissionTime(time_ns), actions);
                 self.reach.add_robot(&self.orders.terrain, from);
             }
             for reading in &observation.readings {
@@ -308,8 +308,7 @@ impl Mission {
 
     fn plan(&mut self, intent: &Intent, actions: &mut Vec<Action>) {
         if self.tracks.plans(intent) {
-            actions
-                .push(Action::Record(Record::Plan { robot: intent.origin.robot, path: intent.path.clone() }));
+            actions.push(Action::Record(Record::Plan { robot: intent.robot, path: intent.path.clone() }));
         }
     }
 

@@ -191,21 +191,21 @@ impl Recorder {
         let at = |time_ns| Times { logged: now, published: MissionTime(time_ns) };
         match record {
             Record::Observation(observation) => {
-                let topic = Topic::Robot(observation.origin.robot, RobotTopic::Observation);
+                let topic = Topic::Robot(observation.origin.source, RobotTopic::Observation);
                 self.put(topic, at(observation.time_ns), &wire::Observation::from(&**observation))?;
             }
             Record::Intent(intent) => {
-                let topic = Topic::Robot(intent.origin.robot, RobotTopic::Intent);
+                let topic = Topic::Robot(intent.robot.into(), RobotTopic::Intent);
                 self.put(topic, at(intent.time_ns), &wire::Intent::from(intent))?;
             }
             Record::Heartbeat(heartbeat) => {
-                let topic = Topic::Robot(heartbeat.robot, RobotTopic::Heartbeat);
+                let topic = Topic::Robot(heartbeat.robot.into(), RobotTopic::Heartbeat);
                 self.put(topic, at(heartbeat.time_ns), &wire::Heartbeat::from(heartbeat))?;
             }
             Record::Pose { robot, cell, time } => self.put_pose(at(time.0), *robot, *cell)?,
             Record::Plan { robot, path } => {
                 let path = self.viewer().path(path, now);
-                self.put(Topic::Robot(*robot, RobotTopic::Path), at(now.0), &path)?;
+                self.put(Topic::Robot((*robot).into(), RobotTopic::Path), at(now.0), &path)?;
             }
             Record::Status(status) => self.put_status(now, status)?,
             Record::Belief(belief) => self.put_belief(now, belief)?,
@@ -267,7 +267,7 @@ impl Recorder {
 
     fn put_pose(&mut self, times: Times, robot: RobotId, cell: Cell) -> Result<(), RecordingError> {
         let pose = self.viewer().pose(cell, times.published);
-        self.put(Topic::Robot(robot, RobotTopic::Pose), times, &pose)?;
+        self.put(Topic::Robot(robot.into(), RobotTopic::Pose), times, &pose)?;
         let transform = self.viewer().map_from_robot(robot, cell, times.published);
         self.put(Topic::Transforms, times, &transform)
     }

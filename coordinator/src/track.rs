@@ -36,7 +36,7 @@ impl Tracks {
 
     /// A robot's plan; whether it is news: a newer plan, or the same one with less of it left.
     pub fn plans(&mut self, intent: &Intent) -> bool {
-        let track = self.robots.entry(intent.origin.robot).or_default();
+        let track = self.robots.entry(intent.robot).or_default();
         let is_news = track.plan.as_ref().is_none_or(|known| intent.supersedes(known));
         if is_news {
             track.plan = Some(intent.clone());
@@ -65,18 +65,17 @@ impl Tracks {
 #[cfg(test)]
 mod tests {
     use dragnet_search::cell::Grid;
-    use dragnet_search::observation::Origin;
 
     use super::*;
 
-    const ONE: RobotId = RobotId(1);
+    const ONE: RobotId = RobotId::FIRST;
 
     fn cell(number: u32) -> Cell {
         Grid::new(1, 9).unwrap().cell_numbered(number).unwrap()
     }
 
     fn intent(decision: u64, path: std::ops::Range<u32>) -> Intent {
-        Intent { origin: Origin::first(ONE), decision, time_ns: 0, path: path.map(cell).collect() }
+        Intent { robot: ONE, incarnation: 0, decision, time_ns: 0, path: path.map(cell).collect() }
     }
 
     #[test]

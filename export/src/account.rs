@@ -11,7 +11,7 @@ use dragnet_proto::message::Detection;
 use dragnet_scenario::map_file::{Area, Earth, GeoPoint, Georeference, Purpose};
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
-use dragnet_search::observation::RobotId;
+use dragnet_search::observation::{RobotId, Source};
 use dragnet_search::terrain::Terrain;
 
 use crate::ExportError;
@@ -171,10 +171,10 @@ impl Fold {
     fn take(&mut self, record: &Record) {
         self.mission.take(record);
         if let Record::Observation(observation) = record
-            && observation.origin.robot != RobotId::BY_HAND
+            && let Source::Robot(robot) = observation.origin.source
         {
             let visit = Visit { time: MissionTime(observation.time_ns), cell: observation.from };
-            let visits = self.visits.entry(observation.origin.robot).or_default();
+            let visits = self.visits.entry(robot).or_default();
             // Repaired observations come late.
             let at = visits.partition_point(|known| known.time <= visit.time);
             visits.insert(at, visit);

@@ -70,7 +70,7 @@ fn track(account: &Account, robot: RobotId, visits: &[Visit]) -> Feature {
     let properties = json!({
         "kind": "track",
         "name": format!("Robot {robot}"),
-        "robot": robot.0,
+        "robot": robot.number(),
         "coordTimes": visits.iter().map(time).collect::<Vec<_>>(),
     });
     let positions: Vec<geojson::Position> =

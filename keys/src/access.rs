@@ -139,9 +139,9 @@ mod tests {
             |name, serial, revoked| Entry { name, serial, valid_until: 0, revoked, hosts: Vec::new() };
         let mut register = Register::new(&"valley".parse().unwrap(), topology);
         register.certificates = vec![
-            entry(Name::robot(1), 2, false),
-            entry(Name::robot(2), 3, true),
-            entry(Name::robot(2), 4, false),
+            entry(Name::robot(1).unwrap(), 2, false),
+            entry(Name::robot(2).unwrap(), 3, true),
+            entry(Name::robot(2).unwrap(), 4, false),
             entry(Name::COORDINATOR, 5, false),
         ];
         register
@@ -177,7 +177,7 @@ mod tests {
     fn each_speaks_under_its_own_keys_and_a_revoked_certificate_nowhere() {
         let check = |from: &str, message: &str, expected: &[&str]| {
             assert_eq!(
-                accepted(Topology::Mesh, Name::robot(1), from, message),
+                accepted(Topology::Mesh, Name::robot(1).unwrap(), from, message),
                 expected,
                 "{message} of {from}"
             );
@@ -197,7 +197,7 @@ mod tests {
 
     #[test]
     fn in_a_star_robots_believe_the_coordinator_and_it_believes_each_in_its_own_matters() {
-        let robot = Name::robot(1);
+        let robot = Name::robot(1).unwrap();
         assert_eq!(accepted(Topology::Star, robot, "coordinator#5", "put"), ["dragnet/valley/**"]);
         let heard = accepted(Topology::Star, Name::COORDINATOR, "robot-1#2", "put");
         assert_eq!(heard, ["dragnet/valley/robots/1/**"]);

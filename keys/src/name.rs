@@ -23,10 +23,13 @@ pub enum Name {
 pub struct NameError(String);
 
 impl Name {
-    /// A robot's.
+    /// That of the robot of a number; none has 0.
     #[must_use]
-    pub const fn robot(number: u16) -> Self {
-        Self::Participant(Participant::Robot(RobotId(number)))
+    pub const fn robot(number: u16) -> Option<Self> {
+        match RobotId::new(number) {
+            Some(robot) => Some(Self::Participant(Participant::Robot(robot))),
+            None => None,
+        }
     }
 
     /// The coordinator's.
@@ -47,12 +50,10 @@ impl FromStr for Name {
     type Err = NameError;
 
     fn from_str(text: &str) -> Result<Self, NameError> {
-        let number = text.strip_prefix("robot-").and_then(|number| number.parse::<u16>().ok());
-        let name = match (text, number) {
-            ("coordinator", _) => Some(Self::COORDINATOR),
-            ("sim", _) => Some(Self::Simulator),
-            (_, Some(number)) if number > 0 => Some(Self::robot(number)),
-            _ => None,
+        let name = match text {
+            "coordinator" => Some(Self::COORDINATOR),
+            "sim" => Some(Self::Simulator),
+            _ => text.strip_prefix("robot-").and_then(|number| Self::robot(number.parse().ok()?)),
         };
         // One name has one spelling: robot-01 is nobody.
         name.filter(|name| name.to_string() == text).ok_or_else(|| NameError(text.to_owned()))

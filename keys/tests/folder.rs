@@ -12,7 +12,7 @@ use dragnet_keys::name::Name;
 use dragnet_keys::register::{Standing, Topology};
 use time::{Duration, OffsetDateTime};
 
-const NAMES: [Name; 3] = [Name::robot(1), Name::robot(2), Name::COORDINATOR];
+const NAMES: [Name; 3] = [Name::robot(1).unwrap(), Name::robot(2).unwrap(), Name::COORDINATOR];
 const VALID: Standing = Standing::Valid;
 const REVOKED: Standing = Standing::Revoked;
 const NOW: OffsetDateTime = OffsetDateTime::UNIX_EPOCH;
@@ -69,7 +69,7 @@ fn nothing_is_overwritten() {
     let key = fs::read(place.path.join("robot-1/robot-1.key")).unwrap();
     let again = Folder::init(&place.path, "valley".parse().unwrap(), Topology::Mesh, NOW);
     assert!(matches!(again, Err(KeysError::Exists { .. })));
-    let again = folder.add(&[Name::robot(1)], &[], 30, NOW).unwrap_err().to_string();
+    let again = folder.add(&[Name::robot(1).unwrap()], &[], 30, NOW).unwrap_err().to_string();
     assert!(again.contains("robot-1 has a certificate that holds until 1970-01-31"), "{again}");
     assert_eq!(fs::read(place.path.join("robot-1/robot-1.key")).unwrap(), key);
 }
@@ -78,15 +78,15 @@ fn nothing_is_overwritten() {
 fn a_revoked_certificate_is_put_away_and_its_successor_has_another_name() {
     let place = place();
     let mut folder = made(&place.path);
-    let revoked = folder.revoke(Name::robot(2)).unwrap();
+    let revoked = folder.revoke(Name::robot(2).unwrap()).unwrap();
     assert_eq!(revoked.common_name(), "robot-2#3");
     assert!(place.path.join("revoked/robot-2#3/robot-2.key").exists());
     let settings = |name: &str| fs::read_to_string(place.path.join(name).join(SETTINGS)).unwrap();
     assert!(!settings("robot-1").contains("said by robot-2#3"));
-    let error = folder.revoke(Name::robot(2)).unwrap_err().to_string();
+    let error = folder.revoke(Name::robot(2).unwrap()).unwrap_err().to_string();
     assert!(error.contains("robot-2 has no certificate that holds"), "{error}");
     let mut folder = Folder::open(&place.path).unwrap();
-    folder.add(&[Name::robot(2)], &["127.0.0.1".to_owned()], 1, NOW).unwrap();
+    folder.add(&[Name::robot(2).unwrap()], &["127.0.0.1".to_owned()], 1, NOW).unwrap();
     assert!(settings("robot-1").contains("said by robot-2#5"));
     let standings = |now| -> Vec<Standing> {
         folder.register().certificates.iter().map(|entry| entry.standing(now)).collect()
@@ -101,7 +101,7 @@ fn what_cannot_be_is_refused_by_name() {
     let mut folder = made(&place.path);
     let mut add = |hosts: &[&str], days| {
         let hosts: Vec<String> = hosts.iter().map(|host| (*host).to_owned()).collect();
-        folder.add(&[Name::robot(3)], &hosts, days, NOW).unwrap_err().to_string()
+        folder.add(&[Name::robot(3).unwrap()], &hosts, days, NOW).unwrap_err().to_string()
     };
     assert!(add(&["a b"], 3).contains("host \"a b\""));
     assert!(add(&[], 0).contains("0 days: allowed are 1 to 3650"));

@@ -218,7 +218,7 @@ fn robots(view: &View, shown: &mut BTreeMap<RobotId, u64>) -> Vec<RobotFrame> {
         let before = shown.insert(robot, walk.steps).unwrap_or(0);
         let new = usize::try_from(walk.steps - before).unwrap_or(usize::MAX).min(walk.trail.len());
         RobotFrame {
-            robot: robot.0,
+            robot: robot.number(),
             state,
             is_doubled: status.is_some_and(|status| status.doubled.contains(&robot)),
             cell: track.pose.map(|(cell, _)| cell.number()),

@@ -25,7 +25,7 @@ pub fn about(playback: &Playback) -> About {
         detection_threshold: fact("detection_threshold")
             .and_then(|threshold| threshold.parse().ok())
             .unwrap_or(DEFAULT_DETECTION_THRESHOLD),
-        team: (1..=robots).map(RobotId).collect(),
+        team: RobotId::first(robots).collect(),
         objects: objects(playback),
     }
 }

@@ -16,7 +16,7 @@ use dragnet_scenario::Scenario;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::{Belief, entropy_nats};
 use dragnet_search::cell::Cell;
-use dragnet_search::observation::{Observation, RobotId};
+use dragnet_search::observation::{Observation, RobotId, Source};
 use dragnet_search::reach::Reach;
 use dragnet_search::terrain::Terrain;
 
@@ -176,15 +176,15 @@ impl View {
     }
 
     fn observe(&mut self, observation: &Observation) {
-        if observation.origin.robot == RobotId::BY_HAND {
-            self.marks += 1;
-        } else {
+        if let Source::Robot(robot) = observation.origin.source {
             self.heard.push_back(self.now);
             self.observations += 1;
-            self.robots.entry(observation.origin.robot).or_default();
+            self.robots.entry(robot).or_default();
             if let Some(reach) = &mut self.reach {
                 reach.add_robot(self.fold.terrain(), observation.from);
             }
+        } else {
+            self.marks += 1;
         }
         self.plot();
     }

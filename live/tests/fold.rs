@@ -230,8 +230,8 @@ fn a_robot_that_is_heard_no_more_is_shown_as_lost_and_has_no_plan() {
         _ => None,
     });
     let mut status = status.unwrap();
-    status.alive.retain(|robot| robot.0 == 2);
-    status.doubled = vec![RobotId(1)];
+    status.alive.retain(|robot| robot.number() == 2);
+    status.doubled = vec![RobotId::FIRST];
     view.take(view.now(), &Record::Status(status));
     let is_lost: Vec<bool> = view.robots().map(|(.., state)| state == State::Lost).collect();
     assert_eq!(is_lost, [true, false]);

@@ -22,6 +22,7 @@ use std::time::Duration;
 
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
+use dragnet_search::observation::Source;
 
 use crate::message::Message;
 
@@ -144,14 +145,15 @@ impl MissionClock {
 #[must_use]
 pub fn dated(from: Participant, message: &Message) -> Option<MissionTime> {
     let time_ns = match message {
-        // Marks that a person makes are named by the coordinator.
-        Message::Observation(observation) if from == Participant::Robot(observation.origin.robot) => {
-            observation.time_ns
-        }
+        Message::Observation(observation) => match (from, observation.origin.source) {
+            (Participant::Robot(from), Source::Robot(robot)) if from == robot => observation.time_ns,
+            // Marks that a person makes are named by the coordinator.
+            _ => return None,
+        },
         Message::Intent(intent) => intent.time_ns,
         Message::Heartbeat(heartbeat) => heartbeat.time_ns,
         Message::MissionStatus(status) => status.time_ns,
-        Message::Observation(_) | Message::SyncRequest(_) | Message::SyncReply(_) => return None,
+        Message::SyncRequest(_) | Message::SyncReply(_) => return None,
     };
     Some(MissionTime(time_ns))
 }

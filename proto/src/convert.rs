@@ -8,6 +8,7 @@ mod directive;
 mod error;
 mod field;
 mod messages;
+mod source;
 mod steps;
 
 use std::sync::Arc;
@@ -17,11 +18,12 @@ use dragnet_ros2::schema::RosMessage;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::Grid;
-use dragnet_search::observation::RobotId;
+use dragnet_search::observation::Source;
 use serde::de::DeserializeOwned;
 
 pub use error::ConvertError;
 pub use field::Field;
+pub use source::{numbered_source, source_number};
 pub use steps::NotSimulated;
 
 use self::check::Check;
@@ -69,11 +71,11 @@ pub fn encode_sensed(sensed: &Sensed) -> Vec<u8> {
 /// If the message names another participant as its author.
 pub fn check_sender(message: &Message, sender: Participant) -> Result<(), ConvertError> {
     let author = match message {
-        Message::Observation(observation) if observation.origin.robot == RobotId::BY_HAND => {
-            Participant::Coordinator
-        }
-        Message::Observation(observation) => Participant::Robot(observation.origin.robot),
-        Message::Intent(intent) => Participant::Robot(intent.origin.robot),
+        Message::Observation(observation) => match observation.origin.source {
+            Source::Operator => Participant::Coordinator,
+            Source::Robot(robot) => Participant::Robot(robot),
+        },
+        Message::Intent(intent) => Participant::Robot(intent.robot),
         Message::Heartbeat(heartbeat) => Participant::Robot(heartbeat.robot),
         Message::SyncRequest(request) => request.from,
         Message::SyncReply(_) => sender,
@@ -112,7 +114,7 @@ impl Codec {
     #[must_use]
     pub const fn knows(&self, who: Participant) -> bool {
         match who {
-            Participant::Robot(robot) => robot.0 > 0 && robot.0 <= self.robots,
+            Participant::Robot(robot) => robot.number() <= self.robots,
             Participant::Coordinator => true,
         }
     }

@@ -175,7 +175,7 @@ pub enum KeyError {
         source: MissionError,
     },
     /// Its robot cannot be.
-    #[error("key {key:?}: robot {found:?}; allowed are 0 to 65535 without leading zeros")]
+    #[error("key {key:?}: robot {found:?}; allowed are 1 to 65535 without leading zeros")]
     Robot {
         /// The whole key.
         key: String,
@@ -251,10 +251,8 @@ fn identity(chunk: &str) -> Option<u64> {
 
 /// One number has one spelling, so that a key has only one.
 fn number(chunk: &str) -> Result<RobotId, NotARobot> {
-    match chunk.parse::<u16>() {
-        Ok(number) if number.to_string() == chunk => Ok(RobotId(number)),
-        _ => Err(NotARobot(chunk.to_owned())),
-    }
+    let robot = chunk.parse().ok().and_then(RobotId::new);
+    robot.filter(|robot| robot.to_string() == chunk).ok_or_else(|| NotARobot(chunk.to_owned()))
 }
 
 #[cfg(test)]

@@ -86,8 +86,10 @@ impl MessageKind {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Intent {
     /// Whose plan.
-    pub origin: Origin,
-    /// Counts the decisions of that origin from 0; a higher one replaces a lower one.
+    pub robot: RobotId,
+    /// Of which of its starts, as in its [`Origin`].
+    pub incarnation: u64,
+    /// Counts the decisions of that start from 0; a higher one replaces a lower one.
     pub decision: u64,
     /// When it was decided, nanoseconds of mission time.
     pub time_ns: u64,
@@ -111,7 +113,7 @@ impl Intent {
     }
 
     const fn number(&self) -> (u64, u64) {
-        (self.origin.incarnation, self.decision)
+        (self.incarnation, self.decision)
     }
 }
 

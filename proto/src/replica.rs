@@ -16,11 +16,11 @@ use std::time::Duration;
 
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
-use dragnet_search::observation::{Entry, Observation, ObservationLog, Origin, RobotId, Version};
+use dragnet_search::observation::{Entry, Observation, ObservationLog, Origin, Source, Version};
 
 use self::questions::Questions;
 use crate::message::{Message, SyncReply, SyncRequest};
-use crate::validation::{Limits, Rejected, Rejection};
+use crate::validation::{Limits, Refusal, Rejected, Rejection};
 
 /// From so many starts of one robot observations are taken. Names of starts are numbers of 64 bits: without a limit, who
 /// invents them could fill any memory.
@@ -33,7 +33,7 @@ pub struct Replica {
     limits: Limits,
     log: ObservationLog,
     questions: Questions,
-    refused: BTreeMap<Rejected, u64>,
+    refused: BTreeMap<Refusal, u64>,
 }
 
 /// What a message brought.
@@ -71,7 +71,7 @@ impl Replica {
 
     /// What was refused, and how often.
     #[must_use]
-    pub const fn refused(&self) -> &BTreeMap<Rejected, u64> {
+    pub const fn refused(&self) -> &BTreeMap<Refusal, u64> {
         &self.refused
     }
 
@@ -81,7 +81,7 @@ impl Replica {
     /// # Errors
     /// Why it does not count.
     pub fn record(&mut self, observation: Arc<Observation>) -> Result<Entry, Rejected> {
-        let of = observation.origin.robot;
+        let of = observation.origin.source;
         self.offer(observation).map_err(|why| self.refuse(self.owner, of, why))
     }
 
@@ -91,7 +91,7 @@ impl Replica {
         if let Participant::Robot(of) = from
             && !self.limits.knows(from)
         {
-            received.refused.push(self.refuse(from, of, Rejection::Stranger));
+            received.refused.push(self.refuse(from, of.into(), Rejection::Stranger));
             return received;
         }
         match message {
@@ -160,7 +160,7 @@ impl Replica {
                 Some(entry)
             }
             Err(why) => {
-                received.refused.push(self.refuse(from, observation.origin.robot, why));
+                received.refused.push(self.refuse(from, observation.origin.source, why));
                 None
             }
         }
@@ -171,7 +171,7 @@ impl Replica {
         match self.log.entry(&observation) {
             Entry::New => {
                 let known = self.log.ends(observation.origin);
-                if known.is_none() && self.log.incarnations(observation.origin.robot) >= MAX_STARTS {
+                if known.is_none() && self.log.incarnations(observation.origin.source) >= MAX_STARTS {
                     return Err(Rejection::TooManyStarts);
                 }
                 self.limits.check(&observation, known)?;
@@ -182,18 +182,20 @@ impl Replica {
         }
     }
 
-    fn refuse(&mut self, from: Participant, of: RobotId, why: Rejection) -> Rejected {
-        // Who is not of the team is counted as one: there may be any number of them.
-        let known = if why == Rejection::Stranger { RobotId(0) } else { of };
-        let counted = if self.limits.knows(from) { from } else { Participant::Robot(RobotId(0)) };
-        *self.refused.entry(Rejected { from: counted, of: known, why }).or_default() += 1;
+    fn refuse(&mut self, from: Participant, of: Source, why: Rejection) -> Rejected {
+        let counted = Refusal {
+            from: Some(from).filter(|&from| self.limits.knows(from)),
+            of: Some(of).filter(|_| why != Rejection::Stranger),
+            why,
+        };
+        *self.refused.entry(counted).or_default() += 1;
         Rejected { from, of, why }
     }
 
     fn ask(&mut self, now: MissionTime, whom: Participant, of: Origin, received: &mut Received) {
         let is_new = self.log.next(of) == 0;
         let is_pointless =
-            !self.limits.counts(of.robot) || is_new && self.log.incarnations(of.robot) >= MAX_STARTS;
+            !self.limits.counts(of.source) || is_new && self.log.incarnations(of.source) >= MAX_STARTS;
         if !is_pointless && self.questions.may_ask(now, whom, of) {
             self.ask_now(now, whom, of, received);
         }
@@ -223,6 +225,7 @@ mod tests {
     use dragnet_scenario::Scenario;
     use dragnet_search::cell::Grid;
     use dragnet_search::evidence::Digest;
+    use dragnet_search::observation::RobotId;
 
     use super::questions::MOST_TO_ONE;
     use super::*;
@@ -232,7 +235,7 @@ mod tests {
     const SECOND: Duration = Duration::from_secs(1);
 
     fn robot(number: u16) -> Participant {
-        Participant::Robot(RobotId(number))
+        Participant::Robot(RobotId::new(number).unwrap())
     }
 
     fn replica(number: u16) -> Replica {
@@ -246,7 +249,7 @@ mod tests {
     fn observation(robot: u16, sequence: u64) -> Arc<Observation> {
         let from = Grid::new(1, 1).unwrap().cells().next().unwrap();
         Arc::new(Observation {
-            origin: Origin::first(RobotId(robot)),
+            origin: Origin::first(RobotId::new(robot).unwrap()),
             sequence,
             time_ns: sequence.saturating_mul(1_000_000_000),
             from,
@@ -256,9 +259,15 @@ mod tests {
 
     fn heartbeat(versions: Vec<Version>) -> Message {
         let cell = Grid::new(1, 1).unwrap().cells().next().unwrap();
-        let intent = Intent { origin: Origin::first(RobotId(2)), decision: 0, time_ns: 0, path: Vec::new() };
+        let intent = Intent {
+            robot: RobotId::new(2).unwrap(),
+            incarnation: 0,
+            decision: 0,
+            time_ns: 0,
+            path: Vec::new(),
+        };
         Message::Heartbeat(Heartbeat {
-            robot: RobotId(2),
+            robot: RobotId::new(2).unwrap(),
             time_ns: 0,
             activity: Activity::Searching,
             cell,
@@ -297,7 +306,7 @@ mod tests {
         }
         let versions = inboxes[1].log().versions().collect();
         settle(now, &mut inboxes, vec![(robot(2), robot(1), heartbeat(versions))]);
-        assert_eq!(inboxes[0].log().next(Origin::first(RobotId(3))), 150);
+        assert_eq!(inboxes[0].log().next(Origin::first(RobotId::new(3).unwrap())), 150);
     }
 
     #[test]
@@ -308,7 +317,7 @@ mod tests {
         }
         replica.release(NonZeroUsize::new(4).unwrap());
         let mut ask = |first| {
-            let request = SyncRequest { from: robot(2), of: Origin::first(RobotId(1)), first };
+            let request = SyncRequest { from: robot(2), of: Origin::first(RobotId::FIRST), first };
             let received = replica.receive(MissionTime::START, robot(2), &Message::SyncRequest(request));
             (received.replies.len(), received.repeats == [request])
         };
@@ -380,7 +389,7 @@ mod tests {
         let mut replica = replica(1);
         let invented = |robot| {
             move |incarnation| Version {
-                origin: Origin { robot: RobotId(robot), incarnation },
+                origin: Origin { source: RobotId::new(robot).unwrap().into(), incarnation },
                 next: u64::MAX,
             }
         };
@@ -388,7 +397,7 @@ mod tests {
         let received = replica.receive(MissionTime::START, robot(2), &heartbeat(versions));
         assert_eq!((received.replies.len(), replica.questions.len()), (MOST_TO_ONE, MOST_TO_ONE));
         // Others are asked all the same, at once.
-        let told = vec![Version { origin: Origin::first(RobotId(3)), next: 1 }];
+        let told = vec![Version { origin: Origin::first(RobotId::new(3).unwrap()), next: 1 }];
         assert_eq!(replica.receive(MissionTime::START, robot(3), &heartbeat(told)).replies.len(), 1);
         for incarnation in 0..3000 {
             let mut start = (*observation(2, 0)).clone();
@@ -422,7 +431,7 @@ mod tests {
     #[test]
     fn who_claims_to_know_more_and_does_not_tell_keeps_nobody_from_being_asked() {
         let mut replica = replica(1);
-        let versions = vec![Version { origin: Origin::first(RobotId(3)), next: 9 }];
+        let versions = vec![Version { origin: Origin::first(RobotId::new(3).unwrap()), next: 9 }];
         let mut asked = Vec::new();
         for beat in 0..20 {
             // The liar is always first; the other tells the same at the same time.

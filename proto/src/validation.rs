@@ -20,7 +20,7 @@ use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_scenario::{Mission, Scenario};
 use dragnet_search::evidence::Reading;
-use dragnet_search::observation::{Ends, Observation, RobotId};
+use dragnet_search::observation::{Ends, Observation, RobotId, Source};
 use dragnet_search::sensor::Sensor;
 use dragnet_search::terrain::Terrain;
 
@@ -103,15 +103,34 @@ impl fmt::Display for Rejection {
 pub struct Rejected {
     /// Who said it.
     pub from: Participant,
-    /// Of which robot: in a sync reply anybody may quote anybody.
-    pub of: RobotId,
+    /// Of whom: in a sync reply anybody may quote anybody.
+    pub of: Source,
     /// Why.
     pub why: Rejection,
 }
 
 impl fmt::Display for Rejected {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(formatter, "refused what {} says that robot {} saw: {}", self.from, self.of, self.why)
+        write!(formatter, "refused what {} says that {} saw: {}", self.from, self.of, self.why)
+    }
+}
+
+/// Refusals that are counted as one: those who are not of the team, of whom there may be any number, are not told apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Refusal {
+    /// Who said it; `None` if it is not of the team.
+    pub from: Option<Participant>,
+    /// Of whom; `None` if it is not of the team.
+    pub of: Option<Source>,
+    /// Why.
+    pub why: Rejection,
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let from = self.from.map_or_else(|| "a stranger".to_owned(), |from| from.to_string());
+        let of = self.of.map_or_else(|| "a stranger".to_owned(), |of| of.to_string());
+        write!(formatter, "refused what {from} says that {of} saw: {}", self.why)
     }
 }
 
@@ -160,10 +179,13 @@ impl Limits {
         }
     }
 
-    /// Whether anybody may tell observations of a robot: of the team's, and what a person has marked.
+    /// Whether anybody may tell observations of a source: of the team's robots, and what a person has marked.
     #[must_use]
-    pub fn counts(&self, robot: RobotId) -> bool {
-        robot == RobotId::BY_HAND || self.team.contains(&robot)
+    pub fn counts(&self, source: Source) -> bool {
+        match source {
+            Source::Operator => true,
+            Source::Robot(robot) => self.team.contains(&robot),
+        }
     }
 
     /// Whether an observation can be: by itself, and after those that are known of its origin, if any are.
@@ -171,7 +193,7 @@ impl Limits {
     /// # Errors
     /// Why it cannot.
     pub fn check(&self, observation: &Observation, known: Option<Ends<'_>>) -> Result<(), Rejection> {
-        if observation.origin.robot == RobotId::BY_HAND {
+        if observation.origin.source == Source::Operator {
             return check_mark(observation, known);
         }
         self.check_look(observation)?;
@@ -192,7 +214,7 @@ impl Limits {
     }
 
     fn check_look(&self, observation: &Observation) -> Result<(), Rejection> {
-        if !self.counts(observation.origin.robot) {
+        if !self.counts(observation.origin.source) {
             return Err(Rejection::Stranger);
         }
         if !self.terrain.is_traversable(observation.from) {

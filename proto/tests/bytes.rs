@@ -15,7 +15,7 @@ use dragnet_proto::step::{MessageRef, Sensed, Step, StepEvent, StepReply};
 use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::{Cell, Grid};
 use dragnet_search::evidence::{Digest, Reading};
-use dragnet_search::observation::{Observation, Origin, RobotId, Version};
+use dragnet_search::observation::{Observation, Origin, RobotId, Source, Version};
 use proptest::collection::vec;
 use proptest::prelude::*;
 
@@ -31,11 +31,12 @@ fn cells() -> impl Strategy<Value = Cell> {
 }
 
 fn robots() -> impl Strategy<Value = RobotId> {
-    any::<u16>().prop_map(RobotId)
+    (1..=u16::MAX).prop_map(|number| RobotId::new(number).unwrap())
 }
 
 fn origins() -> impl Strategy<Value = Origin> {
-    (robots(), any::<u64>()).prop_map(|(robot, incarnation)| Origin { robot, incarnation })
+    let source = prop_oneof![Just(Source::Operator), robots().prop_map(Source::Robot)];
+    (source, any::<u64>()).prop_map(|(source, incarnation)| Origin { source, incarnation })
 }
 
 fn digests() -> impl Strategy<Value = Digest> {
@@ -79,8 +80,15 @@ fn observations() -> impl Strategy<Value = Observation> {
 }
 
 fn intents() -> impl Strategy<Value = Intent> {
-    (origins(), any::<u64>(), any::<u64>(), vec(cells(), 0..30))
-        .prop_map(|(origin, decision, time_ns, path)| Intent { origin, decision, time_ns, path })
+    (robots(), any::<[u64; 3]>(), vec(cells(), 0..30)).prop_map(
+        |(robot, [incarnation, decision, time_ns], path)| Intent {
+            robot,
+            incarnation,
+            decision,
+            time_ns,
+            path,
+        },
+    )
 }
 
 fn versions() -> impl Strategy<Value = Vec<Version>> {
@@ -101,7 +109,7 @@ fn heartbeats() -> impl Strategy<Value = Heartbeat> {
     let place = (any::<u64>(), activities(), cells(), 0.0..1e9);
     (intents(), place, versions(), digests(), directives()).prop_map(
         |(intent, (time_ns, activity, cell, path_meters), versions, digest, directive)| Heartbeat {
-            robot: intent.origin.robot,
+            robot: intent.robot,
             time_ns,
             activity,
             cell,

@@ -6,6 +6,7 @@ use dragnet_coordinator::RecordingError;
 use dragnet_coordinator::fold::MissionFold;
 use dragnet_coordinator::mission::Record;
 use dragnet_coordinator::playback::Playback;
+use dragnet_proto::convert::source_number;
 use dragnet_proto::message::{Activity, MissionStatus};
 use dragnet_scenario::map_file::MapOrigin;
 use dragnet_scenario::time::MissionTime;
@@ -37,14 +38,14 @@ pub(crate) fn read_recording(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_
         match record {
             Record::Intent(intent) => {
                 let plan = timed(py, *time)?;
-                plan.set_item("robot", intent.origin.robot.0)?;
+                plan.set_item("robot", intent.robot.number())?;
                 plan.set_item("decision", intent.decision)?;
                 plan.set_item("path", numbers(&intent.path).to_pyarray(py))?;
                 plans.append(plan)?;
             }
             Record::Heartbeat(heartbeat) => {
                 let beat = timed(py, *time)?;
-                beat.set_item("robot", heartbeat.robot.0)?;
+                beat.set_item("robot", heartbeat.robot.number())?;
                 beat.set_item("activity", activity(heartbeat.activity))?;
                 beat.set_item("cell", heartbeat.cell.number())?;
                 beat.set_item("path_meters", heartbeat.path_meters)?;
@@ -89,7 +90,7 @@ fn add_observations(recording: &Bound<'_, PyDict>, playback: &Playback) -> PyRes
     let table = PyDict::new(py);
     let seconds = |it: &&Observation| MissionTime(it.time_ns).as_seconds();
     table.set_item("time_seconds", seen.iter().map(seconds).collect::<Vec<f64>>().to_pyarray(py))?;
-    let robots: Vec<i64> = seen.iter().map(|it| i64::from(it.origin.robot.0)).collect();
+    let robots: Vec<i64> = seen.iter().map(|it| i64::from(source_number(it.origin.source))).collect();
     table.set_item("robot", robots.to_pyarray(py))?;
     table.set_item("cell", seen.iter().map(|it| number(it.from)).collect::<Vec<i64>>().to_pyarray(py))?;
     recording.set_item("observations", table)?;

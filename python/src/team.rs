@@ -221,15 +221,15 @@ impl Team {
 }
 
 fn crash(robot: u16, seconds: f64, robots: usize) -> PyResult<(RobotId, MissionTime)> {
-    if !(1..=robots).contains(&usize::from(robot)) {
-        return Err(PyValueError::new_err(format!(
+    let named = RobotId::new(robot).filter(|robot| robot.index() < robots).ok_or_else(|| {
+        PyValueError::new_err(format!(
             "crashes: robot {robot}; allowed are the robots' numbers, 1 to {robots}"
-        )));
-    }
+        ))
+    })?;
     if !(0.0..=MOST_SECONDS).contains(&seconds) {
         return Err(PyValueError::new_err(format!(
             "crashes: {seconds} seconds for robot {robot}; allowed are 0 to {MOST_SECONDS:e}"
         )));
     }
-    Ok((RobotId(robot), MissionTime::START + Duration::from_secs_f64(seconds)))
+    Ok((named, MissionTime::START + Duration::from_secs_f64(seconds)))
 }

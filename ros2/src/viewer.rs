@@ -216,7 +216,7 @@ mod tests {
         let places: Vec<(f64, f64)> =
             path.poses.iter().map(|pose| (pose.pose.position.x, pose.pose.position.y)).collect();
         assert_eq!(places, [(45.0, 15.0), (15.0, 45.0)]);
-        let frames = viewer.map_from_robot(RobotId(3), cells[1], MissionTime::START);
+        let frames = viewer.map_from_robot(RobotId::new(3).unwrap(), cells[1], MissionTime::START);
         let frame = &frames.transforms[0];
         assert_eq!((frame.header.frame_id.as_str(), frame.child_frame_id.as_str()), ("map", "robot_3"));
         assert_eq!(frame.transform.translation, Vector3 { x: 45.0, y: 15.0, z: 0.0 });
@@ -229,7 +229,7 @@ mod tests {
         let viewer = Viewer::new(&terrain, origin, 0);
         let cell = terrain.grid().cells().nth(1).unwrap();
         let belief = Belief::uniform(&terrain, 0.2).unwrap();
-        let frames = viewer.map_from_robot(RobotId(1), cell, MissionTime::START);
+        let frames = viewer.map_from_robot(RobotId::FIRST, cell, MissionTime::START);
         let Transform { translation, rotation } = frames.transforms[0].transform;
         let frame = Pose {
             position: Point { x: translation.x, y: translation.y, z: translation.z },

@@ -8,7 +8,6 @@ use dragnet_lattice::costmap::CostMap;
 use dragnet_proto::key::Mission;
 use dragnet_ros2::output::OutputKind;
 use dragnet_scenario::{Scenario, shape};
-use dragnet_search::observation::RobotId;
 use dragnet_search::terrain::Terrain;
 use dragnet_vehicle::pilot::Pilot;
 use dragnet_vehicle::settings::{MotionTable, Settings as VehicleSettings};
@@ -180,9 +179,9 @@ impl AgentSettings {
     /// # Errors
     /// If it is none of the scenario's.
     pub fn orders(&self, file: &Path, scenario: &Scenario) -> Result<AgentConfig, RuntimeError> {
-        let robot = RobotId(self.robot);
+        let robot = self.robot;
         let orders = AgentConfig::of_team(scenario, self.common.seed);
-        orders.into_iter().find(|orders| orders.robot.id == robot).ok_or_else(|| {
+        orders.into_iter().find(|orders| orders.robot.id.number() == robot).ok_or_else(|| {
             let reason = format!("robot is {robot}; allowed is from 1 to {}", scenario.robots().len());
             RuntimeError::Settings { file: file.to_owned(), reason }
         })

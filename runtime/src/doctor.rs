@@ -12,8 +12,6 @@ use std::fmt;
 use std::path::Path;
 use std::time::Duration;
 
-use dragnet_search::observation::RobotId;
-
 use crate::config::{self, AgentSettings, Checked};
 use crate::journal::Subject;
 use crate::session;
@@ -93,12 +91,12 @@ pub fn examine(file: &Path, listen: Duration, make: Make<'_>, tell: &mut dyn FnM
         Ok(checked) => checked,
         Err(error) => return tell(Finding::fail("settings", error.to_string(), advice)),
     };
-    let robot = RobotId(config.robot);
     let team = scenario.robots().len();
     let Ok(orders) = config.orders(file, &scenario) else {
-        let found = format!("robot is {robot}, of a team of {team}");
+        let found = format!("robot is {}, of a team of {team}", config.robot);
         return tell(Finding::fail("settings", found, "robot is from 1 to the number of robots.count"));
     };
+    let robot = orders.robot.id;
     tell(Finding::pass("settings", format!("robot {robot} of {team} in mission {mission}")));
     let (journal, real_time_factor) = (config.journal(file), config.common.real_time_factor);
     let runs_here = ports::runs_here(&journal);

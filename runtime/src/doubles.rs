@@ -167,7 +167,7 @@ mod tests {
 
     #[test]
     fn it_is_time_to_tell_again_when_something_is_told() {
-        let two = BTreeSet::from([Participant::Robot(RobotId(2))]);
+        let two = BTreeSet::from([Participant::Robot(RobotId::new(2).unwrap())]);
         let (mut doubles, second) = (Doubles::default(), Duration::from_secs(1));
         assert_eq!(doubles.due(), None);
         doubles.tell(second, &two);
@@ -180,7 +180,7 @@ mod tests {
 
     #[test]
     fn only_two_that_stay_are_lasting() {
-        let (robot, mut doubles) = (RobotId(2), Doubles::default());
+        let (robot, mut doubles) = (RobotId::new(2).unwrap(), Doubles::default());
         let two = BTreeSet::from([Participant::Robot(robot)]);
         let mut at = |seconds, doubled| {
             let now = Duration::from_secs(seconds);
@@ -200,7 +200,7 @@ mod tests {
 
     #[test]
     fn two_are_told_at_once_then_that_neither_was_dead_each_minute_and_that_one_is_left() {
-        let who = Participant::Robot(RobotId(2));
+        let who = Participant::Robot(RobotId::new(2).unwrap());
         let (mut doubles, two, none) = (Doubles::default(), BTreeSet::from([who]), BTreeSet::new());
         let mut at = |seconds, doubled| doubles.tell(Duration::from_secs(seconds), doubled);
         assert_eq!(at(5, &none), []);

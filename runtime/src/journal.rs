@@ -256,7 +256,8 @@ impl Journal {
     /// If what was written cannot be read.
     pub fn since(&self, of: Origin, first: u64, most: usize) -> Result<Vec<Arc<Observation>>, JournalError> {
         let Some(database) = &self.database else { return Ok(Vec::new()) };
-        let names = [first, u64::MAX].map(|sequence| (of.robot.0, of.incarnation, sequence));
+        let names =
+            [first, u64::MAX].map(|sequence| (convert::source_number(of.source), of.incarnation, sequence));
         let bytes = read(database, names[0]..=names[1], most);
         decode(self.codec, &bytes.map_err(|source| JournalError::of(&self.path, source))?)
             .map_err(|reason| JournalError::Content { path: self.path.clone(), reason })
@@ -278,7 +279,8 @@ impl Journal {
         {
             let mut table = transaction.open_table(OBSERVATIONS)?;
             for observation in &self.waiting {
-                let name = (observation.origin.robot.0, observation.origin.incarnation, observation.sequence);
+                let Origin { source, incarnation } = observation.origin;
+                let name = (convert::source_number(source), incarnation, observation.sequence);
                 let bytes = convert::encode(&Message::Observation(Arc::clone(observation)));
                 table.insert(name, bytes.as_slice())?;
             }

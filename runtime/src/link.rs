@@ -24,11 +24,11 @@ pub use crate::waiting::Sender;
 /// So many processes of one participant are known, at most.
 const MOST_PROCESSES: usize = 16;
 
-/// A participant on the network.
-pub struct Link {
+/// Somebody on the network: a participant, or [`Nobody`].
+pub struct Link<Me = Participant> {
     session: Session,
     mission: Mission,
-    me: Participant,
+    me: Me,
     codec: Codec,
     waiting: Outlet,
     present: BTreeSet<Participant>,
@@ -40,6 +40,16 @@ pub struct Link {
     takes_over: bool,
     /// Says that this participant is there, as long as it is.
     token: Option<LivelinessToken>,
+}
+
+/// Whoever only listens: all that is said to all reaches it, and it says nothing.
+#[derive(Clone, Copy, Debug)]
+pub struct Nobody;
+
+impl From<Nobody> for Option<Participant> {
+    fn from(_: Nobody) -> Self {
+        None
+    }
 }
 
 /// What a participant hears.
@@ -73,28 +83,32 @@ pub enum Incoming {
     Left(Participant, u64),
 }
 
-impl Link {
-    /// Listens to all that concerns a participant. Nobody knows of it before [`Link::announce`].
+impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
+    /// Listens to all that concerns a participant. The others do not know of it before [`Link::announce`].
     ///
     /// # Errors
     /// If Zenoh refuses.
     pub async fn join(
         session: Session,
         mission: Mission,
-        me: Participant,
+        me: Me,
         codec: Codec,
     ) -> Result<Self, RuntimeError> {
+        let who = me.into();
         let (inlet, waiting) = waiting::waiting(waiting::MOST_BYTES);
         let identity = RandomState::new().build_hasher().finish();
         let to_all = [Selection::Observations, Selection::Intents, Selection::Heartbeats];
-        let to_me = [Selection::SyncRequestsTo(me), Selection::SyncRepliesTo(me)];
+        let to_me = who.map(|who| [Selection::SyncRequestsTo(who), Selection::SyncRepliesTo(who)]);
         let coordinator = [Topic::Status, Topic::ByHand].map(|topic| mission.key(topic).to_string());
-        let expressions = to_all.iter().chain(&to_me).map(|&selection| mission.expression(selection));
+        let expressions = to_all
+            .into_iter()
+            .chain(to_me.into_iter().flatten())
+            .map(|selection| mission.expression(selection));
         for expression in expressions.chain(coordinator) {
             let (inlet, what) = (inlet.clone(), format!("subscribe to {expression}"));
             session
                 .declare_subscriber(expression)
-                .callback(move |sample| put_message(&inlet, &sample, me, identity, codec))
+                .callback(move |sample| put_message(&inlet, &sample, who, identity, codec))
                 .background()
                 .await
                 .map_err(RuntimeError::zenoh(what))?;
@@ -122,45 +136,15 @@ impl Link {
         })
     }
 
-    /// Lets the others know that this participant is there, and hears.
-    ///
-    /// # Errors
-    /// If Zenoh refuses.
-    pub async fn announce(&mut self) -> Result<(), RuntimeError> {
-        let key = self.mission.key(Topic::Alive { who: self.me, identity: self.identity }).to_string();
-        let token = self.session.liveliness().declare_token(key).await;
-        self.token = Some(token.map_err(RuntimeError::zenoh("say who is there"))?);
-        Ok(())
-    }
-
-    /// Says something, as the message of this number.
-    ///
-    /// # Errors
-    /// If Zenoh refuses.
-    pub async fn publish(
-        &self,
-        number: u64,
-        audience: Audience,
-        message: &Message,
-    ) -> Result<(), RuntimeError> {
-        let Some(topic) = Topic::of(message.kind(), self.me, audience) else {
-            let reason = format!("a {:?} has no place to go to {audience:?}", message.kind());
-            return Err(RuntimeError::Participant { who: self.me, reason });
-        };
-        self.session
-            .put(self.mission.key(topic).to_string(), convert::encode(message))
-            .attachment(ZBytes::from(Envelope { number, process: self.process() }.encode()))
-            .congestion_control(CongestionControl::Block)
-            .express(true)
-            .await
-            .map_err(RuntimeError::zenoh("publish"))
+    fn who(&self) -> Option<Participant> {
+        self.me.into()
     }
 
     /// The next thing heard; `None` once the session is closed.
     pub async fn hear(&mut self) -> Option<Incoming> {
         loop {
             match self.waiting.take().await? {
-                Arrival::Message { from, raw } => return Some(read(raw, from, self.me, self.codec)),
+                Arrival::Message { from, raw } => return Some(read(raw, from, self.who(), self.codec)),
                 Arrival::Presence { who, identity, is_here: true } => {
                     if self.come(who, identity) {
                         return Some(Incoming::Came(who, identity));
@@ -186,7 +170,7 @@ impl Link {
             }
             processes.push(identity);
         }
-        if who != self.me {
+        if self.who() != Some(who) {
             self.present.insert(who);
         }
         true
@@ -231,7 +215,7 @@ impl Link {
     /// one that has died stands for a while, beside that of the process that was started in its place.
     #[must_use]
     pub fn doubled(&self) -> BTreeSet<Participant> {
-        let own = |who| usize::from(who == self.me && self.token.is_some());
+        let own = |who| usize::from(self.who() == Some(who) && self.token.is_some());
         let several = self.processes.iter().filter(|(who, others)| others.len() + own(**who) > 1);
         several.map(|(&who, _)| who).collect()
     }
@@ -247,11 +231,6 @@ impl Link {
     #[must_use]
     pub fn age(&self) -> Duration {
         self.started.elapsed()
-    }
-
-    /// From now on it counts as older than all other processes of its number.
-    pub const fn take_over(&mut self) {
-        self.takes_over = true;
     }
 
     /// The session.
@@ -272,12 +251,6 @@ impl Link {
         self.codec.grid()
     }
 
-    /// Who this is.
-    #[must_use]
-    pub const fn me(&self) -> Participant {
-        self.me
-    }
-
     /// Waits until all of these are there. Whatever else is heard meanwhile is handed over.
     ///
     /// # Errors
@@ -290,7 +263,8 @@ impl Link {
     ) -> Result<(), RuntimeError> {
         let deadline = tokio::time::Instant::now() + patience;
         loop {
-            let absent = expected.iter().find(|who| **who != self.me && !self.present.contains(who));
+            let absent =
+                expected.iter().find(|&&who| self.who() != Some(who) && !self.present.contains(&who));
             let Some(&absent) = absent else { return Ok(()) };
             match tokio::time::timeout_at(deadline, self.hear()).await {
                 Ok(Some(Incoming::Came(..) | Incoming::Left(..))) => {}
@@ -303,13 +277,60 @@ impl Link {
     }
 }
 
+impl Link {
+    /// Who this is.
+    #[must_use]
+    pub const fn me(&self) -> Participant {
+        self.me
+    }
+
+    /// Lets the others know that this participant is there, and hears.
+    ///
+    /// # Errors
+    /// If Zenoh refuses.
+    pub async fn announce(&mut self) -> Result<(), RuntimeError> {
+        let key = self.mission.key(Topic::Alive { who: self.me, identity: self.identity }).to_string();
+        let token = self.session.liveliness().declare_token(key).await;
+        self.token = Some(token.map_err(RuntimeError::zenoh("say who is there"))?);
+        Ok(())
+    }
+
+    /// Says something, as the message of this number.
+    ///
+    /// # Errors
+    /// If Zenoh refuses.
+    pub async fn publish(
+        &self,
+        number: u64,
+        audience: Audience,
+        message: &Message,
+    ) -> Result<(), RuntimeError> {
+        let Some(topic) = Topic::of(message.kind(), self.me, audience) else {
+            let reason = format!("a {:?} has no place to go to {audience:?}", message.kind());
+            return Err(RuntimeError::Participant { who: self.me, reason });
+        };
+        self.session
+            .put(self.mission.key(topic).to_string(), convert::encode(message))
+            .attachment(ZBytes::from(Envelope { number, process: self.process() }.encode()))
+            .congestion_control(CongestionControl::Block)
+            .express(true)
+            .await
+            .map_err(RuntimeError::zenoh("publish"))
+    }
+
+    /// From now on it counts as older than all other processes of its number.
+    pub const fn take_over(&mut self) {
+        self.takes_over = true;
+    }
+}
+
 /// Leaves a message to be read, unless it is this process's own. Reading is left to whoever takes it, so that what has
 /// to be dropped has cost nothing.
-fn put_message(inlet: &Inlet, sample: &Sample, me: Participant, own: u64, codec: Codec) {
+fn put_message(inlet: &Inlet, sample: &Sample, me: Option<Participant>, own: u64, codec: Codec) {
     let key = sample.key_expr().as_str();
     let from = key.parse().ok().and_then(|key: Key| key.topic.speech()).map(|(_, from)| from);
     let raw = raw(sample);
-    let is_own = from == Some(me) && raw.envelope.is_none_or(|it| it.process.identity == own);
+    let is_own = from.is_some() && from == me && raw.envelope.is_none_or(|it| it.process.identity == own);
     if !is_own {
         inlet.message(sender(from, codec), raw);
     }
@@ -340,7 +361,7 @@ fn raw(sample: &Sample) -> Raw {
 }
 
 /// What was sent, or why it is refused.
-fn read(raw: Raw, from: Sender, me: Participant, codec: Codec) -> Incoming {
+fn read(raw: Raw, from: Sender, me: Option<Participant>, codec: Codec) -> Incoming {
     let refused = |key: String, reason: String| Incoming::Rejected { from, key, reason };
     let key: Key = match raw.key.parse() {
         Ok(key) => key,
@@ -356,7 +377,7 @@ fn read(raw: Raw, from: Sender, me: Participant, codec: Codec) -> Incoming {
     let Some(Envelope { number, process }) = raw.envelope else {
         return refused(raw.key, "without number, identity and age as attachment, 24 bytes".to_owned());
     };
-    if from == me {
+    if me == Some(from) {
         return Incoming::Rival(process);
     }
     let message = codec.decode(kind, &raw.payload);

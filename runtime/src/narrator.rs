@@ -129,7 +129,7 @@ mod tests {
             cell: from,
             readings: vec![Reading { cell: object, value, variance }],
         };
-        let robot = Participant::Robot(RobotId(1));
+        let robot = Participant::Robot(RobotId::FIRST);
         let mut agent = Agent::new(AgentConfig::of_team(&scenario, 1).remove(0));
         let mut node: CoordinatorNode =
             team::recording::node(&scenario, 1, &Options::default(), Existing::Rejected).unwrap();

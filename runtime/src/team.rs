@@ -151,7 +151,7 @@ impl Mesh {
     fn participant(&self, who: Participant) -> Endpoints {
         match who {
             Participant::Coordinator => self.endpoints(1),
-            Participant::Robot(robot) => self.endpoints(usize::from(robot.0) + 1),
+            Participant::Robot(robot) => self.endpoints(robot.index() + 2),
         }
     }
 

@@ -15,7 +15,7 @@ use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;
-use dragnet_search::observation::RobotId;
+use dragnet_search::observation::{RobotId, Source};
 use dragnet_sim::episode::Episode;
 use dragnet_sim::simulation::{Outcome, StepContext, StepObserver};
 use dragnet_sim::world::World;
@@ -25,7 +25,7 @@ use zenoh::sample::Sample;
 
 use crate::RuntimeError;
 use crate::clock::Clock;
-use crate::link::{Incoming, Link, Sender};
+use crate::link::{Incoming, Link, Nobody, Sender};
 use crate::log_limit::{Kind, Teller};
 use crate::wall_clock::Report;
 
@@ -41,7 +41,7 @@ const BEGINNING: MissionTime = MissionTime(1);
 
 /// A world that real participants move in.
 pub struct WorldServer<'a> {
-    link: Link,
+    link: Link<Nobody>,
     world: World,
     clock: Clock,
     real_time_factor: f64,
@@ -85,7 +85,7 @@ impl<'a> WorldServer<'a> {
         let robots: BTreeSet<RobotId> = scenario.robots().iter().map(|robot| robot.id).collect();
         // It listens as one more participant would who has nothing to say.
         let codec = Codec::of(scenario);
-        let mut link = Link::join(session, mission, Participant::Robot(RobotId(0)), codec).await?;
+        let mut link = Link::join(session, mission, Nobody, codec).await?;
         let team: Vec<Participant> = robots.iter().map(|&robot| Participant::Robot(robot)).collect();
         let mut heard = Vec::new();
         link.wait_for(&team, PATIENCE, |other| heard.push(other)).await?;
@@ -213,7 +213,7 @@ impl<'a> WorldServer<'a> {
                 }
             }
             Incoming::Message { message: Message::Observation(mark), .. }
-                if mark.origin.robot == RobotId::BY_HAND =>
+                if mark.origin.source == Source::Operator =>
             {
                 self.world.take_in(&mark.readings);
             }
@@ -250,7 +250,7 @@ impl<'a> WorldServer<'a> {
 
     /// A robot has a plan: one that was told before, and comes again, moves nobody.
     fn follow(&mut self, identity: u64, intent: &Intent) {
-        let robot = intent.origin.robot;
+        let robot = intent.robot;
         let known = self.plans.get(&robot);
         if known.is_none_or(|(by, known)| *by != identity || intent.is_newer_than(known)) {
             self.plans.insert(robot, (identity, intent.clone()));

@@ -2,35 +2,86 @@
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
-use std::num::NonZeroUsize;
+use std::fmt;
+use std::num::{NonZeroU16, NonZeroUsize};
 use std::sync::Arc;
 
 use crate::cell::Cell;
 use crate::evidence::Reading;
 
-/// A robot of the team.
+/// A robot of the team, by its number. Robots count from 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct RobotId(pub u16);
+pub struct RobotId(NonZeroU16);
 
 impl RobotId {
-    /// Not a robot: a person, who marks cells by hand. Robots count from 1.
-    pub const BY_HAND: Self = Self(0);
-}
+    /// The first of a team.
+    pub const FIRST: Self = Self(NonZeroU16::MIN);
 
-impl std::fmt::Display for RobotId {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(formatter, "{}", self.0)
+    /// The robot of a number; none has 0.
+    #[must_use]
+    pub const fn new(number: u16) -> Option<Self> {
+        match NonZeroU16::new(number) {
+            Some(number) => Some(Self(number)),
+            None => None,
+        }
+    }
+
+    /// The first so many.
+    pub fn first(count: u16) -> impl Iterator<Item = Self> {
+        (1..=count).filter_map(Self::new)
+    }
+
+    /// Its number, from 1.
+    #[must_use]
+    pub const fn number(self) -> u16 {
+        self.0.get()
+    }
+
+    /// Its place in the team, from 0.
+    #[must_use]
+    pub const fn index(self) -> usize {
+        self.number() as usize - 1
     }
 }
 
-/// A robot from one of its starts on: what it sees is numbered by it.
+impl fmt::Display for RobotId {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(formatter)
+    }
+}
+
+/// Who tells what is seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Source {
+    /// A person, who marks cells by hand.
+    Operator,
+    /// A robot, which looks around.
+    Robot(RobotId),
+}
+
+impl From<RobotId> for Source {
+    fn from(robot: RobotId) -> Self {
+        Self::Robot(robot)
+    }
+}
+
+impl fmt::Display for Source {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Operator => formatter.write_str("the operator"),
+            Self::Robot(robot) => write!(formatter, "robot {robot}"),
+        }
+    }
+}
+
+/// A source from one of its starts on: what it sees is numbered by it.
 ///
-/// One that starts again counts anew under another origin, whatever it remembers: what it remembers last need not be the
+/// A robot that starts again counts anew under another origin, whatever it remembers: what it remembers last need not be the
 /// last that it told, as when its disk was full, and no name may ever stand for two observations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Origin {
-    /// Which robot.
-    pub robot: RobotId,
+    /// Who tells it.
+    pub source: Source,
     /// When it started, nanoseconds of mission time by its own clock; later than every start that it remembers.
     pub incarnation: u64,
 }
@@ -39,7 +90,7 @@ impl Origin {
     /// That of a robot that started with the mission.
     #[must_use]
     pub const fn first(robot: RobotId) -> Self {
-        Self { robot, incarnation: 0 }
+        Self { source: Source::Robot(robot), incarnation: 0 }
     }
 }
 
@@ -89,8 +140,8 @@ pub struct Version {
 #[derive(Clone, Debug, Default)]
 pub struct ObservationLog {
     logs: BTreeMap<Origin, Known>,
-    /// Incarnations of each robot of which something is known.
-    incarnations: BTreeMap<RobotId, usize>,
+    /// Incarnations of each source of which something is known.
+    incarnations: BTreeMap<Source, usize>,
 }
 
 /// The first and the last known observation of an origin.
@@ -130,7 +181,7 @@ impl ObservationLog {
         let entry = self.entry(&observation);
         if entry == Entry::New {
             let known = self.logs.entry(observation.origin).or_insert_with(|| {
-                *self.incarnations.entry(observation.origin.robot).or_default() += 1;
+                *self.incarnations.entry(observation.origin.source).or_default() += 1;
                 Known { first: Arc::clone(&observation), released: 0, held: Vec::new() }
             });
             known.held.push(observation);
@@ -179,10 +230,10 @@ impl ObservationLog {
         self.versions().all(|own| told.get(&own.origin).is_some_and(|&next| next >= own.next))
     }
 
-    /// Incarnations of a robot of which something is known.
+    /// Incarnations of a source of which something is known.
     #[must_use]
-    pub fn incarnations(&self, robot: RobotId) -> usize {
-        self.incarnations.get(&robot).copied().unwrap_or_default()
+    pub fn incarnations(&self, source: Source) -> usize {
+        self.incarnations.get(&source).copied().unwrap_or_default()
     }
 
     /// Observations of an origin from a sequence number on, in order; none if that one is missing or released.
@@ -218,7 +269,7 @@ mod tests {
     use super::*;
     use crate::cell::Grid;
 
-    const SEVEN: Origin = Origin::first(RobotId(7));
+    const SEVEN: Origin = Origin::first(RobotId::new(7).unwrap());
 
     fn observation(sequence: u64, time_ns: u64) -> Arc<Observation> {
         let from = Grid::new(1, 1).unwrap().cells().next().unwrap();
@@ -267,6 +318,16 @@ mod tests {
     }
 
     #[test]
+    fn robots_count_from_one_and_come_after_the_operator() {
+        assert_eq!((RobotId::new(0), RobotId::new(1)), (None, Some(RobotId::FIRST)));
+        assert_eq!(
+            RobotId::first(3).map(|robot| (robot.number(), robot.index())).collect::<Vec<_>>(),
+            [(1, 0), (2, 1), (3, 2)]
+        );
+        assert!(Source::Operator < RobotId::FIRST.into());
+    }
+
+    #[test]
     fn each_incarnation_counts_from_zero() {
         let mut log = ObservationLog::default();
         log.insert(observation(0, 0));
@@ -274,7 +335,7 @@ mod tests {
         let first = Observation { origin: again, ..(*observation(0, 0)).clone() };
         assert_eq!((log.next(again), log.insert(Arc::new(first))), (0, Entry::New));
         assert_eq!(log.versions().map(|version| version.next).collect::<Vec<_>>(), [1, 1]);
-        assert_eq!((log.incarnations(RobotId(7)), log.incarnations(RobotId(8))), (2, 0));
+        assert_eq!((log.incarnations(SEVEN.source), log.incarnations(Source::Operator)), (2, 0));
     }
 
     #[test]
@@ -283,7 +344,7 @@ mod tests {
         assert!(log.is_known_to(&[]));
         log.insert(observation(0, 0));
         let version = |origin, next| Version { origin, next };
-        let other = Origin::first(RobotId(8));
+        let other = Origin::first(RobotId::new(8).unwrap());
         assert!(log.is_known_to(&[version(other, 9), version(SEVEN, 1)]));
         assert!(!log.is_known_to(&[version(other, 9), version(SEVEN, 0)]));
         assert!(!log.is_known_to(&[version(other, 9)]));

@@ -118,8 +118,8 @@ mod tests {
 
     use super::*;
 
-    const A: Participant = Participant::Robot(RobotId(1));
-    const B: Participant = Participant::Robot(RobotId(2));
+    const A: Participant = Participant::Robot(RobotId::FIRST);
+    const B: Participant = Participant::Robot(RobotId::new(2).unwrap());
 
     fn send(faults: dragnet_scenario::Network, count: u64) -> (Network, Vec<Vec<MissionTime>>) {
         let mut network = Network::new(faults, 5);

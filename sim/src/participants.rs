@@ -70,8 +70,7 @@ impl<'a> LocalParticipants<'a> {
         let absent = ParticipantError { who, reason: "it does not take part".to_owned() };
         match who {
             Participant::Robot(robot) => {
-                let place = usize::from(robot.0).checked_sub(1);
-                let robot = place.and_then(|place| self.robots.get_mut(place)).ok_or(absent)?;
+                let robot = self.robots.get_mut(robot.index()).ok_or(absent)?;
                 Ok(robot)
             }
             Participant::Coordinator => match &mut self.coordinator {

@@ -476,7 +476,7 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
     /// Robots stand in the list by number, the coordinator after them.
     fn place(&self, who: Participant) -> usize {
         match who {
-            Participant::Robot(robot) => usize::from(robot.0) - 1,
+            Participant::Robot(robot) => robot.index(),
             Participant::Coordinator => self.members.len() - 1,
         }
     }

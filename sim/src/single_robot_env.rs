@@ -23,7 +23,7 @@ use crate::world::World;
 pub use buffers::ObservationBuffers;
 pub use field::Field;
 
-const ROBOT: RobotId = RobotId(1);
+const ROBOT: RobotId = RobotId::FIRST;
 
 /// What an action is worth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -185,14 +185,14 @@ impl<'a, F: FnMut(&Scenario) -> Box<dyn StateMachine>> CheckedTeam<'a, F> {
 
     fn mind(&mut self, who: Participant) -> &mut dyn StateMachine {
         match who {
-            Participant::Robot(robot) => &mut self.robots[usize::from(robot.0) - 1],
+            Participant::Robot(robot) => &mut self.robots[robot.index()],
             Participant::Coordinator => &mut *self.coordinator,
         }
     }
 
     /// A robot's disk takes what it is to keep, and answers for what it releases then.
     fn keep(&mut self, robot: RobotId, now: MissionTime, effects: &mut Effects<Message>) {
-        let place = usize::from(robot.0) - 1;
+        let place = robot.index();
         let disk = &mut self.disks[place];
         disk.keep(now, effects);
         if disk.is_level() {
@@ -215,7 +215,7 @@ impl<'a, F: FnMut(&Scenario) -> Box<dyn StateMachine>> CheckedTeam<'a, F> {
             self.checks.restart(who, now, &[]);
             return;
         };
-        let place = usize::from(robot.0) - 1;
+        let place = robot.index();
         self.robots[place] = Agent::new(self.orders[place].clone());
         let back = self.faults.crashes.get(&who).and_then(|crash| crash.back);
         if matches!(back, Some((_, Memory::Kept))) {

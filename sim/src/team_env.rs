@@ -192,7 +192,8 @@ impl TeamEnv {
             return Some(self.cell(place));
         }
         let log = self.simulation.participants().robots[place].replica().log();
-        let version = log.versions().filter(|version| version.origin.robot == self.robot(other)).last()?;
+        let version =
+            log.versions().filter(|version| version.origin.source == self.robot(other).into()).last()?;
         log.ends(version.origin).map(|known| known.last.from)
     }
 
@@ -312,7 +313,7 @@ mod tests {
     #[test]
     fn who_crashes_is_out_and_the_others_go_on() {
         let at = MissionTime::START + Duration::from_secs(95);
-        let (expedition, _) = run(&field(3, BUDGET), &BTreeMap::from([(RobotId(2), at)]));
+        let (expedition, _) = run(&field(3, BUDGET), &BTreeMap::from([(RobotId::new(2).unwrap(), at)]));
         assert_eq!(expedition.fates()[1], TerminationReason::Crashed);
         // Ten seconds a cell: it had entered nine.
         assert!((expedition.path_cells(1) - 9.0).abs() < 1e-9);

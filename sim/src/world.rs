@@ -68,7 +68,7 @@ impl World {
                 route: Vec::new(),
                 route_number: 0,
                 path_cells: 0.0,
-                noise: stream(seed, Purpose::Noise, robot.id.0),
+                noise: stream(seed, Purpose::Noise, robot.id.number()),
             })
             .collect();
         let reach = draw_reach(scenario, seed);
@@ -126,11 +126,11 @@ impl World {
     /// The body of a robot of the scenario.
     #[must_use]
     pub fn body(&self, robot: RobotId) -> &Body {
-        &self.bodies[usize::from(robot.0) - 1]
+        &self.bodies[robot.index()]
     }
 
     fn body_mut(&mut self, robot: RobotId) -> &mut Body {
-        &mut self.bodies[usize::from(robot.0) - 1]
+        &mut self.bodies[robot.index()]
     }
 
     /// Way covered by each robot, cells.
@@ -249,16 +249,16 @@ pub(crate) fn draw_truth(terrain: &Terrain, objects: &Objects, random: &mut Stre
 
 pub(crate) fn draw_starts(scenario: &Scenario, seed: u64) -> Vec<Cell> {
     let area = scenario.terrain().largest_area();
-    let any = |robot: RobotId| {
-        let mut random = stream(seed, Purpose::Start, robot.0);
+    let any = |robot: Option<RobotId>| {
+        let mut random = stream(seed, Purpose::Start, robot.map_or(0, RobotId::number));
         area[random.random_range(0..area.len())]
     };
     scenario
         .robots()
         .iter()
         .map(|robot| match robot.start {
-            Start::Together => any(RobotId(0)),
-            Start::Scattered => any(robot.id),
+            Start::Together => any(None),
+            Start::Scattered => any(Some(robot.id)),
             Start::Cell(cell) => cell,
         })
         .collect()
@@ -285,10 +285,10 @@ mod tests {
                     sensor.radius = 1\nobjects.count = 1\nrobots.start = [0, 0]\nmission.budget_seconds = 60.0\n";
         let scenario = Scenario::from_text(Path::new("a.toml"), text.to_owned()).unwrap();
         let mut world = World::new(&scenario, 1);
-        assert_eq!(world.travel_time(RobotId(1), 2.0), None);
-        world.set_route(RobotId(1), scenario.terrain().grid().cells().skip(1).collect());
+        assert_eq!(world.travel_time(RobotId::FIRST, 2.0), None);
+        world.set_route(RobotId::FIRST, scenario.terrain().grid().cells().skip(1).collect());
         for (speed, seconds) in [(2.0, 5.0), (5e-324, LONGEST_SECONDS)] {
-            let time = world.travel_time(RobotId(1), speed);
+            let time = world.travel_time(RobotId::FIRST, speed);
             assert_eq!(time, Some(Duration::from_secs_f64(seconds)), "{speed}");
         }
     }

@@ -111,7 +111,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
         Action::Init { folder, mission, robots, star, terms } => {
             let topology = if *star { Topology::Star } else { Topology::Mesh };
             let names: Vec<Name> =
-                (1..=*robots).map(Name::robot).chain([Name::COORDINATOR, Name::Simulator]).collect();
+                (1..=*robots).filter_map(Name::robot).chain([Name::COORDINATOR, Name::Simulator]).collect();
             let mut made = Folder::init(folder, mission.clone(), topology, now).map_err(Failure::input)?;
             made.add(&names, &terms.hosts, terms.days, now).map_err(Failure::input)?;
             handed_out(&made, &names)

@@ -16,7 +16,7 @@ use dragnet_proto::message::MissionStatus;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::measures::Truth;
-use dragnet_search::observation::RobotId;
+use dragnet_search::observation::{RobotId, Source};
 use dragnet_search::reach::Reach;
 
 use super::search::place;
@@ -96,14 +96,13 @@ impl Teller {
                     }
                     None => "stays".to_owned(),
                 };
-                vec![format!("robot {}  {what}", intent.origin.robot)]
-            }
-            Record::Observation(observation) if observation.origin.robot == RobotId::BY_HAND => {
-                vec![format!("a person marks {}", place(grid, observation.from))]
+                vec![format!("robot {}  {what}", intent.robot)]
             }
             Record::Observation(observation) => {
-                let robot = usize::from(observation.origin.robot.0) - 1;
-                if let Some(way) = self.ways.get_mut(robot) {
+                let Source::Robot(robot) = observation.origin.source else {
+                    return vec![format!("a person marks {}", place(grid, observation.from))];
+                };
+                if let Some(way) = self.ways.get_mut(robot.index()) {
                     way.push(observation.from);
                 }
                 Vec::new()

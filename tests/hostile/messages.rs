@@ -36,7 +36,7 @@ const WORLD_BYTES: u64 = 64 << 20;
 /// a list that grows is there one and a half times: with the message itself, four to five times its length.
 const LONGEST_BYTES: u64 = 8 * MAX_BYTES as u64;
 
-const MATE: Origin = Origin::first(RobotId(2));
+const MATE: RobotId = RobotId::new(2).unwrap();
 const NOW: MissionTime = MissionTime(3_600_000_000_000);
 
 fn small() -> Scenario {
@@ -52,7 +52,13 @@ fn look(scenario: &Scenario, sequence: u64) -> Arc<Observation> {
     let from =
         scenario.terrain().grid().cell_numbered(if column < 6 { column } else { 10 - column }).unwrap();
     let readings = vec![Reading { cell: from, value: 0.1, variance: scenario.sensor().variance(0) }];
-    Arc::new(Observation { origin: MATE, sequence, time_ns: sequence * 60_000_000_000, from, readings })
+    Arc::new(Observation {
+        origin: Origin::first(MATE),
+        sequence,
+        time_ns: sequence * 60_000_000_000,
+        from,
+        readings,
+    })
 }
 
 fn cell(scenario: &Scenario) -> Cell {
@@ -61,26 +67,27 @@ fn cell(scenario: &Scenario) -> Cell {
 
 /// A message that an honest robot says.
 fn honest(scenario: &Scenario, kind: u8, sequence: u64) -> Message {
-    let intent = Intent { origin: MATE, decision: sequence, time_ns: 0, path: vec![cell(scenario)] };
+    let intent =
+        Intent { robot: MATE, incarnation: 0, decision: sequence, time_ns: 0, path: vec![cell(scenario)] };
     match kind % 5 {
         0 => Message::Observation(look(scenario, sequence)),
         1 => Message::SyncReply(SyncReply {
             observations: (0..=sequence).map(|at| look(scenario, at)).collect(),
         }),
         2 => Message::Heartbeat(Heartbeat {
-            robot: MATE.robot,
+            robot: MATE,
             time_ns: NOW.0,
             activity: Activity::Searching,
             cell: cell(scenario),
             path_meters: 1.0,
             intent,
-            versions: vec![Version { origin: MATE, next: sequence }],
+            versions: vec![Version { origin: Origin::first(MATE), next: sequence }],
             digest: Digest(1),
             directive: Directive::default(),
         }),
         3 => Message::SyncRequest(SyncRequest {
-            from: Participant::Robot(MATE.robot),
-            of: MATE,
+            from: Participant::Robot(MATE),
+            of: Origin::first(MATE),
             first: sequence,
         }),
         _ => Message::Intent(intent),
@@ -91,7 +98,7 @@ fn honest(scenario: &Scenario, kind: u8, sequence: u64) -> Message {
 type Mutated = (u8, u64, Vec<(usize, u8)>, u8);
 
 fn mutated() -> impl Strategy<Value = Mutated> {
-    (any::<u8>(), 0..12_u64, vec((0..400_usize, any::<u8>()), 0..4), 0..5_u8)
+    (any::<u8>(), 0..12_u64, vec((0..400_usize, any::<u8>()), 0..4), 1..5_u8)
 }
 
 fn arrive(scenario: &Scenario, codec: Codec, (kind, sequence, changes, _): &Mutated) -> Option<Message> {
@@ -115,7 +122,7 @@ proptest! {
         let mut mission = Mission::new(CoordinatorConfig::of(&scenario));
         for mutated in &messages {
             let Some(message) = arrive(&scenario, codec, mutated) else { continue };
-            let from = Participant::Robot(RobotId(mutated.3.into()));
+            let from = Participant::Robot(RobotId::new(mutated.3.into()).unwrap());
             agent.react(NOW, Event::Received { from, message: message.clone() });
             mission.react(NOW, Event::Received { from, message });
             check(agent.replica(), agent.belief(), &scenario, &limits);
@@ -132,7 +139,7 @@ proptest! {
         let codec = Codec::new(scenario.terrain().grid());
         if let Ok(message) = codec.decode(MessageKind::ALL[kind], &bytes) {
             let mut agent = Agent::new(AgentConfig::of_team(&scenario, 1).remove(0));
-            let from = Participant::Robot(MATE.robot);
+            let from = Participant::Robot(MATE);
             agent.react(NOW, Event::Received { from, message });
             check(agent.replica(), agent.belief(), &scenario, &Limits::of(&scenario));
         }
@@ -143,7 +150,7 @@ proptest! {
 fn the_honest_of_these_messages_count() {
     let scenario = small();
     let mut mission = Mission::new(CoordinatorConfig::of(&scenario));
-    let from = Participant::Robot(MATE.robot);
+    let from = Participant::Robot(MATE);
     for sequence in [3, 11] {
         let message = honest(&scenario, 1, sequence);
         mission.react(NOW, Event::Received { from, message });

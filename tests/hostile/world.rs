@@ -19,7 +19,7 @@ use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
-use dragnet_search::observation::{Origin, RobotId};
+use dragnet_search::observation::RobotId;
 use dragnet_search::seed::{Purpose, Stream, stream};
 use rand::RngExt;
 use rand::seq::IndexedRandom;
@@ -28,7 +28,7 @@ use crate::spoil_bytes::spoil;
 use crate::{check, scenario};
 
 /// The robot that hears all this.
-const ROBOT: Participant = Participant::Robot(RobotId(1));
+const ROBOT: Participant = Participant::Robot(RobotId::FIRST);
 /// So many of the last messages may be spliced into others.
 const REMEMBERED: usize = 64;
 /// In the world of this seed a robot starts again and again, more often than is believed.
@@ -89,7 +89,8 @@ pub(crate) struct World {
     cell: Cell,
     route: VecDeque<Cell>,
     /// The other robots.
-    mates: [Origin; 2],
+    /// Each with its incarnation.
+    mates: [(RobotId, u64); 2],
     /// After so many messages the first of them starts again.
     restart_every: u64,
     random: Stream,
@@ -115,7 +116,7 @@ impl World {
             number: 0,
             cell,
             route: VecDeque::new(),
-            mates: [2, 3].map(|number| Origin::first(RobotId(number))),
+            mates: [2, 3].map(|number| (RobotId::new(number).unwrap(), 0)),
             restart_every: if seed == RESTLESS { 60 } else { 2000 },
             random: stream(seed, Purpose::Soak, 0),
             said: VecDeque::new(),
@@ -172,13 +173,13 @@ impl World {
             self.tell(Participant::Coordinator, Event::Commanded(command));
         }
         if self.number.is_multiple_of(500) {
-            let robot = RobotId(self.random.random_range(0..5));
+            let robot = RobotId::new(self.random.random_range(1..5)).unwrap();
             self.tell(ROBOT, Event::Lost(robot));
             self.tell(Participant::Coordinator, Event::Lost(robot));
             self.tell(ROBOT, Event::Came);
         }
         if self.number.is_multiple_of(self.restart_every) {
-            self.mates[0].incarnation = self.now.0;
+            self.mates[0].1 = self.now.0;
         }
     }
 
@@ -194,7 +195,8 @@ impl World {
 
     fn spoil(&mut self, said: &Said) -> Said {
         let other = &self.said[self.random.random_range(0..self.said.len())];
-        let strangers = [ROBOT, Participant::Coordinator, Participant::Robot(RobotId(9)), other.from];
+        let strangers =
+            [ROBOT, Participant::Coordinator, Participant::Robot(RobotId::new(9).unwrap()), other.from];
         let is_forged = self.random.random_ratio(1, 16);
         let from = if is_forged { *strangers.choose(&mut self.random).unwrap() } else { said.from };
         let (kind, bytes) = spoil(&mut self.random, said, other);

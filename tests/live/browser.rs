@@ -82,7 +82,8 @@ fn two_robots_of_one_number_are_marked_and_said_in_words() {
             let session = open(&endpoints).await.unwrap();
             let mut both = Vec::new();
             for _ in 0..2 {
-                let (codec, who) = (Codec::new(scenario.terrain().grid()), Participant::Robot(RobotId(1)));
+                let (codec, who) =
+                    (Codec::new(scenario.terrain().grid()), Participant::Robot(RobotId::FIRST));
                 let mut link =
                     Link::join(session.clone(), "hall".parse().unwrap(), who, codec).await.unwrap();
                 link.announce().await.unwrap();

@@ -124,7 +124,7 @@ impl Team {
         self.hear(&what, |message| match message {
             Message::Observation(observation) => {
                 let Observation { origin, time_ns, .. } = **observation;
-                let is_new = origin.robot == RobotId(robot) && !known.contains(&origin);
+                let is_new = origin.source == RobotId::new(robot).unwrap().into() && !known.contains(&origin);
                 (is_new && time_ns >= since_ns).then_some((origin, time_ns))
             }
             _ => None,
@@ -136,7 +136,8 @@ impl Team {
     async fn knows(&mut self, robot: u16, of: Origin) {
         let what = format!("that robot {robot} knows what {of:?} saw");
         let is_told = |heartbeat: &Heartbeat| {
-            heartbeat.robot == RobotId(robot) && heartbeat.versions.iter().any(|version| version.origin == of)
+            heartbeat.robot == RobotId::new(robot).unwrap()
+                && heartbeat.versions.iter().any(|version| version.origin == of)
         };
         self.hear(&what, |message| {
             matches!(message, Message::Heartbeat(beat) if is_told(beat)).then_some(())

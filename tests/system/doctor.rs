@@ -16,7 +16,7 @@ use dragnet_runtime::session::{Endpoints, Mode, free_endpoints, open};
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
-use dragnet_search::observation::{Origin, RobotId};
+use dragnet_search::observation::RobotId;
 
 use crate::field::{DRAGNET, Field};
 use crate::{eventually, scenario};
@@ -133,7 +133,7 @@ async fn robots(listen: &str, numbers: &[u16]) -> Vec<Link> {
     let codec = Codec::new(scenario(TEAM).terrain().grid());
     let mut links = Vec::new();
     for &number in numbers {
-        let who = Participant::Robot(RobotId(number));
+        let who = Participant::Robot(RobotId::new(number).unwrap());
         let mut link = Link::join(session.clone(), "field".parse().unwrap(), who, codec).await.unwrap();
         link.announce().await.unwrap();
         links.push(link);
@@ -176,7 +176,13 @@ async fn a_journal_that_is_ahead_of_the_only_one_who_is_there_is_told_and_left_a
         let started = Instant::now();
         loop {
             let time_ns = (MissionTime::START + Duration::from_secs(500) + started.elapsed()).0;
-            let intent = Intent { origin: Origin::first(RobotId(2)), decision: 1, time_ns, path: Vec::new() };
+            let intent = Intent {
+                robot: RobotId::new(2).unwrap(),
+                incarnation: 0,
+                decision: 1,
+                time_ns,
+                path: Vec::new(),
+            };
             mate.publish(1, Audience::All, &Message::Intent(intent)).await.unwrap();
             tokio::time::sleep(Duration::from_millis(100)).await;
         }
@@ -188,7 +194,7 @@ async fn a_journal_that_is_ahead_of_the_only_one_who_is_there_is_told_and_left_a
     let journal = folder.path().join("field-robot-1.journal");
     for (seconds, expected) in [(9000, "FAIL  clocks: "), (100, "pass  clocks: ")] {
         let mission = "field".parse().unwrap();
-        let subject = Subject { mission: &mission, robot: RobotId(1), terrain: scenario.terrain() };
+        let subject = Subject { mission: &mission, robot: RobotId::FIRST, terrain: scenario.terrain() };
         let (mut kept, _) = Journal::open(&journal, subject, 0).unwrap();
         // Of a computer that was off since, so that no time has passed.
         let time = MissionTime::START + Duration::from_secs(seconds);
@@ -212,7 +218,7 @@ fn a_journal_that_the_robot_would_refuse_fails_and_one_that_it_would_set_aside_i
     let folder = tempfile::tempdir().unwrap();
     let file = robot_settings(folder.path(), 1, "tcp/127.0.0.1:0", "tcp/127.0.0.1:9");
     let path = folder.path().join("field-robot-1.journal");
-    let subject = |mission| (RobotId(1), mission, scenario(TEAM));
+    let subject = |mission| (RobotId::FIRST, mission, scenario(TEAM));
     let write = |(robot, mission, scenario): (RobotId, &str, Scenario)| {
         let mission = mission.parse().unwrap();
         let subject = Subject { mission: &mission, robot, terrain: scenario.terrain() };

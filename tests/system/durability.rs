@@ -48,13 +48,13 @@ fn by_name(observations: &[Arc<Observation>]) -> BTreeMap<Name, Arc<Observation>
 
 /// Kills a robot again and again, at some moment after it has said something, and starts it anew each time.
 async fn kill_repeatedly(field: &Field, number: usize, mut knowledge: watch::Receiver<Knowledge>) -> Process {
-    let robot = RobotId(u16::try_from(number).unwrap());
+    let robot = RobotId::new(u16::try_from(number).unwrap()).unwrap();
     let mut process = field.robot(number);
     let mut last = None;
     for kill in 0..KILLS / ROBOTS as u64 {
         let what = format!("robot {number} after {kill} deaths");
         last = learned(&mut knowledge, &what, |knowledge| knowledge.latest(robot) > last).await.latest(robot);
-        let moment = xxh3_64_with_seed(&kill.to_le_bytes(), robot.0.into()) % 40_000;
+        let moment = xxh3_64_with_seed(&kill.to_le_bytes(), robot.number().into()) % 40_000;
         tokio::time::sleep(Duration::from_micros(moment)).await;
         process.kill();
         process = field.robot(number);
@@ -67,7 +67,7 @@ async fn kill_repeatedly(field: &Field, number: usize, mut knowledge: watch::Rec
 fn read(field: &Field, number: usize, journal: &Path) -> Vec<Arc<Observation>> {
     let scenario = field.scenario();
     let mission = "field".parse().unwrap();
-    let robot = RobotId(u16::try_from(number).unwrap());
+    let robot = RobotId::new(u16::try_from(number).unwrap()).unwrap();
     let subject = Subject { mission: &mission, robot, terrain: scenario.terrain() };
     Journal::open(journal, subject, 0).unwrap().1.observations
 }
@@ -205,7 +205,7 @@ async fn a_robot_on_a_full_disk_searches_on_says_so_and_recovers() {
     let (sender, mut knowledge) = watch::channel(Knowledge::default());
     let coordinator = witness::coordinate(&field, sender);
     let mission = async {
-        let (world, other, log, robot) = (field.world(), field.robot(2), field.path("log"), RobotId(1));
+        let (world, other, log, robot) = (field.world(), field.robot(2), field.path("log"), RobotId::FIRST);
         learned(&mut knowledge, "a robot", |knowledge| knowledge.latest(robot).is_some()).await;
         cramped.order("fill");
         said(&log, "the robot goes on", &mut knowledge).await;
@@ -238,7 +238,7 @@ async fn a_robot_whose_journal_has_lost_its_first_page_searches_on_with_a_new_on
     let (sender, mut knowledge) = watch::channel(Knowledge::default());
     let coordinator = witness::coordinate(&field, sender);
     let mission = async {
-        let (world, robot, process) = (field.world(), RobotId(1), field.robot(1));
+        let (world, robot, process) = (field.world(), RobotId::FIRST, field.robot(1));
         learned(&mut knowledge, "a robot", |knowledge| knowledge.latest(robot).is_some()).await;
         process.kill();
         let mut bytes = std::fs::read(&journal).unwrap();

@@ -99,7 +99,7 @@ fn mean_cells(cells: impl Fn(u64) -> Episode) -> f64 {
 /// One of the team is lost when a third of the search is over.
 fn search_with_a_death(team: &Scenario, seed: u64) -> Episode {
     let third = MissionTime(search(team, seed, Faults::default()).outcome.ended.0 / 3);
-    let lost = Participant::Robot(RobotId(u16::try_from(1 + seed % 8).unwrap()));
+    let lost = Participant::Robot(RobotId::new(u16::try_from(1 + seed % 8).unwrap()).unwrap());
     let crashes = [(lost, Crash { at: third, back: None })].into();
     search(team, seed, Faults { crashes, ..Faults::default() })
 }

@@ -24,7 +24,7 @@ use crate::eventually;
 use crate::field::{DRAGNET, Field, Process};
 
 /// Who floods; the others of its team are honest.
-const FLOODER: RobotId = RobotId(3);
+const FLOODER: RobotId = RobotId::new(3).unwrap();
 /// So many rounds of all that is wrong are sent at least.
 const ROUNDS: u64 = 1000;
 /// Starts that it claims to know of each robot: almost as many as may be.
@@ -40,15 +40,15 @@ fn attached() -> Vec<u8> {
 
 /// All that somebody may claim to know.
 fn versions() -> Vec<Version> {
-    let origins = (1..=FLOODER.0)
-        .flat_map(|robot| (0..STARTS).map(move |incarnation| Origin { robot: RobotId(robot), incarnation }));
+    let origins = RobotId::first(FLOODER.number())
+        .flat_map(|robot| (0..STARTS).map(move |incarnation| Origin { source: robot.into(), incarnation }));
     origins.map(|origin| Version { origin, next: 9 }).collect()
 }
 
 /// Well-formed, as long as can be, and of a time that is far away.
 fn long(cell: Cell) -> [(String, Vec<u8>); 2] {
     let (time_ns, directive, digest) = (1 << 60, Directive::default(), Digest(1));
-    let intent = Intent { origin: Origin::first(FLOODER), decision: 1, time_ns, path: vec![cell] };
+    let intent = Intent { robot: FLOODER, incarnation: 0, decision: 1, time_ns, path: vec![cell] };
     let heartbeat = Heartbeat {
         robot: FLOODER,
         time_ns,
@@ -107,7 +107,11 @@ async fn flood(session: Session, cell: Cell, rounds: Arc<AtomicU64>) {
             }
         }
         // They come and go: those of one robot, of the coordinator, and of somebody who is not of the team.
-        for who in [Participant::Robot(FLOODER), Participant::Coordinator, Participant::Robot(RobotId(77))] {
+        for who in [
+            Participant::Robot(FLOODER),
+            Participant::Coordinator,
+            Participant::Robot(RobotId::new(77).unwrap()),
+        ] {
             let alive = key(Topic::Alive { who, identity: 1000 + round });
             session.liveliness().declare_token(alive).await.unwrap().undeclare().await.unwrap();
         }

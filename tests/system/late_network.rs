@@ -72,7 +72,7 @@ async fn a_robot_takes_part_once_its_network_is_there() {
     let codec = Codec::new(field.scenario().terrain().grid());
     let mut link =
         Link::join(session, "field".parse().unwrap(), Participant::Coordinator, codec).await.unwrap();
-    link.wait_for(&[Participant::Robot(RobotId(1))], Duration::from_mins(1), |_| ()).await.unwrap();
+    link.wait_for(&[Participant::Robot(RobotId::FIRST)], Duration::from_mins(1), |_| ()).await.unwrap();
     robot.terminate();
 }
 

@@ -133,7 +133,7 @@ impl Mission {
     fn journal(&self, robot: u16) -> u64 {
         let scenario = Scenario::load(&self.hosts.path("search.toml")).unwrap();
         let (mission, terrain) = ("field".parse().unwrap(), scenario.terrain());
-        let subject = Subject { mission: &mission, robot: RobotId(robot), terrain };
+        let subject = Subject { mission: &mission, robot: RobotId::new(robot).unwrap(), terrain };
         let path = self.hosts.path(&format!("field-robot-{robot}.journal"));
         Journal::open(&path, subject, 0).unwrap().1.observations.len() as u64
     }

@@ -21,7 +21,7 @@ use crate::security;
 
 const SEARCH: &str = "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows = 5\ncolumns = 5\n\
                       [objects]\ncount = 1\n[mission]\nbudget_seconds = 36000.0\n";
-const ONE: Participant = Participant::Robot(RobotId(1));
+const ONE: Participant = Participant::Robot(RobotId::FIRST);
 
 /// A process of robot 1 that tells its log.
 struct Told {
@@ -58,7 +58,7 @@ impl Ear {
             Link::join(session, "field".parse().unwrap(), Participant::Coordinator, codec).await.unwrap();
         link.announce().await.unwrap();
         let from = scenario.terrain().grid().cells().next().unwrap();
-        let sensed = encode_sensed(&Sensed { robot: RobotId(1), time_ns: 0, from, readings: Vec::new() });
+        let sensed = encode_sensed(&Sensed { robot: RobotId::FIRST, time_ns: 0, from, readings: Vec::new() });
         Self { link, sensed }
     }
 
@@ -75,7 +75,7 @@ impl Ear {
                         }
                     }
                     _ = ticks.tick() => {
-                        let key = self.link.mission().key(Topic::SimSensed(RobotId(1))).to_string();
+                        let key = self.link.mission().key(Topic::SimSensed(RobotId::FIRST)).to_string();
                         self.link.session().put(key, self.sensed.clone()).await.unwrap();
                     }
                 }
@@ -88,7 +88,7 @@ impl Ear {
 
 /// Robot 1, started a second time on another computer, with a copy of its folder of keys.
 fn copy(keyed: &security::Field, place: usize) -> Command {
-    let original = keyed.command(Name::robot(1), place);
+    let original = keyed.command(Name::robot(1).unwrap(), place);
     let settings = std::fs::read_to_string(keyed.path("robot-1.toml")).unwrap();
     let file = keyed.path("copy.toml");
     std::fs::write(&file, format!("journal = \"copy.journal\"\n{settings}")).unwrap();

@@ -9,7 +9,7 @@ use dragnet_proto::convert::Codec;
 use dragnet_proto::directive::Directive;
 use dragnet_proto::message::{Activity, Audience, Heartbeat, Intent, Message};
 use dragnet_proto::state_machine::Event;
-use dragnet_runtime::link::{Incoming, Link};
+use dragnet_runtime::link::{Incoming, Link, Nobody};
 use dragnet_runtime::session::{Endpoints, free_endpoints, open};
 use dragnet_runtime::wall_clock::Report;
 use dragnet_runtime::world::{self, WorldServer};
@@ -17,13 +17,13 @@ use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;
-use dragnet_search::observation::{Origin, RobotId};
+use dragnet_search::observation::RobotId;
 use tokio::sync::mpsc;
 
 use crate::field::{DRAGNET, Field, Process};
 use crate::{eventually, scenario};
 
-const ONE: RobotId = RobotId(1);
+const ONE: RobotId = RobotId::FIRST;
 
 /// A robot whose words are the test's.
 struct Robot {
@@ -52,7 +52,7 @@ impl Robot {
 
     fn intent(&self, decision: u64, path: &[usize]) -> Intent {
         let path = path.iter().map(|&cell| self.cells[cell]).collect();
-        Intent { origin: Origin::first(ONE), decision, time_ns: 0, path }
+        Intent { robot: ONE, incarnation: 0, decision, time_ns: 0, path }
     }
 
     async fn beat(&mut self, cell: usize, decision: u64, path: &[usize]) {
@@ -220,8 +220,7 @@ async fn the_guides_example_files_meet_each_other_as_printed() {
     let connect = team.iter().map(|endpoint| places[endpoint].clone()).collect();
     let session = open(&Endpoints { connect, ..Endpoints::default() }).await.unwrap();
     let codec = Codec::new(Scenario::load(&folder.path().join("valley.toml")).unwrap().terrain().grid());
-    let stranger = Participant::Robot(RobotId(0));
-    let mut ear = Link::join(session, "valley".parse().unwrap(), stranger, codec).await.unwrap();
+    let mut ear = Link::join(session, "valley".parse().unwrap(), Nobody, codec).await.unwrap();
     let mut searching = Vec::new();
     let meeting = async {
         while searching.len() < 3 {

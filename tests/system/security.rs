@@ -17,7 +17,7 @@ use dragnet_runtime::link::{Incoming, Link};
 use dragnet_runtime::session::{Endpoints, free_endpoints, open};
 use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::Grid;
-use dragnet_search::observation::{Origin, RobotId};
+use dragnet_search::observation::RobotId;
 use serde_json::{Value, json};
 use time::OffsetDateTime;
 
@@ -25,7 +25,8 @@ use crate::eventually;
 
 const DRAGNET: &str = env!("CARGO_BIN_EXE_dragnet");
 const PATIENCE: Duration = Duration::from_mins(1);
-pub(crate) const NAMES: [Name; 4] = [Name::robot(1), Name::robot(2), Name::COORDINATOR, Name::Simulator];
+pub(crate) const NAMES: [Name; 4] =
+    [Name::robot(1).unwrap(), Name::robot(2).unwrap(), Name::COORDINATOR, Name::Simulator];
 
 /// A mission with certificates, on this machine.
 pub(crate) struct Field {
@@ -190,7 +191,7 @@ fn refusal(field: &Field, settings: &Path, protocol: &str, expected: &[&str]) {
 #[test]
 fn without_a_certificate_nobody_is_let_in() {
     let field = Field::new(Topology::Mesh);
-    let settings = field.altered(Name::robot(2), |link| {
+    let settings = field.altered(Name::robot(2).unwrap(), |link| {
         link["tls"] = json!({
             "root_ca_certificate": "authority.pem", "enable_mtls": false, "verify_name_on_connect": false,
         });
@@ -202,8 +203,8 @@ fn without_a_certificate_nobody_is_let_in() {
 fn a_certificate_of_a_foreign_authority_is_worth_nothing() {
     let (field, foreign) = (Field::new(Topology::Mesh), Field::new(Topology::Mesh));
     let authority = field.path("keys/authority.pem");
-    let settings =
-        foreign.altered(Name::robot(2), |link| link["tls"]["root_ca_certificate"] = json!(authority));
+    let settings = foreign
+        .altered(Name::robot(2).unwrap(), |link| link["tls"]["root_ca_certificate"] = json!(authority));
     refusal(&field, &settings, "tls/", &["refused a connection", "is not of this mission's authority"]);
 }
 
@@ -211,8 +212,8 @@ fn a_certificate_of_a_foreign_authority_is_worth_nothing() {
 fn an_expired_certificate_is_worth_nothing() {
     let field = Field::new(Topology::Mesh);
     let long_ago = OffsetDateTime::now_utc() - time::Duration::days(20);
-    field.keys().add(&[Name::robot(3)], &[], 1, long_ago).unwrap();
-    let settings = field.altered(Name::robot(3), |_| ());
+    field.keys().add(&[Name::robot(3).unwrap()], &[], 1, long_ago).unwrap();
+    let settings = field.altered(Name::robot(3).unwrap(), |_| ());
     refusal(&field, &settings, "tls/", &["refused a connection", "certificate has expired"]);
 }
 
@@ -230,13 +231,13 @@ fn a_robot_that_calls_a_stranger_does_not_trust_it() {
     let stranger = foreign.start(Name::COORDINATOR, 0);
     stranger.says(&["the coordinator of mission field listens"]);
     let field = Field { endpoints: [&foreign.endpoints[..1], &field.endpoints[1..]].concat(), ..field };
-    let robot = field.start(Name::robot(1), 1);
+    let robot = field.start(Name::robot(1).unwrap(), 1);
     robot.says(&["no connection to tls/", "one side refuses the other", "invalid peer certificate"]);
 }
 
 fn intent_of(robot: u16) -> Message {
-    let origin = Origin::first(RobotId(robot));
-    Message::Intent(Intent { origin, decision: 1, time_ns: 0, path: Vec::new() })
+    let robot = RobotId::new(robot).unwrap();
+    Message::Intent(Intent { robot, incarnation: 0, decision: 1, time_ns: 0, path: Vec::new() })
 }
 
 /// Publishes as robots 1 and 2, with the certificate of robot 2.
@@ -245,7 +246,7 @@ async fn pose(endpoint: &str, settings: PathBuf) -> Link {
         Endpoints { connect: vec![endpoint.to_owned()], config: Some(settings), ..Endpoints::default() };
     let session = open(&endpoints).await.unwrap();
     let codec = Codec::new(Grid::new(15, 15).unwrap());
-    let who = Participant::Robot(RobotId(2));
+    let who = Participant::Robot(RobotId::new(2).unwrap());
     let mut mouth = Link::join(session.clone(), "field".parse().unwrap(), who, codec).await.unwrap();
     mouth.announce().await.unwrap();
     mouth.wait_for(&[Participant::Coordinator], PATIENCE, |_| ()).await.unwrap();
@@ -263,7 +264,7 @@ async fn pose(endpoint: &str, settings: PathBuf) -> Link {
 fn a_robot_speaks_as_itself_and_as_nobody_else() {
     let field = Field::new(Topology::Mesh);
     let runtime = tokio::runtime::Runtime::new().unwrap();
-    let settings = field.altered(Name::robot(2), |_| ());
+    let settings = field.altered(Name::robot(2).unwrap(), |_| ());
     runtime.block_on(async {
         let endpoints = Endpoints {
             listen: vec![field.endpoints[1].clone()],
@@ -280,10 +281,10 @@ fn a_robot_speaks_as_itself_and_as_nobody_else() {
         loop {
             match tokio::time::timeout(PATIENCE, ear.hear()).await.unwrap().unwrap() {
                 Incoming::Message { from, message, .. } => {
-                    assert_eq!((from, message), (Participant::Robot(RobotId(2)), intent_of(2)));
+                    assert_eq!((from, message), (Participant::Robot(RobotId::new(2).unwrap()), intent_of(2)));
                     break;
                 }
-                Incoming::Came(who, _) => assert_eq!(who, Participant::Robot(RobotId(2))),
+                Incoming::Came(who, _) => assert_eq!(who, Participant::Robot(RobotId::new(2).unwrap())),
                 other => panic!("{other:?}"),
             }
         }
@@ -300,8 +301,8 @@ fn a_robot_speaks_as_itself_and_as_nobody_else() {
 fn a_revoked_robot_is_out_once_the_others_have_their_new_settings() {
     let field = Field::new(Topology::Mesh);
     let stolen = field.path("stolen");
-    fs::rename(field.keys().home(Name::robot(2)), &stolen).unwrap();
-    fs::create_dir(field.keys().home(Name::robot(2))).unwrap();
+    fs::rename(field.keys().home(Name::robot(2).unwrap()), &stolen).unwrap();
+    fs::create_dir(field.keys().home(Name::robot(2).unwrap())).unwrap();
     let revoked = Command::new(DRAGNET)
         .args(["keys", "revoke"])
         .arg(field.path("keys"))
@@ -324,14 +325,14 @@ fn a_revoked_robot_is_out_once_the_others_have_their_new_settings() {
     let robot = runtime.block_on(async {
         let codec = Codec::new(Grid::new(15, 15).unwrap());
         let session = open(&endpoints).await.unwrap();
-        let who = Participant::Robot(RobotId(2));
+        let who = Participant::Robot(RobotId::new(2).unwrap());
         let mut link = Link::join(session, "field".parse().unwrap(), who, codec).await.unwrap();
         link.announce().await.unwrap();
         link
     });
     coordinator.says(&["refused Declare Subscriber of robot-2#3 under dragnet/field"]);
     // One that holds comes in, and only that one.
-    let first = field.start(Name::robot(1), 1);
+    let first = field.start(Name::robot(1).unwrap(), 1);
     let line = coordinator.says(&["is here"]);
     assert!(line.contains("robot 1 is here"), "{line}");
     drop((robot, first));
@@ -349,10 +350,10 @@ fn in_a_star_the_coordinator_passes_on_what_robots_say() {
         for number in [1, 2] {
             let endpoints = Endpoints {
                 connect: field.endpoints[..1].to_vec(),
-                config: Some(field.settings(Name::robot(number))),
+                config: Some(field.settings(Name::robot(number).unwrap())),
                 ..Endpoints::default()
             };
-            let who = Participant::Robot(RobotId(number));
+            let who = Participant::Robot(RobotId::new(number).unwrap());
             let session = open(&endpoints).await.unwrap();
             let mut link = Link::join(session, "field".parse().unwrap(), who, codec).await.unwrap();
             link.announce().await.unwrap();
@@ -360,14 +361,18 @@ fn in_a_star_the_coordinator_passes_on_what_robots_say() {
         }
         let [first, second] = &mut links[..] else { panic!("two robots") };
         first
-            .wait_for(&[Participant::Robot(RobotId(2)), Participant::Coordinator], PATIENCE, |_| ())
+            .wait_for(
+                &[Participant::Robot(RobotId::new(2).unwrap()), Participant::Coordinator],
+                PATIENCE,
+                |_| (),
+            )
             .await
             .unwrap();
-        second.wait_for(&[Participant::Robot(RobotId(1))], PATIENCE, |_| ()).await.unwrap();
+        second.wait_for(&[Participant::Robot(RobotId::FIRST)], PATIENCE, |_| ()).await.unwrap();
         first.publish(1, Audience::All, &intent_of(1)).await.unwrap();
         loop {
             let heard = tokio::time::timeout(PATIENCE, second.hear()).await.unwrap().unwrap();
-            if let Incoming::Message { from: Participant::Robot(RobotId(1)), message, .. } = heard {
+            if let Incoming::Message { from: Participant::Robot(RobotId::FIRST), message, .. } = heard {
                 assert_eq!(message, intent_of(1));
                 break;
             }

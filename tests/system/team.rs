@@ -138,12 +138,12 @@ mod stranger {
     use dragnet_runtime::link::{Incoming, Link};
     use dragnet_scenario::participant::Participant;
     use dragnet_search::cell::Grid;
-    use dragnet_search::observation::{Origin, RobotId};
+    use dragnet_search::observation::RobotId;
 
     use super::{Duration, Endpoints, free_endpoints, open};
 
     fn robot(number: u16) -> Participant {
-        Participant::Robot(RobotId(number))
+        Participant::Robot(RobotId::new(number).unwrap())
     }
 
     async fn next_message(link: &mut Link) -> Incoming {
@@ -167,7 +167,13 @@ mod stranger {
         let mut mouth = Link::join(session.clone(), "m".parse().unwrap(), robot(2), codec).await.unwrap();
         mouth.wait_for(&[robot(1)], Duration::from_secs(20), |_| ()).await.unwrap();
 
-        let intent = Intent { origin: Origin::first(RobotId(2)), decision: 1, time_ns: 0, path: Vec::new() };
+        let intent = Intent {
+            robot: RobotId::new(2).unwrap(),
+            incarnation: 0,
+            decision: 1,
+            time_ns: 0,
+            path: Vec::new(),
+        };
         let honest = Message::Intent(intent.clone());
         let process = Process { identity: 5, age_ms: 0 };
         let number = Envelope { number: 7, process }.encode();

@@ -16,7 +16,7 @@ use dragnet_runtime::wall_clock;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::evidence::Digest;
-use dragnet_search::observation::{Observation, Origin, RobotId};
+use dragnet_search::observation::{Observation, Origin, RobotId, Source};
 use tokio::sync::{mpsc, watch};
 
 use crate::field::{Field, PACE};
@@ -27,7 +27,7 @@ pub(crate) struct Knowledge {
     /// Each observation, in the order in which they came.
     pub(crate) observations: Vec<Arc<Observation>>,
     /// The last start of each robot that was heard of.
-    latest: BTreeMap<RobotId, Origin>,
+    latest: BTreeMap<Source, Origin>,
     /// Observations that came under the name of another one.
     pub(crate) conflicting: usize,
     /// Of all evidence.
@@ -44,12 +44,12 @@ impl Knowledge {
 
     /// The last start of a robot that was heard of.
     pub(crate) fn latest(&self, robot: RobotId) -> Option<Origin> {
-        self.latest.get(&robot).copied()
+        self.latest.get(&robot.into()).copied()
     }
 
     fn add(&mut self, observation: &Arc<Observation>) {
         let origin = observation.origin;
-        let latest = self.latest.entry(origin.robot).or_insert(origin);
+        let latest = self.latest.entry(origin.source).or_insert(origin);
         *latest = origin.max(*latest);
         self.observations.push(Arc::clone(observation));
     }

@@ -7,7 +7,7 @@ use dragnet_proto::directive::Directive;
 use dragnet_proto::message::{Audience, Message};
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
-use dragnet_search::observation::{Observation, Origin, RobotId};
+use dragnet_search::observation::{Observation, Origin, Source};
 
 use super::{Action, Mission};
 
@@ -71,7 +71,7 @@ impl Mission {
 /// nanosecond, is none of them.
 fn unused(replica: &dragnet_proto::replica::Replica, now: MissionTime) -> Origin {
     let known: Vec<Origin> = replica.log().versions().map(|version| version.origin).collect();
-    let mut origin = Origin { robot: RobotId::BY_HAND, incarnation: now.0 };
+    let mut origin = Origin { source: Source::Operator, incarnation: now.0 };
     while known.contains(&origin) {
         // Its clock may be at the end of time: somebody's was whom it heard first.
         origin.incarnation = origin.incarnation.wrapping_add(1);

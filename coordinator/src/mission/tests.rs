@@ -2,13 +2,13 @@ use dragnet_proto::command::{Command, Mark};
 use dragnet_proto::directive::Directive;
 use dragnet_proto::message::{Activity, SyncReply, SyncRequest};
 use dragnet_search::evidence::{Digest, Reading};
-use dragnet_search::observation::{Origin, Version};
+use dragnet_search::observation::{Origin, Source, Version};
 
 use super::*;
 
 const SECOND: Duration = Duration::from_secs(1);
-const ONE: RobotId = RobotId(1);
-const TWO: RobotId = RobotId(2);
+const ONE: RobotId = RobotId::FIRST;
+const TWO: RobotId = RobotId::new(2).unwrap();
 
 fn at(seconds: u64) -> MissionTime {
     MissionTime::START + Duration::from_secs(seconds)
@@ -54,7 +54,7 @@ fn observation(robot: RobotId, sequence: u64, seen: u32, nats: f32) -> Arc<Obser
 }
 
 fn intent(robot: RobotId, decision: u64, path: std::ops::Range<u32>) -> Intent {
-    Intent { origin: Origin::first(robot), decision, time_ns: 0, path: path.map(cell).collect() }
+    Intent { robot, incarnation: 0, decision, time_ns: 0, path: path.map(cell).collect() }
 }
 
 fn heartbeat(robot: RobotId, now: MissionTime, versions: Vec<Version>) -> Message {
@@ -76,7 +76,8 @@ fn hear(mission: &mut Mission, now: MissionTime, from: RobotId, message: Message
 }
 
 fn see(mission: &mut Mission, now: MissionTime, observation: &Arc<Observation>) -> Vec<Action> {
-    hear(mission, now, observation.origin.robot, Message::Observation(Arc::clone(observation)))
+    let Source::Robot(from) = observation.origin.source else { panic!("{observation:?}") };
+    hear(mission, now, from, Message::Observation(Arc::clone(observation)))
 }
 
 /// Statuses published; each is recorded as well.
@@ -94,10 +95,10 @@ fn statuses(actions: &[Action]) -> Vec<&MissionStatus> {
     published
 }
 
-fn observations(actions: &[Action]) -> Vec<(RobotId, u64)> {
+fn observations(actions: &[Action]) -> Vec<(Source, u64)> {
     let records = actions.iter().filter_map(|action| match action {
         Action::Record(Record::Observation(observation)) => {
-            Some((observation.origin.robot, observation.sequence))
+            Some((observation.origin.source, observation.sequence))
         }
         _ => None,
     });
@@ -149,7 +150,7 @@ fn a_gap_is_repaired_by_another_robot_and_each_observation_counts_once() {
 
     let reply = Message::SyncReply(SyncReply { observations: seen[1..].to_vec() });
     let actions = hear(&mut mission, at(4), TWO, reply.clone());
-    assert_eq!(observations(&actions), [(ONE, 1), (ONE, 2)], "the third was early");
+    assert_eq!(observations(&actions), [(ONE.into(), 1), (ONE.into(), 2)], "the third was early");
     assert_eq!(observations(&hear(&mut mission, at(4), TWO, reply)), []);
     assert_eq!(mission.alive().collect::<Vec<_>>(), [TWO], "who is quoted is not heard");
 
@@ -326,11 +327,11 @@ fn marks_are_observations_under_names_of_their_own() {
         of.collect()
     };
     let [mark] = &published(&told)[..] else { panic!("{told:?}") };
-    assert_eq!(mark.origin, Origin { robot: RobotId::BY_HAND, incarnation: at(7).0 });
-    assert_eq!(observations(&told), [(RobotId::BY_HAND, 0)], "recorded once");
+    assert_eq!(mark.origin, Origin { source: Source::Operator, incarnation: at(7).0 });
+    assert_eq!(observations(&told), [(Source::Operator, 0)], "recorded once");
     assert_eq!(
         observations(&command(&mut mission, at(8), Command::Mark(Mark::Searched, cell(2)))),
-        [(RobotId::BY_HAND, 1)]
+        [(Source::Operator, 1)]
     );
     assert_eq!(mission.tracks().count(), 0, "a person is no robot");
     assert_eq!(mission.robots().count(), 2);

@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use dragnet_search::observation::RobotId;
+use dragnet_proto::convert::{numbered_source, source_number};
+use dragnet_search::observation::Source;
 
 /// Where a message stands in a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -20,8 +21,8 @@ pub(crate) enum Topic {
     Objects,
     /// `dragnet_msgs/msg/MissionStatus`.
     MissionStatus,
-    /// Of one robot.
-    Robot(RobotId, RobotTopic),
+    /// Of one robot, or of the operator.
+    Robot(Source, RobotTopic),
 }
 
 /// What is recorded of each robot.
@@ -62,7 +63,9 @@ impl fmt::Display for Topic {
             Self::Transforms => formatter.write_str("/tf"),
             Self::Objects => formatter.write_str("/objects"),
             Self::MissionStatus => formatter.write_str(Self::MISSION_STATUS),
-            Self::Robot(robot, topic) => write!(formatter, "{}{robot}/{}", Self::ROBOTS, topic.name()),
+            Self::Robot(source, topic) => {
+                write!(formatter, "{}{}/{}", Self::ROBOTS, source_number(*source), topic.name())
+            }
         }
     }
 }
@@ -80,11 +83,11 @@ impl RobotTopic {
         }
     }
 
-    /// The robot and the subject of a topic, if it is a robot's.
-    pub(crate) fn parse(topic: &str) -> Option<(RobotId, Self)> {
-        let (robot, name) = topic.strip_prefix(Topic::ROBOTS)?.split_once('/')?;
+    /// Whose a topic is, and its subject, if it is a robot's or the operator's.
+    pub(crate) fn parse(topic: &str) -> Option<(Source, Self)> {
+        let (number, name) = topic.strip_prefix(Topic::ROBOTS)?.split_once('/')?;
         let topic = Self::ALL.into_iter().find(|topic| topic.name() == name)?;
-        Some((RobotId(robot.parse().ok()?), topic))
+        Some((numbered_source(number.parse().ok()?), topic))
     }
 }
 
@@ -105,13 +108,17 @@ fn quality_of_service(durability: u8) -> String {
 
 #[cfg(test)]
 mod tests {
+    use dragnet_search::observation::RobotId;
+
     use super::*;
 
     #[test]
     fn a_robots_topic_says_whose_it_is() {
-        for topic in RobotTopic::ALL {
-            let text = Topic::Robot(RobotId(12), topic).to_string();
-            assert_eq!(RobotTopic::parse(&text), Some((RobotId(12), topic)), "{text}");
+        for source in [Source::Operator, RobotId::new(12).unwrap().into()] {
+            for topic in RobotTopic::ALL {
+                let text = Topic::Robot(source, topic).to_string();
+                assert_eq!(RobotTopic::parse(&text), Some((source, topic)), "{text}");
+            }
         }
         for none in ["/belief", "/robots/1", "/robots/x/pose", "/robots/1/pose/x", "robots/1/pose"] {
             assert_eq!(RobotTopic::parse(none), None, "{none}");

@@ -30,7 +30,7 @@ pub(crate) const OBJECT: u32 = 17;
 pub(crate) const ORIGIN: MapOrigin = MapOrigin { x_meters: -20.0, y_meters: -12.5, yaw_radians: 0.5 };
 /// Where an object is declared and withdrawn.
 const MIRAGE: u32 = 3;
-const ROBOTS: [RobotId; 2] = [RobotId(1), RobotId(2)];
+const ROBOTS: [RobotId; 2] = [RobotId::FIRST, RobotId::new(2).unwrap()];
 
 /// A mission that was played.
 pub(crate) struct Episode {
@@ -166,12 +166,7 @@ fn observation(now: MissionTime, robot: RobotId, half: u64) -> Observation {
 }
 
 fn intent(now: MissionTime, robot: RobotId, half: u64) -> Intent {
-    Intent {
-        origin: Origin::first(robot),
-        decision: half,
-        time_ns: now.0,
-        path: (0..half % 5).map(cell).collect(),
-    }
+    Intent { robot, incarnation: 0, decision: half, time_ns: now.0, path: (0..half % 5).map(cell).collect() }
 }
 
 fn heartbeat(now: MissionTime, robot: RobotId, half: u64) -> Message {

@@ -15,10 +15,13 @@ fn account() -> Account {
 #[test]
 fn tracks_are_in_the_order_of_the_robots_own_clock() {
     let account = account();
-    assert_eq!(account.tracks.keys().copied().collect::<Vec<_>>(), [RobotId(1), RobotId(2)]);
+    assert_eq!(
+        account.tracks.keys().copied().collect::<Vec<_>>(),
+        [RobotId::FIRST, RobotId::new(2).unwrap()]
+    );
     for (robot, visits) in &account.tracks {
         let cells: Vec<_> = visits.iter().map(|visit| visit.cell).collect();
-        let row = if *robot == RobotId(1) { 2 } else { 10 };
+        let row = if *robot == RobotId::FIRST { 2 } else { 10 };
         assert_eq!(cells, (0..STEPS).map(|column| at(row, column)).collect::<Vec<_>>());
         assert!(visits.is_sorted_by_key(|visit| visit.time));
     }

@@ -96,7 +96,7 @@ fn look(scenario: &Scenario, step: u32, robot: u16, row: u32) -> (MissionTime, R
     });
     let time_ns = u64::from(step) * 10 * SECOND_NS;
     let observation = Observation {
-        origin: Origin::first(RobotId(robot)),
+        origin: Origin::first(RobotId::new(robot).unwrap()),
         sequence: step.into(),
         time_ns,
         from,
@@ -109,7 +109,8 @@ fn look(scenario: &Scenario, step: u32, robot: u16, row: u32) -> (MissionTime, R
 fn intent() -> Intent {
     let path = [(2, 18), (2, 19), (3, 19), (4, 19), (5, 19), (5, 18)];
     Intent {
-        origin: Origin::first(RobotId(1)),
+        robot: RobotId::FIRST,
+        incarnation: 0,
         decision: 4,
         time_ns: 175 * SECOND_NS,
         path: path.map(|(row, column)| at(row, column)).to_vec(),
@@ -122,7 +123,7 @@ fn status() -> MissionStatus {
         time_ns: 180 * SECOND_NS,
         declared: vec![object(at(3, 12), 0.9876, 125), object(at(9, 4), 0.96, 45)],
         expected_remaining: 0.5,
-        alive: vec![RobotId(1), RobotId(2)],
+        alive: vec![RobotId::FIRST, RobotId::new(2).unwrap()],
         observations: 36,
         versions: Vec::new(),
         digest: scenario().prior().digest(),

@@ -12,7 +12,7 @@ fn a_plan_has_a_waypoint_wherever_the_way_turns() {
     let account = Account::new(&playback(), None, None).unwrap();
     let texts = plan::texts(&account).unwrap();
     let [(robot, text)] = &texts[..] else { panic!("robot 2 has no plan") };
-    assert_eq!(*robot, RobotId(1));
+    assert_eq!(*robot, RobotId::FIRST);
     let file: Value = serde_json::from_str(text).unwrap();
     let mission = &file["mission"];
     let fixed = json!([file["fileType"], file["version"], mission["version"], mission["vehicleType"]]);

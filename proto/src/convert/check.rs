@@ -8,6 +8,7 @@ use dragnet_search::sensor::Sensor;
 
 use super::error::ConvertError;
 use super::field::{Field, Place};
+use super::source::{origin, source_number};
 use crate::dragnet_msgs::{self as wire, VERSION};
 use crate::message::Activity;
 use crate::replica::MAX_STARTS;
@@ -90,7 +91,7 @@ impl Check {
         for (index, wire) in known.iter().enumerate() {
             let check = self.within(Place::Known(index));
             check.version(wire.version)?;
-            let origin = Origin { robot: RobotId(wire.robot), incarnation: wire.incarnation };
+            let origin = origin(wire.robot, wire.incarnation);
             if let Some(before) = versions.last() {
                 check.follows(origin, before.origin)?;
             }
@@ -103,10 +104,10 @@ impl Check {
         if origin > before {
             return Ok(());
         }
-        let (name, found, before) = if origin.robot == before.robot {
+        let (name, found, before) = if origin.source == before.source {
             ("incarnation", origin.incarnation, before.incarnation)
         } else {
-            ("robot", origin.robot.0.into(), before.robot.0.into())
+            ("robot", source_number(origin.source).into(), source_number(before.source).into())
         };
         Err(ConvertError::Order { at: self.at(name), found, before })
     }
@@ -129,7 +130,13 @@ impl Check {
         }
     }
 
-    pub(super) fn robot(self, found: RobotId, expected: RobotId) -> Result<(), ConvertError> {
+    /// Numbers of robots of the team.
+    pub(super) fn team(self, name: &'static str, found: &[u16]) -> Result<Vec<RobotId>, ConvertError> {
+        self.at_most(self.robots.into(), name, found.len())?;
+        found.iter().enumerate().map(|(index, &number)| robot(self.at_entry(name, index), number)).collect()
+    }
+
+    pub(super) fn same_robot(self, found: u16, expected: u16) -> Result<(), ConvertError> {
         if found == expected {
             Ok(())
         } else {
@@ -180,19 +187,24 @@ impl Check {
 
     pub(super) fn participant(
         self,
-        name: &'static str,
+        [kind, number]: [&'static str; 2],
         found: u8,
-        robot: u16,
+        robot_number: u16,
     ) -> Result<Participant, ConvertError> {
         match found {
-            0 => Ok(Participant::Robot(RobotId(robot))),
+            0 => robot(self.at(number), robot_number).map(Participant::Robot),
             1 => Ok(Participant::Coordinator),
             _ => {
                 let allowed = "0 robot, 1 coordinator";
-                Err(ConvertError::Alternative { at: self.at(name), found, allowed })
+                Err(ConvertError::Alternative { at: self.at(kind), found, allowed })
             }
         }
     }
+}
+
+pub(super) fn robot(at: Field, number: u16) -> Result<RobotId, ConvertError> {
+    let found = number.into();
+    RobotId::new(number).ok_or(ConvertError::Number { at, found, allowed: "robots from 1" })
 }
 
 pub(super) const fn activity_number(activity: Activity) -> u8 {
@@ -209,7 +221,7 @@ pub(super) const fn activity_number(activity: Activity) -> u8 {
 /// Kind and robot number; the coordinator's number is 0.
 pub(super) const fn participant_numbers(participant: Participant) -> (u8, u16) {
     match participant {
-        Participant::Robot(robot) => (0, robot.0),
+        Participant::Robot(robot) => (0, robot.number()),
         Participant::Coordinator => (1, 0),
     }
 }

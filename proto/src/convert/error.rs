@@ -3,7 +3,6 @@
 use dragnet_ros2::cdr::DecodeError;
 use dragnet_scenario::participant::Participant;
 use dragnet_search::evidence::{MAX_VALUE, MAX_VARIANCE, MIN_VARIANCE};
-use dragnet_search::observation::RobotId;
 
 use super::field::Field;
 use crate::dragnet_msgs::VERSION;
@@ -98,9 +97,9 @@ pub enum ConvertError {
         /// Where it stood.
         at: Field,
         /// The robot there.
-        found: RobotId,
+        found: u16,
         /// The robot of the message.
-        expected: RobotId,
+        expected: u16,
     },
     /// Observations of another incarnation than those before.
     #[error("{at}: {found} after {expected}; allowed are observations of one incarnation")]

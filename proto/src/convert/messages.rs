@@ -2,11 +2,14 @@
 
 use std::sync::Arc;
 
-use dragnet_search::observation::{Observation, Origin, RobotId, Version};
+use dragnet_search::observation::{Observation, Origin, Version};
 
-use super::check::{Check, Columns, activity_number, digest, digest_halves, numbers, participant_numbers};
+use super::check::{
+    Check, Columns, activity_number, digest, digest_halves, numbers, participant_numbers, robot,
+};
 use super::error::ConvertError;
 use super::field::Place;
+use super::source::{origin, source_number};
 use crate::dragnet_msgs as wire;
 use crate::message::{Detection, Heartbeat, Intent, MissionStatus, SyncReply, SyncRequest};
 
@@ -15,7 +18,7 @@ impl From<&Observation> for wire::Observation {
         let Columns { cells, values, variances } = observation.readings.as_slice().into();
         Self {
             version: wire::VERSION,
-            robot: observation.origin.robot.0,
+            robot: source_number(observation.origin.source),
             incarnation: observation.origin.incarnation,
             sequence: observation.sequence,
             time_ns: observation.time_ns,
@@ -31,8 +34,8 @@ impl From<&Intent> for wire::Intent {
     fn from(intent: &Intent) -> Self {
         Self {
             version: wire::VERSION,
-            robot: intent.origin.robot.0,
-            incarnation: intent.origin.incarnation,
+            robot: intent.robot.number(),
+            incarnation: intent.incarnation,
             decision: intent.decision,
             time_ns: intent.time_ns,
             path: numbers(&intent.path),
@@ -44,7 +47,7 @@ impl From<&Heartbeat> for wire::Heartbeat {
     fn from(heartbeat: &Heartbeat) -> Self {
         Self {
             version: wire::VERSION,
-            robot: heartbeat.robot.0,
+            robot: heartbeat.robot.number(),
             time_ns: heartbeat.time_ns,
             activity: activity_number(heartbeat.activity),
             cell: heartbeat.cell.number(),
@@ -59,8 +62,8 @@ impl From<&Heartbeat> for wire::Heartbeat {
 
 impl From<&Version> for wire::Version {
     fn from(version: &Version) -> Self {
-        let Version { origin: Origin { robot, incarnation }, next } = *version;
-        Self { version: wire::VERSION, robot: robot.0, incarnation, next }
+        let Version { origin: Origin { source, incarnation }, next } = *version;
+        Self { version: wire::VERSION, robot: source_number(source), incarnation, next }
     }
 }
 
@@ -71,7 +74,7 @@ impl From<&SyncRequest> for wire::SyncRequest {
             version: wire::VERSION,
             from_kind,
             from_robot,
-            of_robot: request.of.robot.0,
+            of_robot: source_number(request.of.source),
             of_incarnation: request.of.incarnation,
             first: request.first,
         }
@@ -103,12 +106,12 @@ impl From<&MissionStatus> for wire::MissionStatus {
             time_ns: status.time_ns,
             declared: status.declared.iter().map(Into::into).collect(),
             expected_remaining: status.expected_remaining,
-            alive: status.alive.iter().map(|robot| robot.0).collect(),
+            alive: status.alive.iter().map(|robot| robot.number()).collect(),
             observations: status.observations,
             version_vector: status.versions.iter().map(Into::into).collect(),
             digest: digest_halves(status.digest),
             directive: (&status.directive).into(),
-            doubled: status.doubled.iter().map(|robot| robot.0).collect(),
+            doubled: status.doubled.iter().map(|robot| robot.number()).collect(),
         }
     }
 }
@@ -128,7 +131,8 @@ impl Check {
     pub(super) fn intent(self, wire: &wire::Intent) -> Result<Intent, ConvertError> {
         self.version(wire.version)?;
         Ok(Intent {
-            origin: origin(wire.robot, wire.incarnation),
+            robot: robot(self.at("robot"), wire.robot)?,
+            incarnation: wire.incarnation,
             decision: wire.decision,
             time_ns: wire.time_ns,
             path: self.path("path", &wire.path)?,
@@ -137,11 +141,10 @@ impl Check {
 
     pub(super) fn heartbeat(self, wire: &wire::Heartbeat) -> Result<Heartbeat, ConvertError> {
         self.version(wire.version)?;
-        let robot = RobotId(wire.robot);
         let inner = self.within(Place::Intent);
-        inner.robot(RobotId(wire.intent.robot), robot)?;
+        inner.same_robot(wire.intent.robot, wire.robot)?;
         Ok(Heartbeat {
-            robot,
+            robot: robot(self.at("robot"), wire.robot)?,
             time_ns: wire.time_ns,
             activity: self.activity(wire.activity)?,
             cell: self.cell(self.at("cell"), wire.cell)?,
@@ -156,7 +159,7 @@ impl Check {
     pub(super) fn sync_request(self, wire: &wire::SyncRequest) -> Result<SyncRequest, ConvertError> {
         self.version(wire.version)?;
         Ok(SyncRequest {
-            from: self.participant("from_kind", wire.from_kind, wire.from_robot)?,
+            from: self.participant(["from_kind", "from_robot"], wire.from_kind, wire.from_robot)?,
             of: origin(wire.of_robot, wire.of_incarnation),
             first: wire.first,
         })
@@ -168,7 +171,7 @@ impl Check {
         for (index, pair) in wire.observations.windows(2).enumerate() {
             let [before, after] = pair else { continue };
             let check = self.within(Place::Observation(index + 1));
-            check.robot(RobotId(after.robot), RobotId(before.robot))?;
+            check.same_robot(after.robot, before.robot)?;
             if after.incarnation != before.incarnation {
                 return Err(ConvertError::Incarnation {
                     at: check.at("incarnation"),
@@ -202,8 +205,6 @@ impl Check {
     pub(super) fn mission_status(self, wire: &wire::MissionStatus) -> Result<MissionStatus, ConvertError> {
         self.version(wire.version)?;
         self.at_most(self.grid.cell_count(), "declared", wire.declared.len())?;
-        self.at_most(self.robots.into(), "alive", wire.alive.len())?;
-        self.at_most(self.robots.into(), "doubled", wire.doubled.len())?;
         let declared = wire
             .declared
             .iter()
@@ -213,16 +214,12 @@ impl Check {
             time_ns: wire.time_ns,
             declared: declared.collect::<Result<_, _>>()?,
             expected_remaining: self.not_negative("expected_remaining", wire.expected_remaining)?,
-            alive: wire.alive.iter().copied().map(RobotId).collect(),
+            alive: self.team("alive", &wire.alive)?,
             observations: wire.observations,
             versions: self.versions(&wire.version_vector)?,
             digest: digest(wire.digest),
             directive: self.directive(&wire.directive)?,
-            doubled: wire.doubled.iter().copied().map(RobotId).collect(),
+            doubled: self.team("doubled", &wire.doubled)?,
         })
     }
-}
-
-const fn origin(robot: u16, incarnation: u64) -> Origin {
-    Origin { robot: RobotId(robot), incarnation }
 }

@@ -1,9 +1,10 @@
 //! Messages between simulator and participants, to the wire and back.
 
 use dragnet_scenario::participant::Participant;
-use dragnet_search::observation::RobotId;
 
-use super::check::{Check, Columns, activity_number, digest, digest_halves, numbers, participant_numbers};
+use super::check::{
+    Check, Columns, activity_number, digest, digest_halves, numbers, participant_numbers, robot,
+};
 use super::error::ConvertError;
 use crate::dragnet_msgs as wire;
 use crate::message::{Audience, MessageKind};
@@ -39,7 +40,9 @@ impl TryFrom<&Step> for wire::Step {
                 Self { kind: DELIVER, sender_kind, sender_robot, message: *message, ..empty }
             }
             StepEvent::Event(Event::Woke) => Self { kind: WAKE, ..empty },
-            StepEvent::Event(Event::Lost(robot)) => Self { kind: LOST, sender_robot: robot.0, ..empty },
+            StepEvent::Event(Event::Lost(robot)) => {
+                Self { kind: LOST, sender_robot: robot.number(), ..empty }
+            }
             StepEvent::Event(
                 Event::Came | Event::Commanded(_) | Event::Halted | Event::Released | Event::Doubled(_),
             ) => return Err(NotSimulated),
@@ -77,7 +80,7 @@ impl From<&Sensed> for wire::Sensed {
         let Columns { cells, values, variances } = sensed.readings.as_slice().into();
         Self {
             version: wire::VERSION,
-            robot: sensed.robot.0,
+            robot: sensed.robot.number(),
             time_ns: sensed.time_ns,
             cell: sensed.from.number(),
             cells,
@@ -97,11 +100,15 @@ impl Check {
                 readings: self.readings(&wire.cells, &wire.values, &wire.variances)?,
             }),
             DELIVER => StepEvent::Event(Event::Received {
-                from: self.participant("sender_kind", wire.sender_kind, wire.sender_robot)?,
+                from: self.participant(
+                    ["sender_kind", "sender_robot"],
+                    wire.sender_kind,
+                    wire.sender_robot,
+                )?,
                 message: wire.message,
             }),
             WAKE => StepEvent::Event(Event::Woke),
-            LOST => StepEvent::Event(Event::Lost(RobotId(wire.sender_robot))),
+            LOST => StepEvent::Event(Event::Lost(robot(self.at("sender_robot"), wire.sender_robot)?)),
             REPORT => StepEvent::Report,
             FINISH => StepEvent::Finish,
             found => {
@@ -151,10 +158,13 @@ impl Check {
         })
     }
 
-    fn audience(self, index: usize, found: u8, robot: u16) -> Result<Audience, ConvertError> {
+    fn audience(self, index: usize, found: u8, number: u16) -> Result<Audience, ConvertError> {
         match found {
             0 => Ok(Audience::All),
-            1 => Ok(Audience::One(Participant::Robot(RobotId(robot)))),
+            1 => {
+                let robot = robot(self.at_entry("to_robots", index), number)?;
+                Ok(Audience::One(Participant::Robot(robot)))
+            }
             2 => Ok(Audience::One(Participant::Coordinator)),
             _ => Err(ConvertError::Alternative {
                 at: self.at_entry("to_kinds", index),
@@ -167,7 +177,7 @@ impl Check {
     pub(super) fn sensed(self, wire: &wire::Sensed) -> Result<Sensed, ConvertError> {
         self.version(wire.version)?;
         Ok(Sensed {
-            robot: RobotId(wire.robot),
+            robot: robot(self.at("robot"), wire.robot)?,
             time_ns: wire.time_ns,
             from: self.cell(self.at("cell"), wire.cell)?,
             readings: self.readings(&wire.cells, &wire.values, &wire.variances)?,
@@ -189,7 +199,7 @@ const fn kind_number(kind: MessageKind) -> u8 {
 const fn audience_numbers(to: Audience) -> (u8, u16) {
     match to {
         Audience::All => (0, 0),
-        Audience::One(Participant::Robot(robot)) => (1, robot.0),
+        Audience::One(Participant::Robot(robot)) => (1, robot.number()),
         Audience::One(Participant::Coordinator) => (2, 0),
     }
 }

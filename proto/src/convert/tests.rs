@@ -16,12 +16,19 @@ fn cell(number: u32) -> Cell {
 
 fn observation(robot: u16, sequence: u64) -> Observation {
     let readings = vec![Reading { cell: cell(4), value: 0.5, variance: 0.25 }];
-    Observation { origin: Origin::first(RobotId(robot)), sequence, time_ns: 9, from: cell(5), readings }
+    Observation {
+        origin: Origin::first(RobotId::new(robot).unwrap()),
+        sequence,
+        time_ns: 9,
+        from: cell(5),
+        readings,
+    }
 }
 
 fn intent(robot: u16) -> Intent {
     Intent {
-        origin: Origin { robot: RobotId(robot), incarnation: 8 },
+        robot: RobotId::new(robot).unwrap(),
+        incarnation: 8,
         decision: 1,
         time_ns: 2,
         path: vec![cell(0), cell(3)],
@@ -30,13 +37,13 @@ fn intent(robot: u16) -> Intent {
 
 fn heartbeat() -> Heartbeat {
     Heartbeat {
-        robot: RobotId(7),
+        robot: RobotId::new(7).unwrap(),
         time_ns: 3,
         activity: Activity::Stuck,
         cell: cell(1),
         path_meters: 60.0,
         intent: intent(7),
-        versions: vec![Version { origin: Origin::first(RobotId(7)), next: 4 }],
+        versions: vec![Version { origin: Origin::first(RobotId::new(7).unwrap()), next: 4 }],
         digest: Digest(0x0123_4567_89ab_cdef_0011_2233_4455_6677),
         directive: Directive { number: 5, is_paused: true, added: [0, 1, 4].into_iter().map(cell).collect() },
     }
@@ -196,11 +203,31 @@ fn a_directive_travels_in_runs_and_is_refused_by_field() {
 
 #[test]
 fn a_mark_by_hand_comes_from_the_coordinator_alone() {
-    let mark = Message::Observation(Arc::new(observation(RobotId::BY_HAND.0, 0)));
+    let origin = Origin { source: Source::Operator, incarnation: 0 };
+    let mark = Message::Observation(Arc::new(Observation { origin, ..observation(7, 0) }));
     assert!(check_sender(&mark, Participant::Coordinator).is_ok());
-    assert!(check_sender(&mark, Participant::Robot(RobotId::BY_HAND)).is_err());
+    assert!(check_sender(&mark, Participant::Robot(RobotId::FIRST)).is_err());
     let seen = Message::Observation(Arc::new(observation(7, 0)));
     assert!(check_sender(&seen, Participant::Coordinator).is_err());
+}
+
+#[test]
+fn the_number_0_is_the_operators_and_no_robots() {
+    let mark = wire::Observation { robot: 0, ..wire::Observation::from(&observation(7, 0)) };
+    let read = Codec::new(grid()).decode(MessageKind::Observation, &cdr::encode(&mark)).unwrap();
+    let Message::Observation(read) = read else { panic!("{read:?}") };
+    assert_eq!(read.origin.source, Source::Operator);
+    assert_eq!(wire::Observation::from(&*read), mark);
+    let refused = "robot: 0; allowed are robots from 1";
+    let plan = wire::Intent { robot: 0, ..wire::Intent::from(&intent(7)) };
+    assert_eq!(refusal(MessageKind::Intent, &plan), format!("dragnet_msgs/msg/Intent: {refused}"));
+    let beat = wire::Heartbeat { robot: 0, intent: plan, ..wire::Heartbeat::from(&heartbeat()) };
+    assert_eq!(refusal(MessageKind::Heartbeat, &beat), format!("dragnet_msgs/msg/Heartbeat: {refused}"));
+    let request = wire::SyncRequest { version: wire::VERSION, ..wire::SyncRequest::default() };
+    assert_eq!(
+        refusal(MessageKind::SyncRequest, &request),
+        format!("dragnet_msgs/msg/SyncRequest: from_{refused}")
+    );
 }
 
 #[test]
@@ -231,7 +258,8 @@ fn a_full_sync_reply_of_the_widest_sensor_is_decoded() {
 
 #[test]
 fn a_message_comes_from_where_its_key_says() {
-    let (seven, eight) = (Participant::Robot(RobotId(7)), Participant::Robot(RobotId(8)));
+    let (seven, eight) =
+        (Participant::Robot(RobotId::new(7).unwrap()), Participant::Robot(RobotId::new(8).unwrap()));
     let message = Message::Intent(intent(7));
     assert!(check_sender(&message, seven).is_ok());
     assert_eq!(

@@ -7,26 +7,26 @@ fn mission() -> Mission {
 }
 
 fn participants() -> impl Strategy<Value = Participant> {
-    prop_oneof![
-        any::<u16>().prop_map(|robot| Participant::Robot(RobotId(robot))),
-        Just(Participant::Coordinator),
-    ]
+    prop_oneof![robots().prop_map(Participant::Robot), Just(Participant::Coordinator)]
+}
+
+fn robots() -> impl Strategy<Value = RobotId> {
+    (1..=u16::MAX).prop_map(|number| RobotId::new(number).unwrap())
 }
 
 fn topics() -> impl Strategy<Value = Topic> {
-    let robot = || any::<u16>().prop_map(RobotId);
     let pair = || (participants(), participants());
     prop_oneof![
-        robot().prop_map(Topic::Observation),
-        robot().prop_map(Topic::Intent),
-        robot().prop_map(Topic::Heartbeat),
+        robots().prop_map(Topic::Observation),
+        robots().prop_map(Topic::Intent),
+        robots().prop_map(Topic::Heartbeat),
         (participants(), any::<u64>()).prop_map(|(who, identity)| Topic::Alive { who, identity }),
         pair().prop_map(|(from, to)| Topic::SyncRequest { from, to }),
         pair().prop_map(|(from, to)| Topic::SyncReply { from, to }),
         Just(Topic::Status),
         Just(Topic::ByHand),
         participants().prop_map(Topic::SimStep),
-        robot().prop_map(Topic::SimSensed),
+        robots().prop_map(Topic::SimSensed),
     ]
 }
 
@@ -68,7 +68,7 @@ fn keys_are_spelled_as_documented() {
     let check = |topic, expected: &str| {
         assert_eq!(mission().key(topic).to_string(), format!("dragnet/ice-cream_1/{expected}"));
     };
-    let (robot, three) = (RobotId(12), Participant::Robot(RobotId(3)));
+    let (robot, three) = (RobotId::new(12).unwrap(), Participant::Robot(RobotId::new(3).unwrap()));
     check(Topic::Observation(robot), "robots/12/observation");
     check(Topic::Alive { who: three, identity: 0xab }, "robots/3/alive/00000000000000ab");
     let coordinator = Topic::Alive { who: Participant::Coordinator, identity: u64::MAX };
@@ -91,7 +91,8 @@ fn a_wrong_key_is_refused_with_what_is_allowed() {
         let error = key.parse::<Key>().unwrap_err().to_string();
         assert!(error.contains(expected), "{error}");
     };
-    check("dragnet/m/robots/03/observation", "robot \"03\"; allowed are 0 to 65535");
+    check("dragnet/m/robots/03/observation", "robot \"03\"; allowed are 1 to 65535");
+    check("dragnet/m/robots/0/intent", "robot \"0\"");
     check("dragnet/m/robots/65536/intent", "robot \"65536\"");
     check("dragnet/m/robots/+3/intent", "robot \"+3\"");
     check("dragnet/m/sim/step/nobody", "robot \"nobody\"");
@@ -107,7 +108,7 @@ fn a_wrong_key_is_refused_with_what_is_allowed() {
 
 #[test]
 fn nobody_publishes_what_is_not_theirs() {
-    let robot = Participant::Robot(RobotId(0));
+    let robot = Participant::Robot(RobotId::FIRST);
     let of = |kind, from, to| Topic::of(kind, from, to);
     assert_eq!(of(MessageKind::Intent, Participant::Coordinator, Audience::All), None);
     assert_eq!(of(MessageKind::MissionStatus, robot, Audience::All), None);
@@ -128,19 +129,20 @@ fn matches(expression: &[&str], key: &[&str]) -> bool {
 
 #[test]
 fn a_selection_matches_its_keys_and_no_others() {
-    let (three, four) = (Participant::Robot(RobotId(3)), Participant::Robot(RobotId(4)));
+    let (three, four) =
+        (Participant::Robot(RobotId::new(3).unwrap()), Participant::Robot(RobotId::new(4).unwrap()));
     let coordinator = Participant::Coordinator;
     let topics = [
-        Topic::Observation(RobotId(3)),
-        Topic::Intent(RobotId(4)),
-        Topic::Heartbeat(RobotId(3)),
+        Topic::Observation(RobotId::new(3).unwrap()),
+        Topic::Intent(RobotId::new(4).unwrap()),
+        Topic::Heartbeat(RobotId::new(3).unwrap()),
         Topic::Alive { who: three, identity: 1 },
         Topic::Alive { who: coordinator, identity: 2 },
         Topic::SyncRequest { from: coordinator, to: three },
         Topic::SyncRequest { from: four, to: three },
         Topic::SyncRequest { from: three, to: coordinator },
         Topic::SyncReply { from: four, to: three },
-        Topic::SimSensed(RobotId(3)),
+        Topic::SimSensed(RobotId::new(3).unwrap()),
         Topic::SimStep(three),
         Topic::Status,
     ];

@@ -124,13 +124,13 @@ mod tests {
     const PATIENCE: Duration = Duration::from_secs(1);
 
     fn robot(number: u16) -> Participant {
-        Participant::Robot(RobotId(number))
+        Participant::Robot(RobotId::new(number).unwrap())
     }
 
     /// Asks one participant, if it may be asked, about so many invented origins.
     fn ask(questions: &mut Questions, now: MissionTime, whom: u16, incarnations: std::ops::Range<u64>) {
         for incarnation in incarnations {
-            let of = Origin { robot: RobotId(9), incarnation };
+            let of = Origin { source: RobotId::new(9).unwrap().into(), incarnation };
             if questions.may_ask(now, robot(whom), of) {
                 questions.ask(now, robot(whom), of);
             }

@@ -12,7 +12,7 @@ fn limits() -> Limits {
                 mission = { budget_seconds = 60.0, max_clock_skew_seconds = 60.0 }\n";
     let scenario = Scenario::from_text(std::path::Path::new("a.toml"), text.to_owned()).unwrap();
     let sensor = Sensor::new(2, 0.005, dragnet_search::sensor::Noise::Gaussian).unwrap();
-    Limits::new(Arc::new(terrain), Arc::new(sensor), [RobotId(1)], scenario.mission())
+    Limits::new(Arc::new(terrain), Arc::new(sensor), [RobotId::FIRST], scenario.mission())
 }
 
 fn cell(row: u32, column: u32) -> Cell {
@@ -20,7 +20,7 @@ fn cell(row: u32, column: u32) -> Cell {
 }
 
 fn look(sequence: u64, seconds: u64, from: Cell, readings: Vec<Reading>) -> Observation {
-    Observation { origin: Origin::first(RobotId(1)), sequence, time_ns: seconds * SECOND, from, readings }
+    Observation { origin: Origin::first(RobotId::FIRST), sequence, time_ns: seconds * SECOND, from, readings }
 }
 
 fn reading(row: u32, column: u32, value: f32, variance: f32) -> Reading {
@@ -50,7 +50,7 @@ fn a_look_is_held_against_map_team_and_sensor() {
     check(&sees(vec![reading(0, 0, 0.1, 0.001), reading(0, 0, 0.1, 0.001)]), Err(Rejection::Repeated));
     check(&look(0, 0, cell(1, 3), Vec::new()), Err(Rejection::Blocked));
     let mut stranger = sees(Vec::new());
-    stranger.origin.robot = RobotId(2);
+    stranger.origin.source = RobotId::new(2).unwrap().into();
     check(&stranger, Err(Rejection::Stranger));
 }
 
@@ -101,7 +101,7 @@ fn what_is_in_the_future_is_not_taken_yet() {
 fn a_mark_is_one_that_a_person_can_make_after_the_one_before_it() {
     let limits = limits();
     let mark = |seconds, readings| {
-        let origin = Origin::first(RobotId::BY_HAND);
+        let origin = Origin { source: Source::Operator, incarnation: 0 };
         Observation { origin, sequence: 0, time_ns: seconds * SECOND, from: cell(0, 3), readings }
     };
     let clue = mark(5, vec![Mark::Clue.reading(cell(0, 3))]);

@@ -39,13 +39,13 @@ async fn round() {
     let mut orders = AgentConfig::of_team(&scenario, 1).into_iter();
     let mut veteran = Agent::new(orders.next().unwrap());
     let journals = tempfile::tempdir().unwrap();
-    let mut kept = journal(journals.path(), MISSION, RobotId(1), &scenario);
+    let mut kept = journal(journals.path(), MISSION, RobotId::FIRST, &scenario);
     let there: Vec<Cell> = snake(&scenario);
     // There and back, so that each step is to a neighbor.
     let way = there.iter().chain(there.iter().rev()).cycle();
     for (sequence, &from) in (0..u64::from(OBSERVATIONS / 2)).zip(way) {
         for robot in [1, 3] {
-            let (origin, time_ns) = (Origin::first(RobotId(robot)), STEP_NS * sequence);
+            let (origin, time_ns) = (Origin::first(RobotId::new(robot).unwrap()), STEP_NS * sequence);
             let readings = look(&scenario, from);
             let observation = Arc::new(Observation { origin, sequence, time_ns, from, readings });
             veteran.recall(&observation);
@@ -54,7 +54,7 @@ async fn round() {
     }
     let stand = |_: &Agent| Event::Sensed { cell: there[0], readings: look(&scenario, there[0]) };
     let report = stand(&veteran);
-    let veteran = Probe { robot: RobotId(1), agent: veteran, measured: Arc::clone(&measured) };
+    let veteran = Probe { robot: RobotId::FIRST, agent: veteran, measured: Arc::clone(&measured) };
     let first = tokio::spawn(take_part(veteran, endpoints[0].clone(), kept, (None, report)));
     // Until it has looked for the first time.
     while measured.lock().unwrap().published() == 0 {
@@ -62,8 +62,8 @@ async fn round() {
     }
     let late = Agent::new(orders.next().unwrap());
     let report = stand(&late);
-    let late = Probe { robot: RobotId(2), agent: late, measured: Arc::clone(&measured) };
-    let kept = journal(journals.path(), MISSION, RobotId(2), &scenario);
+    let late = Probe { robot: RobotId::new(2).unwrap(), agent: late, measured: Arc::clone(&measured) };
+    let kept = journal(journals.path(), MISSION, RobotId::new(2).unwrap(), &scenario);
     let started = Instant::now();
     let second = tokio::spawn(take_part(late, endpoints[1].clone(), kept, (None, report)));
     while !measured.lock().unwrap().agree(2, u64::from(OBSERVATIONS) + 2) {

@@ -55,7 +55,7 @@ async fn until_lost(cut: Cut) -> Duration {
             std::future::pending::<()>().await;
         }
     });
-    let other = Participant::Robot(RobotId(2));
+    let other = Participant::Robot(RobotId::new(2).unwrap());
     let there = join(2, &there).await;
     here.wait_for(&[other], Duration::from_secs(10), |_| ()).await.unwrap();
     order.send(()).unwrap();
@@ -69,5 +69,5 @@ async fn until_lost(cut: Cut) -> Duration {
 
 async fn join(robot: u16, endpoints: &Endpoints) -> Link {
     let codec = Codec::new(scenario(2, 12).terrain().grid());
-    crate::join(open(endpoints).await.unwrap(), "lost", RobotId(robot), codec).await
+    crate::join(open(endpoints).await.unwrap(), "lost", RobotId::new(robot).unwrap(), codec).await
 }

@@ -54,7 +54,7 @@ pub(crate) async fn run() {
     let echo = sessions[1].clone();
     let answer = move |ping: Sample| bare(&echo, PONG, ping.payload().clone()).wait().unwrap();
     sessions[1].declare_subscriber(PING).callback(answer).background().await.unwrap();
-    let origin = Origin::first(RobotId(1));
+    let origin = Origin::first(RobotId::FIRST);
     let size = Observation { origin, sequence: 0, time_ns: 0, from: cell, readings: readings.clone() };
     let bytes = convert::encode(&Message::Observation(size.into()));
     tokio::time::sleep(Duration::from_secs(1)).await;

@@ -59,7 +59,9 @@ impl StateMachine for Probe {
         let merged = Instant::now();
         let measured = &mut *self.measured.lock().unwrap();
         measured.delivered += u64::from(is_delivery);
-        for observation in effects.kept.iter().filter(|observation| observation.origin.robot != self.robot) {
+        for observation in
+            effects.kept.iter().filter(|observation| observation.origin.source != self.robot.into())
+        {
             // What was repaired took as long as it was missing; it counts as well.
             let published = measured.published.get(&(observation.origin, observation.sequence));
             measured.merges.extend(published.map(|&published| merged - published));

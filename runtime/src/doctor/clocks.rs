@@ -155,8 +155,8 @@ mod tests {
 
     use super::*;
 
-    const ME: Participant = Participant::Robot(RobotId(1));
-    const MATE: Participant = Participant::Robot(RobotId(2));
+    const ME: Participant = Participant::Robot(RobotId::FIRST);
+    const MATE: Participant = Participant::Robot(RobotId::new(2).unwrap());
 
     const fn expected(resumed: Option<u64>) -> Expected {
         let resumed = match resumed {

@@ -14,11 +14,8 @@ use tokio::time::Instant;
 use super::Finding;
 use super::clocks::{Clocks, Expected};
 use crate::clock::Clock;
-use crate::link::{Incoming, Link};
+use crate::link::{Incoming, Link, Nobody};
 use crate::session::{Endpoints, open};
-
-/// A doctor listens as a robot that no team has, so that it hears all, the robot of its own settings too.
-const NOBODY: RobotId = RobotId(u16::MAX);
 
 /// Whose team is looked at.
 pub(super) struct Member<'a> {
@@ -57,7 +54,7 @@ pub(super) async fn examine(
         }
     };
     let codec = Codec::new(member.scenario.terrain().grid());
-    let joined = Link::join(session, member.mission.clone(), Participant::Robot(NOBODY), codec).await;
+    let joined = Link::join(session, member.mission.clone(), Nobody, codec).await;
     let resumed = member.resumed.map(|clock| clock.now());
     let roll = match joined {
         Ok(mut link) => call(&mut link, listen).await,
@@ -95,7 +92,7 @@ pub(super) async fn examine(
     }
 }
 
-async fn call(link: &mut Link, listen: Duration) -> Roll {
+async fn call(link: &mut Link<Nobody>, listen: Duration) -> Roll {
     let (mut roll, started) = (Roll::default(), Instant::now());
     while let Ok(Some(heard)) = tokio::time::timeout_at(started + listen, link.hear()).await {
         match heard {

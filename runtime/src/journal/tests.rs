@@ -22,7 +22,7 @@ impl Shelf {
     }
 
     fn subject(&self, robot: u16) -> Subject<'_> {
-        Subject { mission: &self.mission, robot: RobotId(robot), terrain: &self.terrain }
+        Subject { mission: &self.mission, robot: RobotId::new(robot).unwrap(), terrain: &self.terrain }
     }
 
     fn open(&self, robot: u16, now_unix_ns: u64) -> Result<(Journal, Memory), JournalError> {
@@ -35,7 +35,7 @@ impl Shelf {
 
     fn observation(&self, robot: u16, incarnation: u64, sequence: u64) -> Arc<Observation> {
         let from = self.terrain.grid().cells().next().unwrap();
-        let origin = Origin { robot: RobotId(robot), incarnation };
+        let origin = Origin { source: RobotId::new(robot).unwrap().into(), incarnation };
         let readings = vec![Reading { cell: from, value: 0.5, variance: 0.25 }];
         Arc::new(Observation { origin, sequence, time_ns: 7, from, readings })
     }

@@ -84,7 +84,7 @@ impl Brief<'_> {
             zenoh,
         };
         let config = AgentSettings {
-            robot: robot.0,
+            robot: robot.number(),
             time: self.time,
             attached: true,
             journal: None,

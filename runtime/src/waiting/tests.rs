@@ -5,7 +5,7 @@ use dragnet_proto::sender::Process;
 use super::*;
 
 const fn robot(number: u16) -> Participant {
-    Participant::Robot(RobotId(number))
+    Participant::Robot(RobotId::new(number).unwrap())
 }
 
 const LIAR: Sender = Sender::Known(robot(1));

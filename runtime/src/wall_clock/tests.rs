@@ -54,7 +54,7 @@ async fn a_coordinator_that_starts_late_is_told_at_once_and_takes_its_robots_tim
     let long_after = MissionTime(5_000_000_000_000);
 
     let endpoints = Endpoints { listen: listen.clone(), ..Endpoints::default() };
-    let mut robot = join(&scenario, Participant::Robot(RobotId(1)), &endpoints).await;
+    let mut robot = join(&scenario, Participant::Robot(RobotId::FIRST), &endpoints).await;
     let mut agent = Agent::new(AgentConfig::of_team(&scenario, 1).remove(0));
     let (sender, reports) = mpsc::channel(1);
     let cell = scenario.terrain().grid().cells().next().unwrap();

@@ -52,7 +52,7 @@ pub(super) struct SimulatedCameras {
 
 impl SimulatedCameras {
     pub(super) fn new(settings: &Checked, seed: u64, robot: RobotId) -> Self {
-        Self { cameras: settings.cameras.clone(), noise: stream(seed, Purpose::Noise, robot.0) }
+        Self { cameras: settings.cameras.clone(), noise: stream(seed, Purpose::Noise, robot.number()) }
     }
 
     /// Where the vehicle takes itself to be.
@@ -152,7 +152,7 @@ mod tests {
     #[test]
     fn things_are_found_as_often_as_their_size_in_the_image_says() {
         let checked = super::super::settings(2.0).check(None).unwrap();
-        let mut eyes = SimulatedCameras::new(&checked, 1, RobotId(1));
+        let mut eyes = SimulatedCameras::new(&checked, 1, RobotId::FIRST);
         let wide = checked.cameras[0].0.clone();
         let head = Pose::new(0.0, 0.0, 0.0);
         let mut shares = Vec::new();

@@ -136,7 +136,7 @@ fn starts(scenario: &Scenario, seed: u64) -> Vec<Pose> {
         let (east, north) = terrain.center_meters(cell);
         let beside = (index as f64 - (count - 1.0) / 2.0) * APART_METERS;
         // That of robot 0 is for the trees.
-        let heading = stream(seed, Purpose::Map, robot.id.0).random_range(-PI..PI);
+        let heading = stream(seed, Purpose::Map, robot.id.number()).random_range(-PI..PI);
         Pose::new(east + beside, north, heading)
     };
     cells.into_iter().zip(scenario.robots()).enumerate().map(pose).collect()

@@ -24,7 +24,7 @@ fn search(scenario: &Scenario, end: End, seed: u64) -> SingleRobotEnv {
     let mut solo = at_hand(scenario, end, seed);
     let robot = &scenario.robots()[0];
     let mut policy = policy::build(robot.policy.name, robot.policy.parameters, None);
-    let mut random = stream(seed, Purpose::Decision, robot.id.0);
+    let mut random = stream(seed, Purpose::Decision, robot.id.number());
     let promised = PlannedPrecision::nothing(scenario.terrain());
     while solo.ended().is_none() {
         let situation = Situation {

@@ -199,8 +199,8 @@ impl<'a> Checks<'a> {
                     _ => runs.push((origin, sequence, sequence)),
                 }
             }
-            let runs = runs.into_iter().map(|(Origin { robot, incarnation }, first, last)| {
-                format!("{robot}@{incarnation}: {first} to {last}")
+            let runs = runs.into_iter().map(|(Origin { source, incarnation }, first, last)| {
+                format!("{source}@{incarnation}: {first} to {last}")
             });
             format!("{who} knows {}", runs.collect::<Vec<_>>().join(", "))
         };
@@ -233,8 +233,8 @@ impl Shadow {
 
 /// `observation 3 of robot 2`
 fn name_of(observation: &Observation) -> String {
-    let Origin { robot, incarnation } = observation.origin;
-    format!("observation {} of robot {robot}, incarnation {incarnation}", observation.sequence)
+    let Origin { source, incarnation } = observation.origin;
+    format!("observation {} of {source}, incarnation {incarnation}", observation.sequence)
 }
 
 #[cfg(test)]
@@ -247,7 +247,7 @@ mod tests {
 
     use super::*;
 
-    const ROBOT: Participant = Participant::Robot(RobotId(1));
+    const ROBOT: Participant = Participant::Robot(RobotId::FIRST);
     const NOW: MissionTime = MissionTime(1_000_000_000);
 
     fn scenario() -> Scenario {
@@ -260,7 +260,7 @@ mod tests {
         let cell = scenario.terrain().grid().cells().next().unwrap();
         let readings = vec![Reading { cell, value, variance: 0.01 }];
         Arc::new(Observation {
-            origin: Origin::first(RobotId(1)),
+            origin: Origin::first(RobotId::FIRST),
             sequence: 0,
             time_ns: 0,
             from: cell,

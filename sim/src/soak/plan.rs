@@ -96,11 +96,11 @@ struct Draw<'a> {
 impl Draw<'_> {
     fn faults(&mut self) -> Faults {
         let mut faults = Faults::default();
-        for robot in (1..=self.robots).map(RobotId) {
+        for robot in RobotId::first(self.robots) {
             let who = Participant::Robot(robot);
             if self.random.random_bool(0.4) {
                 // One robot at least comes back, so that there is a search to the end.
-                let crash = self.crash(robot == RobotId(1));
+                let crash = self.crash(robot == RobotId::FIRST);
                 faults.crashes.insert(who, crash);
             }
             if self.random.random_bool(0.4) {
@@ -118,10 +118,10 @@ impl Draw<'_> {
             faults.crashes.insert(Participant::Coordinator, crash);
         }
         if self.random.random_bool(0.5) {
-            faults.mute.push(self.mute());
+            faults.mute.extend(self.mute());
         }
         if self.random.random_bool(0.25) {
-            faults.liar = Some(RobotId(self.random.random_range(1..=self.robots)));
+            faults.liar = RobotId::new(self.random.random_range(1..=self.robots));
         }
         faults
     }
@@ -168,12 +168,12 @@ impl Draw<'_> {
         Crash { at, back }
     }
 
-    fn mute(&mut self) -> OneWayLoss {
+    fn mute(&mut self) -> Option<OneWayLoss> {
         let from = self.random.random_range(1..=self.robots);
         let other = self.random.random_range(1..self.robots);
         let to = if other < from { other } else { other + 1 };
-        let [from, to] = [from, to].map(|number| Participant::Robot(RobotId(number)));
-        OneWayLoss { from, to, during: self.interval() }
+        let [from, to] = [RobotId::new(from)?, RobotId::new(to)?].map(Participant::Robot);
+        Some(OneWayLoss { from, to, during: self.interval() })
     }
 
     fn interval(&mut self) -> Range<MissionTime> {

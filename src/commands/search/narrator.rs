@@ -58,7 +58,7 @@ impl Narrator {
                 self.tell(now, robot, &self.plan(route, activity));
             }
             StepContext::Arrives { robot, cell, farthest_cells } => {
-                self.watched.tracks[usize::from(robot.0) - 1].push(cell);
+                self.watched.tracks[robot.index()].push(cell);
                 self.bar.set_position(steps(farthest_cells));
             }
             StepContext::Finds { robot, cell } => self.find(now, robot, cell),

@@ -9,28 +9,32 @@ use dragnet_proto::message::{Activity, Heartbeat, Intent, Message, MessageKind, 
 use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{Digest, Reading};
-use dragnet_search::observation::{Observation, Origin, RobotId, Version};
+use dragnet_search::observation::{Observation, Origin, RobotId, Source, Version};
 use rand::RngExt;
 use rand::seq::IndexedRandom;
 
 use super::{Said, World};
 
 /// What a person has marked so far is numbered under this.
-const BY_HAND: Origin = Origin::first(RobotId::BY_HAND);
+const BY_HAND: Origin = Origin { source: Source::Operator, incarnation: 0 };
+
+fn origin((robot, incarnation): (RobotId, u64)) -> Origin {
+    Origin { source: robot.into(), incarnation }
+}
 
 impl World {
     pub(super) fn speak(&mut self, kind: MessageKind) -> Said {
         let mate = *self.mates.choose(&mut self.random).unwrap();
-        let robot = Participant::Robot(mate.robot);
+        let (robot, origin) = (Participant::Robot(mate.0), origin(mate));
         let (from, message) = match kind {
             MessageKind::Observation if self.random.random_ratio(1, 8) => {
                 (Participant::Coordinator, Message::Observation(self.mark()))
             }
-            MessageKind::Observation => (robot, Message::Observation(self.some_look(mate))),
+            MessageKind::Observation => (robot, Message::Observation(self.some_look(origin))),
             MessageKind::Intent => (robot, Message::Intent(self.intent(mate))),
             MessageKind::Heartbeat => (robot, Message::Heartbeat(self.heartbeat(mate))),
             MessageKind::SyncRequest => (robot, Message::SyncRequest(self.request(robot))),
-            MessageKind::SyncReply => (robot, Message::SyncReply(self.reply(mate))),
+            MessageKind::SyncReply => (robot, Message::SyncReply(self.reply(origin))),
             MessageKind::MissionStatus => {
                 let mut status = self.node.mission().status(self.now);
                 status.versions = self.versions();
@@ -85,14 +89,14 @@ impl World {
         in_sight.map(reading).collect()
     }
 
-    fn intent(&mut self, origin: Origin) -> Intent {
+    fn intent(&mut self, (robot, incarnation): (RobotId, u64)) -> Intent {
         let path = (0..self.random.random_range(0..5)).map(|_| self.any_cell()).collect();
-        Intent { origin, decision: self.number, time_ns: self.now.0, path }
+        Intent { robot, incarnation, decision: self.number, time_ns: self.now.0, path }
     }
 
-    fn heartbeat(&mut self, mate: Origin) -> Heartbeat {
+    fn heartbeat(&mut self, mate: (RobotId, u64)) -> Heartbeat {
         Heartbeat {
-            robot: mate.robot,
+            robot: mate.0,
             time_ns: self.now.0,
             activity: Activity::Searching,
             cell: self.any_cell(),
@@ -124,7 +128,7 @@ impl World {
     }
 
     fn request(&mut self, from: Participant) -> SyncRequest {
-        let of = *self.mates.choose(&mut self.random).unwrap();
+        let of = origin(*self.mates.choose(&mut self.random).unwrap());
         let next = self.agent.replica().log().next(of);
         SyncRequest { from, of, first: self.random.random_range(0..=next) }
     }

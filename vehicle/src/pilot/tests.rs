@@ -231,7 +231,7 @@ fn every_cell_of_a_route_is_told_with_readings_that_the_team_believes() {
     let mut log = ObservationLog::default();
     for action in &drive.actions {
         let Action::Sensed { cell, readings } = action else { continue };
-        let origin = Origin::first(RobotId(1));
+        let origin = Origin::first(RobotId::FIRST);
         let (sequence, time_ns) = (log.len(), log.len() * 5 * SECOND);
         let observation = Observation { origin, sequence, time_ns, from: *cell, readings: readings.clone() };
         assert_eq!(limits.check(&observation, log.ends(origin)), Ok(()));
@@ -387,7 +387,7 @@ proptest! {
             drive.now_ns = if elapsed > SECOND { elapsed } else { drive.now_ns.saturating_add(elapsed) };
             for action in drive.tell(event) {
                 if let Action::Sensed { cell, readings } = action {
-                    let origin = Origin::first(RobotId(1));
+                    let origin = Origin::first(RobotId::FIRST);
                     let look = Observation { origin, sequence: 0, time_ns: 0, from: cell, readings };
                     prop_assert_eq!(limits.check(&look, None), Ok(()));
                 }

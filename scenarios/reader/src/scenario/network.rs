@@ -113,9 +113,9 @@ fn groups(key: &str, fields: &[Vec<MemberField>], robots: u16) -> Result<Vec<Vec
 }
 
 fn member(key: &str, field: &MemberField, robots: u16) -> Result<Participant, Invalid> {
-    let robot = |number| u16::try_from(number).ok().filter(|number| (1..=robots).contains(number));
+    let robot = |number| u16::try_from(number).ok().filter(|&number| number <= robots).and_then(RobotId::new);
     match field {
-        MemberField::Robot(number) => robot(*number).map(|number| Participant::Robot(RobotId(number))),
+        MemberField::Robot(number) => robot(*number).map(Participant::Robot),
         MemberField::Word(word) => (word == "coordinator").then_some(Participant::Coordinator),
     }
     .ok_or_else(|| {
@@ -137,7 +137,7 @@ mod tests {
 
     #[test]
     fn those_not_named_are_one_more_group_while_it_lasts() {
-        let robot = |number| Participant::Robot(RobotId(number));
+        let robot = |number| Participant::Robot(RobotId::new(number).unwrap());
         let table = NetworkTable {
             partitions: vec![PartitionTable {
                 from_seconds: 1.0,

@@ -66,9 +66,8 @@ pub(super) fn robots(table: &RobotsTable, folder: &Path, terrain: &Terrain) -> R
     let count = check::integer("robots.count", table.count, 1, MAX_ROBOTS)?;
     let rest =
         (policy("robots.policy", &table.policy, folder)?, start("robots.start", &table.start, terrain)?);
-    let numbers = 1..=u16::try_from(count).unwrap_or(u16::MAX);
-    let mut robots: Vec<Robot> =
-        numbers.map(|number| Robot { id: RobotId(number), policy: rest.0.clone(), start: rest.1 }).collect();
+    let team = RobotId::first(u16::try_from(count).unwrap_or(u16::MAX));
+    let mut robots: Vec<Robot> = team.map(|id| Robot { id, policy: rest.0.clone(), start: rest.1 }).collect();
     let mut is_named = vec![false; robots.len()];
     for (index, differing) in table.robot.iter().enumerate() {
         let key = format!("robots.robot[{index}]");

@@ -77,7 +77,7 @@ fn what_is_left_out_has_its_default() {
     assert_eq!((mission.heartbeat.as_secs(), mission.lost_after.as_secs()), (10, 30));
     assert_eq!(mission.stagger, Duration::from_millis(100));
     assert_eq!(scenario.network(), &Network::default());
-    let expected = Robot { id: RobotId(1), policy: plain(Exact::Path), start: Start::Together };
+    let expected = Robot { id: RobotId::FIRST, policy: plain(Exact::Path), start: Start::Together };
     assert_eq!(scenario.robots(), [expected]);
     assert_eq!(scenario.recording(), &Recording { file: None, belief_period: Duration::from_secs(10) });
 }
@@ -95,7 +95,7 @@ fn robots_differ_where_the_scenario_says_so() {
     let robots = scenario.robots();
     assert_eq!((&robots[0].policy, robots[0].start), (&plain(Exact::Path), Start::Cell(cell)));
     assert_eq!((&robots[1].policy, robots[1].start), (&plain(Exact::Greedy), Start::Cell(cell)));
-    assert_eq!((robots[2].id, robots[2].start), (RobotId(3), Start::Scattered));
+    assert_eq!((robots[2].id, robots[2].start), (RobotId::new(3).unwrap(), Start::Scattered));
     assert_eq!(robots[2].policy.parameters.lane_spacing_cells, 2);
     assert_eq!(robots[2].policy.replan_after_cells.unwrap().get(), 4);
 }
