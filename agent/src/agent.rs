@@ -1,11 +1,11 @@
-//! The robot: events go in, actions come out.
+//! The robot: events go in, effects come out.
 
 use dragnet_learn::policy;
 use dragnet_proto::directive::{Directive, added_prior};
-use dragnet_proto::message::{Activity, Audience, Heartbeat, Intent, Message, MissionStatus, SyncRequest};
+use dragnet_proto::message::{Activity, Audience, Heartbeat, Intent, Message, MissionStatus};
 use dragnet_proto::replica::Replica;
-use dragnet_proto::state_machine::Event;
-use dragnet_proto::validation::{Limits, Rejected};
+use dragnet_proto::state_machine::{Effects, Event};
+use dragnet_proto::validation::Limits;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_scenario::{Mission, Robot, Scenario};
@@ -107,21 +107,6 @@ impl AgentConfig {
 const SLOW_STEPS: u32 = 4;
 /// However slow a robot may be, it is waited for no longer than this over one step.
 const LONGEST_STEP_SECONDS: f64 = 3600.0;
-
-/// What a robot does, in this order.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Action {
-    /// Remember an observation, its own or another's, for the case that it starts again: see [`Agent::recall`].
-    Keep(Arc<Observation>),
-    /// Tell the others.
-    Publish(Audience, Message),
-    /// Enter these cells in order, instead of any before; none of them is the robot's own. Without a cell: stay.
-    Follow(Vec<Cell>),
-    /// Answer a question for observations that were released: see [`Agent::release`].
-    Repeat(SyncRequest),
-    /// Tell whoever watches what was refused: it cannot be, or not from whom it came.
-    Refuse(Rejected),
-}
 
 /// One robot.
 pub struct Agent {
@@ -225,7 +210,7 @@ impl Agent {
     }
 
     /// Takes in what a robot of this number kept before it started again: its evidence, and the way that it had covered.
-    /// To be called before anything else, with each observation in the order of [`Action::Keep`].
+    /// To be called before anything else, with each observation in the order of [`Effects::kept`].
     ///
     /// What it sees from now on is numbered anew, under another incarnation: what it kept last may not be the last that
     /// it told the others.
@@ -250,23 +235,23 @@ impl Agent {
     }
 
     /// The only way the robot's state changes; `now` comes from the caller. Robots ignore events that are the coordinator's.
-    pub fn react(&mut self, now: MissionTime, event: Event<Message>) -> Vec<Action> {
-        let mut actions = Vec::new();
+    pub fn react(&mut self, now: MissionTime, event: Event<Message>) -> Effects<Message> {
+        let mut effects = Effects::default();
         match event {
-            Event::Sensed { cell, readings } => self.sense(now, cell, readings, &mut actions),
-            Event::Received { from, message } => self.receive(now, from, &message, &mut actions),
-            Event::Woke => self.wake(now, &mut actions),
+            Event::Sensed { cell, readings } => self.sense(now, cell, readings, &mut effects),
+            Event::Received { from, message } => self.receive(now, from, &message, &mut effects),
+            Event::Woke => self.wake(now, &mut effects),
             Event::Came => self.heartbeats.request_sync(now),
             Event::Lost(robot) => self.team.lost(robot),
             Event::Halted => {
                 self.plan.clear();
-                actions.push(Action::Follow(Vec::new()));
+                effects.route = Some(Vec::new());
             }
-            Event::Released if !self.activity.is_rest() => self.decide(now, &mut actions),
+            Event::Released if !self.activity.is_rest() => self.decide(now, &mut effects),
             Event::Released | Event::Start | Event::Commanded(_) | Event::Doubled(_) => {}
         }
         self.plan_to_think_again(now);
-        actions
+        Effects { wake_at: self.wake_at(), activity: self.activity, ..effects }
     }
 
     /// When to be woken, if nothing else happens before.
@@ -306,7 +291,13 @@ impl Agent {
         &self.replica
     }
 
-    fn sense(&mut self, now: MissionTime, cell: Cell, readings: Vec<Reading>, actions: &mut Vec<Action>) {
+    fn sense(
+        &mut self,
+        now: MissionTime,
+        cell: Cell,
+        readings: Vec<Reading>,
+        effects: &mut Effects<Message>,
+    ) {
         if self.cell.is_none() {
             // The numbers that it used before it started again, if it did, are taken.
             self.origin.incarnation = now.0.max(self.unused_incarnation);
@@ -314,7 +305,7 @@ impl Agent {
             self.heartbeats.restart(now);
         }
         self.move_to(cell);
-        self.look(now, cell, readings, actions);
+        self.look(now, cell, readings, effects);
         let is_due =
             self.orders.robot.policy.replan_after_cells.is_some_and(|cells| self.entered >= cells.get());
         let is_to_decide = match self.activity {
@@ -327,13 +318,13 @@ impl Agent {
             _ => false,
         };
         if is_to_decide {
-            self.decide(now, actions);
+            self.decide(now, effects);
         }
     }
 
     /// Counts and tells what the robot sees, unless nobody would believe it: then its sensor, or where it says that it
     /// is, is wrong.
-    fn look(&mut self, now: MissionTime, cell: Cell, readings: Vec<Reading>, actions: &mut Vec<Action>) {
+    fn look(&mut self, now: MissionTime, cell: Cell, readings: Vec<Reading>, effects: &mut Effects<Message>) {
         // Its clock may be set back meanwhile.
         self.dated = self.dated.max(now);
         let observation = Arc::new(Observation {
@@ -344,14 +335,14 @@ impl Agent {
             readings,
         });
         if let Err(refused) = self.replica.record(Arc::clone(&observation)) {
-            actions.push(Action::Refuse(refused));
+            effects.refused.push(refused);
             return;
         }
         self.observations += 1;
         self.is_undecided = observation.readings.iter().any(Reading::is_undecided);
         self.count(&observation);
-        actions.push(Action::Keep(Arc::clone(&observation)));
-        actions.push(Action::Publish(Audience::All, Message::Observation(observation)));
+        effects.kept.push(Arc::clone(&observation));
+        effects.published.push((Audience::All, Message::Observation(observation)));
     }
 
     /// The robot may be off its plan: then the plan is void.
@@ -384,9 +375,15 @@ impl Agent {
         self.orders.terrain.grid().offset(from, to).euclidean() * self.orders.terrain.cell_meters()
     }
 
-    fn receive(&mut self, now: MissionTime, from: Participant, message: &Message, actions: &mut Vec<Action>) {
+    fn receive(
+        &mut self,
+        now: MissionTime,
+        from: Participant,
+        message: &Message,
+        effects: &mut Effects<Message>,
+    ) {
         let received = self.replica.receive(now, from, message);
-        actions.extend(received.refused.into_iter().map(Action::Refuse));
+        effects.refused.extend(received.refused);
         if !self.orders.limits.knows(from) {
             return;
         }
@@ -409,24 +406,23 @@ impl Agent {
         }
         for observation in received.new {
             self.count(&observation);
-            actions.push(Action::Keep(observation));
+            effects.kept.push(observation);
         }
-        actions.extend(received.repeats.into_iter().map(Action::Repeat));
-        for (whom, reply) in received.replies {
-            actions.push(Action::Publish(Audience::One(whom), reply));
-        }
+        effects.repeats.extend(received.repeats);
+        let replies = received.replies.into_iter().map(|(whom, reply)| (Audience::One(whom), reply));
+        effects.published.extend(replies);
         match message {
             Message::Heartbeat(Heartbeat { directive, versions, .. })
             | Message::MissionStatus(MissionStatus { directive, versions, .. }) => {
                 self.heartbeats.suppress(|| self.replica.log().is_known_to(versions));
-                self.obey(now, directive, actions);
+                self.obey(now, directive, effects);
             }
             _ => {}
         }
     }
 
     /// Does what a person has ordered, if it is news: pauses, goes on, or counts cells as searched.
-    fn obey(&mut self, now: MissionTime, directive: &Directive, actions: &mut Vec<Action>) {
+    fn obey(&mut self, now: MissionTime, directive: &Directive, effects: &mut Effects<Message>) {
         if !self.directive.merge(now, directive) {
             return;
         }
@@ -437,7 +433,7 @@ impl Agent {
             || self.activity.is_rest()
             || self.activity == Activity::Waiting
         {
-            self.decide(now, actions);
+            self.decide(now, effects);
         }
     }
 
@@ -452,7 +448,7 @@ impl Agent {
         }
     }
 
-    fn wake(&mut self, now: MissionTime, actions: &mut Vec<Action>) {
+    fn wake(&mut self, now: MissionTime, effects: &mut Effects<Message>) {
         self.team.review(now, self.orders.patience());
         let is_first = self.plans == 0;
         let is_running_out = !self.activity.is_rest() && self.is_spent(now);
@@ -460,10 +456,10 @@ impl Agent {
         let is_cleared = self.activity == Activity::Cleared;
         let is_to_think_again = self.waiting.until.is_some_and(|until| now >= until);
         if is_first || is_running_out || is_cleared || is_to_think_again {
-            self.decide(now, actions);
+            self.decide(now, effects);
         }
         if self.heartbeats.beats(now) {
-            self.beat(now, actions);
+            self.beat(now, effects);
         }
     }
 
@@ -497,7 +493,7 @@ impl Agent {
     }
 
     /// Chooses a waypoint, or rests.
-    fn decide(&mut self, now: MissionTime, actions: &mut Vec<Action>) {
+    fn decide(&mut self, now: MissionTime, effects: &mut Effects<Message>) {
         let Some(cell) = self.cell.filter(|_| now >= self.orders.first_decision()) else { return };
         let resting = if self.is_spent(now) {
             Some(Activity::Spent)
@@ -522,8 +518,8 @@ impl Agent {
         self.entered = 0;
         self.plan.clone_from(&path);
         self.plans += 1;
-        actions.push(Action::Follow(path));
-        actions.push(Action::Publish(Audience::All, Message::Intent(self.intent())));
+        effects.route = Some(path);
+        effects.published.push((Audience::All, Message::Intent(self.intent())));
     }
 
     /// Where to go from this cell, or why nowhere.
@@ -577,7 +573,7 @@ impl Agent {
         }
     }
 
-    fn beat(&self, now: MissionTime, actions: &mut Vec<Action>) {
+    fn beat(&self, now: MissionTime, effects: &mut Effects<Message>) {
         let Some(cell) = self.cell else { return };
         let heartbeat = Heartbeat {
             robot: self.orders.id(),
@@ -590,6 +586,6 @@ impl Agent {
             digest: self.belief.digest(),
             directive: self.directive.clone(),
         };
-        actions.push(Action::Publish(Audience::All, Message::Heartbeat(heartbeat)));
+        effects.published.push((Audience::All, Message::Heartbeat(heartbeat)));
     }
 }

@@ -9,7 +9,7 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;
 
-use crate::agent::{Action, Agent};
+use crate::agent::Agent;
 
 impl StateMachine for Agent {
     fn handle(
@@ -20,28 +20,9 @@ impl StateMachine for Agent {
         let decisions = self.decisions();
         // Only measured: no decision depends on it.
         let start = Instant::now();
-        let actions = self.react(now, event);
+        let effects = self.react(now, event);
         let elapsed = start.elapsed();
-        let mut effects = Effects {
-            kept: Vec::new(),
-            published: Vec::new(),
-            route: None,
-            wake_at: self.wake_at(),
-            activity: self.activity(),
-            decision: (self.decisions() > decisions).then_some(elapsed),
-            repeats: Vec::new(),
-            refused: Vec::new(),
-        };
-        for action in actions {
-            match action {
-                Action::Keep(observation) => effects.kept.push(observation),
-                Action::Publish(audience, message) => effects.published.push((audience, message)),
-                Action::Repeat(request) => effects.repeats.push(request),
-                Action::Follow(route) => effects.route = Some(route),
-                Action::Refuse(refused) => effects.refused.push(refused),
-            }
-        }
-        Ok(effects)
+        Ok(Effects { decision: (self.decisions() > decisions).then_some(elapsed), ..effects })
     }
 
     fn release(&mut self, held: NonZeroUsize) {

@@ -4,9 +4,9 @@
 
 use std::path::Path;
 
-use dragnet_agent::agent::{Action, Agent, AgentConfig};
+use dragnet_agent::agent::{Agent, AgentConfig};
 use dragnet_proto::message::{Activity, Audience, Intent, Message};
-use dragnet_proto::state_machine::Event;
+use dragnet_proto::state_machine::{Effects, Event};
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -42,36 +42,24 @@ impl Field {
     }
 
     /// The robot stands in a cell and sees nothing in it.
-    fn sense(&mut self, seconds: u64, cell: Cell) -> Vec<Action> {
+    fn sense(&mut self, seconds: u64, cell: Cell) -> Effects<Message> {
         let readings = vec![Reading { cell, value: 0.0, variance: 0.001 }];
         self.robot.react(MissionTime(seconds * SECOND), Event::Sensed { cell, readings })
     }
 
-    fn hear(&mut self, seconds: u64, from: u16, message: Message) -> Vec<Action> {
+    fn hear(&mut self, seconds: u64, from: u16, message: Message) -> Effects<Message> {
         let from = Participant::Robot(RobotId::new(from).unwrap());
         self.robot.react(MissionTime(seconds * SECOND), Event::Received { from, message })
     }
 
-    fn wake(&mut self, seconds: u64) -> Vec<Action> {
+    fn wake(&mut self, seconds: u64) -> Effects<Message> {
         self.robot.react(MissionTime(seconds * SECOND), Event::Woke)
     }
 }
 
-fn route(actions: &[Action]) -> Option<&[Cell]> {
-    actions.iter().find_map(|action| match action {
-        Action::Follow(route) => Some(route.as_slice()),
-        Action::Keep(_) | Action::Publish(..) | Action::Repeat(_) | Action::Refuse(_) => None,
-    })
-}
-
-fn said(actions: &[Action]) -> Vec<&Message> {
-    let to_all = actions.iter().filter_map(|action| match action {
-        Action::Publish(Audience::All, message) => Some(message),
-        Action::Keep(_) | Action::Publish(..) | Action::Follow(_) | Action::Repeat(_) | Action::Refuse(_) => {
-            None
-        }
-    });
-    to_all.collect()
+fn said(effects: &Effects<Message>) -> Vec<&Message> {
+    let to_all = effects.published.iter().filter(|(audience, _)| *audience == Audience::All);
+    to_all.map(|(_, message)| message).collect()
 }
 
 const ENDLESS: &str = "budget_seconds = 1e6";
@@ -79,9 +67,9 @@ const ENDLESS: &str = "budget_seconds = 1e6";
 #[test]
 fn a_look_is_told_and_followed_by_a_plan_that_is_told_too() {
     let mut field = Field::new(1, ENDLESS);
-    let actions = field.sense(0, field.cell(0, 0));
-    let path = route(&actions).unwrap().to_vec();
-    match said(&actions)[..] {
+    let effects = field.sense(0, field.cell(0, 0));
+    let path = effects.route.clone().unwrap();
+    match said(&effects)[..] {
         [Message::Observation(observation), Message::Intent(intent)] => {
             assert_eq!((observation.origin, observation.sequence), (Origin::first(RobotId::FIRST), 0));
             assert_eq!(intent.path, path);
@@ -90,8 +78,8 @@ fn a_look_is_told_and_followed_by_a_plan_that_is_told_too() {
     }
     // On the way it only looks; at the waypoint it decides anew.
     for (step, &cell) in path.iter().enumerate() {
-        let actions = field.sense(15 * (step as u64 + 1), cell);
-        assert_eq!(route(&actions).is_some(), step + 1 == path.len());
+        let effects = field.sense(15 * (step as u64 + 1), cell);
+        assert_eq!(effects.route.is_some(), step + 1 == path.len());
     }
     assert_eq!(field.robot.decisions(), 2);
 }
@@ -99,9 +87,9 @@ fn a_look_is_told_and_followed_by_a_plan_that_is_told_too() {
 #[test]
 fn the_second_robot_waits_until_it_can_know_the_first_ones_plan() {
     let mut field = Field::new(2, ENDLESS);
-    assert_eq!(route(&field.sense(0, field.cell(0, 0))), None);
+    assert_eq!(field.sense(0, field.cell(0, 0)).route, None);
     assert_eq!(field.robot.wake_at(), MissionTime(SECOND));
-    assert!(route(&field.wake(1)).is_some_and(|route| !route.is_empty()));
+    assert!(field.wake(1).route.is_some_and(|route| !route.is_empty()));
 }
 
 /// Two robots in one cell: the second one's way, once it knows of the first one's plan, if it does.
@@ -120,19 +108,19 @@ fn way_of_second(plan_heard_at: Option<u64>, made_at: u64) -> (Vec<Cell>, Option
     if plan_heard_at == Some(0) {
         field.hear(0, 1, plan.clone());
     }
-    let first = route(&field.wake(1)).unwrap().to_vec();
+    let first = field.wake(1).route.unwrap();
     if let Some(late) = plan_heard_at.filter(|&time| time > 1) {
-        assert_eq!(route(&field.hear(late, 1, plan)), None);
+        assert_eq!(field.hear(late, 1, plan).route, None);
     }
     let next = field.sense(16, first[0]);
-    (first, route(&next).map(<[Cell]>::to_vec))
+    (first, next.route)
 }
 
 impl Field {
     /// Where the second robot goes when it has heard nothing.
     fn decided_alone(mut self) -> Vec<Cell> {
         self.sense(0, self.cell(0, 0));
-        route(&self.wake(1)).unwrap().to_vec()
+        self.wake(1).route.unwrap()
     }
 }
 
@@ -158,9 +146,9 @@ fn a_plan_that_comes_late_makes_the_later_planner_decide_anew() {
 fn a_budget_of_way_or_time_ends_the_search() {
     for (mission, moved_at) in [("budget_meters = 30.0", 15), ("budget_seconds = 15.0", 15)] {
         let mut field = Field::new(1, mission);
-        let path = route(&field.sense(0, field.cell(0, 0))).unwrap().to_vec();
-        let actions = field.sense(moved_at, path[0]);
-        assert_eq!(route(&actions), Some(&[][..]), "{mission}");
+        let path = field.sense(0, field.cell(0, 0)).route.unwrap();
+        let effects = field.sense(moved_at, path[0]);
+        assert_eq!(effects.route, Some(Vec::new()), "{mission}");
         assert_eq!(field.robot.activity(), Activity::Spent);
     }
 }
@@ -173,8 +161,8 @@ fn a_robot_rests_when_nothing_is_left_and_goes_on_when_doubt_comes_back() {
         field.scenario.terrain().grid().cells().map(reading).collect()
     };
     let (cell, readings) = (field.cell(6, 6), clear(&field, 0.0));
-    let actions = field.robot.react(MissionTime(0), Event::Sensed { cell, readings });
-    assert_eq!(route(&actions), Some(&[][..]));
+    let effects = field.robot.react(MissionTime(0), Event::Sensed { cell, readings });
+    assert_eq!(effects.route, Some(Vec::new()));
     assert_eq!(field.robot.activity(), Activity::Cleared);
     let doubt = Observation {
         origin: Origin::first(RobotId::new(2).unwrap()),
@@ -184,7 +172,7 @@ fn a_robot_rests_when_nothing_is_left_and_goes_on_when_doubt_comes_back() {
         readings: clear(&field, 1.1),
     };
     field.hear(5, 2, Message::Observation(doubt.into()));
-    assert!(route(&field.wake(10)).is_some_and(|route| !route.is_empty()));
+    assert!(field.wake(10).route.is_some_and(|route| !route.is_empty()));
     assert_eq!(field.robot.activity(), Activity::Searching);
 }
 
@@ -203,13 +191,13 @@ fn a_robot_does_not_rest_while_its_last_look_leaves_something_open() {
         field.scenario.terrain().grid().cells().map(reading).collect()
     };
     let (cell, readings) = (field.cell(6, 6), look(&field, true));
-    let actions = field.robot.react(MissionTime(0), Event::Sensed { cell, readings });
-    let path = route(&actions).unwrap().to_vec();
+    let effects = field.robot.react(MissionTime(0), Event::Sensed { cell, readings });
+    let path = effects.route.clone().unwrap();
     assert!(!path.is_empty() && field.robot.activity() == Activity::Searching);
     let readings = look(&field, false);
     let last = path[path.len() - 1];
-    let actions = field.robot.react(MissionTime(300 * SECOND), Event::Sensed { cell: last, readings });
-    assert_eq!(route(&actions), Some(&[][..]));
+    let effects = field.robot.react(MissionTime(300 * SECOND), Event::Sensed { cell: last, readings });
+    assert_eq!(effects.route, Some(Vec::new()));
     assert_eq!(field.robot.activity(), Activity::Cleared);
 }
 
@@ -223,8 +211,8 @@ fn a_robot_that_rests_goes_on_at_once_when_it_sees_that_something_is_left() {
     };
     let mut sees = |seconds: u64, value: f32| {
         let readings = clear(&field, value);
-        let actions = field.robot.react(MissionTime(seconds * SECOND), Event::Sensed { cell, readings });
-        (route(&actions).map(<[Cell]>::len), field.robot.activity())
+        let effects = field.robot.react(MissionTime(seconds * SECOND), Event::Sensed { cell, readings });
+        (effects.route.as_ref().map(Vec::len), field.robot.activity())
     };
     assert_eq!(sees(0, 0.0), (Some(0), Activity::Cleared));
     assert_eq!(sees(20, 0.0), (None, Activity::Cleared), "it says nothing new");
@@ -237,8 +225,8 @@ fn a_heartbeat_is_due_every_period_in_turn_and_says_what_is_known() {
     let mut field = Field::new(1, ENDLESS);
     field.sense(0, field.cell(0, 0));
     assert_eq!(field.robot.wake_at(), MissionTime(5 * SECOND));
-    let actions = field.wake(6);
-    match said(&actions)[..] {
+    let effects = field.wake(6);
+    match said(&effects)[..] {
         [Message::Heartbeat(heartbeat)] => {
             assert_eq!(heartbeat.versions.len(), 1);
             assert_eq!(
@@ -276,13 +264,14 @@ fn a_robot_that_is_off_its_plan_decides_anew() {
     let mut field = Field::new(1, ENDLESS);
     field.sense(0, field.cell(0, 0));
     let astray = field.cell(11, 11);
-    assert!(route(&field.sense(15, astray)).is_some_and(|route| !route.is_empty()));
+    assert!(field.sense(15, astray).route.is_some_and(|route| !route.is_empty()));
 }
 
 #[test]
 fn a_clock_that_is_set_back_by_the_first_look_delays_no_heartbeat() {
     let mut field = Field::new(1, ENDLESS);
-    assert!(field.wake(500).is_empty());
+    let woken = field.wake(500);
+    assert_eq!((woken.published, woken.route), (vec![], None));
     field.sense(0, field.cell(0, 0));
     assert_eq!(field.robot.wake_at(), MissionTime(5 * SECOND));
 }
@@ -291,13 +280,7 @@ fn a_clock_that_is_set_back_by_the_first_look_delays_no_heartbeat() {
 fn a_robot_that_starts_again_remembers_what_it_kept_and_reuses_no_name() {
     let mut field = Field::new(1, ENDLESS);
     let mut kept = Vec::new();
-    let mut keep = |actions: Vec<Action>| {
-        let new = actions.into_iter().filter_map(|action| match action {
-            Action::Keep(observation) => Some(observation),
-            Action::Publish(..) | Action::Follow(_) | Action::Repeat(_) | Action::Refuse(_) => None,
-        });
-        kept.extend(new);
-    };
+    let mut keep = |effects: Effects<Message>| kept.extend(effects.kept);
     keep(field.sense(0, field.cell(0, 0)));
     let origin = Origin::first(RobotId::new(2).unwrap());
     let readings = vec![Reading { cell: field.cell(9, 9), value: 1.0, variance: 0.001 }];
@@ -312,8 +295,8 @@ fn a_robot_that_starts_again_remembers_what_it_kept_and_reuses_no_name() {
         again.robot.recall(&observation);
     }
     assert_eq!(again.robot.belief().digest(), before);
-    let actions = again.sense(60, again.cell(0, 1));
-    match said(&actions)[..] {
+    let effects = again.sense(60, again.cell(0, 1));
+    match said(&effects)[..] {
         [Message::Observation(observation), Message::Intent(_)] => {
             let expected = Origin { source: RobotId::FIRST.into(), incarnation: 60 * SECOND };
             assert_eq!((observation.origin, observation.sequence), (expected, 0));
@@ -332,9 +315,11 @@ fn a_robot_that_starts_again_remembers_what_it_kept_and_reuses_no_name() {
 fn a_robot_that_is_halted_stays_and_decides_anew_when_it_may_go_on() {
     let mut field = Field::new(1, ENDLESS);
     let planned = field.sense(0, field.cell(0, 0));
-    assert!(route(&planned).is_some_and(|route| !route.is_empty()));
+    assert!(planned.route.is_some_and(|route| !route.is_empty()));
     let halted = field.robot.react(MissionTime(SECOND), Event::Halted);
-    assert_eq!(halted, [Action::Follow(Vec::new())], "it says nothing");
+    let Effects { wake_at, activity, .. } = halted;
+    let stays = Effects { route: Some(Vec::new()), wake_at, activity, ..Effects::default() };
+    assert_eq!(halted, stays, "it says nothing");
     let released = field.robot.react(MissionTime(90 * SECOND), Event::Released);
-    assert!(route(&released).is_some_and(|route| !route.is_empty()));
+    assert!(released.route.is_some_and(|route| !route.is_empty()));
 }

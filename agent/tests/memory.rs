@@ -6,10 +6,10 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use dragnet_agent::agent::{Action, Agent, AgentConfig};
+use dragnet_agent::agent::{Agent, AgentConfig};
 use dragnet_proto::directive::Directive;
 use dragnet_proto::message::{Activity, Heartbeat, Intent, Message};
-use dragnet_proto::state_machine::Event;
+use dragnet_proto::state_machine::{Effects, Event};
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -60,12 +60,12 @@ fn a_robot_on_a_million_cells_needs_less_than_200_megabytes() {
     assert_eq!(search.agent.decisions(), 0);
 
     let mut now = MissionTime::START + FIRST_DECISION;
-    let mut actions = search.agent.react(now, Event::Woke);
+    let mut effects = search.agent.react(now, Event::Woke);
     for decisions in 1..=3 {
         assert_eq!(search.agent.decisions(), decisions);
-        for cell in route(&actions) {
+        for cell in effects.route.clone().unwrap() {
             now = now + Duration::from_secs(1);
-            actions = search.sense(now, cell);
+            effects = search.sense(now, cell);
         }
     }
 
@@ -104,7 +104,7 @@ impl Search {
     }
 
     /// The robot looks around in a cell, where it finds nothing.
-    fn sense(&mut self, now: MissionTime, cell: Cell) -> Vec<Action> {
+    fn sense(&mut self, now: MissionTime, cell: Cell) -> Effects<Message> {
         let readings = self.look(cell);
         self.agent.react(now, Event::Sensed { cell, readings })
     }
@@ -156,15 +156,6 @@ impl Search {
     fn receive(&mut self, now: MissionTime, message: Message) {
         self.agent.react(now, Event::Received { from: Participant::Robot(MATE), message });
     }
-}
-
-/// Where the robot goes now.
-fn route(actions: &[Action]) -> Vec<Cell> {
-    let route = actions.iter().find_map(|action| match action {
-        Action::Follow(route) => Some(route.clone()),
-        Action::Keep(_) | Action::Publish(..) | Action::Repeat(_) | Action::Refuse(_) => None,
-    });
-    route.unwrap()
 }
 
 /// `VmHWM` of this process, where the system has it.

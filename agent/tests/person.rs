@@ -3,11 +3,11 @@
 
 use std::sync::Arc;
 
-use dragnet_agent::agent::{Action, Agent, AgentConfig};
+use dragnet_agent::agent::{Agent, AgentConfig};
 use dragnet_proto::command::Mark;
 use dragnet_proto::directive::Directive;
 use dragnet_proto::message::{Activity, Message, MissionStatus};
-use dragnet_proto::state_machine::Event;
+use dragnet_proto::state_machine::{Effects, Event};
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -44,17 +44,17 @@ impl Field {
         MissionTime(seconds * SECOND)
     }
 
-    fn sense(&mut self, seconds: u64, number: u32) -> Vec<Action> {
+    fn sense(&mut self, seconds: u64, number: u32) -> Effects<Message> {
         let cell = self.cell(number);
         self.robot.react(Self::at(seconds), Event::Sensed { cell, readings: Vec::new() })
     }
 
-    fn hear(&mut self, seconds: u64, message: Message) -> Vec<Action> {
+    fn hear(&mut self, seconds: u64, message: Message) -> Effects<Message> {
         self.robot.react(Self::at(seconds), Event::Received { from: Participant::Coordinator, message })
     }
 
     /// The coordinator says how a person has ordered it.
-    fn order(&mut self, seconds: u64, number: u64, is_paused: bool, added: &[u32]) -> Vec<Action> {
+    fn order(&mut self, seconds: u64, number: u64, is_paused: bool, added: &[u32]) -> Effects<Message> {
         let added = added.iter().map(|&number| self.cell(number)).collect();
         self.hear(
             seconds,
@@ -73,17 +73,15 @@ impl Field {
     }
 }
 
-fn route(actions: &[Action]) -> Option<&[Cell]> {
-    actions.iter().find_map(|action| match action {
-        Action::Follow(route) => Some(route.as_slice()),
-        _ => None,
-    })
+fn is_nothing(effects: &Effects<Message>) -> bool {
+    let Effects { wake_at, activity, .. } = *effects;
+    *effects == Effects { wake_at, activity, ..Effects::default() }
 }
 
 /// The directive and the activity of the heartbeat among what is said.
-fn beat(actions: &[Action]) -> (Directive, Activity) {
-    let said = actions.iter().find_map(|action| match action {
-        Action::Publish(_, Message::Heartbeat(beat)) => Some((beat.directive.clone(), beat.activity)),
+fn beat(effects: &Effects<Message>) -> (Directive, Activity) {
+    let said = effects.published.iter().find_map(|(_, message)| match message {
+        Message::Heartbeat(beat) => Some((beat.directive.clone(), beat.activity)),
         _ => None,
     });
     said.unwrap()
@@ -92,29 +90,28 @@ fn beat(actions: &[Action]) -> (Directive, Activity) {
 #[test]
 fn a_paused_robot_stays_says_so_and_goes_on_when_told() {
     let mut field = Field::new("budget_seconds = 1e6");
-    assert!(!route(&field.sense(0, 0)).unwrap().is_empty());
+    assert!(!field.sense(0, 0).route.unwrap().is_empty());
     let paused = field.order(1, 5, true, &[]);
-    assert_eq!(route(&paused), Some(&[][..]));
-    assert!(paused.iter().any(
-        |action| matches!(action, Action::Publish(_, Message::Intent(intent)) if intent.path.is_empty())
-    ));
-    assert_eq!(field.order(2, 5, true, &[]), [], "what is known is no news");
-    assert_eq!(field.order(2, 4, false, &[]), [], "an older order comes late");
-    assert_eq!(route(&field.sense(3, 1)), None, "it looks, and does not go");
+    assert_eq!(paused.route, Some(Vec::new()));
+    let is_told = |message: &Message| matches!(message, Message::Intent(intent) if intent.path.is_empty());
+    assert!(paused.published.iter().any(|(_, message)| is_told(message)));
+    assert!(is_nothing(&field.order(2, 5, true, &[])), "what is known is no news");
+    assert!(is_nothing(&field.order(2, 4, false, &[])), "an older order comes late");
+    assert_eq!(field.sense(3, 1).route, None, "it looks, and does not go");
     let wake = field.robot.wake_at();
     let (directive, activity) = beat(&field.robot.react(wake, Event::Woke));
     assert_eq!((directive.number, directive.is_paused, activity), (5, true, Activity::Paused));
-    assert!(!route(&field.order(60, 6, false, &[])).unwrap().is_empty());
+    assert!(!field.order(60, 6, false, &[]).route.unwrap().is_empty());
     assert_eq!(field.robot.activity(), Activity::Searching);
 }
 
 #[test]
 fn a_robot_that_starts_into_a_pause_waits() {
     let mut field = Field::new("budget_seconds = 1e6");
-    assert_eq!(route(&field.order(0, 5, true, &[])), None, "it does not know yet where it is");
-    assert_eq!(route(&field.sense(1, 0)), Some(&[][..]));
+    assert_eq!(field.order(0, 5, true, &[]).route, None, "it does not know yet where it is");
+    assert_eq!(field.sense(1, 0).route, Some(Vec::new()));
     assert_eq!(field.robot.activity(), Activity::Paused);
-    assert!(!route(&field.order(2, 6, false, &[])).unwrap().is_empty());
+    assert!(!field.order(2, 6, false, &[]).route.unwrap().is_empty());
 }
 
 #[test]
@@ -136,8 +133,8 @@ fn cells_that_a_person_adds_are_searched_and_end_a_rest() {
     assert_eq!(field.robot.activity(), Activity::Cleared, "little enough is expected");
     let added: Vec<u32> = vec![2, 3, 4, 5, 8, 9, 10, 11];
     assert!(field.robot.belief().probability(field.cell(3)).abs() < 1e-12);
-    let actions = field.order(1, 0, false, &added);
-    assert!(!route(&actions).unwrap().is_empty(), "more is expected now");
+    let effects = field.order(1, 0, false, &added);
+    assert!(!effects.route.unwrap().is_empty(), "more is expected now");
     assert!((field.robot.belief().probability(field.cell(3)) - 0.2).abs() < 1e-9);
     assert!((field.robot.belief().probability(field.cell(0)) - 0.2).abs() < 1e-9);
     assert!(field.robot.belief().probability(field.cell(14)).abs() < 1e-12, "and nowhere else");
@@ -157,8 +154,8 @@ fn a_mark_by_hand_counts_once_and_is_no_teammate() {
     }));
     let before = field.robot.belief().log_odds_nats(cell);
     let kept = field.hear(1, mark.clone());
-    assert!(matches!(kept[..], [Action::Keep(_)]), "{kept:?}");
-    assert_eq!(field.hear(2, mark), []);
+    assert_eq!((kept.kept.len(), &kept.published[..], &kept.route), (1, &[][..], &None), "{kept:?}");
+    assert!(is_nothing(&field.hear(2, mark)));
     let moved = field.robot.belief().log_odds_nats(cell) - before;
     assert!((moved - Mark::STRENGTH_NATS).abs() < 1e-9, "{moved}");
 }

@@ -2,9 +2,9 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use dragnet_agent::agent::{Action, Agent, AgentConfig};
+use dragnet_agent::agent::{Agent, AgentConfig};
 use dragnet_proto::message::{Activity, Audience, Heartbeat, Intent, Message};
-use dragnet_proto::state_machine::Event;
+use dragnet_proto::state_machine::{Effects, Event};
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -49,24 +49,24 @@ impl Field {
         self.scenario.terrain().grid().cell_numbered(number).unwrap()
     }
 
-    fn start(&mut self) -> Vec<Action> {
+    fn start(&mut self) -> Effects<Message> {
         let readings = Vec::new();
         self.robot.react(at(0), Event::Sensed { cell: self.cell(0), readings })
     }
 
-    fn hear(&mut self, seconds: u64, message: Message) -> Vec<Action> {
+    fn hear(&mut self, seconds: u64, message: Message) -> Effects<Message> {
         self.robot.react(at(seconds), Event::Received { from: Participant::Robot(MATE), message })
     }
 
     /// The mate is about to enter these cells.
-    fn plan(&mut self, seconds: u64, decision: u64, path: impl IntoIterator<Item = u32>) -> Vec<Action> {
+    fn plan(&mut self, seconds: u64, decision: u64, path: impl IntoIterator<Item = u32>) -> Effects<Message> {
         let path = path.into_iter().map(|number| self.cell(number)).collect();
         let time_ns = at(seconds).0;
         self.hear(seconds, Message::Intent(Intent { robot: MATE, incarnation: 0, decision, time_ns, path }))
     }
 
     /// The mate has entered a cell and seen that these are empty.
-    fn walk(&mut self, seconds: u64, from: u32, empty: impl IntoIterator<Item = u32>) -> Vec<Action> {
+    fn walk(&mut self, seconds: u64, from: u32, empty: impl IntoIterator<Item = u32>) -> Effects<Message> {
         let reading = |number: u32| {
             let variance = self.scenario.sensor().variance(number.abs_diff(from));
             Reading { cell: self.cell(number), value: 0.0, variance }
@@ -82,21 +82,14 @@ impl Field {
         self.hear(seconds, Message::Observation(observation.into()))
     }
 
-    fn wake(&mut self, seconds: u64) -> Vec<Action> {
+    fn wake(&mut self, seconds: u64) -> Effects<Message> {
         self.robot.react(at(seconds), Event::Woke)
     }
 }
 
-fn route(actions: &[Action]) -> Option<&[Cell]> {
-    actions.iter().find_map(|action| match action {
-        Action::Follow(route) => Some(route.as_slice()),
-        _ => None,
-    })
-}
-
-fn told(actions: &[Action]) -> Option<Activity> {
-    actions.iter().find_map(|action| match action {
-        Action::Publish(Audience::All, Message::Heartbeat(beat)) => Some(beat.activity),
+fn told(effects: &Effects<Message>) -> Option<Activity> {
+    effects.published.iter().find_map(|said| match said {
+        (Audience::All, Message::Heartbeat(beat)) => Some(beat.activity),
         _ => None,
     })
 }
@@ -105,8 +98,8 @@ fn told(actions: &[Action]) -> Option<Activity> {
 fn it_waits_while_a_plan_covers_all_that_is_left_and_says_so() {
     let mut field = Field::new();
     field.plan(0, 1, 8..12);
-    let actions = field.start();
-    assert_eq!(route(&actions), Some(&[][..]), "{actions:?}");
+    let effects = field.start();
+    assert_eq!(effects.route, Some(Vec::new()), "{effects:?}");
     assert_eq!(field.robot.activity(), Activity::Waiting);
     assert!(!Activity::Waiting.is_rest(), "the search is not over");
     assert_eq!(told(&field.wake(10)), Some(Activity::Waiting));
@@ -117,15 +110,15 @@ fn it_waits_while_a_plan_covers_all_that_is_left_and_says_so() {
 fn it_helps_where_nobody_plans_to_look_though_a_teammate_is_nearer() {
     let mut field = Field::new();
     field.plan(0, 1, [9]);
-    let actions = field.start();
+    let effects = field.start();
     // Cells 9 and 10 are promised; only 11 is left, and the mate is next to it. It sees one cell far.
-    assert_eq!(route(&actions), Some(&[field.cell(1)][..]));
+    assert_eq!(effects.route, Some(vec![field.cell(1)]));
     assert_eq!(field.robot.activity(), Activity::Searching);
     let further = field.robot.react(at(15), Event::Sensed { cell: field.cell(1), readings: Vec::new() });
-    assert_eq!(route(&further), Some(&[field.cell(2)][..]));
+    assert_eq!(further.route, Some(vec![field.cell(2)]));
     field.plan(16, 2, 9..12);
     let further = field.robot.react(at(30), Event::Sensed { cell: field.cell(2), readings: Vec::new() });
-    assert_eq!(route(&further), Some(&[][..]), "the mate sees to that, too");
+    assert_eq!(further.route, Some(Vec::new()), "the mate sees to that, too");
     assert_eq!(field.robot.activity(), Activity::Waiting);
 }
 
@@ -149,13 +142,13 @@ fn when_the_plan_is_walked_nothing_is_left_and_it_rests() {
 fn on_its_way_too_it_rests_once_what_is_left_is_not_worth_a_search() {
     for (expected, is_over) in [(0.05, true), (0.0, false)] {
         let mut field = Field::with_expected(expected);
-        let path = route(&field.start()).unwrap().to_vec();
+        let path = field.start().route.unwrap();
         assert!(path.len() > 5, "{path:?}");
         for cell in 9..12 {
             field.walk(10, cell, [cell]);
         }
-        let actions = field.robot.react(at(15), Event::Sensed { cell: path[0], readings: Vec::new() });
-        assert_eq!(route(&actions), is_over.then_some(&[][..]), "{expected}");
+        let effects = field.robot.react(at(15), Event::Sensed { cell: path[0], readings: Vec::new() });
+        assert_eq!(effects.route, is_over.then(Vec::new), "{expected}");
         assert_eq!(field.robot.activity() == Activity::Cleared, is_over, "{expected}");
     }
 }
@@ -167,8 +160,8 @@ fn it_goes_where_a_plan_that_was_changed_no_longer_leads() {
     field.start();
     field.plan(20, 2, []);
     assert!(field.robot.wake_at() <= at(22), "it thinks again at once: {:?}", field.robot.wake_at());
-    let actions = field.wake(22);
-    assert!(route(&actions).is_some_and(|route| route.len() >= 8), "{actions:?}");
+    let effects = field.wake(22);
+    assert!(effects.route.as_ref().is_some_and(|route| route.len() >= 8), "{effects:?}");
 }
 
 #[test]

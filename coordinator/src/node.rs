@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use dragnet_proto::message::{Activity, Message};
+use dragnet_proto::message::Message;
 use dragnet_proto::state_machine::{Effects, Event, ParticipantError, StateMachine};
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::evidence::Digest;
@@ -114,26 +114,17 @@ impl StateMachine for CoordinatorNode {
     ) -> Result<Effects<Message>, ParticipantError> {
         let actions = self.mission.react(now, event);
         let actions = self.record(now, actions);
-        let (mut kept, mut published, mut refused) = (Vec::new(), Vec::new(), Vec::new());
+        // It releases nothing, so that it repeats all that is asked for by itself.
+        let mut effects = Effects { wake_at: self.mission.wake_at(), ..Effects::default() };
         for action in actions {
             match action {
-                Action::Publish(audience, message) => published.push((audience, message)),
-                Action::Record(Record::Observation(observation)) => kept.push(observation),
-                Action::Refuse(what) => refused.push(what),
+                Action::Publish(audience, message) => effects.published.push((audience, message)),
+                Action::Record(Record::Observation(observation)) => effects.kept.push(observation),
+                Action::Refuse(what) => effects.refused.push(what),
                 Action::Record(_) => {}
             }
         }
-        Ok(Effects {
-            kept,
-            published,
-            route: None,
-            wake_at: self.mission.wake_at(),
-            activity: Activity::Searching,
-            decision: None,
-            // It releases nothing.
-            repeats: Vec::new(),
-            refused,
-        })
+        Ok(effects)
     }
 
     fn digest(&self) -> Digest {

@@ -113,3 +113,19 @@ pub struct Effects<M> {
     /// What it refused: it cannot be, or not from whom it came.
     pub refused: Vec<Rejected>,
 }
+
+/// Nothing is to be done, ever.
+impl<M> Default for Effects<M> {
+    fn default() -> Self {
+        Self {
+            kept: Vec::new(),
+            published: Vec::new(),
+            route: None,
+            wake_at: MissionTime(u64::MAX),
+            activity: Activity::Searching,
+            decision: None,
+            repeats: Vec::new(),
+            refused: Vec::new(),
+        }
+    }
+}

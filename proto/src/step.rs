@@ -7,8 +7,8 @@ use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::observation::RobotId;
 
-use crate::message::{Activity, Audience, MessageKind};
-use crate::state_machine::Event;
+use crate::message::MessageKind;
+use crate::state_machine::{Effects, Event};
 
 /// The simulator tells one participant what happens to it.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,16 +34,8 @@ pub enum StepEvent {
 /// What a participant does in answer to a [`Step`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct StepReply {
-    /// Messages published in this step, in order.
-    pub published: Vec<MessageRef>,
-    /// A new route, if there is one: cells to enter from now on; empty means rest.
-    pub route: Option<Vec<Cell>>,
-    /// When to be woken, nanoseconds of mission time, above 0; `None` means never.
-    pub wake_at_ns: Option<u64>,
-    /// What the robot does; [`Activity::Searching`] for the coordinator.
-    pub activity: Activity,
-    /// Computing time of the decision made in this step, seconds; 0 if none was.
-    pub decision_seconds: f64,
+    /// The effects of the event, without what does not concern the simulator: what is kept, to be repeated, or refused.
+    pub effects: Effects<MessageRef>,
     /// Digest of the participant's evidence, in answer to [`StepEvent::Report`]; 0 otherwise.
     pub digest: Digest,
     /// Observations known to the participant.
@@ -59,8 +51,6 @@ pub struct MessageRef {
     pub number: u64,
     /// What it is.
     pub kind: MessageKind,
-    /// To whom it goes.
-    pub to: Audience,
 }
 
 /// What a simulated sensor has seen, told to its robot. Not yet an observation: the robot numbers those.

@@ -2,6 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "a test fails by panic")]
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::directive::Directive;
@@ -10,9 +11,10 @@ use dragnet_proto::message::{
     Activity, Audience, Detection, Heartbeat, Intent, Message, MessageKind, MissionStatus, SyncReply,
     SyncRequest,
 };
-use dragnet_proto::state_machine::Event;
+use dragnet_proto::state_machine::{Effects, Event};
 use dragnet_proto::step::{MessageRef, Sensed, Step, StepEvent, StepReply};
 use dragnet_scenario::participant::Participant;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::{Cell, Grid};
 use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::observation::{Observation, Origin, RobotId, Source, Version};
@@ -192,20 +194,14 @@ fn steps() -> impl Strategy<Value = Step> {
 fn step_replies() -> impl Strategy<Value = StepReply> {
     let kind = (0..MessageKind::ALL.len()).prop_map(|index| MessageKind::ALL[index]);
     let message =
-        (any::<u64>(), kind, audiences()).prop_map(|(number, kind, to)| MessageRef { number, kind, to });
-    let next = (proptest::option::of(vec(cells(), 0..30)), proptest::option::of(1..=u64::MAX), activities());
-    (vec(message, 0..5), next, any::<u64>(), 0.0..1e3, digests(), ".*").prop_map(
-        |(published, (route, wake_at_ns, activity), observations, decision_seconds, digest, error)| {
-            StepReply {
-                published,
-                route,
-                wake_at_ns,
-                activity,
-                observations,
-                decision_seconds,
-                digest,
-                error,
-            }
+        (audiences(), any::<u64>(), kind).prop_map(|(to, number, kind)| (to, MessageRef { number, kind }));
+    let next = (proptest::option::of(vec(cells(), 0..30)), 1..=u64::MAX, activities());
+    let decision = proptest::option::of((1_u64..1 << 40).prop_map(Duration::from_nanos));
+    (vec(message, 0..5), next, any::<u64>(), decision, digests(), ".*").prop_map(
+        |(published, (route, wake_at_ns, activity), observations, decision, digest, error)| {
+            let wake_at = MissionTime(wake_at_ns);
+            let effects = Effects { published, route, wake_at, activity, decision, ..Effects::default() };
+            StepReply { effects, digest, observations, error }
         },
     )
 }

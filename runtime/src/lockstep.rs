@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::key::{Mission, Topic};
-use dragnet_proto::message::{Activity, Message};
+use dragnet_proto::message::Message;
 use dragnet_proto::state_machine::{Effects, Event, StateMachine};
 use dragnet_proto::step::{MessageRef, Step, StepEvent, StepReply};
 use dragnet_scenario::participant::Participant;
@@ -76,9 +76,7 @@ impl<'a> LockstepNode<'a> {
             let bytes = query.payload().map(|payload| payload.to_bytes().into_owned()).unwrap_or_default();
             let outcome = match self.codec.decode_step(&bytes) {
                 Ok(Step { event: StepEvent::Finish, .. }) => {
-                    let reply = self.report(Digest(0));
-                    answer(&query, &reply).await?;
-                    return Ok(());
+                    return answer(&query, &self.report(Digest(0))).await;
                 }
                 Ok(step) => self.step(step).await,
                 Err(error) => {
@@ -97,7 +95,9 @@ impl<'a> LockstepNode<'a> {
     }
 
     async fn step(&mut self, step: Step) -> Result<StepReply, RuntimeError> {
-        let StepEvent::Event(event) = step.event else { return Ok(self.report(self.mind.digest())) };
+        let StepEvent::Event(event) = step.event else {
+            return Ok(self.report(self.mind.digest()));
+        };
         let event = match event {
             Event::Received { from, message: number } => {
                 Event::Received { from, message: self.message(from, number).await? }
@@ -166,29 +166,16 @@ impl<'a> LockstepNode<'a> {
             let number = self.published;
             self.published += 1;
             self.link.publish(number, *to, message).await?;
-            published.push(MessageRef { number, kind: message.kind(), to: *to });
+            published.push((*to, MessageRef { number, kind: message.kind() }));
         }
-        Ok(StepReply {
-            published,
-            route: effects.route,
-            wake_at_ns: Some(effects.wake_at.0).filter(|&time| time < u64::MAX),
-            activity: effects.activity,
-            decision_seconds: effects.decision.map_or(0.0, |time| time.as_secs_f64().max(1e-9)),
-            ..self.report(Digest(0))
-        })
+        let Effects { route, wake_at, activity, decision, .. } = effects;
+        let effects = Effects { published, route, wake_at, activity, decision, ..Effects::default() };
+        Ok(StepReply { effects, ..self.report(Digest(0)) })
     }
 
     fn report(&self, digest: Digest) -> StepReply {
-        StepReply {
-            published: Vec::new(),
-            route: None,
-            wake_at_ns: None,
-            activity: Activity::Searching,
-            decision_seconds: 0.0,
-            digest,
-            observations: self.mind.observations(),
-            error: String::new(),
-        }
+        let (effects, observations) = (Effects::default(), self.mind.observations());
+        StepReply { effects, digest, observations, error: String::new() }
     }
 }
 

@@ -120,17 +120,10 @@ impl Participants for RemoteParticipants {
         now: MissionTime,
         event: Event<u64>,
     ) -> Result<Effects<u64>, RuntimeError> {
-        let reply = self.ask(who, now, StepEvent::Event(event))?;
-        Ok(Effects {
-            kept: Vec::new(),
-            published: reply.published.iter().map(|message| (message.to, message.number)).collect(),
-            route: reply.route,
-            wake_at: MissionTime(reply.wake_at_ns.unwrap_or(u64::MAX)),
-            activity: reply.activity,
-            decision: (reply.decision_seconds > 0.0).then(|| Duration::from_secs_f64(reply.decision_seconds)),
-            repeats: Vec::new(),
-            refused: Vec::new(),
-        })
+        let Effects { published, route, wake_at, activity, decision, .. } =
+            self.ask(who, now, StepEvent::Event(event))?.effects;
+        let published = published.into_iter().map(|(to, message)| (to, message.number)).collect();
+        Ok(Effects { published, route, wake_at, activity, decision, ..Effects::default() })
     }
 
     fn digest(&mut self, who: Participant, now: MissionTime) -> Result<Digest, RuntimeError> {

@@ -1,6 +1,9 @@
 //! Messages between simulator and participants, to the wire and back.
 
+use std::time::Duration;
+
 use dragnet_scenario::participant::Participant;
+use dragnet_scenario::time::MissionTime;
 
 use super::check::{
     Check, Columns, activity_number, digest, digest_halves, numbers, participant_numbers, robot,
@@ -8,7 +11,7 @@ use super::check::{
 use super::error::ConvertError;
 use crate::dragnet_msgs as wire;
 use crate::message::{Audience, MessageKind};
-use crate::state_machine::Event;
+use crate::state_machine::{Effects, Event};
 use crate::step::{MessageRef, Sensed, Step, StepEvent, StepReply};
 
 const START: u8 = 0;
@@ -18,6 +21,9 @@ const WAKE: u8 = 3;
 const LOST: u8 = 4;
 const REPORT: u8 = 5;
 const FINISH: u8 = 6;
+
+/// Of a participant that need not be woken.
+const NEVER: MissionTime = MissionTime(u64::MAX);
 
 /// An event that does not happen in simulated time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -54,20 +60,20 @@ impl TryFrom<&Step> for wire::Step {
 
 impl From<&StepReply> for wire::StepReply {
     fn from(reply: &StepReply) -> Self {
-        let published = &reply.published;
-        let to = published.iter().map(|message| audience_numbers(message.to));
-        let (to_kinds, to_robots) = to.unzip();
+        let Effects { published, route, wake_at, activity, decision, .. } = &reply.effects;
+        let (to_kinds, to_robots) = published.iter().map(|&(to, _)| audience_numbers(to)).unzip();
         Self {
             version: wire::VERSION,
-            messages: published.iter().map(|message| message.number).collect(),
-            kinds: published.iter().map(|message| kind_number(message.kind)).collect(),
+            messages: published.iter().map(|(_, message)| message.number).collect(),
+            kinds: published.iter().map(|(_, message)| kind_number(message.kind)).collect(),
             to_kinds,
             to_robots,
-            has_route: reply.route.is_some(),
-            route: numbers(reply.route.as_deref().unwrap_or_default()),
-            wake_at_ns: reply.wake_at_ns.unwrap_or(0),
-            activity: activity_number(reply.activity),
-            decision_seconds: reply.decision_seconds,
+            has_route: route.is_some(),
+            route: numbers(route.as_deref().unwrap_or_default()),
+            wake_at_ns: if *wake_at == NEVER { 0 } else { wake_at.0 },
+            activity: activity_number(*activity),
+            // A decision that took no time is one all the same.
+            decision_seconds: decision.map_or(0.0, |time| time.as_secs_f64().max(1e-9)),
             digest: digest_halves(reply.digest),
             observations: reply.observations,
             error: reply.error.clone(),
@@ -122,29 +128,32 @@ impl Check {
     pub(super) fn step_reply(self, wire: wire::StepReply) -> Result<StepReply, ConvertError> {
         self.version(wire.version)?;
         let route = self.path("route", &wire.route)?;
-        Ok(StepReply {
+        let seconds = self.seconds("decision_seconds", wire.decision_seconds)?;
+        let effects = Effects {
             published: self.messages(&wire)?,
             route: wire.has_route.then_some(route),
-            wake_at_ns: (wire.wake_at_ns > 0).then_some(wire.wake_at_ns),
+            wake_at: if wire.wake_at_ns == 0 { NEVER } else { MissionTime(wire.wake_at_ns) },
             activity: self.activity(wire.activity)?,
-            decision_seconds: self.seconds("decision_seconds", wire.decision_seconds)?,
+            decision: (seconds > 0.0).then(|| Duration::from_secs_f64(seconds)),
+            ..Effects::default()
+        };
+        Ok(StepReply {
+            effects,
             digest: digest(wire.digest),
             observations: wire.observations,
             error: wire.error,
         })
     }
 
-    fn messages(self, wire: &wire::StepReply) -> Result<Vec<MessageRef>, ConvertError> {
+    fn messages(self, wire: &wire::StepReply) -> Result<Vec<(Audience, MessageRef)>, ConvertError> {
         let expected = wire.messages.len();
         self.same_length("kinds", wire.kinds.len(), "messages", expected)?;
         self.same_length("to_kinds", wire.to_kinds.len(), "messages", expected)?;
         self.same_length("to_robots", wire.to_robots.len(), "messages", expected)?;
         let message = |index: usize| {
-            Ok(MessageRef {
-                number: wire.messages[index],
-                kind: self.kind(index, wire.kinds[index])?,
-                to: self.audience(index, wire.to_kinds[index], wire.to_robots[index])?,
-            })
+            let kind = self.kind(index, wire.kinds[index])?;
+            let to = self.audience(index, wire.to_kinds[index], wire.to_robots[index])?;
+            Ok((to, MessageRef { number: wire.messages[index], kind }))
         };
         (0..expected).map(message).collect()
     }

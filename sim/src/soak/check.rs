@@ -272,12 +272,7 @@ mod tests {
         Effects {
             kept,
             published: published.into_iter().map(|message| (Audience::All, message)).collect(),
-            route: None,
-            wake_at: MissionTime(u64::MAX),
-            activity: Activity::Searching,
-            decision: None,
-            repeats: Vec::new(),
-            refused: Vec::new(),
+            ..Effects::default()
         }
     }
 
