@@ -12,8 +12,8 @@ use std::time::Duration;
 use dragnet_proto::directive::{Directive, added_prior};
 use dragnet_proto::message::{Audience, Detection, Heartbeat, Intent, Message, MissionStatus};
 use dragnet_proto::replica::Replica;
-use dragnet_proto::state_machine::Event;
-use dragnet_proto::validation::{Limits, Rejected};
+use dragnet_proto::state_machine::{Effects, Event};
+use dragnet_proto::validation::Limits;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -71,15 +71,13 @@ impl CoordinatorConfig {
     }
 }
 
-/// What to do.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Action {
-    /// Tell the robots.
-    Publish(Audience, Message),
-    /// Write into the recording.
-    Record(Record),
-    /// Tell whoever watches what was refused: it cannot be, or not from whom it came.
-    Refuse(Rejected),
+/// What comes of an event.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Outcome {
+    /// What to do.
+    pub effects: Effects<Message>,
+    /// What to write into the recording, in order.
+    pub records: Vec<Record>,
 }
 
 /// What a recording tells.
@@ -159,33 +157,34 @@ impl Mission {
     }
 
     /// The only way anything changes but for [`Mission::finish`]; `now` comes from the caller. Events of a vehicle are ignored.
-    pub fn react(&mut self, now: MissionTime, event: Event<Message>) -> Vec<Action> {
-        let mut actions = Vec::new();
+    pub fn react(&mut self, now: MissionTime, event: Event<Message>) -> Outcome {
+        let mut outcome = Outcome::default();
         match event {
-            Event::Received { from, message } => self.receive(now, from, &message, &mut actions),
-            Event::Woke => self.wake(now, &mut actions),
+            Event::Received { from, message } => self.receive(now, from, &message, &mut outcome),
+            Event::Woke => self.wake(now, &mut outcome),
             Event::Lost(robot) => {
                 if self.liveness.left(now, robot) {
-                    self.lose(robot, &mut actions);
-                    self.report(now, &mut actions);
+                    self.lose(robot, &mut outcome);
+                    self.report(now, &mut outcome);
                 }
             }
-            Event::Commanded(command) => self.command(now, command, &mut actions),
+            Event::Commanded(command) => self.command(now, command, &mut outcome),
             Event::Doubled(robots) => {
                 self.doubled = robots;
-                self.report(now, &mut actions);
+                self.report(now, &mut outcome);
             }
             Event::Start | Event::Sensed { .. } | Event::Came | Event::Halted | Event::Released => {}
         }
-        actions
+        outcome.effects.wake_at = self.wake_at();
+        outcome
     }
 
     /// The mission ends: what is published and recorded last.
-    pub fn finish(&mut self, now: MissionTime) -> Vec<Action> {
-        let mut actions = Vec::new();
-        self.report(now, &mut actions);
-        self.snapshot(now, &mut actions);
-        actions
+    pub fn finish(&mut self, now: MissionTime) -> Outcome {
+        let mut outcome = Outcome::default();
+        self.report(now, &mut outcome);
+        self.snapshot(now, &mut outcome);
+        outcome
     }
 
     /// When to be woken, if nothing else happens before.
@@ -246,50 +245,45 @@ impl Mission {
         }
     }
 
-    fn receive(&mut self, now: MissionTime, from: Participant, message: &Message, actions: &mut Vec<Action>) {
+    fn receive(&mut self, now: MissionTime, from: Participant, message: &Message, outcome: &mut Outcome) {
         let received = self.replica.receive(now, from, message);
-        actions.extend(received.refused.into_iter().map(Action::Refuse));
+        outcome.effects.refused.extend(received.refused);
         if !self.orders.limits.knows(from) {
             return;
         }
         let has_appeared = matches!(from, Participant::Robot(robot) if self.liveness.heard(now, robot));
         match message {
             Message::Intent(intent) => {
-                actions.push(Action::Record(Record::Intent(intent.clone())));
-                self.plan(intent, actions);
+                outcome.records.push(Record::Intent(intent.clone()));
+                self.plan(intent, outcome);
             }
             Message::Heartbeat(heartbeat) => {
-                actions.push(Action::Record(Record::Heartbeat(heartbeat.clone())));
-                self.locate(heartbeat.robot, heartbeat.cell, MissionTime(heartbeat.time_ns), actions);
-                self.plan(&heartbeat.intent, actions);
-                self.learn(now, &heartbeat.directive, actions);
+                outcome.records.push(Record::Heartbeat(heartbeat.clone()));
+                self.locate(heartbeat.robot, heartbeat.cell, MissionTime(heartbeat.time_ns), outcome);
+                self.plan(&heartbeat.intent, outcome);
+                self.learn(now, &heartbeat.directive, outcome);
             }
             Message::Observation(_)
             | Message::SyncRequest(_)
             | Message::SyncReply(_)
             | Message::MissionStatus(_) => {}
         }
-        for (whom, reply) in received.replies {
-            actions.push(Action::Publish(Audience::One(whom), reply));
-        }
-        let has_declared = self.merge(now, &received.new, actions);
+        let replies = received.replies.into_iter().map(|(whom, reply)| (Audience::One(whom), reply));
+        outcome.effects.published.extend(replies);
+        let has_declared = self.merge(now, &received.new, outcome);
         if has_appeared || has_declared {
-            self.report(now, actions);
+            self.report(now, outcome);
         }
     }
 
     /// Takes in observations that were not known; whether anything was declared or withdrawn.
-    fn merge(
-        &mut self,
-        now: MissionTime,
-        observations: &[Arc<Observation>],
-        actions: &mut Vec<Action>,
-    ) -> bool {
+    fn merge(&mut self, now: MissionTime, observations: &[Arc<Observation>], outcome: &mut Outcome) -> bool {
         for observation in observations {
-            actions.push(Action::Record(Record::Observation(Arc::clone(observation))));
+            outcome.effects.kept.push(Arc::clone(observation));
+            outcome.records.push(Record::Observation(Arc::clone(observation)));
             let Observation { origin, from, time_ns, .. } = **observation;
             if let Source::Robot(robot) = origin.source {
-                self.locate(robot, from, MissionTime(time_ns), actions);
+                self.locate(robot, from, MissionTime(time_ns), outcome);
                 self.reach.add_robot(&self.orders.terrain, from);
             }
             for reading in &observation.readings {
@@ -300,47 +294,47 @@ impl Mission {
         self.declarations.review(now, &self.belief, readings.map(|reading| reading.cell))
     }
 
-    fn locate(&mut self, robot: RobotId, cell: Cell, time: MissionTime, actions: &mut Vec<Action>) {
+    fn locate(&mut self, robot: RobotId, cell: Cell, time: MissionTime, outcome: &mut Outcome) {
         if self.tracks.at(robot, cell, time) {
-            actions.push(Action::Record(Record::Pose { robot, cell, time }));
+            outcome.records.push(Record::Pose { robot, cell, time });
         }
     }
 
-    fn plan(&mut self, intent: &Intent, actions: &mut Vec<Action>) {
+    fn plan(&mut self, intent: &Intent, outcome: &mut Outcome) {
         if self.tracks.plans(intent) {
-            actions.push(Action::Record(Record::Plan { robot: intent.robot, path: intent.path.clone() }));
+            outcome.records.push(Record::Plan { robot: intent.robot, path: intent.path.clone() });
         }
     }
 
-    fn lose(&mut self, robot: RobotId, actions: &mut Vec<Action>) {
+    fn lose(&mut self, robot: RobotId, outcome: &mut Outcome) {
         if self.tracks.lapses(robot) {
-            actions.push(Action::Record(Record::Plan { robot, path: Vec::new() }));
+            outcome.records.push(Record::Plan { robot, path: Vec::new() });
         }
     }
 
-    fn wake(&mut self, now: MissionTime, actions: &mut Vec<Action>) {
+    fn wake(&mut self, now: MissionTime, outcome: &mut Outcome) {
         let lost = self.liveness.lose_silent(now);
         for &robot in &lost {
-            self.lose(robot, actions);
+            self.lose(robot, outcome);
         }
         if now >= self.next_status || !lost.is_empty() {
-            self.report(now, actions);
+            self.report(now, outcome);
         }
         if now >= self.next_belief {
-            self.snapshot(now, actions);
+            self.snapshot(now, outcome);
         }
     }
 
-    fn report(&mut self, now: MissionTime, actions: &mut Vec<Action>) {
+    fn report(&mut self, now: MissionTime, outcome: &mut Outcome) {
         self.next_status = now + self.orders.heartbeat;
         let status = self.status(now);
-        actions.push(Action::Record(Record::Status(status.clone())));
-        actions.push(Action::Publish(Audience::All, Message::MissionStatus(status)));
+        outcome.records.push(Record::Status(status.clone()));
+        outcome.effects.published.push((Audience::All, Message::MissionStatus(status)));
     }
 
-    fn snapshot(&mut self, now: MissionTime, actions: &mut Vec<Action>) {
+    fn snapshot(&mut self, now: MissionTime, outcome: &mut Outcome) {
         self.next_belief = now + self.orders.belief_period;
-        actions.push(Action::Record(Record::Belief(Arc::new(self.belief.clone()))));
+        outcome.records.push(Record::Belief(Arc::new(self.belief.clone())));
     }
 }
 

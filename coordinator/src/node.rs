@@ -8,7 +8,7 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::evidence::Digest;
 
 use crate::RecordingError;
-use crate::mission::{Action, Mission, Record};
+use crate::mission::{Mission, Outcome, Record};
 use crate::record::Recorder;
 use crate::recording::{Notify, Recording};
 
@@ -73,7 +73,7 @@ impl CoordinatorNode {
     ) -> Result<Mission, RecordingError> {
         let now = now.max(self.latest);
         let last = self.mission.finish(now);
-        self.record(now, last);
+        self.record(now, &last.records);
         summary.extend(self.refused());
         if let Some(recording) = self.recording {
             recording.finish(now, &self.mission, summary)?;
@@ -87,43 +87,32 @@ impl CoordinatorNode {
         refused.iter().map(|(what, count)| (format!("{what}"), format!("{count} times")))
     }
 
-    /// Writes down what is to be recorded; returns what is said, and observations.
-    fn record(&mut self, now: MissionTime, mut actions: Vec<Action>) -> Vec<Action> {
+    /// Writes down what is to be recorded.
+    fn record(&mut self, now: MissionTime, records: &[Record]) {
         self.latest = self.latest.max(now);
-        actions.retain(|action| {
-            if let (Action::Record(record), Some(listener)) = (action, &mut self.listener) {
+        for record in records {
+            if let Some(listener) = &mut self.listener {
                 listener(now, record);
             }
-            if let (Action::Record(record), Some(recording)) = (action, &mut self.recording) {
+            if let Some(recording) = &mut self.recording {
                 recording.record(now, record);
             }
-            matches!(action, Action::Publish(..) | Action::Refuse(_) | Action::Record(Record::Observation(_)))
-        });
+        }
         if let Some(recording) = &mut self.recording {
             recording.tick(now, &self.mission);
         }
-        actions
     }
 }
 
 impl StateMachine for CoordinatorNode {
+    /// It releases nothing, so that it repeats by itself all that is asked for.
     fn handle(
         &mut self,
         now: MissionTime,
         event: Event<Message>,
     ) -> Result<Effects<Message>, ParticipantError> {
-        let actions = self.mission.react(now, event);
-        let actions = self.record(now, actions);
-        // It releases nothing, so that it repeats all that is asked for by itself.
-        let mut effects = Effects { wake_at: self.mission.wake_at(), ..Effects::default() };
-        for action in actions {
-            match action {
-                Action::Publish(audience, message) => effects.published.push((audience, message)),
-                Action::Record(Record::Observation(observation)) => effects.kept.push(observation),
-                Action::Refuse(what) => effects.refused.push(what),
-                Action::Record(_) => {}
-            }
-        }
+        let Outcome { effects, records } = self.mission.react(now, event);
+        self.record(now, &records);
         Ok(effects)
     }
 

@@ -9,7 +9,7 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::{Observation, Origin, Source};
 
-use super::{Action, Mission};
+use super::{Mission, Outcome};
 
 impl Mission {
     /// What a person has ordered so far.
@@ -18,10 +18,10 @@ impl Mission {
         &self.directive
     }
 
-    pub(super) fn command(&mut self, now: MissionTime, command: Command, actions: &mut Vec<Action>) {
+    pub(super) fn command(&mut self, now: MissionTime, command: Command, outcome: &mut Outcome) {
         let mut directive = self.directive.clone();
         match command {
-            Command::Mark(mark, cell) => return self.mark(now, mark, cell, actions),
+            Command::Mark(mark, cell) => return self.mark(now, mark, cell, outcome),
             Command::Pause if directive.is_paused => {}
             Command::Pause => directive.order_pause(now.0, true),
             Command::Resume if !directive.is_paused => {}
@@ -31,11 +31,11 @@ impl Mission {
                 directive.added.extend(cells.into_iter().filter(|&cell| !terrain.is_searched(cell)));
             }
         }
-        self.learn(now, &directive, actions);
+        self.learn(now, &directive, outcome);
     }
 
     /// A directive, from here or from a robot that has heard of it; all are told if any of it is news.
-    pub(super) fn learn(&mut self, now: MissionTime, directive: &Directive, actions: &mut Vec<Action>) {
+    pub(super) fn learn(&mut self, now: MissionTime, directive: &Directive, outcome: &mut Outcome) {
         if !self.directive.merge(now, directive) {
             return;
         }
@@ -43,11 +43,11 @@ impl Mission {
         let added = self.directive.added.iter().copied();
         let new = self.belief.search_also(terrain, added, self.added_prior);
         self.declarations.review(now, &self.belief, new);
-        self.report(now, actions);
+        self.report(now, outcome);
     }
 
     /// One reading of one cell, under a name that no other has: it is kept, told and repaired like those of robots.
-    fn mark(&mut self, now: MissionTime, mark: Mark, cell: Cell, actions: &mut Vec<Action>) {
+    fn mark(&mut self, now: MissionTime, mark: Mark, cell: Cell, outcome: &mut Outcome) {
         let origin = *self.by_hand.get_or_insert_with(|| unused(&self.replica, now));
         let observation = Arc::new(Observation {
             origin,
@@ -57,12 +57,12 @@ impl Mission {
             readings: vec![mark.reading(cell)],
         });
         if let Err(refused) = self.replica.record(Arc::clone(&observation)) {
-            return actions.push(Action::Refuse(refused));
+            return outcome.effects.refused.push(refused);
         }
-        let has_declared = self.merge(now, &[Arc::clone(&observation)], actions);
-        actions.push(Action::Publish(Audience::All, Message::Observation(observation)));
+        let has_declared = self.merge(now, &[Arc::clone(&observation)], outcome);
+        outcome.effects.published.push((Audience::All, Message::Observation(observation)));
         if has_declared {
-            self.report(now, actions);
+            self.report(now, outcome);
         }
     }
 }

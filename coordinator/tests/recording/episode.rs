@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use dragnet_coordinator::mission::{Action, CoordinatorConfig, Mission, Record};
+use dragnet_coordinator::mission::{CoordinatorConfig, Mission, Outcome, Record};
 use dragnet_coordinator::record::{Header, Recorder};
 use dragnet_proto::directive::Directive;
 use dragnet_proto::message::{Activity, Heartbeat, Intent, Message};
@@ -122,16 +122,12 @@ impl Episode {
     }
 
     fn handle(&mut self, now: MissionTime, event: Event<Message>) {
-        let actions = self.mission.react(now, event);
-        self.keep(now, actions);
+        let outcome = self.mission.react(now, event);
+        self.keep(now, outcome);
     }
 
-    fn keep(&mut self, now: MissionTime, actions: Vec<Action>) {
-        for action in actions {
-            if let Action::Record(record) = action {
-                self.records.push((now, record));
-            }
-        }
+    fn keep(&mut self, now: MissionTime, outcome: Outcome) {
+        self.records.extend(outcome.records.into_iter().map(|record| (now, record)));
     }
 
     /// Records it.

@@ -96,7 +96,7 @@ fn check_robot(seen: &Value, episode: &Episode, robot: u16) {
     assert_eq!(seen["frames"][format!("robot_{robot}")], json!(frames));
 
     let plans = episode.records.iter().filter_map(|(_, record)| match record {
-        Record::Plan { robot: whose, path } if whose.0 == robot => Some(path),
+        Record::Plan { robot: whose, path } if whose.number() == robot => Some(path),
         _ => None,
     });
     let plans: Vec<Vec<(f64, f64)>> =
