@@ -91,23 +91,24 @@ fn describe(scenario: &Scenario) -> String {
         robots(scenario),
         budget(scenario),
     );
-    let warnings = scenario.warnings();
+    let drawn = scenario.drawn();
+    let warnings = scenario.warnings_with(&drawn);
     let warnings = warnings.iter().map(|warning| format!("{file}: warning: {warning}\n"));
-    std::iter::once(summary).chain(earth(scenario)).chain(warnings).collect::<Vec<_>>().concat()
+    std::iter::once(summary).chain(earth(scenario, &drawn)).chain(warnings).collect::<Vec<_>>().concat()
 }
 
 /// Where the map lies, and what is drawn there.
-fn earth(scenario: &Scenario) -> Vec<String> {
+fn earth(scenario: &Scenario, drawn: &[Drawn]) -> Vec<String> {
     let corner = scenario.georeference().map(Georeference::south_west).map(|corner| {
         let GeoPoint { latitude_degrees, longitude_degrees } = corner;
         format!(
             "  south-western corner at latitude {latitude_degrees:.6}, longitude {longitude_degrees:.6}\n"
         )
     });
-    let drawn = scenario.drawn().into_iter().map(|Drawn { name, kind, cells, barriers, .. }| {
+    let drawn = drawn.iter().map(|Drawn { name, kind, cells, barriers, .. }| {
         let comes_of_it = match barriers {
-            0 => counted(cells, "searched cell"),
-            _ => format!("closes {}", counted(cells, "cell")),
+            0 => counted(*cells, "searched cell"),
+            _ => format!("closes {}", counted(*cells, "cell")),
         };
         format!("  {kind} {name:?}: {comes_of_it}\n")
     });

@@ -135,7 +135,7 @@ fn entered(
         if matches!(area.purpose, Purpose::NoGo(..)) {
             area.check_near(file, frame)?;
         }
-        area.mark_closed(frame, grid, cell_meters, &mut is_touched);
+        area.each_closed(frame, grid, cell_meters, |cell| is_touched[cell.index()] = true);
     }
     Ok(is_touched.into_iter().map(|is_touched| !is_touched).collect())
 }

@@ -62,9 +62,9 @@ fn window(grid: Grid, rings: &[Vec<(f64, f64)>]) -> Option<(Position, Grid)> {
     Some((Position { row: south, column: west }, size))
 }
 
-/// Marks every cell that a line touches, corners in cells east and north of the grid's south-western corner: what is
-/// thinner than a scanline's distance is not missed.
-pub(super) fn mark_touched(grid: Grid, line: &[(f64, f64)], is_touched: &mut [bool]) {
+/// Names every cell that a line touches, some more than once; corners are in cells east and north of the grid's
+/// south-western corner. What is thinner than a scanline's distance is not missed.
+pub(super) fn each_touched(grid: Grid, line: &[(f64, f64)], mut tell: impl FnMut(Cell)) {
     for pair in line.windows(2) {
         let (low, high) = if pair[0].1 <= pair[1].1 { (pair[0], pair[1]) } else { (pair[1], pair[0]) };
         let edge = Edge { from: low, to: high };
@@ -76,7 +76,7 @@ pub(super) fn mark_touched(grid: Grid, line: &[(f64, f64)], is_touched: &mut [bo
             let mut column = west;
             while column <= east.min(f64::from(grid.columns())) {
                 if let Some(cell) = grid.cell_at(column, row) {
-                    is_touched[cell.index()] = true;
+                    tell(cell);
                 }
                 column += 1.0;
             }
@@ -187,7 +187,7 @@ mod tests {
         let grid = Grid::new(3, 4).unwrap();
         let drawn = |line: &[(f64, f64)]| {
             let mut is_touched = vec![false; grid.cell_count()];
-            mark_touched(grid, line, &mut is_touched);
+            each_touched(grid, line, |cell| is_touched[cell.index()] = true);
             let row = |cells: &[bool]| cells.iter().map(|&it| if it { 'x' } else { '.' }).collect::<String>();
             is_touched.chunks(4).rev().map(row).collect::<Vec<_>>().join("/")
         };

@@ -26,15 +26,20 @@ impl Scenario {
         let (terrain, file) = (self.terrain(), &self.source().path);
         let (grid, cell_meters) = (terrain.grid(), terrain.cell_meters());
         let mut drawn = Vec::new();
-        for area in self.areas().areas {
+        // By which area each cell was closed last: so each is counted once for each area.
+        let mut closed_by = vec![usize::MAX; grid.cell_count()];
+        for (number, area) in self.areas().areas.into_iter().enumerate() {
             let cells = match area.purpose {
                 Purpose::Search(_) => {
                     area.weights(file, frame, terrain).map_or(0, |weights| weights.shares.len())
                 }
                 Purpose::NoGo(..) => {
-                    let mut is_closed = vec![false; grid.cell_count()];
-                    area.mark_closed(frame, grid, cell_meters, &mut is_closed);
-                    terrain.searched_cells().filter(|cell| is_closed[cell.index()]).count()
+                    let mut cells = 0;
+                    area.each_closed(frame, grid, cell_meters, |cell| {
+                        let is_new = std::mem::replace(&mut closed_by[cell.index()], number) != number;
+                        cells += usize::from(is_new && terrain.is_searched(cell));
+                    });
+                    cells
                 }
                 Purpose::Prior { .. } | Purpose::LastKnownPosition { .. } => continue,
             };

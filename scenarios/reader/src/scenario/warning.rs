@@ -125,6 +125,12 @@ impl Scenario {
     /// What is odd about it, and can still be run.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
+        self.warnings_with(&self.drawn())
+    }
+
+    /// The same for whoever knows already what comes of the areas that are drawn: [`Scenario::drawn`].
+    #[must_use]
+    pub fn warnings_with(&self, drawn: &[Drawn]) -> Vec<Warning> {
         let mut reached = vec![false; self.terrain().grid().cell_count()];
         let mut apart = None;
         for robot in self.robots() {
@@ -144,7 +150,7 @@ impl Scenario {
         let mut warnings: Vec<Warning> = self.unseen(&is_seen).into_iter().chain(apart).collect();
         warnings.extend(self.contradiction());
         warnings.extend(self.never_found(&is_seen));
-        warnings.extend(self.drawn().into_iter().filter_map(about_area));
+        warnings.extend(drawn.iter().filter_map(about_area));
         warnings.extend(left_out);
         warnings
     }
@@ -183,8 +189,8 @@ impl Scenario {
 }
 
 /// What is odd about an area: that nothing comes of it, or not of all of it.
-fn about_area(drawn: Drawn) -> Option<Warning> {
-    let Drawn { name, kind, cells, beyond, barriers } = drawn;
+fn about_area(drawn: &Drawn) -> Option<Warning> {
+    let Drawn { name, kind, cells, beyond, barriers } = drawn.clone();
     match (cells, beyond) {
         (0, _) => Some(Warning::Idle { kind, name, closes: barriers > 0 }),
         (_, 0) => None,

@@ -1,31 +1,32 @@
 //! What a no-go area closes.
 
-use dragnet_search::cell::Grid;
+use dragnet_search::cell::{Cell, Grid};
 use geo::{LineString, MapCoords};
 
 use super::{Area, Purpose};
 use crate::map_file::georeference::Georeference;
-use crate::map_file::scanline::{covered_cells, mark_touched};
+use crate::map_file::scanline::{covered_cells, each_touched};
 
 /// Corners of a line or a ring, in cells east and north of a map's south-western corner.
 type Line = Vec<(f64, f64)>;
 
 impl Area {
-    /// Marks the cells of a map that nobody enters because of it, shape `[cells]`: those that a polygon covers in part, or that
-    /// a border or a line touches. None of an area of another purpose.
-    pub(crate) fn mark_closed(
+    /// Names the cells of a map that nobody enters because of it, some more than once: those that a polygon covers in part, or
+    /// that a border or a line touches. None of an area of another purpose.
+    pub(crate) fn each_closed(
         &self,
         frame: &Georeference,
         grid: Grid,
         cell_meters: f64,
-        is_closed: &mut [bool],
+        mut tell: impl FnMut(Cell),
     ) {
         let (region, lines) = self.barriers(frame, cell_meters);
-        for (cell, share) in covered_cells(grid, &region) {
-            is_closed[cell.index()] |= share > 0.0;
-        }
+        covered_cells(grid, &region)
+            .into_iter()
+            .filter(|&(_, share)| share > 0.0)
+            .for_each(|(cell, _)| tell(cell));
         for line in region.iter().chain(&lines) {
-            mark_touched(grid, line, is_closed);
+            each_touched(grid, line, &mut tell);
         }
     }
 
