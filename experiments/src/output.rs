@@ -16,6 +16,9 @@ pub fn make_folder(folder: &Path) -> Result<(), ExperimentError> {
 }
 
 /// Writes a file as a whole or not at all.
-pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), ExperimentError> {
+///
+/// # Errors
+/// If it cannot be written.
+pub fn write(path: &Path, bytes: &[u8]) -> Result<(), ExperimentError> {
     dragnet_files::write(path, bytes).map_err(ExperimentError::run)
 }

@@ -56,13 +56,7 @@ pub fn agent(file: &Path, precedence: Precedence, make: detector::Make<'_>) -> R
     let (who, grid) = (Participant::Robot(robot), scenario.terrain().grid());
     let mut agent = Agent::new(orders);
     block_on(async {
-        let stop = stop::asked(if config.attached { Bond::Input } else { Bond::None })?;
-        let stop = async {
-            stop.await;
-            if !config.attached {
-                tell_stop(who, &mission);
-            }
-        };
+        let stop = stopped(if config.attached { Bond::Input } else { Bond::None }, who, &mission)?;
         tokio::pin!(stop);
         // Its network may be late, and whoever stops it does not wait for that.
         let session = tokio::select! {
@@ -222,11 +216,8 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), Runtime
     let codec = Codec::of(&scenario);
     let clock = Clock::new(real_time_factor);
     let ended = block_on(async {
-        let (stop, who) = (stop::asked(Bond::None)?, Participant::Coordinator);
-        let stop = async {
-            stop.await;
-            tell_stop(who, &mission);
-        };
+        let who = Participant::Coordinator;
+        let stop = stopped(Bond::None, who, &mission)?;
         tokio::pin!(stop);
         // What it records is finished, however early it is told to stop.
         let session = tokio::select! {
@@ -291,8 +282,19 @@ pub fn world(
     Ok((episode, config.seed))
 }
 
-fn tell_stop(who: Participant, mission: &Mission) {
-    tracing::info!("{who} of mission {mission} is told to stop, and ends");
+/// Ready when the process is asked to end; one that is bound to nobody tells so.
+fn stopped(
+    bond: Bond,
+    who: Participant,
+    mission: &Mission,
+) -> Result<impl Future<Output = ()>, RuntimeError> {
+    let stop = stop::asked(bond)?;
+    Ok(async move {
+        stop.await;
+        if bond == Bond::None {
+            tracing::info!("{who} of mission {mission} is told to stop, and ends");
+        }
+    })
 }
 
 /// Whoever has started a process alone by mistake sees here whom it looks for.

@@ -12,7 +12,7 @@ use dragnet_scenario::Scenario;
 use dragnet_sim::simulation::End;
 
 use super::comparison::{Origin, Output};
-use super::{Failure, complain, scenario};
+use super::{Failure, scenario};
 use crate::VERSION;
 use crate::terminal::progress::Bars;
 use crate::terminal::{self, counted};
@@ -106,20 +106,8 @@ fn cases(arguments: &Arguments) -> Result<Vec<Case>, Failure> {
         return Err(Failure::Input(format!("--policies: {twice} is there twice")));
     }
     scenario::check_weights(arguments.weights.as_deref(), "--policies", &arguments.policies)?;
-    let mut names = BTreeSet::new();
     let mut cases = Vec::new();
-    for path in &arguments.scenarios {
-        let scenario = scenario::load(path)?;
-        if !names.insert(scenario.name().to_owned()) {
-            let name = scenario.name();
-            return Err(Failure::Input(format!(
-                "{}: a scenario before it is also named {name:?}",
-                path.display()
-            )));
-        }
-        for warning in scenario.warnings() {
-            complain("warning", &format!("{}: {warning}", path.display()));
-        }
+    for scenario in scenario::load_each(&arguments.scenarios, &[])? {
         for &policy in &arguments.policies {
             let case = Case::new(changed(&scenario, policy, arguments)?, policy.as_str());
             cases.push(case.until(arguments.end));

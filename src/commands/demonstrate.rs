@@ -1,6 +1,5 @@
 //! `dragnet demonstrate`: an expert at work, as files that a network learns from.
 
-use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use dragnet_experiments::demonstrations::{self, MIXTURE, Part, Plan, Watch};
@@ -10,7 +9,7 @@ use dragnet_experiments::shard::Shard;
 use dragnet_learn::policy::PolicyName;
 use dragnet_scenario::Scenario;
 
-use super::{Failure, complain, scenario};
+use super::{Failure, scenario};
 use crate::VERSION;
 use crate::terminal::progress::Bars;
 use crate::terminal::{self, counted};
@@ -88,17 +87,7 @@ fn plan(arguments: &Arguments) -> Result<Plan, Failure> {
     if arguments.mixture {
         plan.add_mixture(seeds).map_err(|error| Failure::Input(format!("--seeds: {error}")))?;
     }
-    let mut names = BTreeSet::from([MIXTURE.to_owned()]);
-    for path in &arguments.scenarios {
-        let scenario = scenario::load(path)?;
-        let name = scenario.name().to_owned();
-        if !names.insert(name.clone()) {
-            let path = path.display();
-            return Err(Failure::Input(format!("{path}: the name {name:?} is taken: files are named by it")));
-        }
-        for warning in scenario.warnings() {
-            complain("warning", &format!("{}: {warning}", path.display()));
-        }
+    for scenario in scenario::load_each(&arguments.scenarios, &[MIXTURE])? {
         let scenario = scenario::with(scenario, "--density", arguments.density, Scenario::with_density)?;
         plan.add_scenario(&scenario, seeds)?;
     }

@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 use super::Failure;
 
+pub(super) use dragnet_experiments::output::write;
+
 /// A file that does not exist, in a folder that does. `key` is where it was named, `none` is who says that it
 /// is kept, such as "no recording is".
 pub(super) fn free(key: &str, path: &Path, none: &str) -> Result<PathBuf, Failure> {
@@ -17,11 +19,6 @@ pub(super) fn free(key: &str, path: &Path, none: &str) -> Result<PathBuf, Failur
         return Err(Failure::Input(format!("{key} {path_display}: there is no folder {folder}")));
     }
     Ok(path.to_owned())
-}
-
-/// Writes a file as a whole or not at all.
-pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    dragnet_files::write(path, bytes).map_err(Failure::run)
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ use dragnet_sim::simulation::StepObserver;
 use dragnet_sim::world::World;
 
 use super::search::{self, Ended, Style};
-use super::{Failure, complain, live, output, scenario};
+use super::{Failure, live, output, scenario};
 use crate::VERSION;
 
 /// Mission seconds a second of a search that is watched on its page.
@@ -74,9 +74,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     }
     let scenario = scenario::with(scenario, "--robots", arguments.robots, Scenario::with_robots)?;
     let recording = place_recording(arguments, &scenario)?;
-    for warning in scenario.warnings() {
-        complain("warning", &format!("{}: {warning}", arguments.scenario.display()));
-    }
+    scenario::warn(&scenario);
     InformationTable::warm_up();
     let style = if arguments.json { Style::Json } else { Style::Text };
     let Some(listen) = arguments.live else {

@@ -1,13 +1,14 @@
 //! Scenarios as the command line changes them.
 
+use std::collections::BTreeSet;
 use std::fmt::Display;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use dragnet_learn::policy::{PolicyName, Shipped};
 use dragnet_scenario::{Scenario, ScenarioError};
 
-use super::Failure;
+use super::{Failure, complain};
 
 /// The policy that takes weights.
 const GNN: PolicyName = PolicyName::Learned(Shipped::General);
@@ -15,6 +16,32 @@ const GNN: PolicyName = PolicyName::Learned(Shipped::General);
 /// Reads a scenario.
 pub(super) fn load(path: &Path) -> Result<Scenario, Failure> {
     Scenario::load(path).map_err(Failure::input)
+}
+
+/// Reads scenarios, each of a name of its own that is none of those that are `taken`; tells what is odd about them.
+pub(super) fn load_each(paths: &[PathBuf], taken: &[&str]) -> Result<Vec<Scenario>, Failure> {
+    let mut names: BTreeSet<String> = taken.iter().map(ToString::to_string).collect();
+    let mut scenarios = Vec::new();
+    for path in paths {
+        let scenario = load(path)?;
+        let name = scenario.name();
+        if !names.insert(name.to_owned()) {
+            let path = path.display();
+            return Err(Failure::Input(format!(
+                "{path}: the name {name:?} is taken: results are named by it"
+            )));
+        }
+        warn(&scenario);
+        scenarios.push(scenario);
+    }
+    Ok(scenarios)
+}
+
+/// Tells what is odd about a scenario.
+pub(super) fn warn(scenario: &Scenario) {
+    for warning in scenario.warnings() {
+        complain("warning", &format!("{}: {warning}", scenario.source().path.display()));
+    }
 }
 
 /// A scenario with the value of an option, if it is given.

@@ -55,7 +55,7 @@ fn a_wrong_option_of_compare_is_named_with_what_is_allowed() {
         (&["--policies", "path", "--out", "parts", "--shard", "3/2"], &["--shard", "3/2", "I/N"]),
         (&["--policies", "path", "--out", "parts", "--shard", "1/100001"], &["--shard", "100000"]),
         (&["--policies", "path", "--out", "parts", "--shard", "1/2", "--json"], &["--shard", "--json"]),
-        (&["small.toml", "--policies", "path"], &["small.toml", "also named \"small\""]),
+        (&["small.toml", "--policies", "path"], &["small.toml", "\"small\"", "taken"]),
     ] {
         place.refuse(&[&["compare", "small.toml"], arguments].concat(), said);
     }

@@ -138,7 +138,7 @@ impl Files {
         let table = curves::table(trainer.history()).map_err(|error| failure(&self.metrics, &error))?;
         output::write(&self.metrics, &table)?;
         let drawing = curves::draw(trainer.history()).map_err(|error| failure(&self.curves, &error))?;
-        output::write(&self.curves, drawing.as_bytes())
+        Ok(output::write(&self.curves, drawing.as_bytes())?)
     }
 }
 
