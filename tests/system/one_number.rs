@@ -101,7 +101,7 @@ fn copy(keyed: &security::Field, place: usize) -> Command {
 fn of_two_with_one_certificate_over_mutual_tls_the_later_one_refuses_to_move_and_both_are_told_of() {
     let keyed = security::Field::new(Topology::Mesh);
     std::fs::write(keyed.path("field.toml"), endless(2)).unwrap();
-    let [one, two] = [1, 2].map(Name::robot);
+    let [one, two] = [1, 2].map(|number| Name::robot(number).unwrap());
     let start = |name, place| security::Process::start(&mut keyed.command(name, place));
     let (_world, coordinator) = (start(Name::Simulator, 0), start(Name::COORDINATOR, 1));
     let (mate, first) = (start(two, 2), start(one, 3));

@@ -119,215 +119,162 @@ fn the_prior_is_the_expected_density_unless_it_is_given() {
 }
 
 /// Replaces a part of [`SMALL`], or adds to its end.
-fn check(from: &str, to: &str, message: &str) {
+fn check(from: &str, to: &str, said: &[&str]) {
     let text = if from.is_empty() { format!("{SMALL}{to}\n") } else { SMALL.replace(from, to) };
     let error = load(&text).unwrap_err();
-    assert!(error.contains("a.toml, line ") && error.contains(message), "{error}\n{text}");
+    assert!(error.contains("a.toml, line ") && said.iter().all(|it| error.contains(it)), "{error}\n{text}");
 }
 
 #[test]
 fn a_map_or_a_sensor_out_of_range_names_line_value_and_range() {
-    check("'small'", "'a b'", "line 1: name is \"a b\"; allowed is 1 to 64 letters, digits, '_' and '-'");
-    check(
-        "file = 'a.txt'",
-        "shape = 'cone'",
-        "line 3: map.shape is \"cone\"; allowed is ice_cream_cone, open_",
-    );
-    check(
-        "file = 'a.txt'",
-        "shape = 'open_asterisk'",
-        "line 2: map.rows is missing; allowed is a number of cells",
-    );
-    check("file = 'a.txt'", "", "line 2: map is without shape or file; allowed is exactly one");
-    check("file = 'a.txt'", "file = 'a.txt'\nshape = 'x'", "map is shape and file; allowed is exactly one");
+    check("'small'", "'a b'", &["line 1: name is \"a b\"", "1 to 64 letters, digits, '_' and '-'"]);
+    check("file = 'a.txt'", "shape = 'cone'", &["line 3: map.shape is \"cone\"", "ice_cream_cone, open_"]);
+    check("file = 'a.txt'", "shape = 'open_asterisk'", &["line 2: map.rows is missing", "a number of cells"]);
+    check("file = 'a.txt'", "", &["line 2: map is without shape or file", "exactly one"]);
+    check("file = 'a.txt'", "file = 'a.txt'\nshape = 'x'", &["map is shape and file", "exactly one"]);
     check(
         "file = 'a.txt'",
         "file = 'a.txt'\nrows = 3",
-        "line 4: map.rows is 3; allowed is no such key beside map.file",
+        &["line 4: map.rows is 3", "no such key beside map.file"],
     );
     check(
         "file = 'a.txt'",
         "shape = 'all_traversable'\nrows = 9999\ncolumns = 9999",
-        "line 2: map is 9999 x 9999 cells; allowed is 1 to 16777216 cells",
+        &["line 2: map is 9999 x 9999 cells", "1 to 16777216 cells"],
     );
-    check("file = 'a.txt'", "file = 'b.txt'", "line 3: ");
-    check("file = 'a.txt'", "file = 'b.txt'", "b.txt: No such file");
-    check(
-        "file = 'a.txt'",
-        "file = 'a.txt'\nconnectivity = 6",
-        "line 4: map.connectivity is 6; allowed is 4 or 8",
-    );
-    check(
-        "file = 'a.txt'",
-        "file = 'a.txt'\ncell_meters = 0",
-        "map.cell_meters is 0; allowed is from 0.001 to",
-    );
-    check("file = 'a.txt'", "file = 'a.txt'\ncell_meters = nan", "map.cell_meters is NaN");
-    check(
-        "radius = 1",
-        "radius = 0",
-        "line 5: sensor.radius is 0; allowed is a whole number from 1 to 4 (the map's larger side is 4)",
-    );
-    check("radius = 1", "radius = 5", "sensor.radius is 5");
-    check("radius = 1", "noise_variance = -1", "sensor.radius is 5");
+    check("file = 'a.txt'", "file = 'b.txt'", &["line 3: "]);
+    check("file = 'a.txt'", "file = 'b.txt'", &["b.txt: No such file"]);
+    check("file = 'a.txt'", "file = 'a.txt'\nconnectivity = 6", &["line 4: map.connectivity is 6", "4 or 8"]);
+    check("file = 'a.txt'", "file = 'a.txt'\ncell_meters = 0", &["map.cell_meters is 0", "from 0.001"]);
+    check("file = 'a.txt'", "file = 'a.txt'\ncell_meters = nan", &["map.cell_meters is NaN"]);
+    check("radius = 1", "radius = 0", &["line 5: sensor.radius is 0", "1 to 4"]);
+    check("radius = 1", "radius = 5", &["sensor.radius is 5"]);
+    check("radius = 1", "noise_variance = -1", &["sensor.radius is 5"]);
     check(
         "radius = 1",
         "radius = 1\nnoise_variance = inf",
-        "line 6: sensor.noise_variance is inf; allowed is from 0.000005 to 10000.000",
+        &["line 6: sensor.noise_variance is inf", "0.000005 to 10000.000"],
     );
     check(
         "radius = 1",
         "radius = 1\nnoise = 'pink'",
-        "sensor.noise is \"pink\"; allowed is \"gaussian\" or \"clipped\"",
+        &["sensor.noise is \"pink\"", "\"gaussian\" or \"clipped\""],
     );
 }
 
 #[test]
 fn objects_or_a_mission_out_of_range_name_line_value_and_range() {
-    check(
-        "count = 1",
-        "",
-        "line 6: objects is 0 of them; allowed is exactly one of count, density and cells",
-    );
-    check("count = 1", "count = 1\ndensity = 0.1", "objects is 2 of them");
-    check("count = 1", "count = 7", "line 7: objects.count is 7; allowed is a whole number from 0 to 6");
-    check("count = 1", "count = -1", "objects.count is -1");
-    check("count = 1", "density = 1", "objects.density is 1; allowed is above 0 and below 1");
-    check("count = 1", "density = nan", "objects.density is NaN");
+    check("count = 1", "", &["line 6: objects is 0 of them", "exactly one of count, density and cells"]);
+    check("count = 1", "count = 1\ndensity = 0.1", &["objects is 2 of them"]);
+    check("count = 1", "count = 7", &["line 7: objects.count is 7", "0 to 6"]);
+    check("count = 1", "count = -1", &["objects.count is -1"]);
+    check("count = 1", "density = 1", &["objects.density is 1", "above 0 and below 1"]);
+    check("count = 1", "density = nan", &["objects.density is NaN"]);
     check(
         "count = 1",
         "cells = [[0, 0], [2, 0]]",
-        "objects.cells[1] is [2, 0]; allowed is [row, column] from [0, 0] to [1, 3]",
+        &["objects.cells[1] is [2, 0]", "[row, column] from [0, 0] to [1, 3]"],
     );
-    check(
-        "count = 1",
-        "cells = [[1, 3]]",
-        "objects.cells[0] is [1, 3], not searched; allowed is a searched cell",
-    );
+    check("count = 1", "cells = [[1, 3]]", &["objects.cells[0] is [1, 3], not searched", "a searched cell"]);
     check(
         "count = 1",
         "cells = [\n[0, 0],\n[0, 0]]",
-        "line 9: objects.cells[1] is [0, 0], again; allowed is each cell once",
+        &["line 9: objects.cells[1] is [0, 0], again", "each cell once"],
     );
     check(
         "budget_meters = 300",
         "",
-        "line 8: mission is without a budget; allowed is mission.budget_meters, mission.budget_seconds or",
+        &["line 8: mission is without a budget", "mission.budget_meters, mission.budget_seconds"],
     );
-    check(
-        "budget_meters = 300",
-        "budget_meters = inf",
-        "line 9: mission.budget_meters is inf; allowed is above 0, up to",
-    );
-    check("", "budget_seconds = -3", "line 10: mission.budget_seconds is -3; allowed is from");
-    check(
-        "",
-        "detection_threshold = 0.5",
-        "mission.detection_threshold is 0.5; allowed is above 0.5 and below 1",
-    );
-    check("", "detection_threshold = nan", "mission.detection_threshold is NaN");
-    check(
-        "",
-        "speed_meters_per_second = 0",
-        "mission.speed_meters_per_second is 0; allowed is from 0.001 to",
-    );
+    check("budget_meters = 300", "budget_meters = inf", &["line 9: mission.budget_meters is inf", "above 0"]);
+    check("", "budget_seconds = -3", &["line 10: mission.budget_seconds is -3"]);
+    check("", "detection_threshold = 0.5", &["mission.detection_threshold is 0.5", "above 0.5 and below 1"]);
+    check("", "detection_threshold = nan", &["mission.detection_threshold is NaN"]);
+    check("", "speed_meters_per_second = 0", &["mission.speed_meters_per_second is 0", "from 0.001"]);
     check(
         "",
         "stop_when_expected_remaining = -0.1",
-        "mission.stop_when_expected_remaining is -0.1; allowed is from 0 to",
+        &["mission.stop_when_expected_remaining is -0.1", "from 0"],
     );
     check(
         "",
         "heartbeat_seconds = 30",
-        "mission.liveness_timeout_seconds is 30; allowed is above mission.heartbeat_seconds, 30",
+        &["mission.liveness_timeout_seconds is 30", "above mission.heartbeat_seconds, 30"],
     );
-    check("", "start_stagger_seconds = nan", "mission.start_stagger_seconds is NaN; allowed is from 0 to");
-    check("", "[prior]\nprobability = 1", "prior.probability is 1; allowed is above 0 and below 1");
-    let found = "prior is 0.96 in cell [0, 0]; allowed is below mission.detection_threshold, 0.95: an object would be declared";
-    check("", "[prior]\nprobability = 0.96", found);
-    check("", "[prior]\nprobability = 0.1\nfile = 'low.csv'", "prior is probability and file; allowed is");
-    check("", "[prior]\nfile = 'a.txt'", "line 11: ");
+    check("", "start_stagger_seconds = nan", &["mission.start_stagger_seconds is NaN", "from 0"]);
+    check("", "[prior]\nprobability = 1", &["prior.probability is 1", "above 0 and below 1"]);
     check(
         "",
-        "[recording]\nbelief_period_seconds = 0",
-        "recording.belief_period_seconds is 0; allowed is from",
+        "[prior]\nprobability = 0.96",
+        &["prior is 0.96 in cell [0, 0]", "below mission.detection_threshold, 0.95"],
     );
-    check("", "[zenoh]\nconfig = 'no.json5'", "no.json5, no such file; allowed is a JSON5 file, relative");
+    check("", "[prior]\nprobability = 0.1\nfile = 'low.csv'", &["prior is probability and file"]);
+    check("", "[prior]\nfile = 'a.txt'", &["line 11: "]);
+    check("", "[recording]\nbelief_period_seconds = 0", &["recording.belief_period_seconds is 0"]);
+    check("", "[zenoh]\nconfig = 'no.json5'", &["no.json5, no such file", "a JSON5 file, relative"]);
 }
 
 #[test]
 fn a_robot_or_a_network_out_of_range_names_line_value_and_range() {
-    let check = |added: &str, message: &str| {
+    let check = |added: &str, said: &[&str]| {
         let error = load(&format!("{SMALL}{added}\n")).unwrap_err();
-        assert!(error.contains("a.toml, line ") && error.contains(message), "{error}\n{added}");
+        assert!(
+            error.contains("a.toml, line ") && said.iter().all(|it| error.contains(it)),
+            "{error}\n{added}"
+        );
     };
-    check("[robots]\ncount = 0", "line 11: robots.count is 0; allowed is a whole number from 1 to 1000");
-    check("[robots]\ncount = 1001", "robots.count is 1001");
+    check("[robots]\ncount = 0", &["line 11: robots.count is 0", "1 to 1000"]);
+    check("[robots]\ncount = 1001", &["robots.count is 1001"]);
     check(
         "[robots]\npolicy = 'astar'",
-        "robots.policy is \"astar\"; allowed is random, coverage, greedy, path-additive, path, nats, guts, gnn, gnn-greedy,",
+        &[
+            "robots.policy is \"astar\"",
+            "random, coverage, greedy, path-additive, path, nats, guts, gnn, gnn-greedy",
+        ],
     );
-    check("[robots.policy]\nname = 'astar'", "line 11: robots.policy.name is \"astar\"");
+    check("[robots.policy]\nname = 'astar'", &["line 11: robots.policy.name is \"astar\""]);
     check(
         "[robots]\npolicy = {name = 'path', path_length_weight = nan}",
-        "robots.policy.path_length_weight is NaN",
+        &["robots.policy.path_length_weight is NaN"],
     );
     check(
         "[robots]\npolicy = {name = 'path', lane_spacing_cells = 2}",
-        "robots.policy.lane_spacing_cells is 2 for path; allowed is a value for coverage only",
+        &["robots.policy.lane_spacing_cells is 2 for path", "coverage only"],
     );
     check(
         "[robots]\npolicy = {name = 'path', replan_after_cells = 0}",
-        "robots.policy.replan_after_cells is 0; allowed is",
+        &["robots.policy.replan_after_cells is 0"],
     );
-    check(
-        "[robots]\nstart = 'north'",
-        "robots.start is \"north\"; allowed is \"random\", \"scattered\" or a cell",
-    );
-    check(
-        "[robots]\nstart = [1, 3]",
-        "robots.start is [1, 3], not traversable; allowed is a traversable cell",
-    );
-    check(
-        "[robots]\nstart = [0, 4]",
-        "robots.start is [0, 4]; allowed is [row, column] from [0, 0] to [1, 3]",
-    );
+    check("[robots]\nstart = 'north'", &["robots.start is \"north\"", "\"random\", \"scattered\" or a cell"]);
+    check("[robots]\nstart = [1, 3]", &["robots.start is [1, 3], not traversable", "a traversable cell"]);
+    check("[robots]\nstart = [0, 4]", &["robots.start is [0, 4]", "[row, column] from [0, 0] to [1, 3]"]);
     let robot = "[[robots.robot]]\nnumber = ";
-    check(
-        &format!("{robot}2"),
-        "line 11: robots.robot[0].number is 2; allowed is a whole number from 1 to 1",
-    );
+    check(&format!("{robot}2"), &["line 11: robots.robot[0].number is 2", "1 to 1"]);
     check(
         &format!("{robot}1\n{robot}1"),
-        "line 13: robots.robot[1].number is 1, again; allowed is each robot once",
+        &["line 13: robots.robot[1].number is 1, again", "each robot once"],
     );
-    check("[network]\nloss = 1", "line 11: network.loss is 1; allowed is at least 0 and below 1");
-    check("[network]\nduplication = -0.1", "network.duplication is -0.1");
-    check("[network]\ndelay_seconds = inf", "network.delay_seconds is inf; allowed is from 0 to");
-    check("[network]\njitter_seconds = -1", "network.jitter_seconds is -1");
-    check(
-        "[network]\nreorder = 0.1",
-        "network.reorder_seconds is 0; allowed is above 0 where network.reorder",
-    );
+    check("[network]\nloss = 1", &["line 11: network.loss is 1", "at least 0 and below 1"]);
+    check("[network]\nduplication = -0.1", &["network.duplication is -0.1"]);
+    check("[network]\ndelay_seconds = inf", &["network.delay_seconds is inf", "from 0"]);
+    check("[network]\njitter_seconds = -1", &["network.jitter_seconds is -1"]);
+    check("[network]\nreorder = 0.1", &["network.reorder_seconds is 0", "above 0 where network.reorder"]);
     let partition = "[[network.partitions]]\nto_seconds = 2\n";
-    let check_partition = |added: &str, message: &str| check(&format!("{partition}{added}"), message);
+    let check_partition = |added: &str, said: &[&str]| check(&format!("{partition}{added}"), said);
     check_partition(
         "from_seconds = 2\ngroups = [[1]]",
-        "network.partitions[0].to_seconds is 2; allowed is above from_seconds, 2",
+        &["network.partitions[0].to_seconds is 2", "above from_seconds, 2"],
     );
     check_partition(
         "from_seconds = 1\ngroups = []",
-        "network.partitions[0].groups is empty; allowed is at least one",
+        &["network.partitions[0].groups is empty", "at least one"],
     );
     check_partition(
         "from_seconds = 1\ngroups = [[2]]",
-        "line 13: network.partitions[0].groups[0][0] is 2; allowed is a robot from 1 to 1, or",
+        &["line 13: network.partitions[0].groups[0][0] is 2", "a robot from 1 to 1"],
     );
-    check_partition("from_seconds = 1\ngroups = [['base']]", "groups[0][0] is \"base\"");
-    check_partition(
-        "from_seconds = 1\ngroups = [[1], [1]]",
-        "groups[1][0] is 1; allowed is each participant once",
-    );
+    check_partition("from_seconds = 1\ngroups = [['base']]", &["groups[0][0] is \"base\""]);
+    check_partition("from_seconds = 1\ngroups = [[1], [1]]", &["groups[1][0] is 1", "each participant once"]);
 }
 
 #[test]
@@ -383,17 +330,18 @@ fn what_is_too_deep_too_long_or_too_large_to_be_read_is_said_in_few_words() {
     assert!(sigma.contains("sensor.noise_variance is 1e300; allowed is from"), "{sigma}");
     check(&"#".repeat(Scenario::MAX_BYTES), "longer than the 4194304 bytes that are read");
     let error = Scenario::from_text(Path::new("a.toml"), " ".repeat(Scenario::MAX_BYTES + 1)).unwrap_err();
-    assert_eq!(error.to_string(), "a.toml: the text is 4194305 bytes long; allowed is at most 4194304 bytes");
+    let error = error.to_string();
+    assert!(error.contains("4194305 bytes") && error.contains("at most 4194304 bytes"), "{error}");
 }
 
 #[test]
 #[cfg(target_os = "linux")]
 fn a_device_is_no_scenario_and_no_weights() {
     let error = Scenario::load(Path::new("/dev/zero")).unwrap_err().to_string();
-    assert_eq!(error, "/dev/zero: no plain file, but a device");
+    assert!(error.contains("/dev/zero") && error.contains("no plain file"), "{error}");
     let weights = "[robots]\npolicy = { name = 'gnn', weights = '/dev/zero' }\n";
     let error = load(&format!("{SMALL}{weights}")).unwrap_err();
-    assert!(error.contains("/dev/zero: cannot read the weights: no plain file, but a device"), "{error}");
+    assert!(error.contains("/dev/zero") && error.contains("no plain file"), "{error}");
 }
 
 /// Whoever opened such a pipe would wait for ever.
