@@ -22,6 +22,8 @@ const LOST: u8 = 4;
 const REPORT: u8 = 5;
 const FINISH: u8 = 6;
 
+/// A decision that took no time is one all the same.
+const SHORTEST: Duration = Duration::from_nanos(1);
 /// Of a participant that need not be woken.
 const NEVER: MissionTime = MissionTime(u64::MAX);
 
@@ -72,8 +74,7 @@ impl From<&StepReply> for wire::StepReply {
             route: numbers(route.as_deref().unwrap_or_default()),
             wake_at_ns: if *wake_at == NEVER { 0 } else { wake_at.0 },
             activity: activity_number(*activity),
-            // A decision that took no time is one all the same.
-            decision_seconds: decision.map_or(0.0, |time| time.as_secs_f64().max(1e-9)),
+            decision_seconds: decision.map_or(0.0, |time| time.max(SHORTEST).as_secs_f64()),
             digest: digest_halves(reply.digest),
             observations: reply.observations,
             error: reply.error.clone(),
@@ -134,7 +135,7 @@ impl Check {
             route: wire.has_route.then_some(route),
             wake_at: if wire.wake_at_ns == 0 { NEVER } else { MissionTime(wire.wake_at_ns) },
             activity: self.activity(wire.activity)?,
-            decision: (seconds > 0.0).then(|| Duration::from_secs_f64(seconds)),
+            decision: (seconds > 0.0).then(|| Duration::from_secs_f64(seconds).max(SHORTEST)),
             ..Effects::default()
         };
         Ok(StepReply {
