@@ -1,5 +1,5 @@
-//! Tells the binary which commit it was built from, for `--version` and for recordings; and, if it trains or detects,
-//! the linker where it finds libtorch.
+//! Sets the commit of the binary, for `--version` and for recordings; and, if it trains or detects, the library path of
+//! libtorch.
 
 use std::path::Path;
 use std::process::Command;
@@ -16,7 +16,7 @@ fn main() {
     }
 }
 
-/// As `train/build.rs` does: where a library is found when a program runs is no part of what a dependency hands on.
+/// As in `train/build.rs`: the run-time library path is not inherited from a dependency.
 fn point_to_libtorch() {
     println!("cargo::rerun-if-env-changed=LIBTORCH");
     if let Some(libtorch) = std::env::var_os("LIBTORCH") {
@@ -24,7 +24,7 @@ fn point_to_libtorch() {
     }
 }
 
-/// Whether this folder is the root of a checkout, and not merely inside one of something else.
+/// Whether this folder is the root of a checkout, and not just inside another one.
 fn is_checkout() -> bool {
     let here = Path::new(".").canonicalize().ok();
     let root = git(&["rev-parse", "--show-toplevel"]).and_then(|root| Path::new(&root).canonicalize().ok());
@@ -35,7 +35,7 @@ fn is_checkout() -> bool {
 fn watch_head() {
     let branch = git(&["symbolic-ref", "--quiet", "HEAD"]);
     for name in ["HEAD", "logs/HEAD", "packed-refs"].into_iter().chain(branch.as_deref()) {
-        // Cargo runs again and again for a file that is not there.
+        // Cargo reruns always if a file is missing.
         if let Some(path) = git(&["rev-parse", "--git-path", name]).filter(|path| Path::new(path).exists()) {
             println!("cargo::rerun-if-changed={path}");
         }

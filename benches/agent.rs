@@ -1,11 +1,11 @@
-//! What a robot on its vehicle takes of a computer: `dragnet agent` as a process, with odometry and three cameras'
-//! detections at 20 Hz, a decision a second, by the wall clock.
+//! Resource usage of a robot on its vehicle: `dragnet agent` as a process, with odometry and three cameras' detections
+//! at 20 Hz, a decision per second, by the wall clock.
 //!
 //! ```sh
 //! cargo bench --bench agent -- 60 30      # seconds, cells along each side of the test site
 //! ```
 //!
-//! Of the process: processor time as part of one core, and the most memory that it ever had.
+//! Measures the process: processor time as a share of one core, and peak memory.
 
 #![expect(clippy::unwrap_used, reason = "a benchmark fails by panicking")]
 
@@ -19,9 +19,9 @@ use std::time::{Duration, Instant};
 use dragnet_runtime::session::{Endpoints, Mode, free_endpoints, open};
 use test_site::{SPEED_METERS_PER_SECOND, TestSite, Vehicle, cameras, settings};
 
-/// Odometry and looks.
+/// Period of odometry and detections.
 const TICK: Duration = Duration::from_millis(50);
-/// What is not measured: the start.
+/// The start, which is not measured.
 const WARM_UP: Duration = Duration::from_secs(5);
 
 fn main() {
@@ -48,7 +48,7 @@ async fn run(test_site: TestSite, duration: Duration) {
     let bridge =
         Endpoints { listen: vec![endpoints[1].clone()], mode: Some(Mode::Router), ..Endpoints::default() };
     let session = open(&bridge).await.unwrap();
-    let (paths, heard) = mpsc::channel();
+    let (paths, received) = mpsc::channel();
     session
         .declare_subscriber("dragnet/path")
         .callback(move |sample| drop(paths.send(sample.payload().to_bytes().into_owned())))
@@ -67,13 +67,13 @@ async fn run(test_site: TestSite, duration: Duration) {
     let (start, mut begun, mut entered) = (Instant::now(), None, 0);
     while start.elapsed() < WARM_UP + duration {
         ticks.tick().await;
-        if let Some(path) = heard.try_iter().last() {
+        if let Some(path) = received.try_iter().last() {
             vehicle.follow(&path);
         }
         let before = cell(&vehicle);
         vehicle.drive(SPEED_METERS_PER_SECOND * TICK.as_secs_f64());
         entered += u32::from(cell(&vehicle) != before);
-        for (key, bytes) in vehicle.says(&cameras) {
+        for (key, bytes) in vehicle.messages(&cameras) {
             session.put(key, bytes).await.unwrap();
         }
         if begun.is_none() && start.elapsed() > WARM_UP {
@@ -94,14 +94,14 @@ async fn run(test_site: TestSite, duration: Duration) {
     agent.wait().unwrap();
 }
 
-/// Where it is, cells to the east and to the north.
+/// The vehicle's cell, to the east and to the north.
 #[expect(clippy::cast_possible_truncation, reason = "meters of a small map")]
 fn cell(vehicle: &Vehicle) -> [i64; 2] {
     let edge = vehicle.test_site.cell_meters;
     [vehicle.here.x_meters, vehicle.here.y_meters].map(|meters| (meters / edge).floor() as i64)
 }
 
-/// Of all its threads, as `proc(5)` has it: fields 14 and 15, hundredths of a second.
+/// CPU time of all its threads, from `proc(5)`: fields 14 and 15, hundredths of a second.
 fn processor_seconds(process: u32) -> f64 {
     let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).unwrap();
     let fields: Vec<&str> = stat.rsplit_once(')').unwrap().1.split_whitespace().collect();

@@ -1,4 +1,4 @@
-//! The subcommands, one file each, and how they fail.
+//! The subcommands, one file each, and their errors.
 
 mod agent;
 mod calibrate;
@@ -38,7 +38,7 @@ use std::process::ExitCode;
 use dragnet_experiments::ExperimentError;
 use dragnet_runtime::RuntimeError;
 
-/// What Dragnet can do.
+/// The subcommands.
 #[derive(clap::Subcommand)]
 pub(crate) enum Command {
     Run(run::Arguments),
@@ -66,13 +66,13 @@ pub(crate) enum Command {
 }
 
 impl Command {
-    /// Whether this is one process of a mission, rather than a task with an end of its own.
+    /// Whether this is a process of a mission that runs until it is stopped.
     pub(crate) const fn serves(&self) -> bool {
         matches!(self, Self::Agent(_) | Self::Coordinator(_) | Self::Sim(_) | Self::Relay(_))
     }
 }
 
-/// Does what the command line asks for.
+/// Runs a subcommand.
 pub(crate) fn execute(command: Command) -> Result<(), Failure> {
     match command {
         Command::Run(arguments) => run::execute(&arguments),
@@ -100,14 +100,14 @@ pub(crate) fn execute(command: Command) -> Result<(), Failure> {
     }
 }
 
-/// Why a command did not do what it was asked for.
+/// Why a command failed.
 #[derive(Debug)]
 pub(crate) enum Failure {
-    /// What was asked for cannot be done: exit code 2.
+    /// The request is invalid: exit code 2.
     Input(String),
-    /// It could, and went wrong: exit code 1.
+    /// The request is valid and its execution failed: exit code 1.
     Run(String),
-    /// Whoever read the output has heard enough, as `head` has: no failure at all.
+    /// The reader of the output has closed it, as `head` does: not a failure.
     NobodyListens,
 }
 
@@ -120,7 +120,7 @@ impl Failure {
         Self::Run(message.to_string())
     }
 
-    /// Says so on stderr; the exit code of the program.
+    /// Prints the failure on stderr and returns the exit code of the program.
     pub(crate) fn report(self) -> ExitCode {
         let (message, code) = match self {
             Self::Input(message) => (message, ExitCode::from(2)),
@@ -132,7 +132,7 @@ impl Failure {
     }
 }
 
-/// Of writing to stdout, the only thing that fails with a bare [`io::Error`] here.
+/// Of writing to stdout, the only operation that fails with a bare [`io::Error`] here.
 impl From<io::Error> for Failure {
     fn from(error: io::Error) -> Self {
         if error.kind() == io::ErrorKind::BrokenPipe {
@@ -158,7 +158,7 @@ impl From<ExperimentError> for Failure {
     }
 }
 
-/// A line on stderr. If that is closed there is nobody left to tell.
+/// Prints a line on stderr. If that is closed the message is dropped.
 fn complain(what: &str, message: &str) {
     let _ = writeln!(io::stderr(), "{what}: {message}");
 }

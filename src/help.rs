@@ -1,4 +1,4 @@
-//! The subcommands in groups, as `dragnet --help` shows them: clap lists them in one.
+//! The subcommands in groups for `dragnet --help`, which clap itself lists in one.
 
 use std::fmt::Write;
 
@@ -15,7 +15,7 @@ const GROUPS: [(&str, &[&str]); 5] = [
 
 /// The command line with its subcommands in groups.
 pub(crate) fn grouped(mut command: Command) -> Command {
-    // clap adds `help` only now.
+    // clap adds `help` only on build.
     command.build();
     let groups = groups(&command);
     command.help_template(format!(

@@ -1,4 +1,4 @@
-//! The log: what happens beside a command's own output, a line each on stderr.
+//! The log: a line for each event on stderr, separate from a command's own output.
 
 use std::io::{self, Write};
 
@@ -9,22 +9,22 @@ use tracing_subscriber::util::SubscriberInitExt;
 
 use crate::commands::Command;
 
-/// Keeps what `RUST_LOG` asks for or, without, warnings; and where a process serves a mission, what it does, who comes
-/// and goes, and whom it turns away.
+/// Configures the log as `RUST_LOG` says or, without it, to warnings, and for a process that serves a mission to its
+/// activity, connections and rejected participants.
 pub(crate) fn keep(command: &Command) {
     let usual = if command.serves() { "warn,dragnet_runtime=info,zenoh=error" } else { "warn,zenoh=error" };
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(usual));
     let lines = tracing_subscriber::fmt::layer()
         .with_target(false)
         .with_ansi(console::colors_enabled_stderr())
-        // A terminal that is closed while a robot searches on takes no lines: no reason to end, and nobody to tell.
+        // A terminal that is closed while a robot searches takes no more lines, which is no reason to stop.
         .log_internal_errors(false)
         .with_writer(|| Lines);
     let refusals = command.serves().then(dragnet_runtime::refusals::layer);
     tracing_subscriber::registry().with(lines.with_filter(filter)).with(refusals).init();
 }
 
-/// stderr, a whole line at a time: libraries tell where in their source they failed.
+/// stderr, written in whole lines: libraries add the place in their source that failed.
 struct Lines;
 
 impl Write for Lines {

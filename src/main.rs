@@ -1,7 +1,7 @@
 //! The command line of Dragnet.
 //!
-//! [`commands`] has one file a subcommand; what they do is in the crates below this one. [`terminal`] turns what
-//! comes out into text.
+//! [`commands`] has one file for each subcommand; their work is done by the crates below this one. [`terminal`] formats
+//! results as text.
 
 mod commands;
 mod help;

@@ -1,4 +1,4 @@
-//! What people see: text on a terminal, and on whatever else stdout is.
+//! Output for people: text on a terminal, or on any other stdout.
 
 pub(crate) mod map;
 pub(crate) mod progress;
@@ -10,7 +10,7 @@ use console::Term;
 use dragnet_experiments::jobs::Effort;
 use serde::Serialize;
 
-/// Columns where nobody knows better.
+/// Columns if the width of the terminal is unknown.
 const USUAL_COLUMNS: usize = 80;
 
 /// Writes text to stdout, to the last byte.
@@ -25,7 +25,7 @@ pub(crate) fn print_json(object: &impl Serialize) -> io::Result<()> {
     print(&format!("{}\n", serde_json::to_string(object)?))
 }
 
-/// Columns of the terminal, or the usual ones where stdout is none.
+/// Columns of the terminal, or [`USUAL_COLUMNS`] if stdout is none.
 pub(crate) fn columns() -> usize {
     Term::stdout().size_checked().map_or(USUAL_COLUMNS, |(_, columns)| usize::from(columns))
 }

@@ -1,4 +1,4 @@
-//! The robot: events go in, effects come out.
+//! The robot as a state machine: events go in, effects come out.
 
 use dragnet_learn::policy;
 use dragnet_proto::directive::{Directive, added_prior};
@@ -28,31 +28,31 @@ use std::time::Duration;
 use crate::heartbeat::HeartbeatSchedule;
 use crate::team::{Patience, Team};
 
-/// All that a robot is told before it starts.
+/// The configuration of a robot.
 #[derive(Clone, Debug)]
 pub struct AgentConfig {
-    /// Which robot this is, and how it decides.
+    /// The robot and its policy.
     pub robot: Robot,
     /// Its place in the team.
     pub place: Place,
     /// The map.
     pub terrain: Arc<Terrain>,
-    /// How it moves.
+    /// The robot's moves.
     pub connectivity: Connectivity,
-    /// What it sees with.
+    /// The robot's sensor.
     pub sensor: Arc<Sensor>,
-    /// What is believed before any reading.
+    /// The belief before any reading.
     pub prior: Arc<Belief>,
-    /// What of it can be.
+    /// Limits by which observations are validated.
     pub limits: Limits,
-    /// When an object counts as found, when to stop, and how to keep in touch.
+    /// Detection threshold, stopping conditions, and communication periods.
     pub mission: Mission,
-    /// Seed of its random choices.
+    /// Seed of the robot's random choices.
     pub seed: u64,
 }
 
 impl AgentConfig {
-    /// The orders of every robot of a scenario, by number.
+    /// The configuration of every robot of a scenario, by number.
     #[must_use]
     pub fn of_team(scenario: &Scenario, seed: u64) -> Vec<Self> {
         let (terrain, sensor) = (Arc::new(scenario.terrain().clone()), Arc::new(scenario.sensor().clone()));
@@ -80,111 +80,111 @@ impl AgentConfig {
         self.robot.id
     }
 
-    /// How long a robot takes over the longest move.
+    /// The duration of the longest move.
     fn step_time(&self) -> Duration {
         let meters = std::f64::consts::SQRT_2 * self.terrain.cell_meters();
         Duration::from_secs_f64((meters / self.mission.speed_meters_per_second).min(LONGEST_STEP_SECONDS))
     }
 
-    /// A teammate may be slower than it should be, and plan its way around what stands there.
+    /// A teammate may be slower than planned, and route around obstacles.
     fn patience(&self) -> Patience {
         let silence = self.mission.lost_after;
         Patience { silence, stillness: silence.saturating_add(self.step_time() * SLOW_STEPS) }
     }
 
-    /// Robots that decide about the same news do so one after the other.
+    /// Robots that decide on the same news take turns.
     fn turn(&self) -> Duration {
         self.mission.stagger * u32::from(self.place.member)
     }
 
-    /// Robots decide for the first time one after the other, so that each knows the plans of those before it.
+    /// Robots make their first decisions in turn, so that each knows the plans of those before it.
     fn first_decision(&self) -> MissionTime {
         MissionTime::START + self.turn()
     }
 }
 
-/// Of how many steps a teammate that goes nowhere may take the time, beside that of one who is silent.
+/// Steps for which a teammate may make no progress, in addition to its liveness timeout.
 const SLOW_STEPS: u32 = 4;
-/// However slow a robot may be, it is waited for no longer than this over one step.
+/// The longest time that a robot is waited for over one step, however slow it is.
 const LONGEST_STEP_SECONDS: f64 = 3600.0;
 
-/// One robot.
+/// A robot.
 pub struct Agent {
-    orders: AgentConfig,
+    config: AgentConfig,
     policy: Box<dyn Policy + Send>,
     random: Stream,
     belief: Belief,
-    /// What robots can see, from where they were seen to stand.
+    /// Cells that robots can observe, from the cells of all observations.
     reach: Reach,
     replica: Replica,
     team: Team,
     activity: Activity,
-    /// Where it stands; unknown before the first event.
+    /// The robot's cell; unknown before the first event.
     cell: Option<Cell>,
     path_meters: f64,
-    /// Cells that it has yet to enter.
+    /// Cells still to be entered.
     plan: Vec<Cell>,
     /// Cells entered since the last decision.
     entered: u32,
     /// When the plan was made.
     decided: MissionTime,
-    /// Whether a teammate's plan has come late: made before this robot's, and unknown to it then.
+    /// Whether a teammate's plan arrived late: made before this robot's, and unknown when it decided.
     is_overtaken: bool,
-    /// Whether its last look has left open in which cell something is.
+    /// Whether its last observation contains an undecided reading.
     is_undecided: bool,
     /// Waypoints chosen.
     decisions: u64,
-    /// Plans made, those to rest included: the number of the next one.
+    /// Plans made, including decisions to rest: the number of the next one.
     plans: u64,
-    /// Where it last stood before it started again.
+    /// Its last cell before a restart.
     recalled: Option<Cell>,
-    /// Under which its observations and plans are numbered.
+    /// The origin of its observations and plans.
     origin: Origin,
-    /// The first incarnation that it does not remember to have used.
+    /// The first incarnation that it has not stored as used.
     unused_incarnation: u64,
     /// Observations made.
     observations: u64,
-    /// The date of the last one.
+    /// The time of the last one.
     dated: MissionTime,
     heartbeats: HeartbeatSchedule,
-    /// What a person has ordered, as far as it has heard.
+    /// The operator's directive, as far as known.
     directive: Directive,
-    /// Prior probability in cells that a person adds.
+    /// Prior probability in cells that the operator adds.
     added_prior: f64,
-    /// While it waits for teammates.
+    /// The state of waiting for teammates.
     waiting: Waiting,
 }
 
-/// When a robot that waits thinks again.
+/// When a waiting robot decides again.
 #[derive(Clone, Copy, Debug, Default)]
 struct Waiting {
-    /// When it last thought about it.
+    /// When it last decided.
     since: MissionTime,
     /// What was known then: observations, and changes of plans.
     known: (u64, u64),
-    /// When it will think again, if anything has changed.
+    /// When it will decide again, if anything has changed.
     until: Option<MissionTime>,
 }
 
 impl Agent {
-    /// A robot with its orders, before it knows where it is.
+    /// A robot with its configuration, before it knows its cell.
     #[must_use]
-    pub fn new(orders: AgentConfig) -> Self {
-        let dragnet_scenario::Policy { name, parameters, ref network, .. } = orders.robot.policy;
+    pub fn new(config: AgentConfig) -> Self {
+        let dragnet_scenario::Policy { name, parameters, ref network, .. } = config.robot.policy;
         let policy = policy::build(name, parameters, network.as_ref());
-        Self::with_policy(orders, policy)
+        Self::with_policy(config, policy)
     }
 
-    /// A robot that decides by a policy of its own, whatever its orders say.
+    /// A robot with a given policy, instead of that of its configuration.
     #[must_use]
-    pub fn with_policy(orders: AgentConfig, policy: Box<dyn Policy + Send>) -> Self {
-        let participant = Participant::Robot(orders.id());
+    pub fn with_policy(config: AgentConfig, policy: Box<dyn Policy + Send>) -> Self {
+        let participant = Participant::Robot(config.id());
         Self {
             policy,
-            random: stream(orders.seed, Purpose::Decision, orders.id().number()),
-            belief: Belief::clone(&orders.prior),
-            reach: Reach::unknown(orders.terrain.grid(), orders.sensor.radius()),
-            replica: Replica::new(participant, orders.mission.heartbeat / 2, orders.limits.clone()),
+            random: stream(config.seed, Purpose::Decision, config.id().number()),
+            belief: Belief::clone(&config.prior),
+            reach: Reach::unknown(config.terrain.grid(), config.sensor.radius()),
+            replica: Replica::new(participant, config.mission.heartbeat / 2, config.limits.clone()),
             team: Team::default(),
             activity: Activity::Searching,
             cell: None,
@@ -197,25 +197,25 @@ impl Agent {
             decisions: 0,
             plans: 0,
             recalled: None,
-            origin: Origin::first(orders.id()),
+            origin: Origin::first(config.id()),
             unused_incarnation: 0,
             observations: 0,
             dated: MissionTime::START,
-            heartbeats: HeartbeatSchedule::new(orders.place, orders.mission.heartbeat),
+            heartbeats: HeartbeatSchedule::new(config.place, config.mission.heartbeat),
             directive: Directive::default(),
-            added_prior: added_prior(&orders.prior, &orders.terrain),
+            added_prior: added_prior(&config.prior, &config.terrain),
             waiting: Waiting::default(),
-            orders,
+            config,
         }
     }
 
-    /// Takes in what a robot of this number kept before it started again: its evidence, and the way that it had covered.
-    /// To be called before anything else, with each observation in the order of [`Effects::kept`].
+    /// Restores an observation that a robot of this number stored before a restart: its evidence, and the distance
+    /// driven. To be called before anything else, with each observation in the order of [`Effects::kept`].
     ///
-    /// What it sees from now on is numbered anew, under another incarnation: what it kept last may not be the last that
-    /// it told the others.
+    /// New observations are numbered under another incarnation: the last stored one may not be the last that was
+    /// published.
     pub fn recall(&mut self, observation: &Arc<Observation>) {
-        if observation.origin.source == self.orders.id().into() {
+        if observation.origin.source == self.config.id().into() {
             if let Some(before) = self.recalled {
                 self.path_meters += self.meters(before, observation.from);
             }
@@ -228,8 +228,8 @@ impl Agent {
         }
     }
 
-    /// All that was to be kept is kept: no more than the last so many observations of each origin are held in memory.
-    /// What it believes stays as it is.
+    /// Keeps at most the last `held` observations of each origin in memory, once all are stored. The belief does not
+    /// change.
     pub fn release(&mut self, held: NonZeroUsize) {
         self.replica.release(held);
     }
@@ -254,11 +254,11 @@ impl Agent {
         Effects { wake_at: self.wake_at(), activity: self.activity, ..effects }
     }
 
-    /// When to be woken, if nothing else happens before.
+    /// When to wake the robot if no event happens before.
     #[must_use]
     pub fn wake_at(&self) -> MissionTime {
         let due = self.heartbeats.due().min(self.waiting.until.unwrap_or(MissionTime(u64::MAX)));
-        if self.plans == 0 && self.cell.is_some() { due.min(self.orders.first_decision()) } else { due }
+        if self.plans == 0 && self.cell.is_some() { due.min(self.config.first_decision()) } else { due }
     }
 
     /// What the robot believes.
@@ -267,10 +267,10 @@ impl Agent {
         &self.belief
     }
 
-    /// Whether an object is found in a cell, as sure as the mission asks.
+    /// Whether a cell's probability reaches the mission's detection threshold.
     #[must_use]
     pub fn is_found(&self, cell: Cell) -> bool {
-        self.belief.is_found(cell, self.orders.mission.detection_threshold)
+        self.belief.is_found(cell, self.config.mission.detection_threshold)
     }
 
     /// What the robot does.
@@ -299,21 +299,21 @@ impl Agent {
         effects: &mut Effects<Message>,
     ) {
         if self.cell.is_none() {
-            // The numbers that it used before it started again, if it did, are taken.
+            // The incarnations that it used before a restart are taken.
             self.origin.incarnation = now.0.max(self.unused_incarnation);
-            // The vehicle's clock may be set only now, and back.
+            // The vehicle's clock may be set only now, even backwards.
             self.heartbeats.restart(now);
         }
         self.move_to(cell);
-        self.look(now, cell, readings, effects);
+        self.observe(now, cell, readings, effects);
         let is_due =
-            self.orders.robot.policy.replan_after_cells.is_some_and(|cells| self.entered >= cells.get());
+            self.config.robot.policy.replan_after_cells.is_some_and(|cells| self.entered >= cells.get());
         let is_to_decide = match self.activity {
-            // A search ends where it may, not only at a waypoint.
+            // A search may end in any cell, not only at a waypoint.
             Activity::Searching => {
                 self.plan.is_empty() || self.is_overtaken || is_due || self.is_spent(now) || self.is_cleared()
             }
-            // What it sees while it rests may have withdrawn what was found.
+            // Observations while it rests may have withdrawn a find.
             Activity::Cleared => true,
             _ => false,
         };
@@ -322,10 +322,16 @@ impl Agent {
         }
     }
 
-    /// Counts and tells what the robot sees, unless nobody would believe it: then its sensor, or where it says that it
-    /// is, is wrong.
-    fn look(&mut self, now: MissionTime, cell: Cell, readings: Vec<Reading>, effects: &mut Effects<Message>) {
-        // Its clock may be set back meanwhile.
+    /// Counts and publishes an observation, unless validation rejects it: then the robot's sensor or its position is
+    /// wrong.
+    fn observe(
+        &mut self,
+        now: MissionTime,
+        cell: Cell,
+        readings: Vec<Reading>,
+        effects: &mut Effects<Message>,
+    ) {
+        // Its clock may have been set back.
         self.dated = self.dated.max(now);
         let observation = Arc::new(Observation {
             origin: self.origin,
@@ -345,7 +351,7 @@ impl Agent {
         effects.published.push((Audience::All, Message::Observation(observation)));
     }
 
-    /// The robot may be off its plan: then the plan is void.
+    /// The robot may be off its plan, which is then discarded.
     fn move_to(&mut self, cell: Cell) {
         if let Some(before) = self.cell
             && before != cell
@@ -364,7 +370,7 @@ impl Agent {
 
     fn count(&mut self, observation: &Observation) {
         if observation.origin.source != Source::Operator {
-            self.reach.add_robot(&self.orders.terrain, observation.from);
+            self.reach.add_robot(&self.config.terrain, observation.from);
         }
         for reading in &observation.readings {
             self.belief.add(reading);
@@ -372,7 +378,7 @@ impl Agent {
     }
 
     fn meters(&self, from: Cell, to: Cell) -> f64 {
-        self.orders.terrain.grid().offset(from, to).euclidean() * self.orders.terrain.cell_meters()
+        self.config.terrain.grid().offset(from, to).euclidean() * self.config.terrain.cell_meters()
     }
 
     fn receive(
@@ -384,7 +390,7 @@ impl Agent {
     ) {
         let received = self.replica.receive(now, from, message);
         effects.refused.extend(received.refused);
-        if !self.orders.limits.knows(from) {
+        if !self.config.limits.knows(from) {
             return;
         }
         if matches!(from, Participant::Robot(robot) if !self.team.is_alive(robot)) {
@@ -400,7 +406,7 @@ impl Agent {
             Message::Heartbeat(heartbeat) => self.learn_plan(now, &heartbeat.intent),
             Message::SyncRequest(_) | Message::SyncReply(_) | Message::MissionStatus(_) => {
                 if let Participant::Robot(robot) = from {
-                    self.team.heard(now, robot);
+                    self.team.received(now, robot);
                 }
             }
         }
@@ -421,12 +427,12 @@ impl Agent {
         }
     }
 
-    /// Does what a person has ordered, if it is news: pauses, goes on, or counts cells as searched.
+    /// Applies a new directive of the operator: pauses, resumes, or adds cells to the search area.
     fn obey(&mut self, now: MissionTime, directive: &Directive, effects: &mut Effects<Message>) {
         if !self.directive.merge(now, directive) {
             return;
         }
-        let terrain = Arc::make_mut(&mut self.orders.terrain);
+        let terrain = Arc::make_mut(&mut self.config.terrain);
         self.belief.search_also(terrain, self.directive.added.iter().copied(), self.added_prior);
         let is_paused = self.activity == Activity::Paused;
         if is_paused != self.directive.is_paused
@@ -437,22 +443,22 @@ impl Agent {
         }
     }
 
-    /// Of two robots that did not know each other's plans the one that decided later, or has the higher number, gives
-    /// way: it decides anew in its next cell.
+    /// Of two robots that did not know each other's plans, the one that decided later, or has the higher number,
+    /// yields: it decides anew in its next cell.
     fn learn_plan(&mut self, now: MissionTime, intent: &Intent) {
         let is_news = self.team.plans(now, intent);
         let made = (MissionTime(intent.time_ns), intent.robot);
-        let is_earlier = made < (self.decided, self.orders.id());
+        let is_earlier = made < (self.decided, self.config.id());
         if is_news && is_earlier && !intent.path.is_empty() {
             self.is_overtaken = true;
         }
     }
 
     fn wake(&mut self, now: MissionTime, effects: &mut Effects<Message>) {
-        self.team.review(now, self.orders.patience());
+        self.team.review(now, self.config.patience());
         let is_first = self.plans == 0;
         let is_running_out = !self.activity.is_rest() && self.is_spent(now);
-        // What teammates saw may have withdrawn what was found.
+        // Teammates' observations may have withdrawn a find.
         let is_cleared = self.activity == Activity::Cleared;
         let is_to_think_again = self.waiting.until.is_some_and(|until| now >= until);
         if is_first || is_running_out || is_cleared || is_to_think_again {
@@ -464,27 +470,27 @@ impl Agent {
     }
 
     fn is_spent(&self, now: MissionTime) -> bool {
-        self.orders.mission.budget.is_spent(self.path_meters, now.since(MissionTime::START))
+        self.config.mission.budget.is_spent(self.path_meters, now.since(MissionTime::START))
     }
 
-    /// Whether so few objects are expected beyond those found that nothing is left that is worth a search. Who sees
-    /// something and does not know yet in which cell is not done.
+    /// Whether the expected number of remaining objects is low enough to end the search. A robot with an undecided
+    /// reading is not done.
     fn is_cleared(&self) -> bool {
         !self.is_undecided
-            && self.orders.mission.stop_when_expected_remaining.is_some_and(|threshold| {
-                let AgentConfig { terrain, mission, .. } = &self.orders;
+            && self.config.mission.stop_when_expected_remaining.is_some_and(|threshold| {
+                let AgentConfig { terrain, mission, .. } = &self.config;
                 self.belief.expected_remaining(terrain, &self.reach, mission.detection_threshold) <= threshold
             })
     }
 
-    /// A robot that waits thinks again when a plan or an observation has changed what it knew: in its turn, so that of
-    /// several that wait each knows what those before it do now, and no sooner than it could have been in another cell.
+    /// A waiting robot decides again when a plan or an observation has changed: in its turn, so that it knows the new
+    /// plans of those before it, and no sooner than it could have entered another cell.
     fn plan_to_think_again(&mut self, now: MissionTime) {
         if self.activity != Activity::Waiting {
             self.waiting.until = None;
         } else if self.waiting.until.is_none() && self.waiting.known != self.known() {
-            let soonest = self.waiting.since + self.orders.step_time();
-            self.waiting.until = Some(soonest.max(now) + self.orders.turn());
+            let soonest = self.waiting.since + self.config.step_time();
+            self.waiting.until = Some(soonest.max(now) + self.config.turn());
         }
     }
 
@@ -494,7 +500,7 @@ impl Agent {
 
     /// Chooses a waypoint, or rests.
     fn decide(&mut self, now: MissionTime, effects: &mut Effects<Message>) {
-        let Some(cell) = self.cell.filter(|_| now >= self.orders.first_decision()) else { return };
+        let Some(cell) = self.cell.filter(|_| now >= self.config.first_decision()) else { return };
         let resting = if self.is_spent(now) {
             Some(Activity::Spent)
         } else if self.directive.is_paused {
@@ -522,19 +528,19 @@ impl Agent {
         effects.published.push((Audience::All, Message::Intent(self.intent())));
     }
 
-    /// Where to go from this cell, or why nowhere.
+    /// The next path from this cell, or the reason why there is none.
     ///
-    /// A robot first leaves to its teammates what they plan to see and what is nearer to them. If nothing else is worth a
-    /// look it helps them: it goes where they do not plan to look, nearer to them as it may be, but no farther than it
-    /// sees before it thinks again: where they go next may leave something to it. If they plan to see all of that too it
-    /// waits, and if they plan nothing then nothing is left.
+    /// A robot first leaves to its teammates what they plan to observe and what is nearer to them. If nothing else is
+    /// informative it helps them: it goes to cells that they do not plan to observe, even if those are nearer to them,
+    /// but no farther than its sensor radius before it decides again, since their next plans may leave it something. If
+    /// they plan to observe all of that too, it waits; if they plan nothing, nothing is left.
     fn choose(&mut self, robot: Cell) -> (Activity, Vec<Cell>) {
-        let promised = self.team.promised(&self.orders.terrain, &self.orders.sensor, robot);
-        let mut decision = self.decide_with(&promised, robot);
-        if decision.is_rest() && decision.had_candidates() && self.team.is_anything_promised() {
-            let planned = self.team.planned(&self.orders.terrain, &self.orders.sensor);
+        let planned_precision = self.team.planned_precision(&self.config.terrain, &self.config.sensor, robot);
+        let mut decision = self.decide_with(&planned_precision, robot);
+        if decision.is_rest() && decision.had_candidates() && self.team.is_anything_planned() {
+            let planned = self.team.planned(&self.config.terrain, &self.config.sensor);
             decision = self.decide_with(&planned, robot);
-            decision.path.truncate(self.orders.sensor.radius() as usize);
+            decision.path.truncate(self.config.sensor.radius() as usize);
         }
         if !decision.is_rest() {
             self.decisions += 1;
@@ -542,7 +548,7 @@ impl Agent {
         }
         let activity = if !decision.had_candidates() {
             Activity::Stuck
-        } else if self.team.is_anything_promised() {
+        } else if self.team.is_anything_planned() {
             Activity::Waiting
         } else {
             Activity::Cleared
@@ -550,22 +556,22 @@ impl Agent {
         (activity, Vec::new())
     }
 
-    fn decide_with(&mut self, promised: &PlannedPrecision, robot: Cell) -> Decision {
+    fn decide_with(&mut self, planned_precision: &PlannedPrecision, robot: Cell) -> Decision {
         let situation = Situation {
-            terrain: &self.orders.terrain,
-            connectivity: self.orders.connectivity,
-            sensor: &self.orders.sensor,
+            terrain: &self.config.terrain,
+            connectivity: self.config.connectivity,
+            sensor: &self.config.sensor,
             belief: &self.belief,
-            promised,
+            planned_precision,
             robot,
-            place: self.orders.place,
+            place: self.config.place,
         };
         self.policy.decide(&situation, &mut self.random)
     }
 
     fn intent(&self) -> Intent {
         Intent {
-            robot: self.orders.id(),
+            robot: self.config.id(),
             incarnation: self.origin.incarnation,
             decision: self.plans,
             time_ns: self.decided.0,
@@ -576,7 +582,7 @@ impl Agent {
     fn beat(&self, now: MissionTime, effects: &mut Effects<Message>) {
         let Some(cell) = self.cell else { return };
         let heartbeat = Heartbeat {
-            robot: self.orders.id(),
+            robot: self.config.id(),
             time_ns: now.0,
             activity: self.activity,
             cell,

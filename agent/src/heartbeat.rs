@@ -1,28 +1,29 @@
-//! When a robot gives a sign of life: in its turn, and when somebody has come who must be told what there is to know.
+//! When a robot sends heartbeats: in its turn, and to synchronize with participants that have joined.
 
 use std::time::Duration;
 
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::situation::Place;
 
-/// Whoever comes within such a part of the time between two heartbeats is welcomed with others,
+/// Participants that join within this part of the heartbeat period are synchronized together,
 const TOGETHER: u32 = 32;
-/// and within such a further part, of which each robot of the team has its share: long enough to hear the one before.
+/// and within this further part, which is divided among the robots of the team: long enough to receive the previous
+/// robot's heartbeat.
 const WELCOMES: u32 = 8;
 
-/// The beat of a robot. All robots of a team have a turn in each period: if all of a large team spoke at once, what they
-/// see would wait behind it.
+/// The heartbeat schedule of a robot. Each robot of a team has its own time in each period, so that the heartbeats of a
+/// large team do not delay its observations.
 #[derive(Clone, Debug)]
 pub struct HeartbeatSchedule {
     place: Place,
     period: Duration,
     next: MissionTime,
-    /// Whoever has come is told then, unless somebody else does before.
+    /// When a heartbeat for a joined participant is due, unless another one makes it unnecessary.
     sync: Option<MissionTime>,
 }
 
 impl HeartbeatSchedule {
-    /// A beat every period, from the mission's start.
+    /// A heartbeat every period, from the mission's start.
     #[must_use]
     pub fn new(place: Place, period: Duration) -> Self {
         let mut schedule = Self { place, period, next: MissionTime::START, sync: None };
@@ -30,7 +31,7 @@ impl HeartbeatSchedule {
         schedule
     }
 
-    /// The robot begins, or begins anew, now: the next beat is that of its next turn.
+    /// Starts or restarts the schedule: the next heartbeat is that of the robot's next turn.
     pub fn restart(&mut self, now: MissionTime) {
         let since_start = now.since(MissionTime::START).as_nanos();
         let (period, turn) = (self.period.as_nanos(), self.turn(self.period).as_nanos());
@@ -39,13 +40,13 @@ impl HeartbeatSchedule {
         self.sync = None;
     }
 
-    /// When the next beat is due.
+    /// When the next heartbeat is due.
     #[must_use]
     pub fn due(&self) -> MissionTime {
         self.sync.map_or(self.next, |sync| sync.min(self.next))
     }
 
-    /// Whether it is due now; then it is given now.
+    /// Whether a heartbeat is due now; if so, it counts as sent.
     pub fn beats(&mut self, now: MissionTime) -> bool {
         let is_due = now >= self.due();
         if is_due {
@@ -54,21 +55,22 @@ impl HeartbeatSchedule {
         is_due
     }
 
-    /// Somebody has come, or come back, who may miss much. One beat tells all who come together, and that of one robot is
-    /// enough for its team.
+    /// A participant has joined, or joined again, and may miss observations. One heartbeat serves all that join
+    /// together, and one robot's heartbeat is enough for its team.
     pub fn request_sync(&mut self, now: MissionTime) {
         let soon = now + self.period / TOGETHER + self.turn(self.period / WELCOMES);
         self.sync = Some(self.sync.map_or(soon, |due| due.min(soon)));
     }
 
-    /// Somebody has told all what it knows; if that is all that this robot could tell, its own is not needed.
+    /// Another robot has sent its version vector; if it covers all that this robot knows, its own heartbeat is not
+    /// needed.
     pub fn suppress(&mut self, is_all_told: impl FnOnce() -> bool) {
         if self.sync.is_some() && is_all_told() {
             self.sync = None;
         }
     }
 
-    /// The end of the robot's share of a time that its team divides.
+    /// The end of the robot's share of a time that the team divides.
     fn turn(&self, time: Duration) -> Duration {
         time * (u32::from(self.place.member) + 1) / u32::from(self.place.team)
     }
@@ -90,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn a_beat_is_due_in_every_turn_and_none_is_caught_up_on() {
+    fn a_heartbeat_is_due_in_every_turn_and_none_is_caught_up_on() {
         let mut schedule = second();
         assert_eq!(schedule.due(), at(8));
         assert!(!schedule.beats(at(7)));
@@ -104,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn one_welcome_is_for_all_who_come_together_and_one_robot_gives_it() {
+    fn one_heartbeat_serves_all_that_join_together() {
         let mut schedule = second();
         schedule.request_sync(at(1));
         let soon = MissionTime(SECOND + SECOND / 2 + SECOND);

@@ -1,4 +1,4 @@
-//! What a robot knows of its teammates: who is alive, and where each is going.
+//! A robot's knowledge of its teammates: which are alive, and their plans.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -11,22 +11,22 @@ use dragnet_search::observation::RobotId;
 use dragnet_search::sensor::Sensor;
 use dragnet_search::terrain::Terrain;
 
-/// The teammates that were ever heard.
+/// The teammates that were ever received from.
 #[derive(Clone, Debug, Default)]
 pub struct Team {
     mates: BTreeMap<RobotId, Teammate>,
-    /// Counts what has changed of their plans.
+    /// Number of changes of their plans.
     changes: u64,
 }
 
 #[derive(Clone, Debug)]
 struct Teammate {
-    last_heard: MissionTime,
-    /// The last plan that was heard of, without the cells that it has entered since.
+    last_received: MissionTime,
+    /// The last plan received, without the cells entered since.
     plan: Option<Intent>,
-    /// When it last made or walked a part of it.
+    /// When it last made a plan or progress on it.
     last_progress: MissionTime,
-    /// Whether that was too long ago: it may be held, and its plan promises nothing until it goes on.
+    /// Whether that was too long ago: it may be stopped, and its plan does not count until it makes progress.
     is_stalled: bool,
 }
 
@@ -37,17 +37,17 @@ impl Teammate {
     }
 }
 
-/// How long a teammate may keep its team waiting.
+/// How long a teammate may be silent or make no progress.
 #[derive(Clone, Copy, Debug)]
 pub struct Patience {
-    /// Whoever was not heard for longer is dropped.
+    /// A teammate that is silent for longer is dropped.
     pub silence: Duration,
-    /// Whoever did not go on with its plan for longer promises nothing.
+    /// The plan of a teammate that makes no progress for longer does not count.
     pub stillness: Duration,
 }
 
 impl Team {
-    /// Counts what has changed of the team's plans: each that came, was walked in part, or lapsed.
+    /// Number of changes of the team's plans: new plans, progress on them, and plans that lapsed.
     #[must_use]
     pub const fn changes(&self) -> u64 {
         self.changes
@@ -55,23 +55,22 @@ impl Team {
 
     /// Whether a teammate still has cells to enter.
     #[must_use]
-    pub fn is_anything_promised(&self) -> bool {
+    pub fn is_anything_planned(&self) -> bool {
         self.plans_of_all().any(|plan| !plan.path.is_empty())
     }
 
-    /// Whether a teammate is alive, as far as is known.
+    /// Whether a teammate is alive, as far as known.
     #[must_use]
     pub fn is_alive(&self, robot: RobotId) -> bool {
         self.mates.contains_key(&robot)
     }
 
-    /// A teammate has been heard.
-    pub fn heard(&mut self, now: MissionTime, robot: RobotId) {
+    /// A message of a teammate has arrived.
+    pub fn received(&mut self, now: MissionTime, robot: RobotId) {
         self.mate(now, robot);
     }
 
-    /// A teammate's plan: it replaces an older one, and a repeated one tells how far along the robot is. Returns
-    /// whether it is news.
+    /// A teammate's plan: it replaces an older one, and a repeated one reports progress. Returns whether it is news.
     pub fn plans(&mut self, now: MissionTime, intent: &Intent) -> bool {
         let mate = self.mate(now, intent.robot);
         let known = mate.plan.as_ref();
@@ -84,7 +83,7 @@ impl Team {
         is_newer
     }
 
-    /// A teammate has looked from a cell: that part of its plan is walked.
+    /// A teammate has observed from a cell: that part of its plan is done.
     pub fn walked(&mut self, now: MissionTime, robot: RobotId, cell: Cell) {
         let mate = self.mate(now, robot);
         if let Some(plan) = &mut mate.plan
@@ -101,10 +100,10 @@ impl Team {
         self.changes += u64::from(self.mates.remove(&robot).is_some());
     }
 
-    /// Drops whoever was not heard, and counts no more on whoever does not go on, for longer than there is patience.
+    /// Drops teammates that were silent for too long, and disregards the plans of those without progress.
     pub fn review(&mut self, now: MissionTime, patience: Patience) {
         let before = self.mates.len();
-        self.mates.retain(|_, mate| now <= mate.last_heard + patience.silence);
+        self.mates.retain(|_, mate| now <= mate.last_received + patience.silence);
         self.changes += u64::from(self.mates.len() < before);
         for mate in self.mates.values_mut() {
             let has_stalled = !mate.is_stalled && now > mate.last_progress + patience.stillness;
@@ -118,7 +117,7 @@ impl Team {
         self.mates.keys().copied()
     }
 
-    /// What will be seen on the paths of all plans.
+    /// Precision from observations on the paths of all plans.
     #[must_use]
     pub fn planned(&self, terrain: &Terrain, sensor: &Sensor) -> PlannedPrecision {
         let mut planned = PlannedPrecision::nothing(terrain);
@@ -128,13 +127,14 @@ impl Team {
         planned
     }
 
-    /// What all plans together promise a robot: their paths, and what is left to those who will be nearer.
+    /// The planned precision for a robot: all teammates' paths, and their shares of cells that are nearer to their
+    /// waypoints.
     #[must_use]
-    pub fn promised(&self, terrain: &Terrain, sensor: &Sensor, robot: Cell) -> PlannedPrecision {
-        let mut promised = self.planned(terrain, sensor);
+    pub fn planned_precision(&self, terrain: &Terrain, sensor: &Sensor, robot: Cell) -> PlannedPrecision {
+        let mut planned_precision = self.planned(terrain, sensor);
         let waypoints: Vec<Cell> = self.plans_of_all().filter_map(|plan| plan.path.last().copied()).collect();
-        promised.add_shares(terrain, sensor, robot, &waypoints);
-        promised
+        planned_precision.add_shares(terrain, sensor, robot, &waypoints);
+        planned_precision
     }
 
     fn plans_of_all(&self) -> impl Iterator<Item = &Intent> {
@@ -143,12 +143,12 @@ impl Team {
 
     fn mate(&mut self, now: MissionTime, robot: RobotId) -> &mut Teammate {
         let mate = self.mates.entry(robot).or_insert(Teammate {
-            last_heard: now,
+            last_received: now,
             plan: None,
             last_progress: now,
             is_stalled: false,
         });
-        mate.last_heard = mate.last_heard.max(now);
+        mate.last_received = mate.last_received.max(now);
         mate
     }
 }
@@ -185,12 +185,17 @@ mod tests {
         }
 
         fn check(&self, expected: impl IntoIterator<Item = u32>) {
-            let mut promised = PlannedPrecision::nothing(&self.terrain);
+            let mut planned_precision = PlannedPrecision::nothing(&self.terrain);
             let robot = self.cells([0])[0];
             let path = self.cells(expected);
-            promised.add_path(&self.terrain, &self.sensor, &path);
-            promised.add_shares(&self.terrain, &self.sensor, robot, &path[path.len().saturating_sub(1)..]);
-            assert_eq!(self.team.promised(&self.terrain, &self.sensor, robot), promised);
+            planned_precision.add_path(&self.terrain, &self.sensor, &path);
+            planned_precision.add_shares(
+                &self.terrain,
+                &self.sensor,
+                robot,
+                &path[path.len().saturating_sub(1)..],
+            );
+            assert_eq!(self.team.planned_precision(&self.terrain, &self.sensor, robot), planned_precision);
         }
     }
 
@@ -220,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn who_is_silent_for_too_long_is_lost() {
+    fn a_robot_that_is_silent_for_too_long_is_lost() {
         let mut field = Field::new();
         field.plans(0, 0..5);
         let patience = Patience { silence: Duration::from_secs(30), stillness: Duration::from_secs(90) };
@@ -232,20 +237,20 @@ mod tests {
     }
 
     #[test]
-    fn who_stands_still_for_too_long_promises_nothing_until_it_goes_on() {
+    fn the_plan_of_a_stalled_robot_does_not_count_until_it_goes_on() {
         let mut field = Field::new();
         field.plans(0, 0..5);
         let at = |seconds: u64| MissionTime(seconds * 1_000_000_000);
         let patience = Patience { silence: Duration::from_secs(30), stillness: Duration::from_secs(90) };
         let (third, changes) = (field.cells([2])[0], field.team.changes());
-        field.team.heard(at(91), MATE);
+        field.team.received(at(91), MATE);
         field.team.review(at(90), patience);
-        assert!(field.team.is_anything_promised());
+        assert!(field.team.is_anything_planned());
         field.team.review(at(91), patience);
         field.check([]);
-        assert!(!field.team.is_anything_promised());
+        assert!(!field.team.is_anything_planned());
         field.team.review(at(92), patience);
-        assert_eq!(field.team.changes(), changes + 1, "told once");
+        assert_eq!(field.team.changes(), changes + 1, "reported once");
         field.team.walked(at(92), MATE, third);
         field.check(3..5);
         assert_eq!(field.team.changes(), changes + 2);

@@ -1,4 +1,4 @@
-//! What a robot does when told what happens, without clock or network.
+//! A robot's reactions to events, without clock or network.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -16,7 +16,7 @@ use dragnet_search::observation::{Observation, Origin, RobotId};
 
 const SECOND: u64 = 1_000_000_000;
 
-/// Robots 1 and 2 of a team on an open map of 12 x 12 cells; robot 2 waits a second with its first decision.
+/// Robots 1 and 2 of a team on an open map of 12 x 12 cells; robot 2 delays its first decision by a second.
 struct Field {
     scenario: Scenario,
     robot: Agent,
@@ -41,13 +41,13 @@ impl Field {
         self.scenario.terrain().grid().cell(Position { row, column }).unwrap()
     }
 
-    /// The robot stands in a cell and sees nothing in it.
+    /// The robot is in a cell whose readings are all empty.
     fn sense(&mut self, seconds: u64, cell: Cell) -> Effects<Message> {
         let readings = vec![Reading { cell, value: 0.0, variance: 0.001 }];
         self.robot.react(MissionTime(seconds * SECOND), Event::Sensed { cell, readings })
     }
 
-    fn hear(&mut self, seconds: u64, from: u16, message: Message) -> Effects<Message> {
+    fn receive(&mut self, seconds: u64, from: u16, message: Message) -> Effects<Message> {
         let from = Participant::Robot(RobotId::new(from).unwrap());
         self.robot.react(MissionTime(seconds * SECOND), Event::Received { from, message })
     }
@@ -65,7 +65,7 @@ fn said(effects: &Effects<Message>) -> Vec<&Message> {
 const ENDLESS: &str = "budget_seconds = 1e6";
 
 #[test]
-fn a_look_is_told_and_followed_by_a_plan_that_is_told_too() {
+fn an_observation_is_published_and_followed_by_a_plan() {
     let mut field = Field::new(1, ENDLESS);
     let effects = field.sense(0, field.cell(0, 0));
     let path = effects.route.clone().unwrap();
@@ -76,7 +76,7 @@ fn a_look_is_told_and_followed_by_a_plan_that_is_told_too() {
         }
         ref other => panic!("{other:?}"),
     }
-    // On the way it only looks; at the waypoint it decides anew.
+    // On the path it only observes; at the waypoint it decides anew.
     for (step, &cell) in path.iter().enumerate() {
         let effects = field.sense(15 * (step as u64 + 1), cell);
         assert_eq!(effects.route.is_some(), step + 1 == path.len());
@@ -92,8 +92,8 @@ fn the_second_robot_waits_until_it_can_know_the_first_ones_plan() {
     assert!(field.wake(1).route.is_some_and(|route| !route.is_empty()));
 }
 
-/// Two robots in one cell: the second one's way, once it knows of the first one's plan, if it does.
-fn way_of_second(plan_heard_at: Option<u64>, made_at: u64) -> (Vec<Cell>, Option<Vec<Cell>>) {
+/// Two robots in one cell: the second one's path, once it knows the first one's plan, if it does.
+fn path_of_second(plan_heard_at: Option<u64>, made_at: u64) -> (Vec<Cell>, Option<Vec<Cell>>) {
     let mut field = Field::new(2, ENDLESS);
     let start = field.cell(0, 0);
     field.sense(0, start);
@@ -106,18 +106,18 @@ fn way_of_second(plan_heard_at: Option<u64>, made_at: u64) -> (Vec<Cell>, Option
         path: blind.clone(),
     });
     if plan_heard_at == Some(0) {
-        field.hear(0, 1, plan.clone());
+        field.receive(0, 1, plan.clone());
     }
     let first = field.wake(1).route.unwrap();
     if let Some(late) = plan_heard_at.filter(|&time| time > 1) {
-        assert_eq!(field.hear(late, 1, plan).route, None);
+        assert_eq!(field.receive(late, 1, plan).route, None);
     }
     let next = field.sense(16, first[0]);
     (first, next.route)
 }
 
 impl Field {
-    /// Where the second robot goes when it has heard nothing.
+    /// The second robot's path when it has received nothing.
     fn decided_alone(mut self) -> Vec<Cell> {
         self.sense(0, self.cell(0, 0));
         self.wake(1).route.unwrap()
@@ -127,7 +127,7 @@ impl Field {
 #[test]
 fn a_plan_that_is_known_sends_the_next_robot_elsewhere() {
     let blind = Field::new(2, ENDLESS).decided_alone();
-    let (first, anew) = way_of_second(Some(0), 0);
+    let (first, anew) = path_of_second(Some(0), 0);
     assert_ne!(first, blind);
     assert_eq!(anew, None);
 }
@@ -135,15 +135,15 @@ fn a_plan_that_is_known_sends_the_next_robot_elsewhere() {
 #[test]
 fn a_plan_that_comes_late_makes_the_later_planner_decide_anew() {
     let blind = Field::new(2, ENDLESS).decided_alone();
-    let (first, anew) = way_of_second(Some(10), 0);
+    let (first, anew) = path_of_second(Some(10), 0);
     assert_eq!(first, blind);
     assert_ne!(anew.unwrap(), blind[1..]);
-    // One that was made later is that robot's to mend.
-    assert_eq!(way_of_second(Some(10), 9).1, None);
+    // If it was made later, the other robot yields.
+    assert_eq!(path_of_second(Some(10), 9).1, None);
 }
 
 #[test]
-fn a_budget_of_way_or_time_ends_the_search() {
+fn a_budget_of_path_length_or_time_ends_the_search() {
     for (mission, moved_at) in [("budget_meters = 30.0", 15), ("budget_seconds = 15.0", 15)] {
         let mut field = Field::new(1, mission);
         let path = field.sense(0, field.cell(0, 0)).route.unwrap();
@@ -171,15 +171,15 @@ fn a_robot_rests_when_nothing_is_left_and_goes_on_when_doubt_comes_back() {
         from: cell,
         readings: clear(&field, 1.1),
     };
-    field.hear(5, 2, Message::Observation(doubt.into()));
+    field.receive(5, 2, Message::Observation(doubt.into()));
     assert!(field.wake(10).route.is_some_and(|route| !route.is_empty()));
     assert_eq!(field.robot.activity(), Activity::Searching);
 }
 
 #[test]
-fn a_robot_does_not_rest_while_its_last_look_leaves_something_open() {
+fn a_robot_does_not_rest_while_its_last_observation_is_undecided() {
     let mut field = Field::with_sensor(1, ENDLESS, "radius = 12\nnoise_variance = 0.0001");
-    let look = |field: &Field, is_open: bool| -> Vec<Reading> {
+    let observe = |field: &Field, is_open: bool| -> Vec<Reading> {
         let open = field.cell(2, 2);
         let reading = |cell| {
             if cell == open && is_open {
@@ -190,11 +190,11 @@ fn a_robot_does_not_rest_while_its_last_look_leaves_something_open() {
         };
         field.scenario.terrain().grid().cells().map(reading).collect()
     };
-    let (cell, readings) = (field.cell(6, 6), look(&field, true));
+    let (cell, readings) = (field.cell(6, 6), observe(&field, true));
     let effects = field.robot.react(MissionTime(0), Event::Sensed { cell, readings });
     let path = effects.route.clone().unwrap();
     assert!(!path.is_empty() && field.robot.activity() == Activity::Searching);
-    let readings = look(&field, false);
+    let readings = observe(&field, false);
     let last = path[path.len() - 1];
     let effects = field.robot.react(MissionTime(300 * SECOND), Event::Sensed { cell: last, readings });
     assert_eq!(effects.route, Some(Vec::new()));
@@ -221,7 +221,7 @@ fn a_robot_that_rests_goes_on_at_once_when_it_sees_that_something_is_left() {
 }
 
 #[test]
-fn a_heartbeat_is_due_every_period_in_turn_and_says_what_is_known() {
+fn a_heartbeat_is_due_every_period_in_turn_with_the_version_vector() {
     let mut field = Field::new(1, ENDLESS);
     field.sense(0, field.cell(0, 0));
     assert_eq!(field.robot.wake_at(), MissionTime(5 * SECOND));
@@ -248,7 +248,7 @@ fn a_heartbeat_is_due_every_period_in_turn_and_says_what_is_known() {
 }
 
 #[test]
-fn whoever_comes_is_soon_told_what_there_is_to_know() {
+fn a_participant_that_joins_soon_receives_a_heartbeat() {
     let mut field = Field::new(1, ENDLESS);
     field.sense(0, field.cell(0, 0));
     field.wake(5);
@@ -268,7 +268,7 @@ fn a_robot_that_is_off_its_plan_decides_anew() {
 }
 
 #[test]
-fn a_clock_that_is_set_back_by_the_first_look_delays_no_heartbeat() {
+fn a_clock_that_is_set_back_by_the_first_observation_delays_no_heartbeat() {
     let mut field = Field::new(1, ENDLESS);
     let woken = field.wake(500);
     assert_eq!((woken.published, woken.route), (vec![], None));
@@ -277,15 +277,15 @@ fn a_clock_that_is_set_back_by_the_first_look_delays_no_heartbeat() {
 }
 
 #[test]
-fn a_robot_that_starts_again_remembers_what_it_kept_and_reuses_no_name() {
+fn a_restarted_robot_restores_its_observations_and_reuses_no_name() {
     let mut field = Field::new(1, ENDLESS);
     let mut kept = Vec::new();
     let mut keep = |effects: Effects<Message>| kept.extend(effects.kept);
     keep(field.sense(0, field.cell(0, 0)));
     let origin = Origin::first(RobotId::new(2).unwrap());
     let readings = vec![Reading { cell: field.cell(9, 9), value: 1.0, variance: 0.001 }];
-    let told = Observation { origin, sequence: 0, time_ns: 0, from: field.cell(9, 9), readings };
-    keep(field.hear(5, 2, Message::Observation(told.into())));
+    let reported = Observation { origin, sequence: 0, time_ns: 0, from: field.cell(9, 9), readings };
+    keep(field.receive(5, 2, Message::Observation(reported.into())));
     keep(field.sense(10, field.cell(0, 1)));
     assert_eq!(kept.len(), 3);
     let before = field.robot.belief().digest();

@@ -1,4 +1,4 @@
-//! What memory a robot needs on a map of a million cells. A process of its own, so that no other test counts.
+//! The memory that a robot needs on a map of a million cells, in a process of its own, so that no other test counts.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -24,7 +24,7 @@ const LIMIT_BYTES: u64 = 200_000_000;
 const MATE: RobotId = RobotId::FIRST;
 /// Observations of each of the two robots.
 const OBSERVATIONS: u64 = 2000;
-/// The robot decides for the first time only when all of them are in, so that the test is quick.
+/// The robot first decides when all of them have arrived, so that the test is quick.
 const FIRST_DECISION: Duration = Duration::from_secs(10_000);
 
 const SCENARIO: &str = r#"
@@ -54,7 +54,7 @@ fn a_robot_on_a_million_cells_needs_less_than_200_megabytes() {
     for sequence in 0..OBSERVATIONS {
         let now = MissionTime::START + Duration::from_secs(sequence);
         search.sense(now, search.lane_cell(300, sequence));
-        search.hear_mate(now, sequence);
+        search.receive_mate(now, sequence);
     }
     assert_eq!(search.agent.replica().log().len(), 2 * OBSERVATIONS);
     assert_eq!(search.agent.decisions(), 0);
@@ -88,10 +88,10 @@ struct Search {
 impl Search {
     fn new() -> Self {
         let scenario = Scenario::from_text(Path::new("memory.toml"), SCENARIO.to_owned()).unwrap();
-        let orders = AgentConfig::of_team(&scenario, 1).remove(1);
-        assert_eq!(orders.terrain.grid().cell_count(), (SIDE * SIDE) as usize);
-        let (grid, sensor) = (orders.terrain.grid(), Arc::clone(&orders.sensor));
-        Self { agent: Agent::new(orders), grid, sensor, noise: stream(1, Purpose::Noise, 2) }
+        let config = AgentConfig::of_team(&scenario, 1).remove(1);
+        assert_eq!(config.terrain.grid().cell_count(), (SIDE * SIDE) as usize);
+        let (grid, sensor) = (config.terrain.grid(), Arc::clone(&config.sensor));
+        Self { agent: Agent::new(config), grid, sensor, noise: stream(1, Purpose::Noise, 2) }
     }
 
     /// The cells of lanes a sensor's width apart, from this row on.
@@ -103,27 +103,28 @@ impl Search {
         self.grid.cell(Position { row, column }).unwrap()
     }
 
-    /// The robot looks around in a cell, where it finds nothing.
+    /// The robot observes from a cell and finds nothing.
     fn sense(&mut self, now: MissionTime, cell: Cell) -> Effects<Message> {
-        let readings = self.look(cell);
+        let readings = self.observe(cell);
         self.agent.react(now, Event::Sensed { cell, readings })
     }
 
-    fn look(&mut self, from: Cell) -> Vec<Reading> {
+    fn observe(&mut self, from: Cell) -> Vec<Reading> {
         let mut readings = Vec::with_capacity(self.sensor.footprint().len());
-        for look in self.sensor.footprint() {
-            if let Some(cell) = self.grid.step(from, look.offset) {
-                let value = self.sensor.draw(false, look, &mut self.noise);
-                readings.push(Reading { cell, value, variance: look.variance });
+        for step_observation in self.sensor.footprint() {
+            if let Some(cell) = self.grid.step(from, step_observation.offset) {
+                let value = self.sensor.draw(false, step_observation, &mut self.noise);
+                readings.push(Reading { cell, value, variance: step_observation.variance });
             }
         }
         readings
     }
 
-    /// The mate is a hundred rows to the north: it looks, and now and then tells how it is and where it is going.
-    fn hear_mate(&mut self, now: MissionTime, sequence: u64) {
+    /// The teammate is a hundred rows to the north: it publishes observations, and now and then a heartbeat with its
+    /// plan.
+    fn receive_mate(&mut self, now: MissionTime, sequence: u64) {
         let from = self.lane_cell(400, sequence);
-        let readings = self.look(from);
+        let readings = self.observe(from);
         let observation =
             Observation { origin: Origin::first(MATE), sequence, time_ns: now.0, from, readings };
         self.receive(now, Message::Observation(Arc::new(observation)));
@@ -158,7 +159,7 @@ impl Search {
     }
 }
 
-/// `VmHWM` of this process, where the system has it.
+/// `VmHWM` of this process, if the system provides it.
 fn peak_resident_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

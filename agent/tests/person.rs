@@ -1,4 +1,5 @@
-//! What a robot does when a person, by way of the coordinator or of another robot, pauses, marks or adds to the search.
+//! A robot's reactions to an operator who pauses, marks or extends the search, through the coordinator or another
+//! robot.
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::sync::Arc;
@@ -18,7 +19,7 @@ use dragnet_search::observation::{Observation, Origin, RobotId, Source};
 const SECOND: u64 = 1_000_000_000;
 const ROBOT: RobotId = RobotId::FIRST;
 
-/// A robot on a map whose two western columns are searched, and whose eastern ones are only crossed.
+/// A robot on a map whose two western columns are searched, and whose eastern ones are only traversable.
 struct Field {
     scenario: Scenario,
     robot: Agent,
@@ -49,14 +50,14 @@ impl Field {
         self.robot.react(Self::at(seconds), Event::Sensed { cell, readings: Vec::new() })
     }
 
-    fn hear(&mut self, seconds: u64, message: Message) -> Effects<Message> {
+    fn receive(&mut self, seconds: u64, message: Message) -> Effects<Message> {
         self.robot.react(Self::at(seconds), Event::Received { from: Participant::Coordinator, message })
     }
 
-    /// The coordinator says how a person has ordered it.
+    /// The coordinator publishes the operator's directive.
     fn order(&mut self, seconds: u64, number: u64, is_paused: bool, added: &[u32]) -> Effects<Message> {
         let added = added.iter().map(|&number| self.cell(number)).collect();
-        self.hear(
+        self.receive(
             seconds,
             Message::MissionStatus(MissionStatus {
                 time_ns: seconds * SECOND,
@@ -78,17 +79,17 @@ fn is_nothing(effects: &Effects<Message>) -> bool {
     *effects == Effects { wake_at, activity, ..Effects::default() }
 }
 
-/// The directive and the activity of the heartbeat among what is said.
-fn beat(effects: &Effects<Message>) -> (Directive, Activity) {
+/// The directive and the activity of the published heartbeat.
+fn heartbeat(effects: &Effects<Message>) -> (Directive, Activity) {
     let said = effects.published.iter().find_map(|(_, message)| match message {
-        Message::Heartbeat(beat) => Some((beat.directive.clone(), beat.activity)),
+        Message::Heartbeat(heartbeat) => Some((heartbeat.directive.clone(), heartbeat.activity)),
         _ => None,
     });
     said.unwrap()
 }
 
 #[test]
-fn a_paused_robot_stays_says_so_and_goes_on_when_told() {
+fn a_paused_robot_stays_and_reports_it_until_resumed() {
     let mut field = Field::new("budget_seconds = 1e6");
     assert!(!field.sense(0, 0).route.unwrap().is_empty());
     let paused = field.order(1, 5, true, &[]);
@@ -99,7 +100,7 @@ fn a_paused_robot_stays_says_so_and_goes_on_when_told() {
     assert!(is_nothing(&field.order(2, 4, false, &[])), "an older order comes late");
     assert_eq!(field.sense(3, 1).route, None, "it looks, and does not go");
     let wake = field.robot.wake_at();
-    let (directive, activity) = beat(&field.robot.react(wake, Event::Woke));
+    let (directive, activity) = heartbeat(&field.robot.react(wake, Event::Woke));
     assert_eq!((directive.number, directive.is_paused, activity), (5, true, Activity::Paused));
     assert!(!field.order(60, 6, false, &[]).route.unwrap().is_empty());
     assert_eq!(field.robot.activity(), Activity::Searching);
@@ -127,7 +128,7 @@ fn a_pause_does_not_outlast_the_budget() {
 }
 
 #[test]
-fn cells_that_a_person_adds_are_searched_and_end_a_rest() {
+fn cells_that_the_operator_adds_are_searched_and_end_a_rest() {
     let mut field = Field::new("budget_seconds = 1e6\nstop_when_expected_remaining = 2.0");
     field.sense(0, 0);
     assert_eq!(field.robot.activity(), Activity::Cleared, "little enough is expected");
@@ -153,9 +154,9 @@ fn a_mark_by_hand_counts_once_and_is_no_teammate() {
         readings: vec![Mark::Clue.reading(cell)],
     }));
     let before = field.robot.belief().log_odds_nats(cell);
-    let kept = field.hear(1, mark.clone());
+    let kept = field.receive(1, mark.clone());
     assert_eq!((kept.kept.len(), &kept.published[..], &kept.route), (1, &[][..], &None), "{kept:?}");
-    assert!(is_nothing(&field.hear(2, mark)));
+    assert!(is_nothing(&field.receive(2, mark)));
     let moved = field.robot.belief().log_odds_nats(cell) - before;
     assert!((moved - Mark::STRENGTH_NATS).abs() < 1e-9, "{moved}");
 }

@@ -1,4 +1,4 @@
-//! What a robot does whose teammates have promised to see what there is to see.
+//! The behavior of a robot whose teammates plan to observe all that is left.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -31,7 +31,7 @@ impl Field {
         Self::with_expected(0.0)
     }
 
-    /// The search may end once so many objects are expected.
+    /// The search may end when this number of objects is expected to remain.
     fn with_expected(expected: f64) -> Self {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("map.txt"), "............\n").unwrap();
@@ -54,18 +54,21 @@ impl Field {
         self.robot.react(at(0), Event::Sensed { cell: self.cell(0), readings })
     }
 
-    fn hear(&mut self, seconds: u64, message: Message) -> Effects<Message> {
+    fn receive(&mut self, seconds: u64, message: Message) -> Effects<Message> {
         self.robot.react(at(seconds), Event::Received { from: Participant::Robot(MATE), message })
     }
 
-    /// The mate is about to enter these cells.
+    /// The teammate is about to enter these cells.
     fn plan(&mut self, seconds: u64, decision: u64, path: impl IntoIterator<Item = u32>) -> Effects<Message> {
         let path = path.into_iter().map(|number| self.cell(number)).collect();
         let time_ns = at(seconds).0;
-        self.hear(seconds, Message::Intent(Intent { robot: MATE, incarnation: 0, decision, time_ns, path }))
+        self.receive(
+            seconds,
+            Message::Intent(Intent { robot: MATE, incarnation: 0, decision, time_ns, path }),
+        )
     }
 
-    /// The mate has entered a cell and seen that these are empty.
+    /// The teammate has entered a cell and observed that these are empty.
     fn walk(&mut self, seconds: u64, from: u32, empty: impl IntoIterator<Item = u32>) -> Effects<Message> {
         let reading = |number: u32| {
             let variance = self.scenario.sensor().variance(number.abs_diff(from));
@@ -79,7 +82,7 @@ impl Field {
             readings: empty.into_iter().map(reading).collect(),
         };
         self.mate_sequence += 1;
-        self.hear(seconds, Message::Observation(observation.into()))
+        self.receive(seconds, Message::Observation(observation.into()))
     }
 
     fn wake(&mut self, seconds: u64) -> Effects<Message> {
@@ -87,7 +90,7 @@ impl Field {
     }
 }
 
-fn told(effects: &Effects<Message>) -> Option<Activity> {
+fn reported(effects: &Effects<Message>) -> Option<Activity> {
     effects.published.iter().find_map(|said| match said {
         (Audience::All, Message::Heartbeat(beat)) => Some(beat.activity),
         _ => None,
@@ -95,23 +98,23 @@ fn told(effects: &Effects<Message>) -> Option<Activity> {
 }
 
 #[test]
-fn it_waits_while_a_plan_covers_all_that_is_left_and_says_so() {
+fn it_waits_while_a_plan_covers_all_that_is_left_and_reports_it() {
     let mut field = Field::new();
     field.plan(0, 1, 8..12);
     let effects = field.start();
     assert_eq!(effects.route, Some(Vec::new()), "{effects:?}");
     assert_eq!(field.robot.activity(), Activity::Waiting);
     assert!(!Activity::Waiting.is_rest(), "the search is not over");
-    assert_eq!(told(&field.wake(10)), Some(Activity::Waiting));
+    assert_eq!(reported(&field.wake(10)), Some(Activity::Waiting));
     assert_eq!(field.robot.decisions(), 0, "to wait is no waypoint");
 }
 
 #[test]
-fn it_helps_where_nobody_plans_to_look_though_a_teammate_is_nearer() {
+fn it_helps_in_unplanned_cells_though_a_teammate_is_nearer() {
     let mut field = Field::new();
     field.plan(0, 1, [9]);
     let effects = field.start();
-    // Cells 9 and 10 are promised; only 11 is left, and the mate is next to it. It sees one cell far.
+    // Cells 9 and 10 are planned; only 11 is left, and the teammate is next to it. Its sensor radius is one cell.
     assert_eq!(effects.route, Some(vec![field.cell(1)]));
     assert_eq!(field.robot.activity(), Activity::Searching);
     let further = field.robot.react(at(15), Event::Sensed { cell: field.cell(1), readings: Vec::new() });
@@ -139,7 +142,7 @@ fn when_the_plan_is_walked_nothing_is_left_and_it_rests() {
 }
 
 #[test]
-fn on_its_way_too_it_rests_once_what_is_left_is_not_worth_a_search() {
+fn on_its_path_too_it_rests_once_the_search_is_complete() {
     for (expected, is_over) in [(0.05, true), (0.0, false)] {
         let mut field = Field::with_expected(expected);
         let path = field.start().route.unwrap();
@@ -165,12 +168,12 @@ fn it_goes_where_a_plan_that_was_changed_no_longer_leads() {
 }
 
 #[test]
-fn whoever_is_lost_or_stands_still_is_waited_for_no_longer() {
-    for is_heard in [false, true] {
+fn lost_and_stalled_robots_are_waited_for_no_longer() {
+    for has_subscriber in [false, true] {
         let mut field = Field::new();
         field.plan(0, 1, 8..12);
         field.start();
-        if is_heard {
+        if has_subscriber {
             let heartbeat = |seconds: u64, field: &Field| {
                 Message::Heartbeat(Heartbeat {
                     robot: MATE,
@@ -192,13 +195,13 @@ fn whoever_is_lost_or_stands_still_is_waited_for_no_longer() {
             };
             for seconds in (10..=110).step_by(10) {
                 let beat = heartbeat(seconds, &field);
-                field.hear(seconds, beat);
+                field.receive(seconds, beat);
                 field.wake(seconds);
                 assert_eq!(field.robot.activity(), Activity::Waiting, "at {seconds} s");
             }
             for seconds in (120..=180).step_by(10) {
                 let beat = heartbeat(seconds, &field);
-                field.hear(seconds, beat);
+                field.receive(seconds, beat);
                 field.wake(seconds);
             }
         } else {
@@ -209,7 +212,7 @@ fn whoever_is_lost_or_stands_still_is_waited_for_no_longer() {
             assert!(wake_at < at(22), "{wake_at:?}");
             field.robot.react(wake_at, Event::Woke);
         }
-        assert_eq!(field.robot.activity(), Activity::Searching, "heard: {is_heard}");
+        assert_eq!(field.robot.activity(), Activity::Searching, "heard: {has_subscriber}");
     }
 }
 
@@ -219,7 +222,7 @@ fn it_sleeps_while_nothing_changes_and_thinks_no_more_often_than_it_could_move()
     field.plan(0, 1, 8..12);
     field.start();
     assert_eq!(field.robot.wake_at(), at(5), "its turn to give a sign of life");
-    // A storm of news.
+    // Many messages.
     for _ in 0..1000 {
         field.walk(1, 7, [7]);
     }

@@ -1,4 +1,4 @@
-//! What a ROS 2 network said, as `ros2 bag record --storage mcap` wrote it down.
+//! ROS 2 bags as recorded by `ros2 bag record --storage mcap`.
 
 use std::collections::BTreeMap;
 use std::fs::{DirEntry, File};
@@ -11,11 +11,11 @@ use mcap::records::Record;
 use crate::mcap_file::read::McapReader;
 use crate::mcap_file::{Ending, RecordingError, foreign};
 
-/// Iterates over the messages of a recording in the order in which they were written down, until the first record that is
-/// not whole. Of a bag that was split each file is a recording.
+/// Iterates over the messages of a recording in file order, until the first incomplete record. Each file of a split bag
+/// is a recording.
 pub struct Bag {
     reader: McapReader<BufReader<File>>,
-    /// Names of messages' definitions, by the file's numbers.
+    /// Names of message definitions, by schema id.
     schemas: BTreeMap<u16, String>,
     topics: BTreeMap<u16, Arc<BagTopic>>,
 }
@@ -27,18 +27,18 @@ pub struct BagTopic {
     pub name: String,
     /// The type of its messages, such as `nav_msgs/msg/Odometry`.
     pub message: String,
-    /// How they are written: `cdr` by ROS 2.
+    /// Their encoding: `cdr` for ROS 2.
     pub encoding: String,
 }
 
 /// A message of a recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BagMessage {
-    /// Where it was heard.
+    /// Its topic.
     pub topic: Arc<BagTopic>,
-    /// When, Unix nanoseconds.
-    pub heard_unix_ns: u64,
-    /// What it says.
+    /// When it was recorded, Unix nanoseconds.
+    pub received_unix_ns: u64,
+    /// Its bytes.
     pub bytes: Vec<u8>,
 }
 
@@ -46,7 +46,7 @@ impl Bag {
     /// Opens a recording, or the one in a bag's folder.
     ///
     /// # Errors
-    /// If it cannot be read, is no MCAP file, or a folder of none or many.
+    /// If it cannot be read, is not an MCAP file, or is a folder without exactly one.
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
         let reader = if path.is_dir() { McapReader::open(&only(path)?) } else { McapReader::open(path) };
         Ok(Self { reader: reader?, schemas: BTreeMap::new(), topics: BTreeMap::new() })
@@ -74,10 +74,10 @@ impl Iterator for Bag {
                     self.topics.insert(channel.id, Arc::new(BagTopic { name, message, encoding }));
                 }
                 Ok(Record::Message { header, data }) => {
-                    // What is said on no topic was not meant for anybody.
+                    // A message without a known topic is skipped.
                     let Some(topic) = self.topics.get(&header.channel_id) else { continue };
                     let (topic, bytes) = (Arc::clone(topic), data.into_owned());
-                    return Some(Ok(BagMessage { topic, heard_unix_ns: header.log_time, bytes }));
+                    return Some(Ok(BagMessage { topic, received_unix_ns: header.log_time, bytes }));
                 }
                 Ok(_) => {}
                 Err(error) => return Some(Err(error)),

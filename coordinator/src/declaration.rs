@@ -1,7 +1,7 @@
-//! Declarations: which cells are said to hold an object, and since when.
+//! Declarations: which cells are declared to hold an object, and since when.
 //!
-//! An object is declared when its probability reaches `detection_threshold`. It stays declared while the evidence wavers, and is
-//! withdrawn only when an object there has become less likely than none.
+//! An object is declared when its probability reaches `detection_threshold`. It stays declared while the evidence
+//! fluctuates, and is withdrawn only when its probability falls below one half.
 
 use std::collections::BTreeMap;
 
@@ -12,10 +12,10 @@ use dragnet_search::cell::Cell;
 use dragnet_search::reach::Reach;
 use dragnet_search::terrain::Terrain;
 
-/// Under this probability a declaration is withdrawn, unless `detection_threshold` itself is lower.
+/// Below this probability a declaration is withdrawn, unless `detection_threshold` itself is lower.
 pub const WITHDRAWN_BELOW: f64 = 0.5;
 
-/// All objects that are declared.
+/// All declared objects.
 #[derive(Clone, Debug)]
 pub struct Declarations {
     detection_threshold: f64,
@@ -24,13 +24,13 @@ pub struct Declarations {
 }
 
 impl Declarations {
-    /// None yet. An object is declared from a probability of `detection_threshold` on, above 0.
+    /// No declarations. An object is declared from a probability of `detection_threshold` on, above 0.
     #[must_use]
     pub const fn new(detection_threshold: f64) -> Self {
         Self { detection_threshold, declared: BTreeMap::new() }
     }
 
-    /// Looks again at cells whose belief has changed; whether anything was declared or withdrawn.
+    /// Reviews cells whose belief has changed; returns whether anything was declared or withdrawn.
     pub fn review(
         &mut self,
         now: MissionTime,
@@ -59,7 +59,7 @@ impl Declarations {
         self.declared.contains_key(&cell)
     }
 
-    /// All that is declared, by cell, with its probability now.
+    /// All declared objects, by cell, with their current probability.
     pub fn detections<'a>(&'a self, belief: &'a Belief) -> impl Iterator<Item = Detection> + 'a {
         self.declared.iter().map(|(&cell, time)| Detection {
             cell,
@@ -68,7 +68,7 @@ impl Declarations {
         })
     }
 
-    /// Expected number of objects in cells where none is declared, of those that a robot can see.
+    /// Expected number of objects in cells without a declaration, of those in reach.
     #[must_use]
     pub fn expected_remaining(&self, terrain: &Terrain, reach: &Reach, belief: &Belief) -> f64 {
         let undeclared = terrain.searched_cells().filter(|&cell| reach.covers(cell) && !self.contains(cell));
@@ -108,7 +108,7 @@ mod tests {
             self.terrain.grid().cell_numbered(0).unwrap()
         }
 
-        /// A reading that moves the log-odds by so much; whether the declarations changed.
+        /// Adds a reading that moves the log-odds by this much; returns whether the declarations changed.
         fn learn(&mut self, nats: f32) -> bool {
             self.now = MissionTime(self.now.0 + 1);
             self.belief.add(&Reading { cell: self.cell(), value: 0.5 + nats, variance: 1.0 });
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn a_low_tau_does_not_withdraw_what_it_declares() {
+    fn a_low_tau_does_not_withdraw_its_declarations() {
         let mut field = Field::new(0.3);
         assert!(field.learn(-0.5));
         assert!(!field.learn(0.0));
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_declared_is_expected_no_more_even_when_it_wavers() {
+    fn a_declared_object_is_not_expected_to_remain_even_when_it_wavers() {
         let mut field = Field::new(TAU);
         let reach = Reach::unknown(field.terrain.grid(), 1);
         let expected =

@@ -1,6 +1,6 @@
-//! What the records of a mission amount to: the belief with added areas and marks, finds, and where robots are and go.
+//! The state of a mission from its records: the belief with added areas and marks, finds, positions and plans.
 //!
-//! The live page, `replay`, `export` and Python fold a mission's records here, so that they say the same of it.
+//! The live page, `replay`, `export` and Python fold a mission's records here, so that they agree.
 
 use dragnet_proto::directive::added_prior;
 use dragnet_proto::message::{Detection, MissionStatus};
@@ -14,7 +14,7 @@ use crate::mission::Record;
 use crate::playback::{Playback, prior_belief};
 use crate::track::Tracks;
 
-/// A mission as its records so far tell it.
+/// The state of a mission after its records so far.
 #[derive(Clone, Debug)]
 pub struct MissionFold {
     terrain: Terrain,
@@ -25,12 +25,12 @@ pub struct MissionFold {
     status: Option<MissionStatus>,
 }
 
-/// What a record has changed.
+/// The change by a record.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Change {
     /// The robot that has moved, and its cell.
     pub moved: Option<(RobotId, Cell)>,
-    /// Cells that are searched from now on.
+    /// Cells that were added to the search area.
     pub added: Vec<Cell>,
 }
 
@@ -54,7 +54,7 @@ impl MissionFold {
         Self::new(&playback.terrain, &playback.prior)
     }
 
-    /// Takes in the next record.
+    /// Applies the next record.
     pub fn take(&mut self, record: &Record) -> Change {
         match record {
             Record::Observation(observation) => self.observe(observation),
@@ -69,12 +69,12 @@ impl MissionFold {
                 Change { moved: has_moved.then_some((heartbeat.robot, heartbeat.cell)), ..Change::default() }
             }
             Record::Status(status) => self.stand(status),
-            // They follow from those above.
+            // These follow from the records above.
             Record::Pose { .. } | Record::Plan { .. } | Record::Belief(_) => Change::default(),
         }
     }
 
-    /// An operator's mark is evidence like any other; it belongs to no track.
+    /// An operator's mark is evidence like any other, but not part of a track.
     fn observe(&mut self, observation: &Observation) -> Change {
         for reading in &observation.readings {
             self.belief.add(reading);
@@ -107,7 +107,7 @@ impl MissionFold {
         &self.belief
     }
 
-    /// Where robots are and go.
+    /// Positions and plans of robots.
     #[must_use]
     pub const fn tracks(&self) -> &Tracks {
         &self.tracks

@@ -1,4 +1,4 @@
-//! What a recording holds, also one that was cut off.
+//! Inspection of recordings, including truncated ones.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -19,7 +19,7 @@ use crate::record::{RUN_METADATA, SUMMARY_METADATA};
 
 const NANOSECONDS: f64 = 1e9;
 
-/// What a recording holds.
+/// The contents of a recording.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Inspection {
     /// The file.
@@ -30,31 +30,31 @@ pub struct Inspection {
     pub readable_bytes: u64,
     /// How it ends.
     pub ending: Ending,
-    /// What wrote it.
+    /// The library that wrote it.
     pub library: String,
     /// From the first message to the last; `None` without a message.
     pub times: Option<TimeRange>,
-    /// Where the map's south-western corner lies in the frame `map`; `None` without a map.
+    /// Pose of the map's south-western corner in the frame `map`; `None` without a map.
     pub origin: Option<MapOrigin>,
     /// Columns of the map; `None` without a map.
     pub columns: Option<u32>,
     /// Topics, by name.
     pub topics: BTreeMap<String, TopicContent>,
-    /// Numbers of the robots that were heard.
+    /// Numbers of the robots with messages.
     pub robots: BTreeSet<u16>,
-    /// Observations merged.
+    /// Number of merged observations.
     pub observations: u64,
-    /// What was declared at the end, by cell.
+    /// The objects declared at the end, by cell.
     pub declared: Vec<DeclaredObject>,
     /// Attached files and their sizes, bytes.
     pub attachments: BTreeMap<String, u64>,
-    /// How the run was made.
+    /// Facts about the run, from its start.
     pub run: BTreeMap<String, String>,
-    /// How the run went; empty in a recording that was cut off.
+    /// Results of the run; empty in a truncated recording.
     pub summary: BTreeMap<String, String>,
 }
 
-/// From when to when.
+/// A range of times.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TimeRange {
     /// Unix time, nanoseconds.
@@ -64,7 +64,7 @@ pub struct TimeRange {
 }
 
 impl TimeRange {
-    /// Between the two, seconds.
+    /// Its duration, seconds.
     #[must_use]
     pub fn seconds(self) -> f64 {
         (self.end_unix_ns - self.start_unix_ns) as f64 / NANOSECONDS
@@ -78,19 +78,19 @@ impl TimeRange {
     }
 }
 
-/// What a topic holds.
+/// The contents of a topic.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct TopicContent {
     /// ROS name of its messages.
     pub message: String,
-    /// How many.
+    /// Their number.
     pub messages: u64,
 }
 
 /// An object that is declared.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct DeclaredObject {
-    /// Where, row-major number.
+    /// Its cell, row-major number.
     pub cell: u32,
     /// Its probability.
     pub probability: f64,
@@ -98,10 +98,10 @@ pub struct DeclaredObject {
     pub declared_seconds: f64,
 }
 
-/// Reads a recording through and says what it holds.
+/// Reads a recording and summarizes its contents.
 ///
 /// # Errors
-/// If the file cannot be read, or is no MCAP file. One that is cut off or damaged is read as far as it is whole.
+/// If the file cannot be read, or is not an MCAP file. Of a truncated or damaged one the intact parts are read.
 pub fn inspect(path: &Path) -> Result<Inspection, RecordingError> {
     let mut reader = McapReader::open(path)?;
     let mut inspector = Inspector::default();
@@ -143,7 +143,7 @@ struct Inspector {
     channels: BTreeMap<u16, ChannelContent>,
     attachments: BTreeMap<String, u64>,
     metadata: BTreeMap<String, BTreeMap<String, String>>,
-    /// The last one.
+    /// The last status.
     status: Option<MissionStatus>,
 }
 
@@ -174,7 +174,7 @@ impl Inspector {
         }
     }
 
-    /// A status of another version counts as a message and is not read.
+    /// A status of another version is counted but not read.
     fn take_message(&mut self, header: MessageHeader, data: &[u8]) {
         let Some(channel) = self.channels.get_mut(&header.channel_id) else { return };
         channel.messages += 1;
@@ -192,7 +192,7 @@ impl Inspector {
         }
     }
 
-    /// Robots and the operator, with what each of their channels holds.
+    /// Robots and the operator, with the contents of each of their channels.
     fn sources(&self) -> impl Iterator<Item = (Source, RobotTopic, u64)> + '_ {
         self.channels.values().filter_map(|channel| {
             let (source, topic) = RobotTopic::parse(&channel.topic)?;
@@ -266,7 +266,7 @@ impl fmt::Display for Inspection {
 }
 
 impl Inspection {
-    /// Where a cell lies, as scenarios write it; its number in a recording without a map.
+    /// The position of a cell, in the notation of scenarios; its number in a recording without a map.
     fn place(&self, cell: u32) -> String {
         match self.columns {
             Some(columns) => format!("[{}, {}]", cell / columns, cell % columns),

@@ -1,12 +1,13 @@
-//! The mission seen from outside: what is found, who is alive, and the recording of it all.
+//! The coordinator: declares finds, tracks which robots are alive, and records the mission.
 //!
 //! - [`mission`]: the state machine, made of [`declaration`], [`liveness`] and [`track`];
-//! - [`record`]: the recording, an MCAP file that ROS 2 tools and viewers read; [`recording`]: how it outlives a full disk;
-//! - [`inspect`], [`recover`]: what a recording holds, and how one that was cut off is mended;
-//! - [`playback`]: a recording as the records that made it; [`fold`]: what records amount to;
-//! - [`bag`]: recordings that ROS 2 made.
+//! - [`record`]: the recording, an MCAP file that ROS 2 tools and viewers read; [`recording`]: how it survives a full
+//!   disk;
+//! - [`inspect`], [`recover`]: inspection and repair of recordings;
+//! - [`playback`]: a recording as the records that made it; [`fold`]: the state that follows from records;
+//! - [`bag`]: recordings made by ROS 2.
 //!
-//! Robots search on without any of this.
+//! Robots continue to search without any of this.
 
 pub mod bag;
 pub mod declaration;

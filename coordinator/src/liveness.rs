@@ -1,4 +1,4 @@
-//! Liveness: which robots are heard, and which are lost.
+//! Liveness: which robots are alive, and which are lost.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -6,15 +6,15 @@ use std::time::Duration;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::observation::RobotId;
 
-/// Whether a robot is there.
+/// The presence of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Presence {
-    /// It belongs to the team and has not been heard yet.
+    /// It belongs to the team, and no message of it has arrived yet.
     Awaited,
-    /// It is heard.
+    /// Its messages arrive.
     Alive {
-        /// The last time.
-        last_heard: MissionTime,
+        /// When the last message arrived.
+        last_received: MissionTime,
     },
     /// It has left the network, or was silent for too long.
     Lost {
@@ -23,7 +23,7 @@ pub enum Presence {
     },
 }
 
-/// The robots of the team, and all others that were ever heard.
+/// The robots of the team, and all others that messages have arrived from.
 #[derive(Clone, Debug)]
 pub struct Liveness {
     lost_after: Duration,
@@ -31,22 +31,22 @@ pub struct Liveness {
 }
 
 impl Liveness {
-    /// These robots are awaited. One that is silent for longer than `lost_after` is lost.
+    /// Expects these robots. One that is silent for longer than `lost_after` is lost.
     #[must_use]
     pub fn new(robots: impl IntoIterator<Item = RobotId>, lost_after: Duration) -> Self {
         let robots = robots.into_iter().map(|robot| (robot, Presence::Awaited)).collect();
         Self { lost_after, robots }
     }
 
-    /// A robot was heard, for the first time or again; whether it was not alive before.
-    pub fn heard(&mut self, now: MissionTime, robot: RobotId) -> bool {
+    /// A message of a robot has arrived; returns whether it was not alive before.
+    pub fn received(&mut self, now: MissionTime, robot: RobotId) -> bool {
         let presence = self.robots.entry(robot).or_insert(Presence::Awaited);
         let was_alive = matches!(presence, Presence::Alive { .. });
-        *presence = Presence::Alive { last_heard: now };
+        *presence = Presence::Alive { last_received: now };
         !was_alive
     }
 
-    /// A robot has left the network; whether it was alive before.
+    /// A robot has left the network; returns whether it was alive before.
     pub fn left(&mut self, now: MissionTime, robot: RobotId) -> bool {
         match self.robots.get_mut(&robot) {
             Some(presence @ Presence::Alive { .. }) => {
@@ -57,12 +57,12 @@ impl Liveness {
         }
     }
 
-    /// Robots that have been silent for too long are lost from now on.
+    /// Marks the robots that have been silent for too long as lost, and returns them.
     pub fn lose_silent(&mut self, now: MissionTime) -> Vec<RobotId> {
         let mut lost = Vec::new();
         for (&robot, presence) in &mut self.robots {
-            if let Presence::Alive { last_heard } = *presence
-                && now > last_heard + self.lost_after
+            if let Presence::Alive { last_received } = *presence
+                && now > last_received + self.lost_after
             {
                 *presence = Presence::Lost { since: now };
                 lost.push(robot);
@@ -77,7 +77,7 @@ impl Liveness {
         alive.map(|(&robot, _)| robot)
     }
 
-    /// Every robot of the team or ever heard, by number.
+    /// Every robot of the team, and others that messages have arrived from, by number.
     pub fn robots(&self) -> impl Iterator<Item = (RobotId, Presence)> + '_ {
         self.robots.iter().map(|(&robot, &presence)| (robot, presence))
     }
@@ -95,28 +95,31 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_is_awaited_heard_lost_in_silence_and_returns() {
+    fn a_robot_is_awaited_alive_lost_in_silence_and_returns() {
         let mut liveness = Liveness::new([ONE], PATIENCE);
         let mut check = |act: fn(&mut Liveness) -> bool, expected: Presence| {
             assert!(act(&mut liveness), "no change to {expected:?}");
             assert_eq!(liveness.robots().collect::<Vec<_>>(), [(ONE, expected)]);
         };
         check(|liveness| liveness.lose_silent(at(100)).is_empty(), Presence::Awaited);
-        check(|liveness| liveness.heard(at(101), ONE), Presence::Alive { last_heard: at(101) });
-        check(|liveness| !liveness.heard(at(102), ONE), Presence::Alive { last_heard: at(102) });
-        check(|liveness| liveness.lose_silent(at(112)).is_empty(), Presence::Alive { last_heard: at(102) });
+        check(|liveness| liveness.received(at(101), ONE), Presence::Alive { last_received: at(101) });
+        check(|liveness| !liveness.received(at(102), ONE), Presence::Alive { last_received: at(102) });
+        check(
+            |liveness| liveness.lose_silent(at(112)).is_empty(),
+            Presence::Alive { last_received: at(102) },
+        );
         check(|liveness| liveness.lose_silent(at(113)) == [ONE], Presence::Lost { since: at(113) });
         check(|liveness| liveness.lose_silent(at(114)).is_empty(), Presence::Lost { since: at(113) });
-        check(|liveness| liveness.heard(at(115), ONE), Presence::Alive { last_heard: at(115) });
+        check(|liveness| liveness.received(at(115), ONE), Presence::Alive { last_received: at(115) });
         check(|liveness| liveness.left(at(116), ONE), Presence::Lost { since: at(116) });
         check(|liveness| !liveness.left(at(117), ONE), Presence::Lost { since: at(116) });
     }
 
     #[test]
-    fn a_robot_that_nobody_announced_counts_once_it_is_heard() {
+    fn an_unannounced_robot_counts_once_a_message_arrives() {
         let mut liveness = Liveness::new([ONE], PATIENCE);
         assert!(!liveness.left(at(0), RobotId::new(7).unwrap()));
-        assert!(liveness.heard(at(0), RobotId::new(7).unwrap()));
+        assert!(liveness.received(at(0), RobotId::new(7).unwrap()));
         assert_eq!(liveness.alive().collect::<Vec<_>>(), [RobotId::new(7).unwrap()]);
     }
 }

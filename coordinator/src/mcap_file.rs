@@ -1,5 +1,5 @@
-//! MCAP files, with errors that name the file: [`write`] writes them, and waits for the disk if it must;
-//! [`read`] reads as much of them as is whole.
+//! MCAP files, with errors that name the file: [`write`] writes them, and buffers while the disk is full; [`read`]
+//! reads their intact parts.
 
 mod chunk;
 mod ending;

@@ -1,7 +1,7 @@
-//! The mission: events go in; what to publish and what to record comes out.
+//! The mission: events go in; messages to publish and records to write come out.
 //!
-//! It merges what robots saw, declares objects, notices who is lost and passes on what a person asks for. It knows no
-//! clock, network or file.
+//! It merges observations, declares objects, detects lost robots and publishes the operator's orders. It has no clock,
+//! network or files.
 
 mod command;
 
@@ -27,22 +27,22 @@ use crate::declaration::Declarations;
 use crate::liveness::{Liveness, Presence};
 use crate::track::{Track, Tracks};
 
-/// All that the coordinator is told before it starts.
+/// The configuration of the coordinator.
 #[derive(Clone, Debug)]
 pub struct CoordinatorConfig {
     /// The map.
     pub terrain: Arc<Terrain>,
-    /// What is believed before any reading.
+    /// The belief before any reading.
     pub prior: Belief,
-    /// How far robots see, cells.
+    /// Sensor radius of the robots, cells.
     pub sensor_radius: u32,
     /// Probability from which an object is declared, above 0.
     pub detection_threshold: f64,
-    /// What robots can have seen.
+    /// Limits by which observations are validated.
     pub limits: Limits,
     /// The team.
     pub robots: Vec<RobotId>,
-    /// Between two reports of the mission's status, above 0; a question to a robot is repeated after half of it.
+    /// Period of the mission's status, above 0; an unanswered request to a robot is repeated after half of it.
     pub heartbeat: Duration,
     /// A robot that is silent for longer is lost.
     pub lost_after: Duration,
@@ -51,7 +51,7 @@ pub struct CoordinatorConfig {
 }
 
 impl CoordinatorConfig {
-    /// The orders of a scenario's coordinator.
+    /// The configuration of a scenario's coordinator.
     #[must_use]
     pub fn of(scenario: &Scenario) -> Self {
         let mission = scenario.mission();
@@ -71,51 +71,51 @@ impl CoordinatorConfig {
     }
 }
 
-/// What comes of an event.
+/// The result of an event.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outcome {
-    /// What to do.
+    /// Messages to publish, and what was rejected.
     pub effects: Effects<Message>,
-    /// What to write into the recording, in order.
+    /// Records for the recording, in order.
     pub records: Vec<Record>,
 }
 
-/// What a recording tells.
+/// A record of the mission.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Record {
-    /// An observation that counts from now on, whoever told it: each is recorded once.
+    /// An observation that counts from now on, whichever participant sent it: each is recorded once.
     Observation(Arc<Observation>),
     /// A robot's plan, as it was received.
     Intent(Intent),
-    /// A robot's sign of life, as it was received.
+    /// A robot's heartbeat, as it was received.
     Heartbeat(Heartbeat),
     /// A robot has moved.
     Pose {
-        /// Which.
+        /// The robot.
         robot: RobotId,
-        /// Where it is.
+        /// Its cell.
         cell: Cell,
-        /// Since when, by its own clock.
+        /// Since when, by the robot's clock.
         time: MissionTime,
     },
     /// A robot's plan has changed.
     Plan {
-        /// Whose.
+        /// The robot.
         robot: RobotId,
         /// Cells still to be entered, in order; empty when it rests or is lost.
         path: Vec<Cell>,
     },
-    /// How the mission stands, as it was published.
+    /// The mission's status, as it was published.
     Status(MissionStatus),
-    /// What is believed: periodically, and at the end.
+    /// The belief: periodically, and at the end.
     Belief(Arc<Belief>),
 }
 
 /// One mission.
 pub struct Mission {
-    orders: CoordinatorConfig,
+    config: CoordinatorConfig,
     belief: Belief,
-    /// What robots can see, from where they were seen to stand.
+    /// Cells that robots can observe, from the cells of all observations.
     reach: Reach,
     replica: Replica,
     declarations: Declarations,
@@ -123,40 +123,41 @@ pub struct Mission {
     tracks: Tracks,
     next_status: MissionTime,
     next_belief: MissionTime,
-    /// What a person has ordered.
+    /// The operator's directive.
     directive: Directive,
-    /// Prior probability in cells that a person adds.
+    /// Prior probability in cells that the operator adds.
     added_prior: f64,
-    /// Under which marks by hand are numbered, once there is one.
+    /// The origin of the operator's marks, once there is one.
     by_hand: Option<Origin>,
-    /// Robots whose number several processes have.
+    /// Robots whose number is used by several processes.
     doubled: BTreeSet<RobotId>,
 }
 
 impl Mission {
-    /// A mission that starts now. What the prior is sure of is declared from the start.
+    /// A mission that starts now. Objects that are certain by the prior are declared from the start.
     #[must_use]
-    pub fn new(orders: CoordinatorConfig) -> Self {
-        let mut declarations = Declarations::new(orders.detection_threshold);
-        declarations.review(MissionTime::START, &orders.prior, orders.terrain.searched_cells());
+    pub fn new(config: CoordinatorConfig) -> Self {
+        let mut declarations = Declarations::new(config.detection_threshold);
+        declarations.review(MissionTime::START, &config.prior, config.terrain.searched_cells());
         Self {
-            belief: orders.prior.clone(),
-            reach: Reach::unknown(orders.terrain.grid(), orders.sensor_radius),
-            replica: Replica::new(Participant::Coordinator, orders.heartbeat / 2, orders.limits.clone()),
+            belief: config.prior.clone(),
+            reach: Reach::unknown(config.terrain.grid(), config.sensor_radius),
+            replica: Replica::new(Participant::Coordinator, config.heartbeat / 2, config.limits.clone()),
             declarations,
-            liveness: Liveness::new(orders.robots.iter().copied(), orders.lost_after),
+            liveness: Liveness::new(config.robots.iter().copied(), config.lost_after),
             tracks: Tracks::default(),
-            next_status: MissionTime::START + orders.heartbeat,
-            next_belief: MissionTime::START + orders.belief_period,
+            next_status: MissionTime::START + config.heartbeat,
+            next_belief: MissionTime::START + config.belief_period,
             directive: Directive::default(),
-            added_prior: added_prior(&orders.prior, &orders.terrain),
+            added_prior: added_prior(&config.prior, &config.terrain),
             by_hand: None,
             doubled: BTreeSet::new(),
-            orders,
+            config,
         }
     }
 
-    /// The only way anything changes but for [`Mission::finish`]; `now` comes from the caller. Events of a vehicle are ignored.
+    /// The only function besides [`Mission::finish`] that changes the state; `now` comes from the caller. Events of a
+    /// vehicle are ignored.
     pub fn react(&mut self, now: MissionTime, event: Event<Message>) -> Outcome {
         let mut outcome = Outcome::default();
         match event {
@@ -179,7 +180,7 @@ impl Mission {
         outcome
     }
 
-    /// The mission ends: what is published and recorded last.
+    /// Ends the mission; returns the last messages and records.
     pub fn finish(&mut self, now: MissionTime) -> Outcome {
         let mut outcome = Outcome::default();
         self.report(now, &mut outcome);
@@ -187,7 +188,7 @@ impl Mission {
         outcome
     }
 
-    /// When to be woken, if nothing else happens before.
+    /// When to wake the coordinator if no event happens before.
     #[must_use]
     pub fn wake_at(&self) -> MissionTime {
         self.next_status.min(self.next_belief)
@@ -215,24 +216,24 @@ impl Mission {
         self.liveness.alive()
     }
 
-    /// Every robot of the team or ever heard, by number.
+    /// Every robot of the team, and others that messages have arrived from, by number.
     pub fn robots(&self) -> impl Iterator<Item = (RobotId, Presence)> + '_ {
         self.liveness.robots()
     }
 
-    /// Where each robot ever heard is and goes, by number.
+    /// Position and plan of each robot that messages have arrived from, by number.
     pub fn tracks(&self) -> impl Iterator<Item = (RobotId, &Track)> + '_ {
         self.tracks.robots()
     }
 
-    /// How the mission stands.
+    /// The mission's status.
     #[must_use]
     pub fn status(&self, now: MissionTime) -> MissionStatus {
         MissionStatus {
             time_ns: now.0,
             declared: self.declared().collect(),
             expected_remaining: self.declarations.expected_remaining(
-                &self.orders.terrain,
+                &self.config.terrain,
                 &self.reach,
                 &self.belief,
             ),
@@ -248,10 +249,10 @@ impl Mission {
     fn receive(&mut self, now: MissionTime, from: Participant, message: &Message, outcome: &mut Outcome) {
         let received = self.replica.receive(now, from, message);
         outcome.effects.refused.extend(received.refused);
-        if !self.orders.limits.knows(from) {
+        if !self.config.limits.knows(from) {
             return;
         }
-        let has_appeared = matches!(from, Participant::Robot(robot) if self.liveness.heard(now, robot));
+        let has_appeared = matches!(from, Participant::Robot(robot) if self.liveness.received(now, robot));
         match message {
             Message::Intent(intent) => {
                 outcome.records.push(Record::Intent(intent.clone()));
@@ -276,7 +277,7 @@ impl Mission {
         }
     }
 
-    /// Takes in observations that were not known; whether anything was declared or withdrawn.
+    /// Merges new observations; returns whether anything was declared or withdrawn.
     fn merge(&mut self, now: MissionTime, observations: &[Arc<Observation>], outcome: &mut Outcome) -> bool {
         for observation in observations {
             outcome.effects.kept.push(Arc::clone(observation));
@@ -284,7 +285,7 @@ impl Mission {
             let Observation { origin, from, time_ns, .. } = **observation;
             if let Source::Robot(robot) = origin.source {
                 self.locate(robot, from, MissionTime(time_ns), outcome);
-                self.reach.add_robot(&self.orders.terrain, from);
+                self.reach.add_robot(&self.config.terrain, from);
             }
             for reading in &observation.readings {
                 self.belief.add(reading);
@@ -326,14 +327,14 @@ impl Mission {
     }
 
     fn report(&mut self, now: MissionTime, outcome: &mut Outcome) {
-        self.next_status = now + self.orders.heartbeat;
+        self.next_status = now + self.config.heartbeat;
         let status = self.status(now);
         outcome.records.push(Record::Status(status.clone()));
         outcome.effects.published.push((Audience::All, Message::MissionStatus(status)));
     }
 
     fn snapshot(&mut self, now: MissionTime, outcome: &mut Outcome) {
-        self.next_belief = now + self.orders.belief_period;
+        self.next_belief = now + self.config.belief_period;
         outcome.records.push(Record::Belief(Arc::new(self.belief.clone())));
     }
 }

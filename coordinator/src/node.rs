@@ -12,19 +12,19 @@ use crate::mission::{Mission, Outcome, Record};
 use crate::record::Recorder;
 use crate::recording::{Notify, Recording};
 
-/// Where the mission is watched and written down.
+/// A mission and its recording.
 ///
-/// A recording that fails does not stop the mission: see [`crate::recording`]. If not all could be recorded,
-/// [`CoordinatorNode::finish`] says so.
+/// A recording that fails does not stop the mission: see [`crate::recording`]. If not everything could be recorded,
+/// [`CoordinatorNode::finish`] returns an error.
 pub struct CoordinatorNode {
     mission: Mission,
     recording: Option<Recording>,
     listener: Option<Listener>,
-    /// When anything happened last.
+    /// The time of the latest event.
     latest: MissionTime,
 }
 
-/// Who is told of each record as it is made, with its mission time.
+/// Called with each record as it is made, with its mission time.
 pub type Listener = Box<dyn FnMut(MissionTime, &Record) + Send>;
 
 impl CoordinatorNode {
@@ -34,13 +34,13 @@ impl CoordinatorNode {
         Self { mission, recording: recorder.map(Recording::new), listener: None, latest: MissionTime::START }
     }
 
-    /// The same, telling a listener of each record from now on.
+    /// The same with a listener for each record from now on.
     #[must_use]
-    pub fn told_to(self, listener: Option<Listener>) -> Self {
+    pub fn with_listener(self, listener: Option<Listener>) -> Self {
         Self { listener, ..self }
     }
 
-    /// The same, telling somebody from now on what becomes of the recording.
+    /// The same with a listener for notices about the recording.
     #[must_use]
     pub fn notifying(mut self, notify: Notify) -> Self {
         if let Some(recording) = &mut self.recording {
@@ -55,14 +55,14 @@ impl CoordinatorNode {
         &self.mission
     }
 
-    /// Why nothing is recorded now, if so.
+    /// Why recording fails now, if it does.
     #[must_use]
     pub fn failure(&self) -> Option<&RecordingError> {
         self.recording.as_ref()?.failure()
     }
 
-    /// Ends the mission and its recording, after all that it has heard: a team that has searched goes on talking until
-    /// all of it know the same.
+    /// Ends the mission and its recording, after all messages: a team that has finished searching exchanges messages
+    /// until all have the same observations.
     ///
     /// # Errors
     /// If not everything could be recorded.
@@ -81,13 +81,13 @@ impl CoordinatorNode {
         Ok(self.mission)
     }
 
-    /// What was refused and how often, for the end of the recording: one entry for each that said it, and why.
+    /// Rejections and their numbers, for the end of the recording: one entry for each sender and reason.
     fn refused(&self) -> impl Iterator<Item = (String, String)> + '_ {
         let refused = self.mission.replica().refused();
         refused.iter().map(|(what, count)| (format!("{what}"), format!("{count} times")))
     }
 
-    /// Writes down what is to be recorded.
+    /// Writes the records.
     fn record(&mut self, now: MissionTime, records: &[Record]) {
         self.latest = self.latest.max(now);
         for record in records {

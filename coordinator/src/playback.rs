@@ -1,4 +1,4 @@
-//! A recording as the records that made it, in order: what somebody needs who wants to see the mission again.
+//! A recording as the records that made it, in order.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -24,38 +24,38 @@ use crate::record::{
     AREAS_ATTACHMENT, EARTH_METADATA, MISSION_TIME, RUN_METADATA, SCENARIO_ATTACHMENT, SUMMARY_METADATA,
 };
 
-/// Of a recording that has lost what was drawn.
+/// For a recording whose areas are lost.
 const NO_AREAS: &str = r#"{"type":"FeatureCollection","features":[]}"#;
 
-/// A mission as it was recorded. Of the records those that tell what came and how the mission stood:
-/// [`Record::Observation`], [`Record::Intent`], [`Record::Heartbeat`] and [`Record::Status`]; all else follows from them.
+/// A recorded mission. Its records are [`Record::Observation`], [`Record::Intent`], [`Record::Heartbeat`] and
+/// [`Record::Status`]; all others follow from them.
 #[derive(Clone, Debug)]
 pub struct Playback {
     /// The map at the start.
     pub terrain: Arc<Terrain>,
-    /// Where it lies in the frame of its file.
+    /// Pose of the map in the frame of its file.
     pub origin: MapOrigin,
     /// The prior probability of an object, shape `[cells]`; 0 where nothing is searched.
     pub prior: Vec<f32>,
-    /// What came, and when the coordinator knew it, in that order.
+    /// The records with the time at which the coordinator received them, in that order.
     pub records: Vec<(MissionTime, Record)>,
     /// The mission's start, Unix time, nanoseconds.
     pub start_unix_ns: u64,
-    /// Where on earth it takes place, if the recording says so.
+    /// The mission's position on the earth, if recorded.
     pub earth: Option<Earth>,
-    /// How the run was made.
+    /// Facts about the run, from its start.
     pub run: BTreeMap<String, String>,
-    /// How it went; empty in a recording that was cut off.
+    /// Results of the run; empty in a truncated recording.
     pub summary: BTreeMap<String, String>,
     /// How the recording ends.
     pub ending: Ending,
 }
 
 impl Playback {
-    /// Reads a recording through. Of one that was cut off or is damaged all that is whole is read.
+    /// Reads a recording. Of a truncated or damaged one the intact parts are read.
     ///
     /// # Errors
-    /// If the file cannot be read, is no recording of ours, or has messages of another version.
+    /// If the file cannot be read, is not a recording of Dragnet, or has messages of another version.
     pub fn read(path: &Path) -> Result<Self, RecordingError> {
         let mut reader = McapReader::open(path)?;
         let mut tape = Tape::default();
@@ -95,13 +95,13 @@ impl Playback {
         })
     }
 
-    /// When the last record came. Those of older versions may end with one that is dated back.
+    /// The time of the last record. Recordings of older versions may end with an earlier one.
     #[must_use]
     pub fn end(&self) -> MissionTime {
         self.records.iter().map(|(time, _)| *time).max().unwrap_or(MissionTime::START)
     }
 
-    /// When the search was over, if the recording says so; else when it ends. Robots go on talking after that.
+    /// When the search was over, if recorded; else the end. Robots exchange messages after that.
     #[must_use]
     pub fn searched_until(&self) -> MissionTime {
         let seconds = self.summary.get(MISSION_TIME).and_then(|text| text.parse().ok());
@@ -110,8 +110,8 @@ impl Playback {
     }
 }
 
-/// The belief before the first reading, of a prior as a recording has it: probabilities, shape `[cells]`, in single
-/// precision. Nothing is believed by one of another length than the map, or where a number is none.
+/// The belief before the first reading, from a recorded prior: probabilities, shape `[cells]`, in single precision. A
+/// list of another length, or a value that is not a number, is ignored.
 #[must_use]
 pub fn prior_belief(terrain: &Terrain, prior: &[f32]) -> Belief {
     let log_odds = prior.iter().map(|&p| f64::from(p)).map(|p| (p / (1.0 - p)).ln());
@@ -124,11 +124,11 @@ pub fn prior_belief(terrain: &Terrain, prior: &[f32]) -> Belief {
         .unwrap_or_else(|_| unreachable!("0 is a probability"))
 }
 
-/// What was read so far.
+/// The records read so far.
 #[derive(Default)]
 struct Tape {
     start_unix_ns: u64,
-    /// What is drawn on the earth, if that is not lost.
+    /// Areas on the earth, if they are not lost.
     areas: Option<String>,
     topics: BTreeMap<u16, String>,
     map: Option<OccupancyGrid>,
@@ -168,7 +168,7 @@ impl Tape {
         let text = |error: &dyn std::fmt::Display| error.to_string();
         if topic == Topic::Map.to_string() {
             self.map = Some(cdr::decode(data).map_err(|error| text(&error))?);
-            // It is told at the start, which the attachments may not be left to say.
+            // Also at the start, since the attachments may be lost.
             self.start_unix_ns = header.log_time;
         } else if topic == Topic::Belief.to_string() && self.terrain.is_none() {
             self.check_start(header)?;
@@ -189,12 +189,12 @@ impl Tape {
         Ok(())
     }
 
-    /// A later belief would be taken for the prior if that is lost.
+    /// A later belief would be mistaken for the prior if that is lost.
     fn check_start(&self, header: MessageHeader) -> Result<(), String> {
         if header.log_time == self.start_unix_ns {
             return Ok(());
         }
-        Err("what was believed at the start is lost".to_owned())
+        Err("the initial belief is lost".to_owned())
     }
 
     fn prior_of(&self, grid: &WireGrid) -> Result<Vec<f32>, String> {
@@ -207,7 +207,7 @@ impl Tape {
     }
 }
 
-/// The ground: the map tells where robots can be, the first belief what is searched.
+/// The ground: the map says which cells are traversable, the first belief which are searched.
 fn terrain(map: &OccupancyGrid, belief: &OccupancyGrid) -> Result<Terrain, String> {
     const BLOCKED: i8 = 100;
     const NOT_SEARCHED: i8 = -1;
@@ -222,7 +222,7 @@ fn terrain(map: &OccupancyGrid, belief: &OccupancyGrid) -> Result<Terrain, Strin
     Terrain::new(grid, f64::from(map.info.resolution), ground.collect()).map_err(|error| error.to_string())
 }
 
-/// What stands under a topic, if it is what others follow from.
+/// The kind of message under a topic, if others follow from it.
 fn kind(topic: &str) -> Option<MessageKind> {
     if topic == Topic::MISSION_STATUS {
         return Some(MessageKind::MissionStatus);

@@ -1,23 +1,23 @@
-//! The recording: everything that the mission tells, as an MCAP file that ROS 2 tools and viewers read.
+//! The recording of a mission: an MCAP file that ROS 2 tools and viewers read.
 //!
 //! ```text
 //! /map                       the ground, once
 //! /belief                    in percent, at the start and periodically
-//! /belief/probability        the same, as it is
-//! /tf, /robots/<robot>/pose  where robots are, when they move
+//! /belief/probability        the same, as probabilities
+//! /tf, /robots/<robot>/pose  robots' poses, when they change
 //! /robots/<robot>/path       their plans, when they change
 //! /robots/<robot>/{observation,intent,heartbeat}
-//! /robots/0/observation      what a person marked by hand
+//! /robots/0/observation      the operator's marks
 //! /objects                   each declaration of an object
-//! /mission/status            with all that is declared
+//! /mission/status            with all declared objects
 //! ```
 //!
-//! Positions are in the frame `map` of the map's file, as a robot tells its own network.
+//! Positions are in the frame `map` of the map's file, as on a robot's own network.
 //!
-//! The scenario is attached as `scenario.toml`. Of a mission that lies on the earth, metadata `earth` say where, and
-//! `areas.geojson` is what is drawn there. Metadata `run` says at the start how the run was made, metadata
-//! `summary` at the end how it went. Messages are logged at the mission time at which the coordinator knew them and
-//! carry as their publishing time that of whoever sent them. The same records make the same bytes.
+//! The scenario is attached as `scenario.toml`. For a georeferenced mission, the metadata `earth` hold its position,
+//! and `areas.geojson` its areas. The metadata `run` hold facts about the run from its start, the metadata `summary`
+//! its results. The log time of a message is the mission time at which the coordinator received it, its publish time
+//! that of its sender. The same records make the same bytes.
 
 pub(crate) mod topic;
 
@@ -47,49 +47,49 @@ use crate::mission::Record;
 
 /// Name of the attachment that holds the scenario.
 pub const SCENARIO_ATTACHMENT: &str = "scenario.toml";
-/// Name of the metadata that say how the run was made.
+/// Name of the metadata with facts about the run.
 pub const RUN_METADATA: &str = "run";
-/// Name of the attachment that holds what is drawn on the earth.
+/// Name of the attachment that holds the areas on the earth.
 pub const AREAS_ATTACHMENT: &str = "areas.geojson";
-/// Name of the metadata that say where on earth the mission takes place.
+/// Name of the metadata with the mission's position on the earth.
 pub const EARTH_METADATA: &str = "earth";
-/// Name of the metadata that say how the run went.
+/// Name of the metadata with the results of the run.
 pub const SUMMARY_METADATA: &str = "summary";
 /// Name within `summary` of the mission time at which the search was over, seconds.
 pub const MISSION_TIME: &str = "mission_time_s";
 
-/// A crash loses at most what was recorded in so much mission time.
+/// A crash loses at most the records of this much mission time.
 pub const FLUSH_PERIOD: Duration = Duration::from_secs(1);
 
 const PROFILE: &str = "ros2";
 const LIBRARY: &str = concat!("dragnet ", env!("CARGO_PKG_VERSION"));
 
-/// What a recording begins with.
+/// The beginning of a recording.
 #[derive(Clone, Debug)]
 pub struct Header {
     /// The mission's start, Unix time, nanoseconds.
     pub start_unix_ns: i64,
     /// The map.
     pub terrain: Arc<Terrain>,
-    /// Where it lies in the frame of its file, which all positions are in.
+    /// Pose of the map in the frame of its file, which all positions are in.
     pub origin: MapOrigin,
-    /// What is believed before any reading.
+    /// The belief before any reading.
     pub prior: Belief,
     /// The text of the scenario file.
     pub scenario: String,
-    /// Where on earth it takes place, if that is known.
+    /// The mission's position on the earth, if known.
     pub earth: Option<Earth>,
-    /// How the run was made: scenario, seed, commit, version, policy.
+    /// Facts about the run: scenario, seed, commit, version, policy.
     pub run: BTreeMap<String, String>,
 }
 
-/// Writes one recording. One that is dropped is finished, without a summary.
+/// Writes one recording. Dropping it finishes the recording without a summary.
 pub struct Recorder {
     path: PathBuf,
     header: Header,
     file: LiveMcapWriter,
     channels: BTreeMap<Topic, Channel>,
-    /// Cells and times, nanoseconds, of what was declared at the last status.
+    /// Cells and times, nanoseconds, of the objects declared at the last status.
     declared: BTreeSet<(Cell, u64)>,
     next_flush: MissionTime,
 }
@@ -101,7 +101,7 @@ struct Channel {
     messages: u32,
 }
 
-/// When a message was known to the coordinator, and to whoever sent it.
+/// When the coordinator received a message, and when its sender published it.
 #[derive(Clone, Copy)]
 struct Times {
     logged: MissionTime,
@@ -109,17 +109,16 @@ struct Times {
 }
 
 impl Recorder {
-    /// Creates the file and writes what it begins with.
+    /// Creates the file and writes its beginning.
     ///
     /// # Errors
-    /// If something is there already, or nothing can be written there.
+    /// If the path exists, or cannot be written.
     pub fn create(path: &Path, header: Header) -> Result<Self, RecordingError> {
         let file = LiveMcapWriter::create(path, PROFILE, LIBRARY)?;
         Self::begin(path.to_owned(), file, header)
     }
 
-    /// Creates the file or, where something is there already, the first after it that is not there: `today-2.mcap` after
-    /// `today.mcap`.
+    /// Creates the file or, if the path exists, the first unused one after it: `today-2.mcap` after `today.mcap`.
     ///
     /// # Errors
     /// If nothing can be written there.
@@ -171,13 +170,13 @@ impl Recorder {
         &self.path
     }
 
-    /// Why the disk takes nothing now, if so: what is to be recorded waits in memory.
+    /// Why the disk is not writable now, if so: records wait in memory.
     #[must_use]
     pub fn trouble(&self) -> Option<String> {
         self.file.trouble()
     }
 
-    /// Gives up a file that cannot be written on: what it began with is what the next one begins with.
+    /// Gives up a file that cannot be written any more, and returns its header for the next one.
     pub(crate) fn give_up(self) -> Header {
         self.header
     }
@@ -185,8 +184,8 @@ impl Recorder {
     /// Writes a record of the mission.
     ///
     /// # Errors
-    /// If it cannot be written, as when the disk has been full for so long that no more can wait in memory. What was
-    /// flushed before stays readable, but nothing more can be recorded.
+    /// If it cannot be written, for example when the disk has been full for so long that no more can wait in memory.
+    /// What was flushed before stays readable, but nothing more can be recorded.
     pub fn record(&mut self, now: MissionTime, record: &Record) -> Result<(), RecordingError> {
         let at = |time_ns| Times { logged: now, published: MissionTime(time_ns) };
         match record {
@@ -213,7 +212,8 @@ impl Recorder {
         self.tick(now)
     }
 
-    /// Flushes if it is time to. Each record does this; a caller that may have none for long does it in between.
+    /// Flushes if it is due. Each record does this; a caller calls it in between if there are no records for a long
+    /// time.
     ///
     /// # Errors
     /// As [`Recorder::record`].
@@ -225,7 +225,7 @@ impl Recorder {
         self.file.flush()
     }
 
-    /// Hands everything to the operating system.
+    /// Passes everything to the operating system.
     ///
     /// # Errors
     /// As [`Recorder::record`].
@@ -233,7 +233,7 @@ impl Recorder {
         self.file.flush()
     }
 
-    /// Writes how the run went, and ends the file.
+    /// Writes the results of the run, and ends the file.
     ///
     /// # Errors
     /// As [`Recorder::record`].
@@ -272,7 +272,7 @@ impl Recorder {
         self.put(Topic::Transforms, times, &transform)
     }
 
-    /// Objects declared since the last status are told once each.
+    /// Objects declared since the last status are recorded once each.
     fn put_status(&mut self, now: MissionTime, status: &MissionStatus) -> Result<(), RecordingError> {
         let times = Times { logged: now, published: MissionTime(status.time_ns) };
         let name = |object: &Detection| (object.cell, object.time_ns);

@@ -1,8 +1,7 @@
-//! The recording of a mission in the field, through whatever its disk does.
+//! The recording of a mission in the field, which tolerates a full disk.
 //!
-//! While the disk takes nothing, what is to be recorded waits in memory. If that becomes too much the file ends with what
-//! was written, and once there is room again another one beside it begins, with all observations so far: each file can be
-//! shown by itself.
+//! While the disk is full, records wait in memory. If there are too many the file ends with what was written, and once
+//! there is space again another file beside it begins, with all observations so far: each file can be shown by itself.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -14,31 +13,31 @@ use crate::RecordingError;
 use crate::mission::{Mission, Record};
 use crate::record::{Header, Recorder};
 
-/// A further file is tried so often.
+/// Time between attempts to begin a further file.
 const RETRY: Duration = Duration::from_secs(10);
 
-/// What whoever watches is told of a recording.
+/// A notice about a recording.
 #[derive(Debug)]
 pub enum Notice {
-    /// The disk takes nothing; what is to be recorded waits in memory.
+    /// The disk is not writable; records wait in memory.
     Waits {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         reason: String,
     },
-    /// All that waited is written.
+    /// All pending records are written.
     Written {
         /// The file.
         path: PathBuf,
     },
     /// A file ends before the mission does.
     Ended(RecordingError),
-    /// The recording goes on in another file.
+    /// The recording continues in another file.
     GoesOn {
         /// The file.
         path: PathBuf,
-        /// How many observations it begins with.
+        /// Number of observations that it begins with.
         observations: u64,
     },
 }
@@ -74,17 +73,17 @@ impl fmt::Display for Notice {
 }
 
 impl Notice {
-    /// Whether it is of something that is wrong, and not mended.
+    /// Whether it reports an error that persists.
     #[must_use]
     pub const fn is_trouble(&self) -> bool {
         matches!(self, Self::Waits { .. } | Self::Ended(_))
     }
 }
 
-/// Who is told of what becomes of the recording.
+/// Receives notices about the recording.
 pub type Notify = Box<dyn FnMut(&Notice) + Send>;
 
-/// A recording under way.
+/// A recording in progress.
 pub(crate) struct Recording {
     state: State,
     is_waiting: bool,
@@ -100,7 +99,7 @@ enum State {
         error: RecordingError,
         next_try: MissionTime,
     },
-    /// Between two states.
+    /// Placeholder during a transition.
     Moving,
 }
 
@@ -113,7 +112,7 @@ impl Recording {
         self.notify = Some(notify);
     }
 
-    /// Why nothing is recorded now, if so.
+    /// Why recording fails now, if it does.
     pub(crate) const fn failure(&self) -> Option<&RecordingError> {
         match &self.state {
             State::Interrupted { error, .. } => Some(error),
@@ -129,11 +128,11 @@ impl Recording {
         }
     }
 
-    /// Flushes if it is time to, and sees how the disk does.
+    /// Flushes if it is due, and checks the disk.
     pub(crate) fn tick(&mut self, now: MissionTime, mission: &Mission) {
         match &mut self.state {
             State::Writing(recorder) => match recorder.tick(now) {
-                Ok(()) => self.look(),
+                Ok(()) => self.check_disk(),
                 Err(error) => self.interrupt(now, error),
             },
             State::Interrupted { next_try, .. } if now >= *next_try => self.go_on(now, mission),
@@ -141,8 +140,8 @@ impl Recording {
         }
     }
 
-    /// Says so when the disk takes nothing, and when it does again.
-    fn look(&mut self) {
+    /// Sends a notice when the disk becomes unwritable, and when it is writable again.
+    fn check_disk(&mut self) {
         let State::Writing(recorder) = &self.state else { return };
         let trouble = recorder.trouble();
         if trouble.is_some() == self.is_waiting {
@@ -157,10 +156,10 @@ impl Recording {
     }
 
     fn interrupt(&mut self, now: MissionTime, error: RecordingError) {
-        let told = Notice::Ended(error);
-        self.tell(&told);
+        let reported = Notice::Ended(error);
+        self.tell(&reported);
         let (Notice::Ended(error), State::Writing(recorder)) =
-            (told, std::mem::replace(&mut self.state, State::Moving))
+            (reported, std::mem::replace(&mut self.state, State::Moving))
         else {
             return;
         };
@@ -168,7 +167,7 @@ impl Recording {
         self.state = State::Interrupted { path, header, error, next_try: now + RETRY };
     }
 
-    /// Begins a further file, if there is room for all that it begins with.
+    /// Begins a further file, if there is space for its beginning.
     fn go_on(&mut self, now: MissionTime, mission: &Mission) {
         let State::Interrupted { path, header, error, .. } =
             std::mem::replace(&mut self.state, State::Moving)
@@ -192,7 +191,7 @@ impl Recording {
         }
     }
 
-    /// Ends the recording, if need be in a further file.
+    /// Ends the recording, if necessary in a further file.
     pub(crate) fn finish(
         mut self,
         now: MissionTime,
@@ -210,7 +209,7 @@ impl Recording {
     }
 }
 
-/// A further file with all that is known; nothing, and no file, if the disk does not take it.
+/// A further file with all that is known; `None`, and no file, if it cannot be written.
 fn begun(path: &Path, header: Header, now: MissionTime, mission: &Mission) -> Option<Recorder> {
     let mut recorder = Recorder::create_beside(path, header).ok()?;
     let log = mission.replica().log();
@@ -224,7 +223,7 @@ fn begun(path: &Path, header: Header, now: MissionTime, mission: &Mission) -> Op
     }
     let path = recorder.path().to_owned();
     drop(recorder);
-    // It holds nothing that is not known.
+    // It holds nothing new.
     let _ = std::fs::remove_file(path);
     None
 }

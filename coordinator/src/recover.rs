@@ -1,5 +1,4 @@
-//! Mends a recording that was cut off or damaged: all that is whole, also behind what is not, goes into a new file that
-//! ends as it should.
+//! Repairs a truncated or damaged recording: all intact parts are copied to a new, complete file.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -16,18 +15,18 @@ use crate::mcap_file::read::McapReader;
 use crate::mcap_file::write::McapWriter;
 use crate::mcap_file::{Ending, RecordingError};
 
-/// What was recovered.
+/// The result of a recovery.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Recovered {
     /// How the recording ended.
     pub ending: Ending,
     /// Its size, bytes.
     pub file_bytes: u64,
-    /// How much of it could be read, bytes.
+    /// Its readable part, bytes.
     pub readable_bytes: u64,
     /// Messages copied.
     pub messages: u64,
-    /// Messages left out since their topic is unknown.
+    /// Messages skipped because their topic is unknown.
     pub messages_without_topic: u64,
     /// Attached files copied.
     pub attachments: u64,
@@ -35,18 +34,18 @@ pub struct Recovered {
     pub metadata: u64,
 }
 
-/// Copies all that is whole in one recording, messages, definitions, attached files and metadata, to a new one.
+/// Copies all intact parts of one recording, messages, definitions, attached files and metadata, to a new one.
 ///
 /// # Errors
-/// If the one cannot be read or is no MCAP file; if the other exists already, as the recording itself does, or cannot
-/// be written: then nothing is left of it.
+/// If the recording cannot be read or is not an MCAP file; if the new file exists already, as the recording itself
+/// does, or cannot be written: then it is removed.
 pub fn recover(from: &Path, to: &Path) -> Result<Recovered, RecordingError> {
     let reader = McapReader::open(from)?;
     let header = reader.header();
     let writer = McapWriter::create(to, &header.profile, &header.library)?;
     let recovered = copy(reader, writer);
     if recovered.is_err() {
-        // What failed is told; that its remains cannot be removed either tells nothing more.
+        // The failure itself is reported; a failure to remove the remains is not.
         let _ = fs::remove_file(to);
     }
     recovered
@@ -74,7 +73,7 @@ fn copy<R: Read + Seek>(
             }
             Record::Channel(mut channel) => {
                 if !schemas.contains(&channel.schema_id) {
-                    // Its definition is lost. 0 says that there is none; its messages are whole.
+                    // Its definition is lost. 0 means that there is none; its messages are intact.
                     channel.schema_id = 0;
                 }
                 if is_new(writer.copy_channel(&channel))? {
@@ -103,8 +102,7 @@ fn copy<R: Read + Seek>(
     Ok(recovered)
 }
 
-/// Whether a definition was taken in. One that says another thing than an earlier one of its number, as a damaged one
-/// may, is left out.
+/// Whether a definition was added. One that contradicts an earlier one of its id, as a damaged one may, is skipped.
 fn is_new(copied: Result<(), RecordingError>) -> Result<bool, RecordingError> {
     match copied {
         Err(RecordingError::Write {

@@ -1,4 +1,4 @@
-//! Tracks: where each robot is and where it goes, from messages that come late, twice or out of order.
+//! Tracks: each robot's position and plan, from messages that may arrive late, twice or out of order.
 
 use std::collections::BTreeMap;
 
@@ -7,23 +7,23 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::RobotId;
 
-/// What is known of one robot.
+/// The state of one robot.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Track {
-    /// Where it was last, and when by its own clock.
+    /// Its last cell, and when it was there by its own clock.
     pub pose: Option<(Cell, MissionTime)>,
-    /// The plan that it follows; none was heard, or it is lost, without one.
+    /// Its current plan; `None` if none was received, or the robot is lost.
     pub plan: Option<Intent>,
 }
 
-/// All robots that were ever heard.
+/// All robots that messages have arrived from.
 #[derive(Clone, Debug, Default)]
 pub struct Tracks {
     robots: BTreeMap<RobotId, Track>,
 }
 
 impl Tracks {
-    /// A robot was in a cell at a time; whether that is news.
+    /// A robot was in a cell at a time; returns whether that is news.
     pub fn at(&mut self, robot: RobotId, cell: Cell, time: MissionTime) -> bool {
         let track = self.robots.entry(robot).or_default();
         let is_later = track.pose.is_none_or(|(_, known)| time >= known);
@@ -34,7 +34,7 @@ impl Tracks {
         is_later && has_moved
     }
 
-    /// A robot's plan; whether it is news: a newer plan, or the same one with less of it left.
+    /// A robot's plan; returns whether it is news: a newer plan, or the same one with fewer cells left.
     pub fn plans(&mut self, intent: &Intent) -> bool {
         let track = self.robots.entry(intent.robot).or_default();
         let is_news = track.plan.as_ref().is_none_or(|known| intent.supersedes(known));
@@ -44,18 +44,18 @@ impl Tracks {
         is_news
     }
 
-    /// A robot is lost: its plan lapses; whether there was one to lapse.
+    /// A robot is lost and its plan lapses; returns whether there was one.
     pub fn lapses(&mut self, robot: RobotId) -> bool {
         let plan = self.robots.get_mut(&robot).and_then(|track| track.plan.take());
         plan.is_some_and(|plan| !plan.path.is_empty())
     }
 
-    /// What is known of each robot, by number.
+    /// The state of each robot, by number.
     pub fn robots(&self) -> impl Iterator<Item = (RobotId, &Track)> + '_ {
         self.robots.iter().map(|(&robot, track)| (robot, track))
     }
 
-    /// What is known of a robot.
+    /// The state of a robot.
     #[must_use]
     pub fn of(&self, robot: RobotId) -> Option<&Track> {
         self.robots.get(&robot)

@@ -1,8 +1,8 @@
-//! Policies against each other, over scenarios and seeds: what is run, in one process or in shards, and the tables and
-//! curves that it comes to.
+//! Comparisons of policies over scenarios and seeds: their episodes, in one process or in shards, and the resulting
+//! tables and curves.
 //!
-//! An [`Experiment`] runs, each episode comes to a [`Trial`], and its [`Design`] makes a [`Row`] a case of the trials,
-//! wherever and in however many parts they were run.
+//! An [`Experiment`] runs, each episode gives a [`Trial`], and its [`Design`] makes a [`Row`] for each case of the
+//! trials, independently of how they were divided into shards.
 
 mod design;
 mod estimate;

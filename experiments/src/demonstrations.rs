@@ -1,7 +1,7 @@
-//! An expert at work, as files that a network learns from.
+//! Recording of experts' decisions as files for training.
 //!
-//! A [`Plan`] lists the trajectories of all shards, [`record`] makes those of one of them, [`Part`] is what a shard says of
-//! itself, and [`part::join`] checks that all are there.
+//! A [`Plan`] lists the trajectories of all shards, [`record`] makes those of one of them, [`Part`] describes a
+//! completed shard, and [`part::join`] checks that all are complete.
 
 pub mod part;
 mod plan;
@@ -21,19 +21,19 @@ pub use part::Part;
 use plan::{Job, Search};
 pub use plan::{MIXTURE, Plan};
 
-/// How an expert is watched.
+/// How an expert is recorded.
 #[derive(Clone, Copy, Debug)]
 pub struct Watch {
-    /// Who is watched.
+    /// The expert.
     pub expert: PolicyName,
-    /// A trajectory has at most so many decisions, those of all robots together.
+    /// Maximum number of decisions of a trajectory, over all robots.
     pub max_decisions: u32,
     /// Share of the decisions after which a robot goes to a random cell, 0 to 1.
     pub explore: f64,
 }
 
 impl Watch {
-    /// As trajectories say it, with the version of the program that made them.
+    /// The description in trajectories, with the version of the program that made them.
     fn source(&self, program: &str) -> Source {
         Source {
             expert: self.expert.to_string(),
@@ -45,29 +45,29 @@ impl Watch {
     }
 }
 
-/// What a shard's trajectories came to.
+/// The result of recording a shard.
 pub struct Recorded {
-    /// How many there are.
+    /// Number of trajectories.
     pub trajectories: usize,
     /// Decisions in all of them.
     pub decisions: u64,
-    /// How many of them were there already.
+    /// Number of trajectories that existed already.
     pub were_there: usize,
-    /// What it took.
+    /// Time and threads.
     pub effort: Effort,
 }
 
-/// A trajectory that is there.
+/// A completed trajectory.
 struct Done {
     decisions: u64,
     was_there: bool,
 }
 
-/// Writes a shard's trajectories to a folder, so many at a time; without a number, as many as there are cores. Those that
-/// are there already are kept.
+/// Writes a shard's trajectories to a folder on this many threads, by default one for each core. Existing ones are
+/// kept.
 ///
 /// # Errors
-/// If what is there was made otherwise, a search fails, or a file cannot be written.
+/// If an existing one differs, a search fails, or a file cannot be written.
 pub fn record(
     plan: &Plan,
     shard: Shard,
@@ -103,7 +103,7 @@ fn watch_one(job: &Job, plan: &Plan, folder: &Path) -> Result<Done, ExperimentEr
     Ok(Done { decisions: trajectory.decisions.len() as u64, was_there: false })
 }
 
-/// What is there may only be kept if it is what would be written now.
+/// An existing file may only be kept if it equals what would be written now.
 fn check_is_same(
     known: &Trajectory,
     source: &Source,

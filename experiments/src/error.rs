@@ -1,14 +1,14 @@
-//! What can go wrong with an experiment.
+//! Errors of experiments.
 
 use std::fmt;
 
-/// Why an experiment has no results.
+/// Why an experiment failed.
 #[derive(Debug, thiserror::Error)]
 pub enum ExperimentError {
-    /// What was asked for cannot be done, or the files that it needs are not what they should be.
+    /// The request or the files that it needs are invalid.
     #[error("{0}")]
     Input(String),
-    /// It could be done, and it went wrong.
+    /// The request is valid and its execution failed.
     #[error("{0}")]
     Run(String),
 }

@@ -1,4 +1,4 @@
-//! Many jobs of one experiment, side by side.
+//! Runs the jobs of an experiment in parallel.
 
 use std::time::{Duration, Instant};
 
@@ -8,28 +8,28 @@ use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIter
 use crate::ExperimentError;
 use crate::progress::Progress;
 
-/// What jobs came to.
+/// The results of jobs.
 pub struct Done<T> {
-    /// Of each, in their order.
+    /// One for each job, in their order.
     pub results: Vec<T>,
-    /// What they took.
+    /// Time and threads.
     pub effort: Effort,
 }
 
-/// What jobs took.
+/// The time and the threads that jobs took.
 #[derive(Clone, Copy)]
 pub struct Effort {
     /// Time from the first job's beginning to the last one's end.
     pub elapsed: Duration,
-    /// How many jobs ran at a time.
+    /// Number of threads.
     pub threads: usize,
 }
 
-/// Does all jobs, so many at a time (without a number, as many as there are cores); `progress` hears of each, counted in
-/// `units`. No job begins after one failed.
+/// Runs all jobs on this many threads (by default one for each core); `progress` counts them in `units`. No job begins
+/// after one has failed.
 ///
 /// # Errors
-/// If a job fails, or the system gives no threads.
+/// If a job fails, or the system provides no threads.
 pub fn run<J: Sync, T: Send>(
     jobs: &[J],
     threads: Option<u16>,
@@ -57,7 +57,7 @@ mod tests {
     use super::*;
     use crate::progress::Work;
 
-    /// Steps that were announced, and those that are done.
+    /// Steps announced and steps done.
     #[derive(Default)]
     struct Heard {
         announced: AtomicU64,
@@ -80,26 +80,26 @@ mod tests {
     }
 
     #[test]
-    fn results_are_in_the_order_of_the_jobs_and_progress_hears_of_each() {
+    fn results_are_in_the_order_of_the_jobs_and_progress_counts_each() {
         for threads in [1, 3] {
-            let heard = Heard::default();
+            let received = Heard::default();
             let jobs: Vec<u64> = (0..50).collect();
-            let done = run(&jobs, Some(threads), "jobs", &heard, |&job| Ok(job * job)).unwrap();
+            let done = run(&jobs, Some(threads), "jobs", &received, |&job| Ok(job * job)).unwrap();
             assert!(done.results.iter().copied().eq(jobs.iter().map(|job| job * job)));
             assert_eq!(done.effort.threads, usize::from(threads));
-            let Heard { announced, done } = heard;
+            let Heard { announced, done } = received;
             assert_eq!((announced.into_inner(), done.load(Ordering::Relaxed)), (50, 50));
         }
     }
 
     #[test]
     fn a_job_that_fails_fails_all_and_is_not_counted_as_done() {
-        let heard = Heard::default();
+        let received = Heard::default();
         let refuse = |&job: &u64| {
             if job == 1 { Err(ExperimentError::Run(format!("job {job}"))) } else { Ok(job) }
         };
-        let failed = run(&[0, 1, 2], Some(1), "jobs", &heard, refuse);
+        let failed = run(&[0, 1, 2], Some(1), "jobs", &received, refuse);
         assert_eq!(failed.err().map(|error| error.to_string()).as_deref(), Some("job 1"));
-        assert!(heard.done.load(Ordering::Relaxed) < 3);
+        assert!(received.done.load(Ordering::Relaxed) < 3);
     }
 }

@@ -1,15 +1,15 @@
-//! Experiments: many searches in simulation, and the tables, curves and files that they come to.
+//! Experiments: many searches in simulation, with tables, curves and files as results.
 //!
 //! Reading order:
 //!
-//! 1. [`seeds`], [`shard`], [`jobs`]: what is run, which process runs which part of it, and many jobs side by side;
-//! 2. [`comparison`]: policies against each other, over scenarios and seeds;
+//! 1. [`seeds`], [`shard`], [`jobs`]: seeds, their division among processes, and parallel jobs;
+//! 2. [`comparison`]: comparisons of policies over scenarios and seeds;
 //! 3. [`paper`]: the paper's tables and figures, measured again, as one page;
-//! 4. [`demonstrations`]: an expert at work, as files that a network learns from;
+//! 4. [`demonstrations`]: recording of experts' decisions for training;
 //! 5. [`plot`]: curves as drawings.
 //!
-//! This crate reads no command line and writes to no terminal. Whoever calls it says which version of the program runs and
-//! hears about [`progress`].
+//! This crate reads no command line and writes to no terminal. The caller passes the program's version and receives
+//! [`progress`].
 
 pub mod comparison;
 pub mod demonstrations;

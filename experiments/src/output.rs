@@ -1,21 +1,21 @@
-//! Where results go.
+//! Output files.
 
 use std::fs;
 use std::path::Path;
 
 use crate::ExperimentError;
 
-/// Makes the folder of `--out`, so that it is not missing after hours of work.
+/// Creates the folder of `--out` before the work begins.
 ///
 /// # Errors
-/// If it cannot be made.
+/// If it cannot be created.
 pub fn make_folder(folder: &Path) -> Result<(), ExperimentError> {
     fs::create_dir_all(folder).map_err(|error| {
         ExperimentError::Input(format!("--out {}: cannot make the folder: {error}", folder.display()))
     })
 }
 
-/// Writes a file as a whole or not at all.
+/// Writes a file atomically.
 ///
 /// # Errors
 /// If it cannot be written.

@@ -1,7 +1,7 @@
-//! The paper's experiments, run again in simulation, as one page.
+//! The paper's experiments in simulation, as one page.
 //!
-//! [`run`] makes a [`Report`]. Each table and figure is a section in a file of its own; `study` runs the comparisons that
-//! several of them show, `page` puts them together.
+//! [`run`] makes a [`Report`]. Each table and figure is a section in a file of its own; `study` runs the comparisons
+//! that several of them show, `page` assembles them.
 
 mod curves;
 mod figure_5;
@@ -38,18 +38,18 @@ use study::{Comparison, Study};
 /// The file that holds the report.
 const REPORT: &str = "report.html";
 
-/// What is to be run.
+/// A request for a report.
 #[derive(Clone, Copy, Debug)]
 pub struct Order {
-    /// Which parts of the paper.
+    /// The parts of the paper.
     pub choice: Choice,
-    /// With these seeds.
+    /// The seeds.
     pub seeds: Seeds,
-    /// So many episodes at a time; without a number, as many as there are cores.
+    /// Number of threads, by default one for each core.
     pub threads: Option<u16>,
 }
 
-/// The page and the numbers behind it.
+/// The page and its numbers.
 pub struct Report {
     page: String,
     files: Vec<CsvFile>,
@@ -67,12 +67,12 @@ pub fn run(order: Order, program: &str, progress: &dyn Progress) -> Result<Repor
 }
 
 impl Report {
-    /// Writes all files to a folder; returns where the page is.
+    /// Writes all files to a folder; returns the path of the page.
     ///
     /// # Errors
     /// If one cannot be written.
     pub fn write(&self, folder: &Path) -> Result<PathBuf, ExperimentError> {
-        // The page last: where it is, its numbers are.
+        // The page last: if it exists, so do its numbers.
         for file in &self.files {
             output::write(&folder.join(&file.name), &file.content)?;
         }
@@ -113,10 +113,10 @@ fn find(comparisons: &[Comparison], study: Study) -> &Comparison {
     comparisons.iter().find(|comparison| comparison.study == study).expect("a study that was run")
 }
 
-/// Makes the folder and sees that files can be written to it, before minutes of work.
+/// Creates the folder and checks that files can be written to it, before minutes of work.
 ///
 /// # Errors
-/// If they cannot.
+/// If not.
 pub fn prepare(folder: &Path) -> Result<(), ExperimentError> {
     output::make_folder(folder)?;
     let failure =

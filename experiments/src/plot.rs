@@ -11,9 +11,9 @@ use plotters::style::{Color, IntoFont, RGBColor, ShapeStyle, TextStyle, WHITE};
 
 /// Size of a drawing, pixels: plotters rounds to whole ones, so that small drawings get crooked lines.
 const SIZE: (u32, u32) = (1600, 1000);
-/// Of these the legend takes so many columns, on the right.
+/// Columns of the legend, on the right.
 const LEGEND_WIDTH: u32 = 325;
-/// From where to where the legend shows a piece of each line: longer than any dash and its gap.
+/// The horizontal range of the line samples in the legend: longer than any dash and its gap.
 const SAMPLE: (i32, i32) = (4, 76);
 
 const FONT: &str = "Helvetica, Arial, sans-serif";
@@ -23,8 +23,8 @@ const LINE_WIDTH: u32 = 4;
 const INK: RGBColor = RGBColor(40, 40, 40);
 const FAINT: RGBColor = RGBColor(226, 226, 226);
 
-/// Colors that the color-blind tell apart (Okabe and Ito 2008), a gray instead of the yellow, which is too light for
-/// lines.
+/// Colors that can be told apart with color blindness (Okabe and Ito 2008), with a gray instead of the yellow, which is
+/// too light for lines.
 const COLORS: [RGBColor; 8] = [
     RGBColor(140, 140, 140),
     RGBColor(230, 159, 0),
@@ -45,15 +45,15 @@ pub struct Figure<'a> {
     pub title: String,
     /// Below the title.
     pub subtitle: String,
-    /// What the lengths are, with unit.
+    /// The meaning of the lengths, with unit.
     pub horizontal: &'a str,
-    /// What the values are.
+    /// The meaning of the values.
     pub vertical: &'a str,
     /// Lengths are drawn from 0 to this, above 0.
     pub length: f64,
     /// Values are drawn from 0 to this, above 0.
     pub height: f64,
-    /// The curves; those of a greater index are drawn over those before.
+    /// The curves; later ones are drawn over earlier ones.
     pub lines: Vec<Line<'a>>,
 }
 
@@ -61,29 +61,29 @@ pub struct Figure<'a> {
 pub struct Line<'a> {
     /// Its name in the legend.
     pub label: &'a str,
-    /// What tells it apart.
-    pub look: Look,
+    /// Its color and dashes.
+    pub line_style: LineStyle,
     /// Ascending.
     pub lengths: &'a [f64],
     /// Mean value at each length.
     pub mean: &'a [f64],
-    /// Its standard error, where it is known.
+    /// Its standard error, where known.
     pub standard_error: &'a [Option<f64>],
 }
 
-/// What tells a curve apart from others.
+/// Color and dashes of a curve.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Look {
-    /// Number of its color, below [`Look::COLORS`]; others are taken modulo it.
+pub struct LineStyle {
+    /// Number of its color, below [`LineStyle::COLORS`]; others are taken modulo it.
     pub color: usize,
-    /// 0 for a solid line, else the number of its dashes, below [`Look::DASHES`]; others are taken modulo it.
+    /// 0 for a solid line, else the number of its dashes, below [`LineStyle::DASHES`]; others are taken modulo it.
     pub dashes: usize,
 }
 
-impl Look {
-    /// How many colors there are.
+impl LineStyle {
+    /// Number of colors.
     pub const COLORS: usize = COLORS.len();
-    /// How many kinds of lines there are, the solid one included.
+    /// Number of line styles, including solid lines.
     pub const DASHES: usize = DASHES.len() + 1;
 
     const fn color(self) -> RGBColor {
@@ -94,7 +94,7 @@ impl Look {
         ShapeStyle::from(self.color()).stroke_width(LINE_WIDTH)
     }
 
-    /// None of a solid line.
+    /// `None` for a solid line.
     const fn dashes(self) -> Option<(u32, u32)> {
         match self.dashes % Self::DASHES {
             0 => None,
@@ -163,10 +163,10 @@ impl Figure<'_> {
         for (y, line) in (160..).step_by(50).zip(&self.lines) {
             area.draw(&Rectangle::new(
                 [(SAMPLE.0, y - 12), (SAMPLE.1, y + 12)],
-                line.look.color().mix(0.2).filled(),
+                line.line_style.color().mix(0.2).filled(),
             ))?;
-            let (ends, stroke) = ([(SAMPLE.0, y), (SAMPLE.1, y)], line.look.stroke());
-            match line.look.dashes() {
+            let (ends, stroke) = ([(SAMPLE.0, y), (SAMPLE.1, y)], line.line_style.stroke());
+            match line.line_style.dashes() {
                 None => area.draw(&PathElement::new(ends, stroke))?,
                 Some((dash, gap)) => area.draw(&DashedPathElement::new(ends, dash, gap, stroke))?,
             }
@@ -186,14 +186,14 @@ impl Line<'_> {
         outline.reverse();
         outline.splice(0..0, edge(1.0));
         if !outline.is_empty() {
-            chart.draw_series([Polygon::new(outline, self.look.color().mix(0.2))])?;
+            chart.draw_series([Polygon::new(outline, self.line_style.color().mix(0.2))])?;
         }
         Ok(())
     }
 
     fn draw_mean<B: DrawingBackend>(&self, chart: &mut Chart<'_, B>, length: f64) -> Drawn<B> {
-        let (points, stroke) = (self.points(length), self.look.stroke());
-        match self.look.dashes() {
+        let (points, stroke) = (self.points(length), self.line_style.stroke());
+        match self.line_style.dashes() {
             None => chart.draw_series(LineSeries::new(points, stroke))?,
             Some((dash, gap)) => chart.draw_series(DashedLineSeries::new(points, dash, gap, stroke))?,
         };
@@ -218,7 +218,7 @@ mod tests {
     fn svg(standard_error: &[Option<f64>], dashes: usize) -> String {
         let line = Line {
             label: "greedy",
-            look: Look { color: 2, dashes },
+            line_style: LineStyle { color: 2, dashes },
             lengths: &[0.0, 1.0, 2.0],
             mean: &[0.0, 0.5, 0.9],
             standard_error,
@@ -253,7 +253,7 @@ mod tests {
     fn dashes_are_drawn_in_the_curve_and_in_the_legend() {
         let lines = |dashes| svg(&[None; 3], dashes).matches("stroke=\"#009E73\"").count();
         assert_eq!(lines(0), 2);
-        for dashes in 1..Look::DASHES {
+        for dashes in 1..LineStyle::DASHES {
             assert!(lines(dashes) > 10, "{dashes}");
         }
     }

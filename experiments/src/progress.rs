@@ -1,14 +1,14 @@
-//! Who hears how far work has come.
+//! Reporting of progress.
 
-/// Hears of work that takes a while.
+/// Receives the progress of long work.
 pub trait Progress: Sync {
-    /// Work of so many steps begins; `unit` says what a step is, such as "episodes". The work ends when what is returned is
-    /// dropped.
+    /// Begins work of a number of steps; `unit` names a step, such as "episodes". The work ends when the returned value
+    /// is dropped.
     fn begin(&self, steps: u64, unit: &str) -> Box<dyn Work>;
 }
 
-/// Work that has begun.
+/// Work in progress.
 pub trait Work: Sync {
-    /// So many more steps are done.
+    /// Reports further completed steps.
     fn advance(&self, steps: u64);
 }

@@ -5,10 +5,10 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-/// The most seeds, so that their number times that of the cases can be counted.
+/// The maximum number of seeds, so that their product with the number of cases does not overflow.
 const MAX_COUNT: u64 = 1_000_000;
 
-/// Seeds from one on, so many; at least one.
+/// A range of consecutive seeds; at least one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct Seeds {
@@ -17,13 +17,13 @@ pub struct Seeds {
 }
 
 impl Seeds {
-    /// How many.
+    /// Number of seeds.
     #[must_use]
     pub fn count(self) -> u64 {
         self.count
     }
 
-    /// The seed of a place, `0..count`.
+    /// The seed at an index, `0..count`.
     #[must_use]
     pub fn at(self, place: u64) -> u64 {
         self.first + place

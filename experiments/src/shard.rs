@@ -1,4 +1,4 @@
-//! Shards: how the jobs of one command are dealt to many processes, and how what each of them made is kept.
+//! Shards: the division of a command's jobs among processes, and the files of their results.
 
 use std::fmt;
 use std::fs;
@@ -9,10 +9,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::ExperimentError;
 
-/// Missing shards are named up to this number, and counted from there on.
+/// The maximum number of missing shards that are listed.
 const MAX_NAMED: usize = 20;
 
-/// One of so many shards.
+/// One of a number of shards.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct Shard {
@@ -22,28 +22,28 @@ pub struct Shard {
 }
 
 impl Shard {
-    /// The most shards.
+    /// The maximum number of shards.
     pub(crate) const MAX_COUNT: u32 = 100_000;
 
     /// All jobs.
     pub const WHOLE: Self = Self { number: 1, count: 1 };
 
-    /// Whether a job, by its place from 0, is this shard's.
+    /// Whether a job, by its index from 0, belongs to this shard.
     pub(crate) fn holds(self, place: u64) -> bool {
         place % u64::from(self.count) == self.seat(place / u64::from(self.count))
     }
 
-    /// The places of so many jobs that are this shard's, ascending.
+    /// The indices of this shard's jobs, ascending.
     pub(crate) fn places(self, jobs: u64) -> impl Iterator<Item = u64> {
         let count = u64::from(self.count);
         let rounds = 0..jobs.div_ceil(count);
         rounds.map(move |round| round * count + self.seat(round)).filter(move |&place| place < jobs)
     }
 
-    /// Jobs are dealt in rounds, one to each shard: which of a round, from 0, is this shard's.
+    /// Jobs are dealt in rounds, one to each shard: the position of this shard in a round, from 0.
     ///
-    /// A round begins a golden section of the shards after the one before it: jobs that lie whole rounds apart are often
-    /// alike (slow ones of the same map), and so fall to different shards.
+    /// A round begins a golden section of the shards after the one before it: jobs that lie whole rounds apart are
+    /// often similar (slow ones of the same map), and so fall to different shards.
     fn seat(self, round: u64) -> u64 {
         /// 2^64 by the golden ratio.
         const GOLDEN_SECTION: u64 = 0x9E37_79B9_7F4A_7C15;
@@ -53,19 +53,19 @@ impl Shard {
         u64::try_from(seat).unwrap_or(u64::MAX)
     }
 
-    /// Name of the file that keeps what the shard made, with this extension.
+    /// Name of the file with the shard's results, with this extension.
     pub(crate) fn file_name(self, extension: &str) -> String {
         format!("part-{}-of-{}.{extension}", self.number, self.count)
     }
 }
 
-/// The longest part that is read, bytes.
+/// The maximum size of a part, bytes.
 pub(crate) const MAX_PART_BYTES: u64 = 1 << 30;
 
 /// The file itself, or all parts in a folder: at least one.
 ///
 /// # Errors
-/// If the folder cannot be read, or has no part.
+/// If the folder cannot be read, or contains no part.
 pub fn part_files(path: &Path) -> Result<Vec<PathBuf>, ExperimentError> {
     if !path.is_dir() {
         return Ok(vec![path.to_owned()]);
@@ -82,14 +82,15 @@ pub fn part_files(path: &Path) -> Result<Vec<PathBuf>, ExperimentError> {
     Ok(files)
 }
 
-/// Whether a file is named as [`Shard::file_name`] names it.
+/// Whether a file is named as by [`Shard::file_name`].
 fn is_part(path: &Path) -> bool {
     let stem = path.file_stem().and_then(|stem| stem.to_str());
     let numbers = stem.and_then(|stem| stem.strip_prefix("part-")?.split_once("-of-"));
     numbers.is_some_and(|(number, count)| format!("{number}/{count}").parse::<Shard>().is_ok())
 }
 
-/// Checks that parts, each with its shard, are all of the same number of shards, and each of these exactly once.
+/// Checks that parts, each with its shard, are all of the same number of shards, and each of these is present exactly
+/// once.
 pub(crate) fn check_complete(parts: &[(&Path, Shard)]) -> Result<(), ExperimentError> {
     let Some(&(first, Shard { count, .. })) = parts.first() else { return Ok(()) };
     let mut places: Vec<Option<&Path>> = vec![None; count as usize];

@@ -1,4 +1,4 @@
-//! What a recording comes to at a time, on the earth.
+//! The state of a recorded mission at a time, on the earth.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -17,36 +17,36 @@ use dragnet_search::terrain::Terrain;
 use crate::ExportError;
 use crate::detection::probability_of_detection;
 
-/// Probability from which an object is found, and speed, where the recording does not say.
+/// Detection threshold and speed for recordings without them.
 const DEFAULT_DETECTION_THRESHOLD: f64 = 0.95;
 const USUAL_SPEED_METERS_PER_SECOND: f64 = 2.0;
 
-/// What a recording comes to at a time.
+/// The state of a recorded mission at a time.
 #[derive(Clone, Debug)]
 pub struct Account {
     /// Of the mission.
     pub name: String,
     /// The mission's start, Unix time, nanoseconds.
     pub start_unix_ns: u64,
-    /// Up to when the recording was read.
+    /// The time up to which the recording was read.
     pub until: MissionTime,
-    /// Where the map lies.
+    /// The map's position on the earth.
     pub frame: Georeference,
-    /// The map, with cells that a person has added.
+    /// The map, with cells that the operator added.
     pub terrain: Terrain,
     /// Objects that are declared, in the order of their declaration.
     pub found: Vec<Detection>,
-    /// Where each robot was, in the order of its own clock; it stands twice where it waited.
+    /// The cells of each robot, in the order of its own clock; repeated where it waited.
     pub tracks: BTreeMap<RobotId, Vec<Visit>>,
-    /// Robots that go somewhere: where each is, and the cells that it enters from there.
+    /// The plans of robots that move: position and cells to enter from there.
     pub plans: BTreeMap<RobotId, Plan>,
     /// Probability of detection of each cell, 0 to 1, shape `[cells]`; 0 where nothing is searched.
     pub pod: Vec<f64>,
     /// The whole search.
     pub total: Coverage,
-    /// What is drawn, and how well it was searched where robots enter it and a cell of it is searched.
+    /// The drawn areas, and how thoroughly each was searched if robots can enter it and a cell of it is searched.
     pub areas: Vec<(Area, Option<Coverage>)>,
-    /// Of a robot.
+    /// Speed of a robot.
     pub speed_meters_per_second: f64,
 }
 
@@ -55,27 +55,27 @@ pub struct Account {
 pub struct Visit {
     /// By the robot's clock.
     pub time: MissionTime,
-    /// Where.
+    /// The cell.
     pub cell: Cell,
 }
 
-/// Where a robot goes.
+/// The plan of a robot.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Plan {
-    /// Where it was when it was heard last.
+    /// Its last known cell.
     pub from: Cell,
     /// Cells that it enters, in order; at least one.
     pub path: Vec<Cell>,
 }
 
-/// How well an area was searched.
+/// How thoroughly an area was searched.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coverage {
-    /// Searched cells of it.
+    /// Number of its searched cells.
     pub cells: usize,
-    /// Probability of area: that what is searched is here, 0 to 1. As drawn; of a search area what the prior holds there.
+    /// Probability of area: that an object is here, 0 to 1. As drawn; for a search area by the prior.
     pub poa: f64,
-    /// Probability of detection: the mean over its cells, each weighted by how much of the area's probability it holds.
+    /// Probability of detection: the mean over its cells, weighted by the probability that the area's object is there.
     pub pod: f64,
 }
 
@@ -88,8 +88,8 @@ impl Coverage {
 }
 
 impl Account {
-    /// Reads a recording up to a time, or to its end. The origin is that of the map's south-western corner, of a recording
-    /// that does not say where it lies.
+    /// Reads a recording up to a time, or to its end. `origin` is that of the map's south-western corner, for a
+    /// recording without one.
     ///
     /// # Errors
     /// Without an origin, or with two.
@@ -100,7 +100,7 @@ impl Account {
     ) -> Result<Self, ExportError> {
         let earth = earth(playback, origin)?;
         let mut fold = Fold::new(playback);
-        // What robots said after the search is a part of it.
+        // Messages after the search belong to it too.
         let taken = until.unwrap_or_else(|| playback.end());
         for (_, record) in playback.records.iter().take_while(|(time, _)| *time <= taken) {
             fold.take(record);
@@ -131,7 +131,7 @@ impl Account {
         })
     }
 
-    /// The middle of a cell.
+    /// The center of a cell.
     #[must_use]
     pub fn point(&self, cell: Cell) -> GeoPoint {
         let position = self.terrain.grid().position(cell);
@@ -157,7 +157,7 @@ fn earth(playback: &Playback, origin: Option<GeoPoint>) -> Result<Earth, ExportE
     }
 }
 
-/// A recording, read record by record.
+/// The state while reading a recording.
 struct Fold {
     mission: MissionFold,
     visits: BTreeMap<RobotId, Vec<Visit>>,
@@ -175,7 +175,7 @@ impl Fold {
         {
             let visit = Visit { time: MissionTime(observation.time_ns), cell: observation.from };
             let visits = self.visits.entry(robot).or_default();
-            // Repaired observations come late.
+            // Repaired observations arrive late.
             let at = visits.partition_point(|known| known.time <= visit.time);
             visits.insert(at, visit);
         }
@@ -211,17 +211,17 @@ impl Fold {
     }
 }
 
-/// What areas come to.
+/// Computes the coverage of areas.
 struct Weigh<'a> {
     prior: &'a [f64],
     pod: &'a [f64],
-    /// Objects on the whole.
+    /// Total number of expected objects.
     expected: f64,
 }
 
 impl Weigh<'_> {
-    /// Of each area that robots enter and that touches a searched cell. A cell that several search areas touch belongs to
-    /// each by the share that it covers.
+    /// The coverage of each area that robots can enter and that touches a searched cell. A cell that several search
+    /// areas touch belongs to each by the share that it covers.
     fn areas(&self, areas: &[Area], frame: &Georeference, terrain: &Terrain) -> Vec<Option<Coverage>> {
         let shares: Vec<Option<Vec<(Cell, f64)>>> =
             areas.iter().map(|area| shares(area, frame, terrain)).collect();
@@ -262,7 +262,7 @@ impl Weigh<'_> {
     }
 }
 
-/// The share of each searched cell that an area covers, or of a place its weight there; all above 0.
+/// The share of each searched cell that an area covers, or for a place its weight there; all above 0.
 fn shares(area: &Area, frame: &Georeference, terrain: &Terrain) -> Option<Vec<(Cell, f64)>> {
     if matches!(area.purpose, Purpose::NoGo(..)) {
         return None;

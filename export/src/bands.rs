@@ -1,4 +1,4 @@
-//! Cells as a few polygons: those that were searched about equally well together.
+//! Cleared cells as polygons, in bands of similar probability of detection.
 
 use dragnet_scenario::map_file::Georeference;
 use dragnet_search::cell::{Grid, Position};
@@ -6,15 +6,15 @@ use dragnet_search::terrain::Terrain;
 use geo::orient::{Direction, Orient};
 use geo::{MapCoords, MultiPolygon, Rect, unary_union};
 
-/// Where one band ends and the next begins; what is below the first was hardly searched.
+/// Bounds of the bands; cells below the first were hardly searched.
 const EDGES: [f64; 5] = [0.1, 0.5, 0.8, 0.95, 1.0];
 
 /// Cells of about the same probability of detection.
 #[derive(Clone, Debug)]
 pub(crate) struct Band {
-    /// From this probability of detection on.
+    /// The lower bound of the probability of detection, inclusive.
     pub from: f64,
-    /// To below this one; up to 1.
+    /// The upper bound, exclusive except for 1.
     pub to: f64,
     pub cells: usize,
     /// In degrees; outer rings counterclockwise.
@@ -22,10 +22,10 @@ pub(crate) struct Band {
 }
 
 impl Band {
-    /// How many there can be.
+    /// Number of bands.
     pub(crate) const COUNT: usize = EDGES.len() - 1;
 
-    /// Which one this is, from 0 for what was searched least.
+    /// The index of the band, from 0 for the lowest probability.
     pub(crate) fn number(&self) -> usize {
         EDGES.iter().take_while(|&&edge| edge < self.from).count()
     }
@@ -36,7 +36,7 @@ impl Band {
     }
 }
 
-/// The bands that any searched cell is in, of a probability of detection of shape `[cells]`.
+/// The non-empty bands of a probability of detection of shape `[cells]`.
 pub(crate) fn bands(terrain: &Terrain, frame: &Georeference, pod: &[f64]) -> Vec<Band> {
     let band = |pair: &[f64]| {
         let (from, to) = (pair[0], pair[1]);

@@ -6,8 +6,8 @@
 //! | `track` | `LineString` | `robot`, `coordTimes` |
 //! | `cleared` | `MultiPolygon` | `pod_from`, `pod_to`, `cells` |
 //!
-//! An area that was searched has `poa`, `pod`, `pos` and `cells`. Read as a map again, what the mission has added is left
-//! out.
+//! An area that was searched has `poa`, `pod`, `pos` and `cells`. When the file is read as a map, these features are
+//! ignored.
 
 use dragnet_proto::message::Detection;
 use dragnet_scenario::map_file::{Area, GeoPoint};

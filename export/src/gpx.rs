@@ -1,5 +1,5 @@
-//! An account as GPX 1.1: objects that were found as waypoints, the way of each robot as a track with times. GPX has no
-//! areas: what was cleared is in the other formats.
+//! An account as GPX 1.1: found objects as waypoints, tracks of the robots with times. GPX has no areas: cleared cells
+//! are in the other formats.
 
 use std::io;
 

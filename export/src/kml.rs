@@ -1,4 +1,4 @@
-//! An account as KML 2.2: folders of what was found, of tracks, of what was cleared, and of the areas of the mission.
+//! An account as KML 2.2: folders of found objects, tracks, cleared cells, and the areas of the mission.
 
 use std::io;
 
@@ -13,7 +13,7 @@ use crate::bands::{Band, bands};
 use crate::time::wall_time;
 use crate::xml::{self, Document};
 
-/// Colors of the bands, from what was searched least: alpha, blue, green, red.
+/// Colors of the bands, from the lowest probability: alpha, blue, green, red.
 const BAND_COLORS: [&str; Band::COUNT] = ["6000a5ff", "6000ffff", "6000ff80", "80008000"];
 
 /// The text of a file.

@@ -1,8 +1,9 @@
-//! A recorded mission as files that maps, receivers and ground stations read.
+//! A recorded mission as files for maps, GPS receivers and ground stations.
 //!
-//! - [`account`]: what a recording comes to at a time: finds, tracks, plans and how well each cell was searched;
-//! - [`detection`]: how well, as a probability;
-//! - [`geojson`], [`kml`], [`gpx`], [`plan`]: an account as the text of a file. The same account makes the same bytes.
+//! - [`account`]: the state of a recorded mission at a time: finds, tracks, plans and the probability of detection of
+//!   each cell;
+//! - [`detection`]: the probability of detection;
+//! - [`geojson`], [`kml`], [`gpx`], [`plan`]: an account as the text of a file. The same account gives the same bytes.
 
 pub mod account;
 mod bands;

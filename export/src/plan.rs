@@ -1,7 +1,7 @@
-//! The plan of one robot as `QGroundControl` reads it: a `.plan` file, version 1, as its developer guide describes it.
+//! The plan of one robot for `QGroundControl`: a `.plan` file, version 1, as defined in its developer guide.
 //!
-//! A waypoint stands wherever the way turns, and at its end. What nobody enters is a fence of exclusion. Heights are 0 over
-//! home: a rover has none.
+//! It has a waypoint at each turn of the path, and at its end. No-go areas are exclusion fences. Altitudes are 0 above
+//! home.
 
 use dragnet_scenario::map_file::{GeoPoint, Purpose};
 use dragnet_search::cell::Cell;
@@ -21,10 +21,10 @@ const WAYPOINT: u32 = 16;
 /// `MAV_FRAME_GLOBAL_RELATIVE_ALT`.
 const RELATIVE_HEIGHT: u32 = 3;
 
-/// The text of a file for each robot that goes somewhere.
+/// The text of a file for each robot with a plan.
 ///
 /// # Errors
-/// If none does.
+/// If none has one.
 pub fn texts(account: &Account) -> Result<Vec<(RobotId, String)>, ExportError> {
     if account.plans.is_empty() {
         return Err(ExportError::NoPlan { seconds: account.until.as_seconds() });
@@ -57,7 +57,7 @@ fn file(account: &Account, plan: &Plan) -> Value {
     })
 }
 
-/// Cells at which the way turns, and the last one.
+/// Cells at which the path turns, and the last one.
 fn turns(account: &Account, plan: &Plan) -> Vec<Cell> {
     let grid = account.terrain.grid();
     let way: Vec<Cell> = std::iter::once(plan.from).chain(plan.path.iter().copied()).collect();
@@ -79,7 +79,7 @@ fn item(number: usize, point: GeoPoint) -> Value {
     })
 }
 
-/// Outlines of what nobody enters, clockwise and not closed.
+/// Outlines of closed cells, clockwise and not closed.
 fn fences(account: &Account) -> Vec<Value> {
     let no_go = account.areas.iter().filter(|(area, _)| matches!(area.purpose, Purpose::NoGo(..)));
     let polygons = no_go.flat_map(|(area, _)| area.purpose.polygons());

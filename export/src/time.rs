@@ -4,8 +4,8 @@ use dragnet_scenario::time::MissionTime;
 use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
 
-/// Such as `2000-01-01T00:01:07.5Z`: the mission's start by the clock of whoever recorded it, and mission time from then.
-/// Whole milliseconds, as most readers have no more.
+/// Such as `2000-01-01T00:01:07.5Z`: the mission's start by the clock of the recording computer, plus mission time.
+/// Whole milliseconds, the resolution of most readers.
 pub(crate) fn wall_time(start_unix_ns: u64, time: MissionTime) -> String {
     let milliseconds = (u128::from(start_unix_ns) + u128::from(time.0)) / 1_000_000;
     i128::try_from(milliseconds)

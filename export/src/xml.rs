@@ -1,14 +1,14 @@
-//! XML that is written: elements one by one, with text that any reader takes.
+//! XML output: elements one by one, with text that any reader accepts.
 
 use std::io;
 
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesText, Event};
 
-/// Where a document grows.
+/// A document in progress.
 pub(crate) type Document = Writer<Vec<u8>>;
 
-/// A document with a declaration and whatever is written into it.
+/// A document with a declaration and the written elements.
 pub(crate) fn document(write: impl FnOnce(&mut Document) -> io::Result<()>) -> String {
     let mut writer = Writer::new_with_indent(Vec::new(), b' ', 2);
     let declaration = Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None));
@@ -23,7 +23,7 @@ pub(crate) fn element(writer: &mut Document, name: &str, text: &str) -> io::Resu
     Ok(())
 }
 
-/// Without the characters that no XML can hold.
+/// Without the characters that XML cannot contain.
 fn plain(text: &str) -> String {
     let is_allowed = |c: &char| matches!(c, '\t' | '\n' | '\r' | '\u{20}'..='\u{fffd}' | '\u{10000}'..);
     text.chars().filter(is_allowed).collect()

@@ -6,28 +6,28 @@ use std::path::{Path, PathBuf};
 /// Why a file cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum FileError {
-    /// It cannot be read.
+    /// Reading failed.
     #[error("{path}: cannot read the {kind}: {source}")]
     Read {
-        /// Which.
+        /// The file.
         path: PathBuf,
-        /// What it should hold.
+        /// Its expected content.
         kind: &'static str,
-        /// Why.
+        /// The cause.
         source: io::Error,
     },
-    /// It cannot be written; an older one is kept, and nothing of the new one.
+    /// Writing failed; an older file is kept, and no part of the new one.
     #[error("{path}: cannot write: {source}")]
     Write {
-        /// Which.
+        /// The file.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: io::Error,
     },
-    /// It holds something else.
+    /// Its content is invalid.
     #[error("{path}: {reason}")]
     Content {
-        /// Which.
+        /// The file.
         path: PathBuf,
         /// What is wrong, and what is allowed.
         reason: String,
@@ -35,7 +35,7 @@ pub enum FileError {
 }
 
 impl FileError {
-    /// A file that holds something else.
+    /// An error for invalid content.
     #[must_use]
     pub fn content(path: &Path, reason: String) -> Self {
         Self::Content { path: path.to_owned(), reason }

@@ -1,6 +1,6 @@
-//! Files that people name: read no further than they may be long, written as a whole or not at all.
+//! Bounded reading of files that users name, and atomic writing.
 //!
-//! What a file holds is for others to know.
+//! The content of files is the concern of other crates.
 
 mod error;
 mod read;

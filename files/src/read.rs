@@ -1,13 +1,13 @@
-//! Reading: never more than a bound, whatever a path turns out to be.
+//! Bounded reading, whatever kind of file a path names.
 
 use std::fs::{File, FileType};
 use std::io::{self, Read};
 use std::path::Path;
 
-/// What some editors write before a text.
+/// The byte-order mark that some editors write before a text.
 const BYTE_ORDER_MARK: char = '\u{feff}';
 
-/// Opens a plain file to be read. Whoever opens a pipe waits for somebody who writes to it, maybe for ever.
+/// Opens a regular file for reading. Opening a pipe could block for ever.
 ///
 /// # Errors
 /// If it cannot be opened, or is a folder, a pipe, a device or a socket.
@@ -38,10 +38,10 @@ fn kind_name(kind: FileType) -> &'static str {
     if kind.is_dir() { "a folder" } else { "a device" }
 }
 
-/// The bytes of a plain file, of which no more is ever in memory: it may grow while it is read.
+/// The bytes of a regular file. The bound holds in memory too: the file may grow while it is read.
 ///
 /// # Errors
-/// If it cannot be read, is no plain file, or is longer.
+/// If it cannot be read, is not a regular file, or is longer.
 pub fn read_at_most(path: &Path, max_bytes: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     open_plain(path)?.take(max_bytes.saturating_add(1)).read_to_end(&mut bytes)?;
@@ -52,21 +52,20 @@ pub fn read_at_most(path: &Path, max_bytes: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The text of a file, which is no longer than this: UTF-8, or UTF-16 that says so by its byte-order mark. The mark is not
-/// part of the text.
+/// The text of a file of bounded length: UTF-8, or UTF-16 with a byte-order mark. The mark is not part of the text.
 ///
-/// Every text that a person names is read here.
+/// Every text file that a user names is read here.
 ///
 /// # Errors
-/// If it cannot be read, is no plain file, is longer, or is no text.
+/// If it cannot be read, is not a regular file, is longer, or is not text.
 pub fn read_text_at_most(path: &Path, max_bytes: u64) -> io::Result<String> {
     text_of(read_at_most(path, max_bytes)?)
 }
 
-/// The text that bytes are, without a byte-order mark.
+/// Decodes text, without its byte-order mark.
 ///
 /// # Errors
-/// If they are none, with the kind `InvalidData`.
+/// If the bytes are not text, with the kind `InvalidData`.
 pub fn text_of(bytes: Vec<u8>) -> io::Result<String> {
     let none = |reason: String| io::Error::new(io::ErrorKind::InvalidData, reason);
     let order: fn([u8; 2]) -> u16 = match bytes.as_slice() {
@@ -87,11 +86,11 @@ pub fn text_of(bytes: Vec<u8>) -> io::Result<String> {
     text.ok_or_else(|| none("no UTF-16 text, as which its byte-order mark has it".to_owned()))
 }
 
-/// Whether a file that somebody else's code reads as a whole, without a bound, has an end that is near enough: one that is
-/// not there yet is left to that code.
+/// Checks that a file which other code reads without a bound is regular and short enough. A missing file is left to
+/// that code.
 ///
 /// # Errors
-/// If it is no plain file, as a device is not, or longer.
+/// If it is not a regular file, or longer.
 pub fn check_plain(path: &Path, max_bytes: u64) -> io::Result<()> {
     let Ok(metadata) = std::fs::metadata(path) else { return Ok(()) };
     check_kind(metadata.file_type())?;

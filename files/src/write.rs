@@ -1,4 +1,4 @@
-//! Writing: all or nothing.
+//! Atomic writing.
 
 use std::fs::File;
 use std::io::Write;
@@ -8,17 +8,17 @@ use tempfile::Builder;
 
 use crate::FileError;
 
-/// Writes a file as a whole or not at all: under its name is all of it, or the one before, even after a power cut.
+/// Writes a file atomically: its name refers to the whole new content or to the old file, even after a power failure.
 ///
 /// # Errors
 /// If it cannot be written.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     let folder = path.parent().unwrap_or(Path::new(""));
-    // Not private, as temporary files are: it becomes a file like any other.
+    // With the permissions of an ordinary file, not the private ones of temporary files.
     let unfinished = Builder::new().prefix(".unfinished-").make_in(folder, |path| File::create_new(path));
     let written = unfinished.and_then(|mut file| {
         file.write_all(bytes)?;
-        // Otherwise the name may outlive a power cut that the content does not.
+        // Otherwise the name may survive a power failure that the content does not.
         file.as_file().sync_all()?;
         Ok(file.persist(path)?)
     });

@@ -1,11 +1,11 @@
-//! Settings of Zenoh for each participant: TLS in both directions, and who may say what.
+//! Settings of Zenoh for each participant: mutual TLS, and access control.
 //!
-//! Zenoh judges a message by the certificate of the connection that it came over, at the one who receives it. In a mesh
-//! every pair has a connection, so that what comes over robot 2's can be held against robot 2's keys. What a router
-//! passes on comes over the router's certificate: in a star the robots must believe the coordinator in all things.
+//! Zenoh judges a message by the certificate of the connection that it came over, at the receiver. In a mesh every pair
+//! has a connection, so that messages over robot 2's connection can be checked against robot 2's keys. Messages that a
+//! router forwards come over the router's certificate: in a star the robots must trust the coordinator completely.
 //!
-//! Nothing is allowed that is not listed. Whoever may take part may also hear everything: the mission has no secrets
-//! among its own.
+//! Nothing is allowed that is not listed. All participants may receive everything: messages are not secret within a
+//! mission.
 
 use dragnet_proto::key::{Mission, Selection, Topic};
 use dragnet_scenario::participant::Participant;
@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 use crate::name::Name;
 use crate::register::{Entry, Register, Topology};
 
-/// All messages that Zenoh's access control knows.
+/// All message types of Zenoh's access control.
 const ALL: [&str; 9] = [
     "put",
     "delete",
@@ -26,14 +26,14 @@ const ALL: [&str; 9] = [
     "declare_liveliness_subscriber",
     "liveliness_query",
 ];
-/// With which somebody asks to hear.
+/// Those that subscribe.
 const LISTENING: [&str; 3] = ["declare_subscriber", "declare_liveliness_subscriber", "liveliness_query"];
-/// With which somebody speaks.
+/// Those that publish.
 const SPEAKING: [&str; 2] = ["put", "liveliness_token"];
-/// With which the simulator's questions are answered.
+/// Those that answer the simulator's queries.
 const ANSWERING: [&str; 2] = ["declare_queryable", "reply"];
 
-/// Settings for the owner of a certificate, JSON: its files lie beside them.
+/// Settings for the owner of a certificate, JSON, to be placed beside its files.
 #[must_use]
 pub fn settings(register: &Register, mission: &Mission, owner: Name) -> Value {
     let [certificate, key] = [format!("{owner}.pem"), format!("{owner}.key")];
@@ -59,14 +59,14 @@ pub fn settings(register: &Register, mission: &Mission, owner: Name) -> Value {
     })
 }
 
-/// Names are verified once every certificate has hosts. Until then it is the certificate alone that says who answers at
-/// an address, and that is what access control goes by.
+/// Host names are verified once every certificate has hosts. Until then only the certificate identifies a peer, as
+/// access control does anyway.
 fn are_hosts_known(register: &Register) -> bool {
     register.holders().iter().all(|entry| !entry.hosts.is_empty())
 }
 
-/// The same for everybody: a second process that speaks with somebody's own certificate is heard too, or two robots of one
-/// number, one folder of keys on two machines, would not know of each other.
+/// The same for every process of a participant: two robots with the same number, from one folder of keys on two
+/// computers, must receive each other to detect this.
 fn access_control(register: &Register, mission: &Mission) -> Value {
     let everything = [mission.expression(Selection::Everything)];
     let mut rules = vec![
@@ -88,7 +88,7 @@ fn access_control(register: &Register, mission: &Mission) -> Value {
     }
     let revoked: Vec<String> = register.revoked().map(Entry::common_name).collect();
     if !revoked.is_empty() {
-        // Without a rule nothing is allowed either; with one, what they try is logged by name.
+        // Without a rule nothing is allowed either; with one, attempts are logged by name.
         let keys = ["**".to_owned()];
         rules.push(rule("nothing from", "ingress", "deny", &ALL, &keys));
         rules.push(rule("nothing to", "egress", "deny", &ALL, &keys));
@@ -110,7 +110,7 @@ fn rule(id: &str, flow: &str, permission: &str, messages: &[&str], keys: &[Strin
 
 type Spoken = (&'static str, &'static [&'static str], Vec<String>);
 
-/// What may come over the connection of somebody: messages, and under which keys.
+/// Which messages, under which keys, may come over a participant's connection.
 fn spoken(topology: Topology, mission: &Mission, who: Name) -> Vec<Spoken> {
     let simulator = mission.expression(Selection::Simulator);
     match who {
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn each_speaks_under_its_own_keys_and_a_revoked_certificate_nowhere() {
+    fn each_publishes_under_its_own_keys_and_a_revoked_certificate_nowhere() {
         let check = |from: &str, message: &str, expected: &[&str]| {
             assert_eq!(
                 accepted(Topology::Mesh, Name::robot(1).unwrap(), from, message),
@@ -190,16 +190,16 @@ mod tests {
         check("robot-2#3", "put", &[]);
         check("robot-2#3", "declare_subscriber", &[]);
         check("coordinator#5", "put", &["dragnet/valley/coordinator/**"]);
-        // Its own, on another machine.
+        // Its own number, on another computer.
         check("robot-1#2", "liveliness_token", &["dragnet/valley/robots/1/**"]);
         check("stranger", "put", &[]);
     }
 
     #[test]
-    fn in_a_star_robots_believe_the_coordinator_and_it_believes_each_in_its_own_matters() {
+    fn in_a_star_robots_trust_the_coordinator_and_it_trusts_each_under_its_own_keys() {
         let robot = Name::robot(1).unwrap();
         assert_eq!(accepted(Topology::Star, robot, "coordinator#5", "put"), ["dragnet/valley/**"]);
-        let heard = accepted(Topology::Star, Name::COORDINATOR, "robot-1#2", "put");
-        assert_eq!(heard, ["dragnet/valley/robots/1/**"]);
+        let received = accepted(Topology::Star, Name::COORDINATOR, "robot-1#2", "put");
+        assert_eq!(received, ["dragnet/valley/robots/1/**"]);
     }
 }

@@ -1,6 +1,6 @@
-//! The authority of a mission, and the certificates that it signs.
+//! The certificate authority of a mission, and the certificates that it signs.
 //!
-//! Keys are ECDSA over P-256, which every TLS library reads. An authority signs for one mission and nothing else.
+//! Keys are ECDSA over P-256, which every TLS library supports. An authority signs for one mission only.
 
 use std::ops::Range;
 
@@ -14,9 +14,9 @@ use time::{Duration, OffsetDateTime};
 use crate::KeysError;
 use crate::register::Entry;
 
-/// Certificates hold for so many days at most, the authority for so many.
+/// Maximum validity of a certificate, days, and validity of the authority.
 pub const MAX_DAYS: u32 = 3650;
-/// Certificates hold from so many days before they are made: vehicles' clocks may be behind.
+/// Certificates are valid from this many days before they are made: vehicles' clocks may be behind.
 pub const SLACK_DAYS: i64 = 30;
 
 /// A certificate and its private key, as PEM.
@@ -28,7 +28,7 @@ pub struct Signed {
     pub private_key: String,
 }
 
-/// From when until when a certificate holds, if that is one: the first of a PEM file.
+/// The validity of a certificate: the first of a PEM file; `None` if there is none.
 #[must_use]
 pub fn validity(pem: &[u8]) -> Option<Range<OffsetDateTime>> {
     let (_, block) = x509_parser::pem::parse_x509_pem(pem).ok()?;
@@ -39,7 +39,7 @@ pub fn validity(pem: &[u8]) -> Option<Range<OffsetDateTime>> {
 /// Makes the authority of a mission.
 ///
 /// # Errors
-/// If the system has no randomness.
+/// If the system provides no randomness.
 pub fn authority(mission: &Mission, now: OffsetDateTime) -> Result<Signed, KeysError> {
     let name = format!("authority of {mission}");
     let mut params = params(mission, &name, 1, now);
@@ -52,10 +52,10 @@ pub fn authority(mission: &Mission, now: OffsetDateTime) -> Result<Signed, KeysE
     Ok(Signed { certificate: certificate.pem(), private_key: key.serialize_pem() })
 }
 
-/// Makes the certificate of an entry, for calling and for being called.
+/// Makes the certificate of an entry, for a client and a server.
 ///
 /// # Errors
-/// If a host cannot be one, or the authority's files are none.
+/// If a host is invalid, or the authority's files are.
 pub fn issue(
     authority: &Signed,
     mission: &Mission,
@@ -88,7 +88,7 @@ fn params(mission: &Mission, common_name: &str, serial: u64, now: OffsetDateTime
     params
 }
 
-/// Whether a host can stand in a certificate.
+/// Whether a host can be part of a certificate.
 ///
 /// # Errors
 /// If it is neither a name nor an address.

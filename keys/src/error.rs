@@ -1,4 +1,4 @@
-//! What can go wrong with certificates.
+//! Errors of certificates.
 
 use std::path::{Path, PathBuf};
 
@@ -9,21 +9,21 @@ use crate::name::NameError;
 /// Why certificates could not be made, listed or revoked.
 #[derive(Debug, thiserror::Error)]
 pub enum KeysError {
-    /// A file or folder cannot be read or written.
+    /// Reading or writing a file or folder failed.
     #[error("{path}: {source}", path = path.display())]
     File {
-        /// Which.
+        /// The path.
         path: PathBuf,
-        /// What the system says.
+        /// The cause.
         source: std::io::Error,
     },
-    /// It is there already, and nothing is ever overwritten.
+    /// The path exists, and nothing is overwritten.
     #[error("{path} exists: no key is ever overwritten; name a folder that does not", path = path.display())]
     Exists {
-        /// What is there.
+        /// The path.
         path: PathBuf,
     },
-    /// The list of certificates is not what it should be.
+    /// The list of certificates is invalid.
     #[error("{path}: {reason}", path = path.display())]
     Register {
         /// The list.
@@ -31,40 +31,40 @@ pub enum KeysError {
         /// What is wrong.
         reason: String,
     },
-    /// A mission that cannot be.
+    /// An invalid mission name.
     #[error(transparent)]
     Mission(#[from] MissionError),
-    /// A participant that cannot be.
+    /// An invalid participant name.
     #[error(transparent)]
     Name(#[from] NameError),
-    /// A host that cannot stand in a certificate.
+    /// An invalid host.
     #[error("host {0:?}: allowed are names such as robot-1.local and addresses such as 192.168.1.11")]
     Host(String),
-    /// Certificates for no time at all, or for too long.
+    /// An invalid validity period.
     #[error("{0} days: allowed are 1 to {max}", max = crate::certificate::MAX_DAYS)]
     Days(u32),
-    /// Somebody has a certificate already.
+    /// The participant already has a valid certificate.
     #[error("{name} has a certificate that holds until {until}: revoke it first, then add {name} again")]
     Holds {
-        /// Who.
+        /// The participant.
         name: String,
-        /// The last day.
+        /// Its last valid day.
         until: time::Date,
     },
-    /// Somebody has none that could be revoked.
-    #[error("{name} has no certificate that holds; those who have: {holders}")]
+    /// The participant has no certificate that could be revoked.
+    #[error("{name} has no valid certificate; participants with one: {holders}")]
     Unknown {
-        /// Who.
+        /// The participant.
         name: String,
-        /// Who has, in words.
+        /// The participants that have one, in words.
         holders: String,
     },
-    /// The certificate itself could not be made.
+    /// Making the certificate failed.
     #[error("cannot make the certificate of {name}: {reason}")]
     Certificate {
-        /// Whose.
+        /// The participant.
         name: String,
-        /// What the library says.
+        /// The library's message.
         reason: String,
     },
 }

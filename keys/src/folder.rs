@@ -1,7 +1,7 @@
 //! A mission's certificates on disk.
 //!
 //! ```text
-//! FOLDER/authority.key      stays where it is: whoever has it can join any mission of this authority as anybody
+//! FOLDER/authority.key      stays where it is: it can make a certificate for any participant of this mission
 //! FOLDER/authority.pem      the authority's certificate; a copy lies in each folder below
 //! FOLDER/register.toml      all certificates ever made
 //! FOLDER/robot-1/           goes to robot 1 as it is: authority.pem, robot-1.pem, robot-1.key, zenoh.json5
@@ -29,7 +29,7 @@ use crate::register::{Entry, Register, Topology};
 const REGISTER: &str = "register.toml";
 const AUTHORITY: &str = "authority";
 const REVOKED: &str = "revoked";
-/// Name of the settings of Zenoh in each participant's folder.
+/// Name of the Zenoh settings in each participant's folder.
 pub const SETTINGS: &str = "zenoh.json5";
 
 /// A folder with the certificates of one mission.
@@ -40,10 +40,10 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Makes a folder, and in it the authority of a mission, which has signed nothing yet.
+    /// Makes a folder with the authority of a mission, which has signed nothing yet.
     ///
     /// # Errors
-    /// If something is there already, or cannot be written.
+    /// If the folder exists, or cannot be written.
     pub fn init(
         path: &Path,
         mission: Mission,
@@ -58,10 +58,10 @@ impl Folder {
         Ok(folder)
     }
 
-    /// Reads what [`Folder::init`] has made.
+    /// Opens a folder made by [`Folder::init`].
     ///
     /// # Errors
-    /// If it is not there, or was changed into something that makes no sense.
+    /// If it does not exist, or its contents are invalid.
     pub fn open(path: &Path) -> Result<Self, KeysError> {
         let file = path.join(REGISTER);
         let text = read_text_at_most(&file, MAX_FILE_BYTES).map_err(KeysError::file(&file))?;
@@ -77,16 +77,16 @@ impl Folder {
         &self.register
     }
 
-    /// Where the files of somebody are.
+    /// The folder of a participant.
     #[must_use]
     pub fn home(&self, name: Name) -> PathBuf {
         self.path.join(name.to_string())
     }
 
-    /// Makes certificates for so many days, each with these hosts, and new settings for everybody.
+    /// Makes certificates with these hosts, valid for this many days, and new settings for all participants.
     ///
     /// # Errors
-    /// If one of them has a certificate that holds, a host cannot be one, or something cannot be written.
+    /// If one of the participants has a valid certificate, a host is invalid, or something cannot be written.
     pub fn add(
         &mut self,
         names: &[Name],
@@ -120,10 +120,11 @@ impl Folder {
         self.save()
     }
 
-    /// Revokes somebody's certificate: puts its files away and makes new settings for the others. Returns which it was.
+    /// Revokes a participant's certificate: moves its files away and makes new settings for the others. Returns the
+    /// revoked certificate.
     ///
     /// # Errors
-    /// If there is none that holds, or something cannot be written.
+    /// If there is no valid one, or something cannot be written.
     pub fn revoke(&mut self, name: Name) -> Result<Entry, KeysError> {
         let Some(place) =
             self.register.certificates.iter().position(|entry| entry.name == name && !entry.revoked)
@@ -134,7 +135,7 @@ impl Folder {
         };
         self.register.certificates[place].revoked = true;
         let entry = self.register.certificates[place].clone();
-        // First of all the others must be told: files that lie about do no harm.
+        // The other participants' settings come first: remaining files do no harm.
         self.save()?;
         let away = self.path.join(REVOKED);
         if !away.is_dir() {
@@ -153,7 +154,7 @@ impl Folder {
         Ok(Signed { certificate: read("pem")?, private_key: read("key")? })
     }
 
-    /// Writes the list, and everybody's settings by it.
+    /// Writes the list, and the settings of all participants.
     fn save(&self) -> Result<(), KeysError> {
         let file = self.path.join(REGISTER);
         let text = toml::to_string(&self.register)
@@ -172,7 +173,7 @@ impl Folder {
     }
 }
 
-/// The longest file that is read, bytes: a list of all certificates of a large team takes a hundredth.
+/// The maximum size of a file, bytes: the list of a large team takes a hundredth of it.
 const MAX_FILE_BYTES: u64 = 1 << 24;
 
 fn make_folder(path: &Path) -> Result<(), KeysError> {
@@ -184,7 +185,7 @@ fn write_signed(folder: &Path, name: &str, signed: &Signed) -> Result<(), KeysEr
     write_new(&folder.join(format!("{name}.pem")), &signed.certificate, 0o644)
 }
 
-/// A file that did not exist, with these permissions from its first moment on.
+/// Creates a file with these permissions; it must not exist.
 fn write_new(path: &Path, text: &str, permissions: u32) -> Result<(), KeysError> {
     let mut file = OpenOptions::new()
         .write(true)
@@ -195,7 +196,7 @@ fn write_new(path: &Path, text: &str, permissions: u32) -> Result<(), KeysError>
     file.write_all(text.as_bytes()).and_then(|()| file.sync_all()).map_err(KeysError::file(path))
 }
 
-/// Whole or not at all.
+/// Replaces a file atomically.
 fn replace(path: &Path, text: &str) -> Result<(), KeysError> {
     let new = path.with_extension("new");
     fs::write(&new, text).map_err(KeysError::file(&new))?;

@@ -1,12 +1,12 @@
-//! A mission's certificates, and who may say what with them.
+//! A mission's certificates, and what their owners may publish.
 //!
-//! - [`name`]: who can have a certificate;
-//! - [`register`]: which certificates were made, and which of them still hold;
+//! - [`name`]: the owners of certificates;
+//! - [`register`]: the list of certificates, and which of them are valid;
 //! - [`certificate`]: the authority, and what it signs;
-//! - [`access`]: settings of Zenoh that let each participant speak under its own keys, and nobody else at all;
-//! - [`folder`]: all of it on disk, private keys for their owner's eyes only.
+//! - [`access`]: settings of Zenoh that let each participant publish under its own keys only;
+//! - [`folder`]: all of it on disk, private keys readable by their owner only.
 //!
-//! It opens no socket, and takes the time from its caller.
+//! The crate opens no socket, and takes the time from its caller.
 
 pub mod access;
 pub mod certificate;

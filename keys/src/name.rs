@@ -1,4 +1,4 @@
-//! Who can have a certificate of a mission.
+//! The owners of a mission's certificates.
 
 use std::fmt;
 use std::str::FromStr;
@@ -7,7 +7,7 @@ use dragnet_scenario::participant::Participant;
 use dragnet_search::observation::RobotId;
 use serde::{Deserialize, Serialize};
 
-/// Somebody with a certificate: `robot-1` and so on, `coordinator`, `sim`.
+/// An owner of a certificate: `robot-1` and so on, `coordinator`, `sim`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum Name {
@@ -17,13 +17,13 @@ pub enum Name {
     Simulator,
 }
 
-/// A name that nobody can have.
+/// An invalid name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("participant {0:?}: allowed are robot-1 to robot-65535, coordinator and sim")]
 pub struct NameError(String);
 
 impl Name {
-    /// That of the robot of a number; none has 0.
+    /// The name of a robot, by its number from 1.
     #[must_use]
     pub const fn robot(number: u16) -> Option<Self> {
         match RobotId::new(number) {
@@ -32,7 +32,7 @@ impl Name {
         }
     }
 
-    /// The coordinator's.
+    /// The name of the coordinator.
     pub const COORDINATOR: Self = Self::Participant(Participant::Coordinator);
 }
 
@@ -55,7 +55,7 @@ impl FromStr for Name {
             "sim" => Some(Self::Simulator),
             _ => text.strip_prefix("robot-").and_then(|number| Self::robot(number.parse().ok()?)),
         };
-        // One name has one spelling: robot-01 is nobody.
+        // One name has one spelling: robot-01 is invalid.
         name.filter(|name| name.to_string() == text).ok_or_else(|| NameError(text.to_owned()))
     }
 }

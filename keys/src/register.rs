@@ -1,4 +1,4 @@
-//! The list of a mission's certificates: which were made, until when they hold, which were revoked.
+//! The list of a mission's certificates: names, validity and revocations.
 
 use std::fmt;
 
@@ -9,14 +9,15 @@ use time::OffsetDateTime;
 use crate::KeysError;
 use crate::name::Name;
 
-/// What way messages take.
+/// The connections of a mission.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Topology {
-    /// Every pair has a connection: nobody needs to trust anybody to pass on what it did not say.
+    /// Every pair has a connection: no participant must trust another to forward messages.
     #[default]
     Mesh,
-    /// Everybody calls the coordinator alone, which passes on what the others say: it must be trusted with all of it.
+    /// All connect to the coordinator only, which forwards the messages of the others: it must be trusted with all of
+    /// them.
     Star,
 }
 
@@ -26,7 +27,7 @@ pub enum Topology {
 pub struct Register {
     /// Name of the mission, as in the settings of its processes.
     pub mission: String,
-    /// What way messages take.
+    /// The connections of the mission.
     pub topology: Topology,
     /// The certificates.
     #[serde(default)]
@@ -37,7 +38,7 @@ pub struct Register {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Entry {
-    /// Whose.
+    /// The owner.
     pub name: Name,
     /// Its number among all of the mission, from 2: the authority's own is 1.
     pub serial: u64,
@@ -46,18 +47,18 @@ pub struct Entry {
     /// Whether it was revoked.
     #[serde(default)]
     pub revoked: bool,
-    /// Names and addresses where its owner listens; none need be known.
+    /// Host names and addresses of its owner; may be empty.
     #[serde(default)]
     pub hosts: Vec<String>,
 }
 
-/// What a certificate is good for.
+/// The state of a certificate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Standing {
-    /// It holds.
+    /// It is valid.
     Valid,
-    /// Its time is over.
+    /// It has expired.
     Expired,
     /// It was revoked.
     Revoked,
@@ -74,14 +75,15 @@ impl fmt::Display for Standing {
 }
 
 impl Entry {
-    /// The certificate's common name, by which the others know its owner: `robot-1#2`. A new certificate has another, so
-    /// that one that was revoked can be told from it. No public authority signs such a name: it is none of a host.
+    /// The certificate's common name, by which the others know its owner: `robot-1#2`. A new certificate has a
+    /// different one, so that a revoked one stays distinguishable. No public authority signs such a name, since it is
+    /// not a host's.
     #[must_use]
     pub fn common_name(&self) -> String {
         format!("{}#{}", self.name, self.serial)
     }
 
-    /// What it is good for.
+    /// The state of the certificate at a time.
     #[must_use]
     pub fn standing(&self, now: OffsetDateTime) -> Standing {
         if self.revoked {
@@ -93,7 +95,7 @@ impl Entry {
         }
     }
 
-    /// The last day on which it holds, UTC.
+    /// The last day on which it is valid, UTC.
     #[must_use]
     pub fn last_day(&self) -> time::Date {
         OffsetDateTime::from_unix_timestamp(self.valid_until).map_or(time::Date::MAX, OffsetDateTime::date)
@@ -101,7 +103,7 @@ impl Entry {
 }
 
 impl Register {
-    /// No certificate yet.
+    /// An empty list.
     #[must_use]
     pub fn new(mission: &Mission, topology: Topology) -> Self {
         Self { mission: mission.to_string(), topology, certificates: Vec::new() }
@@ -110,7 +112,7 @@ impl Register {
     /// The mission.
     ///
     /// # Errors
-    /// If there can be none of this name.
+    /// If its name is invalid.
     pub fn mission(&self) -> Result<Mission, KeysError> {
         Ok(self.mission.parse()?)
     }
@@ -121,7 +123,7 @@ impl Register {
         self.certificates.iter().map(|entry| entry.serial).max().unwrap_or(1) + 1
     }
 
-    /// Certificates that were not revoked, by name: what the others believe. Time makes them invalid without us.
+    /// Certificates that were not revoked, by name: those that the others trust, until they expire.
     #[must_use]
     pub fn holders(&self) -> Vec<&Entry> {
         let mut holders: Vec<&Entry> = self.certificates.iter().filter(|entry| !entry.revoked).collect();
@@ -129,7 +131,7 @@ impl Register {
         holders
     }
 
-    /// The certificate of somebody that was not revoked.
+    /// A participant's certificate that was not revoked.
     #[must_use]
     pub fn holder(&self, name: Name) -> Option<&Entry> {
         self.certificates.iter().find(|entry| entry.name == name && !entry.revoked)

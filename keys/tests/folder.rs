@@ -1,4 +1,4 @@
-//! Certificates on disk: made once, for their owner's eyes, and revoked for all.
+//! Certificates on disk: never overwritten, readable by their owner only, and revoked for all.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -84,7 +84,7 @@ fn a_revoked_certificate_is_put_away_and_its_successor_has_another_name() {
     let settings = |name: &str| fs::read_to_string(place.path.join(name).join(SETTINGS)).unwrap();
     assert!(!settings("robot-1").contains("said by robot-2#3"));
     let error = folder.revoke(Name::robot(2).unwrap()).unwrap_err().to_string();
-    assert!(error.contains("robot-2 has no certificate that holds"), "{error}");
+    assert!(error.contains("robot-2 has no valid certificate"), "{error}");
     let mut folder = Folder::open(&place.path).unwrap();
     folder.add(&[Name::robot(2).unwrap()], &["127.0.0.1".to_owned()], 1, NOW).unwrap();
     assert!(settings("robot-1").contains("said by robot-2#5"));
@@ -96,7 +96,7 @@ fn a_revoked_certificate_is_put_away_and_its_successor_has_another_name() {
 }
 
 #[test]
-fn what_cannot_be_is_refused_by_name() {
+fn invalid_values_are_rejected_by_name() {
     let place = place();
     let mut folder = made(&place.path);
     let mut add = |hosts: &[&str], days| {

@@ -1,4 +1,4 @@
-//! One decision of the shipped network, and the parts that it is made of, by size of an all-traversable map.
+//! One decision of the built-in network, and its parts, by size of an all-traversable map.
 //!
 //! `cargo bench -p dragnet-learn --bench decision`
 #![expect(clippy::unwrap_used, reason = "a benchmark fails by panicking")]
@@ -35,18 +35,18 @@ fn decisions(criterion: &mut Criterion) {
         let terrain = Shape::AllTraversable.terrain(grid, 30.0).unwrap();
         let log_odds = grid.cells().map(|_| random.random_range(-5.0..2.0)).collect();
         let belief = Belief::from_log_odds(&terrain, log_odds).unwrap();
-        let (sensor, promised) = (Sensor::default(), PlannedPrecision::nothing(&terrain));
+        let (sensor, planned_precision) = (Sensor::default(), PlannedPrecision::nothing(&terrain));
         let situation = Situation {
             terrain: &terrain,
             connectivity: Connectivity::Four,
             sensor: &sensor,
             belief: &belief,
-            promised: &promised,
+            planned_precision: &planned_precision,
             robot: grid.cell(Position { row: side / 3, column: side / 3 }).unwrap(),
             place: Place::ALONE,
         };
         let routes = ShortestPathTree::from(&terrain, situation.connectivity, situation.robot);
-        let (mut topology, mut room) = (None, Workspace::default());
+        let (mut topology, mut workspace) = (None, Workspace::default());
         let graph = Graph::new(&situation, &routes, &mut topology);
         let mut policy = Gnn::new(Arc::clone(&network));
         group.bench_function(BenchmarkId::new("whole", side), |bencher| {
@@ -56,7 +56,7 @@ fn decisions(criterion: &mut Criterion) {
             bencher.iter(|| Graph::new(black_box(&situation), &routes, &mut topology));
         });
         group.bench_function(BenchmarkId::new("network", side), |bencher| {
-            bencher.iter(|| network.logits_in(black_box(&graph), &mut room).len());
+            bencher.iter(|| network.logits_in(black_box(&graph), &mut workspace).len());
         });
     }
     group.finish();

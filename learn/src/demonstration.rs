@@ -1,7 +1,8 @@
-//! What an expert decided, and from what: one file a trajectory, so that shards share a folder and what is there is done.
+//! An expert's decisions with their situations: one file for each trajectory, so that shards can share a folder and
+//! existing files count as done.
 //!
-//! A file is safetensors, which Python reads as arrays. It holds the situations themselves, not features of them,
-//! so that another network can learn from the same files. It appears under its name only when it is whole.
+//! A file is safetensors, which Python reads as arrays. It holds the situations themselves, not features of them, so
+//! that a different network can be trained on the same files. A file appears under its name only when it is complete.
 
 mod file;
 mod folder;
@@ -23,7 +24,7 @@ pub use file::{read, write};
 pub use folder::{Folder, file_name};
 pub use record::Recorder;
 
-/// What all files of one folder have in common: who was watched, and how.
+/// What all files of one folder have in common: the expert, and how it was recorded.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Source {
     /// The expert: a policy's name.
@@ -39,7 +40,7 @@ pub struct Source {
 }
 
 impl Source {
-    /// Whether both show the same expert; another build may have watched it.
+    /// Whether both have the same expert; the program's version may differ.
     #[must_use]
     pub fn is_same_expert(&self, other: &Self) -> bool {
         self.expert == other.expert && self.path_length_weight.to_bits() == other.path_length_weight.to_bits()
@@ -52,24 +53,24 @@ impl fmt::Display for Source {
     }
 }
 
-/// One search under an expert.
+/// One search by an expert.
 #[derive(Clone, Debug)]
 pub struct Trajectory {
-    /// Who was watched.
+    /// The expert.
     pub source: Source,
     /// The scenario's name.
     pub scenario: String,
-    /// Of all that decides the search but its seed: tells two scenarios of one name apart.
+    /// Digest of the scenario except its seed: distinguishes two scenarios of one name.
     pub scenario_digest: String,
     /// Its seed.
     pub seed: u64,
     /// The map.
     pub terrain: Arc<Terrain>,
-    /// How the robot moved.
+    /// The robot's moves.
     pub connectivity: Connectivity,
-    /// What it saw with.
+    /// The robot's sensor.
     pub sensor: Arc<Sensor>,
-    /// What it decided, in order.
+    /// The expert's decisions, in order.
     pub decisions: Vec<Demonstration>,
 }
 
@@ -78,18 +79,18 @@ pub struct Trajectory {
 pub struct Demonstration {
     /// `ln(p / (1 - p))`, shape `[cells]`.
     pub log_odds_nats: Vec<f32>,
-    /// Precision promised by teammates, units of evidence, shape `[cells]`.
-    pub promised: PlannedPrecision,
+    /// Precision planned by teammates, units of evidence, shape `[cells]`.
+    pub planned_precision: PlannedPrecision,
     /// The robot's cell.
     pub robot: Cell,
     /// The expert's choice.
     pub chosen: Cell,
-    /// The expert's scores, shape `[cells]`; `-inf` for cells that are no candidates.
+    /// The expert's scores, shape `[cells]`; `-inf` for cells that are not candidates.
     pub scores: Vec<f32>,
 }
 
 impl Trajectory {
-    /// What the expert saw at a decision; `belief` is that of [`Trajectory::belief`].
+    /// The situation of a decision; `belief` is that of [`Trajectory::belief`].
     #[must_use]
     pub fn situation<'a>(&'a self, decision: &'a Demonstration, belief: &'a Belief) -> Situation<'a> {
         Situation {
@@ -97,13 +98,13 @@ impl Trajectory {
             connectivity: self.connectivity,
             sensor: &self.sensor,
             belief,
-            promised: &decision.promised,
+            planned_precision: &decision.planned_precision,
             robot: decision.robot,
             place: Place::ALONE,
         }
     }
 
-    /// What the expert believed at a decision; nothing if the file holds a NaN or fits another map.
+    /// The belief at a decision; `None` if the file holds a NaN or fits another map.
     #[must_use]
     pub fn belief(&self, decision: &Demonstration) -> Option<Belief> {
         let log_odds = decision.log_odds_nats.iter().copied().map(f64::from).collect();

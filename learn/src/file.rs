@@ -1,4 +1,4 @@
-//! Files of tensors: safetensors, whose header carries one text of ours, so that the same content gives the same bytes.
+//! Files of tensors: safetensors with one text of Dragnet's in the header, so that equal content gives equal bytes.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -12,21 +12,21 @@ use serde::{Deserialize, Serialize};
 /// The one key of the header.
 const HEADER_KEY: &str = "dragnet";
 
-/// What a kind of file is called in messages, and the version that this program reads and writes.
+/// A kind of file: its name in messages, and the version that this program reads and writes.
 #[derive(Clone, Copy)]
 pub struct Kind {
     /// `weights`, as in "no weights of Dragnet".
     pub name: &'static str,
-    /// Stands in the header as `format`.
+    /// The `format` in the header.
     pub format: &'static str,
     /// Longer files are not read.
     pub max_bytes: u64,
 }
 
-/// Reads a file of a kind, as `parse` makes sense of it.
+/// Reads a file of a kind, and parses it with `parse`.
 ///
 /// # Errors
-/// If it cannot be read, or `parse` says what is wrong.
+/// If it cannot be read, or `parse` fails.
 pub fn read<T>(
     kind: Kind,
     path: &Path,
@@ -40,9 +40,9 @@ pub fn read<T>(
     parse(&bytes).map_err(|reason| FileError::content(path, reason))
 }
 
-/// A tensor to be written.
+/// A tensor to write.
 pub struct Tensor {
-    /// Each of a file has another.
+    /// Unique within a file.
     pub name: String,
     /// Type of a value.
     pub dtype: Dtype,
@@ -52,7 +52,7 @@ pub struct Tensor {
     pub bytes: Vec<u8>,
 }
 
-/// The header as it is written: the format, and what the kind says of itself.
+/// The header: the format, and the content of the kind.
 #[derive(Serialize, Deserialize)]
 struct Header<T> {
     format: String,
@@ -66,7 +66,7 @@ struct Version {
 }
 
 impl Tensor {
-    /// Of `f32`.
+    /// A tensor of `f32`.
     #[must_use]
     pub fn of_floats(name: String, shape: Vec<usize>, values: &[f32]) -> Self {
         let bytes = values.iter().flat_map(|value| value.to_le_bytes()).collect();
@@ -90,10 +90,10 @@ pub fn serialize(kind: Kind, content: &impl Serialize, tensors: &[Tensor]) -> Re
     safetensors::serialize(views, Some(header)).map_err(|error| error.to_string())
 }
 
-/// What a file says of itself, and its tensors.
+/// The header's content, and the tensors.
 ///
 /// # Errors
-/// What is wrong with the bytes: no such file, a truncated one, or one of another version.
+/// If the bytes are not such a file, truncated, or of another version.
 pub fn parse<T: DeserializeOwned>(kind: Kind, bytes: &[u8]) -> Result<(T, Tensors<'_>), String> {
     let name = kind.name;
     let broken = |error: SafeTensorError| format!("no {name} file, or a truncated one: {error}");
@@ -114,13 +114,13 @@ pub fn parse<T: DeserializeOwned>(kind: Kind, bytes: &[u8]) -> Result<(T, Tensor
 pub struct Tensors<'a>(SafeTensors<'a>);
 
 impl Tensors<'_> {
-    /// How many.
+    /// Number of tensors.
     #[must_use]
     pub fn count(&self) -> usize {
         self.0.len()
     }
 
-    /// Whether there is one of this name.
+    /// Whether a tensor of this name exists.
     #[must_use]
     pub fn has(&self, name: &str) -> bool {
         self.0.tensor(name).is_ok()

@@ -1,8 +1,8 @@
-//! What the network sees: the map as a graph, with what is known of each cell.
+//! The network's input: the map as a graph, with features of each cell.
 //!
-//! A node is a traversable cell that the robot can reach; edges join cells that touch, corners included. Nothing in it
-//! says where on the map a node is, or which way is north: only neighbors, routes and features. So a map that is moved,
-//! turned or mirrored gives the same graph with its nodes in another order.
+//! A node is a traversable cell that the robot can reach; edges join cells that touch, corners included. The graph does
+//! not contain a node's position on the map or the direction of north, only neighbors, paths and features. So a map
+//! that is moved, turned or mirrored gives the same graph with its nodes in another order.
 
 mod features;
 mod topology;
@@ -33,7 +33,7 @@ pub struct Graph {
 }
 
 impl Graph {
-    /// The graph of a situation. `topology` is kept between calls: it is made anew where the map has changed.
+    /// The graph of a situation. `topology` is kept between calls, and rebuilt when the map has changed.
     #[must_use]
     pub fn new(
         situation: &Situation<'_>,
@@ -44,7 +44,7 @@ impl Graph {
             Some(known) if known.is_of(situation.terrain, routes) => Arc::clone(known),
             other => Arc::clone(other.insert(Arc::new(Topology::new(situation.terrain, routes)))),
         };
-        let gains = InformationGain::new(situation).look_gains(situation, routes);
+        let gains = InformationGain::new(situation).observation_gains(situation, routes);
         let node = |cell: Cell| topology.node(cell);
         let mut parent = vec![0; topology.len()];
         for &cell in routes.reached() {

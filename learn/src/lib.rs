@@ -2,13 +2,13 @@
 //!
 //! Reading order:
 //!
-//! 1. [`graph`]: what the network sees of a situation;
+//! 1. [`graph`]: the network's input;
 //! 2. [`network`]: from a graph to a logit for each cell, in plain Rust; [`shape`], [`weights`]: its sizes and its
 //!    parameters as a file;
-//! 3. [`policy`]: the network as a policy, the shipped ones among them; names of all policies;
-//! 4. [`demonstration`]: what an expert decided, and from what, as files; [`mod@file`]: what all files here have in common;
+//! 3. [`policy`]: the network as a policy, with the built-in ones; names of all policies;
+//! 4. [`demonstration`]: an expert's decisions as files; [`mod@file`]: the common format of files.
 //!
-//! Learning itself is a crate of its own above this one, for it needs libtorch.
+//! Training is a separate crate above this one, since it needs libtorch.
 
 pub mod demonstration;
 pub mod file;

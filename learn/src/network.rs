@@ -2,9 +2,9 @@
 //!
 //! Attention is that of Veličković et al., "Graph Attention Networks" (ICLR 2018), Eq. 1 to 5, with heads concatenated.
 //! Departures: the inverse distance of an edge enters its score, times a learned number a head (the paper weights edges
-//! so, Section V-C); a node's own channels take part by being added to the layer's output, not as a neighbor; rectifiers
-//! leak. After the attention layers comes what the paper's network lacks, a route layer: channels that fade along the
-//! shortest path from the robot, and channels that are summed along it, as Eq. 3 sums information.
+//! so, Section V-C); a node's own channels are added to the layer's output instead of counting as a neighbor;
+//! rectifiers leak. After the attention layers comes a layer that the paper's network lacks, the route layer: channels
+//! that decay along the shortest path from the robot, and channels that are summed along it, as Eq. 3 sums information.
 //!
 //! Sums are taken in a fixed order, with multiplications fused into them on every machine (where the processor cannot,
 //! slowly), so that all compute the same bits.
@@ -35,12 +35,12 @@ pub const RECTIFIER_LEAK: f32 = 0.01;
 pub const SCORE_LEAK: f32 = 0.2;
 /// Logarithms of sums are taken of the sum plus this.
 pub const LEAST_SUM: f32 = 1e-6;
-/// What is summed is `exp(x)`, with `x` clamped to these.
+/// Sums are of `exp(x)`, with `x` clamped to this range.
 pub const SUM_LOG_RANGE: (f32, f32) = (-12.0, 6.0);
-/// Logits are the last layer's output times this: an expert's choice is sharp, and learning to be sharp is slow.
+/// Logits are the last layer's output times this: an expert's choice is sharp, and small weights learn it slowly.
 pub const LOGIT_SCALE: f32 = 10.0;
 
-/// A network, ready to decide.
+/// A network, ready for inference.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Network {
     shape: Shape,
@@ -53,7 +53,7 @@ pub struct Network {
     logit: Linear,
 }
 
-/// Where a network computes: channels of all nodes.
+/// Buffers of a network: channels of all nodes.
 #[derive(Clone, Debug, Default)]
 pub struct Workspace {
     channels: Vec<f32>,
@@ -66,7 +66,7 @@ pub struct Workspace {
 }
 
 impl Network {
-    /// The network of these weights.
+    /// Builds the network of these weights.
     #[must_use]
     pub fn new(weights: &Weights) -> Self {
         let shape = weights.shape();
@@ -85,31 +85,31 @@ impl Network {
         }
     }
 
-    /// Sizes.
+    /// Sizes of the network.
     #[must_use]
     pub const fn shape(&self) -> Shape {
         self.shape
     }
 
-    /// A logit for each node, shape `[nodes]`. That of the root means nothing: the robot is there.
+    /// A logit for each node, shape `[nodes]`. That of the root has no meaning, since the robot is there.
     #[must_use]
     pub fn logits(&self, graph: &Graph) -> Vec<f32> {
-        let mut room = Workspace::default();
-        self.logits_in(graph, &mut room);
-        room.logits
+        let mut workspace = Workspace::default();
+        self.logits_in(graph, &mut workspace);
+        workspace.logits
     }
 
-    /// The same, in room that is kept from one graph to the next: to ask the system for it takes a fifth of the time.
-    pub fn logits_in<'a>(&self, graph: &Graph, room: &'a mut Workspace) -> &'a [f32] {
+    /// The same, in buffers that are kept from one graph to the next: allocating them takes a fifth of the time.
+    pub fn logits_in<'a>(&self, graph: &Graph, workspace: &'a mut Workspace) -> &'a [f32] {
         // The widest vector instructions that this machine has; the order of operations is the same for all.
-        Arch::new().dispatch(Forward { network: self, graph, room });
-        &room.logits
+        Arch::new().dispatch(Forward { network: self, graph, workspace });
+        &workspace.logits
     }
 
     #[inline(always)]
-    fn compute<S: Simd>(&self, simd: S, graph: &Graph, room: &mut Workspace) {
+    fn compute<S: Simd>(&self, simd: S, graph: &Graph, workspace: &mut Workspace) {
         let features = graph.features.as_slice();
-        let Workspace { channels, projected, faded, mixed, sums, head, logits } = room;
+        let Workspace { channels, projected, faded, mixed, sums, head, logits } = workspace;
         self.encoder.apply_rectified(simd, &[features], channels);
         for layer in &self.attention {
             layer.add_to(simd, channels, &graph.topology, projected);
@@ -138,7 +138,7 @@ impl Network {
 struct Forward<'a> {
     network: &'a Network,
     graph: &'a Graph,
-    room: &'a mut Workspace,
+    workspace: &'a mut Workspace,
 }
 
 impl WithSimd for Forward<'_> {
@@ -146,7 +146,7 @@ impl WithSimd for Forward<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        self.network.compute(simd, self.graph, self.room);
+        self.network.compute(simd, self.graph, self.workspace);
     }
 }
 

@@ -14,7 +14,7 @@ pub use gnn::Gnn;
 pub use name::{PolicyName, UnknownPolicy};
 pub use shipped::Shipped;
 
-/// The policy of a name. Learned ones use `network`, if it is given, instead of the one of their name.
+/// Builds the policy of a name. Learned ones use `network`, if given, instead of the built-in one of their name.
 #[must_use]
 pub fn build(
     name: PolicyName,

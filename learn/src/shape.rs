@@ -15,17 +15,17 @@ pub struct Shape {
     pub hidden: usize,
     /// Attention layers.
     pub layers: usize,
-    /// Channels that fade along the route, so that a cell knows what the looks just before it have seen.
+    /// Channels that decay along the path: they carry what the preceding cells have observed.
     pub memory: usize,
-    /// Channels that are summed along the route. Without memory and sums the network sees no routes.
+    /// Channels that are summed along the path. Without `memory` and `sums` the network does not use paths.
     pub sums: usize,
 }
 
 impl Shape {
-    /// That of the shipped networks.
+    /// The sizes of the built-in networks.
     pub const DEFAULT: Self = Self { hidden: 32, layers: 3, memory: 16, sums: 4 };
 
-    /// Widest and deepest that is accepted; a file that asks for more is refused before memory is taken.
+    /// The largest sizes that are accepted; larger ones are rejected before memory is allocated.
     const MOST: Self = Self { hidden: 1024, layers: 64, memory: 1024, sums: 256 };
 
     /// Channels a head.
@@ -40,7 +40,7 @@ impl Shape {
         self.hidden + self.sums + FEATURES
     }
 
-    /// Whether such a network can be: at least 1 of everything but memory and sums.
+    /// Whether such a network can exist: at least 1 of everything but `memory` and `sums`.
     #[must_use]
     pub const fn is_valid(self) -> bool {
         let most = Self::MOST;

@@ -9,7 +9,7 @@ use crate::file::{self, Kind, Tensor};
 use crate::graph::FEATURE_NAMES;
 use crate::shape::{Parameter, Shape};
 
-/// Workspace for 16 million parameters; the shipped networks have 8,000.
+/// The limit is enough for 16 million parameters; the built-in networks have 8,000.
 const KIND: Kind = Kind { name: "weights", format: "dragnet-weights-1", max_bytes: 1 << 26 };
 
 #[derive(Serialize, Deserialize)]
@@ -25,7 +25,7 @@ struct Header {
 pub struct Weights {
     shape: Shape,
     recipe: Recipe,
-    /// By the order of [`Shape::parameters`].
+    /// In the order of [`Shape::parameters`].
     tensors: Vec<(String, Vec<f32>)>,
 }
 
@@ -34,15 +34,15 @@ pub struct Weights {
 pub struct Recipe {
     /// The expert that was imitated.
     pub expert: String,
-    /// Scenarios it was watched on.
+    /// Scenarios that it was recorded on.
     pub scenarios: Vec<String>,
-    /// Decisions that were learned from.
+    /// Decisions that were trained on.
     pub decisions: u64,
     /// Seed of the training.
     pub seed: u64,
     /// Passes over the decisions until these weights.
     pub epochs: u32,
-    /// Mean loss on trajectories that were held out.
+    /// Mean loss on validation trajectories.
     pub held_out_loss: f64,
     /// Version and commit of the program.
     pub program: String,
@@ -137,7 +137,7 @@ impl Weights {
         &self.recipe
     }
 
-    /// The values of a parameter, row-major; none of a name that the shape does not have.
+    /// The values of a parameter, row-major; empty for an unknown name.
     #[must_use]
     pub fn get(&self, name: &str) -> &[f32] {
         self.tensors.iter().find(|(known, _)| known == name).map_or(&[], |(_, values)| values)

@@ -1,4 +1,4 @@
-//! What a page asks for, checked, and what it is answered.
+//! Commands of the page, their checks, and their answers.
 
 use dragnet_proto::command::{Command, Mark};
 use dragnet_search::cell::Position;
@@ -7,24 +7,24 @@ use serde::Deserialize;
 use crate::polygon::{self, Corner, PolygonError};
 use crate::view::View;
 
-/// What a page asks for, JSON: `{"command": "mark", "row": 3, "column": 4, "as": "clue"}`.
+/// A command of the page, JSON: `{"command": "mark", "row": 3, "column": 4, "as": "clue"}`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(tag = "command", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Ask {
-    /// The robots stay where they are.
+    /// Pause the robots.
     Pause {},
-    /// They go on.
+    /// Resume the search.
     Resume {},
-    /// A person says what a cell holds.
+    /// Mark a cell.
     Mark {
         /// From the south.
         row: u32,
         /// From the west.
         column: u32,
-        /// What it holds.
+        /// The mark.
         r#as: MarkName,
     },
-    /// A polygon is searched too.
+    /// Add a polygon to the search area.
     Search {
         /// Its corners.
         corners: Vec<Corner>,
@@ -41,7 +41,7 @@ pub enum MarkName {
     Clue,
 }
 
-/// Why something cannot be asked for.
+/// Why a command is rejected.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum AskError {
     /// A cell off the map.
@@ -49,26 +49,26 @@ pub enum AskError {
         "cell [{row}, {column}] is not on the map; allowed are rows 0 to {last_row} and columns 0 to {last_column}"
     )]
     Cell {
-        /// As asked for.
+        /// The given row.
         row: u32,
-        /// As asked for.
+        /// The given column.
         column: u32,
-        /// The map's last.
+        /// The last row of the map.
         last_row: u32,
-        /// The map's last.
+        /// The last column of the map.
         last_column: u32,
     },
     /// A cell in which nothing is searched.
     #[error(
-        "cell [{row}, {column}] is not searched, so that a mark there says nothing: add a polygon around it first"
+        "cell [{row}, {column}] is not searched, so that a mark there has no effect: add a polygon around it first"
     )]
     NotSearched {
-        /// As asked for.
+        /// The given row.
         row: u32,
-        /// As asked for.
+        /// The given column.
         column: u32,
     },
-    /// No polygon.
+    /// An invalid polygon.
     #[error(transparent)]
     Polygon(#[from] PolygonError),
     /// A polygon that changes nothing.
@@ -77,14 +77,14 @@ pub enum AskError {
 }
 
 impl Ask {
-    /// The command that this is for the mission of a view, and what to answer.
+    /// The command for the mission of a view, and the answer to the page.
     ///
     /// # Errors
-    /// If it cannot be done.
+    /// If the command is rejected.
     pub fn command(self, view: &View) -> Result<(Command, String), AskError> {
         match self {
-            Self::Pause {} => Ok((Command::Pause, "The robots are told to stay where they are.".to_owned())),
-            Self::Resume {} => Ok((Command::Resume, "The robots are told to go on.".to_owned())),
+            Self::Pause {} => Ok((Command::Pause, "The robots are paused.".to_owned())),
+            Self::Resume {} => Ok((Command::Resume, "The search is resumed.".to_owned())),
             Self::Mark { row, column, r#as } => mark(view, Position { row, column }, r#as),
             Self::Search { corners } => search(view, &corners),
         }

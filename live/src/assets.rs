@@ -1,8 +1,8 @@
-//! The files of the page, part of the program.
+//! The files of the page, which are built in.
 
 /// A file of the page.
 pub(crate) struct Asset {
-    /// Under which it is asked for.
+    /// Its path in requests.
     pub(crate) path: &'static str,
     pub(crate) media_type: &'static str,
     pub(crate) body: &'static str,
@@ -39,7 +39,7 @@ assets! {
 mod tests {
     use super::*;
 
-    /// So that the page works without any network but its own.
+    /// So that the page works without any other server.
     #[test]
     fn the_page_asks_for_nothing_but_its_own_files() {
         for asset in ASSETS {

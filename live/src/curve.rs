@@ -1,6 +1,6 @@
-//! A curve over the mission's time that takes no more room than a picture needs.
+//! A curve over the mission's time with a bounded number of points.
 
-/// The most points of a curve.
+/// The maximum number of points.
 const MOST: usize = 512;
 
 /// Points `(seconds, values)`, their times ascending.
@@ -18,7 +18,7 @@ impl Default for Curve {
 }
 
 impl Curve {
-    /// From this time on the values are these. Of values close to each other the last stays.
+    /// Adds values from this time on. Of values close to each other in time the last stays.
     pub(crate) fn push(&mut self, seconds: f64, values: [f64; 2]) {
         let point = [seconds, values[0], values[1]];
         let before = self.points.len().checked_sub(2).map(|index| self.points[index][0]);

@@ -1,6 +1,6 @@
-//! Who is let in: connections are bounded in number, from one address too, and in how long a request may take.
+//! The connections of the server: bounded in number, in total and by address, and in the duration of a request.
 //!
-//! Without that, whoever opens connections and says nothing, or asks and does not read, would keep everybody out.
+//! Otherwise idle connections, or clients that do not read, could block all others.
 
 use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv6Addr};
@@ -14,15 +14,15 @@ use hyper_util::service::TowerToHyperService;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::time::{sleep, timeout};
 
-/// So many connections at a time, those of viewers not counted.
+/// Maximum number of connections, without those of viewers.
 const MOST: usize = 256;
-/// So many of them from one address, or from one network of IPv6.
+/// Maximum number of them from one address, or from one network of IPv6.
 const MOST_FROM_ONE: usize = 64;
-/// A request has this long to say what it asks for.
+/// Time limit for the head of a request.
 const HEAD: Duration = Duration::from_secs(10);
-/// A connection that has not become a stream lives so long: browsers open another one.
+/// Time limit of a connection that does not become a stream: browsers open another one.
 const LIFE: Duration = Duration::from_mins(1);
-/// Before another connection is taken after one could not be, as when too many files are open.
+/// Pause after a connection could not be accepted, for example because too many files are open.
 const REST: Duration = Duration::from_millis(100);
 
 /// Serves until the runtime ends.
@@ -33,14 +33,14 @@ pub(crate) async fn serve(listener: TcpListener, router: Router) {
         match listener.accept().await {
             Ok((stream, peer)) => {
                 is_failing = false;
-                // Who finds no place is hung up on.
+                // Connections above the limit are closed.
                 if let Some(place) = doors.enter(peer.ip()) {
                     tokio::spawn(attend(stream, router.clone(), place));
                 }
             }
             Err(error) => {
                 if !std::mem::replace(&mut is_failing, true) {
-                    tracing::warn!("the page cannot take a caller: {error}");
+                    tracing::warn!("the page cannot accept a connection: {error}");
                 }
                 sleep(REST).await;
             }
@@ -55,23 +55,23 @@ async fn attend(stream: TcpStream, router: Router, place: Place) {
         .header_read_timeout(HEAD)
         .serve_connection(TokioIo::new(stream), service)
         .with_upgrades();
-    // Whatever ends a connection, there is nobody left to tell.
+    // The result of a connection is not needed.
     let _ended = timeout(LIFE, connection).await;
     drop(place);
 }
 
-/// Connections by where they come from.
+/// Number of connections by their origin.
 #[derive(Clone, Default)]
 struct Doors(Arc<Mutex<BTreeMap<IpAddr, usize>>>);
 
-/// One of them; free again when it is dropped.
+/// One connection; counted until it is dropped.
 struct Place {
     doors: Doors,
     from: IpAddr,
 }
 
 impl Doors {
-    /// A place, if there is one.
+    /// Counts a connection, if the limit allows it.
     fn enter(&self, from: IpAddr) -> Option<Place> {
         let from = network(from);
         let mut counts = self.counts();
@@ -98,7 +98,7 @@ impl Drop for Place {
     }
 }
 
-/// Where somebody comes from: of IPv6 the network, which gives everybody more addresses than there are places.
+/// The origin of a connection: for IPv6 the network, which has more addresses than the limit.
 fn network(address: IpAddr) -> IpAddr {
     match address.to_canonical() {
         IpAddr::V6(address) => {
@@ -114,7 +114,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nobody_takes_all_places_and_who_leaves_makes_room() {
+    fn one_address_does_not_take_all_connections_and_closed_ones_make_room() {
         let doors = Doors::default();
         let from = |last: u8| IpAddr::from([10, 0, 0, last]);
         let mut places: Vec<Place> = (0..100).filter_map(|_| doors.enter(from(1))).collect();

@@ -1,4 +1,4 @@
-//! Frames: what is sent to a page, JSON. Whoever connects gets all, then what has changed.
+//! Frames: messages to a page, JSON. A new viewer gets the whole state, then changes.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -12,10 +12,10 @@ use crate::view::{State, View};
 
 /// Log-odds beyond this are shown as this, nats: a probability of 0.9997.
 pub const MOST_NATS: f64 = 8.0;
-/// More changed cells than this share are sent as a whole map.
+/// If more than this share of the cells has changed, the whole map is sent.
 const SHARE: usize = 8;
 
-/// What a page is told first.
+/// The first message to a page.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Hello {
     /// `hello`.
@@ -28,18 +28,18 @@ pub struct Hello {
     pub columns: u32,
     /// Edge of a cell, meters.
     pub cell_meters: f64,
-    /// One byte a cell, 1 where a robot can be; Base64.
+    /// One byte per cell, 1 if traversable; Base64.
     pub ground: String,
     /// Probability from which an object is found.
     pub detection_threshold: f64,
-    /// Objects, where somebody knows.
+    /// Number of objects, if known.
     pub objects: Option<usize>,
-    /// When a recording ends, seconds; nothing of a running mission.
+    /// End of a recording, seconds; absent for a running mission.
     pub end: Option<f64>,
 }
 
 impl Hello {
-    /// Of a view, and of when its recording ends.
+    /// The first message for a view, and the end of its recording.
     #[must_use]
     pub fn new(view: &View, end: Option<f64>) -> Self {
         let (about, terrain) = (view.about(), view.terrain());
@@ -59,85 +59,85 @@ impl Hello {
     }
 }
 
-/// What a page is told from then on. What is left out has not changed.
+/// A further message to a page. Absent fields have not changed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Frame {
     /// `frame`.
     pub kind: &'static str,
-    /// Whether all is in it: what was shown before is void.
+    /// Whether it contains the whole state.
     pub is_whole: bool,
     /// Mission time, seconds.
     pub time: f64,
-    /// The belief, one [`level`] a cell; Base64.
+    /// The belief, one [`level`] per cell; Base64.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub levels: Option<String>,
     /// Cells whose level has changed: `[number, level]`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub changes: Vec<(u32, u8)>,
-    /// One byte a cell, 1 where something is searched for and no robot can see it; Base64.
+    /// One byte per cell, 1 if it is searched and out of reach; Base64.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub out_of_reach: Option<String>,
     /// Robots, by number.
     pub robots: Vec<RobotFrame>,
-    /// Objects that are declared.
+    /// Declared objects.
     pub declared: Vec<DeclaredFrame>,
-    /// Objects that are expected beyond them.
+    /// Expected remaining objects.
     pub expected: f64,
     /// Entropy of the map, nats.
     pub entropy: f64,
-    /// Recall where the objects are known, 0 to 1; otherwise objects declared.
+    /// Recall if the objects are known, 0 to 1; otherwise the number of declared objects.
     pub progress: f64,
-    /// Messages of robots, a second of mission time.
+    /// Messages of robots per second of mission time.
     pub messages: f64,
-    /// Observations of robots so far.
+    /// Number of observations of robots so far.
     pub observations: u64,
-    /// Marks by hand so far.
+    /// Number of operator marks so far.
     pub marks: u64,
-    /// Whether a person has paused the search.
+    /// Whether the operator has paused the search.
     pub is_paused: bool,
-    /// Cells that a person has added.
+    /// Number of cells that the operator has added.
     pub added: usize,
     /// The curves up to here, `[seconds, entropy, progress]`; only in a whole frame.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub curve: Vec<[f64; 3]>,
 }
 
-/// A robot, as it is now.
+/// The state of a robot.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RobotFrame {
     /// Its number.
     pub robot: u16,
-    /// How it is.
+    /// Its state.
     pub state: State,
     /// Whether several processes have its number.
     pub is_doubled: bool,
-    /// Where it is, a cell's number; unknown before it was heard.
+    /// Its cell's number; unknown before its first message.
     pub cell: Option<u32>,
-    /// Cells that it was in since the last frame, or the last ones in a whole frame.
+    /// Cells entered since the last frame, or the last ones in a whole frame.
     pub trail: Vec<u32>,
     /// Cells still to be entered.
     pub plan: Vec<u32>,
-    /// Way covered, meters.
+    /// Distance driven, meters.
     pub meters: f64,
 }
 
-/// An object that is declared.
+/// A declared object.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DeclaredFrame {
-    /// Where, a cell's number.
+    /// Its cell's number.
     pub cell: u32,
     /// Its probability now.
     pub probability: f64,
-    /// Since when, seconds.
+    /// Time of its declaration, seconds.
     pub since: f64,
 }
 
-/// What a page has been told.
+/// The state that a page shows.
 #[derive(Clone, Debug, Default)]
 pub struct Shown {
     /// Shape `[cells]`; empty before the first frame.
     levels: Vec<u8>,
-    /// Of the reach, and cells that a person had added; nothing before the first frame.
+    /// Of the reach, and number of added cells; `None` before the first frame.
     reach: Option<(u32, usize)>,
     steps: BTreeMap<RobotId, u64>,
 }
@@ -155,7 +155,7 @@ pub fn level(view: &View, cell: Cell) -> u8 {
 }
 
 impl Frame {
-    /// What a page must be told that has been shown this.
+    /// The changes between a shown state and a view.
     pub fn next(view: &View, shown: &mut Shown) -> Self {
         let is_whole = shown.levels.is_empty();
         let (levels, changes) = belief(view, &mut shown.levels);

@@ -1,19 +1,19 @@
-//! Who may do what: a token for those who change the mission, and pages of this server only.
+//! Access control: a token for commands, and requests from pages of this server only.
 
 use std::fmt::Write;
 use std::net::IpAddr;
 
-/// The least length of a token that somebody chooses.
+/// The minimum length of a configured token.
 const LEAST_CHARACTERS: usize = 16;
 
-/// What allows its bearer to change the mission.
+/// A secret that allows its bearer to change the mission.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Token(String);
 
-/// A token that cannot be.
+/// An invalid token.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TokenError {
-    /// Too easy to guess, or no good in an address.
+    /// Too easy to guess, or not usable in an address.
     #[error(
         "a token of {0} characters; allowed are at least {LEAST_CHARACTERS} letters, digits, `-` and `_`, and nothing else"
     )]
@@ -24,25 +24,25 @@ pub enum TokenError {
 }
 
 impl Token {
-    /// One that nobody has had: 128 random bits.
+    /// A new random token: 128 bits.
     ///
     /// # Errors
-    /// If the operating system gives none.
+    /// If the operating system provides no randomness.
     pub fn random() -> Result<Self, TokenError> {
         let mut bytes = [0_u8; 16];
         getrandom::fill(&mut bytes).map_err(|error| TokenError::NoRandomness(error.to_string()))?;
         let mut text = String::with_capacity(2 * bytes.len());
         for byte in bytes {
-            // A string takes all that is written to it.
+            // Writing to a string cannot fail.
             let _ = write!(text, "{byte:02x}");
         }
         Ok(Self(text))
     }
 
-    /// One that somebody has chosen.
+    /// A configured token.
     ///
     /// # Errors
-    /// If it is too short, or has other characters than an address takes.
+    /// If it is too short, or has characters that an address cannot contain.
     pub fn chosen(text: &str) -> Result<Self, TokenError> {
         let text = text.trim();
         let is_plain = text.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"-_".contains(&byte));
@@ -53,19 +53,19 @@ impl Token {
         }
     }
 
-    /// Its text, to be told to whoever may have it.
+    /// Its text.
     #[must_use]
     pub fn text(&self) -> &str {
         &self.0
     }
 
-    /// Whether the header `Authorization: Bearer TOKEN` has it.
+    /// Whether the header `Authorization: Bearer TOKEN` contains it.
     #[must_use]
     pub fn is_in(&self, authorization: Option<&str>) -> bool {
         authorization.and_then(|value| value.strip_prefix("Bearer ")).is_some_and(|given| self.is(given))
     }
 
-    /// Whether this is the token. Takes as long wherever the two differ.
+    /// Compares in constant time.
     #[must_use]
     pub fn is(&self, given: &str) -> bool {
         let difference = self
@@ -84,8 +84,8 @@ impl std::fmt::Debug for Token {
     }
 }
 
-/// Whether a request is for this server by an address that no name can be made to point to, and from a page of its own,
-/// if it is from a page: `Host` is a number or `localhost`, and `Origin`, where there is one, is that host.
+/// Whether a request addresses this server by an address that DNS cannot redirect, and comes from a page of this
+/// server, if from a page: `Host` is a number or `localhost`, and `Origin`, if present, is that host.
 #[must_use]
 pub fn is_own_page(host: Option<&str>, origin: Option<&str>) -> bool {
     let Some(host) = host else { return false };
@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn a_weak_token_is_refused() {
+    fn a_weak_token_is_rejected() {
         assert!(Token::chosen("correct-horse_battery").is_ok());
         assert!(Token::chosen("short").unwrap_err().to_string().contains("at least 16"));
         assert!(Token::chosen("sixteen letters?").is_err());

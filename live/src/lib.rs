@@ -1,12 +1,13 @@
 //! The live page: a mission, running or recorded, in a browser.
 //!
-//! - [`view`], [`frame`]: what the page shows, folded from the coordinator's records; the same for a running mission and
-//!   for a recorded one;
-//! - [`replay`]: a recording, at any time of it;
-//! - [`polygon`], [`ask`]: what a person asks for, from the page's words to the mission's;
-//! - [`page`]: the server of the page; [`guard`] says who may do what, and `door`, which alone has a socket, who comes in.
+//! - [`view`], [`frame`]: the contents of the page, folded from the coordinator's records; the same for a running
+//!   mission and for a recorded one;
+//! - [`replay`]: a recording at any of its times;
+//! - [`polygon`], [`ask`]: the operator's commands, from the page's messages to the mission's events;
+//! - [`page`]: the server of the page; [`guard`] is its access control, and `door`, which alone has a socket, limits
+//!   its connections.
 //!
-//! `page/` holds the page itself, in TypeScript, and as what browsers run in `page/dist/`.
+//! `page/` contains the page itself in TypeScript, and compiled for browsers in `page/dist/`.
 
 pub mod ask;
 mod assets;

@@ -1,4 +1,4 @@
-//! The server of the page: its files, a stream of frames to each viewer, and commands of whoever has the token.
+//! The server of the page: its files, a stream of frames to each viewer, and commands of those with the token.
 
 use std::io;
 use std::net::{SocketAddr, TcpListener};
@@ -31,18 +31,18 @@ use crate::shared::{Commanded, Running, Shared, Show, refusal};
 use crate::stream;
 use crate::view::{About, View};
 
-/// So many may watch at a time,
+/// Maximum number of viewers,
 const MOST_VIEWERS: usize = 32;
-/// and so many more of those who have the token.
+/// and of further ones with the token.
 const MOST_OPERATORS: usize = 8;
-/// A request that is not answered within this time is given up, as one whose body does not come.
+/// Time limit for a request, for example one whose body does not arrive.
 const MOST_TIME: Duration = Duration::from_secs(10);
-/// The longest command, bytes: a polygon of [`crate::polygon::MOST_CORNERS`].
+/// The maximum size of a command, bytes: a polygon of [`crate::polygon::MOST_CORNERS`].
 const MOST_BYTES: usize = 64 * 1024;
-/// Commands that may wait for the coordinator.
+/// Maximum number of commands that wait for the coordinator.
 const MOST_WAITING: usize = 64;
 
-/// What a page may load and who may frame it: itself, and nobody.
+/// The page may load only its own files, and may not be framed.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; \
                       base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
@@ -50,7 +50,7 @@ const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; i
 #[derive(Clone, Debug, PartialEq, Eq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
-    /// Address and port of the page; port 0 is any free one. With 127.0.0.1 only this machine sees it.
+    /// Address and port of the page; port 0 is any free one. With 127.0.0.1 only this computer can open it.
     pub listen: SocketAddr,
     /// A file with the token for commands, at least 16 characters, relative to the working directory; without it a new
     /// token is drawn and printed.
@@ -63,18 +63,18 @@ impl Default for Settings {
     }
 }
 
-/// Why there is no page.
+/// Why a page cannot be served.
 #[derive(Debug, thiserror::Error)]
 pub enum PageError {
-    /// Nothing can listen there.
+    /// The address cannot be used.
     #[error("cannot serve a page at {listen}: {source}")]
     Listen {
-        /// Where.
+        /// The address.
         listen: SocketAddr,
-        /// Why.
+        /// The cause.
         source: io::Error,
     },
-    /// The token's file.
+    /// The token's file is invalid.
     #[error("{}: {reason}", file.display())]
     TokenFile {
         /// The file.
@@ -82,19 +82,19 @@ pub enum PageError {
         /// What is wrong.
         reason: String,
     },
-    /// The token.
+    /// An invalid token.
     #[error(transparent)]
     Token(#[from] TokenError),
 }
 
-/// A page that is served as long as this is there.
+/// A page that is served until this is dropped.
 pub struct Page {
     runtime: Runtime,
     address: String,
     shared: Arc<Shared>,
 }
 
-/// Says that the mission is over when the coordinator lets go of it.
+/// Marks the mission as over when the coordinator drops it.
 struct Teller(Arc<Shared>);
 
 impl Drop for Teller {
@@ -106,11 +106,11 @@ impl Drop for Teller {
 }
 
 impl Page {
-    /// Serves a mission that is about to run; returns the page, whom the coordinator tells of its records, and what it
-    /// is asked for.
+    /// Serves a mission that is about to run; returns the page, a listener for the coordinator's records, and the
+    /// operator's commands.
     ///
     /// # Errors
-    /// If nothing can listen there, or there is no token.
+    /// If the address cannot be used, or there is no token.
     pub fn of_mission(
         settings: &Settings,
         about: About,
@@ -132,7 +132,7 @@ impl Page {
     /// Serves a recording.
     ///
     /// # Errors
-    /// If nothing can listen there.
+    /// If the address cannot be used.
     pub fn of_recording(settings: &Settings, playback: Playback) -> Result<Self, PageError> {
         Self::serve(settings, Show::Recorded(Arc::new(playback)))
     }
@@ -161,21 +161,20 @@ impl Page {
         Ok(Self { runtime, address: format!("http://{address}{rights}"), shared })
     }
 
-    /// Where the page is, with the token that was drawn for whoever may change the mission; one that was chosen is not
-    /// told again.
+    /// The page's address, with a new random token; a configured token is not included.
     #[must_use]
     pub fn address(&self) -> &str {
         &self.address
     }
 
-    /// Serves on until something is ready that `stop` makes, within the runtime of the page.
+    /// Serves the page until the future of `stop` is ready, within the runtime of the page.
     pub fn serve_until<F: Future<Output = ()>>(self, stop: impl FnOnce() -> F) {
         self.runtime.block_on(async { stop().await });
         self.runtime.shutdown_background();
     }
 }
 
-/// The longest file of a token, bytes.
+/// The maximum size of a token's file, bytes.
 const MAX_TOKEN_BYTES: u64 = 1 << 12;
 
 fn token(settings: &Settings) -> Result<Token, PageError> {
@@ -200,7 +199,7 @@ fn router(shared: Arc<Shared>) -> Router {
         .with_state(shared)
 }
 
-/// Refuses what is not from a page of this server, and tells browsers what the page may do.
+/// Rejects requests that are not from a page of this server, and sets the page's security headers.
 async fn guard(request: Request, next: Next) -> Response {
     let is_own = {
         let value = |name: HeaderName| request.headers().get(name).and_then(|value| value.to_str().ok());
@@ -220,7 +219,7 @@ async fn guard(request: Request, next: Next) -> Response {
     response
 }
 
-/// Whether the token that is sent is the token: what a page asks before it offers controls.
+/// Whether the request has the token: a page asks this before it offers controls.
 async fn auth(State(shared): State<Arc<Shared>>, headers: HeaderMap) -> Response {
     match allowed(&shared, &headers) {
         Ok(_) => StatusCode::NO_CONTENT.into_response(),
@@ -250,7 +249,7 @@ async fn command(State(shared): State<Arc<Shared>>, headers: HeaderMap, body: St
     }
 }
 
-/// The mission, if it can be changed, and by whoever sends this.
+/// The running mission, if the request may change it.
 fn allowed<'a>(shared: &'a Shared, headers: &HeaderMap) -> Result<&'a Running, Box<Response>> {
     let refused = |status, why| Err(Box::new(refusal(status, why)));
     let Show::Running(running) = &shared.show else {
@@ -258,7 +257,7 @@ fn allowed<'a>(shared: &'a Shared, headers: &HeaderMap) -> Result<&'a Running, B
     };
     let authorization = headers.get(header::AUTHORIZATION).and_then(|value| value.to_str().ok());
     if !shared.token.is_in(authorization) {
-        return refused(StatusCode::UNAUTHORIZED, "only whoever has the token can change the mission");
+        return refused(StatusCode::UNAUTHORIZED, "changing the mission requires the token");
     }
     Ok(running)
 }

@@ -1,14 +1,14 @@
-//! Which cells a polygon takes in.
+//! The cells within a polygon.
 
 use dragnet_search::cell::{Cell, Grid, Position};
 
 /// A corner: cells east and north of the map's south-western corner.
 pub type Corner = [f64; 2];
 
-/// The most corners of a polygon.
+/// The maximum number of corners.
 pub const MOST_CORNERS: usize = 1_000;
 
-/// A polygon that cannot be.
+/// An invalid polygon.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PolygonError {
     /// Too few corners, or too many.
@@ -19,24 +19,24 @@ pub enum PolygonError {
         "corner {index} is at {east} east, {north} north; allowed is up to {columns} east and {rows} north, cells"
     )]
     Place {
-        /// Which, from 1.
+        /// The corner, from 1.
         index: usize,
         /// Cells east.
         east: f64,
         /// Cells north.
         north: f64,
-        /// The map's.
+        /// Columns of the map.
         columns: u32,
-        /// The map's.
+        /// Rows of the map.
         rows: u32,
     },
 }
 
-/// Cells whose centers lie inside a polygon or on its edge, by number. Its last corner is joined to its first; what it
-/// surrounds twice is outside.
+/// Cells whose centers lie inside a polygon or on its edge, by number, with the even-odd rule. Its last corner is
+/// joined to its first.
 ///
 /// # Errors
-/// If it is none, or lies off the map.
+/// If the polygon is invalid, or lies off the map.
 pub fn cells_within(grid: Grid, corners: &[Corner]) -> Result<Vec<Cell>, PolygonError> {
     if !(3..=MOST_CORNERS).contains(&corners.len()) {
         return Err(PolygonError::Corners(corners.len()));
@@ -75,7 +75,7 @@ fn surrounds(corners: &[Corner], point: Corner) -> bool {
     is_inside
 }
 
-/// Whether a point lies on an edge, but for rounding.
+/// Whether a point lies on an edge, up to rounding.
 fn is_on(a: Corner, b: Corner, point: Corner) -> bool {
     let [along, to] = [[b[0] - a[0], b[1] - a[1]], [point[0] - a[0], point[1] - a[1]]];
     let length = along[0].hypot(along[1]);
@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_surrounded_twice_is_outside() {
+    fn a_point_surrounded_twice_is_outside() {
         let cross = [[0.0, 0.0], [5.0, 4.0], [5.0, 0.0], [0.0, 4.0]];
         assert_eq!(
             drawing(&cross),
@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_polygon_of_the_map_is_refused() {
+    fn an_invalid_polygon_is_rejected() {
         let grid = Grid::new(4, 5).unwrap();
         let refused = |corners: &[Corner]| cells_within(grid, corners).unwrap_err().to_string();
         assert_eq!(refused(&[[0.0, 0.0], [1.0, 1.0]]), "2 corners; allowed are 3 to 1000");

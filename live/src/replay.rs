@@ -1,4 +1,4 @@
-//! A recording, at any time of it.
+//! A recording at any of its times.
 
 use std::sync::Arc;
 
@@ -9,10 +9,10 @@ use dragnet_search::observation::RobotId;
 
 use crate::view::{About, View};
 
-/// Probability from which an object is found, where the recording does not say.
+/// Detection threshold for recordings without one.
 const DEFAULT_DETECTION_THRESHOLD: f64 = 0.95;
 
-/// What a recording says of the mission.
+/// The mission of a recording.
 #[must_use]
 pub fn about(playback: &Playback) -> About {
     let fact = |name: &str| playback.run.get(name).map(String::as_str);
@@ -30,7 +30,7 @@ pub fn about(playback: &Playback) -> About {
     }
 }
 
-/// Where the objects were, if whoever recorded it knew.
+/// The objects, if the recording contains them.
 fn objects(playback: &Playback) -> Option<Vec<Cell>> {
     let cells = playback.summary.get("object_cells")?;
     let grid = playback.terrain.grid();
@@ -38,13 +38,13 @@ fn objects(playback: &Playback) -> Option<Vec<Cell>> {
     numbers.map(|number| number.parse().ok().and_then(|number| grid.cell_numbered(number))).collect()
 }
 
-/// A view of a recording that can go to any time.
+/// A view of a recording that can be moved to any time.
 #[derive(Clone, Debug)]
 pub struct Replay {
     playback: Arc<Playback>,
     about: Arc<About>,
     view: View,
-    /// Records that the view has taken in.
+    /// Number of records that the view has applied.
     taken: usize,
 }
 
@@ -56,7 +56,7 @@ impl Replay {
         Self { view: View::new(Arc::clone(&about)), about, playback, taken: 0 }
     }
 
-    /// Goes to a time, forward or back.
+    /// Moves the view to a time, forward or back.
     pub fn seek(&mut self, time: MissionTime) {
         if time < self.view.now() {
             self.view = View::new(Arc::clone(&self.about));
@@ -71,13 +71,13 @@ impl Replay {
         self.view.pass(time);
     }
 
-    /// What the page shows then.
+    /// The view at that time.
     #[must_use]
     pub const fn view(&self) -> &View {
         &self.view
     }
 
-    /// When the recording ends.
+    /// The end of the recording.
     #[must_use]
     pub fn end(&self) -> MissionTime {
         self.playback.end()

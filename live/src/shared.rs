@@ -1,4 +1,4 @@
-//! What all requests to a page share.
+//! The state that all requests to a page share.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -15,31 +15,31 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc, watch};
 use crate::guard::Token;
 use crate::view::View;
 
-/// What a person asks for, as the coordinator's driver takes it: no time of its own, and what happens.
+/// A command of the operator, as the coordinator's driver receives it: without a time of its own, and the event.
 pub(crate) type Commanded = (Option<MissionTime>, Event<Message>);
 
-/// What all requests share.
+/// The state that all requests share.
 pub(crate) struct Shared {
     pub(crate) show: Show,
-    /// Places for viewers.
+    /// Permits for viewers.
     pub(crate) viewers: Arc<Semaphore>,
-    /// Further ones, for those who have the token.
+    /// Further ones for those with the token.
     pub(crate) operators: Arc<Semaphore>,
     pub(crate) token: Token,
 }
 
-/// What is shown.
+/// The mission of a page.
 pub(crate) enum Show {
     /// A mission that is running, or has just ended.
     Running(Box<Running>),
-    /// A recording; each viewer has a place of its own in it.
+    /// A recording; each viewer has its own time in it.
     Recorded(Arc<Playback>),
 }
 
 /// A mission that is running.
 pub(crate) struct Running {
     pub(crate) view: Mutex<View>,
-    /// Counts records, so that viewers know when to look; and says whether there will be more.
+    /// Counts records, so that viewers know when to update; and says whether there will be more.
     pub(crate) news: watch::Sender<News>,
     pub(crate) commands: mpsc::Sender<Commanded>,
 }
@@ -51,7 +51,7 @@ pub(crate) struct News {
 }
 
 impl Shared {
-    /// A place for a viewer, if there is one; `token` is what it says of itself.
+    /// A permit for a viewer, if there is one; `token` is that of its request.
     pub(crate) fn place(&self, token: Option<&str>) -> Option<OwnedSemaphorePermit> {
         let take = |places: &Arc<Semaphore>| Arc::clone(places).try_acquire_owned().ok();
         let has_token = || token.is_some_and(|token| self.token.is(token));
@@ -61,7 +61,7 @@ impl Shared {
 
 impl Running {
     pub(crate) fn view(&self) -> MutexGuard<'_, View> {
-        // A view whose fold panicked is still a view.
+        // A view whose update panicked can still be read.
         self.view.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

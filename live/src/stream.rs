@@ -1,7 +1,7 @@
 //! The stream of frames to one viewer.
 //!
-//! A frame is made when the one before has been sent, from what has changed since: a viewer that is slow gets fewer
-//! frames, and nothing waits for it.
+//! A frame is made when the one before has been sent, from the changes since then: a slow viewer gets fewer frames, and
+//! nothing waits for it.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -21,19 +21,19 @@ use crate::frame::{Frame, Hello, Shown};
 use crate::replay::Replay;
 use crate::shared::{Running, Shared, Show, refusal};
 
-/// Between two frames.
+/// Time between two frames.
 const PERIOD: Duration = Duration::from_millis(100);
-/// Who takes longer for a frame is not there any more.
+/// Time limit for sending a frame.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// Between two questions whether a viewer still reads.
+/// Time between two pings to a viewer.
 const PING: Duration = Duration::from_secs(3);
-/// Who has not answered for so long is not there any more.
+/// Silence after which a viewer counts as gone.
 const SILENCE: Duration = Duration::from_secs(10);
-/// What a viewer speaks,
+/// The WebSocket protocol of viewers,
 const PROTOCOL: &str = "dragnet";
-/// and, before the token, what it may offer beside it.
+/// and the prefix of the token that they may offer beside it.
 const TOKEN: &str = "token.";
-/// The longest message of a viewer, bytes.
+/// The maximum size of a viewer's message, bytes.
 const MOST_BYTES: usize = 4096;
 
 /// Why a stream ends: the viewer is gone.
@@ -50,7 +50,7 @@ pub(crate) async fn open(
     let upgrade = upgrade.max_message_size(MOST_BYTES).protocols([PROTOCOL]);
     upgrade.on_upgrade(async move |socket| {
         let mut socket = Viewer::new(socket);
-        // A viewer that goes ends its stream: that is no failure.
+        // A viewer that leaves ends its stream, which is not a failure.
         let _gone = match &shared.show {
             Show::Running(running) => show_running(&mut socket, running).await,
             Show::Recorded(playback) => show_recorded(&mut socket, playback).await,
@@ -59,37 +59,37 @@ pub(crate) async fn open(
     })
 }
 
-/// The token that a viewer says beside the protocol: a page can give its stream no other header.
+/// The token that a viewer offers beside the protocol: a page cannot set another header of its stream.
 fn token(headers: &HeaderMap) -> Option<&str> {
     let offered = headers.get(header::SEC_WEBSOCKET_PROTOCOL)?.to_str().ok()?;
     offered.split(',').find_map(|name| name.trim().strip_prefix(TOKEN))
 }
 
-/// A viewer, and how lately it has been heard.
+/// A viewer, and when it last answered.
 struct Viewer {
     socket: WebSocket,
-    heard: Instant,
+    received: Instant,
     next_ping: Instant,
 }
 
 impl Viewer {
     fn new(socket: WebSocket) -> Self {
-        let heard = Instant::now();
-        Self { socket, heard, next_ping: heard + PING }
+        let received = Instant::now();
+        Self { socket, received, next_ping: received + PING }
     }
 
-    /// The next message of the viewer. It is asked from time to time whether it still reads: what nobody reads fits for
-    /// minutes into what lies between, and would keep the place of somebody who does.
+    /// The next message of the viewer. Pings check whether it still reads: buffers in between hold minutes of unread
+    /// frames, and would keep the permit of another viewer.
     async fn recv(&mut self) -> Result<Message, Gone> {
         loop {
             tokio::select! {
                 message = self.socket.recv() => {
-                    self.heard = Instant::now();
+                    self.received = Instant::now();
                     return message.and_then(Result::ok).ok_or(Gone);
                 }
                 () = sleep_until(self.next_ping) => {
                     self.next_ping = Instant::now() + PING;
-                    if self.heard.elapsed() > SILENCE {
+                    if self.received.elapsed() > SILENCE {
                         return Err(Gone);
                     }
                     self.send(Message::Ping(Bytes::new())).await?;
@@ -131,26 +131,26 @@ async fn show_running(socket: &mut Viewer, running: &Running) -> Result<(), Gone
                     Ok(()) => break,
                     Err(_) => return Err(Gone),
                 },
-                heard = hear(socket) => { heard?; }
+                received = receive(socket) => { received?; }
             }
         }
     }
 }
 
-/// What a viewer of a recording wants.
+/// A request of a viewer of a recording.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 struct Wish {
-    /// To see this time, seconds.
+    /// Move to this time, seconds.
     seek: Option<f64>,
-    /// That so many seconds of the mission pass a second; 0 stops.
+    /// Play at this speed, mission seconds per second; 0 stops.
     speed: Option<f64>,
 }
 
-/// The most seconds of a mission that pass a second.
+/// The maximum speed.
 const MOST_SPEED: f64 = 1000.0;
 
-/// Where a viewer of a recording is, and since when.
+/// The playback position of a viewer, and since when.
 struct Place {
     seconds: f64,
     speed: f64,
@@ -163,7 +163,7 @@ impl Place {
         (self.seconds + self.since.elapsed().as_secs_f64() * self.speed).min(self.end)
     }
 
-    /// Whether it was moved to another time.
+    /// Applies a request; returns whether the position was moved.
     fn grant(&mut self, wish: Wish) -> bool {
         self.seconds = self.now();
         self.since = Instant::now();
@@ -189,23 +189,23 @@ async fn show_recorded(socket: &mut Viewer, playback: &Arc<Playback>) -> Result<
         let frame = Frame::next(replay.view(), &mut shown);
         send(socket, &frame).await?;
         let is_still = place.speed == 0.0 || place.now() >= end;
-        let wish = if is_still { hear(socket).await? } else { listen(socket, PERIOD).await? };
+        let wish = if is_still { receive(socket).await? } else { listen(socket, PERIOD).await? };
         if wish.is_some_and(|wish| place.grant(wish)) {
             shown = Shown::default();
         }
     }
 }
 
-/// What the viewer says within a time, if it says something.
+/// The viewer's request within a time limit, if there is one.
 async fn listen(socket: &mut Viewer, most: Duration) -> Result<Option<Wish>, Gone> {
-    match timeout(most, hear(socket)).await {
-        Ok(heard) => heard,
+    match timeout(most, receive(socket)).await {
+        Ok(received) => received,
         Err(_) => Ok(None),
     }
 }
 
-/// What the viewer says next; nothing if that is no wish.
-async fn hear(socket: &mut Viewer) -> Result<Option<Wish>, Gone> {
+/// The viewer's next message; `None` if it is not a request.
+async fn receive(socket: &mut Viewer) -> Result<Option<Wish>, Gone> {
     match socket.recv().await? {
         Message::Close(_) => Err(Gone),
         Message::Text(text) => Ok(serde_json::from_str(&text).ok()),

@@ -1,8 +1,8 @@
-//! The view: what the page shows of a mission, folded from the coordinator's records one by one.
+//! The view: the contents of the page, folded from the coordinator's records one by one.
 //!
-//! It knows no socket and no clock. A running mission and a recorded one go through the same fold
-//! ([`dragnet_coordinator::fold`]), so that the page shows the same of both at the same time. The view adds what only a page
-//! shows: trails, the curve, rates of messages.
+//! It has no socket and no clock. A running mission and a recorded one go through the same fold
+//! ([`dragnet_coordinator::fold`]), so that the page shows the same of both at the same time. The view adds what only a
+//! page shows: trails, the curve, and message rates.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -22,32 +22,32 @@ use dragnet_search::terrain::Terrain;
 
 use crate::curve::Curve;
 
-/// Over so much mission time messages are counted.
+/// The span of mission time over which message rates are computed.
 const MESSAGE_SPAN: Duration = Duration::from_secs(10);
-/// So many cells of each robot's way are kept.
+/// Number of cells of each robot's trail.
 const TRAIL_CELLS: usize = 400;
 
-/// What is known of a mission before it starts.
+/// Facts about a mission from before its start.
 #[derive(Clone, Debug)]
 pub struct About {
     /// Its name.
     pub name: String,
     /// The map.
     pub terrain: Arc<Terrain>,
-    /// The prior probability of an object, shape `[cells]`: as a recording has it, in single precision.
+    /// The prior probability of an object, shape `[cells]`: in single precision, as in recordings.
     pub prior: Vec<f32>,
-    /// How far robots see, cells; unknown of older recordings, and then nothing is shown as out of reach.
+    /// Sensor radius of the robots, cells; unknown for older recordings, and then no cell is shown as out of reach.
     pub sensor_radius: Option<u32>,
-    /// Probability from which an object is found.
+    /// Detection threshold.
     pub detection_threshold: f64,
-    /// The robots that belong to it.
+    /// The robots of the team.
     pub team: Vec<RobotId>,
-    /// Where the objects are, where somebody knows: a simulation does.
+    /// The objects, if known, as in simulation.
     pub objects: Option<Vec<Cell>>,
 }
 
 impl About {
-    /// Of a scenario's mission; where the objects are if somebody knows.
+    /// For a scenario's mission, with the objects if known.
     #[must_use]
     pub fn of(scenario: &Scenario, objects: Option<Vec<Cell>>) -> Self {
         Self {
@@ -61,7 +61,7 @@ impl About {
         }
     }
 
-    /// The prior of a belief, as [`About::prior`] has it.
+    /// The prior of a belief in the form of [`About::prior`].
     #[must_use]
     #[expect(clippy::cast_possible_truncation, reason = "recordings have single precision")]
     pub fn prior_of(terrain: &Terrain, prior: &Belief) -> Vec<f32> {
@@ -69,12 +69,12 @@ impl About {
     }
 }
 
-/// What the page shows of a mission.
+/// The contents of the page.
 #[derive(Clone, Debug)]
 pub struct View {
     about: Arc<About>,
     fold: MissionFold,
-    /// What robots can see from where they were, where it is known how far they see.
+    /// Cells that robots can observe, if their sensor radius is known.
     reach: Option<Reach>,
     now: MissionTime,
     robots: BTreeMap<RobotId, Walk>,
@@ -82,49 +82,49 @@ pub struct View {
     curve: Curve,
     observations: u64,
     marks: u64,
-    /// When messages came, in the last [`MESSAGE_SPAN`].
-    heard: VecDeque<MissionTime>,
+    /// Arrival times of messages, in the last [`MESSAGE_SPAN`].
+    received: VecDeque<MissionTime>,
 }
 
-/// A robot's way, and what it said of itself.
+/// A robot's trail, and its last heartbeat.
 #[derive(Clone, Debug, Default)]
 pub struct Walk {
     /// The last cells that it was in.
     pub trail: VecDeque<Cell>,
-    /// Cells that it was in, those forgotten too.
+    /// Number of cells that it was in, including those beyond the trail.
     pub steps: u64,
-    /// Way covered, meters.
+    /// Distance driven, meters.
     pub path_meters: f64,
-    /// What it does.
+    /// Its activity.
     pub activity: Option<Activity>,
-    /// By its own clock, nanoseconds, when it said so.
-    told_ns: u64,
+    /// The time of its last heartbeat by its own clock, nanoseconds.
+    reported_ns: u64,
 }
 
-/// How a robot is, as a person wants to know it.
+/// The state of a robot on the page.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum State {
-    /// It belongs to the team and was not heard yet.
+    /// It belongs to the team, and no message of it has arrived yet.
     Awaited,
-    /// It was heard, and is not any more.
+    /// Its messages no longer arrive.
     Lost,
     /// It follows a plan.
     Searching,
-    /// A person has paused the search.
+    /// The operator has paused the search.
     Paused,
-    /// Nothing is left that is worth a search.
+    /// The search is over.
     Cleared,
     /// Its budget is spent.
     Spent,
-    /// There is nowhere to go.
+    /// No cell can be reached.
     Stuck,
-    /// Its teammates are about to see all that is worth a look.
+    /// Its teammates plan to observe all that is left.
     Waiting,
 }
 
 impl View {
-    /// Of a mission that has not started.
+    /// A mission that has not started.
     #[must_use]
     pub fn new(about: Arc<About>) -> Self {
         let fold = MissionFold::new(&about.terrain, &about.prior);
@@ -135,7 +135,7 @@ impl View {
             curve: Curve::default(),
             observations: 0,
             marks: 0,
-            heard: VecDeque::new(),
+            received: VecDeque::new(),
             reach: about.sensor_radius.map(|radius| Reach::unknown(about.terrain.grid(), radius)),
             fold,
             about,
@@ -144,7 +144,7 @@ impl View {
         view
     }
 
-    /// Takes in what the coordinator recorded, and when.
+    /// Applies a record of the coordinator at its time.
     pub fn take(&mut self, now: MissionTime, record: &Record) {
         self.pass(now);
         let seen = match record {
@@ -159,25 +159,25 @@ impl View {
         }
         match record {
             Record::Observation(observation) => self.observe(observation),
-            Record::Intent(_) => self.heard.push_back(self.now),
-            Record::Heartbeat(heartbeat) => self.hear(heartbeat),
+            Record::Intent(_) => self.received.push_back(self.now),
+            Record::Heartbeat(heartbeat) => self.receive(heartbeat),
             Record::Status(_) => self.plot(),
-            // They follow from those above.
+            // These follow from the records above.
             Record::Pose { .. } | Record::Plan { .. } | Record::Belief(_) => {}
         }
     }
 
-    /// Time passes; it never goes back.
+    /// Advances the time, which never goes back.
     pub fn pass(&mut self, now: MissionTime) {
         self.now = self.now.max(now);
-        while self.heard.front().is_some_and(|&heard| heard + MESSAGE_SPAN <= self.now) {
-            self.heard.pop_front();
+        while self.received.front().is_some_and(|&received| received + MESSAGE_SPAN <= self.now) {
+            self.received.pop_front();
         }
     }
 
     fn observe(&mut self, observation: &Observation) {
         if let Source::Robot(robot) = observation.origin.source {
-            self.heard.push_back(self.now);
+            self.received.push_back(self.now);
             self.observations += 1;
             self.robots.entry(robot).or_default();
             if let Some(reach) = &mut self.reach {
@@ -189,7 +189,7 @@ impl View {
         self.plot();
     }
 
-    /// Of these cells together; each stands once.
+    /// The entropy of these cells, all different, nats.
     fn entropy_of(&self, cells: &[Cell]) -> f64 {
         let searched = cells.iter().filter(|&&cell| self.fold.terrain().is_searched(cell));
         searched.map(|&cell| entropy_nats(self.fold.belief().log_odds_nats(cell))).sum()
@@ -204,11 +204,11 @@ impl View {
         }
     }
 
-    fn hear(&mut self, heartbeat: &Heartbeat) {
-        self.heard.push_back(self.now);
+    fn receive(&mut self, heartbeat: &Heartbeat) {
+        self.received.push_back(self.now);
         let walk = self.robots.entry(heartbeat.robot).or_default();
-        if heartbeat.time_ns >= walk.told_ns {
-            walk.told_ns = heartbeat.time_ns;
+        if heartbeat.time_ns >= walk.reported_ns {
+            walk.reported_ns = heartbeat.time_ns;
             walk.activity = Some(heartbeat.activity);
             walk.path_meters = heartbeat.path_meters;
         }
@@ -218,7 +218,7 @@ impl View {
         self.curve.push(self.now.as_seconds(), [self.entropy_nats, self.progress()]);
     }
 
-    /// Recall where the objects are known, of those that robots can see; otherwise how many are declared.
+    /// Recall if the objects are known, counting those in reach; otherwise the number of declared objects.
     pub(crate) fn progress(&self) -> f64 {
         match &self.about.objects {
             Some(objects) => {
@@ -231,37 +231,37 @@ impl View {
         }
     }
 
-    /// What was known before.
+    /// Facts about the mission from before its start.
     #[must_use]
     pub fn about(&self) -> &About {
         &self.about
     }
 
-    /// What the records so far amount to.
+    /// The state that follows from the records so far.
     #[must_use]
     pub const fn fold(&self) -> &MissionFold {
         &self.fold
     }
 
-    /// The map, with the cells that a person has added.
+    /// The map, with the cells that the operator has added.
     #[must_use]
     pub const fn terrain(&self) -> &Terrain {
         self.fold.terrain()
     }
 
-    /// What is believed.
+    /// The belief.
     #[must_use]
     pub const fn belief(&self) -> &Belief {
         self.fold.belief()
     }
 
-    /// What robots can see from where they were, where it is known how far they see.
+    /// Cells that robots can observe, if their sensor radius is known.
     #[must_use]
     pub const fn reach(&self) -> Option<&Reach> {
         self.reach.as_ref()
     }
 
-    /// Whether a cell is searched, and no robot can see it from anywhere.
+    /// Whether a cell is searched and out of reach of all robots.
     #[must_use]
     pub fn is_out_of_reach(&self, cell: Cell) -> bool {
         self.terrain().is_searched(cell) && self.reach.as_ref().is_some_and(|reach| !reach.covers(cell))
@@ -285,19 +285,19 @@ impl View {
         self.fold.status()
     }
 
-    /// Observations of robots, and marks by hand.
+    /// Numbers of observations of robots and of operator marks.
     #[must_use]
     pub const fn counts(&self) -> (u64, u64) {
         (self.observations, self.marks)
     }
 
-    /// What is declared.
+    /// Declared objects.
     #[must_use]
     pub fn declared(&self) -> &[Detection] {
         self.fold.declared()
     }
 
-    /// Each robot, by number: its way, where it goes, and how it is.
+    /// Each robot, by number: its trail, its track, and its state.
     pub fn robots(&self) -> impl Iterator<Item = (RobotId, &Walk, Track, State)> + '_ {
         self.robots.iter().map(|(&robot, walk)| {
             let track = self.fold.tracks().of(robot).cloned().unwrap_or_default();
@@ -319,11 +319,11 @@ impl View {
         }
     }
 
-    /// Messages of robots that came, a second of mission time.
+    /// Messages of robots per second of mission time.
     #[must_use]
     pub fn messages_per_second(&self) -> f64 {
         let span = self.now.as_seconds().clamp(1.0, MESSAGE_SPAN.as_secs_f64());
-        self.heard.len() as f64 / span
+        self.received.len() as f64 / span
     }
 
     pub(crate) fn curve(&self) -> &[[f64; 3]] {

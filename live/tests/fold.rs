@@ -1,4 +1,4 @@
-//! What the page shows of a mission that runs and of its recording is the same at every time.
+//! The page shows the same of a running mission and of its recording at every time.
 #![expect(clippy::unwrap_used, reason = "a test fails by panic")]
 
 use std::collections::BTreeMap;
@@ -35,10 +35,10 @@ const MAP: &str =
 
 type Records = Arc<Mutex<Vec<(MissionTime, Record)>>>;
 
-/// Participants whose coordinator is asked for something at some of its steps.
+/// Participants whose coordinator receives commands at some of its steps.
 struct Commanded<'a> {
     participants: LocalParticipants<'a>,
-    /// What is asked for, and not before when, the last first.
+    /// The commands with their earliest times, the last first.
     commands: Vec<(u64, Command)>,
 }
 
@@ -76,17 +76,17 @@ struct Played {
     added: Vec<Cell>,
 }
 
-/// A mission with a pause, marks and cells that a person adds, told to a listener and recorded.
+/// A mission with a pause, marks and cells that the operator adds, observed by a listener and recorded.
 fn play() -> Played {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("map.txt"), MAP).unwrap();
     let scenario = Scenario::from_text(&folder.path().join("a.toml"), SCENARIO.to_owned()).unwrap();
     let file = folder.path().join("a.mcap");
-    let orders = CoordinatorConfig::of(&scenario);
+    let agent_config = CoordinatorConfig::of(&scenario);
     let run = [("scenario", "a"), ("robots", "2"), ("detection_threshold", "0.95"), ("sensor_radius", "1")];
     let header = Header {
         start_unix_ns: 946_684_800_000_000_000,
-        terrain: Arc::clone(&orders.terrain),
+        terrain: Arc::clone(&agent_config.terrain),
         origin: scenario.origin(),
         prior: scenario.prior().clone(),
         scenario: SCENARIO.to_owned(),
@@ -94,10 +94,11 @@ fn play() -> Played {
         run: run.into_iter().map(|(name, value)| (name.to_owned(), value.to_owned())).collect(),
     };
     let records = Records::default();
-    let told = Arc::clone(&records);
-    let listener = Box::new(move |now, record: &Record| told.lock().unwrap().push((now, record.clone())));
+    let reported = Arc::clone(&records);
+    let listener = Box::new(move |now, record: &Record| reported.lock().unwrap().push((now, record.clone())));
     let recorder = Recorder::create(&file, header).unwrap();
-    let mut node = CoordinatorNode::new(Mission::new(orders), Some(recorder)).told_to(Some(listener));
+    let mut node =
+        CoordinatorNode::new(Mission::new(agent_config), Some(recorder)).with_listener(Some(listener));
     let grid = scenario.terrain().grid();
     let added: Vec<Cell> =
         grid.cells().filter(|&cell| !scenario.terrain().is_searched(cell)).take(4).collect();
@@ -128,7 +129,7 @@ fn whole(view: &View) -> String {
 }
 
 #[test]
-fn a_recording_shows_at_every_time_what_the_running_mission_showed() {
+fn a_recording_shows_at_every_time_the_same_as_the_running_mission() {
     let Played { scenario, records, playback, .. } = play();
     let live_about = About {
         name: "a".to_owned(),
@@ -206,7 +207,7 @@ fn changes_and_a_whole_frame_come_to_the_same_picture() {
 }
 
 #[test]
-fn what_is_no_recording_of_a_mission_is_refused_by_name() {
+fn a_recording_of_no_mission_is_rejected_by_name() {
     let error = Playback::read(Path::new("/no/such.mcap")).unwrap_err().to_string();
     assert!(error.contains("/no/such.mcap"), "{error}");
     let file = tempfile::NamedTempFile::new().unwrap();
@@ -215,7 +216,7 @@ fn what_is_no_recording_of_a_mission_is_refused_by_name() {
 }
 
 #[test]
-fn a_robot_that_is_heard_no_more_is_shown_as_lost_and_has_no_plan() {
+fn a_silent_robot_is_shown_as_lost_without_a_plan() {
     let Played { records, playback, .. } = play();
     let mut view = View::new(Arc::new(about(&playback)));
     assert!(view.robots().all(|(.., state)| state == State::Awaited));

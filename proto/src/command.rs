@@ -1,32 +1,32 @@
-//! What a person asks of a running mission, at the coordinator.
+//! Commands of the operator to a running mission, given at the coordinator.
 
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Reading;
 
-/// What a person asks for.
+/// A command of the operator.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Command {
-    /// Every robot stays where it is.
+    /// Every robot stops.
     Pause,
-    /// Every robot goes on.
+    /// Every robot continues.
     Resume,
-    /// A person says what a cell holds.
+    /// Mark a cell.
     Mark(Mark, Cell),
-    /// These cells are searched too, those that are not yet.
+    /// Add these cells to the search area.
     Search(Vec<Cell>),
 }
 
-/// What a person says of a cell. It counts as one reading of it.
+/// An operator's mark of a cell. It counts as one reading of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mark {
-    /// Somebody has looked there and found nothing: the log-odds fall by [`Mark::STRENGTH_NATS`].
+    /// Searched without a find: the log-odds fall by [`Mark::STRENGTH_NATS`].
     Searched,
-    /// Something points there: they rise by as much.
+    /// A clue to an object: they rise by as much.
     Clue,
 }
 
 impl Mark {
-    /// Every kind.
+    /// All marks.
     pub const ALL: [Self; 2] = [Self::Searched, Self::Clue];
 
     /// How far one mark moves the log-odds of its cell, nats: the odds change by a factor of 55.
@@ -52,7 +52,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_mark_moves_the_log_odds_as_far_as_it_says() {
+    fn a_mark_moves_the_log_odds_by_its_strength() {
         let cell = Grid::new(1, 1).unwrap().cells().next().unwrap();
         for (mark, expected) in [(Mark::Searched, -Mark::STRENGTH_NATS), (Mark::Clue, Mark::STRENGTH_NATS)] {
             let reading = mark.reading(cell);

@@ -1,4 +1,4 @@
-//! From domain messages to bytes and back, checked on the way back: a message that comes out is well formed.
+//! From domain messages to bytes and back, checked on the way back: decoded messages are well formed.
 //!
 //! Encoding cannot fail. Decoding needs the mission's [`Grid`]: cells travel as numbers, and only those on the map
 //! become cells.
@@ -48,7 +48,7 @@ pub fn encode(message: &Message) -> Vec<u8> {
 /// The bytes of a step.
 ///
 /// # Errors
-/// If its event does not happen in simulated time.
+/// If its event does not exist in simulated time.
 pub fn encode_step(step: &Step) -> Result<Vec<u8>, NotSimulated> {
     wire::Step::try_from(step).map(|step| cdr::encode(&step))
 }
@@ -59,13 +59,13 @@ pub fn encode_step_reply(reply: &StepReply) -> Vec<u8> {
     cdr::encode(&wire::StepReply::from(reply))
 }
 
-/// The bytes of what a simulated sensor has seen.
+/// The bytes of simulated readings.
 #[must_use]
 pub fn encode_sensed(sensed: &Sensed) -> Vec<u8> {
     cdr::encode(&wire::Sensed::from(sensed))
 }
 
-/// Refuses a message that does not come from where its key says. Log replies repeat anybody's observations.
+/// Rejects a message whose author is not the participant of its key. Sync replies may repeat observations of any robot.
 ///
 /// # Errors
 /// If the message names another participant as its author.
@@ -97,20 +97,20 @@ pub struct Codec {
 }
 
 impl Codec {
-    /// For messages about this grid, of any team.
+    /// For messages about this grid, for any team.
     #[must_use]
     pub const fn new(grid: Grid) -> Self {
         Self { grid, robots: u16::MAX }
     }
 
-    /// For messages of this scenario's team: none lists more than such a team can have.
+    /// For messages of this scenario's team: lists are limited to what such a team can have.
     #[must_use]
     pub fn of(scenario: &Scenario) -> Self {
         let robots = u16::try_from(scenario.robots().len()).unwrap_or(u16::MAX);
         Self { grid: scenario.terrain().grid(), robots }
     }
 
-    /// Whether somebody is of the team.
+    /// Whether a participant belongs to the team.
     #[must_use]
     pub const fn knows(&self, who: Participant) -> bool {
         match who {
@@ -119,16 +119,16 @@ impl Codec {
         }
     }
 
-    /// The cells that messages speak of.
+    /// The grid of the mission's map.
     #[must_use]
     pub const fn grid(&self) -> Grid {
         self.grid
     }
 
-    /// The message of a kind that these bytes are.
+    /// Decodes a message of a kind.
     ///
     /// # Errors
-    /// If they are none: naming message and field, what was found and what is allowed.
+    /// If the bytes are invalid: naming message and field, the value and the allowed values.
     pub fn decode(&self, kind: MessageKind, bytes: &[u8]) -> Result<Message, ConvertError> {
         match kind {
             MessageKind::Observation => {
@@ -158,7 +158,7 @@ impl Codec {
         }
     }
 
-    /// The step that these bytes are.
+    /// Decodes a step.
     ///
     /// # Errors
     /// As [`Codec::decode`].
@@ -167,7 +167,7 @@ impl Codec {
         check.step(&wire)
     }
 
-    /// The reply to a step that these bytes are.
+    /// Decodes the reply to a step.
     ///
     /// # Errors
     /// As [`Codec::decode`].
@@ -176,7 +176,7 @@ impl Codec {
         check.step_reply(wire)
     }
 
-    /// What a simulated sensor has seen, from these bytes.
+    /// Decodes simulated readings.
     ///
     /// # Errors
     /// As [`Codec::decode`].
@@ -185,7 +185,7 @@ impl Codec {
         check.sensed(&wire)
     }
 
-    /// The version is looked at first: a message of another version may have other fields.
+    /// The version is checked first: a message of another version may have other fields.
     fn read<T: RosMessage + DeserializeOwned>(self, bytes: &[u8]) -> Result<(T, Check), ConvertError> {
         let refused = |source| ConvertError::Bytes { message: T::NAME, source };
         let check = Check { grid: self.grid, robots: self.robots, message: T::NAME, place: Place::Message };

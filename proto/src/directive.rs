@@ -1,8 +1,8 @@
-//! The directive: what a person has ordered so far, passed on by everybody who has heard of it.
+//! The directive: the operator's orders so far, gossiped by all participants.
 //!
-//! It travels in every status of the coordinator and in every robot's heartbeats, so that it also reaches whoever does
-//! not hear the coordinator, and a coordinator that starts again learns it from the robots. Merging is the same in any
-//! order and any number of times: of pauses the newest counts, and cells that were added stay.
+//! Every status of the coordinator and every heartbeat carries it, so that it also reaches robots that do not hear the
+//! coordinator, and a restarted coordinator learns it from the robots. Merging is commutative and idempotent: of pauses
+//! the newest counts, and added cells stay.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
@@ -12,24 +12,24 @@ use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::terrain::Terrain;
 
-/// An order that is dated later than this after it is heard counts as dated so. No honest clock is as far ahead, and
-/// after an order at the end of time nobody could give another one.
+/// An order dated later than this after its reception counts as dated so. No correct clock is as far ahead, and no
+/// later order could follow one at the end of time.
 const MOST_AHEAD: Duration = Duration::from_hours(365 * 24);
 
-/// All that a person has ordered. The default is nothing.
+/// All orders of the operator. The default is none.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Directive {
-    /// When the search was last paused or let go on: nanoseconds of mission time, or one more than the number before if
+    /// When the search was last paused or resumed: nanoseconds of mission time, or one more than the number before if
     /// the coordinator's clock is behind; 0 if never.
     pub number: u64,
-    /// Whether the robots stay where they are.
+    /// Whether the robots are paused.
     pub is_paused: bool,
-    /// Cells that are searched although the scenario does not search them.
+    /// Cells that the operator added to the search area.
     pub added: BTreeSet<Cell>,
 }
 
 impl Directive {
-    /// Takes in what somebody else knows; whether any of it was news.
+    /// Merges another participant's directive; returns whether anything changed.
     pub fn merge(&mut self, now: MissionTime, other: &Self) -> bool {
         if self == other {
             return false;
@@ -44,20 +44,20 @@ impl Directive {
         is_newer || self.added.len() > before
     }
 
-    /// Pauses the search or lets it go on, as of a time in nanoseconds.
+    /// Pauses or resumes the search, as of a time in nanoseconds.
     pub fn order_pause(&mut self, time_ns: u64, is_paused: bool) {
         self.number = time_ns.max(self.number.saturating_add(1));
         self.is_paused = is_paused;
     }
 
-    /// Of two coordinators that ordered at once the one that pauses is obeyed.
+    /// Of two simultaneous orders, the pause wins.
     const fn order(&self) -> (u64, bool) {
         (self.number, self.is_paused)
     }
 }
 
-/// Prior probability of an object in a cell that a person adds: the mean over the cells that the scenario searches, or
-/// the nearest to it from 0.001 to 0.999, so that readings can change it.
+/// Prior probability of an object in a cell that the operator adds: the mean over the cells that the scenario searches,
+/// clamped to 0.001 to 0.999, so that readings can change it.
 #[must_use]
 pub fn added_prior(prior: &Belief, terrain: &Terrain) -> f64 {
     prior.mean_prior(terrain).clamp(0.001, 0.999)
@@ -77,20 +77,20 @@ mod tests {
 
     #[test]
     fn any_order_of_arrival_gives_the_same_directive() {
-        let told = [directive(5, true, 0..2), directive(5, false, 4..6), directive(3, false, 1..3)];
+        let reported = [directive(5, true, 0..2), directive(5, false, 4..6), directive(3, false, 1..3)];
         let expected = directive(5, true, [0, 1, 2, 4, 5]);
         for order in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
             let mut known = Directive::default();
             for index in order {
-                known.merge(MissionTime::START, &told[index]);
+                known.merge(MissionTime::START, &reported[index]);
             }
             assert_eq!(known, expected, "{order:?}");
-            assert!(told.iter().all(|old| !known.merge(MissionTime(9), old)), "nothing is news twice");
+            assert!(reported.iter().all(|old| !known.merge(MissionTime(9), old)), "nothing is news twice");
         }
     }
 
     #[test]
-    fn a_coordinator_whose_clock_is_behind_is_obeyed_all_the_same() {
+    fn orders_of_a_coordinator_whose_clock_is_behind_count_all_the_same() {
         let mut known = directive(1_000, true, []);
         known.order_pause(7, false);
         assert!(directive(1_000, true, []).merge(MissionTime(7), &known));

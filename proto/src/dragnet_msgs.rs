@@ -1,7 +1,7 @@
-//! Our own messages, package `dragnet_msgs`. Units and ranges stand in `proto/msg/*.msg`.
+//! Dragnet's own messages, package `dragnet_msgs`. Units and ranges are documented in `proto/msg/*.msg`.
 //!
-//! Cells are row-major numbers. Each message begins with its version, so that another version is refused by name
-//! rather than misread.
+//! Cells are row-major numbers. Each message begins with its version, so that another version is reported rather than
+//! misread.
 #![expect(missing_docs, reason = "fields are described once, in the .msg file that each struct names")]
 
 mod definitions;
@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 pub use definitions::{DEFINITIONS, NAMES};
 
-/// The version of all messages that this program speaks.
+/// The version of all messages of this program.
 pub const VERSION: u8 = 4;
 
 /// `dragnet_msgs/msg/Observation`, see `msg/Observation.msg`.

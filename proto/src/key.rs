@@ -1,4 +1,4 @@
-//! Keys: under which name each message travels.
+//! Zenoh keys of all messages.
 //!
 //! ```text
 //! dragnet/<mission>/robots/<robot>/{observation,intent,heartbeat}
@@ -11,9 +11,9 @@
 //! dragnet/<mission>/sim/sensed/<robot>
 //! ```
 //!
-//! `<robot>` is a number, `<from>` too; `<to>` and `<participant>` are a number or `coordinator`; `<identity>` is that of a
-//! process ([`crate::sender`]), 16 hexadecimal digits.
-//! [`Key`]'s `Display` builds each key, its `FromStr` parses each; they are inverse.
+//! `<robot>` is a number, `<from>` too; `<to>` and `<participant>` are a number or `coordinator`; `<identity>` is that
+//! of a process ([`crate::sender`]), 16 hexadecimal digits. [`Key`]'s `Display` builds each key, its `FromStr` parses
+//! each; they are inverse.
 
 mod mission;
 mod selection;
@@ -32,23 +32,23 @@ use crate::message::{Audience, MessageKind};
 const ROOT: &str = "dragnet";
 const COORDINATOR: &str = "coordinator";
 
-/// Where one kind of message of one sender travels in a mission.
+/// The key of one kind of message of one sender in a mission.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Key {
     /// The mission.
     pub mission: Mission,
-    /// What travels there.
+    /// The topic.
     pub topic: Topic,
 }
 
-/// What travels under a key.
+/// The content of a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Topic {
     /// A robot's observations, [`MessageKind::Observation`].
     Observation(RobotId),
     /// A robot's plans, [`MessageKind::Intent`].
     Intent(RobotId),
-    /// A robot's signs of life, [`MessageKind::Heartbeat`].
+    /// A robot's heartbeats, [`MessageKind::Heartbeat`].
     Heartbeat(RobotId),
     /// Liveliness token of a participant's process.
     Alive {
@@ -59,30 +59,31 @@ pub enum Topic {
     },
     /// Requests of one participant to another, [`MessageKind::SyncRequest`].
     SyncRequest {
-        /// Who asks.
+        /// The sender.
         from: Participant,
-        /// Who is asked.
+        /// The receiver.
         to: Participant,
     },
     /// Replies of one participant to another, [`MessageKind::SyncReply`].
     SyncReply {
-        /// Who replies.
+        /// The sender.
         from: Participant,
-        /// Who has asked.
+        /// The receiver.
         to: Participant,
     },
-    /// The coordinator's view, [`MessageKind::MissionStatus`].
+    /// The coordinator's status, [`MessageKind::MissionStatus`].
     Status,
-    /// What a person marks by hand at the coordinator, [`MessageKind::Observation`].
+    /// The operator's marks, published by the coordinator, [`MessageKind::Observation`].
     ByHand,
     /// Queries of the simulator to a participant, [`crate::step::Step`].
     SimStep(Participant),
-    /// What a robot's simulated sensor has seen, [`crate::step::Sensed`].
+    /// The readings of a robot's simulated sensor, [`crate::step::Sensed`].
     SimSensed(RobotId),
 }
 
 impl Topic {
-    /// Where a participant publishes a message; `None` if it does not publish such a message, or not to so many.
+    /// The topic under which a participant publishes a message; `None` if it does not publish this kind, or not to this
+    /// audience.
     #[must_use]
     pub fn of(kind: MessageKind, from: Participant, to: Audience) -> Option<Self> {
         match (kind, from, to) {
@@ -101,7 +102,7 @@ impl Topic {
         }
     }
 
-    /// The kind and the sender of the messages here, if participants speak to each other here.
+    /// The kind and the sender of the messages under this topic, if participants exchange them.
     #[must_use]
     pub const fn speech(self) -> Option<(MessageKind, Participant)> {
         match self {
@@ -163,26 +164,26 @@ impl fmt::Display for Address {
     }
 }
 
-/// A key that is none of ours.
+/// An invalid key.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum KeyError {
-    /// Its mission cannot be.
+    /// Its mission is invalid.
     #[error("key {key:?}: {source}")]
     Mission {
         /// The whole key.
         key: String,
-        /// What is wrong.
+        /// The error.
         source: MissionError,
     },
-    /// Its robot cannot be.
+    /// Its robot is invalid.
     #[error("key {key:?}: robot {found:?}; allowed are 1 to 65535 without leading zeros")]
     Robot {
         /// The whole key.
         key: String,
-        /// What stands where a robot should.
+        /// The invalid robot number.
         found: String,
     },
-    /// Nothing travels there.
+    /// No such topic.
     #[error(
         "key {0:?}: allowed are keys like dragnet/<mission>/robots/<robot>/observation, as the module `key` lists them"
     )]
@@ -206,10 +207,10 @@ impl FromStr for Key {
     }
 }
 
-/// Where a key has a robot's number: something else.
+/// An invalid robot number in a key.
 struct NotARobot(String);
 
-/// What travels under a key, from its chunks after the mission; `None` if nothing does.
+/// The topic of a key, from its chunks after the mission; `None` if there is none.
 fn topic(chunks: &[&str]) -> Result<Option<Topic>, NotARobot> {
     let from_coordinator = Participant::Coordinator;
     Ok(Some(match *chunks {

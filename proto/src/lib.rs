@@ -1,9 +1,9 @@
-//! What Dragnet's processes say to each other: under which keys, in which bytes, and what of it counts.
+//! Messages between Dragnet's processes: their keys, their bytes, and the rules by which they count.
 //!
-//! - [`message`], [`step`], [`dragnet_msgs`], [`convert`]: what is said, as ROS 2 messages in CDR;
-//! - [`key`], [`sender`], [`clock`], [`replica`], [`validation`]: under which key, by which process, when, exactly once, and only
-//!   if it can be;
-//! - [`command`], [`directive`]: what a person asks for, and how it reaches every robot;
+//! - [`message`], [`step`], [`dragnet_msgs`], [`convert`]: the content, as ROS 2 messages in CDR;
+//! - [`key`], [`sender`], [`clock`]: keys, sending processes, and mission time;
+//! - [`replica`], [`validation`]: observations count exactly once, and only if they are possible;
+//! - [`command`], [`directive`]: the operator's commands, and how they reach every robot;
 //! - [`state_machine`]: the contract of robots and coordinator: events in, effects out.
 //!
 //! Only this crate and `dragnet-ros2`, which has ROS's own part, know wire bytes and key expressions.

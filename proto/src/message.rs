@@ -1,7 +1,7 @@
-//! What robots, coordinator and simulator say to each other, in the types of [`dragnet_search`].
+//! Messages between robots, coordinator and simulator, in the types of [`dragnet_search`].
 //!
-//! [`crate::convert`] turns these into the ROS 2 messages of [`crate::dragnet_msgs`] and checks them on the way back: cells on
-//! the map, readings in range, lengths bounded. A message in hand is well formed.
+//! [`crate::convert`] converts them to the ROS 2 messages of [`crate::dragnet_msgs`] and checks them on the way back:
+//! cells on the map, readings in range, lengths bounded. Values of these types are well formed.
 
 use std::sync::Arc;
 
@@ -12,10 +12,10 @@ use dragnet_search::observation::{Observation, Origin, RobotId, Version};
 
 use crate::directive::Directive;
 
-/// To whom a message goes.
+/// The receivers of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Audience {
-    /// Everybody.
+    /// All participants.
     All,
     /// One participant.
     One(Participant),
@@ -24,22 +24,22 @@ pub enum Audience {
 /// A message of one participant to the others.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Message {
-    /// To all: what a robot saw, or a person marked.
+    /// To all: an observation of a robot, or a mark of the operator.
     Observation(Arc<Observation>),
-    /// To all: where a robot is going.
+    /// To all: a robot's plan.
     Intent(Intent),
-    /// To all, periodically: who is there, and what it knows.
+    /// To all, periodically: a robot's state and its version vector.
     Heartbeat(Heartbeat),
-    /// To one: please repeat what I miss.
+    /// To one: a request for missing observations.
     SyncRequest(SyncRequest),
-    /// To one: what was missed.
+    /// To one: the missing observations.
     SyncReply(SyncReply),
-    /// From the coordinator to all: how the mission stands.
+    /// From the coordinator to all: the mission's status.
     MissionStatus(MissionStatus),
 }
 
 impl Message {
-    /// What kind of message this is.
+    /// The kind of the message.
     #[must_use]
     pub const fn kind(&self) -> MessageKind {
         match self {
@@ -71,7 +71,7 @@ pub enum MessageKind {
 }
 
 impl MessageKind {
-    /// Every kind.
+    /// All kinds.
     pub const ALL: [Self; 6] = [
         Self::Observation,
         Self::Intent,
@@ -85,11 +85,11 @@ impl MessageKind {
 /// A robot's plan. Each replaces the one before.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Intent {
-    /// Whose plan.
+    /// The robot.
     pub robot: RobotId,
-    /// Of which of its starts, as in its [`Origin`].
+    /// Its incarnation, as in its [`Origin`].
     pub incarnation: u64,
-    /// Counts the decisions of that start from 0; a higher one replaces a lower one.
+    /// Number of the decision of that incarnation, from 0; a higher one replaces a lower one.
     pub decision: u64,
     /// When it was decided, nanoseconds of mission time.
     pub time_ns: u64,
@@ -98,8 +98,7 @@ pub struct Intent {
 }
 
 impl Intent {
-    /// Whether this says more than a plan of the same robot that is known: it is newer, or the same one with less of
-    /// it left.
+    /// Whether this replaces a known plan of the same robot: it is newer, or the same one with fewer cells left.
     #[must_use]
     pub fn supersedes(&self, known: &Self) -> bool {
         let is_further = self.number() == known.number() && self.path.len() < known.path.len();
@@ -117,61 +116,61 @@ impl Intent {
     }
 }
 
-/// A robot's sign of life.
+/// A robot's heartbeat.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Heartbeat {
-    /// Whose.
+    /// The robot.
     pub robot: RobotId,
     /// When it was sent, nanoseconds of mission time.
     pub time_ns: u64,
-    /// What the robot does.
+    /// The robot's activity.
     pub activity: Activity,
-    /// The cell that it is in.
+    /// The robot's cell.
     pub cell: Cell,
-    /// Way covered since the mission's start, meters.
+    /// Distance driven since the mission's start, meters.
     pub path_meters: f64,
-    /// The plan that it follows.
+    /// The robot's current plan.
     pub intent: Intent,
-    /// Observations that it has, of every robot that it has heard of.
+    /// The version vector of its observations.
     pub versions: Vec<Version>,
     /// Digest of its evidence.
     pub digest: Digest,
-    /// What a person has ordered, as far as it has heard.
+    /// The operator's directive, as far as known.
     pub directive: Directive,
 }
 
-/// What a robot does.
+/// The activity of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Activity {
     /// It follows a plan.
     Searching,
-    /// Nothing is left that is worth a search.
+    /// The search is over.
     Cleared,
-    /// Its budget of way or time is spent.
+    /// Its budget of path length or time is spent.
     Spent,
-    /// There is nowhere to go.
+    /// No cell can be reached.
     Stuck,
-    /// A person has paused the search.
+    /// The operator has paused the search.
     Paused,
-    /// Its teammates have promised to see all that is worth a look: it waits for what they see.
+    /// Its teammates plan to observe all that is left: it waits for their observations.
     Waiting,
 }
 
 impl Activity {
-    /// Why a robot does not move, or what it does instead.
+    /// The reason why a robot does not move, in words.
     #[must_use]
     pub const fn reason(self) -> &'static str {
         match self {
             Self::Searching => "it has not decided yet",
-            Self::Cleared => "nothing is left that is worth a search",
+            Self::Cleared => "the search is complete",
             Self::Spent => "its budget is spent",
-            Self::Stuck => "there is nowhere to go",
+            Self::Stuck => "no cell can be reached",
             Self::Paused => "the search is paused",
-            Self::Waiting => "its teammates are about to see all that is worth a look",
+            Self::Waiting => "its teammates plan to observe all that is left",
         }
     }
 
-    /// Whether the robot has come to rest by itself: one that a person has paused, or that waits, may go on.
+    /// Whether the robot has ended its search: a paused or waiting one may go on.
     #[must_use]
     pub const fn is_rest(self) -> bool {
         match self {
@@ -184,9 +183,9 @@ impl Activity {
 /// A request to repeat observations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SyncRequest {
-    /// Who asks.
+    /// The participant that asks.
     pub from: Participant,
-    /// Whose observations are missing; often, not always, those of the one who is asked.
+    /// The origin of the missing observations; often, not always, the participant that is asked.
     pub of: Origin,
     /// The first sequence number that is missing.
     pub first: u64,
@@ -200,37 +199,38 @@ pub struct SyncReply {
 }
 
 impl SyncReply {
-    /// The most observations in one reply.
+    /// The maximum number of observations in one reply.
     pub const MAX_OBSERVATIONS: usize = 64;
 }
 
-/// How the mission stands, as the coordinator sees it.
+/// The coordinator's status of the mission.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MissionStatus {
     /// When, nanoseconds of mission time.
     pub time_ns: u64,
     /// Objects that are declared now.
     pub declared: Vec<Detection>,
-    /// Expected number of objects that are not.
+    /// Expected number of objects that are not declared.
     pub expected_remaining: f64,
     /// Robots that are alive, by number.
     pub alive: Vec<RobotId>,
     /// Observations merged so far.
     pub observations: u64,
-    /// Observations that it has, of every robot that it has heard of: what a lost robot told it alone is not lost.
+    /// The version vector of its observations, which spreads observations that only the coordinator received from a
+    /// lost robot.
     pub versions: Vec<Version>,
     /// Digest of the merged evidence.
     pub digest: Digest,
-    /// What a person has ordered.
+    /// The operator's directive.
     pub directive: Directive,
-    /// Robots whose number several processes have, by number.
+    /// Robots whose number is used by several processes, by number.
     pub doubled: Vec<RobotId>,
 }
 
 /// A declared object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Detection {
-    /// Where.
+    /// Its cell.
     pub cell: Cell,
     /// Its probability now.
     pub probability: f64,

@@ -1,11 +1,11 @@
-//! The replica: takes in each observation exactly once, in the order of its origin, if it can be; and asks for what is
-//! missing.
+//! The replica: counts each valid observation exactly once, in the order of its origin, and requests missing ones.
 //!
-//! Robots and coordinator keep the same kind of replica. Whoever is heard of having more of any robot's observations,
-//! that robot's or another's, is asked for them, so that what a lost robot saw spreads from whoever heard it.
+//! This is anti-entropy replication of append-only logs, the same at robots and coordinator. A participant whose
+//! version vector reports more observations of any robot, its own or another's, is asked for them, so that the
+//! observations of a lost robot spread from any participant that received them.
 //!
-//! What is missing for ever, as when a robot lost its memory before anybody had heard it, ends its log: what came after
-//! it counts nowhere, for one participant as for all.
+//! An observation that is missing for ever, for example because a robot lost its storage before any participant had
+//! received it, ends its log: later ones do not count, at any participant.
 
 mod questions;
 
@@ -22,11 +22,11 @@ use self::questions::Questions;
 use crate::message::{Message, SyncReply, SyncRequest};
 use crate::validation::{Limits, Refusal, Rejected, Rejection};
 
-/// From so many starts of one robot observations are taken. Names of starts are numbers of 64 bits: without a limit, who
-/// invents them could fill any memory.
+/// Maximum number of incarnations of one robot. Incarnations are named by numbers of 64 bits: without a limit, invented
+/// ones could fill any memory.
 pub const MAX_STARTS: usize = 1024;
 
-/// What one participant knows of all observations.
+/// One participant's copy of all observations.
 #[derive(Clone, Debug)]
 pub struct Replica {
     owner: Participant,
@@ -36,21 +36,21 @@ pub struct Replica {
     refused: BTreeMap<Refusal, u64>,
 }
 
-/// What a message brought.
+/// The result of receiving a message.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Received {
-    /// Observations that were not known: their readings count now.
+    /// New observations: their readings count now.
     pub new: Vec<Arc<Observation>>,
-    /// What to answer or to ask, and whom.
+    /// Requests and replies to send.
     pub replies: Vec<(Participant, Message)>,
-    /// Questions for what was released: whoever keeps it is to answer them.
+    /// Requests for observations that were released, to be answered from where they are stored.
     pub repeats: Vec<SyncRequest>,
-    /// What was refused.
+    /// Rejected messages and observations.
     pub refused: Vec<Rejected>,
 }
 
 impl Replica {
-    /// An empty replica. An answer is waited for with `patience` before the question is asked again.
+    /// An empty replica. A request is repeated if it is not answered within `patience`.
     #[must_use]
     pub fn new(owner: Participant, patience: Duration, limits: Limits) -> Self {
         let (log, refused) = (ObservationLog::default(), BTreeMap::new());
@@ -63,20 +63,20 @@ impl Replica {
         &self.log
     }
 
-    /// Holds no more than the last so many observations of each origin: the others are kept elsewhere, from where
-    /// questions for them, [`Received::repeats`], can be answered.
+    /// Keeps at most the last `held` observations of each origin in memory: the others are stored elsewhere, from where
+    /// requests for them, [`Received::repeats`], are answered.
     pub fn release(&mut self, held: NonZeroUsize) {
         self.log.release(held);
     }
 
-    /// What was refused, and how often.
+    /// Rejections, and their numbers.
     #[must_use]
     pub const fn refused(&self) -> &BTreeMap<Refusal, u64> {
         &self.refused
     }
 
-    /// Takes in an observation that the owner made, or has kept. It is held against the same limits as others': what all
-    /// others refuse must not count here either.
+    /// Records an observation that the owner made or had stored. It is validated by the same limits as others: what all
+    /// others reject must not count here either.
     ///
     /// # Errors
     /// Why it does not count.
@@ -85,7 +85,7 @@ impl Replica {
         self.offer(observation).map_err(|why| self.refuse(self.owner, of, why))
     }
 
-    /// Takes in a message from another participant.
+    /// Receives a message of another participant.
     pub fn receive(&mut self, now: MissionTime, from: Participant, message: &Message) -> Received {
         let mut received = Received::default();
         if let Participant::Robot(of) = from
@@ -109,7 +109,7 @@ impl Replica {
         received
     }
 
-    /// Asks for what somebody else knows.
+    /// Requests the observations of another participant's version vector that are missing here.
     fn compare(
         &mut self,
         now: MissionTime,
@@ -134,7 +134,7 @@ impl Replica {
         for observation in &reply.observations {
             self.take(now, from, observation, received);
         }
-        // A full reply may have left some out. One that brought nothing would be asked for without end.
+        // A full reply may have left some out. After one without new observations the request is not repeated.
         if let Some(last) = received.new.last()
             && reply.observations.len() == SyncReply::MAX_OBSERVATIONS
         {
@@ -142,7 +142,7 @@ impl Replica {
         }
     }
 
-    /// What became of an observation; `None` if it was refused.
+    /// Takes an observation; `None` if it was rejected.
     fn take(
         &mut self,
         now: MissionTime,
@@ -166,7 +166,7 @@ impl Replica {
         }
     }
 
-    /// Only what can count next is judged: what is early comes again, when what it is held against is known.
+    /// Only the next observation of an origin is validated: an early one is sent again, when those before it are known.
     fn offer(&mut self, observation: Arc<Observation>) -> Result<Entry, Rejection> {
         match self.log.entry(&observation) {
             Entry::New => {
@@ -279,7 +279,7 @@ mod tests {
         })
     }
 
-    /// Hands every reply to the replica that it is for until none is left; returns how many there were.
+    /// Delivers every reply until none is left; returns how many there were.
     fn settle(
         now: MissionTime,
         inboxes: &mut [Replica],
@@ -297,9 +297,9 @@ mod tests {
     }
 
     #[test]
-    fn a_gap_is_repaired_by_whoever_has_it_even_for_a_lost_robot() {
+    fn a_gap_is_repaired_from_any_participant_even_for_a_lost_robot() {
         let mut inboxes = [replica(1), replica(2)];
-        // Robot 3 is lost; robot 2 heard all of it, robot 1 nothing: more than fits one reply.
+        // Robot 3 is lost; robot 2 received all of its observations, robot 1 none: more than fit into one reply.
         let now = MissionTime::START + 150 * SECOND;
         for sequence in 0..150 {
             inboxes[1].receive(now, robot(3), &Message::Observation(observation(3, sequence)));
@@ -310,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_released_is_handed_to_whoever_keeps_it() {
+    fn requests_for_released_observations_are_handed_on() {
         let mut replica = replica(1);
         for sequence in 0..10 {
             replica.record(observation(1, sequence)).unwrap();
@@ -338,7 +338,7 @@ mod tests {
     }
 
     #[test]
-    fn what_comes_twice_counts_once() {
+    fn repeated_messages_count_once() {
         let mut replica = replica(1);
         let message = Message::Observation(observation(2, 0));
         assert_eq!(replica.receive(MissionTime::START, robot(2), &message).new.len(), 1);
@@ -346,26 +346,26 @@ mod tests {
     }
 
     #[test]
-    fn in_whatever_order_they_come_the_same_observations_are_believed() {
-        // The fifth is nowhere that its robot can be by then.
-        let mut said: Vec<Arc<Observation>> = (0..8).map(|sequence| observation(2, sequence)).collect();
-        let mut lie = (*said[4]).clone();
-        lie.origin = said[4].origin;
-        lie.time_ns = 0;
-        said[4] = Arc::new(lie);
+    fn in_any_order_of_arrival_the_same_observations_are_accepted() {
+        // The fifth is from a cell that its robot cannot have reached.
+        let mut published: Vec<Arc<Observation>> = (0..8).map(|sequence| observation(2, sequence)).collect();
+        let mut false_reading = (*published[4]).clone();
+        false_reading.origin = published[4].origin;
+        false_reading.time_ns = 0;
+        published[4] = Arc::new(false_reading);
         let believed = |order: &[usize]| {
             let mut replica = replica(1);
-            for _ in 0..said.len() {
+            for _ in 0..published.len() {
                 for &place in order {
                     replica.receive(
                         MissionTime::START,
                         robot(2),
-                        &Message::Observation(Arc::clone(&said[place])),
+                        &Message::Observation(Arc::clone(&published[place])),
                     );
                 }
             }
             (
-                replica.log().next(said[0].origin),
+                replica.log().next(published[0].origin),
                 replica.refused().keys().map(|it| it.why).collect::<Vec<_>>(),
             )
         };
@@ -397,13 +397,13 @@ mod tests {
         let received = replica.receive(MissionTime::START, robot(2), &heartbeat(versions));
         assert_eq!((received.replies.len(), replica.questions.len()), (MOST_TO_ONE, MOST_TO_ONE));
         // Others are asked all the same, at once.
-        let told = vec![Version { origin: Origin::first(RobotId::new(3).unwrap()), next: 1 }];
-        assert_eq!(replica.receive(MissionTime::START, robot(3), &heartbeat(told)).replies.len(), 1);
+        let reported = vec![Version { origin: Origin::first(RobotId::new(3).unwrap()), next: 1 }];
+        assert_eq!(replica.receive(MissionTime::START, robot(3), &heartbeat(reported)).replies.len(), 1);
         for incarnation in 0..3000 {
             let mut start = (*observation(2, 0)).clone();
             start.origin.incarnation = incarnation;
-            let told = Message::Observation(Arc::new(start));
-            replica.receive(MissionTime::START, robot(2), &told);
+            let reported = Message::Observation(Arc::new(start));
+            replica.receive(MissionTime::START, robot(2), &reported);
         }
         assert_eq!(replica.log().len(), MAX_STARTS as u64);
         let counts: Vec<(Rejection, u64)> =
@@ -412,7 +412,7 @@ mod tests {
     }
 
     #[test]
-    fn who_is_not_of_the_team_is_not_heard() {
+    fn messages_from_outside_the_team_are_ignored() {
         let mut replica = replica(1);
         for stranger in [4, 5, 6] {
             let received = replica.receive(
@@ -429,12 +429,12 @@ mod tests {
     }
 
     #[test]
-    fn who_claims_to_know_more_and_does_not_tell_keeps_nobody_from_being_asked() {
+    fn a_participant_with_false_claims_does_not_block_requests_to_others() {
         let mut replica = replica(1);
         let versions = vec![Version { origin: Origin::first(RobotId::new(3).unwrap()), next: 9 }];
         let mut asked = Vec::new();
         for beat in 0..20 {
-            // The liar is always first; the other tells the same at the same time.
+            // The faulty participant is always first; the other sends the same at the same time.
             for number in [2, 3] {
                 let now = MissionTime::START + 2 * SECOND * beat;
                 let replies = replica.receive(now, robot(number), &heartbeat(versions.clone())).replies;

@@ -1,11 +1,11 @@
-//! Which process a message comes from, besides its participant: two processes may have been given one number.
+//! The process that a message comes from, in addition to its participant: two processes may have been given one number.
 
-/// What travels with each message, as its attachment: three numbers of 64 bits, the lowest byte first.
+/// The attachment of each message: three numbers of 64 bits, little-endian.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Envelope {
-    /// The message's number among those of its process.
+    /// Sequence number of the message in its process.
     pub number: u64,
-    /// Who sent it.
+    /// The sender.
     pub process: Process,
 }
 
@@ -14,7 +14,7 @@ pub struct Envelope {
 pub struct Process {
     /// Drawn when it starts.
     pub identity: u64,
-    /// For how long it has run, milliseconds; without end if it is to take over from all others of its number.
+    /// How long it has run, milliseconds; `u64::MAX` if it is to take over from all others of its number.
     pub age_ms: u64,
 }
 
@@ -28,7 +28,7 @@ impl Envelope {
             .collect()
     }
 
-    /// The envelope that these bytes are, if they are one.
+    /// Decodes an envelope; `None` if the bytes are invalid.
     #[must_use]
     pub fn decode(bytes: &[u8]) -> Option<Self> {
         let (numbers, []) = bytes.as_chunks::<8>() else { return None };

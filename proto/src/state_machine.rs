@@ -1,6 +1,6 @@
-//! The contract of those who take part in a mission: an event goes in, effects come out.
+//! The contract of a mission's participants: an event goes in, effects come out.
 //!
-//! Robots and the coordinator are state machines. They know no clock, network or file: whoever drives them, in real time or in
+//! Robots and the coordinator are state machines without clock, network or files: the caller, in real time or in
 //! simulation, gives the time with each event and carries the effects out.
 
 use std::collections::BTreeSet;
@@ -20,21 +20,22 @@ use crate::validation::Rejected;
 
 /// A robot or the coordinator.
 pub trait StateMachine: Send {
-    /// Handles an event at a time that the caller gives.
+    /// Handles an event at the caller's time.
     ///
     /// # Errors
-    /// Why the participant cannot go on, as when its disk is full.
+    /// Why the participant cannot go on, for example because its disk is full.
     fn handle(
         &mut self,
         now: MissionTime,
         event: Event<Message>,
     ) -> Result<Effects<Message>, ParticipantError>;
 
-    /// All observations that were to be kept are kept: it need not hold more than the last `held` of each origin, if
-    /// whoever keeps the others answers for them ([`Effects::repeats`]). One that nobody keeps anything for holds all.
+    /// All observations to be stored are stored: at most the last `held` of each origin need to stay in memory, if the
+    /// caller answers requests for the others ([`Effects::repeats`]). Without storage, all stay in memory.
     fn release(&mut self, _held: NonZeroUsize) {}
 
-    /// Whether a robot has found an object in a cell, as sure as the mission asks. The coordinator has not: it declares.
+    /// Whether a cell's probability reaches the detection threshold of a robot. Always false for the coordinator, which
+    /// declares objects instead.
     fn is_found(&self, _cell: Cell) -> bool {
         false
     }
@@ -42,7 +43,7 @@ pub trait StateMachine: Send {
     /// Digest of its evidence.
     fn digest(&self) -> Digest;
 
-    /// Number of observations known to it.
+    /// Number of known observations.
     fn observations(&self) -> u64;
 }
 
@@ -50,24 +51,24 @@ pub trait StateMachine: Send {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{who} cannot go on: {reason}")]
 pub struct ParticipantError {
-    /// Who.
+    /// The participant.
     pub who: Participant,
-    /// Why.
+    /// The reason.
     pub reason: String,
 }
 
-/// An event of a participant. `M` is a message, or the number by which the simulator knows one.
+/// An event of a participant. `M` is a message, or the number by which the simulator refers to one.
 ///
-/// Robots ignore commands and doubled numbers; the coordinator ignores what concerns a vehicle.
+/// Robots ignore commands and doubled numbers; the coordinator ignores a vehicle's events.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event<M> {
     /// The mission starts.
     Start,
-    /// A robot stands in a cell, for the first time, after a move, or still, and took these readings.
+    /// A robot is in a cell, for the first time, after a move, or standing, and took these readings.
     Sensed {
-        /// Where it stands.
+        /// The robot's cell.
         cell: Cell,
-        /// What it saw.
+        /// Its readings.
         readings: Vec<Reading>,
     },
     /// A message arrives.
@@ -77,40 +78,40 @@ pub enum Event<M> {
         /// The message.
         message: M,
     },
-    /// The time that it asked for has come.
+    /// The time of [`Effects::wake_at`] has come.
     Woke,
-    /// Somebody has come to the network.
+    /// A participant has joined the network.
     Came,
     /// A robot has left the network.
     Lost(RobotId),
-    /// A person asks for something, at the coordinator.
+    /// The operator gives a command, at the coordinator.
     Commanded(Command),
-    /// Another process of this one's number is in the mission, and is the older one: the robot stays where it is.
+    /// Another, older process of this robot's number is in the mission: the robot stops.
     Halted,
     /// It may go on.
     Released,
-    /// These are the robots now whose number several processes have.
+    /// The robots whose number is now used by several processes.
     Doubled(BTreeSet<RobotId>),
 }
 
 /// The effects of an event, to be carried out in this order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Effects<M> {
-    /// Observations that are new to it: to be written down before anything is published.
+    /// New observations: to be stored before anything is published.
     pub kept: Vec<Arc<Observation>>,
-    /// What it publishes, in order.
+    /// Published messages, in order.
     pub published: Vec<(Audience, M)>,
-    /// A robot's new route, if there is one: cells to enter from now on; without a cell, stay.
+    /// A robot's new path, if it changes: cells to enter from now on; empty: stay.
     pub route: Option<Vec<Cell>>,
-    /// When to be woken, if nothing else happens before.
+    /// When to wake the participant if no event happens before.
     pub wake_at: MissionTime,
-    /// What a robot does; [`Activity::Searching`] of the coordinator, which nobody waits for.
+    /// The robot's activity; always [`Activity::Searching`] for the coordinator.
     pub activity: Activity,
-    /// How long the decision took that was made just now, if one was.
+    /// Computing time of the decision, if one was made.
     pub decision: Option<Duration>,
-    /// Questions for observations that it has released, to be answered from where they are kept.
+    /// Requests for released observations, to be answered from where they are stored.
     pub repeats: Vec<SyncRequest>,
-    /// What it refused: it cannot be, or not from whom it came.
+    /// Rejected messages and observations.
     pub refused: Vec<Rejected>,
 }
 

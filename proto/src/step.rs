@@ -1,7 +1,7 @@
-//! What the simulator and a participant say to each other, one simulated event at a time.
+//! Messages between the simulator and a participant, one simulated event at a time.
 //!
-//! Messages between participants travel on their own keys; the simulator says when each arrives. It knows them by their
-//! numbers.
+//! Messages between participants use their own keys; the simulator determines when each arrives, and refers to them by
+//! number.
 
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{Digest, Reading};
@@ -10,31 +10,32 @@ use dragnet_search::observation::RobotId;
 use crate::message::MessageKind;
 use crate::state_machine::{Effects, Event};
 
-/// The simulator tells one participant what happens to it.
+/// An event of one participant, sent by the simulator.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Step {
     /// When, nanoseconds of mission time.
     pub time_ns: u64,
-    /// What.
+    /// The event.
     pub event: StepEvent,
 }
 
-/// What the simulator tells a participant.
+/// The simulator's request.
 #[derive(Clone, Debug, PartialEq)]
 pub enum StepEvent {
-    /// An event of the contract; messages are known by their numbers among their sender's. Only events that happen in
-    /// simulated time have bytes: nobody comes, is halted, doubled or commanded there.
+    /// An event of the contract; messages are referred to by their numbers among their sender's. Only events of
+    /// simulated time have bytes: no participant joins, is halted, doubled or commanded there.
     Event(Event<u64>),
-    /// Nothing happens; the digest of its evidence is asked for.
+    /// No event; the digest of the evidence is requested.
     Report,
     /// The mission is over: leave.
     Finish,
 }
 
-/// What a participant does in answer to a [`Step`].
+/// A participant's reply to a [`Step`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct StepReply {
-    /// The effects of the event, without what does not concern the simulator: what is kept, to be repeated, or refused.
+    /// The effects of the event. Those that do not concern the simulator are empty: stored, repeated and rejected
+    /// observations.
     pub effects: Effects<MessageRef>,
     /// Digest of the participant's evidence, in answer to [`StepEvent::Report`]; 0 otherwise.
     pub digest: Digest,
@@ -47,21 +48,21 @@ pub struct StepReply {
 /// One published message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MessageRef {
-    /// Its number among the messages of the participant.
+    /// Its number among the participant's messages.
     pub number: u64,
-    /// What it is.
+    /// Its kind.
     pub kind: MessageKind,
 }
 
-/// What a simulated sensor has seen, told to its robot. Not yet an observation: the robot numbers those.
+/// Readings of a simulated sensor, sent to its robot. Not yet an observation: the robot numbers those.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sensed {
-    /// Whose sensor.
+    /// The robot.
     pub robot: RobotId,
     /// When, nanoseconds of mission time.
     pub time_ns: u64,
-    /// Where the robot is.
+    /// The robot's cell.
     pub from: Cell,
-    /// What it saw.
+    /// The readings.
     pub readings: Vec<Reading>,
 }

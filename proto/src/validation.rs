@@ -1,15 +1,15 @@
-//! What an observation can be: where a robot can stand, what its sensor can give there, when, and how fast it gets on.
+//! Validation of observations: where a robot can be, the possible readings of its sensor, when, and at which speed.
 //!
-//! Robots and coordinator hold every observation against the same [`Limits`], a robot its own too. Whoever lies within
-//! them is believed.
+//! Robots and coordinator validate every observation by the same [`Limits`], a robot its own too. Observations within
+//! them are accepted.
 //!
-//! An observation counts only after all before it of its origin have counted ([`crate::replica`]), and each is held against
-//! itself, the one before it and the first one. So what is believed of an origin is the longest part of its log, from the
-//! beginning, in which each is possible: a function of what the origin has said, not of the order in which messages come.
-//! Two that hear the same, late, twice or in whatever order, come to believe the same.
+//! An observation counts only after all before it of its origin have counted ([`crate::replica`]), and each is
+//! validated by itself, by the one before it and by the first one. So the accepted part of an origin's log is its
+//! longest valid prefix: a function of what was published, not of the order of arrival. Two participants that receive
+//! the same observations, late, repeated or in any order, accept the same ones.
 //!
-//! The clock alone differs between participants. What is dated in the future is therefore not judged: it is not taken
-//! now, and asked for again like anything that was lost, until it is no longer in the future.
+//! Only the clock differs between participants. An observation that is dated in the future is therefore not judged: it
+//! is not taken now, and requested again like a lost one, until it is no longer in the future.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -26,49 +26,49 @@ use dragnet_search::terrain::Terrain;
 
 use crate::command::Mark;
 
-/// So many times as fast as the mission's speed may a robot be: its clock drifts, its wheels are new.
+/// Factor by which a robot may exceed the mission's speed: its clock drifts, its wheels are new.
 pub const SPEED_TOLERANCE: f64 = 1.1;
-/// Between two looks a robot may get so many cells further than its speed allows, cells: that it stands in a cell says no
-/// more than that it is somewhere in there.
+/// Cells by which a robot may get further between two observations than its speed allows: its position within its cell
+/// is unknown.
 const PLACE_TOLERANCE_CELLS: f64 = 2.0;
-/// So many looks, one after another, need no time.
-const LOOKS_AT_ONCE: u64 = 16;
-/// So many looks may a robot take in the time in which it crosses a cell at full speed. A robot looks once in a cell; if
-/// it could look as often as it likes, it could make anything certain.
-const LOOKS_PER_CELL: f64 = 2.0;
-/// A reading may be so many standard deviations off: one in 10^15 is.
+/// The number of consecutive observations that may take no time.
+const OBSERVATIONS_AT_ONCE: u64 = 16;
+/// Observations that a robot may make in the time in which it crosses a cell at full speed. A robot observes once per
+/// cell; with unlimited observations it could make anything certain.
+const OBSERVATIONS_PER_CELL: f64 = 2.0;
+/// Standard deviations that a reading may be off: one in 10^15 is.
 const DEVIATIONS: f64 = 8.0;
-/// A reading may claim to be so much more precise than the sensor's model, of its variance.
+/// Share of the variance of the sensor's model by which a reading may be more precise.
 const VARIANCE_TOLERANCE: f32 = 0.01;
 
-/// Why an observation, or a message, does not count.
+/// Why an observation or a message does not count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Rejection {
     /// Its robot is not of the team.
     Stranger,
     /// Another one of the same name is known; the first stays.
     Conflicting,
-    /// Its robot stands where none can.
+    /// Its robot is in a cell that is not traversable.
     Blocked,
-    /// A cell is farther away than the sensor sees.
+    /// A cell is farther away than the sensor radius.
     OutOfSight,
-    /// A cell is read twice in one look.
+    /// A cell is read twice in one observation.
     Repeated,
-    /// A reading claims to be more precise than the sensor can be at that distance.
+    /// A reading is more precise than the sensor can be at that distance.
     TooPrecise,
-    /// A reading's value cannot be, at its variance.
+    /// A reading's value is impossible at its variance.
     TooFarOff,
-    /// It is dated later than now, by more than clocks may differ. Not for ever: it is asked for again.
+    /// It is dated later than now, by more than the allowed clock skew. Not final: it is requested again.
     Future,
-    /// It is dated before the one before it.
+    /// It is dated before the previous one.
     Backwards,
-    /// The robot cannot have got there since the one before it.
+    /// The robot cannot have got there since the previous one.
     TooFast,
-    /// The robot looks more often than it can enter cells.
+    /// The robot observes more often than it can enter cells.
     TooOften,
-    /// It is told as a person's, and no person can mark a cell so.
+    /// It is attributed to the operator, who cannot mark a cell so.
     NoMark,
-    /// The robot has started anew too often.
+    /// The robot has restarted too often.
     TooManyStarts,
 }
 
@@ -98,12 +98,12 @@ impl fmt::Display for Rejection {
     }
 }
 
-/// Something that was refused.
+/// A rejected message or observation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Rejected {
-    /// Who said it.
+    /// The participant that sent it.
     pub from: Participant,
-    /// Of whom: in a sync reply anybody may quote anybody.
+    /// The source that it is about: a sync reply may repeat observations of any source.
     pub of: Source,
     /// Why.
     pub why: Rejection,
@@ -134,7 +134,7 @@ impl fmt::Display for Refusal {
     }
 }
 
-/// What can be in one mission.
+/// The limits of one mission.
 #[derive(Clone, Debug)]
 pub struct Limits {
     terrain: Arc<Terrain>,
@@ -145,7 +145,7 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// Those of a mission of this team, on this map, with this sensor.
+    /// The limits of a mission with this team, map and sensor.
     #[must_use]
     pub fn new(
         terrain: Arc<Terrain>,
@@ -162,7 +162,7 @@ impl Limits {
         }
     }
 
-    /// Those of a scenario.
+    /// The limits of a scenario.
     #[must_use]
     pub fn of(scenario: &Scenario) -> Self {
         let (terrain, sensor) = (scenario.terrain().clone(), scenario.sensor().clone());
@@ -170,7 +170,7 @@ impl Limits {
         Self::new(Arc::new(terrain), Arc::new(sensor), team, scenario.mission())
     }
 
-    /// Whether somebody has a part in the mission.
+    /// Whether a participant belongs to the mission.
     #[must_use]
     pub fn knows(&self, who: Participant) -> bool {
         match who {
@@ -179,7 +179,7 @@ impl Limits {
         }
     }
 
-    /// Whether anybody may tell observations of a source: of the team's robots, and what a person has marked.
+    /// Whether observations of a source may exist: those of the team's robots, and the operator's marks.
     #[must_use]
     pub fn counts(&self, source: Source) -> bool {
         match source {
@@ -188,21 +188,21 @@ impl Limits {
         }
     }
 
-    /// Whether an observation can be: by itself, and after those that are known of its origin, if any are.
+    /// Validates an observation, by itself and by the known ones of its origin, if any.
     ///
     /// # Errors
-    /// Why it cannot.
+    /// Why it is rejected.
     pub fn check(&self, observation: &Observation, known: Option<Ends<'_>>) -> Result<(), Rejection> {
         if observation.origin.source == Source::Operator {
             return check_mark(observation, known);
         }
-        self.check_look(observation)?;
+        self.check_observation(observation)?;
         let Some(known) = known else { return Ok(()) };
-        self.check_way(known.last, observation)?;
+        self.check_speed(known.last, observation)?;
         self.check_rate(known.first, observation)
     }
 
-    /// Whether an observation may be dated so.
+    /// Validates the date of an observation.
     ///
     /// # Errors
     /// If it is in the future.
@@ -213,7 +213,7 @@ impl Limits {
         Ok(())
     }
 
-    fn check_look(&self, observation: &Observation) -> Result<(), Rejection> {
+    fn check_observation(&self, observation: &Observation) -> Result<(), Rejection> {
         if !self.counts(observation.origin.source) {
             return Err(Rejection::Stranger);
         }
@@ -245,8 +245,8 @@ impl Limits {
         Ok(())
     }
 
-    /// The straight line is the shortest way, whatever is in between.
-    fn check_way(&self, before: &Observation, observation: &Observation) -> Result<(), Rejection> {
+    /// The straight line is the shortest path, whatever is in between.
+    fn check_speed(&self, before: &Observation, observation: &Observation) -> Result<(), Rejection> {
         if observation.time_ns < before.time_ns {
             return Err(Rejection::Backwards);
         }
@@ -258,8 +258,8 @@ impl Limits {
     }
 
     fn check_rate(&self, first: &Observation, observation: &Observation) -> Result<(), Rejection> {
-        let looks = observation.sequence.saturating_sub(LOOKS_AT_ONCE) as f64;
-        if looks > self.cells_in(first, observation) * SPEED_TOLERANCE * LOOKS_PER_CELL {
+        let observations = observation.sequence.saturating_sub(OBSERVATIONS_AT_ONCE) as f64;
+        if observations > self.cells_in(first, observation) * SPEED_TOLERANCE * OBSERVATIONS_PER_CELL {
             return Err(Rejection::TooOften);
         }
         Ok(())
@@ -272,7 +272,7 @@ impl Limits {
     }
 }
 
-/// A person marks any cell, one at a time, whatever is there; one mark after another.
+/// The operator may mark any cell, one at a time, whatever its ground; one mark after another.
 fn check_mark(observation: &Observation, known: Option<Ends<'_>>) -> Result<(), Rejection> {
     let is_mark = |mark: Mark| observation.readings[..] == [mark.reading(observation.from)];
     if !Mark::ALL.into_iter().any(is_mark) {

@@ -1,4 +1,4 @@
-//! Any message survives the way over the wire, and nothing that arrives can do harm.
+//! Any message survives encoding and decoding, and no bytes do harm.
 #![expect(clippy::unwrap_used, reason = "a test fails by panic")]
 
 use std::sync::Arc;
@@ -215,7 +215,7 @@ fn sensed() -> impl Strategy<Value = Sensed> {
     })
 }
 
-/// Bytes of any of our messages, valid.
+/// Valid bytes of any of Dragnet's messages.
 fn valid_bytes() -> impl Strategy<Value = Vec<u8>> {
     prop_oneof![
         6 => messages().prop_map(|message| convert::encode(&message)),
@@ -225,7 +225,7 @@ fn valid_bytes() -> impl Strategy<Value = Vec<u8>> {
     ]
 }
 
-/// Decodes as everything; what comes out must be a message that goes back in.
+/// Decodes the bytes as every kind; each decoded message can be encoded.
 fn decode_as_everything(bytes: &[u8]) {
     let codec = Codec::new(grid());
     for kind in MessageKind::ALL {
@@ -271,7 +271,7 @@ proptest! {
     }
 
     #[test]
-    fn any_bytes_are_refused_or_a_message(body in vec(any::<u8>(), 0..200)) {
+    fn any_bytes_are_rejected_or_a_message(body in vec(any::<u8>(), 0..200)) {
         decode_as_everything(&body);
         let mut bytes = vec![0, 1, 0, 0, VERSION];
         bytes.extend(body);
@@ -279,14 +279,14 @@ proptest! {
     }
 
     #[test]
-    fn small_numbers_are_refused_or_a_message(body in vec(0_u8..3, 0..200)) {
+    fn small_numbers_are_rejected_or_a_message(body in vec(0_u8..3, 0..200)) {
         let mut bytes = vec![0, 1, 0, 0, VERSION];
         bytes.extend(body);
         decode_as_everything(&bytes);
     }
 
     #[test]
-    fn a_truncated_message_is_refused(message in messages(), cut in any::<prop::sample::Index>()) {
+    fn a_truncated_message_is_rejected(message in messages(), cut in any::<prop::sample::Index>()) {
         let mut bytes = convert::encode(&message);
         bytes.truncate(cut.index(bytes.len()));
         prop_assert!(Codec::new(grid()).decode(message.kind(), &bytes).is_err());

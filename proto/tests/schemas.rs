@@ -1,4 +1,4 @@
-//! Our own messages, too, are what their schemas say, to a reader that knows nothing else.
+//! Dragnet's own messages can be read by their schemas alone.
 #![expect(clippy::unwrap_used, reason = "a test fails by panic")]
 
 #[path = "../../ros2/tests/schemas/reader.rs"]
@@ -8,7 +8,7 @@ use dragnet_proto::dragnet_msgs as ours;
 use reader::check;
 
 #[test]
-fn every_message_of_ours_is_what_its_schema_says() {
+fn every_message_of_dragnet_matches_its_schema() {
     check::<ours::Observation>();
     check::<ours::Intent>();
     check::<ours::Heartbeat>();

@@ -1,4 +1,4 @@
-//! The type hashes of our own messages are those of rosbags, which has its own way from a definition to a hash.
+//! The type hashes of Dragnet's own messages equal those of rosbags, which computes them independently.
 #![expect(clippy::unwrap_used, reason = "a test fails by panic")]
 
 #[path = "../../ros2/tests/type_hashes/rosbags.rs"]

@@ -23,7 +23,7 @@ def main(scenario=SCENARIO, seed=0):
         _, reward, terminated, truncated, info = env.step(action)
         found += reward
         over = terminated or truncated
-    print(f"{found:.0f} objects found on {info['path_cells']:.0f} cells of way: recall {info['recall']:.2f}")
+    print(f"{found:.0f} objects found on {info['path_cells']:.0f} cells driven: recall {info['recall']:.2f}")
     return info
 
 

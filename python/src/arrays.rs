@@ -1,4 +1,4 @@
-//! The arrays in which searches are seen: made once, written in place.
+//! The arrays that hold observations of environments: allocated once, written in place.
 
 use std::slice::ChunksExactMut;
 
@@ -10,7 +10,7 @@ use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// The arrays of so many robots, by robot, each in its own search or all in one.
+/// The arrays of a number of robots, by robot, each in its own search or all in one.
 pub(crate) struct Arrays {
     log_odds: Py<PyArray3<f64>>,
     probability: Py<PyArray3<f32>>,
@@ -21,7 +21,7 @@ pub(crate) struct Arrays {
     action_mask: Py<PyArray2<i8>>,
 }
 
-/// The arrays while they are written: nobody else of this module has them.
+/// The arrays, borrowed for writing.
 pub(crate) struct Written<'py> {
     log_odds: PyReadwriteArray<'py, f64, numpy::Ix3>,
     probability: PyReadwriteArray<'py, f32, numpy::Ix3>,
@@ -33,7 +33,7 @@ pub(crate) struct Written<'py> {
 }
 
 impl Arrays {
-    /// Of so many robots on a grid, each with so many actions.
+    /// Arrays for a number of robots on a grid, each with a number of actions.
     pub(crate) fn new(py: Python<'_>, robots: usize, grid: Grid, actions: usize) -> Self {
         let cells = (robots, grid.rows() as usize, grid.columns() as usize);
         Self {
@@ -76,7 +76,7 @@ impl Arrays {
 
 impl Written<'_> {
     /// The part of each robot, by robot.
-    pub(crate) fn canvases(&mut self, robots: usize) -> PyResult<Vec<ObservationBuffers<'_>>> {
+    pub(crate) fn buffers(&mut self, robots: usize) -> PyResult<Vec<ObservationBuffers<'_>>> {
         let mut log_odds = parts(&mut self.log_odds, robots)?;
         let mut probability = parts(&mut self.probability, robots)?;
         let mut precision = parts(&mut self.precision, robots)?;
@@ -84,7 +84,7 @@ impl Written<'_> {
         let mut distance = parts(&mut self.distance, robots)?;
         let mut position = parts(&mut self.position, robots)?;
         let mut action_mask = parts(&mut self.action_mask, robots)?;
-        let canvases = std::iter::from_fn(|| {
+        let buffers = std::iter::from_fn(|| {
             Some(ObservationBuffers {
                 log_odds_nats: log_odds.next()?,
                 probability: probability.next()?,
@@ -95,7 +95,7 @@ impl Written<'_> {
                 action_mask: action_mask.next()?,
             })
         });
-        Ok(canvases.collect())
+        Ok(buffers.collect())
     }
 }
 

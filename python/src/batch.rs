@@ -18,11 +18,11 @@ use crate::choice::{self, Masked};
 use crate::pool;
 use crate::scenario::Scenario;
 
-/// A search and what shows it, with its task and what comes of that.
+/// An environment and its buffers, its task, and the result.
 type Work<'a, 'b> =
     ((&'a mut Option<SingleRobotEnv>, &'a mut ObservationBuffers<'b>), (&'a Task, &'a mut Option<Measured>));
 
-/// Searches of one scenario, each with a seed of its own, and the arrays that show them.
+/// Searches of one scenario, each with its own seed, and their arrays.
 #[pyclass(frozen, module = "dragnet._dragnet")]
 pub(crate) struct Batch {
     field: Arc<Field>,
@@ -31,7 +31,7 @@ pub(crate) struct Batch {
     masked: Masked,
     arrays: Arrays,
     measures: Measures,
-    /// Nothing before the first reset.
+    /// `None` before the first reset.
     lanes: Mutex<Vec<Option<SingleRobotEnv>>>,
 }
 
@@ -46,20 +46,20 @@ struct Measures {
     time_seconds: Py<PyArray1<f64>>,
 }
 
-/// What a search is to do next.
+/// The next step of a search.
 #[derive(Clone, Copy)]
 enum Task {
-    /// Begin anew.
+    /// Start a new episode.
     Begin { seed: u64 },
-    /// Go there.
+    /// Go to a cell.
     Go(Cell),
     /// Stay.
     Wait,
-    /// Remain as it is: this is not its turn.
+    /// Leave the search unchanged.
     Keep,
 }
 
-/// What a search measures after a task.
+/// The measures of a search after a task.
 #[derive(Clone, Copy)]
 struct Measured {
     reward: f64,
@@ -118,7 +118,7 @@ impl Batch {
         Ok(dict)
     }
 
-    /// Begins searches anew: those of the mask.
+    /// Starts new episodes in the searches of the mask.
     #[expect(clippy::needless_pass_by_value, reason = "it comes from Python")]
     fn reset(
         &self,
@@ -134,8 +134,8 @@ impl Batch {
         self.perform(py, &mut lanes, &tasks)
     }
 
-    /// Takes one action in each search. With seeds, those that are over begin anew with theirs instead, and their action
-    /// does not matter.
+    /// Takes one action in each search. With seeds, searches that are over start a new episode instead, and their
+    /// action is ignored.
     #[pyo3(signature = (actions, seeds=None))]
     #[expect(clippy::needless_pass_by_value, reason = "it comes from Python")]
     fn step(
@@ -157,36 +157,34 @@ impl Batch {
             (Some(_), true, None) => {
                 Err(PyRuntimeError::new_err("step after the end of the episode; call reset first"))
             }
-            (Some(solo), false, _) => self.task(place, solo, actions[place]),
+            (Some(env), false, _) => self.task(place, env, actions[place]),
         };
         let tasks = (0..lanes.len()).map(task).collect::<PyResult<Vec<Task>>>()?;
         self.perform(py, &mut lanes, &tasks)
     }
 
-    /// Every cell that a robot stood in, by index, in order, from where it started.
+    /// Every cell that a robot was in, by index, in order from its start.
     fn track<'py>(&self, py: Python<'py>, place: usize) -> PyResult<Bound<'py, PyArray1<i64>>> {
-        self.of(place, |solo| {
-            solo.track().iter().map(|&cell| number(cell)).collect::<Vec<_>>().to_pyarray(py)
-        })
+        self.of(place, |env| env.track().iter().map(|&cell| number(cell)).collect::<Vec<_>>().to_pyarray(py))
     }
 
     /// Cells that hold an object, by index.
     fn objects<'py>(&self, py: Python<'py>, place: usize) -> PyResult<Bound<'py, PyArray1<i64>>> {
-        let objects = |solo: &SingleRobotEnv| -> Vec<i64> {
-            solo.truth().objects().iter().map(|&it| number(it)).collect()
+        let objects = |env: &SingleRobotEnv| -> Vec<i64> {
+            env.truth().objects().iter().map(|&it| number(it)).collect()
         };
-        self.of(place, |solo| objects(solo).to_pyarray(py))
+        self.of(place, |env| objects(env).to_pyarray(py))
     }
 
     /// Digest of all evidence, 32 hexadecimal digits.
     fn digest(&self, place: usize) -> PyResult<String> {
-        self.of(place, |solo| solo.belief().digest().to_string())
+        self.of(place, |env| env.belief().digest().to_string())
     }
 
     /// Why a search is over.
     fn termination_reason(&self, place: usize) -> PyResult<Option<&'static str>> {
-        self.of(place, |solo| {
-            solo.ended().map(|ended| match ended {
+        self.of(place, |env| {
+            env.ended().map(|ended| match ended {
                 Ended::Found => "found",
                 Ended::Cleared => "cleared",
                 Ended::Spent => "spent",
@@ -196,7 +194,7 @@ impl Batch {
 }
 
 impl Batch {
-    /// The searches; nobody else has them meanwhile.
+    /// Locks the searches.
     fn lock(&self) -> PyResult<MutexGuard<'_, Vec<Option<SingleRobotEnv>>>> {
         self.lanes.try_lock().map_err(|_| {
             PyRuntimeError::new_err("another thread is stepping this environment; allowed is one at a time")
@@ -205,12 +203,11 @@ impl Batch {
 
     fn of<T>(&self, place: usize, read: impl FnOnce(&SingleRobotEnv) -> T) -> PyResult<T> {
         let lanes = self.lock()?;
-        let solo =
-            lanes.get(place).ok_or_else(|| PyValueError::new_err(format!("no environment {place}")))?;
-        solo.as_ref().map(read).ok_or_else(|| PyRuntimeError::new_err("nothing before the first reset"))
+        let env = lanes.get(place).ok_or_else(|| PyValueError::new_err(format!("no environment {place}")))?;
+        env.as_ref().map(read).ok_or_else(|| PyRuntimeError::new_err("nothing before the first reset"))
     }
 
-    /// Whether each search has told that it is over.
+    /// Whether each search has reported that it is over.
     fn over(&self, py: Python<'_>) -> PyResult<Vec<bool>> {
         let mut terminated = borrow(self.measures.terminated.bind(py))?;
         let mut truncated = borrow(self.measures.truncated.bind(py))?;
@@ -222,10 +219,10 @@ impl Batch {
             .collect())
     }
 
-    /// An action as what it stands for.
-    fn task(&self, place: usize, solo: &SingleRobotEnv, action: i64) -> PyResult<Task> {
+    /// The task that an action stands for.
+    fn task(&self, place: usize, env: &SingleRobotEnv, action: i64) -> PyResult<Task> {
         let grid = self.field.scenario().terrain().grid();
-        let from = solo.cell();
+        let from = env.cell();
         let to = usize::try_from(action).ok().and_then(|action| match self.control {
             Control::Step => self.field.neighbor(from, action),
             Control::Waypoint => {
@@ -265,23 +262,23 @@ impl Batch {
         ))
     }
 
-    /// Each search performs its task, side by side, and is drawn and measured.
+    /// Performs the task of each search, in parallel, and writes its arrays and measures.
     fn perform(&self, py: Python<'_>, lanes: &mut [Option<SingleRobotEnv>], tasks: &[Task]) -> PyResult<()> {
         let mut measured = vec![None; lanes.len()];
         let threads = if lanes.len() > 1 { pool::threads(py) } else { None };
         let mut written = self.arrays.write(py)?;
-        let mut canvases = written.canvases(lanes.len())?;
+        let mut buffers = written.buffers(lanes.len())?;
         py.detach(|| {
-            let work = |((lane, canvas), (task, measured)): Work<'_, '_>| {
-                *measured = self.perform_one(lane, canvas, *task);
+            let work = |((lane, buffer), (task, measured)): Work<'_, '_>| {
+                *measured = self.perform_one(lane, buffer, *task);
             };
             if let Some(threads) = threads {
                 threads.install(|| {
-                    let seen = lanes.par_iter_mut().zip(canvases.par_iter_mut());
+                    let seen = lanes.par_iter_mut().zip(buffers.par_iter_mut());
                     seen.zip(tasks.par_iter().zip(measured.par_iter_mut())).with_min_len(4).for_each(work);
                 });
             } else {
-                let seen = lanes.iter_mut().zip(canvases.iter_mut());
+                let seen = lanes.iter_mut().zip(buffers.iter_mut());
                 seen.zip(tasks.iter().zip(&mut measured)).for_each(work);
             }
         });
@@ -291,35 +288,35 @@ impl Batch {
     fn perform_one(
         &self,
         lane: &mut Option<SingleRobotEnv>,
-        canvas: &mut ObservationBuffers<'_>,
+        buffer: &mut ObservationBuffers<'_>,
         task: Task,
     ) -> Option<Measured> {
         if let Task::Begin { seed } = task {
             *lane = Some(SingleRobotEnv::new(Arc::clone(&self.field), self.terms, seed));
         }
-        let solo = lane.as_mut()?;
+        let env = lane.as_mut()?;
         let reward = match (task, self.control) {
-            (Task::Go(cell), Control::Waypoint) => solo.go(cell),
-            (Task::Go(cell), Control::Step) => solo.step(cell),
-            (Task::Wait, _) => solo.wait(),
+            (Task::Go(cell), Control::Waypoint) => env.go(cell),
+            (Task::Go(cell), Control::Step) => env.step(cell),
+            (Task::Wait, _) => env.wait(),
             (Task::Begin { .. }, _) => 0.0,
             (Task::Keep, _) => return None,
         };
         let is_new = matches!(task, Task::Begin { .. });
         if is_new {
-            solo.draw(canvas, self.control);
+            env.draw(buffer, self.control);
         } else {
-            solo.redraw(canvas, self.control);
+            env.redraw(buffer, self.control);
         }
         Some(Measured {
             reward,
-            // A search that is over as it begins tells so after its first action.
-            terminated: !is_new && matches!(solo.ended(), Some(Ended::Found | Ended::Cleared)),
-            truncated: !is_new && solo.ended() == Some(Ended::Spent),
-            f1: solo.score().f1(),
-            recall: solo.score().recall(),
-            path_cells: solo.path_cells(),
-            time_seconds: solo.now().as_seconds(),
+            // A search that is over when it begins reports this after its first action.
+            terminated: !is_new && matches!(env.ended(), Some(Ended::Found | Ended::Cleared)),
+            truncated: !is_new && env.ended() == Some(Ended::Spent),
+            f1: env.score().f1(),
+            recall: env.score().recall(),
+            path_cells: env.path_cells(),
+            time_seconds: env.now().as_seconds(),
         })
     }
 }
@@ -377,7 +374,7 @@ fn number(cell: Cell) -> i64 {
     i64::from(cell.number())
 }
 
-/// A list as it is, if it has one entry for each search.
+/// Returns the list if it has one entry for each search.
 pub(crate) fn expect_one_each<T>(name: &str, list: Vec<T>, count: usize) -> PyResult<Vec<T>> {
     if list.len() == count {
         return Ok(list);

@@ -1,4 +1,4 @@
-//! Words that choose between ways to judge, end and control a search.
+//! Enumerations of the Python interface: how searches are scored, ended and controlled.
 
 use dragnet_sim::simulation::End;
 use dragnet_sim::single_robot_env::Reward;
@@ -6,7 +6,7 @@ use dragnet_sim::single_robot_env::buffers::Control;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-/// What happens where an action cannot be taken.
+/// What happens when an action is not available.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Masked {
     /// An exception.

@@ -17,7 +17,8 @@ struct Case {
     scenario: dragnet_scenario::Scenario,
 }
 
-/// Runs every policy on every scenario with every seed; a row each, with the columns of the command line's `summary.csv`.
+/// Runs every policy on every scenario with every seed; returns a row each, with the columns of the command line's
+/// `summary.csv`.
 #[pyfunction]
 #[expect(clippy::needless_pass_by_value, reason = "it comes from Python")]
 pub(crate) fn compare<'py>(
@@ -35,7 +36,7 @@ pub(crate) fn compare<'py>(
             cases.push(case(scenario.get(), policy)?);
         }
     }
-    // What all decisions share is built before any of them is timed.
+    // Shared tables are built before any decision is timed.
     let _ = InformationTable::shared();
     let threads = pool::threads(py);
     let rows = py.detach(|| {
@@ -55,7 +56,7 @@ fn case(scenario: &Scenario, policy: &str) -> PyResult<Case> {
 }
 
 impl Case {
-    /// Episodes side by side, as many as there are threads.
+    /// Runs episodes in parallel, as many at a time as there are threads.
     fn run_side_by_side(&self, seeds: &[u64]) -> Result<Row, String> {
         self.row(seeds.par_iter().map(|&seed| self.trial(seed)).collect())
     }

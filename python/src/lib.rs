@@ -1,15 +1,15 @@
-//! The simulator and the policies as Python sees them: a thin layer without an algorithm of its own.
+//! The simulator and the policies for Python: a thin layer without algorithms of its own.
 //!
-//! The package `dragnet` beside this crate is what users import; it has the interfaces of Gymnasium and `PettingZoo`, checks
-//! types and shapes, and keeps these classes to itself:
+//! Users import the package `dragnet` beside this crate; it has the interfaces of Gymnasium and `PettingZoo`, checks
+//! types and shapes, and keeps these classes private:
 //!
 //! - `scenario`: a scenario, checked;
-//! - `batch`: many searches of one robot each, stepped side by side, seen in arrays that stay where they are;
+//! - `batch`: many searches of one robot each, stepped in parallel, with arrays that stay in place;
 //! - `team`: one search of a team;
-//! - `pool`: threads that outlive `fork`;
+//! - `pool`: threads that survive `fork`;
 //! - `policy`, `compare`, `recording`: decisions, comparisons and recordings.
 //!
-//! The interpreter is let go wherever a search moves on.
+//! The interpreter lock is released while a search advances.
 
 mod arrays;
 mod batch;
@@ -21,7 +21,7 @@ mod recording;
 mod scenario;
 mod team;
 
-/// What the package `dragnet` is built on; nothing here is for others.
+/// The native part of the package `dragnet`; private.
 #[pyo3::pymodule]
 mod _dragnet {
     #[pymodule_export]

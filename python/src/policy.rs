@@ -1,4 +1,4 @@
-//! Our policies, asked from Python.
+//! Dragnet's policies for Python.
 
 use std::path::PathBuf;
 use std::sync::Mutex;
@@ -22,25 +22,25 @@ use crate::scenario::{Scenario, refused};
 /// Sums of evidence stay below this many units, so that they are whole numbers in 64-bit floats.
 const MOST_UNITS: f64 = (1_u64 << 53) as f64;
 
-/// A policy with its stream of random choices.
+/// A policy with its random stream.
 #[pyclass(frozen, module = "dragnet._dragnet")]
 pub(crate) struct Policy {
     recipe: dragnet_scenario::Policy,
-    /// Map, prior, sensor and moves; without, they follow from what is observed, and the defaults.
+    /// Map, prior, sensor and moves; without a scenario they follow from the observation and the defaults.
     scenario: Option<dragnet_scenario::Scenario>,
     robot: u16,
-    mind: Mutex<Mind>,
+    state: Mutex<PolicyState>,
 }
 
-struct Mind {
+struct PolicyState {
     policy: Box<dyn dragnet_search::policy::Policy + Send>,
     random: Stream,
 }
 
-/// The waypoint, the cells on the way there, and the score of every cell.
-type Told<'py> = (i64, Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<f64>>);
+/// The waypoint, the path to it, and the score of every cell.
+type Decided<'py> = (i64, Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<f64>>);
 
-/// What a robot observes, checked.
+/// The observation of a robot, checked.
 struct Observed {
     terrain: Terrain,
     belief: Belief,
@@ -81,18 +81,18 @@ impl Policy {
                 ));
             }
         };
-        let mind = Mutex::new(Mind::new(&policy, seed, robot));
-        Ok(Self { recipe: policy, scenario: scenario.cloned(), robot, mind })
+        let state = Mutex::new(PolicyState::new(&policy, seed, robot));
+        Ok(Self { recipe: policy, scenario: scenario.cloned(), robot, state })
     }
 
-    /// Begins anew with the random choices of a seed.
+    /// Restarts the policy with the random stream of a seed.
     fn reset(&self, seed: u64) -> PyResult<()> {
-        let mut mind = self.mind.try_lock().map_err(|_| busy())?;
-        *mind = Mind::new(&self.recipe, seed, self.robot);
+        let mut state = self.state.try_lock().map_err(|_| busy())?;
+        *state = PolicyState::new(&self.recipe, seed, self.robot);
         Ok(())
     }
 
-    /// The waypoint, the cells on the way there, and the score of every cell, all by index.
+    /// The waypoint, the path to it, and the score of every cell, all by index.
     #[expect(clippy::needless_pass_by_value, reason = "it comes from Python")]
     fn decide<'py>(
         &self,
@@ -102,24 +102,24 @@ impl Policy {
         weighted_sum: PyReadonlyArray2<'py, f64>,
         traversable: PyReadonlyArray2<'py, i8>,
         position: (i64, i64),
-    ) -> PyResult<Told<'py>> {
+    ) -> PyResult<Decided<'py>> {
         let rows_and_columns = log_odds.as_array().dim();
         let flat = |array: PyReadonlyArray2<'py, f64>| array.as_array().iter().copied().collect::<Vec<f64>>();
         let open: Vec<bool> = traversable.as_array().iter().map(|&open| open != 0).collect();
         let evidence = evidence(&flat(precision), &flat(weighted_sum))?;
         let observed = self.observe(rows_and_columns, flat(log_odds), evidence, &open, position)?;
-        let mut mind = self.mind.try_lock().map_err(|_| busy())?;
-        let thinking: &mut Mind = &mut mind;
-        let decision = py.detach(|| self.decide_in(thinking, &observed));
+        let mut state = self.state.try_lock().map_err(|_| busy())?;
+        let locked: &mut PolicyState = &mut state;
+        let decision = py.detach(|| self.decide_in(locked, &observed));
         let path: Vec<i64> = decision.path.iter().map(|cell| i64::from(cell.number())).collect();
         Ok((i64::from(decision.chosen.number()), path.to_pyarray(py), decision.scores.to_pyarray(py)))
     }
 }
 
 impl Policy {
-    fn decide_in(&self, mind: &mut Mind, observed: &Observed) -> dragnet_search::policy::Decision {
+    fn decide_in(&self, state: &mut PolicyState, observed: &Observed) -> dragnet_search::policy::Decision {
         let usual = Sensor::default();
-        let promised = PlannedPrecision::nothing(&observed.terrain);
+        let planned_precision = PlannedPrecision::nothing(&observed.terrain);
         let situation = Situation {
             terrain: &observed.terrain,
             connectivity: self
@@ -128,11 +128,11 @@ impl Policy {
                 .map_or(Connectivity::default(), dragnet_scenario::Scenario::connectivity),
             sensor: self.scenario.as_ref().map_or(&usual, dragnet_scenario::Scenario::sensor),
             belief: &observed.belief,
-            promised: &promised,
+            planned_precision: &planned_precision,
             robot: observed.robot,
             place: Place::ALONE,
         };
-        mind.policy.decide(&situation, &mut mind.random)
+        state.policy.decide(&situation, &mut state.random)
     }
 
     fn observe(
@@ -182,7 +182,7 @@ impl Policy {
     }
 }
 
-impl Mind {
+impl PolicyState {
     fn new(policy: &dragnet_scenario::Policy, seed: u64, robot: u16) -> Self {
         Self {
             policy: build(policy.name, policy.parameters, policy.network.as_ref()),
@@ -191,7 +191,7 @@ impl Mind {
     }
 }
 
-/// Evidence as it was drawn, in whole units again.
+/// Evidence arrays, converted back to whole units.
 #[expect(clippy::cast_possible_truncation, reason = "checked to be in range")]
 fn evidence(precision: &[f64], weighted_sum: &[f64]) -> PyResult<Vec<CellEvidence>> {
     let units = |name: &str, cell: usize, value: f64| {

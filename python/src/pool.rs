@@ -1,7 +1,7 @@
-//! Threads that share the work, in whichever process asks.
+//! A thread pool for each process.
 //!
-//! `fork` copies a process without its threads, so that whoever waits for rayon's own in a child waits for ever. Each
-//! process therefore has threads of its own, started when it first asks.
+//! `fork` copies a process without its threads, so that a child that waits for rayon's global pool waits for ever. Each
+//! process therefore has its own threads, started on first use.
 
 use std::process;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -9,12 +9,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 use pyo3::Python;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-/// The threads of a process, by its number.
+/// The thread pool and the process that it belongs to.
 static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
 
-/// The threads of this process; none if the system gives none, and the work is done without.
+/// The threads of this process; `None` if the system provides none, and the work is done on the calling thread.
 ///
-/// Whoever forks from Python holds the interpreter's lock, and so does whoever calls this: no child finds the pool taken.
+/// A process that forks from Python holds the interpreter's lock, as does every caller of this function: no child finds
+/// the pool locked.
 pub(crate) fn threads(_: Python<'_>) -> Option<Arc<ThreadPool>> {
     let mut known = POOL.lock().unwrap_or_else(PoisonError::into_inner);
     let here = process::id();
@@ -24,7 +25,7 @@ pub(crate) fn threads(_: Python<'_>) -> Option<Arc<ThreadPool>> {
         return Some(Arc::clone(pool));
     }
     let pool = Arc::new(ThreadPoolBuilder::new().build().ok()?);
-    // Those of the parent are not here, and cannot be told to end.
+    // The parent's threads do not exist here, and cannot be told to end.
     std::mem::forget(known.replace((here, Arc::clone(&pool))));
     Some(pool)
 }

@@ -17,7 +17,7 @@ use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
-/// Reads a recording through: the map, every observation and plan, how the mission stood, and what was believed at the end.
+/// Reads a recording: the map, every observation and plan, the mission's status, and the belief at the end.
 #[pyfunction]
 #[expect(clippy::needless_pass_by_value, reason = "it comes from Python")]
 pub(crate) fn read_recording(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
@@ -83,7 +83,7 @@ fn add_map(recording: &Bound<'_, PyDict>, playback: &Playback, fold: &MissionFol
     recording.set_item("prior", cells(py, grid, prior)?)
 }
 
-/// One entry an observation, and one a reading, which names its observation by its place.
+/// One entry for each observation, and one for each reading, which refers to its observation by index.
 fn add_observations(recording: &Bound<'_, PyDict>, playback: &Playback) -> PyResult<()> {
     let py = recording.py();
     let seen: Vec<&Observation> = observations(playback).collect();
@@ -104,7 +104,7 @@ fn add_observations(recording: &Bound<'_, PyDict>, playback: &Playback) -> PyRes
     recording.set_item("readings", table)
 }
 
-/// What all that was observed supports.
+/// The belief from all observations.
 fn add_belief(recording: &Bound<'_, PyDict>, fold: &MissionFold) -> PyResult<()> {
     let (py, belief) = (recording.py(), fold.belief());
     let grid = fold.terrain().grid();

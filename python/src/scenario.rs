@@ -74,7 +74,7 @@ impl Scenario {
         self.inner().with_policy(name).map(Self::new).map_err(|error| refused(&error))
     }
 
-    /// Its text as read, and where that came from.
+    /// The scenario's text as read, and its path.
     #[getter]
     fn source(&self) -> (&str, &Path) {
         let source = self.inner().source();
@@ -139,7 +139,7 @@ impl Scenario {
     }
 }
 
-/// A file that is missing is an error of the system, all else one of the value.
+/// A missing file is an `OSError`, anything else a `ValueError`.
 pub(crate) fn refused(error: &ScenarioError) -> PyErr {
     match error {
         ScenarioError::Read { source, .. } => std::io::Error::new(source.kind(), error.to_string()).into(),

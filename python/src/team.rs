@@ -1,4 +1,4 @@
-//! One search of a team, a move of every robot at a time.
+//! One search of a team, stepped by one move of every robot at a time.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard};
@@ -21,10 +21,10 @@ use crate::batch::expect_one_each;
 use crate::choice::{self, Masked};
 use crate::scenario::Scenario;
 
-/// Longer than any mission: times above cannot be told from never.
+/// Longer than any mission.
 const MOST_SECONDS: f64 = 1e9;
 
-/// A search of a scenario's team, and the arrays that show what each robot believes.
+/// A search of a scenario's team, and the arrays of each robot's belief.
 #[pyclass(frozen, module = "dragnet._dragnet")]
 pub(crate) struct Team {
     field: Arc<Field>,
@@ -34,7 +34,7 @@ pub(crate) struct Team {
     crashes: BTreeMap<RobotId, MissionTime>,
     arrays: Arrays,
     teammates: Py<PyArray3<i32>>,
-    /// Nothing before the first reset.
+    /// `None` before the first reset.
     search: Mutex<Option<TeamEnv>>,
 }
 
@@ -78,7 +78,7 @@ impl Team {
         Ok(dict)
     }
 
-    /// Begins the search of a seed.
+    /// Starts the search of a seed.
     fn reset(&self, py: Python<'_>, seed: u64) -> PyResult<()> {
         let mut search = self.lock()?;
         let begun = py.detach(|| TeamEnv::new(Arc::clone(&self.field), self.reward, &self.crashes, seed));
@@ -87,16 +87,16 @@ impl Team {
         self.draw(py, begun)
     }
 
-    /// Every robot that searches takes its action; those of others do not matter. Returns what the team gained.
+    /// Every robot that searches takes its action; those of others are ignored. Returns the team's reward.
     #[expect(clippy::needless_pass_by_value, reason = "it comes from Python")]
     fn step(&self, py: Python<'_>, actions: PyReadonlyArray1<'_, i64>) -> PyResult<f64> {
         let mut search = self.lock()?;
         let search = search
             .as_mut()
             .ok_or_else(|| PyRuntimeError::new_err("step before the first reset; call reset first"))?;
-        let robots = search.fates().len();
+        let robots = search.termination_reasons().len();
         let actions = expect_one_each("actions", actions.as_array().to_vec(), robots)?;
-        if !search.fates().contains(&TerminationReason::Searching) {
+        if !search.termination_reasons().contains(&TerminationReason::Searching) {
             return Err(PyRuntimeError::new_err("step after the end of the episode; call reset first"));
         }
         let moves = (0..robots)
@@ -108,11 +108,11 @@ impl Team {
         Ok(gain)
     }
 
-    /// How each robot stands: `"searching"`, `"found"`, `"spent"` or `"crashed"`.
+    /// State of each robot: `"searching"`, `"found"`, `"spent"` or `"crashed"`.
     fn termination_reasons(&self) -> PyResult<Vec<&'static str>> {
         self.read(|search| {
             search
-                .fates()
+                .termination_reasons()
                 .iter()
                 .map(|fate| match fate {
                     TerminationReason::Searching => "searching",
@@ -124,11 +124,12 @@ impl Team {
         })
     }
 
-    /// F1 and recall of all that the team has seen, the way of each robot (cells), and the time (seconds).
+    /// F1 and recall of all that the team has observed, the path length of each robot (cells), and the time (seconds).
     fn measures(&self) -> PyResult<(f64, f64, Vec<f64>, f64)> {
         self.read(|search| {
-            let ways = (0..search.fates().len()).map(|place| search.path_cells(place)).collect();
-            (search.score().f1(), search.score().recall(), ways, search.now().as_seconds())
+            let paths =
+                (0..search.termination_reasons().len()).map(|place| search.path_cells(place)).collect();
+            (search.score().f1(), search.score().recall(), paths, search.now().as_seconds())
         })
     }
 
@@ -140,10 +141,11 @@ impl Team {
         self.read(|search| objects(search).to_pyarray(py))
     }
 
-    /// Digests of what each robot believes, and of all that the team has seen.
+    /// Digests of each robot's belief, and of all that the team has observed.
     fn digests(&self) -> PyResult<(Vec<String>, String)> {
         self.read(|search| {
-            let own = (0..search.fates().len()).map(|place| search.belief(place).digest().to_string());
+            let own = (0..search.termination_reasons().len())
+                .map(|place| search.belief(place).digest().to_string());
             (own.collect(), search.merged().digest().to_string())
         })
     }
@@ -161,9 +163,9 @@ impl Team {
         search.as_ref().map(read).ok_or_else(|| PyRuntimeError::new_err("nothing before the first reset"))
     }
 
-    /// An action as the move that it stands for.
+    /// The move that an action stands for.
     fn wanted(&self, search: &TeamEnv, place: usize, action: i64) -> PyResult<Move> {
-        if search.fates()[place] != TerminationReason::Searching {
+        if search.termination_reasons()[place] != TerminationReason::Searching {
             return Ok(Move::Wait);
         }
         let from = search.cell(place);
@@ -202,19 +204,21 @@ impl Team {
     }
 
     fn draw(&self, py: Python<'_>, search: &TeamEnv) -> PyResult<()> {
-        let robots = search.fates().len();
+        let robots = search.termination_reasons().len();
         let grid = self.field.scenario().terrain().grid();
         let mut written = self.arrays.write(py)?;
         let mut teammates = borrow(self.teammates.bind(py))?;
-        let mut canvases = written.canvases(robots)?;
-        for (place, canvas) in canvases.iter_mut().enumerate() {
-            canvas.draw_belief(search.belief(place), grid.cells());
-            canvas.draw_robot(&self.field, search.cell(place), self.control);
+        let mut buffers = written.buffers(robots)?;
+        for (place, buffer) in buffers.iter_mut().enumerate() {
+            buffer.draw_belief(search.belief(place), grid.cells());
+            buffer.draw_robot(&self.field, search.cell(place), self.control);
         }
         for (index, at) in slice(&mut teammates)?.chunks_exact_mut(2).enumerate() {
-            let heard = search.heard(index / robots, index % robots).map(|cell| grid.position(cell));
+            let received = search.received(index / robots, index % robots).map(|cell| grid.position(cell));
             let whole = |number: u32| i32::try_from(number).unwrap_or(i32::MAX);
-            at.copy_from_slice(&heard.map_or([-1, -1], |heard| [whole(heard.row), whole(heard.column)]));
+            at.copy_from_slice(
+                &received.map_or([-1, -1], |received| [whole(received.row), whole(received.column)]),
+            );
         }
         Ok(())
     }

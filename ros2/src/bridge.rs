@@ -4,7 +4,7 @@
 
 use super::name::TopicName;
 
-/// Under which key a topic travels: `/robot1/odom` under `robot1/odom`.
+/// The key of a topic: `robot1/odom` for `/robot1/odom`.
 #[must_use]
 pub fn data_key(topic: &TopicName) -> String {
     topic.chunks().to_owned()

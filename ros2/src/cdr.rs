@@ -7,8 +7,8 @@ use byteorder::LittleEndian;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// The most bytes of a message that is decoded: one byte a cell of the largest map, or a full sync reply of the widest
-/// sensor.
+/// The maximum size of a message that is decoded: one byte per cell of the largest map, or a full sync reply of the
+/// widest sensor.
 pub const MAX_BYTES: usize = (1 << 24) + HEADER.len() + 1024;
 
 /// Little-endian CDR, no options.
@@ -16,7 +16,7 @@ const HEADER: [u8; 4] = [0, 1, 0, 0];
 /// Bits of the header's last byte that count padding after the body, as Cyclone DDS adds it.
 const PADDING_BITS: u8 = 0b11;
 
-/// Bytes that are not the message they should be.
+/// Why bytes cannot be decoded.
 #[derive(Debug, thiserror::Error)]
 pub enum DecodeError {
     /// Longer than any message.
@@ -28,12 +28,12 @@ pub enum DecodeError {
     /// Another encoding.
     #[error("header {:02x} {:02x}; allowed is 00 01, little-endian CDR", .0[0], .0[1])]
     Encoding([u8; 2]),
-    /// A body that ends early, or holds what its type cannot be.
+    /// A body that ends early, or holds an invalid value of its type.
     #[error("body of {bytes} bytes: {source}")]
     Body {
         /// Length of the body.
         bytes: usize,
-        /// What the decoder says.
+        /// The decoder's error.
         source: cdr_encoding::Error,
     },
     /// More bytes than the message has.
@@ -51,10 +51,10 @@ pub fn encode<T: Serialize>(message: &T) -> Vec<u8> {
     bytes
 }
 
-/// The message of these bytes. Memory is taken as elements arrive, never by a length that is only claimed.
+/// Decodes a message. Memory is allocated as elements arrive, never by a claimed length.
 ///
 /// # Errors
-/// If the bytes are another encoding, too short, too long, or hold a value that the type cannot have.
+/// If the bytes have another encoding, are too short or too long, or hold an invalid value.
 pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, DecodeError> {
     let body = body(bytes)?;
     let (message, used) = cdr_encoding::from_bytes::<T, LittleEndian>(body)
@@ -65,7 +65,7 @@ pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, DecodeError> {
     }
 }
 
-/// What stands between the header and the padding.
+/// The body between the header and the padding.
 ///
 /// # Errors
 /// As [`decode`], for the header and the length.
@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_message_is_refused_with_what_was_found() {
+    fn an_invalid_message_is_rejected_with_its_content() {
         assert_eq!(refusal::<u8>(&[0, 1]), "2 bytes; a message begins with a header of 4");
         assert_eq!(refusal::<u8>(&[0, 0, 0, 0, 1]), "header 00 00; allowed is 00 01, little-endian CDR");
         assert_eq!(refusal::<u8>(&[0, 1, 0, 0, 1, 2]), "1 bytes after the end of the message");

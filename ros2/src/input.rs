@@ -1,7 +1,7 @@
-//! What a robot's sensors and its navigation say, checked: a value in hand is in its range, in meters and radians.
+//! Messages of a robot's sensors and navigation, checked: decoded values are in range, in meters and radians.
 //!
-//! Lengths are held against a bound before anything is allocated for them, and a message that is not well formed is
-//! refused as a whole: with its name, the field, what stood there and what is allowed.
+//! Lengths are checked against a bound before anything is allocated for them, and an invalid message is rejected as a
+//! whole: the error names the message, the field, its value and the allowed values.
 
 mod camera;
 mod check;
@@ -24,18 +24,18 @@ use crate::schema::MessageType;
 use crate::schema::RosMessage;
 use crate::wire::{robot, standard, vision};
 
-/// What a topic says.
+/// The content of a message.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Input {
-    /// `nav_msgs/Odometry`: where the robot is, and how it moves.
+    /// `nav_msgs/Odometry`: the robot's pose and velocity.
     Odometry(Odometry),
-    /// `geometry_msgs/PoseWithCovarianceStamped`: where the robot is.
+    /// `geometry_msgs/PoseWithCovarianceStamped`: the robot's pose.
     Pose(PoseEstimate),
-    /// `sensor_msgs/NavSatFix`: where on earth it is.
+    /// `sensor_msgs/NavSatFix`: the robot's position on the earth.
     Fix(Fix),
-    /// `nav_msgs/OccupancyGrid`: where robots can be.
+    /// `nav_msgs/OccupancyGrid`: traversable cells.
     Map(Occupancy),
-    /// `vision_msgs/Detection2DArray`: what a detector sees in an image.
+    /// `vision_msgs/Detection2DArray`: a detector's boxes in an image.
     Detections(Detections),
     /// `sensor_msgs/Image` or `sensor_msgs/CompressedImage`.
     Image(Image),
@@ -43,7 +43,7 @@ pub enum Input {
     Goals(Vec<GoalStatus>),
 }
 
-/// What a topic is heard for.
+/// The kind of message that a topic is subscribed for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum InputKind {
     /// [`Input::Odometry`].
@@ -80,8 +80,8 @@ impl InputKind {
         }
     }
 
-    /// How it is heard. Of images and of places the newest one says all. AMCL's pose is latched, and comes only when the
-    /// vehicle moves; publishers that latch nothing are heard alike.
+    /// The quality of service of the subscription. Of images and positions only the newest is needed. AMCL's pose is
+    /// latched, and published only when the vehicle moves; volatile publishers are received too.
     #[must_use]
     pub const fn qos(self) -> Qos {
         match self {
@@ -91,7 +91,7 @@ impl InputKind {
         }
     }
 
-    /// The most bytes of such a message: what is longer is not even copied.
+    /// The maximum size of such a message: longer ones are not even copied.
     #[must_use]
     pub const fn max_bytes(self) -> usize {
         match self {
@@ -102,10 +102,10 @@ impl InputKind {
         }
     }
 
-    /// What the bytes of such a message say.
+    /// Decodes and checks such a message.
     ///
     /// # Errors
-    /// If they are too many, no such message, or hold what cannot be.
+    /// If it is too long, not such a message, or holds an invalid value.
     pub fn understand(self, bytes: &[u8]) -> Result<Input, InputError> {
         match self {
             Self::Odometry => Odometry::check(&self.decode(bytes)?).map(Input::Odometry),
@@ -119,10 +119,10 @@ impl InputKind {
         }
     }
 
-    /// Whether such a message can have so many bytes.
+    /// Checks the size of such a message.
     ///
     /// # Errors
-    /// If it cannot.
+    /// If it is too long.
     pub fn check_length(self, bytes: usize) -> Result<(), InputError> {
         let most = self.max_bytes();
         if bytes <= most {
@@ -137,7 +137,7 @@ impl InputKind {
     }
 }
 
-/// A message that is refused.
+/// Why a message is rejected.
 #[derive(Debug, thiserror::Error)]
 pub enum InputError {
     /// More bytes than such a message has.
@@ -145,29 +145,29 @@ pub enum InputError {
     Length {
         /// Its ROS name.
         message: &'static str,
-        /// Bytes.
+        /// Its size, bytes.
         found: usize,
-        /// The most.
+        /// The maximum.
         most: usize,
     },
-    /// Not the bytes of such a message at all: its publisher has another type.
+    /// The bytes are not such a message: its publisher has another type.
     #[error("not the bytes of {message}: {source}")]
     Bytes {
         /// Its ROS name.
         message: &'static str,
-        /// What is wrong with them.
+        /// The decoding error.
         source: DecodeError,
     },
-    /// A value that cannot be.
+    /// An invalid value.
     #[error("{message}: {field} is {found}; allowed is {allowed}")]
     Value {
         /// Its ROS name.
         message: &'static str,
-        /// Where it stood.
+        /// The field.
         field: String,
         /// The value.
         found: String,
-        /// What it could have been.
+        /// The allowed values.
         allowed: String,
     },
 }

@@ -1,13 +1,14 @@
-//! ROS 2 over plain Zenoh or in a recording, without ROS installed: its messages, its names and keys, and what a robot's own
-//! network says and is told. No socket.
+//! ROS 2 over plain Zenoh or in a recording, without ROS installed: messages, names and keys, and the inputs and
+//! outputs of a robot's own network. No socket.
 //!
-//! - [`wire`], [`cdr`], [`schema`]: messages as structs, as bytes, and as ROS defines them;
-//! - [`name`]: names of topics, nodes and namespaces, as ROS has them;
-//! - [`qos`], [`rmw_zenoh`], [`bridge`]: under which key each topic travels by either way in, and what goes with it;
-//! - [`input`]: what a robot's sensors and its navigation say, checked, in meters and radians;
-//! - [`output`]: what Dragnet says to them;
-//! - [`navigation_goal`]: the state of a waypoint that was handed to Nav2;
-//! - [`viewer`]: a mission as viewers draw it.
+//! - [`wire`], [`cdr`], [`schema`]: messages as structs, as bytes, and their ROS definitions;
+//! - [`name`]: names of topics, nodes and namespaces;
+//! - [`qos`], [`rmw_zenoh`], [`bridge`]: quality of service, and the keys, tokens and attachments of topics for either
+//!   way into ROS 2;
+//! - [`input`]: messages of a robot's sensors and navigation, checked, in meters and radians;
+//! - [`output`]: messages that Dragnet publishes there;
+//! - [`navigation_goal`]: the state of a waypoint that was sent to Nav2;
+//! - [`viewer`]: a mission as messages for viewers.
 
 pub mod bridge;
 pub mod cdr;

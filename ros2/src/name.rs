@@ -1,12 +1,12 @@
-//! Names as ROS 2 has them: of letters, digits and `_`, in parts between slashes, none of which begins with a digit.
+//! ROS 2 names: letters, digits and `_`, in parts between slashes, none of which begins with a digit.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// The longest name, characters: as long as DDS allows.
+/// The maximum length of a name, characters: that of DDS.
 const MAX_LENGTH: usize = 247;
 
-/// A name that ROS would not take.
+/// An invalid ROS name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{found:?} is no name of a ROS 2 {what}: {allowed}")]
 pub struct NameError {
@@ -15,7 +15,7 @@ pub struct NameError {
     allowed: &'static str,
 }
 
-/// Where names without a leading slash begin: `/` or `/robot1`.
+/// The namespace of names without a leading slash: `/` or `/robot1`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Namespace(String);
 
@@ -35,7 +35,7 @@ impl fmt::Display for Namespace {
 impl FromStr for Namespace {
     type Err = NameError;
 
-    /// With or without the leading slash; nothing is the root.
+    /// With or without the leading slash; the empty text is the root.
     fn from_str(text: &str) -> Result<Self, NameError> {
         let name = text.strip_prefix('/').unwrap_or(text);
         if name.is_empty() || are_parts(name) {
@@ -73,11 +73,11 @@ impl FromStr for NodeName {
 pub struct TopicName(String);
 
 impl TopicName {
-    /// The topic that a node in a namespace means by a name: one with a leading slash is whole, one that begins with `~/`
-    /// is the node's own, any other is the namespace's.
+    /// Resolves a name for a node in a namespace: one with a leading slash is absolute, one that begins with `~/` is
+    /// private to the node, any other is relative to the namespace.
     ///
     /// # Errors
-    /// If it is no name.
+    /// If the name is invalid.
     pub fn resolve(text: &str, namespace: &Namespace, node: &NodeName) -> Result<Self, NameError> {
         let home = if namespace.0 == "/" { "" } else { &namespace.0 };
         let (prefix, name) = match (text.strip_prefix('/'), text.strip_prefix("~/")) {
@@ -94,7 +94,7 @@ impl TopicName {
         Err(NameError { found: shown(text), what: "topic", allowed })
     }
 
-    /// Without the slash that it begins with: what keys hold.
+    /// The name without its leading slash, as used in keys.
     #[must_use]
     pub fn chunks(&self) -> &str {
         &self.0[1..]
@@ -116,7 +116,7 @@ fn is_part(part: &str) -> bool {
     begins && part.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_')
 }
 
-/// As much of it as an error message should hold.
+/// The name, shortened for error messages.
 fn shown(text: &str) -> String {
     text.chars().take(MAX_LENGTH).collect()
 }
@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn what_ros_would_not_take_is_refused_with_what_is_allowed() {
+    fn invalid_ros_names_are_rejected_with_the_allowed_ones() {
         let (root, node) = (Namespace::default(), "dragnet".parse().unwrap());
         for name in
             ["", "/", "a//b", "a/", "2d", "a/2d", "odöm", "a b", "*", "a/**", "$x", "~odom", "@a", "{node}/a"]

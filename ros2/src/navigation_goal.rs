@@ -1,54 +1,54 @@
-//! What has become of a waypoint that was handed to Nav2 on its goal topic.
+//! The state of a waypoint that was sent to Nav2 on its goal topic.
 //!
-//! Nav2 makes a goal of its action `navigate_to_pose` of it, under a name that it does not tell. So the first goal that
-//! is accepted after the waypoint was handed over is taken for it. Feedback of the action is not used: the robot's own
-//! odometry says where it is, and does so too when somebody else drives.
+//! Nav2 makes a goal of its action `navigate_to_pose` of it, under an identifier that it does not publish. So the first
+//! goal that is accepted after the waypoint was sent is taken for it. Feedback of the action is not used: the robot's
+//! own odometry gives its position, also when another program drives it.
 
 use std::collections::BTreeSet;
 
 use super::input::{GoalId, GoalState, GoalStatus};
 
-/// A waypoint on its way.
+/// A waypoint that was sent to Nav2.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NavigationGoal {
-    /// Goals that were there before.
+    /// Goals that existed before.
     older: BTreeSet<GoalId>,
     mine: Option<GoalId>,
     progress: Progress,
 }
 
-/// How it stands.
+/// The progress of a waypoint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress {
-    /// Nav2 has not taken it up, or nothing of it was heard: whoever waits too long hands it over again.
+    /// Nav2 has not accepted it, or its status was not received: after too long it is sent again.
     Unanswered,
-    /// The robot is on its way.
+    /// The robot drives to it.
     Underway,
-    /// It is there.
+    /// The robot has reached it.
     Reached,
-    /// Nav2 has given it up.
+    /// Nav2 has aborted it.
     Failed,
-    /// Somebody has called it off.
+    /// It was canceled on request.
     Canceled,
-    /// Somebody has sent the robot elsewhere.
+    /// Another goal has replaced it.
     Replaced,
 }
 
 impl NavigationGoal {
-    /// A waypoint that is handed over now, after these goals were last told of.
+    /// A waypoint that is sent now, while these goals are known.
     #[must_use]
     pub fn begin(goals: &[GoalStatus]) -> Self {
         let older = goals.iter().map(|goal| goal.goal).collect();
         Self { older, mine: None, progress: Progress::Unanswered }
     }
 
-    /// How it stands.
+    /// Its progress.
     #[must_use]
     pub const fn progress(&self) -> Progress {
         self.progress
     }
 
-    /// Takes in what Nav2 tells of its goals. What has ended stays as it ended.
+    /// Applies a status message of Nav2. A final state does not change.
     pub fn follow(&mut self, goals: &[GoalStatus]) {
         if !matches!(self.progress, Progress::Unanswered | Progress::Underway) {
             return;
@@ -79,13 +79,13 @@ mod tests {
         GoalStatus { goal: GoalId([name; 16]), accepted_unix_ns, state }
     }
 
-    fn check(told: &[&[GoalStatus]], expected: Progress) {
-        let mut errand = NavigationGoal::begin(&[goal(1, 10, GoalState::Executing)]);
-        assert_eq!(errand.progress(), Progress::Unanswered);
-        for goals in told {
-            errand.follow(goals);
+    fn check(reported: &[&[GoalStatus]], expected: Progress) {
+        let mut sent_goal = NavigationGoal::begin(&[goal(1, 10, GoalState::Executing)]);
+        assert_eq!(sent_goal.progress(), Progress::Unanswered);
+        for goals in reported {
+            sent_goal.follow(goals);
         }
-        assert_eq!(errand.progress(), expected, "{told:?}");
+        assert_eq!(sent_goal.progress(), expected, "{reported:?}");
     }
 
     #[test]
@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn a_goal_after_it_replaces_it_and_says_nothing_of_how_it_went() {
+    fn a_later_goal_replaces_it_without_a_result() {
         use GoalState::{Aborted, Executing, Succeeded};
         let by_another = goal(3, 30, Executing);
         check(&[&[by_another, goal(2, 20, Aborted)]], Progress::Replaced);

@@ -1,4 +1,4 @@
-//! What Dragnet says on a robot's own network.
+//! Messages that Dragnet publishes on a robot's own network.
 
 mod object;
 
@@ -14,52 +14,52 @@ use crate::wire::vision::Detection3DArray;
 
 pub use object::{ObjectEstimate, PlanarEstimate};
 
-/// Something to say.
+/// The content of a message.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Output {
-    /// `geometry_msgs/PoseStamped`: where to go now.
+    /// `geometry_msgs/PoseStamped`: the next goal.
     Goal(PlanarPose),
-    /// `nav_msgs/Path`: where to go then, in order; nothing when the robot rests.
+    /// `nav_msgs/Path`: the goals after it, in order; empty when the robot rests.
     Path(Vec<PlanarPose>),
-    /// `nav_msgs/OccupancyGrid`: the belief in percent, as [`crate::viewer::Viewer::belief`] draws it, and where
-    /// its south-western corner is.
+    /// `nav_msgs/OccupancyGrid`: the belief in percent, as drawn by [`crate::viewer::Viewer::belief`], and the pose of
+    /// its south-western corner.
     Belief(OccupancyGrid, PlanarPose),
-    /// `vision_msgs/Detection3DArray`: objects that are declared. It says of each how probable it is and how surely it is
-    /// where it is, which a `PoseArray` has no place for.
+    /// `vision_msgs/Detection3DArray`: declared objects, with the probability and the position covariance of each,
+    /// which a `PoseArray` cannot hold.
     Objects(Vec<ObjectEstimate>),
-    /// The same of things that this robot follows and is sure of, declared or not.
+    /// The same for the confirmed tracks of this robot, declared or not.
     Tracks(Vec<ObjectEstimate>),
-    /// `diagnostic_msgs/DiagnosticArray`: how this program is.
+    /// `diagnostic_msgs/DiagnosticArray`: the state of this program.
     Diagnostics(Vec<Diagnostic>),
 }
 
-/// How a part of this program is.
+/// The state of a part of this program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostic {
-    /// How well.
+    /// The level.
     pub level: Level,
-    /// Which part, such as `dragnet: localization`.
+    /// The part, such as `dragnet: localization`.
     pub name: String,
-    /// In a few words.
+    /// A short description.
     pub message: String,
-    /// Names and values of what was counted.
+    /// Names and values of counters.
     pub values: Vec<(String, String)>,
 }
 
-/// How well something is.
+/// The level of a diagnostic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
-    /// Well.
+    /// No fault.
     Ok,
-    /// It goes on, but somebody should look.
+    /// It works, with a fault that needs attention.
     Warning,
-    /// It does not go on.
+    /// It does not work.
     Error,
-    /// Nothing has been heard of it for long.
+    /// No data have arrived for a long time.
     Stale,
 }
 
-/// What a topic is for.
+/// The purpose of a topic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum OutputKind {
     /// [`Output::Goal`].
@@ -89,7 +89,8 @@ impl OutputKind {
         }
     }
 
-    /// How it is published. A goal is not: whoever comes late must not drive to where a robot was once sent.
+    /// The quality of service of the publisher. A goal is not latched: a subscriber that joins late must not drive to
+    /// an old goal.
     #[must_use]
     pub const fn qos(self) -> Qos {
         match self {
@@ -100,7 +101,7 @@ impl OutputKind {
 }
 
 impl Output {
-    /// What it is for.
+    /// The purpose of the message.
     #[must_use]
     pub const fn kind(&self) -> OutputKind {
         match self {
@@ -113,7 +114,7 @@ impl Output {
         }
     }
 
-    /// Its bytes, said at a Unix time in nanoseconds, places in a frame.
+    /// Encodes the message, published at a Unix time in nanoseconds, with poses in a frame.
     #[must_use]
     pub fn encode(self, frame: &str, unix_ns: i64) -> Vec<u8> {
         let header = Header { stamp: Time::at_unix_ns(unix_ns.into()), frame_id: frame.to_owned() };
@@ -173,22 +174,22 @@ mod tests {
     use crate::wire::vision::ObjectHypothesis;
 
     #[test]
-    fn a_goal_to_the_north_looks_to_the_north() {
+    fn a_goal_to_the_north_faces_north() {
         let goal = Output::Goal(PlanarPose { x_meters: 1.0, y_meters: -2.0, yaw_radians: FRAC_PI_2 });
         let bytes = goal.encode("map", 1_500_000_000);
-        let said: PoseStamped = cdr::decode(&bytes).unwrap();
+        let decoded: PoseStamped = cdr::decode(&bytes).unwrap();
         assert_eq!(
-            said.header,
+            decoded.header,
             Header { stamp: Time { sec: 1, nanosec: 500_000_000 }, frame_id: "map".into() }
         );
-        assert_eq!(said.pose.position, Point { x: 1.0, y: -2.0, z: 0.0 });
-        let Quaternion { x, y, z, w } = said.pose.orientation;
+        assert_eq!(decoded.pose.position, Point { x: 1.0, y: -2.0, z: 0.0 });
+        let Quaternion { x, y, z, w } = decoded.pose.orientation;
         let half = 0.5_f64.sqrt();
         assert!(x == 0.0 && y == 0.0 && (z - half).abs() < 1e-12 && (w - half).abs() < 1e-12);
     }
 
     #[test]
-    fn an_object_is_told_with_its_place_its_covariance_and_its_probability() {
+    fn an_object_is_published_with_position_covariance_and_probability() {
         let object = ObjectEstimate {
             id: "7".into(),
             class: "person".into(),
@@ -202,17 +203,17 @@ mod tests {
             probability: 0.97,
         };
         let bytes = Output::Objects(vec![object]).encode("map", 0);
-        let said: Detection3DArray = cdr::decode(&bytes).unwrap();
-        let found = &said.detections[0];
+        let decoded: Detection3DArray = cdr::decode(&bytes).unwrap();
+        let found = &decoded.detections[0];
         let place = &found.results[0].pose;
         assert_eq!((place.pose.position.x, place.pose.position.y), (29.0, 46.0));
-        let told: Vec<f64> = place.covariance.into_iter().flatten().collect();
-        // x and y of ROS's six coordinates, row by row, and no more.
+        let reported: Vec<f64> = place.covariance.into_iter().flatten().collect();
+        // x and y of ROS's six coordinates, row by row, and no others.
         let mut expected = vec![0.0; 36];
         for (place, value) in [(0, 4.0), (1, 1.0), (6, 1.0), (7, 9.0)] {
             expected[place] = value;
         }
-        assert_eq!(told, expected);
+        assert_eq!(reported, expected);
         assert_eq!((found.bbox.center.position.x, found.bbox.center.position.y), (15.0, 45.0));
         assert_eq!((found.bbox.size.x, found.bbox.size.y), (30.0, 20.0));
         assert!((found.bbox.center.orientation.z - 0.5_f64.sqrt()).abs() < 1e-12);

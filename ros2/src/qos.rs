@@ -1,51 +1,51 @@
-//! Qualities of service, as far as they are told apart here.
+//! Quality of service, as far as it is distinguished here.
 
 use std::fmt;
 
-/// How a topic is published or heard.
+/// The quality of service of a publisher or subscriber.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Qos {
-    /// Whether each message is to arrive.
+    /// Whether lost messages are sent again.
     pub reliability: Reliability,
-    /// Whether those who come late hear what was last said.
+    /// Whether late subscribers receive the last messages.
     pub durability: Durability,
-    /// So many messages are kept, the last ones; at least 1.
+    /// Number of messages that are kept, the last ones; at least 1.
     pub depth: usize,
 }
 
-/// Whether each message is to arrive.
+/// Whether lost messages are sent again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reliability {
-    /// It is.
+    /// They are.
     Reliable,
-    /// A lost one is not missed: the next one says more.
+    /// They are not: the next one replaces them.
     BestEffort,
 }
 
-/// Whether those who come late hear what was last said.
+/// Whether late subscribers receive the last messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Durability {
     /// They do not.
     Volatile,
-    /// They do, as long as its publisher lives.
+    /// They do, as long as the publisher exists.
     TransientLocal,
 }
 
 impl Qos {
-    /// What ROS calls `default`: all that matters message by message.
+    /// ROS's `default`: every message counts.
     pub const RELIABLE: Self =
         Self { reliability: Reliability::Reliable, durability: Durability::Volatile, depth: 10 };
-    /// What ROS calls `sensor data`.
+    /// ROS's `sensor data`.
     pub const SENSOR: Self =
         Self { reliability: Reliability::BestEffort, durability: Durability::Volatile, depth: 5 };
-    /// What ROS calls latched: what stands until it is replaced.
+    /// ROS's latched topics: values that hold until they are replaced.
     pub const LATCHED: Self =
         Self { reliability: Reliability::Reliable, durability: Durability::TransientLocal, depth: 1 };
 }
 
 impl fmt::Display for Qos {
-    /// As tokens of `rmw_zenoh` hold it: reliability, durability, history and depth, deadline, lifespan, liveliness;
-    /// what is usual is left out.
+    /// As in tokens of `rmw_zenoh`: reliability, durability, history and depth, deadline, lifespan, liveliness;
+    /// defaults are left empty.
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let reliability = match self.reliability {
             Reliability::Reliable => "",

@@ -1,4 +1,4 @@
-//! What `rmw_zenoh` (ROS 2 Jazzy, 0.2.4 and later) puts on Zenoh: keys, liveliness tokens, attachments.
+//! Keys, liveliness tokens and attachments of `rmw_zenoh` (ROS 2 Jazzy, 0.2.4 and later).
 //!
 //! ```text
 //! <domain>/<topic>/<DDS type>/<type hash>                                                         data
@@ -6,7 +6,7 @@
 //! @ros2_lv/<domain>/<session>/<node>/<entity>/MP|MS/%/<namespace>/<name>/<topic>/<type>/<hash>/<qos>   its topics
 //! ```
 //!
-//! In tokens each `/` of a name is `%`, and so is a name of nothing.
+//! In tokens each `/` of a name is `%`, and so is an empty name.
 
 use std::fmt;
 
@@ -16,47 +16,47 @@ use super::name::{Namespace, NodeName, TopicName};
 use super::qos::Qos;
 use crate::schema::MessageType;
 
-/// Where all tokens are.
+/// The prefix of all tokens.
 const ADMIN: &str = "@ros2_lv";
 /// Between a namespace's and a topic's parts in a token.
 const SLASH: &str = "%";
 
-/// Under which key a topic travels. A publisher of another type travels under another key, unheard.
+/// The key of a topic. A publisher of another type uses another key and is not received.
 #[must_use]
 pub fn data_key(domain: u32, topic: &TopicName, message: &MessageType) -> String {
     format!("{domain}/{}/{}/{}", topic.chunks(), message.dds_name(), message.hash)
 }
 
-/// A node on the network. It is one of a Zenoh session of its own, as number 0 there.
+/// A node of the ROS graph. It is the only node of its Zenoh session, with number 0.
 #[derive(Clone, Debug)]
 pub struct Node {
-    /// Of which domain, 0 to 232.
+    /// Its domain, 0 to 232.
     pub domain: u32,
     /// The id of its Zenoh session.
     pub session: String,
-    /// Where its name stands.
+    /// Its namespace.
     pub namespace: Namespace,
     /// Its name.
     pub name: NodeName,
 }
 
-/// What a node does with a topic.
+/// The role of a node at a topic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// It speaks there.
+    /// It publishes.
     Publisher,
-    /// It listens.
+    /// It subscribes.
     Subscription,
 }
 
 impl Node {
-    /// The token that says that the node is there.
+    /// The liveliness token of the node.
     #[must_use]
     pub fn token(&self) -> String {
         format!("{}/0/NN/{}", self.begin(), self.end())
     }
 
-    /// The token that says what it does with a topic, as its entity of this number, from 1.
+    /// The liveliness token of a publisher or subscriber of the node, with this entity number, from 1.
     #[must_use]
     pub fn topic_token(
         &self,
@@ -87,25 +87,25 @@ fn mangled(name: &impl fmt::Display) -> String {
     name.to_string().replace('/', SLASH)
 }
 
-/// Tokens of all publishers of a topic, whatever their type.
+/// Key expression of the tokens of all publishers of a topic, whatever their type.
 #[must_use]
 pub fn publishers(domain: u32, topic: &TopicName) -> String {
     format!("{ADMIN}/{domain}/*/*/*/MP/*/*/*/{}/**", mangled(topic))
 }
 
-/// A publisher, as its token tells.
+/// A publisher, from its token.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Publisher {
     /// Namespace and name of its node.
     pub node: String,
-    /// Its type as DDS mangles it.
+    /// Its type as mangled by DDS.
     pub dds_name: String,
-    /// The hash of that type's definition.
+    /// The hash of its type's definition.
     pub hash: String,
 }
 
 impl Publisher {
-    /// What a token of [`publishers`] says; `None` if it is no such token.
+    /// Parses a token of [`publishers`]; `None` if it is invalid.
     #[must_use]
     pub fn from_token(token: &str) -> Option<Self> {
         let chunks: Vec<&str> = token.split('/').collect();
@@ -117,7 +117,7 @@ impl Publisher {
         Some(Self { node, dds_name: dds_name.to_owned(), hash: hash.to_owned() })
     }
 
-    /// Why a subscriber of a type does not hear it; `None` if it does.
+    /// Why a subscriber of a type does not receive it; `None` if it does.
     #[must_use]
     pub fn mismatch(&self, expected: &MessageType) -> Option<String> {
         let node = &self.node;
@@ -136,7 +136,7 @@ impl Publisher {
     }
 }
 
-/// What goes with each message of one publisher: its count, the time, and who sent it. Without it nodes of `rmw_zenoh`
+/// The attachments of one publisher's messages: sequence number, time and sender. Without them nodes of `rmw_zenoh`
 /// drop the message.
 #[derive(Clone, Copy, Debug)]
 pub struct Attachments {
@@ -199,14 +199,14 @@ mod tests {
     }
 
     #[test]
-    fn a_publisher_of_another_type_or_definition_is_told_by_name() {
+    fn a_publisher_of_another_type_or_definition_is_reported_by_name() {
         let check = |namespace: &str, type_and_hash: &str, expected: Option<&str>| {
             let token =
                 format!("@ros2_lv/7/c/0/3/MP/%/{namespace}/driver/%odom/{type_and_hash}/::,10:,:,:,,");
             let publisher = Publisher::from_token(&token).unwrap();
-            let told = publisher.mismatch(&MessageType::of::<PoseStamped>());
-            assert_eq!(told.is_some(), expected.is_some(), "{told:?}");
-            assert!(told.unwrap_or_default().contains(expected.unwrap_or_default()));
+            let reported = publisher.mismatch(&MessageType::of::<PoseStamped>());
+            assert_eq!(reported.is_some(), expected.is_some(), "{reported:?}");
+            assert!(reported.unwrap_or_default().contains(expected.unwrap_or_default()));
         };
         check("%", &format!("geometry_msgs::msg::dds_::PoseStamped_/{HASH}"), None);
         let wrong = "node /a/b/driver publishes it as nav_msgs/msg/Odometry; allowed is geometry_msgs/msg/PoseStamped";
@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_publishers_token_says_nothing() {
+    fn a_token_of_another_kind_is_ignored() {
         for token in [
             "",
             "@ros2_lv/7/a/0/0/NN/%/%/n",

@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use crate::wire::{robot as robots, standard as others, vision};
 
-/// What stands between the definitions of a schema.
+/// Width of the separator between the definitions of a schema.
 const SEPARATOR_WIDTH: usize = 80;
 
 /// Texts of `.msg` files by package and name, such as `nav_msgs/Path`.
@@ -21,7 +21,7 @@ pub type Definitions = &'static [(&'static str, &'static str)];
 pub trait RosMessage: Serialize {
     /// Package, `msg` and name, such as `nav_msgs/msg/OccupancyGrid`.
     const NAME: &'static str;
-    /// Definitions of its package, if that is none of those that this crate knows.
+    /// Definitions of its package, if this crate does not have them.
     const DEFINITIONS: Definitions = &[];
 
     /// Its definition and those of all messages in it, encoding `ros2msg`.
@@ -30,14 +30,14 @@ pub trait RosMessage: Serialize {
         schema(Self::NAME, Self::DEFINITIONS)
     }
 
-    /// `RIHS01_` and 64 hexadecimal digits: what ROS 2 nodes compare to know that they mean the same message.
+    /// `RIHS01_` and 64 hexadecimal digits: ROS 2 nodes compare it to check that they mean the same message.
     #[must_use]
     fn type_hash() -> String {
         type_hash(Self::NAME, Self::DEFINITIONS)
     }
 }
 
-/// A message as both sides name it.
+/// The name and type hash of a message.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MessageType {
     /// Package, `msg` and name, such as `nav_msgs/msg/Odometry`.
@@ -119,8 +119,8 @@ ros_messages! {
     vision::Detection3DArray => "vision_msgs/msg/Detection3DArray",
 }
 
-/// The definition of a message, of `known` or one of [`NAMES`], and those of all messages in it, in the order in which they
-/// are first needed.
+/// The definition of a message, of `known` or one of [`NAMES`], followed by those of all messages in it, in order of
+/// first use.
 #[must_use]
 pub fn schema(name: &str, known: Definitions) -> String {
     let name = short(name);
@@ -137,12 +137,12 @@ pub fn type_hash(name: &str, known: Definitions) -> String {
     type_hash::type_hash(&short(name), known)
 }
 
-/// `nav_msgs/msg/Path` as definitions have it: `nav_msgs/Path`.
+/// `nav_msgs/msg/Path` as written in definitions: `nav_msgs/Path`.
 fn short(name: &str) -> String {
     name.replace("/msg/", "/")
 }
 
-/// All messages within a message, in the order in which they are first needed.
+/// All messages within a message, in order of first use.
 fn needed(name: &str, known: Definitions) -> Vec<&'static str> {
     let mut needed: Vec<&str> = Vec::new();
     let mut next = 0;
@@ -188,7 +188,7 @@ mod tests {
         }
     }
 
-    /// Of `std_msgs/msg/Header`, as `ros2 topic info --verbose` tells it.
+    /// Of `std_msgs/msg/Header`, as printed by `ros2 topic info --verbose`.
     #[test]
     fn a_type_hash_is_that_of_ros() {
         let hash = "RIHS01_f49fb3ae2cf070f793645ff749683ac6b06203e41c891e17701b1cb597ce6a01";

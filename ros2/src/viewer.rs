@@ -1,6 +1,6 @@
-//! What viewers draw: maps, beliefs, poses and routes as standard messages.
+//! Maps, beliefs, poses and paths as standard messages for viewers.
 //!
-//! Frame `map`: meters, as the map's own file has it, in which the map's south-western corner lies at its [`MapOrigin`].
+//! Frame `map`: meters, that of the map's file, in which the map's south-western corner has the pose [`MapOrigin`].
 //! Frame `robot_<number>`: a robot, x along the rows of the map.
 
 use dragnet_scenario::map_file::MapOrigin;
@@ -15,7 +15,7 @@ use crate::wire::standard::{
     TFMessage, Time, Transform, TransformStamped, Vector2, Vector3,
 };
 
-/// The frame that everything is drawn in.
+/// The frame of all messages.
 pub const MAP_FRAME: &str = "map";
 
 /// Bytes of one `f32`.
@@ -30,13 +30,13 @@ pub struct Viewer<'a> {
 }
 
 impl<'a> Viewer<'a> {
-    /// For a mission on a map that lies there, which started at a Unix time, nanoseconds.
+    /// A viewer of a mission on a map with this origin, which started at a Unix time, nanoseconds.
     #[must_use]
     pub const fn new(terrain: &'a Terrain, origin: MapOrigin, start_unix_ns: i64) -> Self {
         Self { terrain, origin, start_unix_ns }
     }
 
-    /// Mission time as Unix time. Clamped to the years 1901 to 2038, which are all that the message can say.
+    /// Mission time as Unix time. Clamped to the years 1901 to 2038, the range of the message.
     #[must_use]
     pub fn stamp(&self, time: MissionTime) -> Time {
         Time::at_unix_ns(i128::from(self.start_unix_ns) + i128::from(time.0))
@@ -57,7 +57,7 @@ impl<'a> Viewer<'a> {
         Pose { position: Point { x, y, z: 0.0 }, orientation: Quaternion { x: 0.0, y: 0.0, z, w } }
     }
 
-    /// The ground: 100 where no robot can be, 0 where one can and objects are searched, -1 where nothing is searched.
+    /// The ground: 100 where not traversable, 0 where traversable and searched, -1 where nothing is searched.
     #[must_use]
     pub fn terrain(&self, time: MissionTime) -> OccupancyGrid {
         self.occupancy(time, |cell| {
@@ -93,7 +93,7 @@ impl<'a> Viewer<'a> {
         }
     }
 
-    /// The belief as it is: one `f32` a cell, field `probability`; 0 where nothing is searched.
+    /// The belief as probabilities: one `f32` per cell, field `probability`; 0 where nothing is searched.
     #[must_use]
     #[expect(clippy::cast_possible_truncation, reason = "viewers draw single precision")]
     pub fn probability(&self, belief: &Belief, time: MissionTime) -> Grid {
@@ -129,7 +129,7 @@ impl<'a> Viewer<'a> {
         Path { header: self.header(time), poses }
     }
 
-    /// Where a robot's own frame is on the map.
+    /// The pose of a robot's own frame on the map.
     #[must_use]
     pub fn map_from_robot(&self, robot: RobotId, cell: Cell, time: MissionTime) -> TFMessage {
         let Pose { position: Point { x, y, z }, orientation: rotation } =
@@ -145,7 +145,7 @@ impl<'a> Viewer<'a> {
     }
 }
 
-/// Of a pose that stands upright, as maps do.
+/// For a pose without pitch and roll, as maps have.
 impl From<Pose> for MapOrigin {
     fn from(pose: Pose) -> Self {
         let Pose { position, orientation } = pose;
@@ -223,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn a_map_that_lies_elsewhere_takes_all_that_is_on_it_along() {
+    fn a_translated_map_translates_all_positions() {
         let terrain = terrain();
         let origin = MapOrigin { x_meters: -20.0, y_meters: -12.0, yaw_radians: std::f64::consts::FRAC_PI_2 };
         let viewer = Viewer::new(&terrain, origin, 0);

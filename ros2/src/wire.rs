@@ -1,7 +1,7 @@
-//! Messages as they travel: plain structs whose fields, in order, are those of a ROS 2 message.
+//! Messages on the wire: plain structs with the fields of a ROS 2 message, in order.
 //!
-//! They know no map and check nothing; [`crate::input`] does. Their layout is given by the `.msg` files that
-//! [`crate::schema`] holds, their bytes by [`crate::cdr`].
+//! They know no map and check nothing; [`crate::input`] does. Their layout is given by the `.msg` files in
+//! [`crate::schema`], their bytes by [`crate::cdr`].
 
 pub mod robot;
 pub mod standard;

@@ -1,6 +1,6 @@
-//! This computer's part in the mission's time: its monotonic clock, and how long it has run.
+//! This computer's clocks as the source of mission time: its monotonic clock, and its uptime.
 //!
-//! What the time is is decided in [`dragnet_proto::clock`]; here clocks are read.
+//! Mission time is determined in [`dragnet_proto::clock`]; here clocks are read.
 
 use std::hash::{BuildHasher, Hasher, RandomState};
 use std::time::Duration;
@@ -15,22 +15,22 @@ pub struct Clock {
     started: Instant,
     real_time_factor: f64,
     mission: MissionClock,
-    /// How long it listens for others before its mission begins.
+    /// Time for which it listens to others before its mission begins.
     listens: Duration,
 }
 
-/// Whoever knows of no mission begins within its first second, anywhere: so that two starts that know nothing of each
-/// other name nothing alike.
+/// A process that knows no mission begins at a random time within the first second, so that two starts that do not know
+/// each other use different names.
 const FIRST_NS: u64 = 1_000_000_000;
-/// Whoever is in the mission already is heard within this time.
+/// Time within which a participant of a running mission is received.
 const LISTEN: Duration = Duration::from_secs(2);
-/// Whoever is connected is known to be there within this time.
+/// Time within which a connected participant is detected.
 const SETTLE: Duration = Duration::from_secs(1);
-/// No time on the wall is farther away than this.
+/// Maximum duration to a wall-clock time.
 const FARTHEST: Duration = Duration::from_hours(24);
 
 impl Clock {
-    /// The clock of a participant that knows of no mission yet, with so many mission seconds a second, above 0.
+    /// The clock of a participant that knows no mission yet, with this real-time factor, above 0.
     #[must_use]
     pub fn new(real_time_factor: f64) -> Self {
         let first = MissionTime(RandomState::new().build_hasher().finish() % FIRST_NS);
@@ -38,22 +38,22 @@ impl Clock {
         Self { started: Instant::now(), real_time_factor, mission, listens: Duration::ZERO }
     }
 
-    /// The same for a robot that looks around by itself: before its first look begins a mission of its own it listens for
-    /// one that it comes late to, or has forgotten.
+    /// The same for a robot with its own vehicle: before its first observation begins a new mission it listens for an
+    /// existing one that it joins late, or has forgotten.
     #[must_use]
     pub fn listening(self) -> Self {
         Self { listens: LISTEN, ..self }
     }
 
-    /// Whether it listens for others before anything else: one that knows the mission's time does so for a moment, too, as
-    /// another process of its number may be there.
+    /// Whether it listens to others first: one that knows the mission's time does so for a moment, too, to detect
+    /// another process of its number.
     #[must_use]
     pub fn listens(&self) -> bool {
         let listens = if self.has_begun() { self.listens.min(SETTLE) } else { self.listens };
         self.local() < listens
     }
 
-    /// The same, that it is this mission time now.
+    /// The same with this mission time now.
     #[must_use]
     pub fn at(self, now: MissionTime) -> Self {
         Self { mission: self.mission.at(self.local(), now), ..self }
@@ -71,60 +71,60 @@ impl Clock {
         self.started.elapsed()
     }
 
-    /// Whether the mission has begun, as far as is known here.
+    /// Whether the mission has begun, as far as known here.
     #[must_use]
     pub const fn has_begun(&self) -> bool {
         self.mission.has_begun()
     }
 
-    /// The mission begins now, unless it has.
+    /// Begins the mission now, unless it has begun.
     pub fn begin(&mut self) {
         self.mission.begin(self.local());
     }
 
-    /// Somebody says that it is this time, or was when it spoke.
-    pub fn hear(&mut self, time: MissionTime) -> Adjustment {
-        self.mission.hear(self.local(), time)
+    /// Receives a time from another participant.
+    pub fn receive(&mut self, time: MissionTime) -> Adjustment {
+        self.mission.receive(self.local(), time)
     }
 
-    /// The simulator says that it is this time; whether it can be followed.
+    /// Receives the simulator's time; returns whether the clock can follow.
     pub fn follow(&mut self, time: MissionTime) -> bool {
         self.mission.follow(self.local(), time)
     }
 
-    /// When it will be this time, on the wall; within a day.
+    /// The wall-clock time of a mission time, at most a day ahead.
     #[must_use]
     pub fn instant(&self, time: MissionTime) -> Instant {
         let left = self.mission.until(self.local(), time);
         Instant::now() + left.unwrap_or(FARTHEST).min(FARTHEST)
     }
 
-    /// What is to be noted of it, for a later start.
+    /// The values to store for a later start.
     #[must_use]
     pub fn kept(&self) -> Kept {
         let (boot, uptime) = computer();
         Kept { boot, uptime, time: self.now() }
     }
 
-    /// The mission time that it goes on at, by what was noted.
+    /// The mission time from stored values.
     #[must_use]
     pub fn resumed(&self, kept: &Kept) -> MissionTime {
         let (boot, uptime) = computer();
         kept.resumed(&boot, uptime, self.real_time_factor)
     }
 
-    /// Whether it has been set since something was noted of it, so that a later start would go on at a wrong time.
+    /// Whether it has been set since values were stored, so that a later start would use a wrong time.
     #[must_use]
     pub fn has_moved_since(&self, noted: &Clock) -> bool {
-        // The two differ by what was set alone.
+        // The two differ only by adjustments.
         let expected = noted.mission.now(self.local());
         let off = self.now().since(expected).max(expected.since(self.now()));
         off >= Duration::from_secs(1).mul_f64(self.real_time_factor.max(1.0))
     }
 }
 
-/// Which run of this computer it is, and for how long it has run, asleep too. Where the system does not tell, no two runs
-/// are known to be the same.
+/// The boot identifier and the uptime of this computer, including sleep. If the system provides none, every boot counts
+/// as a different one.
 fn computer() -> (String, Duration) {
     let boot = std::fs::read_to_string("/proc/sys/kernel/random/boot_id").unwrap_or_default();
     let uptime = std::fs::read_to_string("/proc/uptime").ok();
@@ -140,7 +140,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn this_computer_tells_its_run_and_what_was_noted_goes_on_in_it() {
+    fn stored_time_continues_within_a_boot() {
         let clock = Clock::new(1.0).at(MissionTime(5_000_000_000_000));
         let (mut kept, before) = (clock.kept(), clock.now());
         assert!(!kept.boot.is_empty() && kept.uptime > Duration::ZERO);
@@ -155,7 +155,7 @@ mod tests {
         let noted = Clock::new(1.0).at(MissionTime(7));
         let mut clock = noted;
         assert!(!clock.has_moved_since(&noted));
-        clock.hear(MissionTime::START + Duration::from_secs(90));
+        clock.receive(MissionTime::START + Duration::from_secs(90));
         assert!(clock.has_moved_since(&noted));
     }
 }

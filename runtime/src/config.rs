@@ -1,4 +1,4 @@
-//! Settings of a process: who it is, in which mission, where its peers are.
+//! Settings of processes: participant, mission and endpoints.
 
 use std::path::{Path, PathBuf};
 
@@ -73,20 +73,20 @@ pub struct AgentSettings {
     pub common: Common,
 }
 
-/// A robot's own vehicle, checked.
+/// A robot's vehicle, checked.
 #[derive(Clone, Debug)]
 pub struct Body {
     /// Its network.
     pub ros: ros::settings::Checked,
-    /// Between its sensors and its mind.
+    /// Its pilot.
     pub pilot: Pilot,
-    /// What the vehicle is moved by.
+    /// The output that moves the vehicle.
     pub moved_by: OutputKind,
-    /// What looks at the cameras' images.
+    /// The detector for the cameras' images.
     pub detector: Option<detector::Settings>,
 }
 
-/// Who tells the time.
+/// The source of time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, JsonSchema, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum TimeSource {
@@ -129,9 +129,9 @@ pub struct SimSettings {
     pub zenoh: Endpoints,
 }
 
-/// The longest settings, bytes: with the text of a scenario in them, quoted.
+/// The maximum size of settings, bytes: with the text of a scenario in them, quoted.
 const MAX_SETTINGS_BYTES: u64 = 4 * Scenario::MAX_BYTES as u64;
-/// The longest file of motion primitives, bytes.
+/// The maximum size of a file of motion primitives, bytes.
 const MAX_PRIMITIVES_BYTES: u64 = 1 << 26;
 
 const fn one() -> f64 {
@@ -141,7 +141,7 @@ const fn one() -> f64 {
 /// Reads settings from a TOML file.
 ///
 /// # Errors
-/// If it cannot be read or says what is not allowed: with the key and the place.
+/// If it cannot be read or is invalid: with the key and the place.
 pub fn load<T: DeserializeOwned + Serialize>(file: &Path) -> Result<T, RuntimeError> {
     let failed = |reason: String| RuntimeError::Settings { file: file.to_owned(), reason };
     let text = read_text_at_most(file, MAX_SETTINGS_BYTES).map_err(|error| failed(error.to_string()))?;
@@ -157,12 +157,12 @@ pub fn load<T: DeserializeOwned + Serialize>(file: &Path) -> Result<T, RuntimeEr
 pub struct Checked {
     /// The mission.
     pub mission: Mission,
-    /// The scenario, changed as the settings say.
+    /// The scenario, as changed by the settings.
     pub scenario: Scenario,
 }
 
 impl AgentSettings {
-    /// Where the robot's journal is, by the settings of a file.
+    /// The path of the robot's journal, by the settings of a file.
     #[must_use]
     pub fn journal(&self, file: &Path) -> PathBuf {
         let folder = file.parent().unwrap_or(Path::new(""));
@@ -174,28 +174,30 @@ impl AgentSettings {
 }
 
 impl AgentSettings {
-    /// What the robot is told before it starts.
+    /// The robot's configuration.
     ///
     /// # Errors
-    /// If it is none of the scenario's.
-    pub fn orders(&self, file: &Path, scenario: &Scenario) -> Result<AgentConfig, RuntimeError> {
+    /// If the scenario has no such robot.
+    pub fn agent_config(&self, file: &Path, scenario: &Scenario) -> Result<AgentConfig, RuntimeError> {
         let robot = self.robot;
-        let orders = AgentConfig::of_team(scenario, self.common.seed);
-        orders.into_iter().find(|orders| orders.robot.id.number() == robot).ok_or_else(|| {
-            let reason = format!("robot is {robot}; allowed is from 1 to {}", scenario.robots().len());
-            RuntimeError::Settings { file: file.to_owned(), reason }
-        })
+        let agent_config = AgentConfig::of_team(scenario, self.common.seed);
+        agent_config.into_iter().find(|agent_config| agent_config.robot.id.number() == robot).ok_or_else(
+            || {
+                let reason = format!("robot is {robot}; allowed is from 1 to {}", scenario.robots().len());
+                RuntimeError::Settings { file: file.to_owned(), reason }
+            },
+        )
     }
 
-    /// The robot's own vehicle, if the settings of a file name one.
+    /// The robot's vehicle, if the settings of a file have one.
     ///
     /// # Errors
-    /// If a value is not allowed, or vehicle, network and scenario do not fit: with the key and what is.
+    /// If a value is invalid, or vehicle, network and scenario do not match: with the key and the allowed values.
     pub fn body(&self, file: &Path, scenario: &Scenario) -> Result<Option<Body>, RuntimeError> {
         let failed = |reason: String| RuntimeError::Settings { file: file.to_owned(), reason };
         let (vehicle, ros) = match (&self.vehicle, &self.ros) {
             (None, None) if self.detector.is_some() => {
-                return Err(failed("[detector] looks at the images of a [vehicle]".to_owned()));
+                return Err(failed("[detector] needs a [vehicle]".to_owned()));
             }
             (None, None) => return Ok(None),
             (Some(vehicle), Some(ros)) => (vehicle, ros),
@@ -214,10 +216,10 @@ impl AgentSettings {
         let primitives = match &vehicle.motion {
             MotionTable::Lattice { primitives: Some(named), .. } => {
                 let path = file.parent().unwrap_or(Path::new("")).join(named);
-                let told = |error: std::io::Error| {
+                let reported = |error: std::io::Error| {
                     failed(format!("vehicle.motion.primitives: {}: {error}", path.display()))
                 };
-                Some(read_text_at_most(&path, MAX_PRIMITIVES_BYTES).map_err(told)?)
+                Some(read_text_at_most(&path, MAX_PRIMITIVES_BYTES).map_err(reported)?)
             }
             MotionTable::Lattice { .. } | MotionTable::Goal {} => None,
         };
@@ -237,7 +239,7 @@ impl AgentSettings {
         Ok(Some(Body { ros: ros.check(file)?, pilot, moved_by, detector }))
     }
 
-    /// Whether each camera that the network tells of is one of the vehicle's, and has one detector.
+    /// Checks that each camera of the network is one of the vehicle's, and has one detector.
     fn check_cameras(&self, vehicle: &VehicleSettings, ros: &ros::settings::Settings) -> Result<(), String> {
         let has_images =
             |camera: &ros::settings::Camera| !(camera.image.is_empty() && camera.compressed_image.is_empty());
@@ -264,14 +266,14 @@ impl AgentSettings {
             }
         }
         if self.detector.is_some() && !ros.cameras.iter().any(has_images) {
-            return Err("[detector] has nothing to look at; needed is an image of ros.cameras".to_owned());
+            return Err("[detector] has no images; needed is an image of ros.cameras".to_owned());
         }
         Ok(())
     }
 }
 
 impl Body {
-    /// What looks at the cameras' images, by the settings of a file.
+    /// Makes the detector for the cameras' images, by the settings of a file.
     ///
     /// # Errors
     /// If it cannot be made.
@@ -286,7 +288,7 @@ impl Body {
     }
 }
 
-/// Until the vehicle hears a map of its own, it plans on the search's, cut so that a part is about this long.
+/// Approximate resolution of the initial cost map, which is made of the scenario's map until the vehicle receives one.
 const PART_METERS: f64 = 0.5;
 
 #[expect(
@@ -302,7 +304,7 @@ impl Common {
     /// Checks the settings of a file and loads the scenario.
     ///
     /// # Errors
-    /// If a value is not allowed: with its key and what is.
+    /// If a value is invalid: with its key and the allowed values.
     pub fn check(&self, file: &Path) -> Result<Checked, RuntimeError> {
         let failed = |reason: String| RuntimeError::Settings { file: file.to_owned(), reason };
         check_real_time_factor(self.real_time_factor).map_err(failed)?;
@@ -320,7 +322,7 @@ impl Common {
 /// Checks a real-time factor.
 ///
 /// # Errors
-/// What is allowed.
+/// The allowed values.
 pub fn check_real_time_factor(real_time_factor: f64) -> Result<(), String> {
     if real_time_factor.is_finite() && (1e-3..=1e4).contains(&real_time_factor) {
         Ok(())

@@ -1,6 +1,6 @@
-//! What a field team asks before it lets a robot go: is everything there that its settings name?
+//! Checks of a robot before a mission: is everything there that its settings name?
 //!
-//! A doctor looks and changes nothing. It says who it is to nobody: the robot itself may run meanwhile.
+//! The doctor changes nothing, and does not announce itself: the robot itself may run meanwhile.
 
 mod clocks;
 mod computer;
@@ -17,30 +17,30 @@ use crate::journal::Subject;
 use crate::session;
 use crate::vehicle::detector::Make;
 
-/// Where nobody calls.
+/// An endpoint that no process connects to.
 const ANY_PORT: &str = "tcp/127.0.0.1:0";
 
-/// What was found of one thing.
+/// The result of one check.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
-    /// Whether it will do.
+    /// The verdict.
     pub verdict: Verdict,
-    /// What was looked at.
+    /// The subject of the check.
     pub subject: String,
-    /// What was found.
+    /// The result in words.
     pub message: String,
     /// What to do, if anything.
     pub advice: String,
 }
 
-/// Whether something will do.
+/// The verdict of a check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verdict {
     /// It will.
     Pass,
-    /// It will, and a person should know something first.
+    /// It works, with a caveat.
     Warn,
-    /// It will not: what to do is said.
+    /// It does not work: the advice says what to do.
     Fail,
 }
 
@@ -57,26 +57,27 @@ impl fmt::Display for Finding {
 }
 
 impl Finding {
-    /// It will do.
+    /// A passed check.
     pub fn pass(subject: impl Into<String>, message: impl Into<String>) -> Self {
         let (subject, message) = (subject.into(), message.into());
         Self { verdict: Verdict::Pass, subject, message, advice: String::new() }
     }
 
-    /// It will do, but.
+    /// A warning.
     pub fn warn(subject: impl Into<String>, message: impl Into<String>, advice: impl Into<String>) -> Self {
         Self { verdict: Verdict::Warn, ..Self::fail(subject, message, advice) }
     }
 
-    /// It will not.
+    /// A failed check.
     pub fn fail(subject: impl Into<String>, message: impl Into<String>, advice: impl Into<String>) -> Self {
         let advice = advice.into();
         Self { verdict: Verdict::Fail, advice, ..Self::pass(subject, message) }
     }
 }
 
-/// Looks at all that the settings of a robot name; listens to its networks for so long. Each finding is told as it is
-/// made. `make` makes its detector, if they ask for one. Without settings that can be, there is nothing to look at.
+/// Checks everything that the settings of a robot name; listens to its networks for this long. `tell` receives each
+/// finding as it is made. `make` makes its detector, if the settings ask for one. With invalid settings nothing else is
+/// checked.
 pub fn examine(file: &Path, listen: Duration, make: Make<'_>, tell: &mut dyn FnMut(Finding)) {
     let advice = "correct the settings: docs/guide.md and docs/field-guide.md explain them";
     let config = match config::load::<AgentSettings>(file) {
@@ -92,18 +93,18 @@ pub fn examine(file: &Path, listen: Duration, make: Make<'_>, tell: &mut dyn FnM
         Err(error) => return tell(Finding::fail("settings", error.to_string(), advice)),
     };
     let team = scenario.robots().len();
-    let Ok(orders) = config.orders(file, &scenario) else {
+    let Ok(agent_config) = config.agent_config(file, &scenario) else {
         let found = format!("robot is {}, of a team of {team}", config.robot);
         return tell(Finding::fail("settings", found, "robot is from 1 to the number of robots.count"));
     };
-    let robot = orders.robot.id;
+    let robot = agent_config.robot.id;
     tell(Finding::pass("settings", format!("robot {robot} of {team} in mission {mission}")));
     let (journal, real_time_factor) = (config.journal(file), config.common.real_time_factor);
     let runs_here = ports::runs_here(&journal);
     let subject = Subject { mission: &mission, robot, terrain: scenario.terrain() };
     let (findings, resumed) = computer::journal(&journal, subject, runs_here, real_time_factor);
     findings.into_iter().for_each(&mut *tell);
-    tell(computer::decisions(&orders));
+    tell(computer::decisions(&agent_config));
     if let Some(body) = &body {
         computer::detector(body, file, make).into_iter().for_each(&mut *tell);
     }
@@ -117,7 +118,7 @@ pub fn examine(file: &Path, listen: Duration, make: Make<'_>, tell: &mut dyn FnM
         Err(error) => return tell(Finding::fail("network", error.to_string(), advice)),
     };
     if runs_here || ports.iter().any(|port| port.verdict == Verdict::Fail) {
-        // Whoever has the robot's own ports, others can be called all the same.
+        // Even if the robot's own ports are taken, others can be connected to.
         endpoints.listen = vec![ANY_PORT.to_owned()];
     }
     ports.into_iter().for_each(&mut *tell);

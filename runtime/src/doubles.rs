@@ -1,9 +1,9 @@
-//! Two processes that say that they are one: copied settings, or a robot that somebody started a second time.
+//! Two processes with one participant's number: copied settings, or a robot that was started twice.
 //!
-//! Each process draws an identity when it starts, which its liveliness token and all that it says bear, and says for how
-//! long it has run. Of two processes of one robot the younger one stands, and says nothing, as long as the older one is
-//! there; every participant tells of both. The token of a process that has died stands until the lease of its session
-//! ends, and does not keep the one that is started in its place from moving for longer than [`SETTLING`].
+//! Each process draws a random identity when it starts, which is part of its liveliness token and all its messages,
+//! together with its age. Of two processes of one robot the younger one stops, and publishes nothing, as long as the
+//! older one is there; every participant reports both. The token of a process that has died stays until the lease of
+//! its session ends, and does not stop the process that replaces it for longer than [`SETTLING`].
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -14,46 +14,46 @@ use dragnet_search::observation::RobotId;
 
 use crate::log_limit::PERIOD;
 
-/// A process that has died is known to be gone within this time: longer than the lease of Zenoh's sessions, ten seconds
-/// unless the settings say otherwise.
+/// Time within which the death of a process is detected: longer than the lease of Zenoh's sessions, ten seconds by
+/// default.
 pub(crate) const SETTLING: Duration = Duration::from_secs(12);
-/// Whoever has been on the network for longer than this meets no token of a process that has died before it: it is there
-/// already when a process starts.
+/// A process that has been on the network for longer than this meets no old tokens: those are there already when a
+/// process starts.
 const MEETING: Duration = Duration::from_secs(2);
-/// Who has run for longer than another by less than this, as far as is heard, is not known to be older.
+/// Difference in age, as received, below which no process counts as older.
 const MARGIN_MS: u64 = 1_000;
 
-/// What one participant knows of such processes. Times are since it started.
+/// One participant's knowledge of such processes. Times are since it started.
 #[derive(Debug, Default)]
 pub(crate) struct Doubles {
-    /// Processes of this participant's own number that are older than this one.
+    /// Older processes of this participant's own number.
     elders: BTreeSet<u64>,
     /// How long this process had been on the network when it met each other one of its number.
     met: BTreeMap<u64, Duration>,
-    /// Since when there are two of somebody, and when it was told last.
-    told: BTreeMap<Participant, (Duration, Option<Duration>)>,
+    /// Since when a participant has two processes, and when that was last reported.
+    reported: BTreeMap<Participant, (Duration, Option<Duration>)>,
 }
 
-/// What to tell of two processes of one number.
+/// A report about two processes of one number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum News {
-    /// There are two: one may have died, and started again.
+    /// There are two: one may have died, and been restarted.
     Two,
-    /// Both are there for longer than one that has died would be; told again and again.
+    /// Both have been there for longer than a dead one would be; reported repeatedly.
     Both,
     /// There is one again.
     One,
 }
 
 impl Doubles {
-    /// Another process of this one's own number has spoken.
-    pub(crate) fn hear(&mut self, own: Process, rival: Process) {
+    /// A message of another process of this one's own number has arrived.
+    pub(crate) fn receive(&mut self, own: Process, rival: Process) {
         if is_older(rival, own) {
             self.elders.insert(rival.identity);
         }
     }
 
-    /// Whether this process is to stand, as it is one of several of its number: the others, whose tokens are there.
+    /// Whether this process is to stop, as one of several of its number: `others` are those whose tokens are there.
     pub(crate) fn must_stand(&mut self, own: Process, others: &[u64]) -> bool {
         let age = Duration::from_millis(own.age_ms);
         self.met.retain(|other, _| others.contains(other));
@@ -62,14 +62,17 @@ impl Doubles {
         others.iter().any(|&other| may_have_died(self, other) || self.elders.contains(&other))
     }
 
-    /// When there is something to tell of those that are there, if nobody comes or leaves.
+    /// When the next report is due, if no process joins or leaves.
     pub(crate) fn due(&self) -> Option<Duration> {
-        self.told.values().map(|&(since, told)| told.map_or(since + SETTLING, |told| told + PERIOD)).min()
+        self.reported
+            .values()
+            .map(|&(since, reported)| reported.map_or(since + SETTLING, |reported| reported + PERIOD))
+            .min()
     }
 
-    /// Those that have several processes for longer than one that has died would be among them.
+    /// Robots that have had several processes for longer than a dead one would be among them.
     pub(crate) fn lasting(&self, now: Duration) -> BTreeSet<RobotId> {
-        let lasting = self.told.iter().filter(|(_, (since, _))| now >= *since + SETTLING);
+        let lasting = self.reported.iter().filter(|(_, (since, _))| now >= *since + SETTLING);
         lasting
             .filter_map(|(&who, _)| match who {
                 Participant::Robot(robot) => Some(robot),
@@ -78,7 +81,7 @@ impl Doubles {
             .collect()
     }
 
-    /// What is to be told, where these have several processes now.
+    /// The reports that are due, given the participants with several processes now.
     pub(crate) fn tell(
         &mut self,
         now: Duration,
@@ -86,16 +89,16 @@ impl Doubles {
     ) -> Vec<(Participant, News)> {
         let mut news = Vec::new();
         for &who in doubled {
-            let (since, told) = self.told.entry(who).or_insert_with(|| {
+            let (since, reported) = self.reported.entry(who).or_insert_with(|| {
                 news.push((who, News::Two));
                 (now, None)
             });
-            if now >= *since + SETTLING && told.is_none_or(|told| now >= told + PERIOD) {
-                *told = Some(now);
+            if now >= *since + SETTLING && reported.is_none_or(|reported| now >= reported + PERIOD) {
+                *reported = Some(now);
                 news.push((who, News::Both));
             }
         }
-        self.told.retain(|who, _| {
+        self.reported.retain(|who, _| {
             let is_double = doubled.contains(who);
             if !is_double {
                 news.push((*who, News::One));
@@ -106,7 +109,7 @@ impl Doubles {
     }
 }
 
-/// Of two that started together the one of the larger identity counts as older, for both.
+/// Of two processes that started together the one with the larger identity counts as older, for both.
 fn is_older(one: Process, other: Process) -> bool {
     if one.age_ms.abs_diff(other.age_ms) >= MARGIN_MS {
         one.age_ms > other.age_ms
@@ -127,8 +130,8 @@ mod tests {
     fn of_two_the_younger_one_stands_until_the_older_one_is_gone() {
         let (old, young) = (7, 3);
         let mut doubles = [Doubles::default(), Doubles::default()];
-        doubles[0].hear(process(old, 300), process(young, 20));
-        doubles[1].hear(process(young, 20), process(old, 300));
+        doubles[0].receive(process(old, 300), process(young, 20));
+        doubles[1].receive(process(young, 20), process(old, 300));
         assert!(!doubles[0].must_stand(process(old, 300), &[young]));
         assert!(doubles[1].must_stand(process(young, 900), &[old]));
         assert!(!doubles[1].must_stand(process(young, 901), &[]));
@@ -136,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_starts_waits_no_longer_for_a_process_than_a_dead_ones_token_stands() {
+    fn a_new_process_waits_no_longer_than_the_token_of_a_dead_one_stands() {
         let mut doubles = Doubles::default();
         assert!(doubles.must_stand(process(3, 1), &[7]));
         assert!(doubles.must_stand(process(3, 11), &[7]));
@@ -144,13 +147,13 @@ mod tests {
     }
 
     #[test]
-    fn whoever_comes_while_a_process_runs_stops_it_only_by_being_older() {
+    fn a_later_process_stops_a_running_one_only_if_older() {
         let mut doubles = Doubles::default();
         assert!(!doubles.must_stand(process(3, 4), &[7]), "it may be younger");
-        doubles.hear(process(3, 5), process(7, 1));
+        doubles.receive(process(3, 5), process(7, 1));
         assert!(!doubles.must_stand(process(3, 5), &[7]));
         assert!(!doubles.must_stand(process(3, 6), &[7, 9]));
-        doubles.hear(process(3, 7), process(9, 300));
+        doubles.receive(process(3, 7), process(9, 300));
         assert!(doubles.must_stand(process(3, 7), &[7, 9]));
     }
 
@@ -158,7 +161,7 @@ mod tests {
     fn of_two_that_start_together_one_goes() {
         let stands = |own: u64, other: u64| {
             let mut doubles = Doubles::default();
-            doubles.hear(process(own, 20), process(other, 20));
+            doubles.receive(process(own, 20), process(other, 20));
             doubles.must_stand(process(own, 20), &[other])
         };
         assert_ne!(stands(3, 7), stands(7, 3));
@@ -166,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_time_to_tell_again_when_something_is_told() {
+    fn counts_are_due_after_suppressed_lines() {
         let two = BTreeSet::from([Participant::Robot(RobotId::new(2).unwrap())]);
         let (mut doubles, second) = (Doubles::default(), Duration::from_secs(1));
         assert_eq!(doubles.due(), None);
@@ -194,12 +197,12 @@ mod tests {
     }
 
     #[test]
-    fn whoever_is_to_take_over_is_older_than_all_that_have_run() {
+    fn a_process_that_takes_over_is_older_than_all_others() {
         assert!(is_older(Process { identity: 1, age_ms: u64::MAX }, process(9, 1 << 40)));
     }
 
     #[test]
-    fn two_are_told_at_once_then_that_neither_was_dead_each_minute_and_that_one_is_left() {
+    fn two_processes_are_reported_at_once_then_each_minute_and_when_one_is_left() {
         let who = Participant::Robot(RobotId::new(2).unwrap());
         let (mut doubles, two, none) = (Doubles::default(), BTreeSet::from([who]), BTreeSet::new());
         let mut at = |seconds, doubled| doubles.tell(Duration::from_secs(seconds), doubled);

@@ -1,8 +1,9 @@
-//! A robot that lives through a recording of its vehicle's network: what it would have believed, decided and said.
+//! Replays a recording of a vehicle's network through a robot: what it would have believed, decided and published.
 //!
-//! Nothing is sent, and nothing is written down. The vehicle drove where it drove and does not follow: its pilot is given no
-//! route, so that it takes a look in each cell that it enters, and the robot decides anew from there. All of it hangs on the recording's own clock, so that the same recording, settings and
-//! program give the same, but for the times that computing took.
+//! Nothing is sent or stored. The vehicle does not follow the robot's decisions: its pilot gets no route, so that it
+//! makes an observation in each cell that it enters, and the robot decides anew from there. Everything uses the
+//! recording's own clock, so that the same recording, settings and program give the same output, except for computing
+//! times.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::Path;
@@ -26,46 +27,46 @@ use crate::ros::settings::Checked;
 use crate::vehicle::detector::{Detector, Make};
 use crate::vehicle::{Effect, Now, RefusedInput, SHOW, TICK, Vehicle};
 
-/// In a longer pause of a recording time passes at once: who was silent is known to be by then.
+/// The longest silence that is simulated step by step: timeouts have passed by then.
 const SILENCE: Duration = Duration::from_mins(1);
-/// A reading of more than this says that an object is there, one of less that none is: halfway.
+/// A reading above this indicates an object, one below an empty cell.
 const OBJECT: f32 = 0.5;
 
-/// Something that the robot would have done, and when, since the recording's first message.
+/// An action that the robot would have taken, with its time since the recording's first message.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Note {
-    /// When.
+    /// Its time.
     pub time: MissionTime,
-    /// What.
+    /// The action.
     pub news: News,
 }
 
-/// Something that the robot would have done.
+/// An action that the robot would have taken.
 #[derive(Clone, Debug, PartialEq)]
 pub enum News {
-    /// It takes a look of the cell where it stands.
-    Looks {
-        /// Where it stands.
+    /// It observes from its cell.
+    Observes {
+        /// Its cell.
         from: Position,
-        /// Cells that were read.
+        /// Number of cells that were read.
         readings: usize,
-        /// Those of them in which an object was read.
+        /// Those of them with an object.
         objects: Vec<Position>,
     },
-    /// It sets out, or stays where it is.
+    /// It decides to move, or to stay.
     Decides {
-        /// Cells to enter.
+        /// Number of cells to enter.
         cells: usize,
         /// The last of them.
         toward: Option<Position>,
-        /// How long the decision took here.
+        /// Computing time of the decision here.
         computing: Option<Duration>,
     },
-    /// It believes an object here, as sure as the mission asks.
+    /// A cell's probability reaches the detection threshold.
     Finds(FoundObject),
-    /// It does not any more.
+    /// It no longer does.
     Doubts(Position),
-    /// Something goes wrong, or is well again.
+    /// A fault begins or ends.
     Tells(Diagnostic),
 }
 
@@ -74,53 +75,53 @@ pub enum News {
 pub struct FoundObject {
     /// Its cell.
     pub cell: Position,
-    /// Where it is expected by now, in the frame of the vehicle's network.
+    /// Its expected position, in the frame of the vehicle's network.
     pub place: PlanarEstimate,
 }
 
-/// How it went.
+/// The results of a dry run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
     /// From the first message to the last.
     pub duration: Duration,
-    /// Topics of the settings, and what came of them.
-    pub heard: Vec<Traffic>,
-    /// What would have been said, by topic.
-    pub said: BTreeMap<String, u64>,
-    /// Looks that were taken.
-    pub looks: usize,
-    /// Cells that were read in all of them.
+    /// Topics of the settings, and their messages.
+    pub received: Vec<Traffic>,
+    /// Numbers of messages that would have been published, by topic.
+    pub published: BTreeMap<String, u64>,
+    /// Number of observations.
+    pub observations: usize,
+    /// Number of cells read in all of them.
     pub readings: usize,
     /// Computing time of each decision.
     pub decisions: Vec<Duration>,
     /// Entropy of the belief before and after, nats.
     pub entropy_nats: [f64; 2],
-    /// Where objects are believed at the end.
+    /// Objects found at the end.
     pub found: Vec<FoundObject>,
     /// How the recording ends.
     pub ending: Ending,
 }
 
-/// What came on a topic of the settings.
+/// The messages on a topic of the settings.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Traffic {
     /// Its name.
     pub topic: String,
-    /// The type that is heard.
+    /// The expected type.
     pub message: &'static str,
-    /// Messages.
+    /// Number of messages.
     pub messages: u64,
-    /// Those of them that could not be used, for whatever reason.
+    /// Number of invalid ones, for any reason.
     pub refused: u64,
-    /// Why the last of these could not.
+    /// The reason of the last one.
     pub reason: String,
 }
 
-/// Has the robot of a file of settings live through a recording; each note is told as it comes up. `make` makes its
-/// detector, if its settings ask for one.
+/// Replays a recording through the robot of a file of settings; `tell` receives each note as it occurs. `make` makes
+/// its detector, if its settings ask for one.
 ///
 /// # Errors
-/// If the settings are not allowed, name no vehicle, or the recording cannot be read.
+/// If the settings are invalid, have no vehicle, or the recording cannot be read.
 pub fn run(
     file: &Path,
     recording: &Path,
@@ -129,7 +130,7 @@ pub fn run(
 ) -> Result<Summary, RuntimeError> {
     let config: AgentSettings = config::load(file)?;
     let scenario = config.common.check(file)?.scenario;
-    let orders = config.orders(file, &scenario)?;
+    let agent_config = config.agent_config(file, &scenario)?;
     let Some(body) = config.body(file, &scenario)? else {
         let reason = "a dry run needs the vehicle whose network was recorded: [vehicle] and [ros]";
         return Err(RuntimeError::Settings { file: file.to_owned(), reason: reason.to_owned() });
@@ -140,13 +141,13 @@ pub fn run(
         topics: body.ros.subscriptions.iter().map(|one| one.topic.to_string()).zip(0..).collect(),
         traffic: body.ros.subscriptions.iter().map(Traffic::none).collect(),
         vehicle: Vehicle::new(body.pilot, &body.ros, &scenario),
-        agent: Agent::new(orders),
+        agent: Agent::new(agent_config),
         ros: body.ros,
         detector,
         terrain: scenario.terrain(),
         start_unix_ns: None,
         now: MissionTime::START,
-        heard_at: MissionTime::START,
+        received_at: MissionTime::START,
         tick_at: MissionTime::START,
         show_at: MissionTime::START,
         wake_at: MissionTime(u64::MAX),
@@ -157,27 +158,27 @@ pub fn run(
     let before = rehearsal.agent.belief().entropy_nats(scenario.terrain());
     rehearsal.handle(Event::Start)?;
     for message in &mut bag {
-        rehearsal.hear(&message?)?;
+        rehearsal.receive(&message?)?;
     }
     Ok(rehearsal.finish(before, bag.ending()))
 }
 
-/// What has come of it so far.
+/// The results so far.
 #[derive(Default)]
 struct Log {
-    said: BTreeMap<OutputKind, u64>,
-    looks: usize,
+    published: BTreeMap<OutputKind, u64>,
+    observations: usize,
     readings: usize,
     decisions: Vec<Duration>,
     found: BTreeSet<Cell>,
 }
 
-/// A robot and its vehicle in a time of their own.
+/// A robot and its vehicle, driven by a recording's time.
 struct Rehearsal<'a> {
     ros: Checked,
-    /// Topics that are heard: numbers among the subscriptions.
+    /// Subscribed topics: indices of the subscriptions.
     topics: BTreeMap<String, usize>,
-    /// By those numbers.
+    /// By those indices.
     traffic: Vec<Traffic>,
     vehicle: Vehicle,
     agent: Agent,
@@ -187,36 +188,36 @@ struct Rehearsal<'a> {
     start_unix_ns: Option<u64>,
     now: MissionTime,
     /// When the last message came.
-    heard_at: MissionTime,
+    received_at: MissionTime,
     tick_at: MissionTime,
     show_at: MissionTime,
     wake_at: MissionTime,
-    /// Whether it has looked since its belief was last shown.
+    /// Whether it has observed since its belief was last published.
     has_news: bool,
     log: Log,
     tell: &'a mut dyn FnMut(Note),
 }
 
 impl Rehearsal<'_> {
-    fn hear(&mut self, message: &BagMessage) -> Result<(), RuntimeError> {
-        let start = *self.start_unix_ns.get_or_insert(message.heard_unix_ns);
-        // Who recorded may have set its clock back meanwhile; a robot's own clock runs on.
-        self.pass(MissionTime(message.heard_unix_ns.saturating_sub(start)).max(self.now))?;
-        self.heard_at = self.now;
+    fn receive(&mut self, message: &BagMessage) -> Result<(), RuntimeError> {
+        let start = *self.start_unix_ns.get_or_insert(message.received_unix_ns);
+        // The recording computer's clock may have been set back; a robot's own clock does not go back.
+        self.pass(MissionTime(message.received_unix_ns.saturating_sub(start)).max(self.now))?;
+        self.received_at = self.now;
         let Some(&number) = self.topics.get(&message.topic.name) else { return Ok(()) };
         self.traffic[number].messages += 1;
         let subscription = &self.ros.subscriptions[number];
-        let heard = match mismatch(&message.topic, subscription.kind.message().name) {
+        let received = match mismatch(&message.topic, subscription.kind.message().name) {
             Some(reason) => Incoming::Rejected { topic: subscription.topic.clone(), reason },
             None => self.ros.understand(subscription, &message.bytes),
         };
-        let effects = self.vehicle.hear(self.clock(), &subscription.topic, heard);
+        let effects = self.vehicle.receive(self.clock(), &subscription.topic, received);
         self.act(effects)
     }
 
-    /// Lets time pass.
+    /// Advances the time.
     fn pass(&mut self, until: MissionTime) -> Result<(), RuntimeError> {
-        let end = until.min(self.heard_at + SILENCE);
+        let end = until.min(self.received_at + SILENCE);
         loop {
             let next = self.tick_at.min(self.wake_at.max(self.now));
             if next >= end {
@@ -251,14 +252,14 @@ impl Rehearsal<'_> {
         while let Some(effect) = effects.pop_front() {
             match effect {
                 Effect::Sensed { cell, readings } => {
-                    self.look(cell, &readings);
+                    self.observe(cell, &readings);
                     self.handle(Event::Sensed { cell, readings })?;
                     self.believe();
                 }
-                Effect::Publish(output) => *self.log.said.entry(output.kind()).or_default() += 1,
-                Effect::Look(look) => {
+                Effect::Publish(output) => *self.log.published.entry(output.kind()).or_default() += 1,
+                Effect::Detect(request) => {
                     if let Some(detector) = &mut self.detector {
-                        let seen = look.through(&mut **detector);
+                        let seen = request.through(&mut **detector);
                         effects.extend(self.vehicle.see(self.clock(), seen));
                     }
                 }
@@ -268,7 +269,7 @@ impl Rehearsal<'_> {
         Ok(())
     }
 
-    /// Tells the robot's mind.
+    /// Passes an event to the agent.
     fn handle(&mut self, event: Event<Message>) -> Result<(), RuntimeError> {
         let effects = self.agent.handle(self.now, event);
         let effects =
@@ -282,16 +283,16 @@ impl Rehearsal<'_> {
         Ok(())
     }
 
-    fn look(&mut self, cell: Cell, readings: &[Reading]) {
+    fn observe(&mut self, cell: Cell, readings: &[Reading]) {
         self.has_news = true;
-        self.log.looks += 1;
+        self.log.observations += 1;
         self.log.readings += readings.len();
         let objects = readings.iter().filter(|reading| reading.value > OBJECT);
         let objects = objects.map(|reading| self.position(reading.cell)).collect();
-        self.note(News::Looks { from: self.position(cell), readings: readings.len(), objects });
+        self.note(News::Observes { from: self.position(cell), readings: readings.len(), objects });
     }
 
-    /// Tells of objects that are believed in, and of those that are not any more.
+    /// Reports objects that are newly found, and those that no longer are.
     fn believe(&mut self) {
         let found: BTreeSet<Cell> = self.vehicle.found(self.agent.belief()).collect();
         let before = std::mem::replace(&mut self.log.found, found.clone());
@@ -322,24 +323,24 @@ impl Rehearsal<'_> {
                 (traffic.refused, traffic.reason) = (*count, reason.clone());
             }
         }
-        let said = self.log.said.iter().filter_map(|(kind, &count)| {
+        let published = self.log.published.iter().filter_map(|(kind, &count)| {
             self.ros.publications.get(kind).map(|topic| (topic.to_string(), count))
         });
         Summary {
             duration: self.now.since(MissionTime::START),
-            said: said.collect(),
-            looks: self.log.looks,
+            published: published.collect(),
+            observations: self.log.observations,
             readings: self.log.readings,
             entropy_nats: [entropy_before_nats, self.agent.belief().entropy_nats(self.terrain)],
             found: self.log.found.iter().map(|&cell| self.found(cell)).collect(),
-            heard: self.traffic,
+            received: self.traffic,
             decisions: self.log.decisions,
             ending,
         }
     }
 }
 
-/// Why messages of a recorded topic cannot be heard at all.
+/// Why messages of a recorded topic cannot be used at all.
 fn mismatch(topic: &BagTopic, expected: &str) -> Option<String> {
     let BagTopic { message, encoding, .. } = topic;
     let is_expected = message == expected && encoding == "cdr";

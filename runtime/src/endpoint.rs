@@ -1,18 +1,18 @@
-//! Endpoints: what no network will ever have, however late it comes, and so must be a mistake in the settings.
+//! Endpoints that can never work, however late the network comes, and so must be mistakes in the settings.
 //!
-//! An address that this computer does not have, a name that nobody knows and a port that another process holds may all
-//! be there later. A protocol that this program does not speak, or an address without a port, never will.
+//! An address that this computer does not have, an unknown name, and a port that another process holds may all be
+//! available later. An unsupported protocol, or an address without a port, never will.
 
 use zenoh::Config;
 use zenoh::config::EndPoint;
 
-/// What this program is built to speak.
+/// The supported protocols.
 const PROTOCOLS: [&str; 2] = ["tcp", "tls"];
 
-/// Whether all endpoints of Zenoh's settings can be.
+/// Checks all endpoints of Zenoh's settings.
 ///
 /// # Errors
-/// Which one cannot, and what is allowed.
+/// The first impossible one, and what is allowed.
 pub(crate) fn check(config: &Config) -> Result<(), String> {
     for key in ["listen/endpoints", "connect/endpoints"] {
         for endpoint in listed(&config.get_json(key).unwrap_or_default()) {
@@ -58,7 +58,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_may_come_later_is_waited_for_and_what_cannot_be_is_refused() {
+    fn endpoints_that_may_come_later_are_waited_for_and_impossible_ones_rejected() {
         let check = |endpoint: &str, is_possible: bool| {
             assert_eq!(check_one(endpoint).is_ok(), is_possible, "{endpoint}: {:?}", check_one(endpoint));
         };

@@ -1,4 +1,4 @@
-//! What can go wrong on the network.
+//! Errors of participants and teams.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -10,79 +10,79 @@ use crate::source_places::without;
 /// Why a participant, or a whole team, cannot go on.
 #[derive(Debug, thiserror::Error)]
 pub enum RuntimeError {
-    /// A file of settings is not what it should be.
+    /// A file of settings is invalid.
     #[error("{file}: {reason}", file = file.display(), reason = without(reason))]
     Settings {
         /// The file.
         file: PathBuf,
-        /// What is wrong with it.
+        /// The problem.
         reason: String,
     },
-    /// A session could not be opened, as when a port is in use.
+    /// A session could not be opened, for example because a port is in use.
     #[error("cannot open a Zenoh session that listens on [{listen}]: {reason}", reason = without(reason))]
     Open {
         /// Where it was to listen.
         listen: String,
-        /// What Zenoh says.
+        /// Zenoh's message.
         reason: String,
     },
-    /// Zenoh refused something on an open session.
+    /// An operation on an open session failed.
     #[error("Zenoh cannot {what}: {reason}", reason = without(reason))]
     Zenoh {
-        /// What was tried.
+        /// The operation.
         what: String,
-        /// What Zenoh says.
+        /// Zenoh's message.
         reason: String,
     },
-    /// Somebody is not there.
+    /// A participant did not join.
     #[error("waited {seconds:.0} s for {who}, in vain", seconds = waited.as_secs_f64())]
     Absent {
-        /// Who.
+        /// The participant.
         who: String,
-        /// How long.
+        /// The waiting time.
         waited: Duration,
     },
-    /// A participant says that it cannot go on, or says what makes no sense.
+    /// A participant failed, or its answer is invalid.
     #[error("{who}: {reason}")]
     Participant {
-        /// Who.
+        /// The participant.
         who: Participant,
-        /// What is wrong.
+        /// The reason.
         reason: String,
     },
-    /// A robot's process could not be started, or ended before its time.
+    /// A robot's process could not be started, or ended too early.
     #[error("the process of {who}: {reason}")]
     Process {
-        /// Who.
+        /// The participant.
         who: Participant,
-        /// What is wrong.
+        /// The reason.
         reason: String,
     },
-    /// A robot's journal is not to be had.
+    /// A robot's journal cannot be used.
     #[error(transparent)]
     Journal(#[from] crate::journal::JournalError),
-    /// The recording is not whole.
+    /// The recording is incomplete.
     #[error(transparent)]
     Recording(#[from] dragnet_coordinator::RecordingError),
-    /// Somebody stopped a search; all until then is recorded.
+    /// The search was stopped by the user; all until then is recorded.
     #[error("stopped before the search was over{}", recording.as_ref().map(|file| format!("; {} holds all until then", file.display())).unwrap_or_default())]
     Stopped {
         /// Its recording.
         recording: Option<PathBuf>,
     },
-    /// This mode cannot do what the scenario asks for.
+    /// The scenario asks for something that this mode does not support.
     #[error("{0}")]
     Unsupported(String),
 }
 
 impl RuntimeError {
-    /// Zenoh's own error, and what was tried.
+    /// Wraps Zenoh's error, with the operation.
     pub(crate) fn zenoh(what: impl Into<String>) -> impl FnOnce(zenoh::Error) -> Self {
         let what = what.into();
         move |error| Self::Zenoh { what, reason: error.to_string() }
     }
 
-    /// Whether the user can mend it by other input, rather than by trying again.
+    /// Whether other input can help, rather than trying again.
     #[must_use]
     pub const fn is_bad_input(&self) -> bool {
         use dragnet_coordinator::RecordingError;

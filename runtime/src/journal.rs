@@ -1,8 +1,8 @@
-//! The journal: what a robot must remember if it starts again, on disk before anybody hears of it.
+//! The journal: what a robot must store for a restart, on disk before it is published.
 //!
-//! One file a robot, of [`redb`](https://docs.rs/redb): each commit is whole or not there at all, whenever the process
-//! or the power dies, which a recording in chunks does not promise; and a second process of the same robot is kept out.
-//! A disk that fails does not stop the robot: what could not be written waits in memory, and is written once it can be.
+//! One file for each robot, a [`redb`](https://docs.rs/redb) database: commits are atomic, even if the process or the
+//! power fails, which a recording in chunks does not guarantee; and a second process of the same robot is locked out. A
+//! disk that fails does not stop the robot: pending data wait in memory, and are written once that is possible.
 
 mod damage;
 mod error;
@@ -28,11 +28,11 @@ pub use error::JournalError;
 
 use crate::clock::Clock;
 
-/// What a journal says of itself, by name: see [`fact`].
+/// Facts about a journal, by name: see [`fact`].
 const FACTS: TableDefinition<'_, &str, &str> = TableDefinition::new("facts");
 /// Of an observation: robot, incarnation and sequence number.
 type Name = (u16, u64, u64);
-/// By name: the message that tells an observation.
+/// By name: the encoded message of an observation.
 const OBSERVATIONS: TableDefinition<'_, Name, &[u8]> = TableDefinition::new("observations");
 
 mod fact {
@@ -41,43 +41,42 @@ mod fact {
     pub(super) const ROBOT: &str = "robot";
     pub(super) const MAP: &str = "map";
     pub(super) const STARTED: &str = "started_unix_ns";
-    /// Of what was noted of the mission's time, which is absent before any was: see [`super::Kept`].
+    /// Name of the stored mission time, absent before the first: see [`super::Kept`].
     pub(super) const TIME: &str = "time";
 }
 
-/// Raised whenever what is in a journal, or how, changes.
+/// Incremented with each change of the format.
 const FORMAT: &str = "1";
-/// Of the database, bytes: a journal is written on and on, and seldom read.
+/// Cache of the database, bytes: a journal is written often and seldom read.
 const CACHE: usize = 256 << 10;
-/// A disk that has failed is tried again after so long.
+/// Time after which a failed disk is tried again.
 const RETRY: Duration = Duration::from_secs(1);
 
-/// Whose journal it is: that of another robot, mission or map is not taken for it.
+/// The subject of a journal: one of another robot, mission or map is rejected.
 #[derive(Clone, Copy, Debug)]
 pub struct Subject<'a> {
-    /// Which mission.
+    /// The mission.
     pub mission: &'a Mission,
-    /// Which robot.
+    /// The robot.
     pub robot: RobotId,
-    /// Which map.
+    /// The map.
     pub terrain: &'a Terrain,
 }
 
 type Facts = [(&'static str, String); 5];
 
-/// What a robot that starts again had before.
+/// The stored state of a restarted robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Memory {
-    /// When it started for the first time, by the date that its computer had then: Unix time, nanoseconds. For people:
-    /// nothing depends on it.
+    /// Time of its first start by the date of its computer: Unix time, nanoseconds. For people: nothing depends on it.
     pub started_unix_ns: u64,
-    /// All that it knew, its own observations in the order in which it made them.
+    /// All observations that it knew, its own in the order in which it made them.
     pub observations: Vec<Arc<Observation>>,
 }
 
 impl Memory {
-    /// The mission time that a robot goes on at by what it remembers, if it remembers any: by what was `noted`, and no
-    /// earlier than what it knows of.
+    /// The mission time at which a restarted robot continues, if any: by the stored time `noted`, and no earlier than
+    /// its observations.
     #[must_use]
     pub fn resumed(&self, noted: Option<&Kept>, clock: &Clock) -> Option<MissionTime> {
         let latest = self.observations.iter().map(|observation| MissionTime(observation.time_ns)).max();
@@ -85,27 +84,27 @@ impl Memory {
     }
 }
 
-/// What [`Journal::open`] would make of a journal.
+/// The result that [`Journal::open`] would have.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Prospect {
-    /// The robot goes on with it: with what stands there, and the mission's time as it was noted last.
+    /// The robot continues with this state, and the stored mission time.
     GoesOn(Memory, Option<Kept>),
-    /// It is damaged: the robot sets it aside, and begins a new one.
+    /// It is damaged: the robot moves it aside, and begins a new one.
     SetAside {
-        /// What is damaged.
+        /// The damage.
         damage: String,
     },
 }
 
-/// What would become of a journal that its robot does not hold now. Whatever is wrong with the file, it is left as it is.
+/// Checks a journal that its robot does not use now. The file is never changed.
 ///
 /// # Errors
-/// If [`Journal::open`] would refuse it.
+/// If [`Journal::open`] would fail.
 pub fn peek(path: &Path, subject: Subject<'_>) -> Result<Prospect, JournalError> {
     check_is_file(path)?;
     let failed = |source| JournalError::of(path, redb::Error::Io(source));
     if let Err(source) = File::options().read(true).write(true).open(path) {
-        // On a disk that may only be read it goes on all the same.
+        // A read-only disk is not an error.
         full_disk(failed(source))?;
     }
     match read_copy(path, subject) {
@@ -120,7 +119,7 @@ fn read_copy(path: &Path, subject: Subject<'_>) -> Result<(Memory, Option<Kept>)
     Ok((remember(&database, path, subject)?, noted_time(&database).map_err(failed)?))
 }
 
-/// A folder, or what has no end, cannot be a journal. What cannot be looked at is told by whoever opens it.
+/// A folder or a device cannot be a journal. Other errors are reported on opening.
 fn check_is_file(path: &Path) -> Result<(), JournalError> {
     match path.metadata() {
         Ok(metadata) if !metadata.is_file() => Err(JournalError::NotAFile { path: path.to_owned() }),
@@ -132,25 +131,25 @@ fn check_is_file(path: &Path) -> Result<(), JournalError> {
 pub struct Journal {
     path: PathBuf,
     codec: Codec,
-    /// What it says of itself if it is begun now.
+    /// The facts of a new journal.
     facts: Facts,
     /// Absent after the disk failed.
     database: Option<Database>,
-    /// What is not on disk yet.
+    /// Observations that are not on disk yet.
     waiting: Vec<Arc<Observation>>,
-    /// The mission's time, as it was noted last.
+    /// The stored mission time.
     time: Option<Kept>,
     /// Whether that is not on disk yet.
     is_time_waiting: bool,
-    /// When the disk failed last, since it last did not.
+    /// When the disk failed, if it still does.
     failed: Option<Instant>,
 }
 
 impl Journal {
     /// Opens a robot's journal, and begins one if there is none: the robot starts now, `now_unix_ns` in Unix time.
     ///
-    /// A robot that searches is worth more than one that does not start: a journal that is damaged is set aside, and a
-    /// new one begun; one on a full disk is read, and written later.
+    /// The robot should start in any case: a damaged journal is moved aside, and a new one begun; one on a full disk is
+    /// read, and written later.
     ///
     /// # Errors
     /// If the file cannot be read or written for another reason, if it is in use, or if it is not this robot's journal.
@@ -196,7 +195,7 @@ impl Journal {
         }
     }
 
-    /// The database, with what stands in it, if it is what it should be.
+    /// The database with its content, if that is valid.
     fn remember(
         &mut self,
         database: Result<Database, redb::Error>,
@@ -208,25 +207,24 @@ impl Journal {
         Ok((database, memory))
     }
 
-    /// Notes observations; they are on disk after the next [`Journal::commit`].
+    /// Adds observations; they are on disk after the next [`Journal::commit`].
     pub fn note(&mut self, observations: Vec<Arc<Observation>>) {
         self.waiting.extend(observations);
     }
 
-    /// Notes the mission's time; it is on disk after the next [`Journal::commit`].
+    /// Sets the mission time; it is on disk after the next [`Journal::commit`].
     pub fn note_time(&mut self, time: Kept) {
         self.time = Some(time);
         self.is_time_waiting = true;
     }
 
-    /// The mission's time, as it was noted last.
+    /// The stored mission time.
     #[must_use]
     pub const fn time(&self) -> Option<&Kept> {
         self.time.as_ref()
     }
 
-    /// Writes down all that was noted. If the disk fails, it is noted further: the log says so, and says when it is
-    /// mended.
+    /// Writes all pending data. If the disk fails, they stay pending: the failure and its end are logged.
     pub fn commit(&mut self) {
         let is_all_written = self.waiting.is_empty() && !self.is_time_waiting;
         if is_all_written || self.failed.is_some_and(|failed| failed.elapsed() < RETRY) {
@@ -246,14 +244,14 @@ impl Journal {
     fn fail(&mut self, error: &dyn std::error::Error) {
         if self.failed.replace(Instant::now()).is_none() {
             let path = self.path.display();
-            tracing::warn!("{path}: {error}; the robot goes on, and remembers in memory what it sees");
+            tracing::warn!("{path}: {error}; the robot goes on, and keeps its observations in memory");
         }
     }
 
-    /// Observations of an origin from a sequence number on, in order, at most so many; none while the disk fails.
+    /// At most this many observations of an origin from a sequence number on, in order; none while the disk fails.
     ///
     /// # Errors
-    /// If what was written cannot be read.
+    /// If the file cannot be read.
     pub fn since(&self, of: Origin, first: u64, most: usize) -> Result<Vec<Arc<Observation>>, JournalError> {
         let Some(database) = &self.database else { return Ok(Vec::new()) };
         let names =
@@ -263,7 +261,7 @@ impl Journal {
             .map_err(|reason| JournalError::Content { path: self.path.clone(), reason })
     }
 
-    /// Observations that are not on disk.
+    /// Number of observations that are not on disk.
     #[must_use]
     pub fn waiting(&self) -> usize {
         self.waiting.len()
@@ -272,7 +270,7 @@ impl Journal {
     fn write(&mut self) -> Result<(), redb::Error> {
         let database = match self.database.take() {
             Some(database) => database,
-            // After an error nothing is known of the file but what is on disk.
+            // After an error only the data on disk are certain.
             None => open(&self.path, &self.facts)?,
         };
         let transaction = database.begin_write()?;
@@ -300,7 +298,7 @@ fn open(path: &Path, facts: &Facts) -> Result<Database, redb::Error> {
     Ok(database)
 }
 
-/// The journal in memory, as it would be opened if its disk had room.
+/// A copy of the journal in memory, as it would be if its disk had space.
 fn copied(path: &Path, facts: &Facts) -> Result<Database, redb::Error> {
     let bytes = std::fs::read(path)?;
     let copy = InMemoryBackend::new();
@@ -313,12 +311,12 @@ fn copied(path: &Path, facts: &Facts) -> Result<Database, redb::Error> {
 
 fn builder() -> Builder {
     let mut builder = Builder::new();
-    // A page that has changed since is found, instead of being believed.
+    // Detects pages that have changed since they were written.
     builder.set_cache_size(CACHE).set_check_integrity_on_open(true);
     builder
 }
 
-/// Writes what a new journal says of itself; one that says something is left as it is.
+/// Writes the facts of a new journal; those of an existing one are kept.
 fn begin(database: &Database, facts: &Facts) -> Result<(), redb::Error> {
     let transaction = database.begin_write()?;
     if transaction.list_tables()?.next().is_some() {
@@ -333,7 +331,7 @@ fn begin(database: &Database, facts: &Facts) -> Result<(), redb::Error> {
     Ok(transaction.commit()?)
 }
 
-/// What a full disk says, or one that may only be read; any other error is one.
+/// The error of a full or read-only disk; any other error is returned.
 fn full_disk(error: JournalError) -> Result<redb::Error, JournalError> {
     let is_full = |error: &std::io::Error| {
         matches!(
@@ -351,9 +349,9 @@ fn full_disk(error: JournalError) -> Result<redb::Error, JournalError> {
 
 fn remember(database: &Database, path: &Path, subject: Subject<'_>) -> Result<Memory, JournalError> {
     let failed = |source: redb::Error| JournalError::of(path, source);
-    let said = |name| said(database, name).map_err(failed);
+    let read_fact = |name| read_fact(database, name).map_err(failed);
     for (name, expected) in subject.named() {
-        let found = said(name)?;
+        let found = read_fact(name)?;
         if found != expected {
             return Err(JournalError::Foreign { path: path.to_owned(), what: name, found, expected });
         }
@@ -361,26 +359,26 @@ fn remember(database: &Database, path: &Path, subject: Subject<'_>) -> Result<Me
     let bytes = read(database, .., usize::MAX).map_err(failed)?;
     let observations = decode(Codec::new(subject.terrain.grid()), &bytes);
     let content = |reason| JournalError::Content { path: path.to_owned(), reason };
-    let started = said(fact::STARTED)?;
+    let started = read_fact(fact::STARTED)?;
     Ok(Memory {
         started_unix_ns: started.parse().map_err(|_| content(format!("it began at {started:?}")))?,
         observations: observations.map_err(content)?,
     })
 }
 
-fn said(database: &Database, name: &str) -> Result<String, redb::Error> {
+fn read_fact(database: &Database, name: &str) -> Result<String, redb::Error> {
     let facts = database.begin_read()?.open_table(FACTS)?;
     Ok(facts.get(name)?.map(|value| value.value().to_owned()).unwrap_or_default())
 }
 
-/// The mission's time as a fact: the run of the computer, its uptime and the time, nanoseconds.
+/// The mission time as a fact: boot identifier, uptime and time, nanoseconds.
 fn written_time(Kept { boot, uptime, time }: &Kept) -> String {
     format!("{boot} {} {}", uptime.as_nanos(), time.0)
 }
 
-/// What was noted of the mission's time, if anything was that makes sense: without it the observations tell enough.
+/// The stored mission time, if valid: without it the observations give a lower bound.
 fn noted_time(database: &Database) -> Result<Option<Kept>, redb::Error> {
-    let text = said(database, fact::TIME)?;
+    let text = read_fact(database, fact::TIME)?;
     let mut words = text.split(' ');
     let mut next = || words.next();
     let kept = (|| {
@@ -390,7 +388,7 @@ fn noted_time(database: &Database) -> Result<Option<Kept>, redb::Error> {
     Ok(kept)
 }
 
-/// The first so many of these names, as they were written.
+/// The first observations of these names, as they were written.
 fn read(
     database: &Database,
     names: impl RangeBounds<Name>,
@@ -419,7 +417,7 @@ impl Subject<'_> {
         [format, mission, robot, map, (fact::STARTED, now_unix_ns.to_string())]
     }
 
-    /// In what journals differ.
+    /// The facts that distinguish journals.
     fn named(self) -> [(&'static str, String); 4] {
         let (grid, digest) = (self.terrain.grid(), self.terrain.digest());
         let meters = self.terrain.cell_meters();

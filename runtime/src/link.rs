@@ -1,4 +1,4 @@
-//! A participant's place on the network: what it says, and what it hears.
+//! A participant's link to the network: it publishes and receives.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::hash::{BuildHasher, Hasher, RandomState};
@@ -21,10 +21,10 @@ use crate::waiting::{self, Arrival, Inlet, Outlet, Raw};
 
 pub use crate::waiting::Sender;
 
-/// So many processes of one participant are known, at most.
+/// Maximum number of known processes of one participant.
 const MOST_PROCESSES: usize = 16;
 
-/// Somebody on the network: a participant, or [`Nobody`].
+/// The link of a participant, or of a listener ([`Nobody`]), to the network.
 pub struct Link<Me = Participant> {
     session: Session,
     mission: Mission,
@@ -32,17 +32,17 @@ pub struct Link<Me = Participant> {
     codec: Codec,
     waiting: Outlet,
     present: BTreeSet<Participant>,
-    /// Of each participant, this one too: other processes that are there, those that came first before.
+    /// The other processes of each participant, including this one, in the order of their arrival.
     processes: BTreeMap<Participant, Vec<u64>>,
     identity: u64,
     started: Instant,
     /// Whether it counts as older than all others of its number.
     takes_over: bool,
-    /// Says that this participant is there, as long as it is.
+    /// The liveliness token of this participant.
     token: Option<LivelinessToken>,
 }
 
-/// Whoever only listens: all that is said to all reaches it, and it says nothing.
+/// A listener: it receives what is published to all, and publishes nothing.
 #[derive(Clone, Copy, Debug)]
 pub struct Nobody;
 
@@ -52,42 +52,42 @@ impl From<Nobody> for Option<Participant> {
     }
 }
 
-/// What a participant hears.
+/// An incoming message or event.
 #[derive(Debug)]
 pub enum Incoming {
     /// A message, checked.
     Message {
-        /// Who sent it.
+        /// The sender.
         from: Participant,
-        /// Which process of it.
+        /// Its process.
         identity: u64,
         /// Its number among the sender's messages.
         number: u64,
-        /// What it says.
+        /// The content.
         message: Message,
     },
-    /// Something under a key of the mission that is no message, or not by whom the key says.
+    /// An invalid message under a key of the mission, or one of another sender than the key's.
     Rejected {
-        /// Who sent it, as far as the key tells.
+        /// The sender, by the key.
         from: Sender,
         /// The key.
         key: String,
-        /// What is wrong.
+        /// The reason.
         reason: String,
     },
-    /// Another process of this one's own participant has spoken.
+    /// A message of another process of this participant.
     Rival(Process),
-    /// A process of somebody has come.
+    /// A participant's process has joined.
     Came(Participant, u64),
-    /// The last process of somebody has left.
+    /// The last process of a participant has left.
     Left(Participant, u64),
 }
 
 impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
-    /// Listens to all that concerns a participant. The others do not know of it before [`Link::announce`].
+    /// Subscribes to all that concerns a participant, without announcing it: see [`Link::announce`].
     ///
     /// # Errors
-    /// If Zenoh refuses.
+    /// If Zenoh fails.
     pub async fn join(
         session: Session,
         mission: Mission,
@@ -120,7 +120,7 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
             .callback(move |sample| put_presence(&inlet, &sample, identity, codec))
             .background()
             .await
-            .map_err(RuntimeError::zenoh("watch who is there"))?;
+            .map_err(RuntimeError::zenoh("watch liveliness tokens"))?;
         Ok(Self {
             session,
             mission,
@@ -140,8 +140,8 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
         self.me.into()
     }
 
-    /// The next thing heard; `None` once the session is closed.
-    pub async fn hear(&mut self) -> Option<Incoming> {
+    /// The next incoming message or event; `None` once the session is closed.
+    pub async fn receive(&mut self) -> Option<Incoming> {
         loop {
             match self.waiting.take().await? {
                 Arrival::Message { from, raw } => return Some(read(raw, from, self.who(), self.codec)),
@@ -152,7 +152,8 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
                 }
                 Arrival::Presence { who, identity, is_here: false } => {
                     return Some(match self.leave(who, identity) {
-                        // Somebody is there all the same: whoever is left has come, for those who spoke to the other.
+                        // The participant is still there: its remaining process counts as joined, for those that knew
+                        // the other one.
                         Some(left) => Incoming::Came(who, left),
                         None => Incoming::Left(who, identity),
                     });
@@ -161,7 +162,8 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
         }
     }
 
-    /// A process has come; whether it is known from now on. More of one participant than that can only be made up.
+    /// A process has joined; returns whether it is known from now on. More processes of one participant are not
+    /// credible.
     fn come(&mut self, who: Participant, identity: u64) -> bool {
         let processes = self.processes.entry(who).or_default();
         if !processes.contains(&identity) {
@@ -176,7 +178,7 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
         true
     }
 
-    /// A process has left; the first of its participant that is left.
+    /// A process has left; returns the first remaining one of its participant.
     fn leave(&mut self, who: Participant, identity: u64) -> Option<u64> {
         let processes = self.processes.get_mut(&who)?;
         processes.retain(|&process| process != identity);
@@ -188,31 +190,31 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
         left
     }
 
-    /// Whose messages had to be dropped, more of them than can wait, since this was last asked; and how many. They are
-    /// repaired later like any that is lost.
+    /// Senders of messages that were dropped because too many were waiting, since the last call, and their numbers.
+    /// They are repaired later like any lost message.
     pub(crate) fn dropped(&self) -> BTreeMap<Sender, u64> {
         self.waiting.dropped()
     }
 
-    /// Who somebody is to whoever counts what comes: all who are not of the team are one.
+    /// The sender for counting: all participants outside the team count as one.
     pub(crate) fn sender(&self, who: Participant) -> Sender {
         sender(Some(who), self.codec)
     }
 
-    /// Others that are there.
+    /// The other participants that are there.
     #[must_use]
     pub const fn present(&self) -> &BTreeSet<Participant> {
         &self.present
     }
 
-    /// Processes of a participant that are there, besides this one, in the order in which they came.
+    /// The other processes of a participant that are there, in the order of their arrival.
     #[must_use]
     pub fn processes(&self, who: Participant) -> &[u64] {
         self.processes.get(&who).map_or(&[], Vec::as_slice)
     }
 
-    /// Participants that have several processes, this one with its own: as when two robots have one number. The token of
-    /// one that has died stands for a while, beside that of the process that was started in its place.
+    /// Participants that have several processes, including this one: as when two robots have one number. The token of a
+    /// dead process stays for a while, beside that of the process that replaces it.
     #[must_use]
     pub fn doubled(&self) -> BTreeSet<Participant> {
         let own = |who| usize::from(self.who() == Some(who) && self.token.is_some());
@@ -227,7 +229,7 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
         Process { identity: self.identity, age_ms: if self.takes_over { u64::MAX } else { age_ms } }
     }
 
-    /// For how long this process has been on the network.
+    /// How long this process has been on the network.
     #[must_use]
     pub fn age(&self) -> Duration {
         self.started.elapsed()
@@ -245,16 +247,16 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
         &self.mission
     }
 
-    /// The cells that messages speak of.
+    /// The grid of the mission's map.
     #[must_use]
     pub const fn grid(&self) -> Grid {
         self.codec.grid()
     }
 
-    /// Waits until all of these are there. Whatever else is heard meanwhile is handed over.
+    /// Waits until all of these are there. Other incoming messages and events are passed to `others`.
     ///
     /// # Errors
-    /// If one does not come in time.
+    /// If one does not join in time.
     pub async fn wait_for(
         &mut self,
         expected: &[Participant],
@@ -266,9 +268,9 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
             let absent =
                 expected.iter().find(|&&who| self.who() != Some(who) && !self.present.contains(&who));
             let Some(&absent) = absent else { return Ok(()) };
-            match tokio::time::timeout_at(deadline, self.hear()).await {
+            match tokio::time::timeout_at(deadline, self.receive()).await {
                 Ok(Some(Incoming::Came(..) | Incoming::Left(..))) => {}
-                Ok(Some(heard)) => others(heard),
+                Ok(Some(received)) => others(received),
                 Ok(None) | Err(_) => {
                     return Err(RuntimeError::Absent { who: absent.to_string(), waited: patience });
                 }
@@ -324,8 +326,8 @@ impl Link {
     }
 }
 
-/// Leaves a message to be read, unless it is this process's own. Reading is left to whoever takes it, so that what has
-/// to be dropped has cost nothing.
+/// Queues a message, unless it is this process's own. Decoding is left to the receiver, so that dropped messages cost
+/// nothing.
 fn put_message(inlet: &Inlet, sample: &Sample, me: Option<Participant>, own: u64, codec: Codec) {
     let key = sample.key_expr().as_str();
     let from = key.parse().ok().and_then(|key: Key| key.topic.speech()).map(|(_, from)| from);
@@ -336,8 +338,8 @@ fn put_message(inlet: &Inlet, sample: &Sample, me: Option<Participant>, own: u64
     }
 }
 
-/// Leaves word that somebody has come or left. Who is not of the team has no place there: that is read like a message,
-/// and refused.
+/// Queues a process's arrival or departure. A token of a participant outside the team is treated like a message, and
+/// rejected.
 fn put_presence(inlet: &Inlet, sample: &Sample, own: u64, codec: Codec) {
     let key: Option<Key> = sample.key_expr().as_str().parse().ok();
     match key.map(|key| key.topic) {
@@ -353,14 +355,14 @@ fn sender(from: Option<Participant>, codec: Codec) -> Sender {
     from.filter(|&from| codec.knows(from)).map_or(Sender::Stranger, Sender::Known)
 }
 
-/// A copy: what Zenoh has may be a small part of a large buffer.
+/// A copy: Zenoh's buffer may be much larger than the message.
 fn raw(sample: &Sample) -> Raw {
     let envelope = sample.attachment().and_then(|bytes| Envelope::decode(&bytes.to_bytes()));
     let key = sample.key_expr().as_str().to_owned();
     Raw { key, payload: sample.payload().to_bytes().into_owned(), envelope }
 }
 
-/// What was sent, or why it is refused.
+/// Decodes a message, or returns why it is rejected.
 fn read(raw: Raw, from: Sender, me: Option<Participant>, codec: Codec) -> Incoming {
     let refused = |key: String, reason: String| Incoming::Rejected { from, key, reason };
     let key: Key = match raw.key.parse() {
@@ -369,7 +371,7 @@ fn read(raw: Raw, from: Sender, me: Option<Participant>, codec: Codec) -> Incomi
     };
     let Some((kind, from)) = key.topic.speech() else {
         let reason = match key.topic {
-            Topic::Alive { who, .. } => format!("{who} is not of the team"),
+            Topic::Alive { who, .. } => format!("{who} is not in the team"),
             _ => "no message belongs here".to_owned(),
         };
         return refused(raw.key, reason);

@@ -1,7 +1,7 @@
 //! A participant driven by the simulator: event by event, in simulated time.
 //!
-//! Messages go from peer to peer as in the field. The simulator only says when each arrives, by its number, so that a
-//! run over the network is the same run as in one process.
+//! Messages go from peer to peer as in the field. The simulator only determines when each arrives, by its number, so
+//! that a run over the network is the same run as in one process.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -23,35 +23,35 @@ use crate::RuntimeError;
 use crate::link::{Incoming, Link};
 use crate::log_limit::{Kind, Teller};
 
-/// How long somebody, or a message that has set out, is waited for: wall-clock time.
+/// Time limit for a participant, or for a message in transit: wall-clock time.
 pub const PATIENCE: Duration = Duration::from_secs(30);
 
-/// A participant at the simulator's disposal.
+/// A participant that is driven by the simulator.
 pub struct LockstepNode<'a> {
     link: Link,
     codec: Codec,
     steps: Queryable<FifoChannelHandler<Query>>,
-    mind: &'a mut dyn StateMachine,
+    machine: &'a mut dyn StateMachine,
     team: Vec<Participant>,
-    /// Messages that came and whose time has not.
+    /// Messages that have arrived before their simulated time.
     messages: BTreeMap<(Participant, u64), Message>,
-    /// Messages published.
+    /// Number of published messages.
     published: u64,
     teller: Teller,
 }
 
 impl<'a> LockstepNode<'a> {
-    /// Puts a mind on a session. `team` is everybody who takes part.
+    /// Puts a state machine on a session. `team` is all participants.
     ///
     /// # Errors
-    /// If Zenoh refuses.
+    /// If Zenoh fails.
     pub async fn new(
         session: Session,
         mission: Mission,
         me: Participant,
         grid: Grid,
         team: Vec<Participant>,
-        mind: &'a mut dyn StateMachine,
+        machine: &'a mut dyn StateMachine,
     ) -> Result<Self, RuntimeError> {
         let codec = Codec::new(grid);
         let key = mission.key(Topic::SimStep(me)).to_string();
@@ -60,17 +60,17 @@ impl<'a> LockstepNode<'a> {
         let mut link = Link::join(session, mission, me, codec).await?;
         link.announce().await?;
         let (messages, teller) = (BTreeMap::new(), Teller::default());
-        Ok(Self { link, codec, steps, mind, team, messages, published: 0, teller })
+        Ok(Self { link, codec, steps, machine, team, messages, published: 0, teller })
     }
 
-    /// Does what the simulator says until it says that the mission is over.
+    /// Handles the simulator's events until the mission is over.
     ///
     /// # Errors
-    /// If the mind cannot go on, or the network fails; the simulator has been told.
+    /// If the state machine or the network fails; the simulator has been informed.
     pub async fn serve(mut self) -> Result<(), RuntimeError> {
         loop {
             let query = tokio::select! {
-                query = self.steps.recv_async() => query.map_err(RuntimeError::zenoh("hear the simulator"))?,
+                query = self.steps.recv_async() => query.map_err(RuntimeError::zenoh("receive from the simulator"))?,
                 () = self.teller.settle() => continue,
             };
             let bytes = query.payload().map(|payload| payload.to_bytes().into_owned()).unwrap_or_default();
@@ -96,7 +96,7 @@ impl<'a> LockstepNode<'a> {
 
     async fn step(&mut self, step: Step) -> Result<StepReply, RuntimeError> {
         let StepEvent::Event(event) = step.event else {
-            return Ok(self.report(self.mind.digest()));
+            return Ok(self.report(self.machine.digest()));
         };
         let event = match event {
             Event::Received { from, message: number } => {
@@ -115,20 +115,20 @@ impl<'a> LockstepNode<'a> {
             Event::Released => Event::Released,
             Event::Doubled(robots) => Event::Doubled(robots),
         };
-        let effects = self.mind.handle(MissionTime(step.time_ns), event);
+        let effects = self.machine.handle(MissionTime(step.time_ns), event);
         let effects = effects
             .map_err(|error| RuntimeError::Participant { who: self.link.me(), reason: error.reason })?;
         self.carry_out(effects).await
     }
 
-    /// Who is there has subscribed before; so nothing is published that somebody cannot hear.
+    /// A participant that is there has subscribed before; so every publication is received.
     async fn await_team(&mut self) -> Result<(), RuntimeError> {
         let mut others = Vec::new();
-        self.link.wait_for(&self.team, PATIENCE, |heard| others.push(heard)).await?;
-        others.into_iter().try_for_each(|heard| self.keep(heard))
+        self.link.wait_for(&self.team, PATIENCE, |received| others.push(received)).await?;
+        others.into_iter().try_for_each(|received| self.keep(received))
     }
 
-    /// A message that was published, once it is here. A copy stays: it may arrive twice.
+    /// Waits for a published message. A copy is kept, since it may be delivered twice.
     async fn message(&mut self, sender: Participant, number: u64) -> Result<Message, RuntimeError> {
         loop {
             if let Some(message) = self.messages.get(&(sender, number)) {
@@ -136,19 +136,19 @@ impl<'a> LockstepNode<'a> {
             }
             let absent =
                 || RuntimeError::Absent { who: format!("message {number} of {sender}"), waited: PATIENCE };
-            let heard = tokio::time::timeout(PATIENCE, self.link.hear()).await.map_err(|_| absent())?;
-            self.keep(heard.ok_or_else(absent)?)?;
+            let received = tokio::time::timeout(PATIENCE, self.link.receive()).await.map_err(|_| absent())?;
+            self.keep(received.ok_or_else(absent)?)?;
         }
     }
 
-    fn keep(&mut self, heard: Incoming) -> Result<(), RuntimeError> {
-        match heard {
+    fn keep(&mut self, received: Incoming) -> Result<(), RuntimeError> {
+        match received {
             Incoming::Message { from, number, message, .. } => {
                 self.messages.insert((from, number), message);
                 Ok(())
             }
             Incoming::Rejected { from, key, reason } => {
-                let text = format_args!("refused what came under {key}: {reason}");
+                let text = format_args!("rejected a message under {key}: {reason}");
                 self.teller.warn(Kind::NoMessage, from, text);
                 Ok(())
             }
@@ -174,7 +174,7 @@ impl<'a> LockstepNode<'a> {
     }
 
     fn report(&self, digest: Digest) -> StepReply {
-        let (effects, observations) = (Effects::default(), self.mind.observations());
+        let (effects, observations) = (Effects::default(), self.machine.observations());
         StepReply { effects, digest, observations, error: String::new() }
     }
 }

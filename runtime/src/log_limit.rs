@@ -1,4 +1,5 @@
-//! A log that no flood fills: the same of the same sender is told once a minute, with a count of what was left out.
+//! Rate limiting of the log: the same kind of line about the same sender is logged once a minute, with a count of the
+//! suppressed ones.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -8,159 +9,161 @@ use dragnet_proto::validation::Rejection;
 
 use crate::waiting::Sender;
 
-/// The same is told again after so long.
+/// Time after which the same is logged again.
 pub(crate) const PERIOD: Duration = Duration::from_mins(1);
-/// So many different things are told apart; all others count as one.
+/// Maximum number of different kinds; all others count as one.
 pub(crate) const MOST_KINDS: usize = 1000;
 
-/// Between two looks for room for further kinds.
-const LOOK: Duration = Duration::from_secs(1);
+/// Time between two removals of old kinds.
+const CHECK_PERIOD: Duration = Duration::from_secs(1);
 
-/// Decides what is told and what is only counted.
+/// Decides what is logged and what is only counted.
 #[derive(Clone, Debug)]
 pub(crate) struct LogLimit<K> {
-    /// What was told last, by kind; without a kind, what is too much to be told apart.
-    told: BTreeMap<Option<K>, Told>,
-    /// When something left out is to be told of, at the earliest.
+    /// The last line of each kind; `None` is the common kind of the rest.
+    reported: BTreeMap<Option<K>, Reported>,
+    /// When the next count of suppressed lines is due.
     due: Option<Instant>,
-    /// When room for further kinds was last looked for: not for each of a flood of them.
-    looked: Option<Instant>,
+    /// When old kinds were last removed: not for each line of a flood.
+    observed: Option<Instant>,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Told {
+struct Reported {
     at: Instant,
-    left_out: u64,
+    suppressed: u64,
 }
 
 impl<K> Default for LogLimit<K> {
     fn default() -> Self {
-        Self { told: BTreeMap::new(), due: None, looked: None }
+        Self { reported: BTreeMap::new(), due: None, observed: None }
     }
 }
 
 impl<K: Ord + Clone> LogLimit<K> {
-    /// Whether something of a kind is to be told now; if it is not, it is counted.
+    /// Whether a line of a kind is to be logged now; otherwise it is counted.
     pub(crate) fn admits(&mut self, now: Instant, kind: &K) -> bool {
         let key = self.key(now, kind);
-        let Some(told) = self.told.get_mut(&key) else {
-            self.told.insert(key, Told { at: now, left_out: 0 });
+        let Some(reported) = self.reported.get_mut(&key) else {
+            self.reported.insert(key, Reported { at: now, suppressed: 0 });
             return true;
         };
-        let again = told.at + PERIOD;
-        if told.left_out == 0 && now >= again {
-            told.at = now;
+        let again = reported.at + PERIOD;
+        if reported.suppressed == 0 && now >= again {
+            reported.at = now;
             return true;
         }
-        told.left_out += 1;
+        reported.suppressed += 1;
         self.due = Some(self.due.map_or(again, |due| due.min(again)));
         false
     }
 
-    /// When [`LogLimit::settle`] has something to tell, if nothing else happens.
+    /// When [`LogLimit::settle`] has something to log, if nothing else happens.
     #[must_use]
     pub(crate) const fn due(&self) -> Option<Instant> {
         self.due
     }
 
-    /// How much of which kinds was left out, where it is time to tell; without a kind, of all that is not told apart.
+    /// The counts of suppressed lines that are due, by kind; `None` is the common kind of the rest.
     pub(crate) fn settle(&mut self, now: Instant) -> Vec<(Option<K>, u64)> {
         if self.due.is_none_or(|due| now < due) {
             return Vec::new();
         }
         let mut counts = Vec::new();
-        for (kind, told) in &mut self.told {
-            if told.left_out > 0 && now >= told.at + PERIOD {
-                told.at = now;
-                counts.push((kind.clone(), std::mem::take(&mut told.left_out)));
+        for (kind, reported) in &mut self.reported {
+            if reported.suppressed > 0 && now >= reported.at + PERIOD {
+                reported.at = now;
+                counts.push((kind.clone(), std::mem::take(&mut reported.suppressed)));
             }
         }
-        let left = self.told.values().filter(|told| told.left_out > 0);
-        self.due = left.map(|told| told.at + PERIOD).min();
+        let left = self.reported.values().filter(|reported| reported.suppressed > 0);
+        self.due = left.map(|reported| reported.at + PERIOD).min();
         counts
     }
 
-    /// How much of which kinds was left out, whether or not it is time to tell.
-    fn left_out(&mut self) -> Vec<(Option<K>, u64)> {
+    /// The counts of suppressed lines by kind, due or not.
+    fn suppressed(&mut self) -> Vec<(Option<K>, u64)> {
         self.due = None;
-        let counts =
-            self.told.iter_mut().map(|(kind, told)| (kind.clone(), std::mem::take(&mut told.left_out)));
+        let counts = self
+            .reported
+            .iter_mut()
+            .map(|(kind, reported)| (kind.clone(), std::mem::take(&mut reported.suppressed)));
         counts.filter(|(_, count)| *count > 0).collect()
     }
 
     fn key(&mut self, now: Instant, kind: &K) -> Option<K> {
         let key = Some(kind.clone());
-        if self.told.len() < MOST_KINDS || self.told.contains_key(&key) {
+        if self.reported.len() < MOST_KINDS || self.reported.contains_key(&key) {
             return key;
         }
-        if self.looked.is_none_or(|looked| now >= looked + LOOK) {
-            self.looked = Some(now);
-            self.told.retain(|_, told| told.left_out > 0 || now < told.at + PERIOD);
+        if self.observed.is_none_or(|observed| now >= observed + CHECK_PERIOD) {
+            self.observed = Some(now);
+            self.reported.retain(|_, reported| reported.suppressed > 0 || now < reported.at + PERIOD);
         }
-        if self.told.len() < MOST_KINDS { key } else { None }
+        if self.reported.len() < MOST_KINDS { key } else { None }
     }
 }
 
-/// What a participant says in its log that others could make it say without end.
+/// The kinds of lines that other participants could cause without end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Kind {
-    /// What is no message.
+    /// An invalid message.
     NoMessage,
-    /// What cannot be.
+    /// An invalid observation.
     Rejected(Rejection),
-    /// Messages that wait too long.
+    /// Dropped messages.
     Dropped,
-    /// Somebody has come.
+    /// A participant has joined.
     Came,
-    /// Somebody who had left has come again.
+    /// A participant has joined again.
     Back,
-    /// Somebody has left.
+    /// A participant has left.
     Left,
-    /// What the network did not take.
+    /// A publication failed.
     Network,
-    /// What could not be repeated from a journal.
+    /// Reading from a journal failed.
     Journal,
     /// A sensor.
     Sensor,
-    /// That the clock was set.
+    /// The clock was set.
     Clock,
-    /// A time that is not believed.
+    /// A time was rejected.
     Disbelief,
-    /// That there are two processes of somebody.
+    /// There are two processes of a participant.
     Two,
-    /// That neither of two is one that has died.
+    /// Neither of two processes has died.
     Double,
-    /// That there is one process again.
+    /// There is one process again.
     One,
-    /// That the own robot stands.
+    /// The own robot stops.
     Stands,
-    /// That it goes on.
+    /// It goes on.
     GoesOn,
 }
 
 impl fmt::Display for Kind {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NoMessage => formatter.write_str("what is no message"),
-            Self::Rejected(why) => write!(formatter, "refusals ({why})"),
-            Self::Dropped => formatter.write_str("messages that had to be dropped"),
-            Self::Came => formatter.write_str("coming"),
-            Self::Back => formatter.write_str("coming back"),
-            Self::Left => formatter.write_str("leaving"),
-            Self::Network => formatter.write_str("failures of the network"),
-            Self::Journal => formatter.write_str("failures of the journal"),
+            Self::NoMessage => formatter.write_str("invalid messages"),
+            Self::Rejected(why) => write!(formatter, "rejections ({why})"),
+            Self::Dropped => formatter.write_str("dropped messages"),
+            Self::Came => formatter.write_str("arrivals"),
+            Self::Back => formatter.write_str("returns"),
+            Self::Left => formatter.write_str("departures"),
+            Self::Network => formatter.write_str("network failures"),
+            Self::Journal => formatter.write_str("journal failures"),
             Self::Sensor => formatter.write_str("faults of the sensor"),
-            Self::Clock => formatter.write_str("settings of the clock"),
-            Self::Disbelief => formatter.write_str("times that were not believed"),
-            Self::Two | Self::Double => formatter.write_str("doubles"),
-            Self::One => formatter.write_str("ends of doubles"),
-            Self::Stands => formatter.write_str("standing still"),
-            Self::GoesOn => formatter.write_str("going on"),
+            Self::Clock => formatter.write_str("clock adjustments"),
+            Self::Disbelief => formatter.write_str("rejected times"),
+            Self::Two | Self::Double => formatter.write_str("duplicate processes"),
+            Self::One => formatter.write_str("ends of duplicate processes"),
+            Self::Stands => formatter.write_str("stops"),
+            Self::GoesOn => formatter.write_str("resumptions"),
         }
     }
 }
 
-/// The log of a participant: each kind once a minute of each sender.
+/// The log of a participant: each kind once a minute for each sender.
 #[derive(Default)]
 pub(crate) struct Teller {
     limit: LogLimit<(Kind, Sender)>,
@@ -187,39 +190,37 @@ impl Teller {
 
     fn admits(&mut self, kind: Kind, sender: Sender) -> bool {
         let now = Instant::now();
-        self.tell_left_out(now);
+        self.log_suppressed(now);
         self.limit.admits(now, &(kind, sender))
     }
 
-    /// Waits until something was left out long enough ago, and tells of it; for ever if nothing was.
+    /// Waits until a count of suppressed lines is due, and logs it; for ever if there is none.
     pub(crate) async fn settle(&mut self) {
         match self.limit.due() {
             Some(due) => tokio::time::sleep_until(due.into()).await,
             None => std::future::pending().await,
         }
-        self.tell_left_out(Instant::now());
+        self.log_suppressed(Instant::now());
     }
 
-    fn tell_left_out(&mut self, now: Instant) {
+    fn log_suppressed(&mut self, now: Instant) {
         for (kind, count) in self.limit.settle(now) {
-            tracing::warn!("{count} more in {} s, not told: {}", PERIOD.as_secs(), what(kind));
+            tracing::warn!("{count} more in {} s, not logged: {}", PERIOD.as_secs(), what(kind));
         }
     }
 }
 
 impl Drop for Teller {
-    /// Nothing is left out without a word.
+    /// All suppressed lines are counted in the log.
     fn drop(&mut self) {
-        for (kind, count) in self.limit.left_out() {
-            tracing::warn!("{count} more until the end, not told: {}", what(kind));
+        for (kind, count) in self.limit.suppressed() {
+            tracing::warn!("{count} more until the end, not logged: {}", what(kind));
         }
     }
 }
 
 fn what(kind: Option<(Kind, Sender)>) -> String {
-    kind.map_or("of too many kinds to be told apart".to_owned(), |(kind, sender)| {
-        format!("{kind} of {sender}")
-    })
+    kind.map_or("of too many kinds to list".to_owned(), |(kind, sender)| format!("{kind} of {sender}"))
 }
 
 #[cfg(test)]
@@ -227,10 +228,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_same_is_told_once_a_period_and_the_rest_is_counted() {
+    fn the_same_is_logged_once_a_period_and_the_rest_is_counted() {
         let (mut limit, start) = (LogLimit::default(), Instant::now());
-        let told = (0..1000).filter(|&step| limit.admits(start + PERIOD / 1000 * step, &"a")).count();
-        assert_eq!((told, limit.due()), (1, Some(start + PERIOD)));
+        let reported = (0..1000).filter(|&step| limit.admits(start + PERIOD / 1000 * step, &"a")).count();
+        assert_eq!((reported, limit.due()), (1, Some(start + PERIOD)));
         assert!(limit.admits(start, &"b"), "another kind has a turn of its own");
         assert!(limit.settle(start + PERIOD / 2).is_empty());
         assert_eq!(limit.settle(start + PERIOD), [(Some("a"), 999)]);
@@ -244,30 +245,30 @@ mod tests {
     #[test]
     fn at_the_end_all_that_was_left_out_is_known() {
         let (mut limit, start) = (LogLimit::default(), Instant::now());
-        let told = ["a", "b", "a", "a", "c"].into_iter().filter(|kind| limit.admits(start, kind)).count();
-        assert_eq!((told, limit.left_out()), (3, vec![(Some("a"), 2)]));
-        assert_eq!((limit.left_out(), limit.due()), (Vec::new(), None));
+        let reported = ["a", "b", "a", "a", "c"].into_iter().filter(|kind| limit.admits(start, kind)).count();
+        assert_eq!((reported, limit.suppressed()), (3, vec![(Some("a"), 2)]));
+        assert_eq!((limit.suppressed(), limit.due()), (Vec::new(), None));
     }
 
     #[test]
-    fn nothing_is_forgotten_when_it_is_told_late() {
+    fn late_pauses_are_applied() {
         let (mut limit, start) = (LogLimit::default(), Instant::now());
         assert!(limit.admits(start, &1));
         assert!(!limit.admits(start, &1));
-        assert!(!limit.admits(start + PERIOD * 5, &1), "what was left out is told of first");
+        assert!(!limit.admits(start + PERIOD * 5, &1), "suppressed lines are counted first");
         assert_eq!(limit.settle(start + PERIOD * 5), [(Some(1), 2)]);
     }
 
     #[test]
     fn however_many_kinds_there_are_memory_and_log_are_bounded() {
         let (mut limit, start) = (LogLimit::default(), Instant::now());
-        let told = (0..100_000).filter(|kind| limit.admits(start, kind)).count();
-        assert_eq!(told, MOST_KINDS + 1);
-        assert_eq!(limit.told.len(), MOST_KINDS + 1);
-        let left_out = 100_000 - MOST_KINDS as u64 - 1;
-        assert_eq!(limit.settle(start + PERIOD), [(None, left_out)]);
-        // Workspace again, once they are long past.
+        let reported = (0..100_000).filter(|kind| limit.admits(start, kind)).count();
+        assert_eq!(reported, MOST_KINDS + 1);
+        assert_eq!(limit.reported.len(), MOST_KINDS + 1);
+        let suppressed = 100_000 - MOST_KINDS as u64 - 1;
+        assert_eq!(limit.settle(start + PERIOD), [(None, suppressed)]);
+        // Memory for other kinds again, once those are long past.
         assert!(limit.admits(start + PERIOD * 3, &200_000));
-        assert_eq!(limit.told.len(), 1);
+        assert_eq!(limit.reported.len(), 1);
     }
 }

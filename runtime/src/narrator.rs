@@ -1,4 +1,4 @@
-//! What a participant decides, finds and declares: a line each in its log, for whoever reads there how a search went.
+//! Logs the decisions, finds and declarations of a participant, a line each.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -9,11 +9,11 @@ use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::{Cell, Grid, Position};
 use dragnet_search::observation::Observation;
 
-/// Tells what one participant does.
+/// Logs the actions of one participant.
 pub(crate) struct Narrator {
     me: Participant,
     grid: Grid,
-    /// Where a robot has found an object, or the coordinator has declared one.
+    /// Cells in which a robot has found an object, or the coordinator has declared one.
     found: BTreeSet<Cell>,
 }
 
@@ -22,17 +22,17 @@ impl Narrator {
         Self { me, grid, found: BTreeSet::new() }
     }
 
-    /// Tells what came of what has just happened to a mind.
-    pub(crate) fn tell(&mut self, mind: &dyn StateMachine, effects: &Effects<Message>) {
-        for line in self.lines(mind, effects) {
+    /// Logs the effects of the last event of a state machine.
+    pub(crate) fn tell(&mut self, machine: &dyn StateMachine, effects: &Effects<Message>) {
+        for line in self.lines(machine, effects) {
             tracing::info!("{} {line}", self.me);
         }
     }
 
-    fn lines(&mut self, mind: &dyn StateMachine, effects: &Effects<Message>) -> Vec<String> {
+    fn lines(&mut self, machine: &dyn StateMachine, effects: &Effects<Message>) -> Vec<String> {
         let mut lines = match self.me {
-            Participant::Robot(_) => self.finds(mind, &effects.kept),
-            // It keeps observations to record them, and declares what is found.
+            Participant::Robot(_) => self.finds(machine, &effects.kept),
+            // It stores observations to record them, and declares finds.
             Participant::Coordinator => Vec::new(),
         };
         let statuses = effects.published.iter().filter_map(|(_, message)| match message {
@@ -55,11 +55,11 @@ impl Narrator {
         Some(format!("decided: {cells} to {}{}", self.place(waypoint), took.unwrap_or_default()))
     }
 
-    /// A robot has seen or heard of something.
-    fn finds(&mut self, mind: &dyn StateMachine, observations: &[Arc<Observation>]) -> Vec<String> {
+    /// A robot has new observations.
+    fn finds(&mut self, machine: &dyn StateMachine, observations: &[Arc<Observation>]) -> Vec<String> {
         let readings = observations.iter().flat_map(|observation| &observation.readings);
         let cells: BTreeSet<Cell> = readings.map(|reading| reading.cell).collect();
-        let change = |cell: Cell| match (mind.is_found(cell), self.found.contains(&cell)) {
+        let change = |cell: Cell| match (machine.is_found(cell), self.found.contains(&cell)) {
             (true, false) => {
                 self.found.insert(cell);
                 Some(format!("found: an object at {}", self.place(cell)))
@@ -73,7 +73,7 @@ impl Narrator {
         cells.into_iter().filter_map(change).collect()
     }
 
-    /// The coordinator says how the mission stands.
+    /// The coordinator has published a status.
     fn declares(&mut self, status: &MissionStatus) -> Vec<String> {
         let declared: BTreeSet<Cell> = status.declared.iter().map(|object| object.cell).collect();
         let before = std::mem::replace(&mut self.found, declared);
@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mission_is_told_in_four_words() {
+    fn a_mission_is_labeled_with_four_words() {
         let scenario = scenario();
         let grid = scenario.terrain().grid();
         let [from, object] = [2, 3].map(|column| grid.cell(Position { row: 0, column }).unwrap());
@@ -137,7 +137,7 @@ mod tests {
         let mut of_coordinator = Narrator::new(Participant::Coordinator, grid);
         let mut lines = Vec::new();
         let mut now = MissionTime::START;
-        // It sees the object, and then that there is none.
+        // It observes the object, and then an empty cell.
         for value in [0.5].into_iter().chain([1.0; 10]).chain([0.0; 20]) {
             now = MissionTime(now.0 + 20_000_000_000);
             let effects = agent.handle(now, sensed(value)).unwrap();
@@ -149,17 +149,21 @@ mod tests {
         }
         let lines: Vec<&str> = lines.iter().map(|line| line.split(", in ").next().unwrap()).collect();
         assert!(lines[0].starts_with("decided: 1 cell to [0, "), "{lines:#?}");
-        // It rests once the object is found, and again once it knows that there is none.
+        // It rests once the object is found, and again once the cell is known to be empty.
         let expected = [
             ("found: an object at [0, 3]", 1),
-            ("resting: nothing is left that is worth a search", 2),
+            ("resting: the search is complete", 2),
             ("doubts: an object at [0, 3], found before", 1),
             ("withdrawn: an object at [0, 3]", 1),
         ];
         for (line, times) in expected {
-            assert_eq!(lines.iter().filter(|told| **told == line).count(), times, "{line}: {lines:#?}");
+            assert_eq!(
+                lines.iter().filter(|reported| **reported == line).count(),
+                times,
+                "{line}: {lines:#?}"
+            );
         }
         let declared = "declared: an object at [0, 3], probability ";
-        assert_eq!(lines.iter().filter(|told| told.starts_with(declared)).count(), 1, "{lines:#?}");
+        assert_eq!(lines.iter().filter(|reported| reported.starts_with(declared)).count(), 1, "{lines:#?}");
     }
 }

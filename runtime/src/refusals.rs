@@ -1,7 +1,7 @@
-//! Whom Zenoh turns away, told in plain words.
+//! Logs connections and messages that Zenoh rejects, in plain words.
 //!
-//! Zenoh tells refused connections and messages in its own log only: some as warnings that hint at something else, some
-//! where nobody looks. This layer of the log listens there, and says of each refusal once a minute what it means.
+//! Zenoh reports rejections in its own log only: some as misleading warnings, some at levels that are not shown. This
+//! layer of the log listens to those, and logs the meaning of each rejection once a minute.
 
 use std::cell::Cell;
 use std::fmt::{self, Write};
@@ -15,24 +15,24 @@ use tracing_subscriber::registry::LookupSpan;
 
 use crate::log_limit::{LogLimit, PERIOD};
 
-/// So many may wait to be told.
+/// The maximum number of pending rejections.
 const MOST: usize = 1000;
 
 const TLS: &str = "zenoh_link_tls";
 const CALLS: &str = "zenoh::net::runtime::orchestrator";
 const ACCESS: &str = "zenoh::net::routing::interceptor::access_control";
 
-/// A layer that listens to Zenoh, and tells what is refused as warnings of this module. It hears nothing unless it is
-/// part of the subscriber of the whole program.
+/// A layer that listens to Zenoh, and logs rejections as warnings of this module. It must be part of the subscriber of
+/// the whole program.
 #[must_use]
 pub fn layer<S: Subscriber + for<'a> LookupSpan<'a>>() -> impl Layer<S> {
     let (sender, receiver) = sync_channel(MOST);
-    // A thread of its own: an event must not cause another while it is being told.
+    // On a separate thread: an event must not cause another during its handling.
     std::thread::spawn(move || tell(&receiver));
     Listener { sender }.with_filter(Listened)
 }
 
-/// What can be a refusal.
+/// Events that can be rejections.
 struct Listened;
 
 impl<S> Filter<S> for Listened {
@@ -56,20 +56,20 @@ impl<S: Subscriber> Layer<S> for Listener {
         let mut text = Text::default();
         event.record(&mut text);
         if let Some(refusal) = understand(event.metadata().target(), &text.0) {
-            // Of more than can be told some are not.
+            // Of too many rejections some are dropped.
             let _ = self.sender.try_send(refusal);
         }
     }
 }
 
-/// What an event says.
+/// The text of an event.
 #[derive(Default)]
 struct Text(String);
 
 impl Visit for Text {
     fn record_debug(&mut self, field: &Field, value: &dyn fmt::Debug) {
         if field.name() == "message" {
-            // A string takes all that is written to it.
+            // Writing to a string cannot fail.
             let _ = write!(self.0, "{value:?}");
         }
     }
@@ -82,8 +82,8 @@ fn tell(refusals: &Receiver<String>) {
         let refusal = refusals.recv_timeout(due);
         let now = Instant::now();
         for (refusal, count) in limit.settle(now) {
-            let what = refusal.as_deref().unwrap_or("refusals of too many kinds to be told apart");
-            tracing::warn!("{count} more in {} s, not told: {what}", PERIOD.as_secs());
+            let what = refusal.as_deref().unwrap_or("rejections of too many kinds to list");
+            tracing::warn!("{count} more in {} s, not logged: {what}", PERIOD.as_secs());
         }
         match refusal {
             Ok(refusal) if limit.admits(now, &refusal) => tracing::warn!("{refusal}"),
@@ -93,7 +93,7 @@ fn tell(refusals: &Receiver<String>) {
     }
 }
 
-/// What one of Zenoh's messages means, if it tells of a refusal.
+/// The meaning of one of Zenoh's messages, if it reports a rejection.
 fn understand(target: &str, message: &str) -> Option<String> {
     match target {
         target if target.starts_with(TLS) => understand_handshake(message),
@@ -103,19 +103,19 @@ fn understand(target: &str, message: &str) -> Option<String> {
     }
 }
 
-/// Somebody called, and was not what it should be.
+/// An incoming connection was rejected.
 fn understand_handshake(message: &str) -> Option<String> {
     let reason = message.strip_suffix(". Hint: increase the system open file limit.")?;
     if reason.contains("os error 23)") || reason.contains("os error 24)") {
         return Some(format!("cannot take a connection: {reason}; more files must be allowed to be open"));
     }
     if reason.contains("have not agreed on TLS") {
-        return Some(format!("refused a connection: {reason}"));
+        return Some(format!("rejected a connection: {reason}"));
     }
     let meaning = if reason.contains("InvalidContentType") {
-        "the caller does not speak TLS"
+        "the client does not use TLS"
     } else if reason.contains("no certificates") {
-        "the caller has no certificate"
+        "the client has no certificate"
     } else if reason.contains("UnknownIssuer") || reason.contains("BadSignature") {
         "the caller's certificate is not of this mission's authority"
     } else if reason.contains("xpired") {
@@ -123,10 +123,10 @@ fn understand_handshake(message: &str) -> Option<String> {
     } else {
         "the handshake failed"
     };
-    Some(format!("refused a connection: {meaning} ({reason})"))
+    Some(format!("rejected a connection: {meaning} ({reason})"))
 }
 
-/// Somebody was called, and one of the two refused the other; or the network for it is not there.
+/// An outgoing connection was rejected by either side, or its network is not there.
 fn understand_call(message: &str) -> Option<String> {
     if let Some(listener) = message.strip_prefix("Unable to open listener ") {
         return Some(format!("cannot listen yet, and tries again: {listener}"));
@@ -138,23 +138,23 @@ fn understand_call(message: &str) -> Option<String> {
         return Some(format!("no address of {peer} is known yet, and it is tried again: {reason}"));
     }
     let is_refusal = ["certificate", "alert", "corrupt message"].iter().any(|sign| reason.contains(sign));
-    is_refusal.then(|| format!("no connection to {peer}, one side refuses the other: {reason}"))
+    is_refusal.then(|| format!("no connection to {peer}, one side rejects the other: {reason}"))
 }
 
 thread_local! {
-    /// Whether Zenoh is working out all that is allowed under a key, though nobody has tried it.
+    /// Whether Zenoh is evaluating all permissions of a key, without any attempt to use it.
     static IS_ASSESSING: Cell<bool> = const { Cell::new(false) };
 }
 
-/// The last of the messages that are assessed for a key.
+/// The last of the messages when a key is evaluated.
 const LAST_ASSESSED: &str = "Declare Liveliness Subscriber (";
 
-/// Somebody is connected, and tried what it may not.
+/// A connected participant tried something that it may not do.
 fn understand_access(message: &str) -> Option<String> {
     if message.contains("did not match any configured ACL subject") {
         let who = message.split(' ').next().unwrap_or_default();
         return Some(format!(
-            "refused all that {who} says: these settings know no such certificate, or it has been revoked"
+            "rejected all messages of {who}: these settings have no such certificate, or it has been revoked"
         ));
     }
     if message.starts_with("ACL (") {
@@ -168,10 +168,10 @@ fn understand_access(message: &str) -> Option<String> {
     }
     let (who, what) = cached.unwrap_or(message).split_once(" is unauthorized to ")?;
     let (what, key) = what.split_once(" (ingress) on ")?;
-    Some(format!("refused {what} of {} under {key}: it may not", name(who)))
+    Some(format!("refused {what} of {} under {key}: not allowed", name(who)))
 }
 
-/// The name of a certificate in the names of a connection, or all of them.
+/// The name of a certificate among the names of a connection, or all of them.
 fn name(connection: &str) -> &str {
     let names = connection.rsplit(" on ").next().unwrap_or(connection);
     let name = names.split('+').find(|name| name.contains('#')).unwrap_or(names);
@@ -183,7 +183,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn refusals_are_told_in_plain_words_and_nothing_else_is() {
+    fn rejections_are_logged_in_plain_words_and_nothing_else_is() {
         let check = |target: &str, message: &str, expected: Option<&str>| {
             assert_eq!(understand(target, message).as_deref(), expected);
         };
@@ -191,19 +191,19 @@ mod tests {
         check(
             tls,
             "peer sent no certificates. Hint: increase the system open file limit.",
-            Some("refused a connection: the caller has no certificate (peer sent no certificates)"),
+            Some("rejected a connection: the client has no certificate (peer sent no certificates)"),
         );
         check(
             tls,
             "192.0.2.7 calls while 64 of its connections have not agreed on TLS. Hint: increase the system open file limit.",
-            Some("refused a connection: 192.0.2.7 calls while 64 of its connections have not agreed on TLS"),
+            Some("rejected a connection: 192.0.2.7 calls while 64 of its connections have not agreed on TLS"),
         );
         check(tls, "Skipping name verification of TLS server", None);
         check(
             CALLS,
             "Unable to connect to configured peer tls/1.2.3.4:5! invalid peer certificate: UnknownIssuer. Retry in 1s.",
             Some(
-                "no connection to tls/1.2.3.4:5, one side refuses the other: invalid peer certificate: UnknownIssuer",
+                "no connection to tls/1.2.3.4:5, one side rejects the other: invalid peer certificate: UnknownIssuer",
             ),
         );
         check(
@@ -228,7 +228,7 @@ mod tests {
         check(
             ACCESS,
             "7f on lo+CertCommonName(robot-2#4)+tls+7f is unauthorized to Put (ingress) on dragnet/m/robots/1/intent",
-            Some("refused Put of robot-2#4 under dragnet/m/robots/1/intent: it may not"),
+            Some("refused Put of robot-2#4 under dragnet/m/robots/1/intent: not allowed"),
         );
         check(
             ACCESS,
@@ -238,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn what_nobody_has_tried_is_no_refusal() {
+    fn an_evaluation_of_permissions_is_not_a_rejection() {
         let put = "7f on lo+robot-2#4+tls+7f is unauthorized to Put (ingress) on k";
         let last =
             "7f on lo+robot-2#4+tls+7f is unauthorized to Declare Liveliness Subscriber (ingress) on k";

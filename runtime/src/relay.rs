@@ -1,4 +1,4 @@
-//! A slow link: passes on TCP connections late, and only so fast. Not every kernel can do that to a link itself.
+//! A slow link: forwards TCP connections with delay and limited rate. Not every kernel can do that to a link itself.
 
 use std::net::SocketAddr;
 use std::time::Duration;
@@ -13,33 +13,33 @@ use tokio::time::Instant;
 use crate::RuntimeError;
 use crate::session::block_on;
 
-/// Bytes that are read at once.
+/// Maximum number of bytes per read.
 const CHUNK: usize = 4096;
-/// So many chunks are on their way at most; then the sender has to wait, as with any full link.
+/// Maximum number of chunks in transit; then the sender has to wait, as with any full link.
 const ON_THEIR_WAY: usize = 1024;
 
-/// From where to where connections are passed on.
+/// The endpoints of a relay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Forward {
-    /// Where it listens.
+    /// The listening address.
     pub listen: SocketAddr,
-    /// Whom it calls for each connection.
+    /// The address that each connection is forwarded to.
     pub to: SocketAddr,
 }
 
-/// What a link is like, in each direction of each connection.
+/// The quality of a link, in each direction of each connection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quality {
-    /// How long everything is on its way.
+    /// The delay.
     pub delay: Duration,
-    /// Bytes a second at most, above 0; as many as can be without.
+    /// Maximum rate, above 0; `None`: unlimited.
     pub bytes_per_second: Option<f64>,
 }
 
-/// Passes on connections until the process ends.
+/// Forwards connections until the process ends.
 ///
 /// # Errors
-/// If it cannot listen somewhere.
+/// If it cannot listen at an address.
 pub fn run(forwards: &[Forward], quality: Quality) -> Result<(), RuntimeError> {
     block_on(async {
         let mut listeners = JoinSet::new();
@@ -62,15 +62,15 @@ async fn accept(listener: TcpListener, to: SocketAddr, quality: Quality) {
                 tokio::spawn(connect(caller, to, quality));
             }
             Err(error) => {
-                tracing::warn!("a caller was lost: {error}");
-                // As when too many files are open: that does not pass at once.
+                tracing::warn!("a connection was lost: {error}");
+                // For example because too many files are open, which does not pass at once.
                 tokio::time::sleep(Duration::from_secs(1)).await;
             }
         }
     }
 }
 
-/// A caller whose call is not answered is hung up on.
+/// Closes an incoming connection if the outgoing one fails.
 async fn connect(here: TcpStream, to: SocketAddr, quality: Quality) {
     let there = match TcpStream::connect(to).await {
         Ok(there) => there,
@@ -86,11 +86,11 @@ async fn connect(here: TcpStream, to: SocketAddr, quality: Quality) {
     tokio::join!(pass(asked, requests, quality), pass(answered, replies, quality));
 }
 
-/// Passes on one direction until either side hangs up.
+/// Forwards one direction until either side closes.
 async fn pass(mut from: OwnedReadHalf, mut to: OwnedWriteHalf, quality: Quality) {
     let (sender, mut chunks) = mpsc::channel::<(Instant, Vec<u8>)>(ON_THEIR_WAY);
     let read = async move {
-        // When all that was read before has left.
+        // When all earlier bytes have been sent.
         let mut free = Instant::now();
         let mut buffer = [0; CHUNK];
         while let Ok(count @ 1..) = from.read(&mut buffer).await {

@@ -1,4 +1,4 @@
-//! The participants of a simulation whose members are sessions elsewhere, each a [`crate::lockstep::LockstepNode`].
+//! The participants of a simulation on other sessions, each a [`crate::lockstep::LockstepNode`].
 
 use std::time::Duration;
 
@@ -16,18 +16,18 @@ use zenoh::{Session, Wait};
 use crate::RuntimeError;
 use crate::lockstep::PATIENCE;
 
-/// Members of a team, driven by queries over Zenoh. Calls block.
+/// Participants of a team, driven by queries over Zenoh. Calls block.
 pub struct RemoteParticipants {
     session: Session,
     mission: Mission,
     codec: Codec,
-    /// Called while an answer is waited for; fails if it will never come.
+    /// Called while waiting for an answer; fails if it will never come.
     watch: Box<dyn FnMut() -> Result<(), RuntimeError>>,
 }
 
-/// So often it is looked whether somebody who does not answer is still there.
-const LOOK: Duration = Duration::from_millis(200);
-/// A query that reached nobody is sent again after this: a queryable may take a moment to be known.
+/// Time between checks whether a silent participant is still there.
+const CHECK_PERIOD: Duration = Duration::from_millis(200);
+/// Time after which a query without a receiver is sent again: a queryable may take a moment to be known.
 const RETRY: Duration = Duration::from_millis(20);
 
 impl RemoteParticipants {
@@ -42,7 +42,7 @@ impl RemoteParticipants {
         Self { session, mission, codec: Codec::new(grid), watch }
     }
 
-    /// What a participant knows at the end: its number of observations.
+    /// Number of observations of a participant at the end.
     ///
     /// # Errors
     /// If it does not answer.
@@ -50,7 +50,7 @@ impl RemoteParticipants {
         Ok(self.ask(who, MissionTime::START, StepEvent::Report)?.observations)
     }
 
-    /// Tells a participant that the mission is over.
+    /// Informs a participant that the mission is over.
     ///
     /// # Errors
     /// If it does not answer.
@@ -82,7 +82,7 @@ impl RemoteParticipants {
         Err(RuntimeError::Absent { who: who.to_string(), waited })
     }
 
-    /// The answer; `None` if nobody was asked.
+    /// The answer; `None` if the query reached no participant.
     fn query(&mut self, key: &str, step: &[u8]) -> Result<Option<Vec<u8>>, RuntimeError> {
         let replies = self
             .session
@@ -93,7 +93,7 @@ impl RemoteParticipants {
             .wait()
             .map_err(RuntimeError::zenoh("ask a participant"))?;
         loop {
-            match replies.recv_timeout(LOOK) {
+            match replies.recv_timeout(CHECK_PERIOD) {
                 Ok(Some(reply)) => {
                     return match reply.into_result() {
                         Ok(sample) => Ok(Some(sample.payload().to_bytes().into_owned())),

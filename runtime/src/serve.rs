@@ -1,4 +1,4 @@
-//! Each part of a mission as a process of its own: what `dragnet agent`, `dragnet coordinator` and `dragnet sim` do.
+//! Each part of a mission as a separate process: `dragnet agent`, `dragnet coordinator` and `dragnet sim`.
 
 use std::collections::BTreeMap;
 use std::future::Future;
@@ -32,7 +32,7 @@ use crate::wall_clock;
 use crate::world::{self, WorldServer};
 use crate::{RuntimeError, unix_time};
 
-/// Which of several processes of one robot goes on; the others stand.
+/// Which of several processes of one robot goes on; the others stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Precedence {
     /// The one that was started first.
@@ -41,24 +41,24 @@ pub enum Precedence {
     First,
 }
 
-/// Runs one robot until it is told to stop; `make` makes its detector, if its settings ask for one.
+/// Runs one robot until it is asked to stop; `make` makes its detector, if its settings ask for one.
 ///
 /// # Errors
-/// If the settings are not allowed, or the robot cannot go on.
+/// If the settings are invalid, or the robot fails.
 pub fn agent(file: &Path, precedence: Precedence, make: detector::Make<'_>) -> Result<(), RuntimeError> {
     let mut config: AgentSettings = config::load(file)?;
     config.common.zenoh = config.common.zenoh.named_in(file);
     let Checked { mission, scenario } = config.common.check(file)?;
-    let orders = config.orders(file, &scenario)?;
+    let agent_config = config.agent_config(file, &scenario)?;
     let body = config.body(file, &scenario)?;
     let detector = body.as_ref().map(|body| body.make_detector(file, make)).transpose()?.flatten();
-    let robot = orders.robot.id;
+    let robot = agent_config.robot.id;
     let (who, grid) = (Participant::Robot(robot), scenario.terrain().grid());
-    let mut agent = Agent::new(orders);
+    let mut agent = Agent::new(agent_config);
     block_on(async {
         let stop = stopped(if config.attached { Bond::Input } else { Bond::None }, who, &mission)?;
         tokio::pin!(stop);
-        // Its network may be late, and whoever stops it does not wait for that.
+        // Its network may be late; stopping does not wait for it.
         let session = tokio::select! {
             session = open_when_there(&config.common.zenoh) => session?,
             () = &mut stop => return Ok(()),
@@ -95,14 +95,14 @@ pub fn agent(file: &Path, precedence: Precedence, make: detector::Make<'_>) -> R
     })
 }
 
-/// Takes part in a mission, and says so.
+/// Joins a mission, and logs it.
 async fn enter(link: &mut Link, endpoints: &Endpoints) -> Result<(), RuntimeError> {
     link.announce().await?;
-    tell_start(link, endpoints);
+    log_start(link, endpoints);
     Ok(())
 }
 
-/// A robot's own vehicle, and what it needs.
+/// A robot's own vehicle, with its requirements.
 struct Own {
     body: Body,
     detector: Option<Box<dyn detector::Detector>>,
@@ -110,7 +110,7 @@ struct Own {
 }
 
 impl Own {
-    /// Searches with it until the robot is told to stop, or the vehicle cannot go on.
+    /// Searches with it until the robot is asked to stop, or the vehicle fails.
     async fn search(
         self,
         link: &mut Link,
@@ -120,12 +120,12 @@ impl Own {
         stop: impl Future<Output = ()>,
     ) -> Result<(), RuntimeError> {
         let Self { body, detector, scenario } = self;
-        let (mut mind, orders) = Embodied::new(agent);
+        let (mut machine, agent_config) = Embodied::new(agent);
         let (sender, reports) = mpsc::channel(REPORTS);
-        // A vehicle's time is its own: the mission's may be set forward, and a camera was silent no longer for that.
+        // A vehicle has its own time: the mission's may be set forward, which must not look like a silent camera.
         let time = Clock::new(1.0).at(MissionTime::START);
         let mut vehicle = tokio::spawn(async move {
-            vehicle::serve::serve(body, &scenario, time, detector, orders, sender).await
+            vehicle::serve::serve(body, &scenario, time, detector, agent_config, sender).await
         });
         let mut broken = None;
         let stop = async {
@@ -134,9 +134,9 @@ impl Own {
                 ended = &mut vehicle => broken = Some(ended),
             }
         };
-        let searched = wall_clock::run(link, &mut mind, clock, Some(journal), reports, stop).await;
-        // Its vehicle stands still once the mind is gone; a network that is not there need not be waited for.
-        drop(mind);
+        let searched = wall_clock::run(link, &mut machine, clock, Some(journal), reports, stop).await;
+        // Its vehicle stops once the agent is gone; a network that is not there need not be waited for.
+        drop(machine);
         let ended = match broken {
             Some(ended) => Some(ended),
             None => tokio::time::timeout(STANDSTILL, vehicle).await.ok(),
@@ -150,13 +150,13 @@ impl Own {
     }
 }
 
-/// So many looks may wait for a mind that decides.
+/// Maximum number of observations that wait for an agent that decides.
 const REPORTS: usize = 1024;
-/// A vehicle is told to stand still within this time, or not at all.
+/// Time limit for stopping the vehicle.
 const STANDSTILL: Duration = Duration::from_secs(2);
 
-/// A robot recalls what stands in its journal; its clock goes on from what is noted there. The date of the computer is not
-/// asked: it may have been set meanwhile.
+/// A robot restores its journal; its clock continues from the stored time. The computer's date is not used: it may have
+/// been set meanwhile.
 fn resume(
     agent: &mut Agent,
     file: &Path,
@@ -178,19 +178,19 @@ fn resume(
     Ok((journal, clock.at(now)))
 }
 
-/// What a coordinator is besides.
+/// An additional role of the coordinator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// Nothing, unless its settings say so.
+    /// By its settings.
     AsSet,
-    /// The router through which robots talk to each other that cannot reach one another.
+    /// The router for robots that cannot reach each other.
     Router,
 }
 
-/// Runs the coordinator until it is told to stop; then the recording is finished.
+/// Runs the coordinator until it is asked to stop; then the recording is finished.
 ///
 /// # Errors
-/// If the settings are not allowed, or not all could be recorded.
+/// If the settings are invalid, or not everything could be recorded.
 pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), RuntimeError> {
     let mut config: CoordinatorSettings = config::load(file)?;
     config.common.zenoh = config.common.zenoh.named_in(file);
@@ -212,14 +212,14 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), Runtime
     };
     let there = Existing::Beside;
     let node = team::recording::node(&scenario, config.common.seed, &options, there)?;
-    let mut node = node.told_to(listener);
+    let mut node = node.with_listener(listener);
     let codec = Codec::of(&scenario);
     let clock = Clock::new(real_time_factor);
     let ended = block_on(async {
         let who = Participant::Coordinator;
         let stop = stopped(Bond::None, who, &mission)?;
         tokio::pin!(stop);
-        // What it records is finished, however early it is told to stop.
+        // Its recording is finished, however early it is asked to stop.
         let session = tokio::select! {
             session = open_when_there(&config.common.zenoh) => session?,
             () = &mut stop => return Ok(clock.now()),
@@ -238,7 +238,7 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), Runtime
     Ok(())
 }
 
-/// The page of a mission in the field, and what ties the coordinator to it.
+/// Serves the page of a mission in the field, connected to the coordinator.
 fn show(
     settings: &Settings,
     scenario: &Scenario,
@@ -248,10 +248,10 @@ fn show(
         .map_err(|error| RuntimeError::Settings { file: file.to_owned(), reason: format!("live: {error}") })
 }
 
-/// Runs the simulated world of a scenario for robots elsewhere, until all of them rest.
+/// Runs the simulated world of a scenario for robots in other processes, until all of them rest.
 ///
 /// # Errors
-/// If the settings are not allowed, or a robot does not come.
+/// If the settings are invalid, or a robot does not join.
 pub fn world(
     scenario: &Scenario,
     file: &Path,
@@ -282,7 +282,7 @@ pub fn world(
     Ok((episode, config.seed))
 }
 
-/// Ready when the process is asked to end; one that is bound to nobody tells so.
+/// Completes when the process is asked to stop; a process without a bond logs it.
 fn stopped(
     bond: Bond,
     who: Participant,
@@ -292,19 +292,19 @@ fn stopped(
     Ok(async move {
         stop.await;
         if bond == Bond::None {
-            tracing::info!("{who} of mission {mission} is told to stop, and ends");
+            tracing::info!("{who} of mission {mission} was asked to stop, and ends");
         }
     })
 }
 
-/// Whoever has started a process alone by mistake sees here whom it looks for.
-fn tell_start(link: &Link, endpoints: &Endpoints) {
+/// Logs the endpoints, so that a process without peers can be diagnosed.
+fn log_start(link: &Link, endpoints: &Endpoints) {
     let list = |endpoints: &[String]| match endpoints {
         [] => "nowhere".to_owned(),
         endpoints => endpoints.join(", "),
     };
     tracing::info!(
-        "{} of mission {} listens at {} and calls {}; who comes is told",
+        "{} of mission {} listens at {} and connects to {}; arrivals are logged",
         link.me(),
         link.mission(),
         list(&endpoints.listen),

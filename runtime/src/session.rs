@@ -1,4 +1,4 @@
-//! How a session is opened: explicit endpoints, nothing found by chance.
+//! Opening of sessions: explicit endpoints, no discovery.
 
 use std::collections::BTreeSet;
 use std::hash::{BuildHasher, RandomState};
@@ -36,8 +36,8 @@ pub struct Endpoints {
 pub enum Mode {
     /// Exchanges messages with direct connections only.
     Peer,
-    /// Also forwards messages between other routers: whoever reaches one of them reaches all. (A Zenoh client or peer
-    /// would lose the network with its router.)
+    /// Also forwards messages between other routers: a participant that reaches one of them reaches all. (A Zenoh client
+    /// or peer would lose the network with its router.)
     Router,
 }
 
@@ -51,7 +51,7 @@ impl Mode {
 }
 
 impl Endpoints {
-    /// The same, as the settings in this file mean it.
+    /// The same with paths relative to the file that names them.
     #[must_use]
     pub fn named_in(mut self, file: &Path) -> Self {
         let folder = file.parent().unwrap_or(Path::new(""));
@@ -60,7 +60,7 @@ impl Endpoints {
     }
 }
 
-/// Runs a participant to its end. What still waits for somebody then, as a session for a router that never came, is left.
+/// Runs a participant to its end. Whatever still waits then, such as a session for a router, is dropped.
 pub(crate) fn block_on<T>(
     participant: impl Future<Output = Result<T, RuntimeError>>,
 ) -> Result<T, RuntimeError> {
@@ -70,19 +70,19 @@ pub(crate) fn block_on<T>(
     ended
 }
 
-/// What sessions and their participants run on.
+/// The runtime of sessions and their participants.
 pub(crate) fn runtime() -> Result<Runtime, RuntimeError> {
     allow_more_files();
     Runtime::new()
         .map_err(|error| RuntimeError::Zenoh { what: "start".to_owned(), reason: error.to_string() })
 }
 
-/// As many files may be open as the system lets this process have: each connection is one, and strangers' count too until
-/// they are refused. Many systems allow 1,024 at first, and far more to whoever asks.
+/// Raises the limit of open files to the maximum: each connection is one, and unauthenticated ones count until they are
+/// rejected. Many systems start with 1,024, and allow far more.
 fn allow_more_files() {
     let limit = getrlimit(Resource::Nofile);
     if limit.current < limit.maximum || limit.maximum.is_none() {
-        // If it may not, it goes on with what it has.
+        // If that fails, it continues with the current limit.
         let _ = setrlimit(Resource::Nofile, Rlimit { current: limit.maximum, maximum: limit.maximum });
     }
 }
@@ -90,17 +90,17 @@ fn allow_more_files() {
 /// Opens a session as a peer: scouting is off unless the settings file turns it on.
 ///
 /// # Errors
-/// If the settings are not Zenoh's, or it cannot listen there now.
+/// If the settings are not Zenoh's, or it cannot listen now.
 pub async fn open(endpoints: &Endpoints) -> Result<Session, RuntimeError> {
     zenoh::open(settings(endpoints)?).await.map_err(refused(endpoints))
 }
 
-/// The same for a process of the field, whose network may come late: where it cannot listen yet, because an address is
-/// not there or another process has the port, it tries again every few seconds, for ever, and so it calls. The log says
-/// once a minute what is missing ([`crate::refusals`]).
+/// The same for a process in the field, whose network may come late: if it cannot listen yet, because an address is not
+/// there or another process has the port, it tries again every few seconds, for ever, and likewise for connections. The
+/// log says once a minute what is missing ([`crate::refusals`]).
 ///
 /// # Errors
-/// If the settings are not Zenoh's, or name what no network will ever have: see `endpoint.rs`.
+/// If the settings are not Zenoh's, or name an endpoint that can never work: see `endpoint.rs`.
 pub async fn open_when_there(endpoints: &Endpoints) -> Result<Session, RuntimeError> {
     let mut config = settings(endpoints)?;
     let impossible = |reason: String| match &endpoints.config {
@@ -110,32 +110,33 @@ pub async fn open_when_there(endpoints: &Endpoints) -> Result<Session, RuntimeEr
     endpoint::check(&config).map_err(impossible)?;
     for name in TLS_FILES {
         if let Some(path) = tls_file(&config, name) {
-            let told = |error| impossible(format!("transport/link/tls/{name}: {}: {error}", path.display()));
-            std::fs::File::open(&path).map_err(told)?;
+            let reported =
+                |error| impossible(format!("transport/link/tls/{name}: {}: {error}", path.display()));
+            std::fs::File::open(&path).map_err(reported)?;
         }
     }
     wait_for_network(&mut config).map_err(refused(endpoints))?;
     zenoh::open(config).await.map_err(refused(endpoints))
 }
 
-/// Leaves the network, and waits for that no longer than a person would: a session that cannot listen yet tries again
-/// whatever happens, and closes only once it can. What is left of it ends with the process.
+/// Leaves the network, with a time limit: a session that cannot listen yet closes only once it can. The rest of it ends
+/// with the process.
 async fn leave(session: &Session) {
-    // Whoever is left without a word sees that the connection is closed.
+    // The others detect the closed connection anyway.
     let _ = tokio::time::timeout(LEAVING, session.close()).await;
 }
 
-/// Does what a participant does on a session, and leaves the network then, however it ended.
+/// Runs a participant on a session, and leaves the network afterwards, however it ended.
 pub(crate) async fn leaving<T>(session: &Session, participant: impl Future<Output = T>) -> T {
     let ended = participant.await;
     leave(session).await;
     ended
 }
 
-/// So long a session may take to close.
+/// Time limit for closing a session.
 const LEAVING: Duration = Duration::from_millis(500);
 
-/// From now on it is tried again to listen and to call, until it can be done.
+/// Makes the session retry listening and connecting until it succeeds.
 pub(crate) fn wait_for_network(config: &mut Config) -> Result<(), zenoh::Error> {
     for place in ["listen", "connect"] {
         config.insert_json5(&format!("{place}/timeout_ms"), "-1")?;
@@ -174,7 +175,7 @@ fn settings(endpoints: &Endpoints) -> Result<Config, RuntimeError> {
     let open_to_all = exposed(&config);
     if !open_to_all.is_empty() {
         tracing::warn!(
-            "listening at {} without TLS, not on loopback: whoever reaches this address can take part and pose as \
+            "listening at {} without TLS, not on loopback: anyone who reaches this address can take part and impersonate \
              anybody; `dragnet keys` makes certificates",
             open_to_all.join(", ")
         );
@@ -182,7 +183,7 @@ fn settings(endpoints: &Endpoints) -> Result<Config, RuntimeError> {
     Ok(config)
 }
 
-/// Where a session listens that anybody can reach who is on the same network, without being asked for a certificate.
+/// Endpoints that anybody on the same network can connect to without a certificate.
 fn exposed(config: &Config) -> Vec<String> {
     let listen = config.get_json("listen/endpoints").unwrap_or_default();
     let is_private = |endpoint: &str| {
@@ -196,8 +197,8 @@ fn exposed(config: &Config) -> Vec<String> {
     endpoint::listed(&listen).into_iter().filter(|endpoint| !is_private(endpoint)).collect()
 }
 
-/// Whom a session is to call and cannot: Zenoh takes the brackets of the address for a part of the host's name, finds that
-/// no certificate can be for such a name, and says so only where nobody looks.
+/// An endpoint that a session cannot connect to: Zenoh takes the brackets of the address for a part of the host's name,
+/// finds that no certificate can be for such a name, and reports this only at a hidden log level.
 fn beyond_tls(config: &Config) -> Option<String> {
     let called = config.get_json("connect/endpoints").unwrap_or_default();
     endpoint::listed(&called).into_iter().find(|endpoint| endpoint.starts_with("tls/["))
@@ -207,7 +208,7 @@ fn is_mutual(config: &Config) -> bool {
     config.get_json("transport/link/tls/enable_mtls").is_ok_and(|value| value == "true")
 }
 
-/// A peer that meets only those whom it calls or who call it.
+/// A peer that connects to its configured endpoints only.
 fn private() -> Result<Config, zenoh::Error> {
     let mut config = Config::default();
     config.insert_json5("mode", "\"peer\"")?;
@@ -217,10 +218,10 @@ fn private() -> Result<Config, zenoh::Error> {
     Ok(config)
 }
 
-/// The longest file that Zenoh is given to read, bytes.
+/// The maximum size of a file that Zenoh reads, bytes.
 const MAX_FILE_BYTES: u64 = 1 << 22;
 
-/// Settings of Zenoh from a file: whoever names no endpoint listens nowhere, and files that it names lie beside it.
+/// Zenoh settings from a file: without endpoints it does not listen, and files that it names are relative to it.
 pub(crate) fn read(file: &Path) -> Result<Config, RuntimeError> {
     let failed =
         |error: zenoh::Error| RuntimeError::Settings { file: file.to_owned(), reason: error.to_string() };
@@ -233,7 +234,7 @@ pub(crate) fn read(file: &Path) -> Result<Config, RuntimeError> {
     let listen = "listen/endpoints";
     let usual = Config::default().get_json(listen).map_err(failed)?;
     if config.get_json(listen).map_err(failed)? == usual {
-        // Zenoh would listen on every interface.
+        // By default Zenoh listens on every interface.
         config.insert_json5(listen, "[]").map_err(failed)?;
     }
     for name in TLS_FILES {
@@ -247,7 +248,7 @@ pub(crate) fn read(file: &Path) -> Result<Config, RuntimeError> {
     Ok(config)
 }
 
-/// Where a session listens by its settings.
+/// The listening endpoints of the settings.
 ///
 /// # Errors
 /// If they are not Zenoh's.
@@ -261,7 +262,7 @@ pub(crate) fn listened(endpoints: &Endpoints) -> Result<Vec<String>, RuntimeErro
     }
 }
 
-/// The certificates by which a session shows who it is, and whom it believes: files that its settings name.
+/// The certificates that a session shows and trusts: files that its settings name.
 ///
 /// # Errors
 /// If the settings are not Zenoh's.
@@ -272,7 +273,7 @@ pub fn certificates(endpoints: &Endpoints) -> Result<BTreeSet<PathBuf>, RuntimeE
     Ok(named.filter_map(|name| tls_file(&config, name)).collect())
 }
 
-/// The file that a setting of TLS names, if it names one.
+/// The file that a setting of TLS names, if any.
 fn tls_file(config: &Config, name: &str) -> Option<PathBuf> {
     let value = config.get_json(&format!("transport/link/tls/{name}")).unwrap_or_default();
     serde_json::from_str(&value).ok()
@@ -292,20 +293,20 @@ pub(crate) fn json(endpoints: &[String]) -> String {
     format!("[{}]", quoted.join(","))
 }
 
-/// Where free ports are looked for: below those that systems give to outgoing connections, which the sessions of a
-/// mesh open many of before the last one listens.
+/// The range in which free ports are searched: below that of outgoing connections, which the sessions of a mesh open
+/// many of before the last one listens.
 const PORTS: std::ops::Range<u16> = 20_000..32_000;
 
-/// So many endpoints on this machine's loopback interface that are free now. The search starts anywhere, so that two
-/// that run side by side hardly meet.
+/// This many free endpoints on this computer's loopback interface. The search starts at a random port, so that two
+/// searches in parallel hardly collide.
 ///
 /// # Errors
-/// If so many are not free.
+/// If there are not enough free ports.
 pub fn free_endpoints(count: usize) -> Result<Vec<String>, RuntimeError> {
     let ports = PORTS.len() as u64;
     let start = RandomState::new().hash_one(std::process::id()) % ports;
     let candidates = (0..ports).map(|step| PORTS.start + u16::try_from((start + step) % ports).unwrap_or(0));
-    // All are held until the last is known, so that no two are equal.
+    // All are held until the last is found, so that no two are equal.
     let sockets: Vec<(u16, TcpListener)> = candidates
         .filter_map(|port| Some((port, TcpListener::bind(("127.0.0.1", port)).ok()?)))
         .take(count)
@@ -322,7 +323,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn whoever_listens_for_all_without_certificates_is_told_so() {
+    fn listening_to_all_without_certificates_is_reported() {
         let check = |listen: &str, is_mutual: bool, expected: bool| {
             let mut config = Config::default();
             config.insert_json5("listen/endpoints", &format!("[{listen:?}]")).unwrap();
@@ -340,7 +341,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn whom_tls_cannot_call_is_refused_before_anything_is_tried() {
+    async fn endpoints_that_tls_cannot_reach_are_rejected_at_once() {
         for (endpoint, is_refused) in
             [("tls/[::1]:7447", true), ("tcp/[::1]:7447", false), ("tls/localhost:7447", false)]
         {

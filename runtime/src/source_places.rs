@@ -1,13 +1,12 @@
-//! Errors of libraries without where in their source they came from: that is a folder of the machine that built this
-//! program, and nobody's business.
+//! Removes source positions from the errors of libraries: they contain paths of the computer that built this program.
 
 use std::borrow::Cow;
 
-/// What such a place begins and ends with: `... at /folder/file.rs:12.`
+/// The delimiters of a position: `... at /folder/file.rs:12.`
 const BEGIN: &str = " at ";
 const END: &str = ".rs:";
 
-/// The same text, without places in source files of Rust.
+/// The same text, without positions in Rust source files.
 #[must_use]
 pub fn without(text: &str) -> Cow<'_, str> {
     let mut left = text;
@@ -23,7 +22,7 @@ pub fn without(text: &str) -> Cow<'_, str> {
     Cow::Owned(kept)
 }
 
-/// What stands before the first place, and what stands after it.
+/// The text before the first position, and the text after it.
 fn next_place(text: &str) -> Option<(&str, &str)> {
     let mut searched = 0;
     loop {

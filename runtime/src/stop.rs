@@ -1,4 +1,4 @@
-//! When a process is to end: it is asked to, or nobody is left whom it could tell.
+//! Stopping of processes: by signals, or when their input or output is closed.
 
 use std::future::Future;
 use std::io;
@@ -10,23 +10,23 @@ use tokio::signal::unix::{Signal, SignalKind, signal};
 
 use crate::RuntimeError;
 
-/// So often it is looked whether somebody still reads what is printed.
-const LOOK: Duration = Duration::from_millis(500);
+/// Time between checks whether standard output is still read.
+const CHECK_PERIOD: Duration = Duration::from_millis(500);
 
 /// What ends a process besides signals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bond {
     /// Nothing.
     None,
-    /// Its standard input closes: whoever started it has ended.
+    /// Its standard input closes, as when its parent process ends.
     Input,
-    /// Nobody reads its standard output any more, as when it went through `head`, or its terminal is closed.
+    /// Its standard output closes, as with `head`, or with its terminal.
     Output,
 }
 
-/// Ready when the process is asked to end: by Ctrl-C, by a service manager, by its terminal's closing (unless whoever
-/// started it has it ignore that, as `nohup` does), or by what it is bound to. To be called within a runtime; from then on
-/// none of these signals ends the process by itself.
+/// Ready when the process is asked to end: by Ctrl-C, by a service manager, by the end of its terminal (unless that
+/// signal is ignored, as with `nohup`), or by its bond. To be called within a runtime; from then on none of these
+/// signals ends the process by itself.
 ///
 /// # Errors
 /// If signals cannot be listened for.
@@ -67,13 +67,13 @@ async fn severed(bond: Bond) {
         }
         Bond::Output => {
             while is_output_read() {
-                tokio::time::sleep(LOOK).await;
+                tokio::time::sleep(CHECK_PERIOD).await;
             }
         }
     }
 }
 
-/// Whether what is written to standard output may still be read by somebody.
+/// Whether standard output may still be read.
 fn is_output_read() -> bool {
     let stdout = io::stdout();
     let mut watched = [PollFd::new(&stdout, PollFlags::empty())];
@@ -83,13 +83,13 @@ fn is_output_read() -> bool {
     !is_gone
 }
 
-/// Whether this process was started so that it outlives its terminal.
+/// Whether this process was started so that it survives its terminal.
 fn is_hangup_ignored() -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     is_ignored(&status, SignalKind::hangup())
 }
 
-/// Whether Linux says so of a process.
+/// Whether a process ignores a signal, by its status file on Linux.
 fn is_ignored(status: &str, signal: SignalKind) -> bool {
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
     let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or_default();
@@ -102,7 +102,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_nohup_asked_for_is_seen() {
+    fn nohup_is_detected() {
         let check = |status: &str, expected: bool| {
             assert_eq!(is_ignored(status, SignalKind::hangup()), expected, "{status}");
         };

@@ -22,31 +22,31 @@ use crate::config::check_real_time_factor;
 use crate::session::{Endpoints, free_endpoints, open, runtime};
 use crate::wall_clock::Report;
 
-/// How a team is run.
+/// Options of a run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
-    /// A file that does not exist yet, to record the mission in.
+    /// A new file to record the mission to.
     pub recording: Option<PathBuf>,
     /// The program `dragnet`, to run each robot in a process of its own.
     pub processes: Option<PathBuf>,
-    /// Mission seconds a second, by the wall clock; simulated time without.
+    /// Mission seconds per second of the wall clock; `None`: simulated time.
     pub real_time_factor: Option<f64>,
     /// Version and commit of this program, for the recording.
     pub version: String,
 }
 
-/// What a run came to.
+/// The results of a run.
 #[derive(Clone, Debug)]
 pub struct Run {
     /// The episode.
     pub episode: Episode,
-    /// Observations that the coordinator merged.
+    /// Number of observations that the coordinator merged.
     pub observations_merged: u64,
     /// The recording.
     pub recording: Option<PathBuf>,
 }
 
-/// Runs a scenario over Zenoh on this machine's loopback interface.
+/// Runs a scenario over Zenoh on this computer's loopback interface.
 ///
 /// In simulated time the run is a function of scenario, seed and commit: the same recording, byte for byte.
 ///
@@ -62,18 +62,18 @@ pub fn run(
     run_watched(scenario, seed, options, None, spectator)
 }
 
-/// Who looks on while a team searches by the wall clock, and may speak to its coordinator.
+/// An observer of a team that searches by the wall clock, who may send commands to its coordinator.
 pub struct RunObserver {
-    /// Told of each record of the coordinator.
+    /// Receives each record of the coordinator.
     pub listener: Listener,
-    /// What the coordinator is asked for.
+    /// Commands to the coordinator.
     pub commands: mpsc::Receiver<Report>,
 }
 
-/// The same, with somebody looking on.
+/// The same with an observer.
 ///
 /// # Errors
-/// As [`run`], and if somebody looks on in simulated time.
+/// As [`run`], and if there is an observer in simulated time.
 pub fn run_watched(
     scenario: &Scenario,
     seed: u64,
@@ -106,7 +106,7 @@ pub fn run_watched(
     }
 }
 
-/// Everybody in a scenario: robots by number, then the coordinator.
+/// All participants of a scenario: robots by number, then the coordinator.
 pub(crate) fn everybody(scenario: &Scenario) -> Vec<Participant> {
     let robots = scenario.robots().iter().map(|robot| Participant::Robot(robot.id));
     robots.chain([Participant::Coordinator]).collect()
@@ -118,7 +118,7 @@ fn mission(scenario: &Scenario) -> Result<Mission, RuntimeError> {
     name.parse().map_err(|error| RuntimeError::Unsupported(format!("mission name {name:?}: {error}")))
 }
 
-/// What a participant's task came to.
+/// The result of a participant's task.
 async fn joined<T>(task: JoinHandle<Result<T, RuntimeError>>) -> Result<T, RuntimeError> {
     task.await.map_err(|error| RuntimeError::Zenoh {
         what: "end a participant".to_owned(),
@@ -126,9 +126,9 @@ async fn joined<T>(task: JoinHandle<Result<T, RuntimeError>>) -> Result<T, Runti
     })?
 }
 
-/// Where each session listens, and that it calls all before it: a mesh in which each pair has one connection.
+/// The endpoints of a mesh: each session listens, and connects to all before it, so that each pair has one connection.
 struct Mesh {
-    /// One a session.
+    /// One for each session.
     listen: Vec<String>,
     config: Option<PathBuf>,
 }
@@ -136,18 +136,18 @@ struct Mesh {
 impl Mesh {
     fn new(scenario: &Scenario) -> Result<Self, RuntimeError> {
         let sessions = scenario.robots().len() + 2;
-        // A child reads it from settings elsewhere.
+        // A child process reads it from settings in another folder.
         let config = scenario.zenoh_config().map(std::path::absolute).transpose();
         let config = config.map_err(|error| RuntimeError::Unsupported(format!("zenoh.config: {error}")))?;
         Ok(Self { listen: free_endpoints(sessions)?, config })
     }
 
-    /// Of the simulated world.
+    /// The endpoints of the simulated world.
     fn world(&self) -> Endpoints {
         self.endpoints(0)
     }
 
-    /// Of a participant.
+    /// The endpoints of a participant.
     fn participant(&self, who: Participant) -> Endpoints {
         match who {
             Participant::Coordinator => self.endpoints(1),

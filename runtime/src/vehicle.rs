@@ -1,8 +1,7 @@
-//! A robot's vehicle in the field: what its network says goes to its pilot ([`dragnet_vehicle::pilot`]), what the pilot
-//! says goes to the robot's mind or back to the network. Its mind hears of cells and looks alone, and knows nothing of
-//! cameras and motors.
+//! A robot's vehicle in the field: messages of its network go to its pilot ([`dragnet_vehicle::pilot`]); the pilot's
+//! observations go to the agent, and its paths and goals to the network. The agent receives cells and readings only.
 //!
-//! A vehicle is told the time like all minds, and does nothing by itself. [`serve`] drives it on its network by the wall
+//! A vehicle is driven by the caller's time, like a state machine. [`serve`] drives it on its network by the wall
 //! clock, [`crate::dry_run`] by the clock of a recording.
 
 pub mod detector;
@@ -32,14 +31,14 @@ use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Reading;
 use dragnet_search::terrain::Terrain;
 use dragnet_vehicle::camera::{Camera, DetectionBox};
-use dragnet_vehicle::pilot::diagnostic::{Diagnostic as Said, NO_POSE};
+use dragnet_vehicle::pilot::diagnostic::{Diagnostic as PilotDiagnostic, NO_POSE};
 use dragnet_vehicle::pilot::{
     Action, CameraDetections, CameraFrame, Event, InputSource, Pilot, PoseEstimate, Report as DriveReport,
 };
 
 use crate::ros::incoming::Incoming;
 use crate::ros::settings::{Checked, Stamps};
-use detector::{Look, Seen};
+use detector::{DetectionRequest, Seen};
 use diagnostics::DiagnosticsAggregator;
 use place::{Located, Moment, Places, planar};
 use topics::Topics;
@@ -47,20 +46,20 @@ use topics::Topics;
 pub(crate) use diagnostics::RefusedInput;
 pub use embodied::{AgentOutputs, Embodied};
 
-/// How often the pilot hears that time passes: silence is noticed so soon.
+/// Period of the pilot's tick, which bounds how soon a timeout is noticed.
 pub(crate) const TICK: Duration = Duration::from_millis(100);
-/// How often people are shown what the robot believes, and what is wrong with it, at most.
+/// Period in which belief and diagnostics are published.
 pub(crate) const SHOW: Duration = Duration::from_secs(1);
-/// A belief that does not change is shown again after so many times: on its way it may have been lost, and behind a bridge
-/// nobody asks for what was said before.
+/// Number of periods after which an unchanged belief is published again: it may have been lost, and behind a bridge
+/// late subscribers do not receive it.
 const SHOW_AGAIN: u32 = 5;
-/// A goal that nobody has taken up, or a path that nobody drives, is told again after so long.
+/// Time after which a goal that was not accepted, or a path that is not driven, is published again.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// Who has come no farther than this stands, meters: what localization wanders by.
+/// Distance up to which a vehicle counts as standing, meters: the noise of localization.
 const STILL_METERS: f64 = 0.25;
-/// So near to a path's end whoever follows it may well have done so.
+/// Distance from a path's end at which it may have been driven.
 const NEAR_METERS: f64 = 1.0;
-/// What is told of maps that the pilot never sees; what it says of others is its own.
+/// Subject of diagnostics about maps that the pilot never receives; the pilot reports others itself.
 const MAP_FRAME: &str = "map frame";
 
 /// The time by the mission's clock and by the computer's, which may be set meanwhile.
@@ -70,16 +69,16 @@ pub(crate) struct Now {
     pub(crate) unix_ns: i64,
 }
 
-/// What a vehicle has for others, in this order.
+/// The effects of a vehicle, in order.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Effect {
-    /// For the robot's mind: where it stands, and what it saw since the last time.
+    /// For the agent: its cell, and the readings since the last observation.
     Sensed { cell: Cell, readings: Vec<Reading> },
     /// For the vehicle's network.
     Publish(Output),
-    /// For a detector of this program's own, if it has one; what that sees comes back as [`Vehicle::see`].
-    Look(Look),
-    /// For the log: something has gone wrong, or is well again.
+    /// For this program's own detector, if any; its detections come back through [`Vehicle::see`].
+    Detect(DetectionRequest),
+    /// For the log: a fault begins or ends.
     Tell(Diagnostic),
 }
 
@@ -90,23 +89,23 @@ pub(crate) struct Vehicle {
     terrain: Arc<Terrain>,
     detection_threshold: f64,
     stamps: Stamps,
-    board: DiagnosticsAggregator,
+    aggregator: DiagnosticsAggregator,
     topics: Topics,
-    /// Times that the belief was not shown since it was.
+    /// Number of periods since the belief was last published.
     unchanged: u32,
-    /// The last place that the network said.
+    /// The last pose by localization.
     located: Option<Pose>,
-    /// Goals that Nav2 told of last.
+    /// The last goals of Nav2.
     goals: Vec<GoalStatus>,
-    /// What Nav2 was asked for, and when.
-    errand: Option<(NavigationGoal, Pose, MissionTime)>,
+    /// The goal that was sent to Nav2, and when.
+    sent_goal: Option<(NavigationGoal, Pose, MissionTime)>,
     drive: Option<Drive>,
 }
 
 /// A path that the vehicle is to drive.
 struct Drive {
     poses: Vec<Pose>,
-    /// Where it was when it last got on, and when.
+    /// Its last pose after progress, and when.
     stood: (Pose, MissionTime),
 }
 
@@ -123,87 +122,87 @@ impl Vehicle {
             terrain: Arc::new(scenario.terrain().clone()),
             detection_threshold: scenario.mission().detection_threshold,
             stamps: ros.stamps(),
-            board: DiagnosticsAggregator::default(),
+            aggregator: DiagnosticsAggregator::default(),
             topics: Topics::new(ros),
             unchanged: 0,
             located: None,
             goals: Vec::new(),
-            errand: None,
+            sent_goal: None,
             drive: None,
         }
     }
 
-    /// The network says something on a topic.
-    pub(crate) fn hear(&mut self, now: Now, topic: &TopicName, heard: Incoming) -> Vec<Effect> {
-        self.topics.hears(topic, &heard);
-        if let Incoming::Rejected { reason, .. } = heard {
-            self.board.refuse(now.mission, topic, &reason);
+    /// A message of the network arrives on a topic.
+    pub(crate) fn receive(&mut self, now: Now, topic: &TopicName, received: Incoming) -> Vec<Effect> {
+        self.topics.on_message(topic, &received);
+        if let Incoming::Rejected { reason, .. } = received {
+            self.aggregator.refuse(now.mission, topic, &reason);
             return self.news();
         }
-        self.board.heard(now.mission, topic);
-        let located = match heard {
+        self.aggregator.received(now.mission, topic);
+        let located = match received {
             Incoming::Odometry(odometry) => {
                 Ok(self.places.odometry(self.moment(now, odometry.place.stamp_unix_ns), &odometry))
             }
             Incoming::Pose(pose) => self.places.pose(self.moment(now, pose.stamp_unix_ns), &pose),
             Incoming::Fix(fix) => self.places.fix(self.moment(now, fix.stamp_unix_ns), &fix),
-            Incoming::Map(map) => return self.hear_map(now, topic, &map),
+            Incoming::Map(map) => return self.receive_map(now, topic, &map),
             Incoming::Detections { camera, detections } => {
                 let time_ns = self.time_ns(now, detections.stamp_unix_ns);
                 return self.frame(now, &camera, time_ns, detections.boxes.iter().map(of_box).collect());
             }
-            Incoming::Image { camera, image } => return self.hear_image(now, topic, camera, image),
-            Incoming::Goals(goals) => return self.hear_goals(now, goals),
+            Incoming::Image { camera, image } => return self.receive_image(now, topic, camera, image),
+            Incoming::Goals(goals) => return self.receive_goals(now, goals),
             Incoming::Rejected { .. } => return Vec::new(),
         };
         match located {
             Ok(located) => located.map(|located| self.locate(now, &located)).unwrap_or_default(),
             Err(reason) => {
-                self.board.refuse(now.mission, topic, &reason);
+                self.aggregator.refuse(now.mission, topic, &reason);
                 self.news()
             }
         }
     }
 
-    /// The detector has looked at an image.
+    /// The detector has processed an image.
     pub(crate) fn see(&mut self, now: Now, seen: Seen) -> Vec<Effect> {
         let subject = format!("detector, {}", seen.camera);
         match seen.found {
             Ok(boxes) => {
-                self.board.well(now.mission, &subject);
+                self.aggregator.well(now.mission, &subject);
                 self.frame(now, &seen.camera, seen.time_ns, boxes)
             }
             Err(reason) => {
                 self.refuse(&InputSource::Camera(seen.camera.to_string()), &reason);
-                self.board.note(now.mission, &subject, &reason);
+                self.aggregator.note(now.mission, &subject, &reason);
                 self.news()
             }
         }
     }
 
-    /// The robot's mind has another route.
+    /// The agent has a new route.
     pub(crate) fn follow(&mut self, now: Now, route: Vec<Cell>) -> Vec<Effect> {
         self.tell(now, Event::Route(route))
     }
 
-    /// Time passes: to be called every [`TICK`].
+    /// To be called every [`TICK`].
     pub(crate) fn tick(&mut self, now: Now) -> Vec<Effect> {
         let mut effects = self.insist(now);
-        self.board.settle(now.mission);
+        self.aggregator.settle(now.mission);
         effects.extend(self.news());
         effects.extend(self.tell(now, Event::Tick));
         effects
     }
 
-    /// What people are shown: what is followed, and the belief if it has changed or stood for a while: to be called every [`SHOW`].
+    /// The tracks, and the belief if it has changed or was not published for a while: to be called every [`SHOW`].
     /// The pilot gets the declared cells of a changed belief.
     pub(crate) fn show(&mut self, now: Now, belief: &Belief, has_changed: bool) -> Vec<Effect> {
-        let mut shown = vec![Output::Diagnostics(self.board.all()), Output::Tracks(self.tracks())];
+        let mut shown = vec![Output::Diagnostics(self.aggregator.all()), Output::Tracks(self.tracks())];
         self.unchanged += 1;
         if has_changed || self.unchanged >= SHOW_AGAIN {
             self.unchanged = 0;
             let start_unix_ns = now.unix_ns.saturating_sub_unsigned(now.mission.0);
-            // Where the map lies in the frame that the robot is told of is known to `places`.
+            // The map's pose in the robot's frame is known to `places`.
             let viewer = Viewer::new(&self.terrain, MapOrigin::default(), start_unix_ns);
             let drawn = viewer.belief(belief, now.mission);
             shown.push(Output::Belief(drawn, planar(&self.places.in_frame(&Pose::default()))));
@@ -216,10 +215,10 @@ impl Vehicle {
         effects
     }
 
-    /// Nothing is left to drive. Nav2 is sent to where the robot is, which is how topics call a goal off.
+    /// Stops the vehicle. Nav2 gets the robot's own pose as goal, which is how a goal is canceled by topics.
     pub(crate) fn halt(&mut self) -> Vec<Effect> {
         self.drive = None;
-        let goal = self.errand.take().and(self.located).map(|here| Output::Goal(self.in_frame(&here)));
+        let goal = self.sent_goal.take().and(self.located).map(|here| Output::Goal(self.in_frame(&here)));
         goal.into_iter().chain([Output::Path(Vec::new())]).map(Effect::Publish).collect()
     }
 
@@ -229,7 +228,7 @@ impl Vehicle {
     }
 
     fn news(&mut self) -> Vec<Effect> {
-        self.board.take_news().into_iter().map(Effect::Tell).collect()
+        self.aggregator.take_news().into_iter().map(Effect::Tell).collect()
     }
 
     /// Mission time of a stamp: as long ago as the stamp is by the computer's clock.
@@ -247,7 +246,7 @@ impl Vehicle {
                 Duration::from_nanos(u64::try_from(now.unix_ns.saturating_sub(stamp_unix_ns)).unwrap_or(0))
             }
         };
-        Moment { heard_ns: now.mission.0, time_ns: self.time_ns(now, stamp_unix_ns), age }
+        Moment { received_ns: now.mission.0, time_ns: self.time_ns(now, stamp_unix_ns), age }
     }
 
     fn locate(&mut self, now: Now, located: &Located) -> Vec<Effect> {
@@ -262,12 +261,12 @@ impl Vehicle {
     }
 
     fn frame(&mut self, now: Now, camera: &str, time_ns: u64, boxes: Vec<DetectionBox>) -> Vec<Effect> {
-        let (camera, sights) = (camera.to_owned(), CameraDetections::Boxes(boxes));
-        self.tell(now, Event::Frame(CameraFrame { time_ns, camera, head_radians: 0.0, sights }))
+        let (camera, detections) = (camera.to_owned(), CameraDetections::Boxes(boxes));
+        self.tell(now, Event::Frame(CameraFrame { time_ns, camera, head_radians: 0.0, detections }))
     }
 
-    /// A detector's boxes mean something in images of the size that the camera's settings tell.
-    fn hear_image(&mut self, now: Now, topic: &TopicName, camera: Arc<str>, image: Image) -> Vec<Effect> {
+    /// A detector's boxes require images of the size in the camera's settings.
+    fn receive_image(&mut self, now: Now, topic: &TopicName, camera: Arc<str>, image: Image) -> Vec<Effect> {
         let Some(settings) = self.pilot.camera(&camera).map(Camera::settings) else {
             return Vec::new();
         };
@@ -277,45 +276,45 @@ impl Vehicle {
             let found = format!("an image of {} x {} pixels", image.width_pixels, image.height_pixels);
             let allowed = format!("allowed is {width} x {height}, as in vehicle.cameras");
             let reason = format!("{found}; {allowed}");
-            self.board.count(topic, &reason);
-            self.board.note(now.mission, &subject, &reason);
+            self.aggregator.count(topic, &reason);
+            self.aggregator.note(now.mission, &subject, &reason);
             return self.news();
         }
-        self.board.well(now.mission, &subject);
+        self.aggregator.well(now.mission, &subject);
         let time_ns = self.time_ns(now, image.stamp_unix_ns);
-        vec![Effect::Look(Look { camera, time_ns, image })]
+        vec![Effect::Detect(DetectionRequest { camera, time_ns, image })]
     }
 
-    fn hear_map(&mut self, now: Now, topic: &TopicName, map: &Occupancy) -> Vec<Effect> {
+    fn receive_map(&mut self, now: Now, topic: &TopicName, map: &Occupancy) -> Vec<Effect> {
         match ground::cost_map(self.places.map(), map) {
             Ok(map) => {
-                self.board.well(now.mission, MAP_FRAME);
+                self.aggregator.well(now.mission, MAP_FRAME);
                 self.tell(now, Event::Map(map))
             }
             Err(reason) => {
-                self.board.count(topic, &reason);
-                self.board.note(now.mission, MAP_FRAME, &reason);
+                self.aggregator.count(topic, &reason);
+                self.aggregator.note(now.mission, MAP_FRAME, &reason);
                 self.news()
             }
         }
     }
 
-    fn hear_goals(&mut self, now: Now, goals: Vec<GoalStatus>) -> Vec<Effect> {
+    fn receive_goals(&mut self, now: Now, goals: Vec<GoalStatus>) -> Vec<Effect> {
         self.goals = goals;
-        let Some((errand, ..)) = &mut self.errand else { return Vec::new() };
-        errand.follow(&self.goals);
-        let report = match errand.progress() {
+        let Some((sent_goal, ..)) = &mut self.sent_goal else { return Vec::new() };
+        sent_goal.follow(&self.goals);
+        let report = match sent_goal.progress() {
             Progress::Unanswered => return Vec::new(),
             Progress::Underway => {
-                self.board.well(now.mission, "goal");
+                self.aggregator.well(now.mission, "goal");
                 return self.news();
             }
             Progress::Reached => DriveReport::Arrived,
             Progress::Failed => DriveReport::Failed("the navigation gave up".to_owned()),
-            Progress::Canceled => DriveReport::Failed("somebody called it off".to_owned()),
-            Progress::Replaced => DriveReport::Failed("somebody sent the robot elsewhere".to_owned()),
+            Progress::Canceled => DriveReport::Failed("it was canceled".to_owned()),
+            Progress::Replaced => DriveReport::Failed("another goal replaced it".to_owned()),
         };
-        self.errand = None;
+        self.sent_goal = None;
         self.tell(now, Event::Drive(report))
     }
 
@@ -331,9 +330,9 @@ impl Vehicle {
             Action::Hold => self.halt(),
             Action::Tell(diagnostic) => {
                 let diagnostic = self.explained(diagnostic);
-                self.board.pin(&diagnostic);
+                self.aggregator.pin(&diagnostic);
                 let mut effects = self.news();
-                effects.push(Effect::Publish(Output::Diagnostics(self.board.all())));
+                effects.push(Effect::Publish(Output::Diagnostics(self.aggregator.all())));
                 effects
             }
             Action::Refuse(source, reason) => {
@@ -345,26 +344,26 @@ impl Vehicle {
 
     fn refuse(&mut self, source: &InputSource, reason: &str) {
         if let Some(topic) = self.topics.of(source) {
-            self.board.count(topic, reason);
+            self.aggregator.count(topic, reason);
         }
     }
 
-    /// Where no pose comes, the network tells why.
-    fn explained(&self, said: Said) -> Said {
-        if said.message != NO_POSE {
-            return said;
+    /// If there is no pose, the network's state gives the reason.
+    fn explained(&self, pilot_diagnostic: PilotDiagnostic) -> PilotDiagnostic {
+        if pilot_diagnostic.message != NO_POSE {
+            return pilot_diagnostic;
         }
-        let why = self.topics.why_no_pose(self.places.missing(), self.board.refused());
-        Said { message: format!("{NO_POSE}: {why}"), ..said }
+        let why = self.topics.why_no_pose(self.places.missing(), self.aggregator.refused());
+        PilotDiagnostic { message: format!("{NO_POSE}: {why}"), ..pilot_diagnostic }
     }
 
-    /// What was refused, by topic.
+    /// Rejected messages, by topic.
     pub(crate) const fn refused(&self) -> &BTreeMap<TopicName, RefusedInput> {
-        self.board.refused()
+        self.aggregator.refused()
     }
 
     fn go(&mut self, now: Now, pose: Pose) -> Vec<Effect> {
-        self.errand = Some((NavigationGoal::begin(&self.goals), pose, now.mission));
+        self.sent_goal = Some((NavigationGoal::begin(&self.goals), pose, now.mission));
         vec![Effect::Publish(Output::Goal(self.in_frame(&pose)))]
     }
 
@@ -372,31 +371,32 @@ impl Vehicle {
         Effect::Publish(Output::Path(poses.iter().map(|pose| self.in_frame(pose)).collect()))
     }
 
-    /// Tells a goal again that nobody has taken up, or what is left of a path that nobody drives. Whoever drives may have
-    /// come late, or started again.
+    /// Publishes a goal again that was not accepted, or the rest of a path that is not driven. The subscriber may have
+    /// joined late, or restarted.
     fn insist(&mut self, now: Now) -> Vec<Effect> {
-        let again = match &self.errand {
-            Some((errand, pose, told))
-                if errand.progress() == Progress::Unanswered && now.mission.since(*told) > PATIENCE =>
+        let again = match &self.sent_goal {
+            Some((sent_goal, pose, reported))
+                if sent_goal.progress() == Progress::Unanswered
+                    && now.mission.since(*reported) > PATIENCE =>
             {
                 let pose = *pose;
-                self.board.note(now.mission, "goal", "nobody takes up the goal; it is told again");
+                self.aggregator.note(now.mission, "goal", "the goal was not accepted; it is published again");
                 self.go(now, pose)
             }
-            _ => self.path_of_who_stands(now),
+            _ => self.path_of_a_resting_robot(now),
         };
         let mut effects = self.news();
         effects.extend(again);
         effects
     }
 
-    fn path_of_who_stands(&mut self, now: Now) -> Vec<Effect> {
+    fn path_of_a_resting_robot(&mut self, now: Now) -> Vec<Effect> {
         let (Some(drive), Some(here)) = (&mut self.drive, self.located) else { return Vec::new() };
         let meters_from = |pose: &Pose| (pose.position_meters() - here.position_meters()).norm();
         let (stood, since) = drive.stood;
         if meters_from(&stood) > STILL_METERS {
             drive.stood = (here, now.mission);
-            self.board.well(now.mission, "path");
+            self.aggregator.well(now.mission, "path");
             return Vec::new();
         }
         if now.mission.since(since) <= PATIENCE {
@@ -409,16 +409,16 @@ impl Vehicle {
             .enumerate()
             .min_by(|(_, one), (_, other)| meters_from(one).total_cmp(&meters_from(other)));
         let rest = drive.poses[nearest.map_or(0, |(place, _)| place)..].to_vec();
-        // Who stands at its end waits for the next.
+        // At its end the vehicle waits for the next one.
         if rest.last().is_none_or(|end| meters_from(end) <= NEAR_METERS) {
             return Vec::new();
         }
-        let message = "the vehicle does not drive its path; what is left of it is told again";
-        self.board.note(now.mission, "path", message);
+        let message = "the vehicle does not drive its path; the rest of it is published again";
+        self.aggregator.note(now.mission, "path", message);
         vec![self.path(&rest)]
     }
 
-    /// A pose on the search's map in the frame of the vehicle's network.
+    /// A pose on the search's map, converted to the frame of the vehicle's network.
     fn in_frame(&self, pose: &Pose) -> dragnet_ros2::input::PlanarPose {
         planar(&self.places.in_frame(pose))
     }

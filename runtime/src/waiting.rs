@@ -1,8 +1,8 @@
-//! What has come and waits to be taken: bounded in bytes, and fair to those whom it came from.
+//! Received messages that wait to be processed: bounded in bytes, and fair among senders.
 //!
-//! Each sender has a queue of its own. The one of whom least was taken is next, by bytes, so that whoever says much waits
-//! longer than whoever says little; and if there is no room, the sender with the most bytes waiting loses its oldest
-//! message. So who floods a participant delays and drops what it says itself.
+//! Each sender has its own queue. The sender with the least processed bytes is next, so that senders of many messages
+//! wait longer than those of few; and if there is no space, the sender with the most pending bytes loses its oldest
+//! message. So a participant that floods another delays and drops only its own messages.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt;
@@ -12,19 +12,19 @@ use dragnet_proto::sender::Envelope;
 use dragnet_scenario::participant::Participant;
 use tokio::sync::mpsc;
 
-/// So many bytes may wait, from all senders together.
+/// Maximum number of pending bytes, of all senders together.
 pub(crate) const MOST_BYTES: usize = 64 * 1024 * 1024;
-/// So often may it wait to be heard that processes of one sender came or left.
+/// Maximum number of pending presence changes of one sender.
 const MOST_PRESENCE: usize = 64;
-/// A message takes so much room besides what it says.
+/// Overhead of a message, bytes.
 const OVERHEAD: usize = 256;
 
-/// Whose queue something waits in. All who are not of the team share one: there may be any number of them.
+/// The owner of a queue. All outside the team share one: there may be any number of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Sender {
-    /// Of the team, if nobody poses as it.
+    /// A participant of the team, unless another impersonates it.
     Known(Participant),
-    /// Anybody else.
+    /// Any other.
     Stranger,
 }
 
@@ -32,71 +32,71 @@ impl fmt::Display for Sender {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Known(who) => who.fmt(formatter),
-            Self::Stranger => formatter.write_str("somebody who is not of the team"),
+            Self::Stranger => formatter.write_str("a participant outside the team"),
         }
     }
 }
 
-/// Bytes under a key, as they came.
+/// Undecoded bytes with their key.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Raw {
     pub(crate) key: String,
     pub(crate) payload: Vec<u8>,
-    /// What it came in, if it came in one.
+    /// Their envelope, if valid.
     pub(crate) envelope: Option<Envelope>,
 }
 
-/// Something that has come.
+/// A pending message or change.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Arrival {
-    /// A message, not yet read.
+    /// A message, not decoded yet.
     Message { from: Sender, raw: Raw },
-    /// A process of somebody has come, or has left.
+    /// A process of a participant has joined or left.
     Presence { who: Participant, identity: u64, is_here: bool },
 }
 
-/// Where arrivals are put. When the last one is gone, nothing comes any more.
+/// The sending half. When the last one is dropped, nothing arrives any more.
 #[derive(Clone)]
 pub(crate) struct Inlet {
     queues: Arc<Mutex<Queues>>,
     news: mpsc::Sender<()>,
 }
 
-/// From where they are taken.
+/// The receiving half.
 pub(crate) struct Outlet {
     queues: Arc<Mutex<Queues>>,
     news: mpsc::Receiver<()>,
 }
 
-/// An empty place to wait.
+/// An empty queue.
 pub(crate) fn waiting(max_bytes: usize) -> (Inlet, Outlet) {
     let queues = Arc::new(Mutex::new(Queues { max_bytes, ..Queues::default() }));
-    // One sign is enough for any number of arrivals.
+    // One signal is enough for any number of arrivals.
     let (sender, receiver) = mpsc::channel(1);
     (Inlet { queues: Arc::clone(&queues), news: sender }, Outlet { queues, news: receiver })
 }
 
 impl Inlet {
-    /// Puts in a message.
+    /// Adds a message.
     pub(crate) fn message(&self, from: Sender, raw: Raw) {
         lock(&self.queues).put_message(from, raw);
         self.tell();
     }
 
-    /// Puts in that a process of somebody of the team has come or left.
+    /// Adds the arrival or departure of a process of the team.
     pub(crate) fn presence(&self, who: Participant, identity: u64, is_here: bool) {
         lock(&self.queues).put_presence(who, identity, is_here);
         self.tell();
     }
 
     fn tell(&self) {
-        // If a sign waits already, whoever takes it finds this too.
+        // If a signal is pending already, its receiver finds this too.
         let _ = self.news.try_send(());
     }
 }
 
 impl Outlet {
-    /// The next arrival; `None` once nothing comes any more.
+    /// The next arrival; `None` once nothing arrives any more.
     pub(crate) async fn take(&mut self) -> Option<Arrival> {
         loop {
             let next = lock(&self.queues).take();
@@ -109,7 +109,7 @@ impl Outlet {
         }
     }
 
-    /// Senders whose messages had to be dropped since this was last asked, and how many.
+    /// Senders whose messages were dropped since the last call, and their numbers.
     pub(crate) fn dropped(&self) -> BTreeMap<Sender, u64> {
         std::mem::take(&mut lock(&self.queues).dropped)
     }
@@ -123,23 +123,23 @@ fn lock(queues: &Mutex<Queues>) -> MutexGuard<'_, Queues> {
 #[derive(Debug, Default)]
 struct Queues {
     max_bytes: usize,
-    /// What waits, of all.
+    /// Pending bytes of all.
     bytes: usize,
     senders: BTreeMap<Sender, Queue>,
-    /// What whoever was last served had been given before, bytes: nobody saves up turns while it says nothing.
+    /// Processed bytes of the last served sender before that: silent senders do not save up turns.
     served: u64,
     dropped: BTreeMap<Sender, u64>,
 }
 
-/// What waits of one sender, each with its place in the order of arrival.
+/// Pending arrivals of one sender, each with its position in the order of arrival.
 #[derive(Debug, Default)]
 struct Queue {
     messages: VecDeque<(u64, Raw)>,
-    /// Whether each of its processes came or left, the last two times: what was before makes no difference.
+    /// The last two presence changes of each of its processes: earlier ones make no difference.
     presence: VecDeque<(u64, Participant, u64, bool)>,
     arrivals: u64,
     bytes: usize,
-    /// What was taken of it, bytes, as if it had always had something to say.
+    /// Processed bytes, as if it had always had pending messages.
     served: u64,
 }
 
@@ -176,7 +176,7 @@ impl Queues {
         queue
     }
 
-    /// Drops the oldest message of whoever has the most bytes waiting; whether there was one.
+    /// Drops the oldest message of the sender with the most pending bytes; returns whether there was one.
     fn drop_one(&mut self) -> bool {
         let longest = self.senders.iter_mut().max_by_key(|(_, queue)| queue.bytes);
         let Some((&sender, queue)) = longest else { return false };
@@ -209,8 +209,8 @@ impl Queue {
         self.arrivals
     }
 
-    /// Makes room: first of all whoever has come and left again was never there, so that nobody who is known to be there
-    /// stays for ever; then the oldest that has come.
+    /// Makes space: first a process that has joined and left again is forgotten, so that no known process stays for
+    /// ever; then the oldest arrival.
     fn forget_presence(&mut self) {
         let presence = &self.presence;
         let leaves = |identity| presence.iter().any(|&(_, _, it, is_here)| it == identity && !is_here);
@@ -222,7 +222,7 @@ impl Queue {
         }
     }
 
-    /// The first that came, and the bytes that it took.
+    /// The first arrival, and its bytes.
     fn take(&mut self, from: Sender) -> Option<(Arrival, usize)> {
         let message = self.messages.front().map(|&(place, _)| place);
         let presence = self.presence.front().map(|&(place, ..)| place);

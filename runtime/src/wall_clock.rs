@@ -1,4 +1,4 @@
-//! A participant driven by the wall clock: what an agent on a vehicle and a coordinator in the field are.
+//! A participant driven by the wall clock: an agent on a vehicle, or a coordinator in the field.
 
 use std::collections::BTreeSet;
 use std::future::Future;
@@ -22,14 +22,14 @@ use crate::log_limit::{Kind, Teller};
 use crate::narrator::Narrator;
 use crate::watchdog::Watchdog;
 
-/// A robot with a journal holds so many observations of each origin in memory, the last ones: what was lost on its way to
-/// others is repeated from there. Older ones are in the journal, for those who come late.
+/// Number of observations of each origin that a robot with a journal holds in memory, the last ones: lost messages are
+/// repeated from there. Older ones are read from the journal, for late joiners.
 const HELD: NonZeroUsize = NonZeroUsize::new(4).expect("above 0");
 
-/// So often whoever listens looks whether it has listened for long enough.
+/// Period in which a listening robot checks whether it has listened for long enough.
 const LISTENS: Duration = Duration::from_millis(100);
 
-/// What a run by the wall clock measured.
+/// The measurements of a run by the wall clock.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Log {
     /// Computing time of each decision.
@@ -38,24 +38,24 @@ pub struct Log {
     pub ended: MissionTime,
 }
 
-/// What a vehicle reports besides messages: the mission's time, if it knows that better than this clock, and what happened.
+/// A report of a vehicle: the mission's time, if it knows that better than this clock, and an event.
 pub type Report = (Option<MissionTime>, Event<Message>);
 
-/// Runs a mind until `stop` is ready or the network closes. `reports` is what its vehicle says: a coordinator has none.
-/// Whatever the mind is to remember is in the journal, if there is one, before it says anything.
+/// Runs a state machine until `stop` is ready or the network closes. `reports` come from its vehicle: a coordinator has
+/// none. Everything to be stored is in the journal, if there is one, before anything is published.
 ///
 /// # Errors
-/// If the mind cannot go on.
+/// If the state machine fails.
 pub async fn run(
     link: &mut Link,
-    mind: &mut dyn StateMachine,
+    machine: &mut dyn StateMachine,
     mut clock: Clock,
     journal: Option<Journal>,
     mut reports: mpsc::Receiver<Report>,
     stop: impl Future<Output = ()>,
 ) -> Result<Log, RuntimeError> {
     let mut driver = Driver {
-        mind,
+        machine,
         journal,
         noted: None,
         published: 0,
@@ -75,27 +75,27 @@ pub async fn run(
     tokio::pin!(stop);
     loop {
         driver.note_time(&clock);
-        driver.look_for_doubles(link, clock.now()).await?;
+        driver.report_doubles(link, clock.now()).await?;
         let doubles = driver.doubles.due().map(|due| due.saturating_sub(link.age()));
         tokio::select! {
             () = &mut stop => return Ok(driver.finish(&clock)),
             () = tokio::time::sleep(doubles.unwrap_or_default()), if doubles.is_some() => {}
             () = watchdog.feed() => {}
             () = driver.teller.settle() => {}
-            heard = link.hear() => match heard {
-                Some(heard) => {
-                    if let Incoming::Message { from, message, .. } = &heard
+            received = link.receive() => match received {
+                Some(received) => {
+                    if let Incoming::Message { from, message, .. } = &received
                         && let Some(time) = clock::dated(*from, message)
                     {
-                        driver.tell_time(*from, clock.hear(time));
+                        driver.log_time(*from, clock.receive(time));
                     }
-                    driver.hear(link, clock.now(), heard).await?;
+                    driver.receive(link, clock.now(), received).await?;
                 }
                 None => return Ok(driver.finish(&clock)),
             },
             report = reports.recv(), if has_reports && !clock.listens() => match report {
                 Some((time, event)) => {
-                    // To the nanosecond as the simulator says: others hold where a robot was against when.
+                    // Exactly the simulator's time: others validate a robot's speed by it.
                     let followed = time.filter(|&time| clock.follow(time));
                     if matches!(event, Event::Sensed { .. }) {
                         clock.begin();
@@ -115,7 +115,7 @@ pub async fn run(
     }
 }
 
-/// What a journal answers to a question for what its robot has released.
+/// A journal's answer to a request for released observations.
 fn repeat(journal: &Journal, request: SyncRequest, teller: &mut Teller) -> Option<(Audience, Message)> {
     match journal.since(request.of, request.first, SyncReply::MAX_OBSERVATIONS) {
         Ok(observations) if observations.is_empty() => None,
@@ -130,28 +130,28 @@ fn repeat(journal: &Journal, request: SyncRequest, teller: &mut Teller) -> Optio
 }
 
 struct Driver<'a> {
-    mind: &'a mut dyn StateMachine,
+    machine: &'a mut dyn StateMachine,
     journal: Option<Journal>,
-    /// The clock as the journal knows it.
+    /// The clock as stored in the journal.
     noted: Option<Clock>,
-    /// Messages published.
+    /// Number of published messages.
     published: u64,
     wake_at: MissionTime,
     log: Log,
     narrator: Narrator,
-    /// Those who left, and have not come back.
+    /// Participants that have left.
     gone: BTreeSet<Participant>,
     teller: Teller,
     doubles: Doubles,
-    /// Robots whose number several processes have, as its mind knows it.
+    /// Robots with several processes, as the state machine knows them.
     doubled: BTreeSet<RobotId>,
-    /// Whether it stands, and says nothing, since an older process of its number is in the mission.
+    /// Whether it stops and publishes nothing, because an older process of its number is in the mission.
     stands: bool,
-    /// Whether it was shown anything since it started.
+    /// Whether it has received readings since it started.
     has_stood: bool,
 }
 
-/// A clock that is set by less than this is not worth a line.
+/// Smaller adjustments of a clock are not logged.
 const LEAST: Duration = Duration::from_secs(1);
 
 impl Driver<'_> {
@@ -162,7 +162,7 @@ impl Driver<'_> {
         Log { ended: clock.now(), ..self.log }
     }
 
-    /// A journal knows the mission's time from when it begins, and anew when the clock is set.
+    /// Stores the mission's time when it begins, and when the clock is set.
     fn note_time(&mut self, clock: &Clock) {
         let Some(journal) = &mut self.journal else { return };
         if clock.has_begun() && self.noted.is_none_or(|noted| clock.has_moved_since(&noted)) {
@@ -171,8 +171,8 @@ impl Driver<'_> {
         }
     }
 
-    /// That the clock was set, or that somebody is not believed.
-    fn tell_time(&mut self, from: Participant, adjustment: Adjustment) {
+    /// Logs an adjustment of the clock, or a rejected time.
+    fn log_time(&mut self, from: Participant, adjustment: Adjustment) {
         let [by, left] = [adjustment.by, adjustment.left].map(|it| it.as_secs_f64());
         let sender = Sender::Known(from);
         if adjustment.by >= LEAST {
@@ -181,28 +181,33 @@ impl Driver<'_> {
         }
         if adjustment.left >= LEAST {
             let text = format_args!(
-                "{from} says that the mission is {left:.0} s older than anybody else has said; it is not believed at once"
+                "the mission time of {from} is {left:.0} s ahead of all others; it is not accepted at once"
             );
             self.teller.warn(Kind::Disbelief, sender, text);
         }
     }
 
-    async fn hear(&mut self, link: &Link, now: MissionTime, heard: Incoming) -> Result<(), RuntimeError> {
+    async fn receive(
+        &mut self,
+        link: &Link,
+        now: MissionTime,
+        received: Incoming,
+    ) -> Result<(), RuntimeError> {
         for (from, count) in link.dropped() {
             let text =
                 format!("dropped {count} messages of {from}: more wait than can; they are asked for later");
             self.teller.warn(Kind::Dropped, from, text);
         }
-        match heard {
+        match received {
             Incoming::Message { .. } if self.stands => {}
             Incoming::Message { from, message, .. } => {
                 self.handle(link, now, Event::Received { from, message }).await?;
             }
             Incoming::Rejected { from, key, reason } => {
-                let text = format_args!("refused what came under {key}: {reason}");
+                let text = format_args!("rejected a message under {key}: {reason}");
                 self.teller.warn(Kind::NoMessage, from, text);
             }
-            Incoming::Rival(process) => self.doubles.hear(link.process(), process),
+            Incoming::Rival(process) => self.doubles.receive(link.process(), process),
             Incoming::Came(who, _) => {
                 let (kind, what) =
                     if self.gone.remove(&who) { (Kind::Back, "is back") } else { (Kind::Came, "is here") };
@@ -225,8 +230,8 @@ impl Driver<'_> {
         Ok(())
     }
 
-    /// What its vehicle says. A simulator that has started again and is lost in time does not know where the robot is,
-    /// either: it hears both in the robot's next sign of life.
+    /// Handles a report of its vehicle. A restarted simulator without the mission's time does not know the robot's
+    /// cell, either: it receives both in the robot's next heartbeat.
     async fn report(
         &mut self,
         link: &Link,
@@ -244,9 +249,9 @@ impl Driver<'_> {
         self.handle(link, now, event).await
     }
 
-    /// Two of one number are told of, and the younger one of this process's own number stands.
-    async fn look_for_doubles(&mut self, link: &Link, now: MissionTime) -> Result<(), RuntimeError> {
-        self.tell_doubles(link);
+    /// Reports two processes of one number, and stops the younger one of this process's own number.
+    async fn report_doubles(&mut self, link: &Link, now: MissionTime) -> Result<(), RuntimeError> {
+        self.report_double_processes(link);
         let (me, doubled) = (link.me(), self.doubles.lasting(link.age()));
         if doubled != self.doubled {
             self.doubled.clone_from(&doubled);
@@ -257,7 +262,7 @@ impl Driver<'_> {
         if stands == self.stands {
             return Ok(());
         }
-        self.tell_standing(me, stands);
+        self.log_standing(me, stands);
         if stands {
             self.handle(link, now, Event::Halted).await?;
         }
@@ -268,7 +273,7 @@ impl Driver<'_> {
         Ok(())
     }
 
-    fn tell_doubles(&mut self, link: &Link) {
+    fn report_double_processes(&mut self, link: &Link) {
         for (who, news) in self.doubles.tell(link.age(), &link.doubled()) {
             let sender = Sender::Known(who);
             match news {
@@ -281,7 +286,7 @@ impl Driver<'_> {
                 }
                 News::Both => {
                     let text =
-                        format_args!("TWO PROCESSES SAY THAT THEY ARE {who}: give each robot its own number");
+                        format_args!("TWO PROCESSES ARE RUNNING AS {who}: give each robot its own number");
                     self.teller.error(Kind::Double, sender, text);
                 }
                 News::One => self.teller.inform(Kind::One, sender, format_args!("{who} is here once again")),
@@ -289,7 +294,7 @@ impl Driver<'_> {
         }
     }
 
-    fn tell_standing(&mut self, me: Participant, stands: bool) {
+    fn log_standing(&mut self, me: Participant, stands: bool) {
         let sender = Sender::Known(me);
         if stands {
             let text = format_args!(
@@ -309,24 +314,24 @@ impl Driver<'_> {
         now: MissionTime,
         event: Event<Message>,
     ) -> Result<(), RuntimeError> {
-        let effects = self.mind.handle(now, event);
+        let effects = self.machine.handle(now, event);
         let effects =
             effects.map_err(|error| RuntimeError::Participant { who: link.me(), reason: error.reason })?;
-        self.narrator.tell(self.mind, &effects);
+        self.narrator.tell(self.machine, &effects);
         let Effects { kept, mut published, wake_at, decision, repeats, refused, .. } = effects;
         if let Some(journal) = &mut self.journal {
             journal.note(kept);
             if !published.is_empty() {
                 journal.commit();
                 if journal.waiting() == 0 {
-                    self.mind.release(HELD);
+                    self.machine.release(HELD);
                 }
             }
             let teller = &mut self.teller;
             published.extend(repeats.into_iter().filter_map(|request| repeat(journal, request, teller)));
         }
         for (audience, message) in published {
-            // A robot goes on without its network; what is not heard is asked for later.
+            // A robot goes on without its network; missing messages are requested later.
             if let Err(error) = link.publish(self.published, audience, &message).await {
                 self.teller.warn(Kind::Network, Sender::Known(link.me()), error);
             }

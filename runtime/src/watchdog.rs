@@ -1,22 +1,22 @@
-//! What a service manager is told of a participant: that it takes part, that it is alive, and that it stops.
+//! Notifications to a service manager: that a participant is ready, alive, or stopping.
 //!
-//! A mind that hangs says nothing more, and systemd starts its process again (`WatchdogSec`); what it knew is in its
-//! journal. Where nobody manages the process nothing is told.
+//! If a state machine hangs there are no more notifications, and systemd restarts its process (`WatchdogSec`), which
+//! continues from its journal. Without a service manager nothing is sent.
 
 use sd_notify::NotifyState;
 use tokio::time::{Interval, MissedTickBehavior, interval};
 
-/// Signs of life are given so many times as often as they are asked for.
+/// Number of notifications in the required period.
 const HASTE: u32 = 3;
 
-/// Tells that a participant stops when it is dropped.
+/// Notifies that a participant stops when it is dropped.
 pub(crate) struct Watchdog {
-    /// When the next sign of life is due, if any is asked for.
+    /// Timer of the next notification, if required.
     beat: Option<Interval>,
 }
 
 impl Watchdog {
-    /// The participant is ready.
+    /// Notifies that the participant is ready.
     pub(crate) fn ready() -> Self {
         tell(&NotifyState::Ready);
         let beat = sd_notify::watchdog_enabled().map(|limit| {
@@ -27,7 +27,7 @@ impl Watchdog {
         Self { beat }
     }
 
-    /// Waits until a sign of life is due, for ever if none is asked for, and gives it.
+    /// Waits until a notification is due, for ever if none is required, and sends it.
     pub(crate) async fn feed(&mut self) {
         match &mut self.beat {
             Some(beat) => {
@@ -47,6 +47,6 @@ impl Drop for Watchdog {
 
 fn tell(state: &NotifyState<'_>) {
     if let Err(error) = sd_notify::notify(std::slice::from_ref(state)) {
-        tracing::warn!("the service manager is not told: {error}");
+        tracing::warn!("cannot notify the service manager: {error}");
     }
 }

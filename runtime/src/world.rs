@@ -1,4 +1,4 @@
-//! The simulated world by the wall clock: moves robots along the plans that they publish, and lets them see.
+//! The simulated world by the wall clock: moves robots along their published plans, and sends them readings.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Mutex, PoisonError};
@@ -29,37 +29,36 @@ use crate::link::{Incoming, Link, Nobody, Sender};
 use crate::log_limit::{Kind, Teller};
 use crate::wall_clock::Report;
 
-/// How long robots are waited for: at the start to come, at the end to agree.
+/// Time limit for robots: at the start to join, at the end to agree.
 const PATIENCE: Duration = Duration::from_mins(1);
 
-/// Of whom nothing is heard is shown again what it sees after so many times between two of its signs of life.
+/// Number of heartbeat periods after which a silent robot is sent its readings again.
 const SHOWN_AGAIN: u32 = 3;
-/// A world that is farther behind its robots, on the wall, has started again.
+/// Wall-clock time by which a world is behind its robots after which it counts as restarted.
 const BEHIND: Duration = Duration::from_secs(1);
-/// When a mission begins here: a time of 0 would say that it is not known.
+/// The mission time at which a mission begins here: 0 means unknown.
 const BEGINNING: MissionTime = MissionTime(1);
 
-/// A world that real participants move in.
+/// A world for real participants.
 pub struct WorldServer<'a> {
     link: Link<Nobody>,
     world: World,
     clock: Clock,
     real_time_factor: f64,
     speed: f64,
-    /// Time between the first looks of two robots.
+    /// Time between the first observations of two robots.
     stagger: Duration,
     team: BTreeSet<RobotId>,
-    /// Those who are there.
+    /// The robots that are there.
     robots: BTreeSet<RobotId>,
-    /// Those who are where this world has them: one that has started again in the middle of a mission learns from its
-    /// robots where they are.
+    /// Robots whose cell is known: a restarted world learns the cells from its robots.
     placed: BTreeSet<RobotId>,
-    /// The last plan of each, and of which process it is.
+    /// The last plan of each, and its process.
     plans: BTreeMap<RobotId, (u64, Intent)>,
-    /// When each was shown last what it sees.
-    looked: BTreeMap<RobotId, MissionTime>,
+    /// When each was last sent its readings.
+    observed: BTreeMap<RobotId, MissionTime>,
     heartbeat: Duration,
-    /// Whether somebody was away: what it was shown then, nobody may have seen.
+    /// Whether a robot was away: it may have missed readings.
     has_missed: bool,
     arrivals: BTreeMap<RobotId, MissionTime>,
     heartbeats: BTreeMap<RobotId, Heartbeat>,
@@ -72,7 +71,7 @@ impl<'a> WorldServer<'a> {
     /// A world on a session, for the robots of a scenario; waits until they are there.
     ///
     /// # Errors
-    /// If Zenoh refuses, or a robot does not come.
+    /// If Zenoh fails, or a robot does not join.
     pub async fn open(
         session: Session,
         mission: Mission,
@@ -83,12 +82,12 @@ impl<'a> WorldServer<'a> {
     ) -> Result<Self, RuntimeError> {
         let world = World::new(scenario, seed);
         let robots: BTreeSet<RobotId> = scenario.robots().iter().map(|robot| robot.id).collect();
-        // It listens as one more participant would who has nothing to say.
+        // It subscribes like another participant without publishing.
         let codec = Codec::of(scenario);
         let mut link = Link::join(session, mission, Nobody, codec).await?;
         let team: Vec<Participant> = robots.iter().map(|&robot| Participant::Robot(robot)).collect();
-        let mut heard = Vec::new();
-        link.wait_for(&team, PATIENCE, |other| heard.push(other)).await?;
+        let mut received = Vec::new();
+        link.wait_for(&team, PATIENCE, |other| received.push(other)).await?;
         let outcome = Outcome::new(&world);
         let mut server = Self {
             link,
@@ -101,7 +100,7 @@ impl<'a> WorldServer<'a> {
             robots,
             placed: BTreeSet::new(),
             plans: BTreeMap::new(),
-            looked: BTreeMap::new(),
+            observed: BTreeMap::new(),
             heartbeat: scenario.mission().heartbeat,
             has_missed: false,
             arrivals: BTreeMap::new(),
@@ -110,19 +109,19 @@ impl<'a> WorldServer<'a> {
             spectator,
             teller: Teller::default(),
         };
-        for heard in heard {
-            server.hear(heard).await?;
+        for received in received {
+            server.receive(received).await?;
         }
         Ok(server)
     }
 
-    /// Runs until every robot rests and all believe the same, or have had the time to; robots that are gone may come back
-    /// in that time.
+    /// Runs until every robot rests and all beliefs are equal, or the time limit has passed; robots that are gone may
+    /// come back in that time.
     ///
     /// # Errors
-    /// If Zenoh refuses, or the network closes.
+    /// If Zenoh fails, or the network closes.
     pub async fn run(mut self) -> Result<Episode, RuntimeError> {
-        // A mission that is under way has its time already, and this world joins it as everybody does.
+        // A running mission has its time already, and this world joins it like any participant.
         if self.clock.has_begun() {
             self.has_missed = true;
         } else {
@@ -130,7 +129,7 @@ impl<'a> WorldServer<'a> {
             self.placed.clone_from(&self.team);
         }
         let start = self.clock.now();
-        // Each stands where it starts until it may decide: a large team does not see all at the same moment.
+        // Each stays in its start cell until it may decide: a large team does not observe all at the same moment.
         for (turn, &robot) in (0..).zip(&self.team) {
             self.arrivals.entry(robot).or_insert(start + self.stagger * turn);
         }
@@ -154,15 +153,15 @@ impl<'a> WorldServer<'a> {
         }
     }
 
-    /// Waits for what happens next, but no longer than until then.
+    /// Waits for the next message, at most until a time.
     async fn next(&mut self, until: MissionTime) -> Result<(), RuntimeError> {
         let next =
             self.arrivals.iter().map(|(&robot, &due)| (due, robot)).min().filter(|&(due, _)| due < until);
         let due = next.map_or(until, |(due, _)| due);
         tokio::select! {
             () = self.teller.settle() => {}
-            heard = self.link.hear() => match heard {
-                Some(heard) => self.hear(heard).await?,
+            received = self.link.receive() => match received {
+                Some(received) => self.receive(received).await?,
                 None => {
                     return Err(RuntimeError::Zenoh { what: "go on".to_owned(), reason: "the session is closed".to_owned() });
                 }
@@ -170,24 +169,24 @@ impl<'a> WorldServer<'a> {
             () = tokio::time::sleep_until(self.clock.instant(due)) => {
                 if let Some((due, robot)) = next {
                     self.arrivals.remove(&robot);
-                    self.has_missed |= !self.world.body(robot).is_moving() && self.looked.contains_key(&robot);
+                    self.has_missed |= !self.world.body(robot).is_moving() && self.observed.contains_key(&robot);
                     self.world.advance(robot);
-                    // What is seen is dated as if the clock were exact.
+                    // Readings are dated as if the clock were exact.
                     self.depart(due, robot);
-                    self.look(due, robot).await?;
+                    self.observe(due, robot).await?;
                 }
             }
         }
         Ok(())
     }
 
-    /// Takes the mission's time from whoever knows it; what is on its way comes as much later.
-    fn keep_time(&mut self, heard: &Incoming) {
-        let Incoming::Message { from, message, .. } = heard else { return };
+    /// Adopts the mission's time; delayed messages arrive accordingly later.
+    fn keep_time(&mut self, received: &Incoming) {
+        let Incoming::Message { from, message, .. } = received else { return };
         let Some(time) = clock::dated(*from, message) else { return };
-        let by = self.clock.hear(time).by;
+        let by = self.clock.receive(time).by;
         if by > BEHIND.mul_f64(self.real_time_factor.max(1.0)) {
-            // The mission has gone on without this world.
+            // The mission has continued without this world.
             self.placed.clear();
             self.has_missed = true;
         }
@@ -196,9 +195,9 @@ impl<'a> WorldServer<'a> {
         }
     }
 
-    async fn hear(&mut self, heard: Incoming) -> Result<(), RuntimeError> {
-        self.keep_time(&heard);
-        match heard {
+    async fn receive(&mut self, received: Incoming) -> Result<(), RuntimeError> {
+        self.keep_time(&received);
+        match received {
             Incoming::Message { from, identity, message: Message::Intent(intent), .. } => {
                 if self.is_moved_by(from, identity) {
                     self.follow(identity, &intent);
@@ -223,32 +222,32 @@ impl<'a> WorldServer<'a> {
                 self.arrivals.remove(&gone);
                 self.heartbeats.remove(&gone);
             }
-            // It has started again, wherever it stood; one more process of its number is nobody's body.
+            // A robot has restarted, in an unknown cell; an additional process of its number has no vehicle.
             Incoming::Came(who @ Participant::Robot(robot), identity) if self.is_moved_by(who, identity) => {
                 self.robots.insert(robot);
                 self.world.set_route(robot, Vec::new());
-                self.look(self.clock.now(), robot).await?;
+                self.observe(self.clock.now(), robot).await?;
             }
             Incoming::Message { .. }
             | Incoming::Rival(_)
             | Incoming::Came(..)
             | Incoming::Left(Participant::Coordinator, _) => {}
             Incoming::Rejected { from, key, reason } => {
-                let text = format_args!("refused what came under {key}: {reason}");
+                let text = format_args!("rejected a message under {key}: {reason}");
                 self.teller.warn(Kind::NoMessage, from, text);
             }
         }
         Ok(())
     }
 
-    /// Whether what is said moves a robot: of two processes of one number that which came first does.
+    /// Whether a process's messages move a robot: of two processes of one number the first does.
     fn is_moved_by(&self, who: Participant, identity: u64) -> bool {
         let first = self.link.processes(who).first();
         matches!(who, Participant::Robot(robot) if self.team.contains(&robot))
             && first.is_none_or(|&first| first == identity)
     }
 
-    /// A robot has a plan: one that was told before, and comes again, moves nobody.
+    /// A robot's new plan: a repeated one moves no robot.
     fn follow(&mut self, identity: u64, intent: &Intent) {
         let robot = intent.robot;
         let known = self.plans.get(&robot);
@@ -258,7 +257,7 @@ impl<'a> WorldServer<'a> {
         }
     }
 
-    /// A robot's sign of life: if it was not heard, or did not hear, for a while, it says what it waits for.
+    /// A robot's heartbeat: if messages to or from it were lost for a while, it shows what it waits for.
     async fn keep_up(&mut self, identity: u64, heartbeat: &Heartbeat) -> Result<(), RuntimeError> {
         let (now, robot) = (self.clock.now(), heartbeat.robot);
         if self.placed.insert(robot) && self.world.body(robot).cell != heartbeat.cell {
@@ -269,17 +268,17 @@ impl<'a> WorldServer<'a> {
         if self.world.body(robot).is_moving() {
             return Ok(());
         }
-        // It is heard: it need not be shown again where it stands.
+        // It is received: its readings need not be sent again.
         self.arrivals.remove(&robot);
         let (here, path) = (self.world.body(robot).cell, &heartbeat.intent.path);
         let entered = path.iter().position(|&cell| cell == here).map_or(0, |place| place + 1);
-        let was_shown_long_ago = self.looked.get(&robot).is_none_or(|&at| now >= at + self.heartbeat);
+        let was_shown_long_ago = self.observed.get(&robot).is_none_or(|&at| now >= at + self.heartbeat);
         if entered < path.len() {
             self.send(robot, path[entered..].to_vec());
         } else if was_shown_long_ago && (entered > 0 || heartbeat.activity == Activity::Searching) {
-            // It does not know that it is there, or waits to be shown where it is.
+            // It does not know its cell, or waits for readings.
             self.has_missed = true;
-            self.look(now, robot).await?;
+            self.observe(now, robot).await?;
         }
         Ok(())
     }
@@ -298,7 +297,7 @@ impl<'a> WorldServer<'a> {
         };
     }
 
-    async fn look(&mut self, now: MissionTime, robot: RobotId) -> Result<(), RuntimeError> {
+    async fn observe(&mut self, now: MissionTime, robot: RobotId) -> Result<(), RuntimeError> {
         let (readings, found) = self.world.sense(robot);
         let (cell, farthest_cells) = (self.world.body(robot).cell, self.world.farthest_cells());
         (self.spectator)(now, StepContext::Arrives { robot, cell, farthest_cells });
@@ -306,15 +305,15 @@ impl<'a> WorldServer<'a> {
             (self.spectator)(now, StepContext::Finds { robot, cell });
         }
         self.outcome.measure(now, farthest_cells, self.world.score(), &found);
-        self.looked.insert(robot, now);
+        self.observed.insert(robot, now);
         if !self.world.body(robot).is_moving() {
-            // Unless it is heard before: what it is shown may be lost.
+            // Unless it is received before: the readings may be lost.
             self.arrivals.insert(robot, now + self.heartbeat * SHOWN_AGAIN);
         }
         let sensed = Sensed { robot, time_ns: now.0, from: cell, readings };
         let key = self.link.mission().key(Topic::SimSensed(robot)).to_string();
         let shown = self.link.session().put(key, convert::encode_sensed(&sensed)).express(true);
-        // Of two processes of one number the first alone sees: otherwise what it sees would count twice.
+        // Of two processes of one number only the first gets readings: otherwise they would count twice.
         let shown = match self.link.processes(Participant::Robot(robot)) {
             [first, ..] => shown.attachment(first.to_le_bytes()),
             [] => shown,
@@ -326,7 +325,7 @@ impl<'a> WorldServer<'a> {
         self.heartbeats.values().all(|heartbeat| heartbeat.activity.is_rest())
     }
 
-    /// Of all that was shown, or of what one robot has seen of it.
+    /// The evidence of all sent readings, or of those that one robot has received.
     fn expected_digest(&self) -> Digest {
         let seen = self.heartbeats.values().next().filter(|_| self.has_missed);
         seen.map_or_else(|| self.world.merged().digest(), |heartbeat| heartbeat.digest)
@@ -337,10 +336,10 @@ impl<'a> WorldServer<'a> {
     }
 }
 
-/// What a robot's simulated sensor sees, from now on.
+/// Readings of a robot's simulated sensor, from now on.
 ///
 /// # Errors
-/// If Zenoh refuses.
+/// If Zenoh fails.
 pub async fn sensor(
     link: &Link,
     robot: RobotId,
@@ -365,7 +364,7 @@ pub async fn sensor(
                     warn(format_args!("robot {robot} does not keep up with its sensor"));
                 }
             }
-            Err(error) => warn(format_args!("refused what the sensor of robot {robot} said: {error}")),
+            Err(error) => warn(format_args!("rejected readings of the sensor of robot {robot}: {error}")),
         })
         .background()
         .await

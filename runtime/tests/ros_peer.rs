@@ -1,5 +1,5 @@
-//! A node of ours and one of hiroz, an independent ROS 2 client, on one network: a router between them, as `rmw_zenohd`
-//! is, and each in a process of its own. They agree on all hashes, and each hears what the other says.
+//! A node of Dragnet's and one of hiroz, an independent ROS 2 client, on one network: a router between them, as
+//! `rmw_zenohd` is, and each in a separate process. They agree on all hashes, and each receives the other's messages.
 #![expect(clippy::unwrap_used, reason = "a test fails by panic")]
 
 use std::collections::BTreeMap;
@@ -23,7 +23,7 @@ use zenoh::Session;
 
 const WORKSPACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
-/// Without the other client the test fails: to skip it would look like a node that ROS 2 hears.
+/// Without the other client the test fails: skipping it would look like success.
 fn program() -> PathBuf {
     let given = env::var_os("DRAGNET_ROS_PEER").map(PathBuf::from);
     let program = given.unwrap_or_else(|| Path::new(WORKSPACE).join("target/ros_peer/debug/ros_peer"));
@@ -37,10 +37,10 @@ fn program() -> PathBuf {
     program
 }
 
-/// The other client, and what it tells.
+/// The other client, and its output.
 struct Peer {
     child: Child,
-    told: mpsc::UnboundedReceiver<Value>,
+    reported: mpsc::UnboundedReceiver<Value>,
 }
 
 impl Peer {
@@ -49,21 +49,21 @@ impl Peer {
         command.args([endpoint, "7", "/bot"]).stdin(Stdio::piped()).stdout(Stdio::piped());
         let mut child = command.spawn().unwrap();
         let lines = BufReader::new(child.stdout.take().unwrap()).lines();
-        let (sender, told) = mpsc::unbounded_channel();
+        let (sender, reported) = mpsc::unbounded_channel();
         std::thread::spawn(move || {
             for line in lines.map_while(Result::ok) {
                 let _ = sender.send(serde_json::from_str(&line).unwrap());
             }
         });
-        Self { child, told }
+        Self { child, reported }
     }
 
-    /// The next thing it tells of a topic; what it tells of others is left out.
+    /// Its next output about a topic; that about others is skipped.
     async fn tells_of(&mut self, topic: &str) -> Value {
         loop {
-            let told = in_time(self.told.recv()).await.unwrap();
-            if told["topic"] == topic {
-                return told;
+            let reported = in_time(self.reported.recv()).await.unwrap();
+            if reported["topic"] == topic {
+                return reported;
             }
         }
     }
@@ -76,12 +76,12 @@ impl Drop for Peer {
     }
 }
 
-/// So long nothing takes, however busy the machine.
+/// A generous time limit for a busy computer.
 async fn in_time<T>(what: impl Future<Output = T>) -> T {
     tokio::time::timeout(Duration::from_mins(2), what).await.unwrap()
 }
 
-/// A router, and our node on it.
+/// A router, and Dragnet's node on it.
 async fn network() -> (Session, String, Node) {
     let endpoint = free_endpoints(1).unwrap().remove(0);
     let endpoints =
@@ -105,8 +105,8 @@ async fn network() -> (Session, String, Node) {
 #[tokio::test(flavor = "multi_thread")]
 async fn both_have_the_same_hashes() {
     let mut peer = Peer::start(&network().await.1);
-    let told = in_time(peer.told.recv()).await.unwrap();
-    let hashes = told["hashes"].as_object().unwrap();
+    let reported = in_time(peer.reported.recv()).await.unwrap();
+    let hashes = reported["hashes"].as_object().unwrap();
     assert_eq!(hashes.len(), 12);
     for (name, hash) in hashes {
         assert_eq!(hash, &type_hash(name, &[]), "{name}");
@@ -114,12 +114,12 @@ async fn both_have_the_same_hashes() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn what_the_other_says_is_heard() {
+async fn messages_of_the_other_client_are_received() {
     let (_router, endpoint, node) = network().await;
     let _peer = Peer::start(&endpoint);
-    let mut heard = BTreeMap::new();
-    while heard.len() < 8 {
-        let next = in_time(node.hear()).await;
+    let mut received = BTreeMap::new();
+    while received.len() < 8 {
+        let next = in_time(node.receive()).await;
         let name = match &next {
             Incoming::Odometry(_) => "odometry",
             Incoming::Pose(_) => "pose",
@@ -130,35 +130,38 @@ async fn what_the_other_says_is_heard() {
             Incoming::Goals(_) => "goals",
             Incoming::Rejected { .. } => "refused",
         };
-        heard.insert(name, next);
+        received.insert(name, next);
     }
-    for heard in heard.into_values() {
-        check(heard);
+    for received in received.into_values() {
+        check(received);
     }
 }
 
-/// What `tests/ros_peer` says, value by value.
-fn check(heard: Incoming) {
+/// The messages of `tests/ros_peer`, value by value.
+fn check(received: Incoming) {
     let stamp = 12_000_000_034;
-    match heard {
-        Incoming::Odometry(heard) => {
+    match received {
+        Incoming::Odometry(received) => {
             let pose = PlanarPose { x_meters: 1.25, ..PlanarPose::default() };
             let covariance = Some([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.5]]);
-            assert_eq!((heard.place.pose, heard.place.covariance), (pose, covariance));
-            assert_eq!((heard.place.stamp_unix_ns, heard.robot_frame.as_str()), (stamp, "base_link"));
-            assert!((heard.velocity.forward_meters_per_second - 0.75).abs() < 1e-12);
+            assert_eq!((received.place.pose, received.place.covariance), (pose, covariance));
+            assert_eq!((received.place.stamp_unix_ns, received.robot_frame.as_str()), (stamp, "base_link"));
+            assert!((received.velocity.forward_meters_per_second - 0.75).abs() < 1e-12);
         }
-        Incoming::Pose(heard) => {
-            assert_eq!((heard.pose.y_meters, heard.covariance, heard.frame.as_str()), (-3.5, None, "map"));
-            assert!((heard.pose.yaw_radians.abs() - std::f64::consts::PI).abs() < 1e-12);
+        Incoming::Pose(received) => {
+            assert_eq!(
+                (received.pose.y_meters, received.covariance, received.frame.as_str()),
+                (-3.5, None, "map")
+            );
+            assert!((received.pose.yaw_radians.abs() - std::f64::consts::PI).abs() < 1e-12);
         }
-        Incoming::Fix(heard) => {
-            let place = (heard.point.latitude_degrees, heard.point.longitude_degrees);
-            assert_eq!((place, heard.altitude_meters), ((49.25, -2.125), Some(12.5)));
+        Incoming::Fix(received) => {
+            let place = (received.point.latitude_degrees, received.point.longitude_degrees);
+            assert_eq!((place, received.altitude_meters), ((49.25, -2.125), Some(12.5)));
         }
-        Incoming::Map(heard) => {
-            assert_eq!((heard.grid.columns(), heard.grid.rows(), heard.cell_meters), (3, 2, 0.5));
-            assert_eq!(heard.cells, [0, 100, -1, 0, 0, 50]);
+        Incoming::Map(received) => {
+            assert_eq!((received.grid.columns(), received.grid.rows(), received.cell_meters), (3, 2, 0.5));
+            assert_eq!(received.cells, [0, 100, -1, 0, 0, 50]);
         }
         Incoming::Detections { camera, detections } => {
             let seen = &detections.boxes[0];
@@ -182,7 +185,7 @@ fn check(heard: Incoming) {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn what_is_said_the_other_hears() {
+async fn published_messages_are_received() {
     let (_router, endpoint, mut node) = network().await;
     let now = 1_700_000_000_000_000_000;
     let info = MapMetaData { resolution: 1.0, width: 2, height: 1, ..MapMetaData::default() };
@@ -199,48 +202,51 @@ async fn what_is_said_the_other_hears() {
         box_edges_meters: [30.0; 2],
         probability: 0.9375,
     };
-    // Before the other is there: what is latched it hears all the same.
-    node.say(now, Output::Belief(belief, PlanarPose::default())).await.unwrap();
-    node.say(now, Output::Objects(vec![object])).await.unwrap();
+    // Before the other is there: it receives latched messages all the same.
+    node.publish(now, Output::Belief(belief, PlanarPose::default())).await.unwrap();
+    node.publish(now, Output::Objects(vec![object])).await.unwrap();
     let mut peer = Peer::start(&endpoint);
     let objects = json!([[15.0, 30.0, "person", 0.9375, "5", 16.5, 2.25]]);
-    // They come in either order.
+    // They arrive in either order.
     for _ in 0..2 {
-        let told = loop {
-            let told = in_time(peer.told.recv()).await.unwrap();
-            if told["topic"].is_string() {
-                break told;
+        let reported = loop {
+            let reported = in_time(peer.reported.recv()).await.unwrap();
+            if reported["topic"].is_string() {
+                break reported;
             }
         };
-        match told["topic"].as_str() {
+        match reported["topic"].as_str() {
             Some("belief") => {
-                assert_eq!((&told["data"], &told["sec"]), (&json!([3, -1]), &json!(1_700_000_000)));
+                assert_eq!((&reported["data"], &reported["sec"]), (&json!([3, -1]), &json!(1_700_000_000)));
             }
-            _ => assert_eq!(told["objects"], objects, "{told}"),
+            _ => assert_eq!(reported["objects"], objects, "{reported}"),
         }
     }
     for kind in [OutputKind::Goal, OutputKind::Path, OutputKind::Diagnostics] {
         in_time(async {
-            while !node.is_heard(kind).await.unwrap() {
+            while !node.has_subscriber(kind).await.unwrap() {
                 tokio::task::yield_now().await;
             }
         })
         .await;
     }
     let place = PlanarPose { x_meters: 4.5, y_meters: -2.0, yaw_radians: std::f64::consts::PI };
-    node.say(now, Output::Goal(place)).await.unwrap();
-    let told = peer.tells_of("goal").await;
-    assert_eq!((&told["x"], &told["y"], &told["frame"]), (&json!(4.5), &json!(-2.0), &json!("map")));
-    assert!((told["z"].as_f64().unwrap() - 1.0).abs() < 1e-12);
-    node.say(now, Output::Path(vec![place, PlanarPose::default()])).await.unwrap();
+    node.publish(now, Output::Goal(place)).await.unwrap();
+    let reported = peer.tells_of("goal").await;
+    assert_eq!(
+        (&reported["x"], &reported["y"], &reported["frame"]),
+        (&json!(4.5), &json!(-2.0), &json!("map"))
+    );
+    assert!((reported["z"].as_f64().unwrap() - 1.0).abs() < 1e-12);
+    node.publish(now, Output::Path(vec![place, PlanarPose::default()])).await.unwrap();
     assert_eq!(peer.tells_of("path").await["places"], json!([[4.5, -2.0], [0.0, 0.0]]));
     let values = vec![("age".to_owned(), "3".to_owned())];
     let diagnostic =
         Diagnostic { level: Level::Warning, name: "dragnet: pose".into(), message: "old".into(), values };
-    node.say(now, Output::Diagnostics(vec![diagnostic])).await.unwrap();
-    let told = peer.tells_of("diagnostics").await;
+    node.publish(now, Output::Diagnostics(vec![diagnostic])).await.unwrap();
+    let reported = peer.tells_of("diagnostics").await;
     assert_eq!(
-        (&told["level"], &told["name"], &told["value"]),
+        (&reported["level"], &reported["name"], &reported["value"]),
         (&json!(1), &json!("dragnet: pose"), &json!("3"))
     );
 }

@@ -18,23 +18,24 @@ use rand::seq::IndexedRandom;
 /// On larger maps than this (cells a side) half of the map is seen by driving lanes: an episode would take too long.
 const LARGEST_EPISODE_SIDE: u32 = 100;
 
-/// Map, truth, and what one robot knows.
+/// Map, truth, and the state of one robot.
 #[derive(Clone)]
 pub(crate) struct Field {
     terrain: Terrain,
     sensor: Sensor,
     /// Where the objects are.
     pub(crate) truth: Truth,
-    /// What the robot believes.
+    /// The robot's belief.
     pub(crate) belief: Belief,
-    promised: PlannedPrecision,
+    planned_precision: PlannedPrecision,
     robot: Cell,
     noise: Stream,
     decisions: Stream,
 }
 
 impl Field {
-    /// A square map at the start of an episode: the robot has looked once, from a cell drawn in the largest area.
+    /// A square map at the start of an episode: the robot has made one observation, from a cell drawn in the largest
+    /// area.
     pub(crate) fn fresh(shape: Shape, side: u32, density: f64, seed: u64) -> Self {
         let terrain = shape.terrain(Grid::new(side, side).unwrap(), 30.0).unwrap();
         let mut draw = stream(seed, Purpose::Truth, 0);
@@ -48,7 +49,7 @@ impl Field {
             sensor: Sensor::default(),
             truth: Truth::new(&terrain, objects),
             belief: Belief::uniform(&terrain, density).unwrap(),
-            promised: PlannedPrecision::nothing(&terrain),
+            planned_precision: PlannedPrecision::nothing(&terrain),
             robot,
             noise: stream(seed, Purpose::Noise, 1),
             decisions: stream(seed, Purpose::Decision, 1),
@@ -75,20 +76,20 @@ impl Field {
         field
     }
 
-    /// What the robot knows.
+    /// The robot's situation.
     pub(crate) fn situation(&self) -> Situation<'_> {
         Situation {
             terrain: &self.terrain,
             connectivity: Connectivity::Four,
             sensor: &self.sensor,
             belief: &self.belief,
-            promised: &self.promised,
+            planned_precision: &self.planned_precision,
             robot: self.robot,
             place: Place::ALONE,
         }
     }
 
-    /// Decides here, from the robot's own random stream.
+    /// Decides in the current situation, with the robot's own random stream.
     pub(crate) fn decide(&mut self, policy: &mut (dyn Policy + Send)) -> Decision {
         let mut random = self.decisions.clone();
         let decision = policy.decide(&self.situation(), &mut random);
@@ -96,21 +97,21 @@ impl Field {
         decision
     }
 
-    /// Connectivity to a cell and looks around.
+    /// Moves to a cell and observes.
     pub(crate) fn enter(&mut self, cell: Cell) {
         self.robot = cell;
-        for reading in self.look() {
+        for reading in self.observe() {
             self.belief.add(&reading);
         }
     }
 
-    /// The readings of one look.
-    pub(crate) fn look(&mut self) -> Vec<Reading> {
+    /// The readings of one observation.
+    pub(crate) fn observe(&mut self) -> Vec<Reading> {
         let mut readings = Vec::with_capacity(self.sensor.footprint().len());
-        for look in self.sensor.footprint() {
-            if let Some(cell) = self.terrain.grid().step(self.robot, look.offset) {
-                let value = self.sensor.draw(self.truth.is_object(cell), look, &mut self.noise);
-                readings.push(Reading { cell, value, variance: look.variance });
+        for observation in self.sensor.footprint() {
+            if let Some(cell) = self.terrain.grid().step(self.robot, observation.offset) {
+                let value = self.sensor.draw(self.truth.is_object(cell), observation, &mut self.noise);
+                readings.push(Reading { cell, value, variance: observation.variance });
             }
         }
         readings

@@ -60,7 +60,7 @@ fn parts(criterion: &mut Criterion) {
         let mut field = Field::fresh(Shape::AllTraversable, 30, DENSITY, SEED);
         let center = Grid::new(30, 30).unwrap().cell(Position { row: 15, column: 15 }).unwrap();
         field.enter(center);
-        let readings = field.look();
+        let readings = field.observe();
         assert_eq!(readings.len(), 61);
         bencher.iter(|| black_box(&readings).iter().for_each(|reading| field.belief.add(reading)));
     });

@@ -35,7 +35,7 @@ fn assert_same_scores(field: &Field) {
     let decision = build(PolicyName::Path, Parameters::default()).decide(&field.situation(), &mut random);
     let defined = definition().decide(&field.situation(), &mut random);
     for (index, (score, expected)) in decision.scores.iter().zip(defined.scores).enumerate() {
-        // What is no candidate is -inf.
+        // Cells that are not candidates score -inf.
         let is_same = if expected.is_finite() {
             (score - expected).abs() <= 1e-4 * expected.abs()
         } else {

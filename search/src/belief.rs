@@ -13,7 +13,7 @@ pub struct Belief {
     evidence: Evidence,
 }
 
-/// A prior that cannot be.
+/// Why a prior is invalid.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum PriorError {
     /// Not a probability, or one that no reading could change.
@@ -21,10 +21,10 @@ pub enum PriorError {
     Probability {
         /// Index of the cell.
         cell: usize,
-        /// As given.
+        /// The given value.
         probability: f64,
     },
-    /// A list of another length than the map.
+    /// The list does not have one entry for each cell.
     #[error("a prior of {given} cells for a map of {expected}")]
     CellCount {
         /// Cells given.
@@ -56,8 +56,8 @@ impl Belief {
         Ok(Self { prior_log_odds_nats, evidence: Evidence::none(expected) })
     }
 
-    /// A belief that somebody else has arrived at, as a prior: `ln(p / (1 - p))`, shape `[cells]`. Unlike a prior of
-    /// probabilities it may be certain.
+    /// The posterior of another belief as a prior: `ln(p / (1 - p))`, shape `[cells]`. Unlike a prior of probabilities
+    /// it may be certain.
     ///
     /// # Errors
     /// If the list does not fit the map or holds a NaN.
@@ -75,7 +75,7 @@ impl Belief {
     /// The same prior with other evidence.
     ///
     /// # Errors
-    /// If the evidence is that of another number of cells.
+    /// If the evidence has another number of cells.
     pub fn with_evidence(&self, evidence: Evidence) -> Result<Self, PriorError> {
         let (given, expected) = (evidence.cells().len(), self.prior_log_odds_nats.len());
         if given != expected {
@@ -99,8 +99,9 @@ impl Belief {
         sum / (terrain.searched_cells().count().max(1) as f64)
     }
 
-    /// These cells are searched from now on, with this prior probability, strictly between 0 and 1; those that are
-    /// searched already stay as they are. Readings of them from before count too. Returns those that were not.
+    /// Adds cells to the search area with this prior probability, strictly between 0 and 1; cells that are already
+    /// searched keep theirs. Earlier readings of the added cells count too. Returns the cells that were not searched
+    /// before.
     pub fn search_also(
         &mut self,
         terrain: &mut Terrain,
@@ -116,13 +117,13 @@ impl Belief {
         new
     }
 
-    /// Takes in what a reading of a cell says.
+    /// Adds the evidence of a reading of a cell.
     #[inline]
     pub fn add_evidence(&mut self, cell: Cell, evidence: CellEvidence) {
         self.evidence.add_evidence(cell, evidence);
     }
 
-    /// Takes a reading in.
+    /// Adds a reading.
     pub fn add(&mut self, reading: &Reading) {
         self.evidence.add(reading);
     }
@@ -233,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_found_is_what_is_probable_enough() {
+    fn finds_are_the_cells_above_the_threshold() {
         let terrain = Terrain::from_ascii(".", 1.0).unwrap();
         let cell = terrain.grid().cells().next().unwrap();
         let mut met = [0, 0];
@@ -266,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_expected_where_nobody_can_look() {
+    fn no_objects_are_expected_out_of_reach() {
         let terrain = Terrain::from_ascii(".~~~", 1.0).unwrap();
         let belief = Belief::uniform(&terrain, 0.2).unwrap();
         let mut reach = Reach::unknown(terrain.grid(), 1);

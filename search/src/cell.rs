@@ -13,7 +13,7 @@ impl Cell {
         self.0 as usize
     }
 
-    /// The same index as it travels in messages.
+    /// The same index as messages carry it.
     #[must_use]
     pub const fn number(self) -> u32 {
         self.0
@@ -29,7 +29,7 @@ pub struct Position {
     pub column: u32,
 }
 
-/// A step or a look from one cell to another, in cells.
+/// The displacement from one cell to another, in cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Offset {
     /// Cells to the north; negative is south.
@@ -59,7 +59,7 @@ pub struct Grid {
     columns: u32,
 }
 
-/// A grid that has no cell, or more than [`Grid::MAX_CELLS`].
+/// A grid without cells, or with more than [`Grid::MAX_CELLS`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("a map of {rows} rows and {columns} columns: allowed are 1 to {} cells", Grid::MAX_CELLS)]
 pub struct GridSizeError {
@@ -112,8 +112,8 @@ impl Grid {
         }
     }
 
-    /// The cell at a point so many cells east and north of the map's south-western corner, if it is on the map; no
-    /// number is nowhere.
+    /// The cell that contains a point, given in cells east and north of the map's south-western corner; `None` off the
+    /// map and for NaN.
     #[must_use]
     #[expect(
         clippy::cast_possible_truncation,
@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn empty_and_enormous_grids_are_refused() {
+    fn empty_and_enormous_grids_are_rejected() {
         assert!(Grid::new(0, 5).is_err());
         let error = Grid::new(31_623, 31_623).unwrap_err().to_string();
         assert_eq!(error, "a map of 31623 rows and 31623 columns: allowed are 1 to 16777216 cells");

@@ -22,10 +22,10 @@ pub const MAX_VALUE: f32 = 1e3;
 /// Halfway between empty and an object.
 const UNDECIDED: f32 = 0.5;
 
-/// What one look says of one cell: `value = theta + N(0, variance)`.
+/// A measurement of one cell: `value = theta + N(0, variance)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
-    /// The cell seen.
+    /// The measured cell.
     pub cell: Cell,
     /// `-MAX_VALUE..=MAX_VALUE`.
     pub value: f32,
@@ -34,14 +34,14 @@ pub struct Reading {
 }
 
 impl Reading {
-    /// A cell in which something may be that may as well be in another one: no evidence either way. A robot whose
-    /// last look has one is not done there.
+    /// A reading without evidence either way, for a cell that a detection may belong to, or to a neighbor. A robot
+    /// whose last observation contains one continues to observe there.
     #[must_use]
     pub const fn undecided(cell: Cell) -> Self {
         Self { cell, value: UNDECIDED, variance: MAX_VARIANCE }
     }
 
-    /// Whether it is such a one.
+    /// Whether the reading is undecided.
     #[must_use]
     pub fn is_undecided(&self) -> bool {
         self.value.to_bits() == UNDECIDED.to_bits()
@@ -60,7 +60,7 @@ impl Reading {
         self.evidence_of(precision_units(self.variance))
     }
 
-    /// The same where its precision, `1 / variance` in units, is known.
+    /// The same, with the precision `1 / variance` (units) already computed.
     #[must_use]
     #[expect(clippy::cast_possible_truncation, reason = "in range by is_valid")]
     #[inline]
@@ -112,7 +112,7 @@ pub struct Evidence {
     cells: Vec<CellEvidence>,
 }
 
-/// A hash, as of all evidence: what is equal has equal digests, on every machine.
+/// A hash, such as that of all evidence: equal contents have equal digests on every machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Digest(pub u128);
 
@@ -123,13 +123,13 @@ impl fmt::Display for Digest {
 }
 
 impl Evidence {
-    /// No reading yet of any of so many cells.
+    /// No readings, for a number of cells.
     #[must_use]
     pub fn none(cell_count: usize) -> Self {
         Self { cells: vec![CellEvidence::default(); cell_count] }
     }
 
-    /// Evidence that was taken down, shape `[cells]`; nothing if a precision is below 0.
+    /// Evidence from stored sums, shape `[cells]`; `None` if a precision is below 0.
     #[must_use]
     pub fn from_cells(cells: Vec<CellEvidence>) -> Option<Self> {
         cells.iter().all(|cell| cell.precision >= 0).then_some(Self { cells })
@@ -140,7 +140,7 @@ impl Evidence {
         self.add_evidence(reading.cell, reading.evidence());
     }
 
-    /// Adds what a reading of a cell says.
+    /// Adds the evidence of a reading of a cell.
     #[inline]
     pub fn add_evidence(&mut self, cell: Cell, evidence: CellEvidence) {
         let cell = &mut self.cells[cell.index()];
@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn a_reading_weighs_as_bayes_says() {
+    fn a_reading_updates_by_bayes_rule() {
         let (value, variance) = (0.9_f32, 0.045_f32);
         let density = |theta: f64| -(f64::from(value) - theta).powi(2) / 2.0 / f64::from(variance);
         let expected = density(1.0) - density(0.0);
@@ -200,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_undecided_is_no_evidence() {
+    fn undecided_readings_are_no_evidence() {
         let cell = reading(0.0, 1.0).cell;
         let undecided = Reading::undecided(cell);
         assert!(undecided.is_valid() && undecided.is_undecided() && !reading(0.0, 1.0).is_undecided());

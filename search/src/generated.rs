@@ -20,17 +20,17 @@ pub enum Generated {
 /// Share of the cells that is open before caves are smoothed, and how often they are.
 const CAVE_OPEN_SHARE: f64 = 0.56;
 const CAVE_ROUNDS: u32 = 4;
-/// A block for so many cells of the map.
+/// Map cells per block.
 const CELLS_A_BLOCK: usize = 60;
 /// The longest side of a block, cells: on the largest of maps as well about half of the cells stay open.
 const LONGEST_BLOCK: u32 = 12;
 /// Rooms are divided until a side is below this, cells.
 const LEAST_ROOM: u32 = 9;
-/// Doors are so wide, cells.
+/// Width of a door, cells.
 const DOOR: u32 = 2;
 
 impl Generated {
-    /// All of them.
+    /// All kinds.
     pub const ALL: [Self; 3] = [Self::Caves, Self::Blocks, Self::Rooms];
 
     /// As written in scenarios.
@@ -61,7 +61,7 @@ impl Generated {
             ground[cell.index()] = Ground::OPEN;
         }
         if !ground.contains(&Ground::OPEN) {
-            // A tiny map that came out all blocked.
+            // A tiny map of which no cell is open.
             ground.fill(Ground::OPEN);
         }
         Terrain::new(grid, cell_meters, ground)

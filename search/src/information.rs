@@ -1,14 +1,14 @@
-//! What further precision is worth: the information table.
+//! The information table: information gain by log-odds and precision.
 //!
-//! A cell of log-odds `L` that is seen with total precision `k` yields the mutual information of a Bernoulli variable
-//! through a Gaussian channel,
+//! A cell of log-odds `L` that is observed with total precision `k` yields the mutual information of a Bernoulli
+//! variable through a Gaussian channel,
 //!
 //! ```text
 //! I(L, k) = H(L) - E_y[H(L + k (y - 1/2))],    y | theta ~ N(theta, 1/k).
 //! ```
 //!
-//! No closed form is known. Readings of one cell are independent given what it holds, so the information of any set
-//! of looks depends on their summed precision only, and one table of two axes serves every policy.
+//! No closed form is known. Readings of one cell are independent given what it holds, so the information of any set of
+//! observations depends on their summed precision only, and one table of two axes serves every policy.
 
 use std::sync::LazyLock;
 
@@ -17,7 +17,7 @@ use crate::belief::entropy_nats;
 /// `I(L, k)` by bilinear interpolation over `|L|` and `k`; the error is below 1e-4 nat everywhere.
 ///
 /// Both axes are linear within an octave of `1 + x` and double their step with each, so that index and fraction are
-/// the exponent and mantissa of one floating-point number: no logarithm is taken in a look-up.
+/// the exponent and mantissa of one floating-point number: no logarithm is taken in a lookup.
 #[derive(Debug)]
 pub struct InformationTable {
     /// Bilinear coefficients `[constant, k, L, k L]` of each patch, row-major, rows by `|L|`.
@@ -130,8 +130,8 @@ impl InformationTable {
         Row { start: step * PRECISION.steps(), fraction }
     }
 
-    /// Information of a look of this total precision (units of evidence, from 0; all above [`SATURATION`] are equal),
-    /// nats.
+    /// Information of an observation of this total precision (units of evidence, from 0; all above [`SATURATION`] are
+    /// equal), nats.
     #[must_use]
     #[inline]
     pub fn information(&self, row: Row, precision: i32) -> f32 {
@@ -168,7 +168,7 @@ fn column(precision: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Beyond so many deviations a Gaussian weighs less than 1e-15.
+/// Number of deviations beyond which a Gaussian weighs less than 1e-15.
 const TAIL_DEVIATIONS: f64 = 8.0;
 
 struct PosteriorEntropy {

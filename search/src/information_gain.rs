@@ -1,4 +1,4 @@
-//! What a further look of each cell would yield now: the part that all information policies share, learned ones too.
+//! The information gain of a further observation of each cell, shared by all information policies and the learned ones.
 
 use std::ops::Range;
 
@@ -7,7 +7,8 @@ use crate::information::{InformationTable, Row, SATURATION};
 use crate::route::ShortestPathTree;
 use crate::situation::Situation;
 
-/// Per cell: its row of the information table, the precision promised by teammates, and what that yields.
+/// Per cell: its row of the information table, the precision that teammates plan to add, and the information of that
+/// precision.
 ///
 /// The map is framed by `radius` cells of certainty on each side, so that a footprint never leaves the array.
 pub struct InformationGain {
@@ -15,14 +16,15 @@ pub struct InformationGain {
     cells: Vec<CellGain>,
 }
 
-/// What is known of one cell while a path is weighed.
+/// The state of one cell while a path is scored.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CellGain {
     /// Its log-odds, as a row of the table.
     pub(crate) row: Row,
-    /// Precision counted so far, units of evidence, at most [`SATURATION`]; that of a cell that can yield nothing.
+    /// Precision counted so far, units of evidence, at most [`SATURATION`]; [`SATURATION`] for a cell that can yield
+    /// nothing.
     pub(crate) precision: i32,
-    /// What that precision yields, nats.
+    /// Information of that precision, nats.
     pub(crate) information: f32,
 }
 
@@ -68,7 +70,7 @@ impl Frame {
 }
 
 impl InformationGain {
-    /// The outlook of a situation.
+    /// Computes the information gain of a situation.
     #[must_use]
     pub fn new(situation: &Situation<'_>) -> Self {
         let table = InformationTable::shared();
@@ -80,7 +82,7 @@ impl InformationGain {
             if row.is_certain() {
                 continue;
             }
-            let precision = saturated(situation.promised.precision(cell));
+            let precision = saturated(situation.planned_precision.precision(cell));
             let information = table.information(row, precision);
             cells[frame.index(cell)] = CellGain { row, precision, information };
         }
@@ -95,13 +97,13 @@ impl InformationGain {
         self.cells
     }
 
-    /// Information of one look from each cell, beyond what teammates promised, nats, shape `[cells]`
-    /// (paper, Eq. 2 with the table of [`crate::information`]); `-inf` for cells that are no candidates.
+    /// Information of one observation from each cell, beyond what teammates plan to observe, nats, shape `[cells]`
+    /// (paper, Eq. 2 with the table of [`crate::information`]); `-inf` for cells that are not candidates.
     ///
-    /// All cells at one distance are seen with one precision, so a cell's gain is looked up once a ring; the rest is
-    /// addition, row by row.
+    /// All cells at one distance are observed with one precision, so a cell's gain is looked up once per ring; the rest
+    /// is addition, row by row.
     #[must_use]
-    pub fn look_gains(&self, situation: &Situation<'_>, routes: &ShortestPathTree) -> Vec<f64> {
+    pub fn observation_gains(&self, situation: &Situation<'_>, routes: &ShortestPathTree) -> Vec<f64> {
         let sums = self.sum_of_rings(situation);
         let mut gains = vec![f64::NEG_INFINITY; situation.terrain.grid().cell_count()];
         for &cell in routes.candidates() {
@@ -125,8 +127,9 @@ impl InformationGain {
                     0.0
                 };
             }
-            for look in ring {
-                for (sums, seen) in sums.chunks_exact_mut(columns).zip(self.frame.rows_at(look.offset)) {
+            for observation in ring {
+                for (sums, seen) in sums.chunks_exact_mut(columns).zip(self.frame.rows_at(observation.offset))
+                {
                     for (sum, gain) in sums.iter_mut().zip(&ring_gain[seen]) {
                         *sum += gain;
                     }

@@ -1,65 +1,65 @@
-//! What teammates will see: the looks of their planned paths, and each its share of what is left.
+//! Teammates' planned observations: those of their planned paths, and their shares of the rest of the map.
 
 use crate::cell::Cell;
 use crate::sensor::Sensor;
 use crate::terrain::Terrain;
 
-/// Precision that the others are expected to add, shape `[cells]`, units of evidence.
+/// Precision that teammates' plans are expected to add, shape `[cells]`, units of evidence.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PlannedPrecision {
     precision: Vec<i64>,
 }
 
 impl PlannedPrecision {
-    /// Nobody promised anything.
+    /// No plans.
     #[must_use]
     pub fn nothing(terrain: &Terrain) -> Self {
         Self { precision: vec![0; terrain.grid().cell_count()] }
     }
 
-    /// Promises that were taken down: precision of each cell, units of evidence, shape `[cells]`; nothing if one is
-    /// below 0.
+    /// Planned precision from stored values, units of evidence, shape `[cells]`; `None` if one is below 0.
     #[must_use]
     pub fn from_precision(precision: Vec<i64>) -> Option<Self> {
         precision.iter().all(|&precision| precision >= 0).then_some(Self { precision })
     }
 
-    /// Whether anybody promised anything.
+    /// Whether any precision is planned.
     #[must_use]
     pub fn is_anything(&self) -> bool {
         self.precision.iter().any(|&precision| precision > 0)
     }
 
-    /// Adds a look from every cell of a path.
+    /// Adds an observation from every cell of a path.
     pub fn add_path(&mut self, terrain: &Terrain, sensor: &Sensor, path: &[Cell]) {
         for &from in path {
-            for look in sensor.footprint() {
-                if let Some(cell) = terrain.grid().step(from, look.offset) {
-                    self.precision[cell.index()] += look.precision;
+            for observation in sensor.footprint() {
+                if let Some(cell) = terrain.grid().step(from, observation.offset) {
+                    self.precision[cell.index()] += observation.precision;
                 }
             }
         }
     }
 
-    /// Adds each teammate's share: one look, from where it stands, at every cell that is nearer to a teammate's waypoint
-    /// than to this robot, in a straight line.
+    /// Adds each teammate's share: one observation, from its own cell, of every cell that is nearer to a teammate's
+    /// waypoint than to this robot, in a straight line.
     ///
-    /// A planned path ends long before the search does. What comes after it, teammates leave to whoever is nearest, as in
-    /// a Voronoi partition of the map that moves with them; but a share is a discount, not a fence: what is worth a second
-    /// look, or is all that is left, is visited by anybody.
+    /// A planned path ends long before the search does. The rest of the map is left to the nearest robot, as in a
+    /// Voronoi partition that moves with the robots. A share only lowers the gain: a cell that is worth a second
+    /// observation, or is all that is left, can still be visited by any robot.
     pub fn add_shares(&mut self, terrain: &Terrain, sensor: &Sensor, robot: Cell, waypoints: &[Cell]) {
         let grid = terrain.grid();
-        let look = sensor.footprint().iter().map(|look| look.precision).max().unwrap_or_default();
+        let observation =
+            sensor.footprint().iter().map(|observation| observation.precision).max().unwrap_or_default();
         for cell in grid.cells() {
             let distance = |from| grid.offset(from, cell).euclidean();
             let own = distance(robot);
             if waypoints.iter().any(|&waypoint| distance(waypoint) < own) {
-                self.precision[cell.index()] += look;
+                self.precision[cell.index()] += observation;
             }
         }
     }
 
-    /// Precision promised for a cell, units of evidence.
+    /// Precision planned for a cell, units of evidence.
     #[must_use]
     pub fn precision(&self, cell: Cell) -> i64 {
         self.precision[cell.index()]
@@ -71,32 +71,32 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_cell_of_a_path_promises_its_look() {
+    fn every_cell_of_a_path_plans_its_observation() {
         let terrain = Terrain::from_ascii("...", 1.0).unwrap();
         let sensor = Sensor::new(1, 0.005, crate::sensor::Noise::Gaussian).unwrap();
         let cells: Vec<Cell> = terrain.grid().cells().collect();
-        let mut promised = PlannedPrecision::nothing(&terrain);
-        promised.add_path(&terrain, &sensor, &cells[..2]);
+        let mut planned_precision = PlannedPrecision::nothing(&terrain);
+        planned_precision.add_path(&terrain, &sensor, &cells[..2]);
         let at = |distance| crate::evidence::precision_units(sensor.variance(distance));
-        assert_eq!(promised.precision(cells[0]), at(0) + at(1));
-        assert_eq!(promised.precision(cells[1]), at(1) + at(0));
-        assert_eq!(promised.precision(cells[2]), at(1));
+        assert_eq!(planned_precision.precision(cells[0]), at(0) + at(1));
+        assert_eq!(planned_precision.precision(cells[1]), at(1) + at(0));
+        assert_eq!(planned_precision.precision(cells[2]), at(1));
     }
 
     #[test]
-    fn what_is_nearer_to_a_teammate_is_its_share() {
+    fn cells_nearer_to_a_teammate_are_its_share() {
         let terrain = Terrain::from_ascii(".......", 1.0).unwrap();
         let sensor = Sensor::new(1, 0.005, crate::sensor::Noise::Gaussian).unwrap();
         let cells: Vec<Cell> = terrain.grid().cells().collect();
         let check = |robot: usize, waypoints: &[usize], expected: &str| {
-            let mut promised = PlannedPrecision::nothing(&terrain);
+            let mut planned_precision = PlannedPrecision::nothing(&terrain);
             let waypoints: Vec<Cell> = waypoints.iter().map(|&waypoint| cells[waypoint]).collect();
-            promised.add_shares(&terrain, &sensor, cells[robot], &waypoints);
-            let look = crate::evidence::precision_units(sensor.variance(0));
-            let shared = cells.iter().map(|&cell| match promised.precision(cell) {
+            planned_precision.add_shares(&terrain, &sensor, cells[robot], &waypoints);
+            let observation = crate::evidence::precision_units(sensor.variance(0));
+            let shared = cells.iter().map(|&cell| match planned_precision.precision(cell) {
                 0 => '.',
                 precision => {
-                    if precision == look {
+                    if precision == observation {
                         'x'
                     } else {
                         '?'

@@ -1,21 +1,21 @@
 //! The algorithms of active search, and nothing else.
 //!
-//! This crate has no clock, socket, file, thread or unseeded randomness: what varies is an argument. Reading order:
+//! This crate has no clock, socket, file, thread or unseeded randomness: whatever varies is an argument. Reading order:
 //!
 //! 1. [`cell`], [`terrain`], [`shape`], [`generated`]: the map;
-//! 2. [`sensor`], [`evidence`], [`belief`], [`observation`]: what is observed, and what it means;
-//! 3. [`information`], [`information_gain`], [`route`], [`reach`], [`intent`]: what an observation, a path and a teammate's plan
-//!    are worth, and what nobody can see;
+//! 2. [`sensor`], [`evidence`], [`belief`], [`observation`]: observations and what follows from them;
+//! 3. [`information`], [`information_gain`], [`route`], [`reach`], [`intent`]: the value of an observation, a path and
+//!    a teammate's plan, and the cells out of reach;
 //! 4. [`situation`], [`policy`]: the decision;
-//! 5. [`measures`], [`seed`]: how a search is judged and repeated.
+//! 5. [`measures`], [`seed`]: how a search is measured and reproduced.
 //!
-//! The sensor is radially symmetric: the variance of a reading depends on the distance of its cell alone. [`sensor`] says so;
-//! [`information_gain`], [`intent`] and [`reach`] use it, and so do the features of `dragnet-learn`.
+//! The sensor is radially symmetric: the variance of a reading depends on the distance of its cell alone. [`sensor`]
+//! says so; [`information_gain`], [`intent`] and [`reach`] use it, and so do the features of `dragnet-learn`.
 //!
-//! To add a policy: write its file in `policy/`, implement [`policy::Policy`], add a variant to [`policy::PolicyName`] with its
-//! name in [`policy::PolicyName::ALL`], and build it in [`policy::build`]. Scenarios, the command line, their help, the JSON
-//! Schema and error messages take their names from there. Then add a row to the tables of policies in `docs/guide.md` and
-//! `docs/glossary.md`, which a test asks for.
+//! To add a policy: write its file in `policy/`, implement [`policy::Policy`], add a variant to [`policy::PolicyName`]
+//! with its name in [`policy::PolicyName::ALL`], and build it in [`policy::build`]. Scenarios, the command line, their
+//! help, the JSON Schema and error messages take their names from there. Then add a row to the tables of policies in
+//! `docs/guide.md` and `docs/glossary.md`, which a test asks for.
 
 pub mod belief;
 pub mod cell;

@@ -1,4 +1,4 @@
-//! How a search is judged.
+//! Measures of a search.
 
 use crate::belief::Belief;
 use crate::cell::Cell;
@@ -39,7 +39,7 @@ impl Truth {
     }
 }
 
-/// How the cells that a belief calls found compare with the truth.
+/// A confusion count of the cells that a belief calls found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Score {
     /// Objects found.
@@ -51,7 +51,7 @@ pub struct Score {
 }
 
 impl Score {
-    /// Scores every searched cell that a robot can see: an object that nobody could find is none that was missed.
+    /// Scores every searched cell that a robot can observe: an object out of reach does not count as missed.
     #[must_use]
     pub fn of(terrain: &Terrain, reach: &Reach, belief: &Belief, truth: &Truth, tau: f64) -> Self {
         let mut score = Self::default();
@@ -70,7 +70,7 @@ impl Score {
         }
     }
 
-    /// One cell, object or empty, is now called found, or no longer.
+    /// Updates the counts when one cell, object or empty, becomes found or stops being found.
     pub fn change(&mut self, is_found: bool, is_object: bool) {
         match (is_found, is_object) {
             (true, true) => {
@@ -118,7 +118,7 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// From this path length (cells) on, the measure has this value. Lengths never fall.
+    /// From this path length (cells) on, the measure has this value. Lengths must not decrease.
     pub fn push(&mut self, path_cells: f64, value: f64) {
         debug_assert!(self.points.last().is_none_or(|&(last, _)| path_cells >= last));
         match self.points.last_mut() {

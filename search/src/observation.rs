@@ -1,4 +1,4 @@
-//! Observations, and the log that counts each exactly once.
+//! Observations, and a log that counts each of them exactly once.
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
@@ -26,7 +26,7 @@ impl RobotId {
         }
     }
 
-    /// The first so many.
+    /// The first `count` robots of a team.
     pub fn first(count: u16) -> impl Iterator<Item = Self> {
         (1..=count).filter_map(Self::new)
     }
@@ -37,7 +37,7 @@ impl RobotId {
         self.0.get()
     }
 
-    /// Its place in the team, from 0.
+    /// Its index in the team, from 0.
     #[must_use]
     pub const fn index(self) -> usize {
         self.number() as usize - 1
@@ -50,12 +50,12 @@ impl fmt::Display for RobotId {
     }
 }
 
-/// Who tells what is seen.
+/// The source of observations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Source {
-    /// A person, who marks cells by hand.
+    /// The operator, who marks cells.
     Operator,
-    /// A robot, which looks around.
+    /// A robot of the team.
     Robot(RobotId),
 }
 
@@ -74,73 +74,75 @@ impl fmt::Display for Source {
     }
 }
 
-/// A source from one of its starts on: what it sees is numbered by it.
+/// One start (incarnation) of a source; its observations are numbered within it.
 ///
-/// A robot that starts again counts anew under another origin, whatever it remembers: what it remembers last need not be the
-/// last that it told, as when its disk was full, and no name may ever stand for two observations.
+/// A robot that restarts numbers its observations anew under a new origin, even if it has stored earlier ones: the last
+/// stored one need not be the last that was published, for example if the disk was full, and a name must never denote
+/// two observations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Origin {
-    /// Who tells it.
+    /// The source.
     pub source: Source,
-    /// When it started, nanoseconds of mission time by its own clock; later than every start that it remembers.
+    /// When it started, nanoseconds of mission time by its own clock; later than every earlier start that it has
+    /// stored.
     pub incarnation: u64,
 }
 
 impl Origin {
-    /// That of a robot that started with the mission.
+    /// The origin of a robot that started with the mission.
     #[must_use]
     pub const fn first(robot: RobotId) -> Self {
         Self { source: Source::Robot(robot), incarnation: 0 }
     }
 }
 
-/// All readings of one look. `(origin, sequence)` names it for ever.
+/// All readings taken from one cell at one time. `(origin, sequence)` names it for ever.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observation {
-    /// Who looked.
+    /// The robot's origin.
     pub origin: Origin,
-    /// Counts the observations of that origin from 0 without a gap.
+    /// The number of the observation: observations of an origin are numbered from 0 without a gap.
     pub sequence: u64,
-    /// When, nanoseconds of mission time. It bounds how fast the robot can have moved since its observation before, and says how
-    /// long it stands still; what the readings say does not depend on it.
+    /// When, nanoseconds of mission time. It bounds the robot's speed since its previous observation, and shows how
+    /// long the robot stands still; the meaning of the readings does not depend on it.
     pub time_ns: u64,
-    /// Where the robot stood.
+    /// The robot's cell.
     pub from: Cell,
-    /// What it saw.
+    /// The readings.
     pub readings: Vec<Reading>,
 }
 
-/// What became of an observation that was offered to a log.
+/// The result of inserting an observation into a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Entry {
-    /// It is new: its readings count, now.
+    /// It is new: its readings count from now on.
     New,
-    /// It is known: its readings have counted already.
+    /// It is known: its readings already count.
     Known,
-    /// One before it is missing: it is not kept, and comes again with what is missing.
+    /// An earlier one is missing: this one is not stored, and is sent again with the missing ones.
     Early,
-    /// Another one of the same name is known. The first stays.
+    /// Another observation of the same name is known. The first one stays.
     Conflicting,
 }
 
-/// Which observations of an origin are known: all before the first one that is missing.
+/// Which observations of an origin are known: all before the first missing one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Version {
-    /// Whose observations.
+    /// The origin.
     pub origin: Origin,
     /// The first sequence number that is missing.
     pub next: u64,
 }
 
-/// All observations known to a robot, its own and others'.
+/// All observations that a participant knows, its own and those of others.
 ///
-/// Those of an origin are known from the first one on, without a gap: what comes after a missing one waits where it came
-/// from. So a log is as long as what it holds, whatever numbers others invent. What is written down elsewhere may be
-/// released: it stays known, and takes no memory.
+/// Those of an origin are known from the first one on, without a gap; observations after a missing one are not stored.
+/// So the size of a log does not depend on the sequence numbers that others send. Observations that are stored
+/// elsewhere may be released: they stay known, and take no memory.
 #[derive(Clone, Debug, Default)]
 pub struct ObservationLog {
     logs: BTreeMap<Origin, Known>,
-    /// Incarnations of each source of which something is known.
+    /// Number of known incarnations of each source.
     incarnations: BTreeMap<Source, usize>,
 }
 
@@ -153,13 +155,13 @@ pub struct Ends<'a> {
     pub last: &'a Observation,
 }
 
-/// The observations of one origin; one at least is known.
+/// The observations of one origin; at least one is known.
 #[derive(Clone, Debug)]
 struct Known {
     first: Arc<Observation>,
-    /// So many, from the first on, are known and no longer held.
+    /// Number of observations, from the first on, that are known and no longer held.
     released: u64,
-    /// Those after them; the last is always held.
+    /// Those after them; the last one is always held.
     held: Vec<Arc<Observation>>,
 }
 
@@ -168,7 +170,7 @@ impl Known {
         self.released + self.held.len() as u64
     }
 
-    /// Those held from a sequence number on; `None` if it is not held.
+    /// Those held from a sequence number on; `None` if that one is not held.
     fn since(&self, first: u64) -> Option<&[Arc<Observation>]> {
         let place = usize::try_from(first.checked_sub(self.released)?).ok()?;
         self.held.get(place..).filter(|held| !held.is_empty())
@@ -189,7 +191,8 @@ impl ObservationLog {
         entry
     }
 
-    /// What would become of an observation. One whose name is that of a released one is not compared with it.
+    /// The result that an insertion would have. An observation whose name is that of a released one is not compared
+    /// with it.
     #[must_use]
     pub fn entry(&self, observation: &Observation) -> Entry {
         let known = self.logs.get(&observation.origin);
@@ -205,7 +208,7 @@ impl ObservationLog {
         }
     }
 
-    /// The ends of what is known of an origin; `None` if nothing is.
+    /// The first and last known observation of an origin; `None` if none is known.
     #[must_use]
     pub fn ends(&self, origin: Origin) -> Option<Ends<'_>> {
         let known = self.logs.get(&origin)?;
@@ -218,19 +221,20 @@ impl ObservationLog {
         self.logs.get(&origin).map_or(0, Known::next)
     }
 
-    /// What is known, by origin.
+    /// The version vector: what is known, by origin.
     pub fn versions(&self) -> impl Iterator<Item = Version> + '_ {
         self.logs.iter().map(|(&origin, known)| Version { origin, next: known.next() })
     }
 
-    /// Whether somebody who tells these versions knows all that is known here.
+    /// Whether a participant with this version vector knows all that is known here.
     #[must_use]
-    pub fn is_known_to(&self, told: &[Version]) -> bool {
-        let told: BTreeMap<Origin, u64> = told.iter().map(|version| (version.origin, version.next)).collect();
-        self.versions().all(|own| told.get(&own.origin).is_some_and(|&next| next >= own.next))
+    pub fn is_known_to(&self, reported: &[Version]) -> bool {
+        let reported: BTreeMap<Origin, u64> =
+            reported.iter().map(|version| (version.origin, version.next)).collect();
+        self.versions().all(|own| reported.get(&own.origin).is_some_and(|&next| next >= own.next))
     }
 
-    /// Incarnations of a source of which something is known.
+    /// Number of known incarnations of a source.
     #[must_use]
     pub fn incarnations(&self, source: Source) -> usize {
         self.incarnations.get(&source).copied().unwrap_or_default()
@@ -242,7 +246,7 @@ impl ObservationLog {
         self.logs.get(&origin).and_then(|known| known.since(first)).unwrap_or_default()
     }
 
-    /// Holds no more than the last so many of each origin, and one at least.
+    /// Keeps at most the last `held` observations of each origin in memory.
     pub fn release(&mut self, held: NonZeroUsize) {
         for known in self.logs.values_mut() {
             let surplus = known.held.len().saturating_sub(held.get());
@@ -286,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn what_comes_after_a_gap_is_kept_once_the_gap_is_filled() {
+    fn observations_after_a_gap_count_once_the_gap_is_filled() {
         let mut log = ObservationLog::default();
         log.insert(observation(0, 0));
         for early in [2, u64::MAX] {
@@ -300,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_released_stays_known_and_is_held_no_more() {
+    fn released_observations_stay_known_and_leave_memory() {
         let mut log = ObservationLog::default();
         (0..5).for_each(|sequence| assert_eq!(log.insert(observation(sequence, sequence)), Entry::New));
         log.release(NonZeroUsize::new(2).unwrap());
@@ -339,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn who_knows_more_knows_all() {
+    fn a_larger_version_vector_covers_all() {
         let mut log = ObservationLog::default();
         assert!(log.is_known_to(&[]));
         log.insert(observation(0, 0));

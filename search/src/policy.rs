@@ -1,10 +1,10 @@
 //! Policies: a situation in, a decision out.
 //!
-//! A robot goes where a policy's score is highest; of equal scores it goes to the nearest cell. It is to rest where nothing
-//! is worth a look (`worth`): policies that score information rest if no score is above [`LEAST_NATS`]. Others score
-//! something else. NATS, GUTS and the learned policies pass over cells whose path would show nothing, and rest if there is
-//! no other; `random` and `coverage` go their way, and rest when no path shows anything. What teammates have promised to
-//! see counts as seen for those that know of it: the policies of information, and those that imitate them.
+//! A robot goes where a policy's score is highest; of equal scores it takes the nearest cell. It rests where no path is
+//! informative (`worth`): policies that score information rest if no score is above [`LEAST_NATS`]. NATS, GUTS and the
+//! learned policies skip cells whose path yields no information, and rest if there is no other; `random` and `coverage`
+//! keep their order, and rest when no path yields any. Cells that teammates plan to observe count as observed for the
+//! policies that use plans: the information policies, and the learned ones that imitate them.
 //!
 //! To add one, write its file and add its line to [`PolicyName`] and [`build`].
 
@@ -27,39 +27,40 @@ use crate::situation::Situation;
 pub use path_integral_reference::PathIntegralReference;
 pub use worth::LEAST_NATS;
 
-/// Chooses where to go next.
+/// Chooses the next path.
 ///
-/// A policy is a function of its arguments; what it keeps is scratch space and, of `coverage` alone, how far along
-/// its fixed order it is.
+/// A policy is a function of its arguments; it keeps scratch space only, and `coverage` its position in its fixed
+/// order.
 pub trait Policy {
     /// Decides in this situation. `random` is the robot's own stream of decisions.
     fn decide(&mut self, situation: &Situation<'_>, random: &mut Stream) -> Decision;
 }
 
-/// What a policy decided, and from what. Logged, tested, drawn and imitated.
+/// A policy's decision and the scores behind it. Decisions are logged, tested, drawn and imitated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Decision {
     /// The waypoint; the robot's own cell if it is to rest.
     pub chosen: Cell,
-    /// Cells entered on the way there, the waypoint last; empty if the robot is to rest, since there is nowhere to go or
-    /// nothing is worth a look.
+    /// Cells entered on the path, the waypoint last; empty if the robot is to rest, since there is no candidate or no
+    /// path is informative.
     pub path: Vec<Cell>,
-    /// What the policy maximized, shape `[cells]`, in units of its own; `-inf` for cells that are no candidates.
+    /// The score of each cell, which the policy maximizes, shape `[cells]`, in the policy's own units; `-inf` for cells
+    /// that are not candidates.
     pub scores: Vec<f64>,
 }
 
-/// The policies, by name.
+/// Names of the policies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum PolicyName {
     /// Uniform over the cells in reach.
     Random,
-    /// Back and forth over all that is in reach.
+    /// Parallel lanes over all cells in reach.
     Coverage,
-    /// The most informative single look (paper, Eq. 1 and 2).
+    /// The most informative single observation (paper, Eq. 1 and 2).
     Greedy,
-    /// The sum of the looks along the path, each taken alone (Eq. 3 as printed).
+    /// The sum over the observations along the path, each taken alone (Eq. 3 as printed).
     PathAdditive,
-    /// What all looks along the path yield together (Eq. 3 as explained in its text).
+    /// The joint information of all observations along the path (Eq. 3 as explained in its text).
     Path,
     /// Thompson sampling of NATS.
     Nats,
@@ -68,7 +69,7 @@ pub enum PolicyName {
 }
 
 impl PolicyName {
-    /// All of them.
+    /// All policies.
     pub const ALL: [Self; 7] =
         [Self::Random, Self::Coverage, Self::Greedy, Self::PathAdditive, Self::Path, Self::Nats, Self::Guts];
 
@@ -93,7 +94,7 @@ impl fmt::Display for PolicyName {
     }
 }
 
-/// A name that no policy has.
+/// The name of no policy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("unknown policy {0:?}; allowed are {allowed}", allowed = PolicyName::ALL.map(PolicyName::as_str).join(", "))]
 pub struct UnknownPolicy(pub String);
@@ -109,7 +110,7 @@ impl FromStr for PolicyName {
     }
 }
 
-/// What a scenario may set of a policy.
+/// Parameters that a scenario may set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameters {
     /// `w_l` of the path-length weight `1 / (1 + w_l L)` (Eq. 4), at least 0. Of `path` and `path-additive`.
@@ -124,7 +125,7 @@ impl Default for Parameters {
     }
 }
 
-/// The policy of a name.
+/// Builds the policy of a name.
 #[must_use]
 pub fn build(name: PolicyName, parameters: Parameters) -> Box<dyn Policy + Send> {
     match name {

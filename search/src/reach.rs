@@ -1,4 +1,4 @@
-//! What can be seen at all, from where robots can stand.
+//! The cells that robots can observe at all, from the cells that they can drive to.
 
 use std::collections::VecDeque;
 
@@ -17,22 +17,22 @@ const AROUND: [Offset; 4] = [
 
 /// The cells that some robot can see from some cell that it can drive to, from where robots were seen to stand.
 ///
-/// It follows from the map, the sensor's radius and the cells that observations were made from, in any order: whoever
-/// knows the same observations has the same reach. Before any observation everything counts as in reach. Where diagonal
-/// moves are allowed they connect no more than the straight ones do, for no corner is cut.
+/// It follows from the map, the sensor's radius and the cells that observations were made from, in any order: equal
+/// sets of observations give equal reach. Before any observation everything counts as in reach. Where diagonal moves
+/// are allowed they connect no more cells than straight ones, since no corner is cut.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Reach {
     grid: Grid,
     radius: u8,
-    /// Manhattan distance to the nearest cell where a robot can stand, cells, as far as the sensor sees; shape `[cells]`,
-    /// empty before a robot was seen to stand anywhere.
+    /// Manhattan distance to the nearest cell where a robot can stand, cells, up to the sensor radius; shape `[cells]`,
+    /// empty before the first observation.
     distance: Vec<u8>,
-    /// Counts the areas where robots can drive that were added.
+    /// Number of added connected areas.
     areas: u32,
 }
 
 impl Reach {
-    /// Of robots that nobody has seen yet, whose sensors have this radius (cells, at most
+    /// The reach before any observation, for sensors of this radius (cells, at most
     /// [`crate::sensor::Sensor::MAX_RADIUS`]).
     #[must_use]
     pub fn unknown(grid: Grid, radius: u32) -> Self {
@@ -40,7 +40,7 @@ impl Reach {
         Self { grid, radius, distance: Vec::new(), areas: 0 }
     }
 
-    /// A robot stands in this cell: so it can drive to all that is connected with it.
+    /// A robot stands in this cell, so it can drive to all cells connected with it.
     pub fn add_robot(&mut self, terrain: &Terrain, cell: Cell) {
         if self.distance.is_empty() {
             self.distance = vec![OUT_OF_SIGHT; self.grid.cell_count()];
@@ -50,10 +50,10 @@ impl Reach {
         }
         self.areas += 1;
         let area = self.connected(terrain, cell);
-        self.look_around(area);
+        self.observe_around(area);
     }
 
-    /// All cells where a robot can drive to from this one. The map may be wrong about the first.
+    /// All cells that a robot can drive to from this one. The map may be wrong about the first.
     fn connected(&mut self, terrain: &Terrain, first: Cell) -> VecDeque<Cell> {
         self.distance[first.index()] = 0;
         let mut area = vec![first];
@@ -71,8 +71,9 @@ impl Reach {
         area.into()
     }
 
-    /// Distances from these cells, by breadth-first search over the whole rectangle: sensors see across what stops wheels.
-    fn look_around(&mut self, mut queue: VecDeque<Cell>) {
+    /// Distances from these cells, by breadth-first search over the whole grid: sensors observe across cells that are
+    /// not traversable.
+    fn observe_around(&mut self, mut queue: VecDeque<Cell>) {
         while let Some(cell) = queue.pop_front() {
             let distance = self.distance[cell.index()] + 1;
             if distance > self.radius {
@@ -87,14 +88,14 @@ impl Reach {
         }
     }
 
-    /// Whether a robot can see this cell from somewhere.
+    /// Whether a robot can observe this cell from any cell that it can drive to.
     #[must_use]
     #[inline]
     pub fn covers(&self, cell: Cell) -> bool {
         self.distance.get(cell.index()).is_none_or(|&distance| distance <= self.radius)
     }
 
-    /// Counts what was added: while it is the same, the reach is.
+    /// Changes whenever the reach changes.
     #[must_use]
     pub const fn version(&self) -> u32 {
         self.areas
@@ -127,7 +128,7 @@ mod tests {
 
     #[test]
     fn a_lake_is_seen_from_its_shore_only() {
-        assert_eq!(drawn("..~~~~~..", 2, &[]), "xxxxxxxxx", "nobody was seen yet");
+        assert_eq!(drawn("..~~~~~..", 2, &[]), "xxxxxxxxx", "no robot was observed yet");
         assert_eq!(drawn("..~~~~~..", 2, &[0]), "xxxx-----");
         assert_eq!(drawn("..~~~~~..", 2, &[0, 8]), "xxxx-xxxx");
         assert_eq!(drawn("..~~~~~..", 2, &[8, 1, 0]), "xxxx-xxxx");
@@ -147,7 +148,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn it_is_all_footprints_of_all_routes_whatever_the_order(
+        fn it_is_all_footprints_of_all_paths_in_any_order(
             terrain in terrain(), places in prop::collection::vec(any::<prop::sample::Index>(), 1..4),
             radius in 1_u32..4, eight in any::<bool>(),
         ) {
@@ -159,8 +160,8 @@ mod tests {
             let mut seen = vec![false; terrain.grid().cell_count()];
             for &robot in &robots {
                 for &from in ShortestPathTree::from(&terrain, connectivity, robot).reached() {
-                    for look in sensor.footprint() {
-                        if let Some(cell) = terrain.grid().step(from, look.offset) {
+                    for observation in sensor.footprint() {
+                        if let Some(cell) = terrain.grid().step(from, observation.offset) {
                             seen[cell.index()] = true;
                         }
                     }

@@ -15,7 +15,7 @@ const fn step(north: i32, east: i32) -> Offset {
     Offset { north, east }
 }
 
-/// To which neighbors a robot moves.
+/// The neighbors that a robot can move to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Connectivity {
     /// North, east, south and west, at cost 1.
@@ -146,7 +146,7 @@ impl ShortestPathTree {
         &self.order
     }
 
-    /// Reached cells but the root, parents before children: where a robot can go.
+    /// Reached cells except the root, parents before children: the candidates of a decision.
     #[must_use]
     pub fn candidates(&self) -> &[Cell] {
         &self.order[1..]
@@ -164,7 +164,7 @@ impl ShortestPathTree {
         self.parent[to.index()]
     }
 
-    /// Cells entered on the way to a cell, that cell last; empty for the root and for cells out of reach.
+    /// Cells entered on the path to a cell, that cell last; empty for the root and for cells out of reach.
     #[must_use]
     pub fn path(&self, to: Cell) -> Vec<Cell> {
         let mut path = Vec::new();

@@ -1,4 +1,4 @@
-//! One named random stream a purpose and robot, so that one more draw here moves no other stream.
+//! One named random stream for each purpose and robot, so that one more draw here moves no other stream.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -7,7 +7,7 @@ use xxhash_rust::xxh3::xxh3_64_with_seed;
 /// A random stream that is the same on every machine.
 pub type Stream = ChaCha8Rng;
 
-/// What a stream is drawn for.
+/// The purpose of a stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
     /// Where the objects are.
@@ -28,7 +28,7 @@ pub enum Purpose {
     Soak,
 }
 
-/// The stream of a purpose and robot (0 where no robot is meant) under an episode's seed.
+/// The stream of a purpose and robot (0 if none) under an episode's seed.
 #[must_use]
 pub fn stream(seed: u64, purpose: Purpose, robot: u16) -> Stream {
     let name = match purpose {

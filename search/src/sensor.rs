@@ -34,7 +34,7 @@ pub struct Sensor {
 /// One cell of the sensor's footprint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FootprintCell {
-    /// From the robot's cell to the cell seen.
+    /// From the robot's cell to the observed cell.
     pub offset: Offset,
     /// Variance of a reading there.
     pub variance: f32,
@@ -42,7 +42,7 @@ pub struct FootprintCell {
     pub precision: i64,
 }
 
-/// A sensor that cannot be.
+/// Why a sensor is invalid.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SensorError {
     /// No radius, or too wide.
@@ -53,7 +53,7 @@ pub enum SensorError {
         "sensor variance noise_variance = {noise_variance}: variances over the radius go from {nearest} to {farthest}, allowed are {MIN_VARIANCE} to {MAX_VARIANCE}"
     )]
     Variance {
-        /// As given.
+        /// The given value.
         noise_variance: f64,
         /// At distance 0.
         nearest: f64,
@@ -105,16 +105,20 @@ impl Sensor {
         variance(self.noise_variance, distance)
     }
 
-    /// All cells of a look, south to north, then west to east.
+    /// All cells of an observation, south to north, then west to east.
     #[must_use]
     pub fn footprint(&self) -> &[FootprintCell] {
         &self.footprint
     }
 
-    /// The footprint by distance, from 0 on: cells that are seen alike.
+    /// The footprint in rings of equal distance, from 0 on, whose cells have equal precision.
     pub(crate) fn rings(&self) -> impl Iterator<Item = Vec<FootprintCell>> {
         (0..=self.radius).map(|distance| {
-            self.footprint.iter().filter(|look| look.offset.manhattan() == distance).copied().collect()
+            self.footprint
+                .iter()
+                .filter(|observation| observation.offset.manhattan() == distance)
+                .copied()
+                .collect()
         })
     }
 
@@ -122,9 +126,9 @@ impl Sensor {
     #[must_use]
     #[expect(clippy::cast_possible_truncation, reason = "readings travel as f32")]
     #[inline]
-    pub fn draw(&self, is_object: bool, look: &FootprintCell, random: &mut Stream) -> f32 {
+    pub fn draw(&self, is_object: bool, observation: &FootprintCell, random: &mut Stream) -> f32 {
         let normal: f64 = StandardNormal.sample(random);
-        let error = normal * f64::from(look.variance).sqrt();
+        let error = normal * f64::from(observation.variance).sqrt();
         let value = match (self.noise, is_object) {
             (Noise::Gaussian, _) => f64::from(u8::from(is_object)) + error,
             (Noise::Clipped, false) => error.abs().min(1.0),
@@ -141,7 +145,7 @@ impl Default for Sensor {
     }
 }
 
-/// The law of the model: the variance of a reading at so many cells, of a sensor with this `noise_variance`.
+/// The sensor model: the variance of a reading at a distance (cells), for a sensor with this `noise_variance`.
 #[must_use]
 #[expect(clippy::cast_possible_truncation, reason = "variances travel as f32")]
 pub fn variance(noise_variance: f64, distance: u32) -> f32 {
@@ -153,16 +157,16 @@ pub fn variance(noise_variance: f64, distance: u32) -> f32 {
 
 fn footprint(radius: u32, noise_variance: f64) -> Vec<FootprintCell> {
     let radius = radius.cast_signed();
-    let mut looks = Vec::new();
+    let mut observations = Vec::new();
     for north in -radius..=radius {
         let span = radius - north.abs();
         for east in -span..=span {
             let offset = Offset { north, east };
             let variance = variance(noise_variance, offset.manhattan());
-            looks.push(FootprintCell { offset, variance, precision: precision_units(variance) });
+            observations.push(FootprintCell { offset, variance, precision: precision_units(variance) });
         }
     }
-    looks
+    observations
 }
 
 #[cfg(test)]
@@ -176,16 +180,17 @@ mod tests {
         assert_eq!(sensor.footprint().len(), 61);
         assert!((sensor.variance(0) - 0.001).abs() < 1e-9);
         assert!((sensor.variance(3) - 0.045).abs() < 1e-9);
-        assert!(sensor.footprint().iter().all(|look| look.offset.manhattan() <= 5));
+        assert!(sensor.footprint().iter().all(|observation| observation.offset.manhattan() <= 5));
     }
 
     #[test]
-    fn readings_scatter_as_the_model_says() {
+    fn readings_scatter_as_in_the_model() {
         let sensor = Sensor::default();
-        let look = sensor.footprint()[0];
+        let observation = sensor.footprint()[0];
         let mut random = stream(3, Purpose::Noise, 0);
         let count = 20_000;
-        let draws: Vec<f64> = (0..count).map(|_| f64::from(sensor.draw(true, &look, &mut random))).collect();
+        let draws: Vec<f64> =
+            (0..count).map(|_| f64::from(sensor.draw(true, &observation, &mut random))).collect();
         let mean = draws.iter().sum::<f64>() / f64::from(count);
         let variance = draws.iter().map(|y| (y - mean).powi(2)).sum::<f64>() / f64::from(count);
         assert!((mean - 1.0).abs() < 0.01, "{mean}");
@@ -195,18 +200,18 @@ mod tests {
     #[test]
     fn clipped_readings_stay_between_empty_and_object() {
         let sensor = Sensor::new(20, 0.005, Noise::Clipped).unwrap();
-        let look = sensor.footprint()[0];
+        let observation = sensor.footprint()[0];
         let mut random = stream(3, Purpose::Noise, 0);
         for is_object in [false, true] {
             for _ in 0..1000 {
-                let value = sensor.draw(is_object, &look, &mut random);
+                let value = sensor.draw(is_object, &observation, &mut random);
                 assert!((0.0..=1.0).contains(&value));
             }
         }
     }
 
     #[test]
-    fn impossible_sensors_are_refused() {
+    fn impossible_sensors_are_rejected() {
         assert_eq!(Sensor::new(0, 0.005, Noise::Gaussian), Err(SensorError::Radius(0)));
         assert!(Sensor::new(5, f64::NAN, Noise::Gaussian).is_err());
         assert!(Sensor::new(5, 1e-9, Noise::Gaussian).is_err());

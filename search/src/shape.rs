@@ -27,7 +27,7 @@ struct Point {
 }
 
 impl Shape {
-    /// All of them.
+    /// All shapes.
     pub const ALL: [Self; 4] =
         [Self::IceCreamCone, Self::OpenAsterisk, Self::FigureFour, Self::AllTraversable];
 

@@ -1,4 +1,4 @@
-//! All that a policy may see.
+//! The inputs of a policy.
 
 use crate::belief::Belief;
 use crate::cell::Cell;
@@ -7,26 +7,26 @@ use crate::route::Connectivity;
 use crate::sensor::Sensor;
 use crate::terrain::Terrain;
 
-/// The world as one robot knows it at one decision.
+/// The state of the search as one robot knows it at one decision.
 #[derive(Clone, Copy, Debug)]
 pub struct Situation<'a> {
     /// The map.
     pub terrain: &'a Terrain,
-    /// How the robot moves on it.
+    /// The moves that the robot can make.
     pub connectivity: Connectivity,
-    /// What the robot sees with.
+    /// The robot's sensor.
     pub sensor: &'a Sensor,
-    /// What it believes.
+    /// The robot's belief.
     pub belief: &'a Belief,
-    /// What its teammates are about to see.
-    pub promised: &'a PlannedPrecision,
-    /// The cell that it is in.
+    /// Precision that teammates plan to add.
+    pub planned_precision: &'a PlannedPrecision,
+    /// The robot's cell.
     pub robot: Cell,
-    /// Its place in the team.
+    /// The robot's place in the team.
     pub place: Place,
 }
 
-/// A robot's place in its team: which one of how many.
+/// A robot's index in its team, and the team's size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Place {
     /// `0..team`.
@@ -36,6 +36,6 @@ pub struct Place {
 }
 
 impl Place {
-    /// The one robot of a team of one.
+    /// A team of one robot.
     pub const ALONE: Self = Self { member: 0, team: 1 };
 }

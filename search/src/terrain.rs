@@ -1,4 +1,4 @@
-//! What can be crossed and what is searched.
+//! Which cells are traversable and which are searched.
 
 use xxhash_rust::xxh3::Xxh3;
 
@@ -34,7 +34,7 @@ pub struct Terrain {
     ground: Vec<Ground>,
 }
 
-/// Why a terrain cannot be.
+/// Why a terrain is invalid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TerrainError {
     /// No cell, or too many.
@@ -51,7 +51,7 @@ pub enum TerrainError {
         /// Cells of the grid.
         expected: usize,
     },
-    /// A character that means no ground.
+    /// A character that stands for no ground.
     #[error(
         "line {line}, column {column}: {found:?} is no ground; allowed are '.' open, '#' blocked, '~' out of reach, ',' passage"
     )]
@@ -60,7 +60,7 @@ pub enum TerrainError {
         line: usize,
         /// From 1.
         column: usize,
-        /// What stands there.
+        /// The character.
         found: char,
     },
     /// Lines of unequal length.
@@ -154,7 +154,7 @@ impl Terrain {
         self.ground[cell.index()].searched
     }
 
-    /// XXH3-128 of size, cell edge and ground, by index: other maps have other digests.
+    /// XXH3-128 of size, cell edge and ground, by index: different maps have different digests.
     #[must_use]
     pub fn digest(&self) -> Digest {
         let mut hash = Xxh3::new();
@@ -172,7 +172,7 @@ impl Terrain {
         self.grid.cells().filter(|&cell| self.is_traversable(cell))
     }
 
-    /// From now on an object can be in this cell.
+    /// Adds this cell to the search area.
     pub(crate) fn search(&mut self, cell: Cell) {
         self.ground[cell.index()].searched = true;
     }

@@ -1,4 +1,4 @@
-//! Whole episodes: agents, messages and world in one process.
+//! Whole episodes: agents, messages and the world in one process.
 
 #![expect(clippy::unwrap_used, reason = "a benchmark fails by panicking")]
 

@@ -1,6 +1,7 @@
-//! Policies against each other, over seeds: what is kept of an episode, and what episodes come to together.
+//! Comparison of policies over seeds: the results of an episode, and summaries of episodes.
 //!
-//! Of a scenario whose robots decide by one policy, its [`Setting`], each episode is a [`Trial`], and all of them a [`Row`].
+//! For a scenario whose robots use one policy, its [`Setting`], each episode gives a [`Trial`], and all of them a
+//! [`Row`].
 
 mod latencies;
 mod row;
@@ -16,10 +17,10 @@ pub use row::{DecisionTimes, Estimate, FullRecall, MeanCurve, Row};
 pub use setting::{Setting, digest};
 pub use trial::Trial;
 
-/// Runs an episode of a setting, until all robots rest or, unless the setting lets it go on, every object is found.
+/// Runs an episode of a setting, until all robots rest or, unless the setting says otherwise, every object is found.
 ///
 /// # Errors
-/// Never, as long as robots of this process cannot fail.
+/// Never, since robots of this process cannot fail.
 pub fn run(setting: &Setting, scenario: &Scenario, seed: u64) -> Result<Trial, ParticipantError> {
     Ok(Trial::new(setting, seed, episode::run(scenario, seed, setting.end)?))
 }

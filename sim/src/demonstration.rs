@@ -1,4 +1,4 @@
-//! An expert at work, watched decision by decision.
+//! Recording of an expert in simulation.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -14,11 +14,11 @@ use dragnet_search::policy::Policy;
 use crate::episode::{self, Observer};
 use crate::simulation::End;
 
-/// Runs a scenario until all is found, the budget is spent or enough has been seen. Every robot has an expert, and the
-/// decisions of all are taken down.
+/// Runs a scenario until all objects are found, the budget is spent or enough decisions are recorded. Every robot has
+/// an expert, and the decisions of all are recorded.
 ///
 /// # Errors
-/// Never, as long as robots of this process cannot fail.
+/// Never, since robots of this process cannot fail.
 pub fn watch(
     scenario: &Scenario,
     seed: u64,
@@ -27,8 +27,8 @@ pub fn watch(
     expert: impl Fn() -> Box<dyn Policy + Send>,
 ) -> Result<Trajectory, ParticipantError> {
     let (sink, taken) = mpsc::channel();
-    let mut robots = episode::team(scenario, seed, |orders| {
-        Agent::with_policy(orders, Box::new(Recorder::new(expert(), source.explore, sink.clone())))
+    let mut robots = episode::team(scenario, seed, |config| {
+        Agent::with_policy(config, Box::new(Recorder::new(expert(), source.explore, sink.clone())))
     });
     let mut enough = Enough { decisions_left: source.max_decisions };
     episode::watch(scenario, seed, End::AllFound, &mut robots, &mut enough)?;
@@ -44,7 +44,7 @@ pub fn watch(
     })
 }
 
-/// Leaves after so many decisions.
+/// Stops after a number of decisions.
 struct Enough {
     decisions_left: u32,
 }

@@ -18,27 +18,28 @@ use crate::participants::{LocalParticipants, Participants};
 use crate::simulation::{End, Membership, Outcome, Rules, Simulation, StepObserver};
 use crate::world::World;
 
-/// What an episode came to.
+/// The result of an episode.
 #[derive(Clone, Debug)]
 pub struct Episode {
-    /// Where the objects were.
+    /// The objects.
     pub truth: Truth,
-    /// The belief that all readings together support.
+    /// The belief from all readings together.
     pub belief: Belief,
-    /// What robots could see from where they started.
+    /// Cells that robots can observe from their start cells.
     pub reach: Reach,
-    /// How the belief compares with the truth, as far as robots could see.
+    /// The belief compared with the truth, counting cells in reach.
     pub score: Score,
-    /// Objects that the belief expects not to be found, of those that robots could see: `score.false_negatives` are not.
+    /// Expected number of objects in reach that are not found, by the belief; the true number is
+    /// `score.false_negatives`.
     pub expected_remaining: f64,
-    /// Way covered by each robot, cells.
+    /// Path length of each robot, cells.
     pub path_cells: Vec<f64>,
-    /// What was measured on the way.
+    /// Measurements during the episode.
     pub outcome: Outcome,
 }
 
 impl Episode {
-    /// The end of an episode.
+    /// The result of a completed episode.
     #[must_use]
     pub fn new(world: World, outcome: Outcome) -> Self {
         Self {
@@ -53,18 +54,18 @@ impl Episode {
     }
 }
 
-/// Runs a scenario with robots alone, no coordinator.
+/// Runs a scenario with robots only, without a coordinator.
 ///
 /// # Errors
-/// Never, as long as robots of this process cannot fail.
+/// Never, since robots of this process cannot fail.
 pub fn run(scenario: &Scenario, seed: u64, end: End) -> Result<Episode, ParticipantError> {
     run_robots(scenario, seed, end, &mut team(scenario, seed, Agent::new))
 }
 
-/// Runs a scenario with these robots alone.
+/// Runs a scenario with these robots only.
 ///
 /// # Errors
-/// Never, as long as robots of this process cannot fail.
+/// Never, since robots of this process cannot fail.
 pub fn run_robots(
     scenario: &Scenario,
     seed: u64,
@@ -74,10 +75,10 @@ pub fn run_robots(
     run_with(scenario, seed, alone(end), &mut LocalParticipants::new(robots, None), &mut |_, _| ())
 }
 
-/// Runs a scenario with any participants, watched.
+/// Runs a scenario with any participants, with an observer of its steps.
 ///
 /// # Errors
-/// If a participant cannot go on.
+/// If a participant fails.
 pub fn run_with<C: Participants>(
     scenario: &Scenario,
     seed: u64,
@@ -89,10 +90,10 @@ pub fn run_with<C: Participants>(
     Ok(Episode::new(world, outcome))
 }
 
-/// The same, with faults of the participants themselves.
+/// The same, with faults of the participants.
 ///
 /// # Errors
-/// If a participant cannot go on.
+/// If a participant fails.
 pub fn run_with_faults<C: Participants>(
     scenario: &Scenario,
     seed: u64,
@@ -106,25 +107,25 @@ pub fn run_with_faults<C: Participants>(
     Ok(Episode::new(world, outcome))
 }
 
-/// Runs a scenario with these robots alone until it ends or the witness has seen enough.
+/// Runs a scenario with these robots only, until it ends or the observer stops it.
 ///
 /// # Errors
-/// Never, as long as robots of this process cannot fail.
+/// Never, since robots of this process cannot fail.
 pub fn watch(
     scenario: &Scenario,
     seed: u64,
     end: End,
     robots: &mut [Agent],
-    witness: &mut dyn Observer,
+    observer: &mut dyn Observer,
 ) -> Result<(), ParticipantError> {
-    let mut participants = Witnessed { participants: LocalParticipants::new(robots, None), witness };
+    let mut participants = Witnessed { participants: LocalParticipants::new(robots, None), observer };
     match run_with(scenario, seed, alone(end), &mut participants, &mut |_, _| ()) {
         Ok(_) | Err(Left::SeenEnough) => Ok(()),
         Err(Left::Failed(error)) => Err(error),
     }
 }
 
-/// The robots of a scenario, as `robot` makes each of its orders.
+/// The robots of a scenario, each made by `robot` from its configuration.
 pub fn team(scenario: &Scenario, seed: u64, robot: impl FnMut(AgentConfig) -> Agent) -> Vec<Agent> {
     AgentConfig::of_team(scenario, seed).into_iter().map(robot).collect()
 }
@@ -133,18 +134,18 @@ const fn alone(end: End) -> Rules {
     Rules { end, coordinator: Membership::Absent }
 }
 
-/// Who sees what happens to robots, and what they do about it.
+/// Observes the events of robots, and their effects.
 pub trait Observer {
-    /// Something happens to a robot.
+    /// An event of a robot.
     fn happens(&mut self, _stimulus: &Event<Message>) {}
 
-    /// A robot did something about it. Whether that is enough.
+    /// The effects of an event. Breaks to stop the episode.
     fn reacts(&mut self, effects: &Effects<Message>) -> ControlFlow<()>;
 }
 
 struct Witnessed<'a> {
     participants: LocalParticipants<'a>,
-    witness: &'a mut dyn Observer,
+    observer: &'a mut dyn Observer,
 }
 
 enum Left {
@@ -162,9 +163,9 @@ impl Participants for Witnessed<'_> {
         now: MissionTime,
         event: Event<Message>,
     ) -> Result<Effects<Message>, Left> {
-        self.witness.happens(&event);
+        self.observer.happens(&event);
         let effects = self.participants.step(who, now, event).map_err(Left::Failed)?;
-        match self.witness.reacts(&effects) {
+        match self.observer.reacts(&effects) {
             ControlFlow::Continue(()) => Ok(effects),
             ControlFlow::Break(()) => Err(Left::SeenEnough),
         }

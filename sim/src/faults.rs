@@ -1,7 +1,6 @@
-//! What goes wrong with the participants themselves: crashes, clocks, slow robots, full disks; and links that work one
-//! way only. And a person, who interferes.
+//! Faults of participants: crashes, clock errors, slow robots, full disks, one-way links; and commands of an operator.
 //!
-//! What goes wrong with all messages alike is part of a scenario: [`dragnet_scenario::Network`].
+//! Faults of all messages alike are part of a scenario: [`dragnet_scenario::Network`].
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -15,58 +14,58 @@ use dragnet_search::observation::RobotId;
 /// All faults of an episode, planned before it starts.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Faults {
-    /// At most one a participant.
+    /// At most one for each participant.
     pub crashes: BTreeMap<Participant, Crash>,
-    /// How far clocks are ahead of the simulator's, where they are.
+    /// By how much clocks are ahead of the simulator's.
     pub clocks: BTreeMap<Participant, Duration>,
-    /// How many times as long as others a robot takes to the next cell, where it does: at least 1.
+    /// Factors by which robots take longer to the next cell: at least 1.
     pub slowness: BTreeMap<RobotId, f64>,
-    /// When a robot's disk takes nothing, if it ever does, by its own clock.
+    /// When a robot's disk is full, by its own clock.
     pub full: BTreeMap<RobotId, Range<MissionTime>>,
-    /// Links that fail.
+    /// Links that lose messages in one direction.
     pub mute: Vec<OneWayLoss>,
-    /// A robot that lies about what it sees, if one does: nobody waits for others to believe what it believes.
+    /// A robot that publishes false readings, if any: others need not have its belief.
     pub liar: Option<RobotId>,
-    /// What a person asks of the coordinator, and when; while there is none, later.
+    /// The operator's commands to the coordinator with their times; delayed while there is no coordinator.
     pub commands: Vec<(MissionTime, Command)>,
 }
 
-/// A participant stops at once, and may start again.
+/// A participant stops suddenly, and may restart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Crash {
     /// When, by the simulator's clock.
     pub at: MissionTime,
-    /// When it starts again, if it does, and with what memory.
+    /// When it restarts, if it does, and what it has stored.
     pub back: Option<(MissionTime, Memory)>,
 }
 
-/// What a participant still knows when it starts again.
+/// What a restarted participant has stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Memory {
-    /// All that its disk took of what it was to keep: [`dragnet_proto::state_machine::Effects::kept`].
+    /// All that its disk could store of what it had to: [`dragnet_proto::state_machine::Effects::kept`].
     Kept,
     /// Nothing.
     Lost,
 }
 
-/// A participant does not hear another, which may hear it.
+/// A participant does not receive another's messages, while the reverse direction works.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OneWayLoss {
-    /// Who is not heard.
+    /// The sender.
     pub from: Participant,
-    /// By whom.
+    /// The receiver.
     pub to: Participant,
     /// When.
     pub during: Range<MissionTime>,
 }
 
 impl Faults {
-    /// How far a clock is ahead.
+    /// By how much a clock is ahead.
     pub(crate) fn ahead(&self, who: Participant) -> Duration {
         self.clocks.get(&who).copied().unwrap_or_default()
     }
 
-    /// How many times as long as others a robot takes.
+    /// The factor by which a robot takes longer.
     pub(crate) fn slowness(&self, robot: RobotId) -> f64 {
         self.slowness.get(&robot).copied().unwrap_or(1.0)
     }

@@ -1,15 +1,14 @@
-//! The field test: vehicles in continuous space that find things with cameras.
+//! The field test: vehicles in continuous space that find objects with cameras.
 //!
-//! Everything between a camera's boxes and a vehicle's path is the product: boxes go to the very
-//! [`Pilot`] of a robot, its looks to the very [`Agent`], the agent's routes
-//! back to the pilot, its paths to the wheels. Simulated are the ground (`site`), the vehicle's body
-//! (`body`), its cameras with a detector that misses and imagines things (`eyes`), and its localization.
+//! Everything between a camera's boxes and a vehicle's path is the production code: boxes go to the [`Pilot`] of a
+//! robot, its observations to the [`Agent`], the agent's routes back to the pilot, its paths to the wheels. Simulated
+//! are the ground (`site`), the vehicle's body (`body`), its cameras and detector with misses and false alarms, and its
+//! localization (`cameras`).
 //!
-//! Time goes in ticks of [`TICK`]: in each, bodies move, poses and images are taken, and what the agents make
-//! of them reaches their teammates within the tick. A trial ends when the belief of all readings together has
-//! found every object ([`Score`]), or with the mission's time. A decision costs the mission time that the
-//! caller says ([`DecisionTime`]), never the time that it took here: so a trial is a function of scenario, seed
-//! and that time, byte for byte.
+//! Time advances in ticks of [`TICK`]: in each, bodies move, poses and images are taken, and the resulting messages
+//! reach teammates within the tick. A trial ends when the belief from all readings together has found every object
+//! ([`Score`]), or with the mission's time. A decision takes the mission time that the caller says ([`DecisionTime`]),
+//! never its computing time: so a trial is a function of scenario, seed and that time, byte for byte.
 
 mod body;
 mod cameras;
@@ -43,77 +42,77 @@ use site::Site;
 pub use cameras::{HEAD_RADIANS_PER_SECOND, detection_probability};
 pub use site::settings;
 
-/// Between two images of a camera.
+/// Time between two images of a camera.
 pub const TICK: Duration = Duration::from_millis(200);
 
-/// What the vehicle does while its agent decides, and for how long.
+/// The mission time of a decision.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DecisionTime {
-    /// Of each decision, mission time. Meanwhile the vehicle drives on to the middle of the waypoint's cell,
-    /// which it has just entered, and stands there.
+    /// The mission time of each decision. Meanwhile the vehicle drives on to the middle of the waypoint's cell, which
+    /// it has just entered, and stands there.
     pub time: Duration,
 }
 
 impl DecisionTime {
-    /// A decision costs nothing: what takes a millisecond is no part of a search that takes minutes.
+    /// Decisions take no time: a millisecond is negligible in a search of minutes.
     pub const NONE: Self = Self { time: Duration::ZERO };
 }
 
-/// What a trial came to.
+/// The result of a trial.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trial {
     /// When every object was found, if all were in time.
     pub found: Option<MissionTime>,
     /// When the trial ended.
     pub ended: MissionTime,
-    /// How the belief of all readings together compares with the truth at the end.
+    /// The belief from all readings together compared with the truth, at the end.
     pub score: Score,
-    /// Way driven by each robot, meters.
+    /// Distance driven by each robot, meters.
     pub driven_meters: Vec<f64>,
-    /// Computing time of each decision, as measured: no part of what happens.
+    /// Computing time of each decision, as measured; it does not affect the trial.
     pub decisions: Vec<Duration>,
-    /// Looks of all robots.
-    pub looks: u64,
-    /// Observations that an agent refused.
+    /// Number of observations of all robots.
+    pub observations: u64,
+    /// Number of observations that an agent rejected.
     pub refused: u64,
     /// Diagnostics of the pilots above [`Level::Ok`], in order.
     pub diagnostics: Vec<(RobotId, Diagnostic)>,
     /// Digest of the evidence of all readings.
     pub digest: Digest,
-    /// Where the first robot was at each tick, meters east and north.
+    /// The first robot's position at each tick, meters east and north.
     pub trace: Vec<(f64, f64)>,
 }
 
-/// Why there is no trial.
+/// Why a trial cannot run.
 #[derive(Debug, thiserror::Error)]
 pub enum FieldError {
-    /// Of an agent.
+    /// Error of an agent.
     #[error(transparent)]
     StateMachine(#[from] ParticipantError),
-    /// Of the vehicle's settings.
+    /// Error of the vehicle's settings.
     #[error(transparent)]
     Settings(#[from] SettingsError),
-    /// Of the pilot.
+    /// Error of the pilot.
     #[error(transparent)]
     Pilot(#[from] PilotError),
-    /// Of the site.
+    /// Error of the site.
     #[error(transparent)]
     Site(#[from] site::SiteError),
 }
 
-/// Runs a scenario with vehicles instead of its robots' grid.
+/// Runs a scenario with vehicles instead of grid robots.
 ///
 /// # Errors
 /// If the scenario does not state a number of objects, or is too large for a lattice.
 pub fn run(scenario: &Scenario, seed: u64, thinking: DecisionTime) -> Result<Trial, FieldError> {
-    let orders = AgentConfig::of_team(scenario, seed);
-    let mut agents: Vec<Agent> = orders.into_iter().map(Agent::new).collect();
+    let config = AgentConfig::of_team(scenario, seed);
+    let mut agents: Vec<Agent> = config.into_iter().map(Agent::new).collect();
     let mut mission = Mission::new(scenario, seed, thinking, LocalParticipants::new(&mut agents, None))?;
     mission.run(scenario.mission().budget.time().unwrap_or(LONGEST))?;
     Ok(mission.end())
 }
 
-/// Without a budget in time a trial ends at last.
+/// The end of a trial without a time budget.
 const LONGEST: Duration = Duration::from_hours(1);
 
 /// A vehicle with its pilot.
@@ -122,12 +121,12 @@ struct Vehicle {
     body: Body,
     eyes: SimulatedCameras,
     pilot: Pilot,
-    /// A route that its agent is still thinking about.
+    /// A route that its agent is still computing.
     pending: Option<(MissionTime, Vec<Cell>)>,
     wake_at: MissionTime,
 }
 
-/// A trial under way.
+/// A trial in progress.
 struct Mission<'a> {
     site: Arc<Site>,
     thinking: DecisionTime,
@@ -141,7 +140,7 @@ struct Mission<'a> {
     has_news: bool,
     now: MissionTime,
     trial: Trial,
-    /// Messages on their way, with their receivers.
+    /// Messages in transit, with their receivers.
     mail: VecDeque<(Participant, usize, Message)>,
 }
 
@@ -176,7 +175,7 @@ impl<'a> Mission<'a> {
             score: Score::of(scenario.terrain(), &reach, &merged, site.truth(), detection_threshold),
             driven_meters: Vec::new(),
             decisions: Vec::new(),
-            looks: 0,
+            observations: 0,
             refused: 0,
             diagnostics: Vec::new(),
             digest: merged.digest(),
@@ -229,7 +228,7 @@ impl<'a> Mission<'a> {
         Ok(())
     }
 
-    /// A tick of one vehicle: its body moves, then it hears where it is and what its cameras see.
+    /// A tick of one vehicle: its body moves, then it receives its pose and its cameras' detections.
     fn move_on(&mut self, index: usize) -> Result<(), ParticipantError> {
         let vehicle = &mut self.vehicles[index];
         vehicle.body.move_on(TICK.as_secs_f64());
@@ -238,7 +237,7 @@ impl<'a> Mission<'a> {
             self.trial.trace.push((pose.x_meters, pose.y_meters));
         }
         let fix = vehicle.eyes.fix(self.now, &pose);
-        let frames = vehicle.eyes.look(self.now, &pose, self.site.things_meters());
+        let frames = vehicle.eyes.observe(self.now, &pose, self.site.objects_meters());
         self.steer(index, pilot::Event::Pose(fix))?;
         for frame in frames {
             self.steer(index, pilot::Event::Frame(frame))?;
@@ -246,7 +245,7 @@ impl<'a> Mission<'a> {
         Ok(())
     }
 
-    /// Tells a pilot what happens, and does what it says.
+    /// Passes an event to a pilot, and carries out its effects.
     fn steer(&mut self, index: usize, event: pilot::Event) -> Result<(), ParticipantError> {
         let vehicle = &mut self.vehicles[index];
         for action in vehicle.pilot.handle(self.now.0, event) {
@@ -269,7 +268,7 @@ impl<'a> Mission<'a> {
     }
 
     fn sense(&mut self, index: usize, cell: Cell, readings: Vec<Reading>) -> Result<(), ParticipantError> {
-        self.trial.looks += 1;
+        self.trial.observations += 1;
         for reading in &readings {
             let before = self.merged.is_found(reading.cell, self.detection_threshold);
             self.merged.add(reading);
@@ -290,7 +289,7 @@ impl<'a> Mission<'a> {
         self.tell(index, Event::Sensed { cell, readings })
     }
 
-    /// Tells an agent what happens, and does what it says.
+    /// Passes an event to an agent, and carries out its effects.
     fn tell(&mut self, index: usize, event: Event<Message>) -> Result<(), ParticipantError> {
         let who = Participant::Robot(self.vehicles[index].id);
         let Effects { published, route, wake_at, decision, refused, .. } =

@@ -1,4 +1,4 @@
-//! Searches as different as they come: where a policy is trained that has to do well everywhere.
+//! A mixture of varied scenarios to train general policies on.
 
 use std::path::Path;
 
@@ -12,15 +12,15 @@ use rand::RngExt;
 const SIDES: std::ops::RangeInclusive<u32> = 16..=40;
 /// Densities of objects are drawn between these, evenly in their logarithm.
 const DENSITIES: (f64, f64) = (0.01, 0.3);
-/// One search in so many is that of a team.
+/// One of this many searches has a team.
 const TEAM_EVERY: u32 = 4;
-/// One in so many has a robot that moves to eight neighbors.
+/// One of this many has a robot that moves to eight neighbors.
 const DIAGONAL_EVERY: u32 = 5;
-/// One in so many has a sensor of another radius than the default.
+/// One of this many has a sensor of another radius than the default.
 const OTHER_RADIUS_EVERY: u32 = 3;
 
-/// The search of a seed: a generated map of any size, density and sensor, with one robot or a few. The maps of the paper
-/// are not among them.
+/// The search of a seed: a generated map of random size, density and sensor, with one robot or a few. The maps of the
+/// paper are not among them.
 ///
 /// # Errors
 /// Never; the type is that of all scenarios.

@@ -1,4 +1,4 @@
-//! The network between the participants, and what goes wrong on it.
+//! The simulated network between the participants, with its faults.
 
 use std::ops::AddAssign;
 
@@ -9,7 +9,7 @@ use rand::RngExt;
 
 use crate::faults::OneWayLoss;
 
-/// Decides when each message reaches each receiver, if at all.
+/// Determines the arrival times of each message at each receiver.
 pub(crate) struct Network {
     faults: dragnet_scenario::Network,
     mute: Vec<OneWayLoss>,
@@ -17,20 +17,20 @@ pub(crate) struct Network {
     tally: Tally,
 }
 
-/// What happened to the messages on their ways, one way a receiver.
+/// Numbers of messages, counted for each receiver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Tally {
-    /// Ways that messages set out on.
+    /// Messages sent.
     pub sent: u64,
     /// Lost by chance.
     pub lost: u64,
-    /// Lost to a partition.
+    /// Lost by a partition.
     pub cut: u64,
     /// Arrived twice.
     pub duplicated: u64,
     /// Held back to be overtaken.
     pub reordered: u64,
-    /// Lost on a link that worked one way only.
+    /// Lost on a one-way link.
     pub muted: u64,
 }
 
@@ -55,7 +55,7 @@ impl Network {
         self.mute = mute;
     }
 
-    /// From now on nothing goes wrong.
+    /// Stops all faults.
     pub(crate) fn heal(&mut self) {
         self.faults = dragnet_scenario::Network::default();
         self.mute.clear();
@@ -65,7 +65,7 @@ impl Network {
         self.tally
     }
 
-    /// When a message that sets out now arrives: never, once or twice.
+    /// Arrival times of a message that is sent now: none, one or two.
     pub(crate) fn arrivals(
         &mut self,
         now: MissionTime,

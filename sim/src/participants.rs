@@ -1,4 +1,4 @@
-//! Those who take part in a simulated mission, wherever they run.
+//! The participants of a simulated mission, wherever they run.
 
 use dragnet_agent::agent::Agent;
 use dragnet_proto::message::Message;
@@ -7,20 +7,20 @@ use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::evidence::Digest;
 
-/// The team as the simulator drives it: in this process, or behind a network.
+/// The participants as the simulator drives them: in this process, or over a network.
 ///
-/// A published message is opaque here: the simulator decides when, and whether, it reaches whom, and need not know what is
-/// in it.
+/// A published message is opaque here: the simulator determines when, and whether, it reaches each receiver, without
+/// knowing its content.
 pub trait Participants {
-    /// A published message, or its name.
+    /// A published message, or a reference to it.
     type MessageRef: Clone;
-    /// Why a participant cannot go on.
+    /// Why a participant failed.
     type Error;
 
-    /// Tells a participant what happens to it, and hears what it does.
+    /// Passes an event to a participant, and returns its effects.
     ///
     /// # Errors
-    /// If it cannot go on.
+    /// If it fails.
     fn step(
         &mut self,
         who: Participant,
@@ -31,7 +31,7 @@ pub trait Participants {
     /// Digest of a participant's evidence.
     ///
     /// # Errors
-    /// If it cannot go on.
+    /// If it fails.
     fn digest(&mut self, who: Participant, now: MissionTime) -> Result<Digest, Self::Error>;
 }
 
@@ -53,7 +53,7 @@ impl<C: Participants> Participants for &mut C {
     }
 }
 
-/// Minds of this process.
+/// Participants of this process.
 pub struct LocalParticipants<'a> {
     robots: &'a mut [Agent],
     coordinator: Option<&'a mut dyn StateMachine>,
@@ -66,7 +66,7 @@ impl<'a> LocalParticipants<'a> {
         Self { robots, coordinator }
     }
 
-    fn mind(&mut self, who: Participant) -> Result<&mut dyn StateMachine, ParticipantError> {
+    fn machine(&mut self, who: Participant) -> Result<&mut dyn StateMachine, ParticipantError> {
         let absent = ParticipantError { who, reason: "it does not take part".to_owned() };
         match who {
             Participant::Robot(robot) => {
@@ -91,10 +91,10 @@ impl Participants for LocalParticipants<'_> {
         now: MissionTime,
         event: Event<Message>,
     ) -> Result<Effects<Message>, ParticipantError> {
-        self.mind(who)?.handle(now, event)
+        self.machine(who)?.handle(now, event)
     }
 
     fn digest(&mut self, who: Participant, _: MissionTime) -> Result<Digest, ParticipantError> {
-        Ok(self.mind(who)?.digest())
+        Ok(self.machine(who)?.digest())
     }
 }

@@ -1,4 +1,4 @@
-//! What is yet to happen, in order of time; what is due at one time happens in the order in which it was planned.
+//! Future events, ordered by time; events of one time are ordered by insertion.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -29,7 +29,7 @@ impl<E> Queue<E> {
         self.planned += 1;
     }
 
-    /// When the next event is due.
+    /// The time of the next event.
     pub(crate) fn due(&self) -> Option<MissionTime> {
         self.entries.peek().map(|Reverse(entry)| entry.due)
     }

@@ -23,12 +23,12 @@ use crate::participants::Participants;
 use crate::queue::Queue;
 use crate::world::World;
 
-/// How an episode is run.
+/// The rules of an episode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rules {
     /// When it ends.
     pub end: End,
-    /// Whether a coordinator takes part.
+    /// Whether a coordinator participates.
     pub coordinator: Membership,
 }
 
@@ -36,13 +36,13 @@ pub struct Rules {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum End {
-    /// When no robot searches any more.
+    /// When no robot is searching.
     Resting,
     /// Also when the merged belief has found every object, as the paper's trials end: only a simulator can know.
     AllFound,
 }
 
-/// Whether somebody takes part.
+/// Whether a participant is present.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Membership {
     /// Yes.
@@ -51,66 +51,66 @@ pub enum Membership {
     Absent,
 }
 
-/// Something that a spectator may want to see.
+/// A step of the simulation, for observers.
 #[derive(Clone, Debug, PartialEq)]
 pub enum StepContext {
-    /// A robot has a new route; without a cell, it rests.
+    /// A robot has a new route; empty: it rests.
     Departs {
-        /// Which.
+        /// The robot.
         robot: RobotId,
         /// Cells to enter.
         route: Vec<Cell>,
-        /// What it does; `None` where only its plan is known.
+        /// Its activity; `None` where only its plan is known.
         activity: Option<Activity>,
     },
     /// A robot has entered a cell.
     Arrives {
-        /// Which.
+        /// The robot.
         robot: RobotId,
-        /// Where.
+        /// The cell.
         cell: Cell,
-        /// Way covered by the farthest robot, cells.
+        /// Path length of the farthest robot, cells.
         farthest_cells: f64,
     },
-    /// With all readings so far, a cell is found that was not before.
+    /// With all readings so far, a cell has become found.
     Finds {
-        /// Who saw it last.
+        /// The robot of the last reading.
         robot: RobotId,
-        /// Where.
+        /// The cell.
         cell: Cell,
     },
 }
 
-/// Who watches a simulation.
+/// An observer of a simulation's steps.
 pub type StepObserver<'a> = &'a mut dyn FnMut(MissionTime, StepContext);
 
-/// What a simulation measured.
+/// The measurements of a simulation.
 #[derive(Clone, Debug)]
 pub struct Outcome {
     /// When the search ended.
     pub ended: MissionTime,
     /// When a cell was last found, whether it holds an object or not.
     pub last_find: Option<MissionTime>,
-    /// F1 of the merged belief against the way of the farthest robot, cells.
+    /// F1 of the merged belief over the path length of the farthest robot, cells.
     pub f1: Curve,
     /// Recall of the merged belief, likewise.
     pub recall: Curve,
-    /// Way of the farthest robot when the merged belief first had found every object, cells.
+    /// Path length of the farthest robot when the merged belief first had found every object, cells.
     pub cells_to_full_recall: Option<f64>,
     /// Computing time of each decision.
     pub decisions: Vec<Duration>,
     /// Observations made by all robots.
     pub observations: u64,
-    /// What became of the messages.
+    /// Numbers of messages by their fate on the network.
     pub network: Tally,
-    /// Whether after the end all robots held, to the bit, the evidence of all readings.
+    /// Whether the evidence of all robots was equal to the bit, after the end.
     pub beliefs_equal: bool,
     /// Digest of the evidence of all readings.
     pub digest: Digest,
 }
 
 impl Outcome {
-    /// Nothing measured yet.
+    /// No measurements yet.
     #[must_use]
     pub fn new(world: &World) -> Self {
         Self {
@@ -127,13 +127,14 @@ impl Outcome {
         }
     }
 
-    /// From the last find to the end; from the start where nothing was found.
+    /// The time from the last find to the end; from the start if nothing was found.
     #[must_use]
     pub fn tail(&self) -> Duration {
         self.ended.since(self.last_find.unwrap_or(MissionTime::START))
     }
 
-    /// Another observation is in, at this way of the farthest robot: the merged belief scores so, and has found these.
+    /// Records the score of the merged belief, and its new finds, after another observation at this path length of the
+    /// farthest robot.
     pub fn measure(&mut self, now: MissionTime, farthest_cells: f64, score: Score, found: &[Cell]) {
         self.observations += 1;
         if !found.is_empty() {
@@ -156,12 +157,12 @@ enum SimEvent<P> {
     Command(Command),
 }
 
-/// One episode under way.
+/// One episode in progress.
 pub(crate) struct Simulation<C: Participants, S> {
     participants: C,
     rules: Rules,
     faults: Faults,
-    /// Participants that will start again: the search is not over before.
+    /// Number of participants that will restart: the search is not over before.
     returns: usize,
     speed: f64,
     heartbeat: Duration,
@@ -176,14 +177,14 @@ pub(crate) struct Simulation<C: Participants, S> {
 struct Member {
     who: Participant,
     activity: Activity,
-    /// Whether it has not crashed, or has come back.
+    /// Whether it has not crashed, or has restarted.
     is_up: bool,
     wake_at: MissionTime,
-    /// Counts wakings planned: one planned before the last does not happen.
+    /// Number of planned wake-ups: only the last one takes effect.
     waking: u64,
 }
 
-/// After the end so many heartbeats are waited for all beliefs to be equal.
+/// Number of heartbeats after the end to wait for equal beliefs.
 const SETTLING_HEARTBEATS: u32 = 100;
 
 impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
@@ -215,7 +216,7 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
         }
     }
 
-    /// The same with faults; those of absent participants do not happen.
+    /// The same with faults; those of absent participants are ignored.
     pub(crate) fn with_faults(mut self, mut faults: Faults) -> Self {
         self.network.mute(std::mem::take(&mut faults.mute));
         for (&who, crash) in &faults.crashes {
@@ -253,7 +254,7 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
         Ok((self.world, self.outcome))
     }
 
-    /// The coordinator first, so that it hears all; then every robot looks around where it starts.
+    /// The coordinator first, so that it receives everything; then every robot observes from its start cell.
     fn start(&mut self) -> Result<(), C::Error> {
         for index in (0..self.members.len()).rev() {
             let who = self.members[index].who;
@@ -261,19 +262,19 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
         }
         for index in 0..self.members.len() {
             if let Participant::Robot(robot) = self.members[index].who {
-                self.look(MissionTime::START, robot)?;
+                self.observe(MissionTime::START, robot)?;
             }
         }
         Ok(())
     }
 
-    /// Runs until the search is over; returns when that was.
+    /// Runs until the search is over; returns the time.
     fn search(&mut self) -> Result<MissionTime, C::Error> {
         let mut now = self.outcome.ended;
         while !self.is_over() {
-            let Some((due, happening)) = self.queue.next() else { break };
+            let Some((due, sim_event)) = self.queue.next() else { break };
             now = due;
-            self.happen(now, happening)?;
+            self.happen(now, sim_event)?;
         }
         Ok(now)
     }
@@ -286,8 +287,8 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
         self.rules.end == End::AllFound && self.outcome.cells_to_full_recall.is_some()
     }
 
-    /// Lets the team talk until all beliefs are equal. Returns false if a robot went back to searching instead: what
-    /// it heard last withdrew what had been found.
+    /// Runs until all beliefs are equal. Returns false if a robot searches again, because its last messages withdrew a
+    /// find.
     fn settle(&mut self, now: &mut MissionTime) -> Result<bool, C::Error> {
         for _ in 0..SETTLING_HEARTBEATS {
             self.outcome.beliefs_equal = self.are_beliefs_equal(*now)?;
@@ -296,10 +297,10 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
             }
             let until = *now + self.heartbeat;
             while self.queue.due().is_some_and(|due| due <= until) {
-                if let Some((due, happening)) = self.queue.next() {
-                    // Where the search was stopped from outside, nobody moves on.
-                    if !(self.is_all_found() && matches!(happening, SimEvent::Arrival { .. })) {
-                        self.happen(due, happening)?;
+                if let Some((due, sim_event)) = self.queue.next() {
+                    // If the search was stopped from outside, no robot moves on.
+                    if !(self.is_all_found() && matches!(sim_event, SimEvent::Arrival { .. })) {
+                        self.happen(due, sim_event)?;
                     }
                 }
                 if !self.is_over() {
@@ -312,7 +313,7 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
     }
 
     fn are_beliefs_equal(&mut self, now: MissionTime) -> Result<bool, C::Error> {
-        // What a robot saw last before it crashed may be lost with it, and the world sees no marks of a person.
+        // A robot's last readings may be lost in a crash, and the operator's marks are not readings of the world.
         let Faults { crashes, commands, liar, .. } = &self.faults;
         let is_all_seen = crashes.is_empty() && commands.is_empty() && liar.is_none();
         let mut expected = is_all_seen.then(|| self.world.merged().digest());
@@ -326,13 +327,13 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
         Ok(true)
     }
 
-    fn happen(&mut self, now: MissionTime, happening: SimEvent<C::MessageRef>) -> Result<(), C::Error> {
-        match happening {
+    fn happen(&mut self, now: MissionTime, sim_event: SimEvent<C::MessageRef>) -> Result<(), C::Error> {
+        match sim_event {
             SimEvent::Arrival { robot, route_number } => {
                 // A crash ends the route.
                 if self.world.body(robot).route_number == route_number {
                     self.world.advance(robot);
-                    self.look(now, robot)?;
+                    self.observe(now, robot)?;
                 }
             }
             SimEvent::Delivery { from, to, message } => {
@@ -343,7 +344,7 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
             SimEvent::Waking { who, number } => {
                 let place = self.place(who);
                 if self.members[place].waking == number {
-                    // It may ask for the same moment once more.
+                    // It may ask for the same time once more.
                     self.members[place].wake_at = MissionTime(u64::MAX);
                     self.tell(now, who, Event::Woke)?;
                 }
@@ -355,7 +356,7 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
         Ok(())
     }
 
-    /// A person asks for something, once there is a coordinator to ask.
+    /// Passes an operator's command, once there is a coordinator.
     fn command(&mut self, now: MissionTime, command: Command) -> Result<(), C::Error> {
         let who = Participant::Coordinator;
         if self.members[self.place(who)].is_up {
@@ -365,7 +366,7 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
         Ok(())
     }
 
-    /// A participant does nothing any more, and its robot stands still.
+    /// A participant stops, and so does its robot.
     fn crash(&mut self, who: Participant) {
         let place = self.place(who);
         let member = &mut self.members[place];
@@ -377,20 +378,20 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
         }
     }
 
-    /// A participant starts again; a robot looks around where it stands.
+    /// A participant restarts; a robot observes from its cell.
     fn bring_back(&mut self, now: MissionTime, who: Participant) -> Result<(), C::Error> {
         self.returns -= 1;
         let place = self.place(who);
         self.members[place].is_up = true;
         self.tell(now, who, Event::Start)?;
         match who {
-            Participant::Robot(robot) => self.look(now, robot),
+            Participant::Robot(robot) => self.observe(now, robot),
             Participant::Coordinator => Ok(()),
         }
     }
 
-    /// A robot looks around, thinks, and goes on.
-    fn look(&mut self, now: MissionTime, robot: RobotId) -> Result<(), C::Error> {
+    /// A robot observes, decides, and goes on.
+    fn observe(&mut self, now: MissionTime, robot: RobotId) -> Result<(), C::Error> {
         let (readings, found) = self.world.sense(robot);
         let cell = self.world.body(robot).cell;
         let farthest_cells = self.world.farthest_cells();
@@ -407,7 +408,7 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
         Ok(())
     }
 
-    /// Plans a robot's arrival in the next cell of its route.
+    /// Schedules a robot's arrival in the next cell of its route.
     fn depart(&mut self, now: MissionTime, robot: RobotId) {
         if let Some(time) = self.world.travel_time(robot, self.speed) {
             let route_number = self.world.body(robot).route_number;
@@ -435,7 +436,7 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
         let place = self.place(who);
         let member = &mut self.members[place];
         member.activity = effects.activity;
-        // Who starts again may ask for a time that has passed: it is woken now, for time never goes back.
+        // A restarted participant may ask for a past time: it is woken now.
         let wake_at = effects.wake_at.max(now);
         if member.wake_at != wake_at {
             member.wake_at = wake_at;
@@ -473,7 +474,7 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
         }
     }
 
-    /// Robots stand in the list by number, the coordinator after them.
+    /// Robots are ordered by number, followed by the coordinator.
     fn place(&self, who: Participant) -> usize {
         match who {
             Participant::Robot(robot) => robot.index(),

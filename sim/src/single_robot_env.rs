@@ -1,8 +1,8 @@
-//! One robot's search, a move at a time: whoever calls decides.
+//! An environment with one robot, one move at a time: the caller decides.
 //!
-//! World, seeds, motion, belief and ends are those of an [`crate::episode`] of one robot, without messages and without a
-//! queue of events: hundreds of thousands of moves a second. [`field`] is what all searches of a scenario share, [`buffers`]
-//! the arrays that show one to a learner.
+//! World, seeds, motion, belief and ends are those of an [`crate::episode`] of one robot, without messages and without
+//! a queue of events: hundreds of thousands of moves per second. [`field`] is what all searches of a scenario share,
+//! [`buffers`] the arrays with a learner's observation.
 
 pub mod buffers;
 pub mod field;
@@ -25,23 +25,23 @@ pub use field::Field;
 
 const ROBOT: RobotId = RobotId::FIRST;
 
-/// What an action is worth.
+/// The reward of an action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reward {
     /// Entropy of the belief that it removed, nats.
     Entropy,
-    /// Objects that are found now and were not before; below 0 if some are no longer.
+    /// Change in the number of found objects; negative if finds were withdrawn.
     Found,
-    /// What F1 gained.
+    /// Change of F1.
     F1,
 }
 
-/// How a search is judged and ended.
+/// The reward and the end of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Terms {
     /// When it ends before the budget does.
     pub end: End,
-    /// What an action is worth.
+    /// The reward of an action.
     pub reward: Reward,
 }
 
@@ -50,37 +50,37 @@ pub struct Terms {
 pub enum Ended {
     /// Every object is found.
     Found,
-    /// So few objects are expected beyond those found that the scenario calls it cleared.
+    /// The expected number of remaining objects is low enough for the scenario.
     Cleared,
-    /// Way or time is spent.
+    /// The budget of path length or time is spent.
     Spent,
 }
 
-/// One robot's search under way.
+/// A search of one robot in progress.
 pub struct SingleRobotEnv {
     field: Arc<Field>,
     terms: Terms,
     world: World,
     now: MissionTime,
-    /// Way covered and waited for, meters: what the budget counts.
+    /// Path length and waiting, meters: what the budget counts.
     spent_meters: f64,
-    /// Whether, of a beat and an arrival at this time, the arrival came first.
-    is_before_beat: bool,
-    /// Every cell stood in, the first one first.
+    /// Whether, of a heartbeat and an arrival at this time, the arrival came first.
+    is_before_heartbeat: bool,
+    /// Every cell that the robot was in, the start cell first.
     track: Vec<Cell>,
     ended: Option<Ended>,
-    /// Entropy of each cell, nats, shape `[cells]`; empty unless it is what an action is worth.
+    /// Entropy of each cell, nats, shape `[cells]`; empty unless it is the reward.
     entropy_nats: Vec<f64>,
-    /// Worth of the action so far.
+    /// The reward of the action so far.
     worth: f64,
-    /// Cells seen since the last drawing, some of them more than once.
+    /// Cells observed since the last drawing, possibly repeated.
     seen: Vec<Cell>,
     readings: Vec<Reading>,
     found: Vec<Cell>,
 }
 
 impl SingleRobotEnv {
-    /// The search of a seed, after the first look.
+    /// The search of a seed, after the first observation.
     #[must_use]
     pub fn new(field: Arc<Field>, terms: Terms, seed: u64) -> Self {
         let world = World::new(field.scenario(), seed);
@@ -91,11 +91,11 @@ impl SingleRobotEnv {
             }
             Reward::Found | Reward::F1 => Vec::new(),
         };
-        let mut solo = Self {
+        let mut env = Self {
             terms,
             now: MissionTime::START,
             spent_meters: 0.0,
-            is_before_beat: false,
+            is_before_heartbeat: false,
             track: vec![world.body(ROBOT).cell],
             ended: None,
             entropy_nats,
@@ -106,38 +106,37 @@ impl SingleRobotEnv {
             world,
             field,
         };
-        solo.look();
-        solo
+        env.observe();
+        env
     }
 
-    /// Goes to a cell that can be reached in one move. Returns what that is worth; 0, and nothing moves, if the search is
-    /// over.
+    /// Goes to a cell that can be reached in one move. Returns the reward; 0, and nothing moves, if the search is over.
     pub fn step(&mut self, to: Cell) -> f64 {
-        self.act(|solo| solo.advance(to))
+        self.act(|env| env.advance(to))
     }
 
-    /// Goes to a cell on the shortest path, or as far as the scenario lets a robot go between two decisions. Returns what
-    /// that is worth; 0, and nothing moves, if the search is over or there is no path.
+    /// Goes to a cell on the shortest path, or as far as the scenario lets a robot go between two decisions. Returns
+    /// the reward; 0, and nothing moves, if the search is over or there is no path.
     pub fn go(&mut self, to: Cell) -> f64 {
-        self.act(|solo| {
-            let scenario = solo.field.scenario();
+        self.act(|env| {
+            let scenario = env.field.scenario();
             let path =
-                ShortestPathTree::from(scenario.terrain(), scenario.connectivity(), solo.cell()).path(to);
+                ShortestPathTree::from(scenario.terrain(), scenario.connectivity(), env.cell()).path(to);
             let replan_after_cells = scenario.robots()[0].policy.replan_after_cells;
             let most = replan_after_cells.map_or(usize::MAX, |cells| cells.get() as usize);
             for cell in path.into_iter().take(most) {
-                if solo.ended.is_none() {
-                    solo.advance(cell);
+                if env.ended.is_none() {
+                    env.advance(cell);
                 }
             }
         })
     }
 
-    /// Stays for as long as one cell takes, without a look; it costs as much of each budget. Returns 0.
+    /// Stays for the time of one cell, without an observation; it costs as much of each budget. Returns 0.
     pub fn wait(&mut self) -> f64 {
-        self.act(|solo| {
-            solo.pass(1.0);
-            solo.rest();
+        self.act(|env| {
+            env.pass(1.0);
+            env.rest();
         })
     }
 
@@ -149,41 +148,42 @@ impl SingleRobotEnv {
         self.worth
     }
 
-    /// Enters a neighboring cell and looks around, if the time lasts until then.
+    /// Enters a neighboring cell and observes, if the time lasts until then.
     fn advance(&mut self, to: Cell) {
         let distance = self.field.scenario().terrain().grid().offset(self.cell(), to).euclidean();
         self.pass(distance);
-        // The time may be over on the way; a budget that ends with this move lets it look.
+        // The time may end on the way; a budget that ends with this move still allows the observation.
         if self.ended.is_none() {
             self.world.enter(ROBOT, to);
             self.track.push(to);
-            self.look();
+            self.observe();
         }
     }
 
-    /// Lets the time and the way of so many cells pass, as far as the budget of time lasts.
+    /// Advances time and path length by this many cells, as far as the budget of time lasts.
     ///
-    /// A robot notices that its time is over when it arrives, or with the next beat of its heart. Of an arrival and a beat
-    /// at the same time that comes first which was planned first, as in the queue of the simulation.
+    /// A robot notices that its time is over when it arrives, or with its next heartbeat. Of an arrival and a heartbeat
+    /// at the same time the one that was planned first comes first, as in the queue of the simulation.
     fn pass(&mut self, distance_cells: f64) {
         let mission = self.field.scenario().mission();
         let start = self.now;
         let arrival = start + self.world.time_over(distance_cells, mission.speed_meters_per_second);
         let beat = mission.heartbeat;
-        let is_before_beat = start + beat < arrival || start + beat == arrival && self.is_before_beat;
-        if let Some(last) = mission.budget.time().map(|time| next_beat(time, beat))
-            && (arrival > last || arrival == last && !is_before_beat)
+        let is_before_heartbeat =
+            start + beat < arrival || start + beat == arrival && self.is_before_heartbeat;
+        if let Some(last) = mission.budget.time().map(|time| next_heartbeat(time, beat))
+            && (arrival > last || arrival == last && !is_before_heartbeat)
         {
             self.now = last;
             self.ended = Some(Ended::Spent);
             return;
         }
         self.now = arrival;
-        self.is_before_beat = is_before_beat && arrival.0.is_multiple_of(nanoseconds(beat));
+        self.is_before_heartbeat = is_before_heartbeat && arrival.0.is_multiple_of(nanoseconds(beat));
         self.spent_meters += distance_cells * self.field.scenario().terrain().cell_meters();
     }
 
-    fn look(&mut self) {
+    fn observe(&mut self) {
         let before = self.world.score();
         self.readings.clear();
         self.found.clear();
@@ -213,7 +213,7 @@ impl SingleRobotEnv {
         removed
     }
 
-    /// Ends a search whose budget is spent, or with nothing left that is worth it.
+    /// Ends a search whose budget is spent, or without informative observations left.
     fn rest(&mut self) {
         if self.ended.is_some() {
             return;
@@ -240,19 +240,19 @@ impl SingleRobotEnv {
         &self.field
     }
 
-    /// Where the robot stands.
+    /// The robot's cell.
     #[must_use]
     pub fn cell(&self) -> Cell {
         self.world.body(ROBOT).cell
     }
 
-    /// Every cell that the robot stood in, in order, from where it started.
+    /// Every cell that the robot was in, in order from its start.
     #[must_use]
     pub fn track(&self) -> &[Cell] {
         &self.track
     }
 
-    /// Way covered, cells.
+    /// Path length, cells.
     #[must_use]
     pub fn path_cells(&self) -> f64 {
         self.world.body(ROBOT).path_cells
@@ -270,32 +270,32 @@ impl SingleRobotEnv {
         self.ended
     }
 
-    /// What all readings support.
+    /// The belief from all readings.
     #[must_use]
     pub const fn belief(&self) -> &Belief {
         self.world.merged()
     }
 
-    /// How that compares with the truth.
+    /// The belief compared with the truth.
     #[must_use]
     pub const fn score(&self) -> Score {
         self.world.score()
     }
 
-    /// Where the objects are.
+    /// The objects.
     #[must_use]
     pub const fn truth(&self) -> &Truth {
         self.world.truth()
     }
 }
 
-/// The first beat that is not before a time.
-fn next_beat(time: Duration, beat: Duration) -> MissionTime {
+/// The first heartbeat that is not before a time.
+fn next_heartbeat(time: Duration, beat: Duration) -> MissionTime {
     let (time, beat) = (MissionTime::START + time, nanoseconds(beat));
     MissionTime(time.0.div_ceil(beat).max(1).saturating_mul(beat))
 }
 
-/// At least 1: a heartbeat takes some time.
+/// At least 1: a heartbeat period is not zero.
 fn nanoseconds(beat: Duration) -> u64 {
     u64::try_from(beat.as_nanos()).unwrap_or(u64::MAX).max(1)
 }

@@ -1,6 +1,7 @@
-//! Whole teams under fire: seeds of which each is another search with other faults, and what must hold at every step.
+//! Teams under injected faults: each seed is a different search with different faults, and invariants are checked at
+//! every step.
 //!
-//! An episode is a function of its seed alone, so that a seed that fails is all that is needed to see it fail again.
+//! An episode is a function of its seed alone, so that a failing seed is sufficient to reproduce the failure.
 
 mod check;
 mod disk;
@@ -29,35 +30,35 @@ use disk::Disk;
 
 pub use plan::plan;
 
-/// So few observations of each origin does a robot hold in memory, that it is asked for others.
+/// Number of observations of each origin that a robot holds in memory: so few that others are requested from it.
 const HELD: NonZeroUsize = NonZeroUsize::new(2).expect("above 0");
 
-/// How often each fault has bitten.
+/// Number of occurrences of each fault.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct FaultCounts {
-    /// On messages.
+    /// Faults of messages.
     pub network: Tally,
     /// Robots that crashed for good.
     pub gone: u64,
-    /// Robots that started again and remembered.
+    /// Robots that restarted with their stored state.
     pub returned_with_memory: u64,
-    /// Of these, robots that did not remember what their disks had no room for.
+    /// Of these, robots that lost observations because their disks were full.
     pub full_disks: u64,
-    /// Robots that started again and did not.
+    /// Robots that restarted without stored state.
     pub returned_without: u64,
-    /// The coordinator, which remembers nothing.
+    /// Restarts of the coordinator, which stores nothing.
     pub coordinator_returned: u64,
     /// Participants whose clocks were ahead.
     pub clocks: u64,
     /// Robots that were slow.
     pub slow: u64,
-    /// Robots that lied.
+    /// Robots that published false readings.
     pub liars: u64,
-    /// Lies that were refused.
+    /// False readings that were rejected.
     pub lies_refused: u64,
-    /// Questions for what a robot has released, answered from its disk.
+    /// Requests for released observations, answered from disk.
     pub repeated: u64,
-    /// What a person asked for: pauses, marks, cells to be searched too.
+    /// Commands of the operator: pauses, marks, cells added to the search.
     pub commands: u64,
 }
 
@@ -78,52 +79,52 @@ impl AddAssign for FaultCounts {
     }
 }
 
-/// An episode that held.
+/// An episode without violations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Survived {
-    /// What was survived.
-    pub bites: FaultCounts,
+    /// The faults that occurred.
+    pub fault_counts: FaultCounts,
     /// When the search ended.
     pub ended: MissionTime,
     /// Observations made.
     pub observations: u64,
-    /// Steps after which all was checked.
+    /// Number of checked steps.
     pub checked: u64,
 }
 
-/// What did not hold.
+/// A violated invariant.
 #[derive(Debug, thiserror::Error)]
 pub enum Violation {
-    /// A seed that makes no scenario.
+    /// An invalid scenario.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
-    /// A participant gave up.
+    /// A participant failed.
     #[error(transparent)]
     StateMachine(#[from] ParticipantError),
-    /// Something that must hold did not.
+    /// An invariant does not hold.
     #[error("at {:.3} s, {who}: {what}", at.as_seconds())]
     Broken {
-        /// When, by the clock of who is concerned.
+        /// When, by the participant's clock.
         at: MissionTime,
-        /// Whom it concerns.
+        /// The participant.
         who: Participant,
-        /// What.
+        /// The invariant.
         what: String,
     },
-    /// After the end not all believed the same.
+    /// After the end, beliefs differ.
     #[error("the search ended at {:.3} s and the beliefs never became equal: {known}", at.as_seconds())]
     Unequal {
         /// When the search ended.
         at: MissionTime,
-        /// What each knows, in words.
+        /// The observations of each participant, in words.
         known: String,
     },
 }
 
-/// Runs the search of a seed under its faults. `coordinator` makes one that has heard nothing yet.
+/// Runs the search of a seed under its faults. `coordinator` makes a new coordinator.
 ///
 /// # Errors
-/// What did not hold.
+/// The violated invariant.
 pub fn run(
     seed: u64,
     coordinator: impl FnMut(&Scenario) -> Box<dyn StateMachine>,
@@ -138,59 +139,59 @@ pub fn run(
     }
     participants.checks.end(outcome.ended)?;
     let is_gone = |crash: &&Crash| crash.back.is_none() && crash.at <= outcome.ended;
-    let bites = FaultCounts {
+    let fault_counts = FaultCounts {
         gone: faults.crashes.values().filter(is_gone).count() as u64,
         network: outcome.network,
         clocks: faults.clocks.len() as u64,
         slow: faults.slowness.len() as u64,
         liars: faults.liar.iter().count() as u64,
-        ..participants.bites
+        ..participants.fault_counts
     };
     let (observations, checked) = (outcome.observations, participants.checks.count());
-    Ok(Survived { bites, ended: outcome.ended, observations, checked })
+    Ok(Survived { fault_counts, ended: outcome.ended, observations, checked })
 }
 
-/// A team of this process whose members start again as the faults say, each step of it checked.
+/// A team of this process whose members restart as planned; each of their steps is checked.
 struct CheckedTeam<'a, F> {
     scenario: &'a Scenario,
     faults: &'a Faults,
-    orders: Vec<AgentConfig>,
+    config: Vec<AgentConfig>,
     robots: Vec<Agent>,
     /// Of each robot.
     disks: Vec<Disk>,
     coordinator: Box<dyn StateMachine>,
     new_coordinator: F,
     checks: Checks<'a>,
-    bites: FaultCounts,
+    fault_counts: FaultCounts,
 }
 
 impl<'a, F: FnMut(&Scenario) -> Box<dyn StateMachine>> CheckedTeam<'a, F> {
     fn new(scenario: &'a Scenario, seed: u64, faults: &'a Faults, mut new_coordinator: F) -> Self {
-        let orders = AgentConfig::of_team(scenario, seed);
+        let config = AgentConfig::of_team(scenario, seed);
         Self {
             scenario,
             faults,
-            robots: orders.iter().cloned().map(Agent::new).collect(),
-            disks: orders
+            robots: config.iter().cloned().map(Agent::new).collect(),
+            disks: config
                 .iter()
-                .map(|orders| Disk::new(faults.full.get(&orders.robot.id).cloned()))
+                .map(|config| Disk::new(faults.full.get(&config.robot.id).cloned()))
                 .collect(),
-            orders,
+            config,
             coordinator: new_coordinator(scenario),
             new_coordinator,
             checks: Checks::new(scenario, faults),
-            bites: FaultCounts::default(),
+            fault_counts: FaultCounts::default(),
         }
     }
 
-    fn mind(&mut self, who: Participant) -> &mut dyn StateMachine {
+    fn machine(&mut self, who: Participant) -> &mut dyn StateMachine {
         match who {
             Participant::Robot(robot) => &mut self.robots[robot.index()],
             Participant::Coordinator => &mut *self.coordinator,
         }
     }
 
-    /// A robot's disk takes what it is to keep, and answers for what it releases then.
+    /// A robot's disk stores its observations, and answers requests for released ones.
     fn keep(&mut self, robot: RobotId, now: MissionTime, effects: &mut Effects<Message>) {
         let place = robot.index();
         let disk = &mut self.disks[place];
@@ -199,30 +200,30 @@ impl<'a, F: FnMut(&Scenario) -> Box<dyn StateMachine>> CheckedTeam<'a, F> {
             self.robots[place].release(HELD);
         }
         for request in std::mem::take(&mut effects.repeats) {
-            self.bites.repeated += 1;
+            self.fault_counts.repeated += 1;
             effects.published.push((Audience::One(request.from), disk.answer(request)));
         }
     }
 
-    /// The simulator's start of a participant is its return, if it has crashed before.
+    /// A simulator's start event is a restart, if the participant has crashed before.
     fn start(&mut self, who: Participant, now: MissionTime) {
         if now == MissionTime::START + self.faults.ahead(who) {
             return;
         }
         let Participant::Robot(robot) = who else {
             self.coordinator = (self.new_coordinator)(self.scenario);
-            self.bites.coordinator_returned += 1;
+            self.fault_counts.coordinator_returned += 1;
             self.checks.restart(who, now, &[]);
             return;
         };
         let place = robot.index();
-        self.robots[place] = Agent::new(self.orders[place].clone());
+        self.robots[place] = Agent::new(self.config[place].clone());
         let back = self.faults.crashes.get(&who).and_then(|crash| crash.back);
         if matches!(back, Some((_, Memory::Kept))) {
-            self.bites.returned_with_memory += 1;
-            self.bites.full_disks += u64::from(self.disks[place].restart() > 0);
+            self.fault_counts.returned_with_memory += 1;
+            self.fault_counts.full_disks += u64::from(self.disks[place].restart() > 0);
         } else {
-            self.bites.returned_without += 1;
+            self.fault_counts.returned_without += 1;
             self.disks[place].clear();
         }
         for observation in self.disks[place].written() {
@@ -246,23 +247,23 @@ impl<F: FnMut(&Scenario) -> Box<dyn StateMachine>> Participants for CheckedTeam<
             self.start(who, now);
         }
         if matches!(event, Event::Commanded(_)) {
-            self.bites.commands += 1;
+            self.fault_counts.commands += 1;
         }
         self.checks.before(who, now, &event);
-        let mut effects = self.mind(who).handle(now, event)?;
+        let mut effects = self.machine(who).handle(now, event)?;
         if let Participant::Robot(robot) = who {
             self.keep(robot, now, &mut effects);
         }
-        let (digest, observations) = (self.mind(who).digest(), self.mind(who).observations());
+        let (digest, observations) = (self.machine(who).digest(), self.machine(who).observations());
         self.checks.after(who, now, &effects, digest, observations)?;
-        self.bites.lies_refused += effects.refused.len() as u64;
+        self.fault_counts.lies_refused += effects.refused.len() as u64;
         if self.faults.liar.map(Participant::Robot) == Some(who) {
-            effects.published.iter_mut().for_each(|(_, message)| lie::told(message));
+            effects.published.iter_mut().for_each(|(_, message)| lie::reported(message));
         }
         Ok(effects)
     }
 
     fn digest(&mut self, who: Participant, _: MissionTime) -> Result<Digest, Violation> {
-        Ok(self.mind(who).digest())
+        Ok(self.machine(who).digest())
     }
 }

@@ -1,7 +1,7 @@
-//! A team's search, a move of every robot at a time: whoever calls decides for each of them.
+//! An environment with a team, one move of every robot at a time: the caller decides for each of them.
 //!
-//! Everything else is the simulation itself: agents that tell each other what they see and repair what was lost, the
-//! scenario's network with its faults, crashes, and a belief of each robot's own.
+//! Everything else is the simulation itself: agents that exchange observations and repair lost ones, the scenario's
+//! network with its faults, crashes, and a separate belief of each robot.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -25,46 +25,46 @@ use crate::participants::{LocalParticipants, Participants};
 use crate::simulation::{End, Membership, Rules, Simulation, StepContext};
 use crate::single_robot_env::{Field, Reward};
 
-/// What a robot does in one move of the team.
+/// One move of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Move {
-    /// It goes to a cell that can be reached in one move.
+    /// Go to a cell that can be reached in one move.
     To(Cell),
-    /// It stays where it is, without a look; that costs as much of each budget as one cell.
+    /// Stay, without an observation; it costs as much of each budget as one cell.
     Wait,
 }
 
-/// How a robot stands.
+/// The state of a robot, and why its search ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TerminationReason {
-    /// It searches.
+    /// It is searching.
     Searching,
     /// All robots together have found every object.
     Found,
-    /// Its way or its time is spent.
+    /// Its budget of path length or time is spent.
     Spent,
     /// It has crashed.
     Crashed,
 }
 
-/// A team's search under way.
+/// A team's search in progress.
 pub struct TeamEnv {
     field: Arc<Field>,
     reward: Reward,
-    simulation: Simulation<Puppets, fn(MissionTime, StepContext)>,
+    simulation: Simulation<IdleRobots, fn(MissionTime, StepContext)>,
     now: MissionTime,
-    /// Way waited for by each robot, cells.
+    /// Path length that each robot has waited for, cells.
     waited_cells: Vec<f64>,
-    fates: Vec<TerminationReason>,
-    /// What the moves were worth so far, from an arbitrary start.
+    termination_reasons: Vec<TerminationReason>,
+    /// The rewards of the moves so far, from an arbitrary start.
     worth: f64,
 }
 
 impl TeamEnv {
-    /// The search of a seed, after the first looks. Robots of `crashes` stop for good at those times.
+    /// The search of a seed, after the first observations. Robots of `crashes` stop for good at those times.
     ///
     /// # Errors
-    /// Never, as long as robots of this process cannot fail.
+    /// Never, since robots of this process cannot fail.
     pub fn new(
         field: Arc<Field>,
         reward: Reward,
@@ -72,8 +72,9 @@ impl TeamEnv {
         seed: u64,
     ) -> Result<Self, ParticipantError> {
         let scenario = field.scenario();
-        let orders = AgentConfig::of_team(scenario, seed).into_iter();
-        let puppets = Puppets { robots: orders.map(|it| Agent::with_policy(it, Box::new(Still))).collect() };
+        let config = AgentConfig::of_team(scenario, seed).into_iter();
+        let puppets =
+            IdleRobots { robots: config.map(|it| Agent::with_policy(it, Box::new(Still))).collect() };
         let rules = Rules { end: End::AllFound, coordinator: Membership::Absent };
         let crash = |(&robot, &at)| (Participant::Robot(robot), Crash { at, back: None });
         let faults = Faults { crashes: crashes.iter().map(crash).collect(), ..Faults::default() };
@@ -82,31 +83,31 @@ impl TeamEnv {
         simulation.begin()?;
         let now = simulation.run_on(MissionTime::START)?;
         let robots = scenario.robots().len();
-        let mut expedition = Self {
+        let mut env = Self {
             reward,
             simulation,
             now,
             waited_cells: vec![0.0; robots],
-            fates: vec![TerminationReason::Searching; robots],
+            termination_reasons: vec![TerminationReason::Searching; robots],
             worth: 0.0,
             field,
         };
-        expedition.judge();
-        expedition.worth = expedition.measure();
-        Ok(expedition)
+        env.judge();
+        env.worth = env.measure();
+        Ok(env)
     }
 
-    /// Every robot that searches makes its move, by number; those of others do not matter. It lasts until the last of them
-    /// has arrived, and at least as long as one cell takes. Returns what the team gained.
+    /// Every robot that searches makes its move, by number; those of others are ignored. It lasts until the last of
+    /// them has arrived, and at least as long as one cell takes. Returns the team's reward.
     ///
     /// # Errors
-    /// Never, as long as robots of this process cannot fail.
+    /// Never, since robots of this process cannot fail.
     pub fn step(&mut self, moves: &[Move]) -> Result<f64, ParticipantError> {
-        debug_assert_eq!(moves.len(), self.fates.len());
+        debug_assert_eq!(moves.len(), self.termination_reasons.len());
         let speed = self.field.scenario().mission().speed_meters_per_second;
         for (place, &wanted) in moves.iter().enumerate() {
             match wanted {
-                _ if self.fates[place] != TerminationReason::Searching => {}
+                _ if self.termination_reasons[place] != TerminationReason::Searching => {}
                 Move::To(cell) => self.simulation.send_off(self.now, self.robot(place), cell),
                 Move::Wait => self.waited_cells[place] += 1.0,
             }
@@ -123,12 +124,12 @@ impl TeamEnv {
         let (mission, cell_meters) =
             (self.field.scenario().mission(), self.field.scenario().terrain().cell_meters());
         let elapsed = self.now.since(MissionTime::START);
-        for place in 0..self.fates.len() {
-            if self.fates[place] != TerminationReason::Searching {
+        for place in 0..self.termination_reasons.len() {
+            if self.termination_reasons[place] != TerminationReason::Searching {
                 continue;
             }
             let spent_meters = (self.path_cells(place) + self.waited_cells[place]) * cell_meters;
-            self.fates[place] = if !self.simulation.is_up(self.robot(place)) {
+            self.termination_reasons[place] = if !self.simulation.is_up(self.robot(place)) {
                 TerminationReason::Crashed
             } else if is_all_found {
                 TerminationReason::Found
@@ -161,33 +162,34 @@ impl TeamEnv {
         &self.field
     }
 
-    /// How each robot stands, by number.
+    /// The state of each robot, by number.
     #[must_use]
-    pub fn fates(&self) -> &[TerminationReason] {
-        &self.fates
+    pub fn termination_reasons(&self) -> &[TerminationReason] {
+        &self.termination_reasons
     }
 
-    /// Where a robot stands, by its place in the team.
+    /// The cell of a robot, by its index in the team.
     #[must_use]
     pub fn cell(&self, place: usize) -> Cell {
         self.simulation.world().body(self.robot(place)).cell
     }
 
-    /// Way covered by a robot, cells.
+    /// Path length of a robot, cells.
     #[must_use]
     pub fn path_cells(&self, place: usize) -> f64 {
         self.simulation.world().body(self.robot(place)).path_cells
     }
 
-    /// What a robot believes: what it saw, and what it has heard so far.
+    /// The belief of a robot: from its own readings, and those received so far.
     #[must_use]
     pub fn belief(&self, place: usize) -> &Belief {
         self.simulation.participants().robots[place].belief()
     }
 
-    /// Where a robot, by its place in the team, has last heard another to be, if it has; of itself, where it stands.
+    /// The last cell that a robot, by its index in the team, has received from another, if any; for itself, its own
+    /// cell.
     #[must_use]
-    pub fn heard(&self, place: usize, other: usize) -> Option<Cell> {
+    pub fn received(&self, place: usize, other: usize) -> Option<Cell> {
         if place == other {
             return Some(self.cell(place));
         }
@@ -197,19 +199,19 @@ impl TeamEnv {
         log.ends(version.origin).map(|known| known.last.from)
     }
 
-    /// What all readings of the team together support.
+    /// The belief from all readings of the team together.
     #[must_use]
     pub fn merged(&self) -> &Belief {
         self.simulation.world().merged()
     }
 
-    /// How that compares with the truth.
+    /// That belief compared with the truth.
     #[must_use]
     pub fn score(&self) -> Score {
         self.simulation.world().score()
     }
 
-    /// Where the objects are.
+    /// The objects.
     #[must_use]
     pub fn truth(&self) -> &Truth {
         self.simulation.world().truth()
@@ -222,12 +224,12 @@ impl TeamEnv {
     }
 }
 
-/// Robots that go nowhere by themselves.
-struct Puppets {
+/// Robots that do not move by themselves.
+struct IdleRobots {
     robots: Vec<Agent>,
 }
 
-impl Participants for Puppets {
+impl Participants for IdleRobots {
     type MessageRef = Message;
     type Error = ParticipantError;
 
@@ -246,7 +248,7 @@ impl Participants for Puppets {
     }
 }
 
-/// Goes nowhere.
+/// A policy that does not move.
 struct Still;
 
 impl Policy for Still {
@@ -273,70 +275,70 @@ mod tests {
         Arc::new(Field::new(Scenario::from_text(Path::new("a.toml"), text).unwrap()))
     }
 
-    /// The first open step of each robot, from another one on each time.
-    fn moves(expedition: &TeamEnv, turn: usize) -> Vec<Move> {
+    /// The first available step of each robot, counting from a different one each time.
+    fn moves(env: &TeamEnv, turn: usize) -> Vec<Move> {
         let step = |place| {
-            let open = |step| expedition.field().neighbor(expedition.cell(place), (step + turn / 3) % 4);
+            let open = |step| env.field().neighbor(env.cell(place), (step + turn / 3) % 4);
             Move::To((0..4).find_map(open).unwrap())
         };
-        (0..expedition.fates().len()).map(step).collect()
+        (0..env.termination_reasons().len()).map(step).collect()
     }
 
     fn run(field: &Arc<Field>, crashes: &BTreeMap<RobotId, MissionTime>) -> (TeamEnv, u32) {
-        let mut expedition = TeamEnv::new(Arc::clone(field), Reward::Entropy, crashes, 3).unwrap();
+        let mut env = TeamEnv::new(Arc::clone(field), Reward::Entropy, crashes, 3).unwrap();
         let (mut turn, mut differing) = (0, 0);
-        while expedition.fates().contains(&TerminationReason::Searching) {
-            expedition.step(&moves(&expedition, turn)).unwrap();
+        while env.termination_reasons().contains(&TerminationReason::Searching) {
+            env.step(&moves(&env, turn)).unwrap();
             turn += 1;
-            differing += u32::from(expedition.belief(0).digest() != expedition.belief(1).digest());
+            differing += u32::from(env.belief(0).digest() != env.belief(1).digest());
         }
-        (expedition, differing)
+        (env, differing)
     }
 
     const BUDGET: &str = "mission.budget_meters = 900.0\n";
 
     #[test]
-    fn without_faults_all_robots_believe_the_same_after_each_move() {
-        let (expedition, differing) = run(&field(3, BUDGET), &BTreeMap::new());
+    fn without_faults_all_beliefs_are_equal_after_each_move() {
+        let (env, differing) = run(&field(3, BUDGET), &BTreeMap::new());
         assert_eq!(differing, 0);
-        assert_eq!(expedition.belief(2).digest(), expedition.merged().digest());
-        assert_eq!(expedition.heard(0, 1), Some(expedition.cell(1)));
+        assert_eq!(env.belief(2).digest(), env.merged().digest());
+        assert_eq!(env.received(0, 1), Some(env.cell(1)));
     }
 
     #[test]
-    fn what_is_lost_or_late_is_believed_later() {
+    fn lost_and_late_observations_count_later() {
         let network = format!("{BUDGET}network = {{ loss = 0.5, delay_seconds = 15.0 }}\n");
         let (_, differing) = run(&field(3, &network), &BTreeMap::new());
         assert!(differing > 10, "{differing}");
     }
 
     #[test]
-    fn who_crashes_is_out_and_the_others_go_on() {
+    fn a_crashed_robot_is_out_and_the_others_go_on() {
         let at = MissionTime::START + Duration::from_secs(95);
-        let (expedition, _) = run(&field(3, BUDGET), &BTreeMap::from([(RobotId::new(2).unwrap(), at)]));
-        assert_eq!(expedition.fates()[1], TerminationReason::Crashed);
-        // Ten seconds a cell: it had entered nine.
-        assert!((expedition.path_cells(1) - 9.0).abs() < 1e-9);
-        assert!(expedition.path_cells(0) > 10.0);
+        let (env, _) = run(&field(3, BUDGET), &BTreeMap::from([(RobotId::new(2).unwrap(), at)]));
+        assert_eq!(env.termination_reasons()[1], TerminationReason::Crashed);
+        // Ten seconds per cell: it had entered nine.
+        assert!((env.path_cells(1) - 9.0).abs() < 1e-9);
+        assert!(env.path_cells(0) > 10.0);
     }
 
     #[test]
     fn a_team_of_one_sees_what_one_robot_sees() {
         let field = field(1, BUDGET);
         let terms = Terms { end: End::AllFound, reward: Reward::Entropy };
-        let mut solo = SingleRobotEnv::new(Arc::clone(&field), terms, 8);
-        let mut expedition = TeamEnv::new(Arc::clone(&field), Reward::Entropy, &BTreeMap::new(), 8).unwrap();
+        let mut single = SingleRobotEnv::new(Arc::clone(&field), terms, 8);
+        let mut env = TeamEnv::new(Arc::clone(&field), Reward::Entropy, &BTreeMap::new(), 8).unwrap();
         let mut turn = 0;
-        while solo.ended().is_none() {
-            let moves = moves(&expedition, turn);
+        while single.ended().is_none() {
+            let moves = moves(&env, turn);
             let Move::To(cell) = moves[0] else { unreachable!() };
-            let (one, team) = (solo.step(cell), expedition.step(&moves).unwrap());
+            let (one, team) = (single.step(cell), env.step(&moves).unwrap());
             assert!((one - team).abs() < 1e-9);
-            assert_eq!(solo.belief().digest(), expedition.belief(0).digest());
-            assert_eq!(solo.now(), expedition.now());
+            assert_eq!(single.belief().digest(), env.belief(0).digest());
+            assert_eq!(single.now(), env.now());
             turn += 1;
         }
-        assert_ne!(expedition.fates()[0], TerminationReason::Searching);
+        assert_ne!(env.termination_reasons()[0], TerminationReason::Searching);
         assert!(turn > 10);
     }
 }

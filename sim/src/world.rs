@@ -1,4 +1,4 @@
-//! The world: where the objects are, where the robots are, and what they see.
+//! The world: objects, robots, and readings.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -16,18 +16,18 @@ use dragnet_search::terrain::Terrain;
 use rand::RngExt;
 use rand::seq::IndexedRandom;
 
-/// A robot that would take longer to its next cell gets there when no clock counts any more.
+/// Maximum time to the next cell, beyond any mission.
 const LONGEST_SECONDS: f64 = 1e10;
 
-/// Objects and robots on the map, and the belief that all readings together support.
+/// Objects and robots on the map, and the belief from all readings together.
 pub struct World {
     terrain: Terrain,
     sensor: Arc<Sensor>,
     truth: Truth,
     bodies: Vec<Body>,
-    /// What somebody would believe who had every reading at once.
+    /// The belief from every reading at once.
     merged: Belief,
-    /// What robots can see from where they start.
+    /// Cells that robots can observe from their start cells.
     reach: Reach,
     detection_threshold: f64,
     score: Score,
@@ -35,13 +35,13 @@ pub struct World {
 
 /// A robot's body.
 pub struct Body {
-    /// Where it is.
+    /// Its cell.
     pub cell: Cell,
     /// Cells to enter, the next one last.
     route: Vec<Cell>,
-    /// Counts routes: an arrival planned under an older one does not happen.
+    /// Number of its routes: an arrival of an older one is ignored.
     pub route_number: u64,
-    /// Way covered, in cells; a diagonal counts sqrt 2.
+    /// Path length, in cells; a diagonal counts sqrt 2.
     pub path_cells: f64,
     noise: Stream,
 }
@@ -87,37 +87,37 @@ impl World {
         }
     }
 
-    /// Where the objects are.
+    /// The objects.
     #[must_use]
     pub const fn truth(&self) -> &Truth {
         &self.truth
     }
 
-    /// The belief that all readings together support.
+    /// The belief from all readings together.
     #[must_use]
     pub fn into_merged(self) -> Belief {
         self.merged
     }
 
-    /// The belief that all readings together support.
+    /// The belief from all readings together.
     #[must_use]
     pub const fn merged(&self) -> &Belief {
         &self.merged
     }
 
-    /// What robots can see from where they started.
+    /// Cells that robots can observe from their start cells.
     #[must_use]
     pub const fn reach(&self) -> &Reach {
         &self.reach
     }
 
-    /// Expected number of objects that the merged belief has not found, of those that robots can see.
+    /// Expected number of objects that the merged belief has not found, counting cells in reach.
     #[must_use]
     pub fn expected_remaining(&self) -> f64 {
         self.merged.expected_remaining(&self.terrain, &self.reach, self.detection_threshold)
     }
 
-    /// How the merged belief compares with the truth, as far as robots can see.
+    /// The merged belief compared with the truth, counting cells in reach.
     #[must_use]
     pub const fn score(&self) -> Score {
         self.score
@@ -133,18 +133,18 @@ impl World {
         &mut self.bodies[robot.index()]
     }
 
-    /// Way covered by each robot, cells.
+    /// Path length of each robot, cells.
     pub fn path_cells(&self) -> impl Iterator<Item = f64> + '_ {
         self.bodies.iter().map(|body| body.path_cells)
     }
 
-    /// The longest way covered by a robot, cells.
+    /// The longest path length of a robot, cells.
     #[must_use]
     pub fn farthest_cells(&self) -> f64 {
         self.path_cells().fold(0.0, f64::max)
     }
 
-    /// Gives a robot a new route: cells to enter, in order.
+    /// Sets a robot's route: cells to enter, in order.
     pub fn set_route(&mut self, robot: RobotId, mut route: Vec<Cell>) {
         route.reverse();
         let body = self.body_mut(robot);
@@ -152,7 +152,7 @@ impl World {
         body.route_number += 1;
     }
 
-    /// How long a robot takes to its next cell, at a speed in meters a second; `None` where its route ends.
+    /// The time that a robot takes to its next cell, at a speed in meters per second; `None` where its route ends.
     #[must_use]
     pub fn travel_time(&self, robot: RobotId, speed: f64) -> Option<Duration> {
         let body = self.body(robot);
@@ -172,7 +172,7 @@ impl World {
         }
     }
 
-    /// How long a robot takes over a way of so many cells, at a speed in meters a second.
+    /// The time that a robot takes over a number of cells, at a speed in meters per second.
     #[must_use]
     pub fn time_over(&self, distance_cells: f64, speed: f64) -> Duration {
         let seconds = distance_cells * self.terrain.cell_meters() / speed;
@@ -183,7 +183,7 @@ impl World {
         self.terrain.grid().offset(from, to).euclidean()
     }
 
-    /// A robot stands in another cell, whatever its route; the way there counts as a straight line.
+    /// Moves a robot to another cell, whatever its route; the distance counts as a straight line.
     pub fn enter(&mut self, robot: RobotId, cell: Cell) {
         let distance = self.distance_cells(self.body(robot).cell, cell);
         let body = self.body_mut(robot);
@@ -191,39 +191,39 @@ impl World {
         body.path_cells += distance;
     }
 
-    /// A robot looks around: a reading of every cell of its footprint. Returns them, and the cells that the merged
-    /// belief now calls found and did not before.
+    /// A robot observes: a reading of every cell of its footprint. Returns them, and the cells that have become found
+    /// in the merged belief.
     pub fn sense(&mut self, robot: RobotId) -> (Vec<Reading>, Vec<Cell>) {
         let (mut readings, mut found) = (Vec::with_capacity(self.sensor.footprint().len()), Vec::new());
         self.sense_into(robot, &mut readings, &mut found);
         (readings, found)
     }
 
-    /// As [`World::sense`], behind what the lists hold.
+    /// As [`World::sense`], appending to the lists.
     pub fn sense_into(&mut self, robot: RobotId, readings: &mut Vec<Reading>, found: &mut Vec<Cell>) {
         let sensor = Arc::clone(&self.sensor);
         let grid = self.terrain.grid();
         let from = grid.position(self.body(robot).cell);
-        for look in sensor.footprint() {
-            let Some(cell) = grid.step_from(from, look.offset) else { continue };
+        for footprint_cell in sensor.footprint() {
+            let Some(cell) = grid.step_from(from, footprint_cell.offset) else { continue };
             let is_object = self.truth.is_object(cell);
-            let value = sensor.draw(is_object, look, &mut self.body_mut(robot).noise);
-            let reading = Reading { cell, value, variance: look.variance };
-            if self.merge(cell, reading.evidence_of(look.precision)) {
+            let value = sensor.draw(is_object, footprint_cell, &mut self.body_mut(robot).noise);
+            let reading = Reading { cell, value, variance: footprint_cell.variance };
+            if self.merge(cell, reading.evidence_of(footprint_cell.precision)) {
                 found.push(cell);
             }
             readings.push(reading);
         }
     }
 
-    /// Takes in what a person says by hand: it counts in the merged belief.
+    /// Adds the readings of an operator's mark to the merged belief.
     pub fn take_in(&mut self, readings: &[Reading]) {
         for reading in readings {
             self.merge(reading.cell, reading.evidence());
         }
     }
 
-    /// Whether a cell is found now that was not before.
+    /// Whether a cell has become found.
     fn merge(&mut self, cell: Cell, evidence: CellEvidence) -> bool {
         let before = self.merged.is_found(cell, self.detection_threshold);
         self.merged.add_evidence(cell, evidence);
@@ -264,7 +264,7 @@ pub(crate) fn draw_starts(scenario: &Scenario, seed: u64) -> Vec<Cell> {
         .collect()
 }
 
-/// What robots can see from where they start.
+/// Cells that robots can observe from their start cells.
 pub(crate) fn draw_reach(scenario: &Scenario, seed: u64) -> Reach {
     let mut reach = Reach::unknown(scenario.terrain().grid(), scenario.sensor().radius());
     for start in draw_starts(scenario, seed) {
@@ -280,7 +280,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn however_slow_a_robot_is_its_way_takes_some_time() {
+    fn however_slow_a_robot_is_its_path_takes_some_time() {
         let text = "name = 'a'\nmap = { shape = 'all_traversable', rows = 1, columns = 2, cell_meters = 10.0 }\n\
                     sensor.radius = 1\nobjects.count = 1\nrobots.start = [0, 0]\nmission.budget_seconds = 60.0\n";
         let scenario = Scenario::from_text(Path::new("a.toml"), text.to_owned()).unwrap();

@@ -1,4 +1,5 @@
-//! How searches end: robots go nowhere for nothing, rest when nothing is left, and expect as much as really is.
+//! The end of searches: robots do not drive without gain, rest when nothing is left, and expect the right number of
+//! remaining objects.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -17,7 +18,7 @@ use dragnet_sim::episode::{self, Episode};
 use dragnet_sim::participants::LocalParticipants;
 use dragnet_sim::simulation::{End, Membership, Rules, StepContext};
 
-/// A policy that is watched: it sends a robot nowhere for nothing.
+/// A policy whose decisions are checked: it never sends a robot without gain.
 struct Watched {
     policy: Box<dyn Policy + Send>,
     rests: Arc<AtomicU32>,
@@ -41,7 +42,7 @@ impl Policy for Watched {
 /// An episode until all robots rest.
 struct Watching {
     episode: Episode,
-    /// Decisions that sent a robot nowhere.
+    /// Number of decisions to rest.
     rests: u32,
     /// How often a robot began to wait for its teammates.
     waits: u32,
@@ -49,9 +50,9 @@ struct Watching {
 
 fn watch(scenario: &Scenario, seed: u64) -> Watching {
     let rests = Arc::new(AtomicU32::new(0));
-    let mut robots = episode::team(scenario, seed, |orders| {
-        let policy = build(orders.robot.policy.name, orders.robot.policy.parameters, None);
-        Agent::with_policy(orders, Box::new(Watched { policy, rests: Arc::clone(&rests) }))
+    let mut robots = episode::team(scenario, seed, |config| {
+        let policy = build(config.robot.policy.name, config.robot.policy.parameters, None);
+        Agent::with_policy(config, Box::new(Watched { policy, rests: Arc::clone(&rests) }))
     });
     let mut waits = 0;
     let mut count = |_, scene| {
@@ -66,10 +67,10 @@ fn watch(scenario: &Scenario, seed: u64) -> Watching {
     Watching { episode, rests: rests.load(Ordering::Relaxed), waits }
 }
 
-/// That a search ends soon after its last find: half as long again as the search took until then at most, and the time of
-/// so many sweeps in lanes as wide as the sensor's sight. Two of them take all cells to where no more than 0.05 objects
-/// are expected in 3,600 cells of 1 %, whenever the last was found: a cell needs about 7 nats of evidence, and a look from
-/// the edge of sight brings 4 (a precision of 8).
+/// Checks that a search ends soon after its last find: half as long again as the search took until then at most, and
+/// the time of this many sweeps in lanes as wide as the sensor's diameter. Two of them bring all cells to where no more
+/// than 0.05 objects are expected in 3,600 cells of 1 %, whenever the last was found: a cell needs about 7 nats of
+/// evidence, and an observation at the sensor radius gives 4 (a precision of 8).
 fn check_tail(scenario: &Scenario, episode: &Episode, sweeps: f64, what: &str) {
     let (terrain, mission) = (scenario.terrain(), scenario.mission());
     let ended = episode.outcome.ended.as_seconds();
@@ -111,7 +112,7 @@ fn a_team_of_any_size_goes_nowhere_for_nothing_and_ends_soon_after_its_last_find
     }
 }
 
-/// A lake in the middle of 26 x 26 cells, so wide that its inner 6 x 6 are seen from nowhere.
+/// A lake in the middle of 26 x 26 cells, so wide that its inner 6 x 6 are out of reach.
 fn lake(robots: u32) -> Scenario {
     let folder = tempfile::tempdir().unwrap();
     let shore = ".".repeat(26) + "\n";
@@ -126,7 +127,7 @@ fn lake(robots: u32) -> Scenario {
 }
 
 #[test]
-fn what_nobody_can_see_keeps_nobody_searching() {
+fn cells_out_of_reach_do_not_prolong_the_search() {
     let mut out_of_reach = 0;
     for robots in [1, 3] {
         for seed in 0..6 {
@@ -163,7 +164,7 @@ fn with_no_threshold_a_search_ends_when_everything_is_known() {
     }
 }
 
-/// Robots that stop when 0.5 objects are expected leave as many, in the mean over many searches.
+/// Robots that stop when 0.5 objects are expected leave that number, in the mean over many searches.
 #[test]
 fn as_much_is_expected_to_remain_as_really_does() {
     let text = "name = 'a'\nmap = { shape = 'all_traversable', rows = 12, columns = 12 }\nsensor.radius = 3\n\

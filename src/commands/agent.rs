@@ -11,25 +11,25 @@ use crate::terminal;
 
 /// Run one robot of a team in the field.
 ///
-/// It decides where to go and exchanges observations and plans with its teammates over Zenoh. It needs no coordinator, and
-/// continues without a network.
+/// The robot decides where to go and exchanges observations and plans with its teammates over Zenoh. It needs no
+/// coordinator, and continues without a network.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
   dragnet agent --config robot_1.toml
   dragnet agent --config robot_1.toml --dry-run yesterday.mcap")]
 pub(crate) struct Arguments {
-    /// The robot's settings (TOML)
+    /// Settings of the robot (TOML)
     #[arg(long, value_name = "FILE", required_unless_present = "print_config")]
     config: Option<PathBuf>,
-    /// Print complete settings with comments, and nothing else
+    /// Print complete settings with comments and exit
     #[arg(long, exclusive = true)]
     print_config: bool,
-    /// Replay a recorded ROS 2 bag (MCAP, of `ros2 bag record --storage mcap`) through the agent, without publishing anything,
-    /// and print what the robot would have seen, believed and decided
+    /// Replay a recorded ROS 2 bag (MCAP, as recorded by `ros2 bag record --storage mcap`) through the agent without
+    /// publishing anything, and print what the robot would have observed, believed and decided
     #[arg(long, value_name = "RECORDING")]
     dry_run: Option<PathBuf>,
-    /// Take over from another process of this robot's number: that one stands still then
+    /// Take over from another process with this robot's number, which then stops
     #[arg(long, conflicts_with = "dry_run")]
     take_over: bool,
 }

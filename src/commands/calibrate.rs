@@ -1,12 +1,12 @@
-//! `dragnet calibrate`: fits the sensor model to labeled looks.
+//! `dragnet calibrate`: fits the sensor model to labeled detector scores.
 
 use std::path::{Path, PathBuf};
 
 use csv::Reader;
-use dragnet_experiments::plot::{Figure, Line, Look};
+use dragnet_experiments::plot::{Figure, Line, LineStyle};
 use dragnet_files::read_text_at_most;
 use dragnet_search::sensor;
-use dragnet_vehicle::calibration::{self, AtDistance, Calibration, Estimate, LabeledLook};
+use dragnet_vehicle::calibration::{self, AtDistance, Calibration, Estimate, LabeledReading};
 use serde::Deserialize;
 
 use super::{Failure, output};
@@ -15,12 +15,13 @@ use crate::terminal::table::Table;
 
 /// Fit the sensor model to a detector's scores of labeled cells.
 ///
-/// The file is a CSV table with the columns distance (cells, Manhattan), object (1 if one was there, else 0) and value (what
-/// the detector said: 1 is an object, 0 an empty cell). The model is a variance of v d^2 at distance d, v the noise variance.
+/// The file is a CSV table with the columns distance (cells, Manhattan), object (1 if the cell holds an object, else 0)
+/// and value (the detector's score: 1 is an object, 0 an empty cell). The model's variance at distance d is v d^2, with
+/// the noise variance v.
 #[derive(clap::Args)]
-#[command(after_help = "Example:\n  dragnet calibrate looks.csv --plot fit.svg")]
+#[command(after_help = "Example:\n  dragnet calibrate scores.csv --plot fit.svg")]
 pub(crate) struct Arguments {
-    /// The labeled looks (CSV)
+    /// The labeled scores (CSV)
     file: PathBuf,
     /// Draw the variance by distance and the fit (SVG); the file must not exist
     #[arg(long, value_name = "FILE")]
@@ -30,9 +31,9 @@ pub(crate) struct Arguments {
 pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let plot =
         arguments.plot.as_deref().map(|path| output::free("--plot", path, "no drawing is")).transpose()?;
-    let looks = read(&arguments.file)?;
+    let readings = read(&arguments.file)?;
     let failed = |error| Failure::Input(format!("{}: {error}", arguments.file.display()));
-    let calibration = calibration::calibrate(&looks).map_err(failed)?;
+    let calibration = calibration::calibrate(&readings).map_err(failed)?;
     terminal::print(&tell(&calibration))?;
     if let Some(path) = plot {
         let svg = draw(&calibration).map_err(Failure::run)?;
@@ -50,10 +51,10 @@ struct Row {
     value: f32,
 }
 
-/// The longest table, bytes.
+/// The maximum size of the table, bytes.
 const MAX_BYTES: u64 = 1 << 28;
 
-fn read(path: &Path) -> Result<Vec<LabeledLook>, Failure> {
+fn read(path: &Path) -> Result<Vec<LabeledReading>, Failure> {
     let failed = |reason: String| Failure::Input(format!("{}: {reason}", path.display()));
     let text = read_text_at_most(path, MAX_BYTES);
     let text = text.map_err(|error| failed(format!("cannot read it: {error}")))?;
@@ -63,26 +64,26 @@ fn read(path: &Path) -> Result<Vec<LabeledLook>, Failure> {
         if object > 1 {
             return Err(failed(format!("object is {object}; allowed are 0 and 1")));
         }
-        Ok(LabeledLook { distance, is_object: object == 1, value })
+        Ok(LabeledReading { distance, is_object: object == 1, value })
     });
     rows.collect()
 }
 
 fn tell(calibration: &Calibration) -> String {
     let model = |distance| sensor::variance(calibration.noise_variance.value, distance);
-    let mut table = Table::new(["distance", "looks", "bias", "variance", "model"]);
+    let mut table = Table::new(["distance", "readings", "bias", "variance", "model"]);
     for at in &calibration.by_distance {
         let (bias, variance) = (show(at.bias), show(at.variance));
         table.push([
             at.distance.to_string(),
-            at.looks.to_string(),
+            at.readings.to_string(),
             bias,
             variance,
             format!("{:.5}", model(at.distance)),
         ]);
     }
     let own = calibration.own_cell_variance.map_or_else(
-        || "of the own cell there were too few looks for a variance".to_owned(),
+        || "of the own cell there were too few readings for a variance".to_owned(),
         |own| format!("the own cell's variance is {}, the model's {:.5}", show(own), model(0)),
     );
     format!(
@@ -112,7 +113,7 @@ fn draw(calibration: &Calibration) -> Result<String, String> {
     let length = distances.last().copied().unwrap_or(1.0);
     let line = |label, color, mean, standard_error| Line {
         label,
-        look: Look { color, dashes: 0 },
+        line_style: LineStyle { color, dashes: 0 },
         lengths: &distances,
         mean,
         standard_error,

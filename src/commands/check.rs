@@ -1,4 +1,4 @@
-//! `dragnet check`: what scenarios say, and what is wrong with them.
+//! `dragnet check`: summarizes and validates scenarios and settings.
 
 use std::path::{Path, PathBuf};
 
@@ -12,15 +12,16 @@ use super::settings::Kind;
 use super::{Failure, complain, scenario};
 use crate::terminal::{self, counted};
 
-/// A region that is searched to a smaller share than this is told of: its whole POA is put on what is searched.
+/// A region whose searched share is below this gets a warning: its whole POA is put on the searched part.
 const MOST_OF_IT: f64 = 0.9;
-/// Longest file that is looked into, bytes.
+/// The maximum size of a file whose kind is determined by its text, bytes.
 const MAX_BYTES: u64 = 1 << 24;
 
-/// Check scenario files and the maps that they name, and settings.
+/// Check scenario files, the maps that they name, and settings.
 ///
-/// Summarizes each file, warns of oddities, or says why it is invalid. Settings of `dragnet agent`, `coordinator` and `sim` are
-/// known by their keys; what they name on this computer is for `dragnet doctor`.
+/// Summarizes each file, warns of likely mistakes, or says why it is invalid. Settings of `dragnet agent`,
+/// `coordinator` and `sim` are recognized by their keys; `dragnet doctor` checks the files and devices that settings
+/// refer to on this computer.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  dragnet check scenarios/*.toml")]
 pub(crate) struct Arguments {
@@ -47,7 +48,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 fn check(path: &Path) -> Result<String, String> {
-    // What cannot be read as text is refused as a scenario, in its words.
+    // A file that is not text is reported by the scenario reader.
     let kind = read_text_at_most(path, MAX_BYTES).map_or(Kind::Scenario, |text| Kind::of(&text));
     let file = path.display();
     let settings = match kind {
@@ -58,7 +59,7 @@ fn check(path: &Path) -> Result<String, String> {
         }
         Kind::Agent => config::load::<AgentSettings>(path).and_then(|settings| {
             let checked = settings.common.check(path)?;
-            settings.orders(path, &checked.scenario)?;
+            settings.agent_config(path, &checked.scenario)?;
             settings.body(path, &checked.scenario)?;
             Ok(format!(
                 "robot {} of {} in mission {}",
@@ -97,7 +98,7 @@ fn describe(scenario: &Scenario) -> String {
     std::iter::once(summary).chain(earth(scenario, &drawn)).chain(warnings).collect::<Vec<_>>().concat()
 }
 
-/// Where the map lies, and what is drawn there.
+/// The map's position on the earth, and its areas.
 fn earth(scenario: &Scenario, drawn: &[Drawn]) -> Vec<String> {
     let corner = scenario.georeference().map(Georeference::south_west).map(|corner| {
         let GeoPoint { latitude_degrees, longitude_degrees } = corner;
@@ -116,7 +117,7 @@ fn earth(scenario: &Scenario, drawn: &[Drawn]) -> Vec<String> {
     corner.into_iter().chain(frame(scenario)).chain(drawn).chain(claims).collect()
 }
 
-/// Where the map lies in the frame of its file, if that is not where the frame begins.
+/// The map's position in the frame of its file, if that is not the frame's origin.
 fn frame(scenario: &Scenario) -> Option<String> {
     let origin = scenario.origin();
     (origin != MapOrigin::default()).then(|| format!("  south-western corner in the frame map: {origin}\n"))

@@ -19,11 +19,11 @@ use crate::terminal::{self, counted};
 
 /// Compare policies over scenarios and seeds.
 ///
-/// With the same seed every policy meets the same objects, starts and noise. An episode ends when every object is found,
-/// as the paper's trials do, or when all robots rest; F1 and recall keep their last values up to the budget. The area
-/// under F1 and the average recall are their means over the way from 0 to the budget, full recall the way of the farthest
-/// robot until every object was found, the tail the time from the last find to the end. Results depend neither on the
-/// number of threads nor on that of shards.
+/// With the same seed every policy has the same objects, start cells and noise. An episode ends when every object is
+/// found, as in the paper's trials, or when all robots rest; F1 and recall keep their last values up to the budget. The
+/// area under F1 and the average recall are means over path lengths from 0 to the budget. Full recall is the path
+/// length of the farthest robot until every object is found. The tail is the time from the last find to the end.
+/// Results do not depend on the number of threads or shards.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -34,31 +34,31 @@ pub(crate) struct Arguments {
     /// Scenario files (TOML)
     #[arg(required = true, value_name = "SCENARIO")]
     scenarios: Vec<PathBuf>,
-    /// Policies, separated by commas, each as it is without parameters
+    /// Policies, separated by commas, each with its default parameters
     #[arg(long, required = true, value_delimiter = ',', value_name = "A,B,..", value_parser = scenario::policy_names())]
     policies: Vec<PolicyName>,
-    /// With gnn among the policies: the weights of its network, instead of those of the program
+    /// Weights for the policy gnn, instead of the built-in ones
     #[arg(long, value_name = "FILE")]
     weights: Option<PathBuf>,
     /// Seeds: N for 0 to N - 1, or A..B for A to B - 1
     #[arg(long, value_name = "N | A..B", default_value = "10", allow_negative_numbers = true)]
     seeds: Seeds,
-    /// So many robots
+    /// Number of robots, instead of the scenario's
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     robots: Option<u32>,
-    /// Each searched cell holds an object with this probability
+    /// Probability that a searched cell holds an object, instead of the scenario's
     #[arg(long, value_name = "D", allow_negative_numbers = true)]
     density: Option<f64>,
-    /// Way that each robot may cover, instead of all budgets of the scenario
+    /// Path length that each robot may drive, instead of all budgets of the scenario
     #[arg(long, value_name = "CELLS", allow_negative_numbers = true)]
     budget: Option<u32>,
     /// When an episode ends: `all_found` when every object is found or all robots rest, `resting` only when they rest
     #[arg(long, value_name = "WHEN", default_value = "all_found", value_parser = parse_end)]
     end: End,
-    /// Episodes that run at a time [default: as many as there are cores]
+    /// Episodes to run in parallel [default: the number of cores]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024), allow_negative_numbers = true)]
     threads: Option<u16>,
-    /// Run shard I of N only and write its part to the folder of --out; `dragnet merge` joins the parts
+    /// Run only shard I of N and write its part to the folder of --out; `dragnet merge` joins the parts
     #[arg(
         long,
         value_name = "I/N",
@@ -81,7 +81,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     arguments.output.tell(&experiment.design(), done.results, Origin::Here(done.effort))
 }
 
-/// Runs a shard that is not done yet.
+/// Runs a shard that has not been run yet.
 fn run_shard(
     experiment: &Experiment,
     shard: Shard,
@@ -99,7 +99,7 @@ fn run_shard(
     Ok(terminal::print(&format!("shard {shard}: {episodes} {effort}\nwritten: {}\n", path.display()))?)
 }
 
-/// Every policy on every scenario, as the options change it.
+/// Every policy on every scenario, as changed by the options.
 fn cases(arguments: &Arguments) -> Result<Vec<Case>, Failure> {
     let mut policies = BTreeSet::new();
     if let Some(twice) = arguments.policies.iter().find(|&&policy| !policies.insert(policy)) {

@@ -1,4 +1,4 @@
-//! What a comparison prints and writes, whether it ran here or is merged from shards.
+//! The output of a comparison, whether it ran here or was merged from shards.
 
 mod report;
 
@@ -15,21 +15,21 @@ use report::Report;
 /// Where the results of a comparison go.
 #[derive(clap::Args)]
 pub(super) struct Output {
-    /// Write tables (CSV) and the curves of each scenario (SVG) to this folder, over older ones
+    /// Write tables (CSV) and the curves of each scenario (SVG) to this folder, replacing older ones
     #[arg(long, value_name = "DIR")]
     pub(super) out: Option<PathBuf>,
-    /// Print one JSON object and nothing else
+    /// Print one JSON object instead of tables
     #[arg(long)]
     json: bool,
 }
 
 impl Output {
-    /// Makes the folder, so that it is not missing after hours of work.
+    /// Creates the folder before the episodes run.
     pub(super) fn prepare(&self) -> Result<(), Failure> {
         Ok(self.out.as_deref().map_or(Ok(()), output::make_folder)?)
     }
 
-    /// Writes and prints what the trials of a whole experiment come to.
+    /// Writes and prints the results of a complete experiment.
     pub(super) fn tell(&self, design: &Design, trials: Vec<Trial>, origin: Origin) -> Result<(), Failure> {
         let rows = design.rows(trials);
         let written = match &self.out {

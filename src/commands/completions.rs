@@ -1,4 +1,4 @@
-//! `dragnet completions`: what a shell completes.
+//! `dragnet completions`: shell completions.
 
 use clap::CommandFactory;
 use clap_complete::Shell;
@@ -14,7 +14,7 @@ Examples:
   dragnet completions bash > ~/.local/share/bash-completion/completions/dragnet
   dragnet completions fish > ~/.config/fish/completions/dragnet.fish")]
 pub(crate) struct Arguments {
-    /// Which shell
+    /// The shell
     shell: Shell,
 }
 

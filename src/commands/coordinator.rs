@@ -1,4 +1,4 @@
-//! `dragnet coordinator`: the mission seen from outside.
+//! `dragnet coordinator`: watches and records a mission.
 
 use std::path::PathBuf;
 
@@ -10,18 +10,18 @@ use crate::{VERSION, terminal};
 
 /// Watch and record a mission in the field.
 ///
-/// It declares finds, tracks which robots are alive, and records all messages. Robots search on without it.
+/// The coordinator declares finds, tracks which robots are alive, and records all messages. Robots continue to search
+/// without it.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  dragnet coordinator --config coordinator.toml")]
 pub(crate) struct Arguments {
-    /// The coordinator's settings (TOML)
+    /// Settings of the coordinator (TOML)
     #[arg(long, value_name = "FILE", required_unless_present = "print_config")]
     config: Option<PathBuf>,
-    /// Print complete settings with comments, and nothing else
+    /// Print complete settings with comments and exit
     #[arg(long, exclusive = true)]
     print_config: bool,
-    /// Forward messages between robots: for robots that reach the coordinator alone, with `mode = "router"` in their
-    /// settings as well
+    /// Forward messages between robots that can reach only the coordinator; set `mode = "router"` in their settings too
     #[arg(long)]
     router: bool,
 }

@@ -1,4 +1,4 @@
-//! `dragnet demonstrate`: an expert at work, as files that a network learns from.
+//! `dragnet demonstrate`: records an expert's decisions for training.
 
 use std::path::PathBuf;
 
@@ -14,11 +14,11 @@ use crate::VERSION;
 use crate::terminal::progress::Bars;
 use crate::terminal::{self, counted};
 
-/// Record the decisions of an expert policy, to train a network on.
+/// Record the decisions of an expert policy, to train a network.
 ///
-/// One file a trajectory, safetensors, which Python reads as well: beliefs, the cell that was chosen, and the expert's
-/// scores. Files that are there already are kept, so a command that was stopped goes on where it was. Seeds that a
-/// network has learned from say little about it: compare policies with others.
+/// Writes one safetensors file for each trajectory: beliefs, chosen cells, and the expert's scores. Files that exist
+/// are kept, so a command that was interrupted can be repeated and continues. Do not compare policies on seeds that a
+/// network was trained on.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -28,29 +28,30 @@ pub(crate) struct Arguments {
     /// Scenario files (TOML)
     #[arg(required_unless_present = "mixture", conflicts_with = "mixture", value_name = "SCENARIO")]
     scenarios: Vec<PathBuf>,
-    /// Instead of scenarios: generated ones, another for each seed, of many sizes, densities, sensors and teams
+    /// Generate a different scenario for each seed, with many sizes, densities, sensors and teams, instead of reading
+    /// scenarios
     #[arg(long)]
     mixture: bool,
-    /// Who is watched
+    /// The policy to record
     #[arg(long, value_parser = scenario::policy_names())]
     expert: PolicyName,
-    /// A trajectory for each of these seeds, on each scenario: N for 0 to N - 1, or A..B for A to B - 1
+    /// Seeds; one trajectory for each, on each scenario: N for 0 to N - 1, or A..B for A to B - 1
     #[arg(long, value_name = "N | A..B", default_value = "100000..100150", allow_negative_numbers = true)]
     seeds: Seeds,
-    /// A trajectory has at most so many decisions, those of all robots together
+    /// Maximum number of decisions in a trajectory, over all robots
     #[arg(long, value_name = "N", default_value_t = 75, value_parser = clap::value_parser!(u32).range(1..), allow_negative_numbers = true)]
     max_decisions: u32,
-    /// After this share of the decisions robots go to a random cell instead of the expert's, which is written down all
-    /// the same: what is learned then covers more than the expert's own ways
+    /// Share of decisions after which a robot goes to a random cell instead of the expert's, whose decision is recorded
+    /// all the same; the network then also learns from situations that the expert would not reach
     #[arg(long, value_name = "SHARE", default_value_t = 0.1, value_parser = parse_share, allow_negative_numbers = true)]
     explore: f64,
-    /// Each searched cell holds an object with this probability
+    /// Probability that a searched cell holds an object, instead of the scenario's
     #[arg(long, value_name = "D", conflicts_with = "mixture", allow_negative_numbers = true)]
     density: Option<f64>,
-    /// Searches that run at a time [default: as many as there are cores]
+    /// Searches to run in parallel [default: the number of cores]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024), allow_negative_numbers = true)]
     threads: Option<u16>,
-    /// Run shard I of N only; `dragnet merge` checks that all are there, and joins them if they are in several folders
+    /// Run only shard I of N; `dragnet merge` checks that all shards are complete, and joins those of several folders
     #[arg(long, value_name = "I/N", allow_negative_numbers = true)]
     shard: Option<Shard>,
     /// Write the trajectories to this folder
@@ -80,7 +81,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     Ok(terminal::print(&text)?)
 }
 
-/// Which trajectories there are to be, of all shards.
+/// The trajectories of all shards.
 fn plan(arguments: &Arguments) -> Result<Plan, Failure> {
     let Arguments { expert, max_decisions, explore, seeds, .. } = *arguments;
     let mut plan = Plan::new(Watch { expert, max_decisions, explore }, VERSION);

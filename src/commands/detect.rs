@@ -1,4 +1,4 @@
-//! `dragnet detect`: tries a detector on images.
+//! `dragnet detect`: runs a detector on images.
 
 #[cfg(feature = "detector")]
 mod camera;
@@ -18,10 +18,10 @@ use super::Failure;
 
 /// Run a detector on images.
 ///
-/// Shows images to a YOLO network, a TorchScript module as `yolo export format=torchscript` makes one, in the way in which
-/// a robot does, and prints what it finds: class, confidence, edges in pixels of the image and, for a known camera, where
-/// the middle of the box is seen. The field guide says which modules are understood. A module is a program: run only one
-/// whose maker you know.
+/// Runs a YOLO network (a TorchScript module from `yolo export format=torchscript`) on images exactly as a robot does,
+/// and prints its detections: class, confidence, box edges in pixels and, for a known camera, the bearing of the box's
+/// center. The field guide lists the supported modules. A module is a program: run only modules from sources that you
+/// trust.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -34,38 +34,39 @@ pub(crate) struct Arguments {
     /// The network (TorchScript)
     #[arg(long, value_name = "FILE")]
     module: PathBuf,
-    /// Count these classes only, by name or number from 0 [default: all]
+    /// Detect only these classes, given by name or by number from 0 [default: all]
     #[arg(long, value_name = "CLASS,..", value_delimiter = ',')]
     classes: Vec<String>,
-    /// Count what is more probable than this, 0 to 1
+    /// Minimum confidence of a detection, 0 to 1
     #[arg(long, value_name = "P", default_value_t = 0.25, allow_negative_numbers = true)]
     confidence: f32,
-    /// Boxes whose common area is more than this part of all that they cover are one object, 0 to 1
+    /// Intersection over union above which two boxes count as one object, 0 to 1
     #[arg(long, value_name = "PART", default_value_t = 0.7, allow_negative_numbers = true)]
     iou: f32,
-    /// Whatever their classes; otherwise only those of one class
+    /// Merge overlapping boxes of different classes too
     #[arg(long)]
     class_agnostic: bool,
-    /// Before an image is fitted to the network: `half` takes it down to half as many columns and rows, as the paper does
-    /// with its 5320 x 3032 pixels; `full` is for images that are hardly larger than what the network takes
+    /// Resolution at which an image is fitted to the network: `half` first halves its columns and rows, as the paper
+    /// does with its 5320 x 3032 pixels; `full` is for images that are hardly larger than the network's input
     #[arg(long, value_enum, default_value_t = Resolution::Half)]
     resolution: Resolution,
-    /// What the network takes: columns and rows, such as 640x384, or N for a square [default: as the module's file says]
+    /// Input size of the network: columns and rows, such as 640x384, or N for a square [default: from the module's
+    /// file]
     #[arg(long, value_name = "N | CxR")]
     input: Option<Input>,
-    /// A camera (TOML), for bearings
+    /// Camera description (TOML), to compute bearings
     #[arg(long, value_name = "FILE")]
     camera: Option<PathBuf>,
-    /// Write the image with its boxes, each class in a color of its own (PNG); for one image, and the file must not exist
+    /// Write the image with its boxes, each class in its own color (PNG); for one image, and the file must not exist
     #[arg(long, value_name = "FILE")]
     save: Option<PathBuf>,
-    /// Write a row a box (CSV); the file must not exist
+    /// Write a table with a row for each box (CSV); the file must not exist
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Print one JSON object and nothing else
+    /// Print one JSON object instead of text
     #[arg(long)]
     json: bool,
-    /// Threads of libtorch on the CPU; with another number, the last bits of confidences and edges may differ
+    /// Threads of libtorch on the CPU; the last bits of confidences and edges depend on their number
     #[arg(long, value_name = "T", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024), allow_negative_numbers = true)]
     threads: u16,
     /// Use the CPU even if libtorch finds a GPU
@@ -79,7 +80,7 @@ enum Resolution {
     Full,
 }
 
-/// Size of what a network takes, pixels.
+/// The input size of a network, pixels.
 #[derive(Clone, Copy)]
 #[cfg_attr(not(feature = "detector"), expect(dead_code, reason = "nothing is detected"))]
 struct Input {

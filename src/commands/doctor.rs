@@ -1,4 +1,4 @@
-//! `dragnet doctor`: is all there that a robot needs?
+//! `dragnet doctor`: checks that a robot is ready.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -14,19 +14,20 @@ use time::OffsetDateTime;
 use super::{Failure, eyes};
 use crate::terminal;
 
-/// Check a robot's settings, network, sensors and clocks before it goes.
+/// Check a robot's settings, network, sensors and clocks before a mission.
 ///
-/// Settings, journal and disk, decision time on this computer, the team's network and who is there, clocks, certificates, and
-/// with a vehicle each topic of its ROS 2 network: a line each, pass, WARN or FAIL, and what to do.
+/// Checks the settings, journal and disk, the decision time on this computer, the team's network and its participants,
+/// clocks, certificates and, for a vehicle, each topic of its ROS 2 network. Prints a line for each (pass, WARN or
+/// FAIL) and what to do about it.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Example:\n  dragnet doctor --config robot_1.toml\n\nExit codes: 0 all will do, 1 something will not."
+    after_help = "Example:\n  dragnet doctor --config robot_1.toml\n\nExit codes: 0 all checks passed, 1 a check failed."
 )]
 pub(crate) struct Arguments {
-    /// The robot's settings (TOML)
+    /// Settings of the robot (TOML)
     #[arg(long, value_name = "FILE")]
     config: PathBuf,
-    /// Listen to each network for so many seconds
+    /// Seconds to listen to each network
     #[arg(long, value_name = "SECONDS", default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=600))]
     listen: u64,
 }
@@ -34,27 +35,27 @@ pub(crate) struct Arguments {
 pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     InformationTable::warm_up();
     let mut failed = 0;
-    let mut told = Ok(());
+    let mut reported = Ok(());
     let mut tell = |finding: Finding| {
         failed += u32::from(finding.verdict == Verdict::Fail);
-        if told.is_ok() {
-            told = terminal::print(&format!("{finding}\n"));
+        if reported.is_ok() {
+            reported = terminal::print(&format!("{finding}\n"));
         }
     };
     doctor::examine(&arguments.config, Duration::from_secs(arguments.listen), &eyes::make, &mut tell);
     for finding in certificates(&arguments.config) {
         tell(finding);
     }
-    told?;
+    reported?;
     match failed {
         0 => Ok(()),
-        1 => Err(Failure::run("one thing will not do")),
-        failed => Err(Failure::run(format!("{failed} things will not do"))),
+        1 => Err(Failure::run("one check failed")),
+        failed => Err(Failure::run(format!("{failed} checks failed"))),
     }
 }
 
-/// Of each certificate that the robot shows or believes, until when it holds. What is wrong with the settings themselves is
-/// told already.
+/// The expiry of each certificate that the robot uses or trusts. Mistakes in the settings themselves are reported
+/// elsewhere.
 fn certificates(file: &Path) -> Vec<Finding> {
     let Ok(config) = config::load::<AgentSettings>(file) else { return Vec::new() };
     let Ok(paths) = session::certificates(&config.common.zenoh.named_in(file)) else { return Vec::new() };
@@ -62,7 +63,7 @@ fn certificates(file: &Path) -> Vec<Finding> {
     paths.iter().map(|path| certificate(path, now)).collect()
 }
 
-/// The longest certificate, bytes.
+/// The maximum size of a certificate file, bytes.
 const MAX_CERTIFICATE_BYTES: u64 = 1 << 20;
 
 fn certificate(path: &Path, now: OffsetDateTime) -> Finding {

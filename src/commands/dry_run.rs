@@ -12,33 +12,33 @@ use super::{Failure, eyes};
 use crate::terminal;
 use crate::terminal::table::Table;
 
-/// A recording of hours has more of these lines than anybody reads.
-const MOST_LOOKS: usize = 5;
+/// Observations without new finds that are listed; a long recording has too many to read.
+const MAX_LISTED: usize = 5;
 
 pub(super) fn execute(config: &Path, recording: &Path) -> Result<(), Failure> {
-    let mut told = Ok(());
+    let mut reported = Ok(());
     let mut tell = |note: Note| {
-        if told.is_ok() {
-            told = terminal::print(&line(&note));
+        if reported.is_ok() {
+            reported = terminal::print(&line(&note));
         }
     };
     let summary = dry_run::run(config, recording, &eyes::make, &mut tell)?;
-    told?;
+    reported?;
     Ok(terminal::print(&text(&summary))?)
 }
 
 fn line(note: &Note) -> String {
     let news = match &note.news {
-        News::Looks { from, readings, objects } if objects.is_empty() => {
-            format!("looks    from {}: {} read", place(*from), terminal::counted(*readings, "cell"))
+        News::Observes { from, readings, objects } if objects.is_empty() => {
+            format!("observes from {}: {} read", place(*from), terminal::counted(*readings, "cell"))
         }
-        News::Looks { from, readings, objects } => {
-            let mut seen: Vec<String> = objects.iter().take(MOST_LOOKS).map(|&cell| place(cell)).collect();
-            if objects.len() > MOST_LOOKS {
-                seen.push(format!("{} more", objects.len() - MOST_LOOKS));
+        News::Observes { from, readings, objects } => {
+            let mut seen: Vec<String> = objects.iter().take(MAX_LISTED).map(|&cell| place(cell)).collect();
+            if objects.len() > MAX_LISTED {
+                seen.push(format!("{} more", objects.len() - MAX_LISTED));
             }
             let cells = terminal::counted(*readings, "cell");
-            format!("looks    from {}: {cells} read, an object in {}", place(*from), seen.join(", "))
+            format!("observes from {}: {cells} read, an object in {}", place(*from), seen.join(", "))
         }
         News::Decides { cells, toward, computing } => {
             let way = match toward {
@@ -68,7 +68,8 @@ fn place(position: Position) -> String {
     format!("[{}, {}]", position.row, position.column)
 }
 
-/// Its cell, where it is expected in the frame of the vehicle's network, and how surely along the axis where it is least known.
+/// An object's cell, its expected position in the frame of the vehicle's network, and its standard deviation along the
+/// least certain axis.
 fn found(object: &FoundObject) -> String {
     let (at, [std_meters, _]) = (object.place, object.place.std_meters());
     format!("{} at ({:.2}, {:.2}) m, std {std_meters:.2} m", place(object.cell), at.x_meters, at.y_meters)
@@ -79,15 +80,15 @@ fn milliseconds(duration: Duration) -> String {
 }
 
 fn text(summary: &Summary) -> String {
-    let mut heard = Table::new(["topic", "type", "messages", "refused"]);
-    for traffic in &summary.heard {
+    let mut received = Table::new(["topic", "type", "messages", "rejected"]);
+    for traffic in &summary.received {
         let (messages, refused) = (traffic.messages.to_string(), traffic.refused.to_string());
-        heard.push([traffic.topic.clone(), traffic.message.to_owned(), messages, refused]);
+        received.push([traffic.topic.clone(), traffic.message.to_owned(), messages, refused]);
     }
-    let refused = summary.heard.iter().filter(|traffic| traffic.refused > 0);
+    let refused = summary.received.iter().filter(|traffic| traffic.refused > 0);
     let refused =
-        refused.map(|traffic| format!("refused on {}, the last: {}\n", traffic.topic, traffic.reason));
-    let said = summary.said.iter().map(|(topic, count)| format!("{topic} {count}"));
+        refused.map(|traffic| format!("rejected on {}, the last: {}\n", traffic.topic, traffic.reason));
+    let published = summary.published.iter().map(|(topic, count)| format!("{topic} {count}"));
     let slowest = summary.decisions.iter().max().copied().unwrap_or_default();
     let [before, after] = summary.entropy_nats;
     let ending = match &summary.ending {
@@ -100,20 +101,20 @@ fn text(summary: &Summary) -> String {
     format!(
         "\n{}{}\n{:.1} s: {}, {} readings, {}, the slowest in {}\n\
          entropy of the belief {before:.1} to {after:.1} nats; found: {}\n\
-         it would have said (messages): {}\n{ending}",
-        heard.draw(2),
+         it would have published (messages): {}\n{ending}",
+        received.draw(2),
         refused.collect::<String>(),
         summary.duration.as_secs_f64(),
-        terminal::counted(summary.looks, "look"),
+        terminal::counted(summary.observations, "observation"),
         summary.readings,
         terminal::counted(summary.decisions.len(), "decision"),
         milliseconds(slowest),
         listed(summary.found.iter().map(found)),
-        listed(said),
+        listed(published),
     )
 }
 
-fn listed(things: impl Iterator<Item = String>) -> String {
-    let things: Vec<String> = things.collect();
-    if things.is_empty() { "nothing".to_owned() } else { things.join(", ") }
+fn listed(entries: impl Iterator<Item = String>) -> String {
+    let entries: Vec<String> = entries.collect();
+    if entries.is_empty() { "nothing".to_owned() } else { entries.join(", ") }
 }

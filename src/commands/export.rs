@@ -1,4 +1,4 @@
-//! `dragnet export`: a recorded mission for maps, receivers and ground stations.
+//! `dragnet export`: a recorded mission for maps, GPS receivers and ground stations.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -16,9 +16,9 @@ use crate::terminal::{self, counted};
 
 /// Export a recorded mission for maps, GPS receivers and ground stations.
 ///
-/// Objects that were found, tracks of the robots and what was cleared with its probability of detection (.geojson, .kml);
-/// finds and tracks (.gpx); or the plans of the robots for a ground station (.plan), one file a robot. Prints how well
-/// each area was searched.
+/// Writes found objects, tracks of the robots and cleared areas with their probability of detection (.geojson, .kml);
+/// finds and tracks (.gpx); or the robots' plans for a ground station (.plan), one file for each robot. Prints how
+/// thoroughly each area was searched.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  dragnet export missing_person-0.mcap --to mission.kml\n  dragnet export missing_person-0.mcap --to next.plan --at 600\n  dragnet export warehouse-0.mcap --to mission.geojson --origin 49.236,-2.24"
@@ -26,16 +26,17 @@ use crate::terminal::{self, counted};
 pub(crate) struct Arguments {
     /// A recording (MCAP)
     recording: PathBuf,
-    /// The new file; its extension says the format. Of `next.plan` each robot has its own, as next-robot-1.plan
+    /// The new file; its extension determines the format. For `next.plan` each robot's file is named as
+    /// next-robot-1.plan
     #[arg(long, value_name = "FILE")]
     to: PathBuf,
-    /// The format, whatever the extension
+    /// The format, overriding the extension
     #[arg(long, value_enum)]
     format: Option<Format>,
-    /// Where the map's south-western corner lies, degrees, of a recording that does not say so
+    /// Latitude and longitude of the map's south-western corner, degrees, for a recording without them
     #[arg(long, value_name = "LAT,LON", value_parser = parse_origin, allow_hyphen_values = true)]
     origin: Option<GeoPoint>,
-    /// As the mission stood so long after its start; without, at the end
+    /// Export the mission as it was this long after its start [default: at its end]
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds, allow_negative_numbers = true)]
     at: Option<MissionTime>,
 }
@@ -114,7 +115,7 @@ fn files(
     Ok(vec![(arguments.to.clone(), text)])
 }
 
-/// What was found, and how well each area was searched.
+/// The finds, and how thoroughly each area was searched.
 fn summary(account: &Account) -> String {
     let head = format!(
         "{} after {:.1} s: {} found, {}\n",

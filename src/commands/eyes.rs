@@ -1,4 +1,4 @@
-//! A detector by its settings: what `dragnet detect` tries, and what looks at the images of a robot's cameras.
+//! A detector from its settings, for `dragnet detect` and for a robot's cameras.
 
 #[cfg(feature = "detector")]
 mod network;
@@ -17,13 +17,13 @@ pub(super) fn make(settings: &Settings) -> Result<Box<dyn Detector>, String> {
     }
 }
 
-/// Without libtorch there is none.
+/// There is no detector without libtorch.
 #[cfg(not(feature = "detector"))]
 pub(super) fn make(_: &Settings) -> Result<Box<dyn Detector>, String> {
     Err(ABSENT.to_owned())
 }
 
-/// What a program says that has none.
+/// The message of a program without a detector.
 #[cfg(not(feature = "detector"))]
 pub(super) const ABSENT: &str = "this program was built without the detector, which needs libtorch: build it from a checkout with \
                           `train/libtorch.sh && cargo build --release --features detector`";

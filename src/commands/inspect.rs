@@ -1,4 +1,4 @@
-//! `dragnet inspect`: what a recording holds.
+//! `dragnet inspect`: summarizes a recording.
 
 use std::path::PathBuf;
 
@@ -9,7 +9,8 @@ use crate::terminal;
 
 /// Summarize a recording.
 ///
-/// When, who, which topics, and what was found. Of a recording that was cut off or is damaged all that is whole is read; `dragnet recover` makes a complete one of it.
+/// Prints its times, participants, topics and finds. All intact parts of a truncated or damaged recording are read;
+/// `dragnet recover` makes a complete recording of them.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  dragnet inspect ice_cream_cone-0.mcap")]
 pub(crate) struct Arguments {

@@ -1,4 +1,4 @@
-//! `dragnet keys`: who may take part in a mission.
+//! `dragnet keys`: the certificates of a mission.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -17,9 +17,9 @@ use crate::terminal::table::Table;
 
 /// Make and revoke the certificates of a mission.
 ///
-/// A folder holds the authority of one mission and a folder for each participant, which is copied to its machine as it
-/// is. There, the settings of `dragnet agent`, `coordinator` or `sim` name its zenoh.json5 as `config` and tls/ endpoints.
-/// The authority's key stays where it was made.
+/// A folder holds the certificate authority of one mission and a folder for each participant, which is copied to the
+/// participant's computer unchanged. There, the settings of `dragnet agent`, `coordinator` or `sim` name its
+/// zenoh.json5 as `config` and use tls/ endpoints. The authority's key stays in its folder.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -34,57 +34,57 @@ pub(crate) struct Arguments {
 
 #[derive(clap::Subcommand)]
 enum Action {
-    /// Make a mission's authority, and certificates of its robots, its coordinator and its simulator
+    /// Make a mission's certificate authority, and certificates of its robots, its coordinator and its simulator
     Init {
-        /// A folder that does not exist yet
+        /// A new folder
         folder: PathBuf,
         /// Name of the mission, as in the settings of its processes
         #[arg(long, value_name = "NAME", value_parser = parse_mission)]
         mission: Mission,
-        /// Robots, numbered from 1
+        /// Number of robots, which are numbered from 1
         #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true)]
         robots: u16,
-        /// Let everybody call the coordinator alone, which passes on what the others say
+        /// Make all participants connect to the coordinator only, which forwards their messages
         #[arg(long)]
         star: bool,
         #[command(flatten)]
         terms: Terms,
     },
-    /// Make further certificates, also for somebody whose certificate was revoked
+    /// Make further certificates, also for a participant whose certificate was revoked
     Add {
-        /// What `dragnet keys init` has made
+        /// A folder made by `dragnet keys init`
         folder: PathBuf,
-        /// robot-1 and so on, coordinator, sim
+        /// Participants: robot-1 and so on, coordinator, sim
         #[arg(required = true, value_name = "NAME", value_parser = parse_name)]
         names: Vec<Name>,
         #[command(flatten)]
         terms: Terms,
     },
-    /// Say who has a certificate
+    /// List the certificates
     List {
-        /// What `dragnet keys init` has made
+        /// A folder made by `dragnet keys init`
         folder: PathBuf,
-        /// Print one JSON object and nothing else
+        /// Print one JSON object instead of a table
         #[arg(long)]
         json: bool,
     },
-    /// Take somebody's certificate back, and say what is to be done for the others to know
+    /// Revoke a participant's certificate, and print how to inform the others
     Revoke {
-        /// What `dragnet keys init` has made
+        /// A folder made by `dragnet keys init`
         folder: PathBuf,
-        /// robot-1 and so on, coordinator, sim
+        /// Participant: robot-1 and so on, coordinator, sim
         #[arg(value_parser = parse_name)]
         name: Name,
     },
 }
 
-/// What stands in a certificate.
+/// The contents of a certificate.
 #[derive(clap::Args)]
 struct Terms {
-    /// Name or address where its owner listens; may be repeated. Once every certificate has one they are verified
+    /// Host name or address of the participant; may be repeated. Host names are verified once every certificate has one
     #[arg(long = "host", value_name = "NAME|IP", value_parser = parse_host)]
     hosts: Vec<String>,
-    /// Days for which it holds
+    /// Days for which the certificate is valid
     #[arg(
         long, value_name = "D", default_value_t = 365, allow_negative_numbers = true,
         value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_DAYS))
@@ -119,7 +119,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
         Action::Add { folder, names, terms } => {
             let mut made = Folder::open(folder).map_err(Failure::input)?;
             made.add(names, &terms.hosts, terms.days, now).map_err(Failure::input)?;
-            handed_out(&made, names) + &to_be_told(&made, names)
+            handed_out(&made, names) + &how_to_inform(&made, names)
         }
         Action::List { folder, json } => {
             let made = Folder::open(folder).map_err(Failure::input)?;
@@ -131,34 +131,34 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
         Action::Revoke { folder, name } => {
             let mut made = Folder::open(folder).map_err(Failure::input)?;
             let revoked = made.revoke(*name).map_err(Failure::input)?;
-            format!("{} is revoked.\n{}", revoked.common_name(), to_be_told(&made, &[*name]))
+            format!("{} is revoked.\n{}", revoked.common_name(), how_to_inform(&made, &[*name]))
         }
     };
     Ok(terminal::print(&text)?)
 }
 
-/// What goes where.
+/// Which folder to copy to which participant.
 fn handed_out(folder: &Folder, names: &[Name]) -> String {
     let mut text =
-        "Copy each folder as it is to the machine of its owner, and then delete the keys here if you like:\n"
+        "Copy each folder unchanged to the computer of its owner, and then delete the keys here if you like:\n"
             .to_owned();
     for name in names {
         // A string takes all that is written to it.
         let _ = writeln!(text, "  {:<12}  {}", name.to_string(), folder.home(*name).display());
     }
     text + "Its settings then say: config = \"zenoh.json5\", and tls/ADDRESS:PORT to listen and to connect.\n\
-            authority.key stays here: who has it can be anybody.\n"
+            authority.key stays here: its owner can impersonate any participant.\n"
 }
 
-/// What the others need so that they know.
-fn to_be_told(folder: &Folder, changed: &[Name]) -> String {
+/// How to inform the others.
+fn how_to_inform(folder: &Folder, changed: &[Name]) -> String {
     let holders = folder.register().holders();
     let others: Vec<&Entry> = holders.into_iter().filter(|entry| !changed.contains(&entry.name)).collect();
     if others.is_empty() {
-        return "Nobody else has a certificate that holds.\n".to_owned();
+        return "No other participant has a valid certificate.\n".to_owned();
     }
     let mut text =
-        "The others know once they have their new settings and are started again. Copy and restart:\n"
+        "The others apply this once they have their new settings and are restarted. Copy and restart:\n"
             .to_owned();
     for entry in &others {
         let _ = writeln!(

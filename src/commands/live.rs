@@ -10,7 +10,7 @@ use tempfile::NamedTempFile;
 
 use super::{Failure, complain};
 
-/// Where a page is served that nobody gave a place: here, on any port.
+/// The default address of a page: this computer, any port.
 pub(super) const ANYWHERE: &str = "127.0.0.1:0";
 
 impl From<PageError> for Failure {
@@ -36,16 +36,16 @@ pub(super) fn settings(listen: SocketAddr) -> Settings {
     Settings { listen, token_file: None }
 }
 
-/// A page that somebody has been told of.
+/// A page whose address has been printed.
 pub(super) struct Announced {
     page: Page,
-    /// Leads a browser to the page; kept as long as it may be read.
+    /// The file that leads a browser to the page; kept while the browser may read it.
     _door: Option<NamedTempFile>,
 }
 
-/// Says where a page is, and opens it where somebody sits at a terminal.
+/// Prints the page's address, and opens it in a browser if stdout is a terminal.
 pub(super) fn announce(page: Page) -> Announced {
-    // If stderr is closed there is nobody to tell.
+    // If stderr is closed the address is not printed.
     let _ = writeln!(io::stderr(), "live page: {}", page.address());
     let door = if io::stderr().is_terminal() { open(page.address()) } else { None };
     Announced { page, _door: door }
@@ -64,8 +64,8 @@ impl Announced {
     }
 }
 
-/// The token must not be an argument, which every process of the machine can read: a browser is led to it by a file that
-/// only this user can.
+/// The token must not be an argument, which every process of the computer can read: a browser is led to it by a file
+/// that only this user can read.
 fn open(address: &str) -> Option<NamedTempFile> {
     let mut door = NamedTempFile::with_suffix(".html").ok()?;
     let page = format!("<!doctype html><meta http-equiv=\"refresh\" content=\"0; url={address}\">");

@@ -1,4 +1,4 @@
-//! `dragnet merge`: what shards made, joined.
+//! `dragnet merge`: joins the results of shards.
 
 use std::path::PathBuf;
 
@@ -11,15 +11,15 @@ use crate::terminal::{self, counted};
 
 /// Join the parts of a command that ran in shards.
 ///
-/// Prints and writes what the command would have without shards. Every shard must be there exactly once, all of the same
-/// experiment, run by the same version of this program.
+/// Prints and writes what the command would have printed and written without shards. Every shard must be present
+/// exactly once, and all must come from the same experiment and the same version of this program.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
   dragnet merge parts --out results
   dragnet merge part-1-of-2.json part-2-of-2.json")]
 pub(crate) struct Arguments {
-    /// Parts, or folders: all parts in them
+    /// Parts, or folders whose parts are all joined
     #[arg(required = true, value_name = "PART")]
     parts: Vec<PathBuf>,
     #[command(flatten)]
@@ -39,7 +39,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     arguments.output.tell(&joined.design, joined.trials, Origin::Parts(joined.parts))
 }
 
-/// Prints what parts of demonstrations came to.
+/// Prints the totals of joined demonstrations.
 fn tell(joined: &Joined) -> Result<(), Failure> {
     Ok(terminal::print(&format!(
         "{} complete: {}, {} decisions of {}; {} copied to {}\n",

@@ -1,4 +1,4 @@
-//! Files that commands write: nothing of worth is overwritten, and nothing is left half written.
+//! Files that commands write: existing files are not overwritten, and no file is left incomplete.
 
 use std::path::{Path, PathBuf};
 
@@ -6,8 +6,8 @@ use super::Failure;
 
 pub(super) use dragnet_experiments::output::write;
 
-/// A file that does not exist, in a folder that does. `key` is where it was named, `none` is who says that it
-/// is kept, such as "no recording is".
+/// Checks that a file does not exist and its folder does. `key` is where the file was named; `none` is the message's
+/// beginning, such as "no recording is".
 pub(super) fn free(key: &str, path: &Path, none: &str) -> Result<PathBuf, Failure> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let path_display = path.display();
@@ -28,7 +28,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_cannot_be_written_leaves_nothing() {
+    fn a_failed_write_leaves_no_file() {
         let folder = tempfile::tempdir().unwrap();
         let taken = folder.path().join("taken");
         fs::create_dir(&taken).unwrap();

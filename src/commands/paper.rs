@@ -1,4 +1,4 @@
-//! `dragnet paper`: the paper's experiments, run again in simulation, as one page.
+//! `dragnet paper`: the paper's experiments in simulation, as one page.
 
 use std::path::PathBuf;
 
@@ -11,14 +11,14 @@ use crate::VERSION;
 use crate::terminal;
 use crate::terminal::progress::Bars;
 
-/// Numbers of seeds are counted from here on.
+/// The first seed if only a number of seeds is given.
 const FIRST_SEED: u64 = 1000;
 
-/// Repeat the paper's experiments in simulation, beside its own figures.
+/// Repeat the paper's experiments in simulation, and compare with its own figures.
 ///
-/// Writes one page, report.html, which needs neither script nor network, and the numbers behind it as CSV files. It says
-/// which claims of the paper hold, and where this set-up differs. The default seeds are none that anything was tuned or
-/// trained on: that was done with seeds below 1000 and from 100000 on. All experiments take a few minutes.
+/// Writes a self-contained page, report.html, and its numbers as CSV files. The page says which claims of the paper
+/// hold, and where this setup differs. The default seeds were not used for tuning or training, which used seeds below
+/// 1000 and from 100000 on. All experiments together take a few minutes.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -29,7 +29,7 @@ pub(crate) struct Arguments {
     /// The table or figure to repeat
     #[arg(value_name = "EXPERIMENT", default_value = "all", value_parser = choices())]
     choice: Choice,
-    /// Write the report and its CSV files to this folder, over older ones
+    /// Write the report and its CSV files to this folder, replacing older ones
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Seeds: N for 1000 to 999 + N, or A..B for A to B - 1
@@ -41,7 +41,7 @@ pub(crate) struct Arguments {
         allow_negative_numbers = true
     )]
     seeds: Seeds,
-    /// Episodes that run at a time [default: as many as there are cores]
+    /// Episodes to run in parallel [default: the number of cores]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024), allow_negative_numbers = true)]
     threads: Option<u16>,
 }
@@ -56,13 +56,13 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     Ok(terminal::print(&format!("written: {}\n", page.display()))?)
 }
 
-/// Reads the name of a table, of a figure, or of all.
+/// Parses the name of a table, of a figure, or `all`.
 fn choices() -> impl TypedValueParser<Value = Choice> {
     PossibleValuesParser::new(Choice::every().map(Choice::as_str))
         .map(|name| Choice::every().find(|choice| choice.as_str() == name).unwrap_or(Choice::All))
 }
 
-/// As [`Seeds`], but for a number, which counts from seeds on that were not used before.
+/// Parses seeds as [`Seeds`] does, except that a single number counts from the first unused seed.
 fn parse_seeds(text: &str) -> Result<Seeds, String> {
     let end = text.parse::<u64>().ok().and_then(|count| FIRST_SEED.checked_add(count));
     end.map_or_else(|| text.parse(), |end| format!("{FIRST_SEED}..{end}").parse())

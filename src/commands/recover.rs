@@ -1,4 +1,4 @@
-//! `dragnet recover`: mends a recording.
+//! `dragnet recover`: repairs a recording.
 
 use std::path::PathBuf;
 
@@ -7,13 +7,13 @@ use dragnet_coordinator::{RecordingError, recover};
 use super::Failure;
 use crate::terminal;
 
-/// Repair a recording that was cut off or damaged.
+/// Repair a recording that a crash or a full disk has truncated or damaged.
 ///
-/// As by a crash or a full disk. All that is whole, also behind what is damaged, is copied to a new file, which ends as it should. The old one stays as it is.
+/// All intact parts, including those behind damage, are copied to a new, complete file. The old file is not changed.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  dragnet recover cut_off.mcap mended.mcap")]
 pub(crate) struct Arguments {
-    /// The recording that was cut off or damaged
+    /// The truncated or damaged recording
     file: PathBuf,
     /// The new file; it must not exist
     out: PathBuf,

@@ -1,4 +1,4 @@
-//! `dragnet relay`: a slow link.
+//! `dragnet relay`: emulates a slow link.
 
 use std::net::SocketAddr;
 use std::time::Duration;
@@ -9,19 +9,19 @@ use super::Failure;
 
 /// Relay connections with delay and limited rate, to emulate a bad radio link.
 ///
-/// Robots call the relay where they would call each other. Runs until it is told to stop.
+/// Robots connect to the relay instead of to each other. Runs until it is stopped.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Example: what robot 2 says to robot 1, at 10.0.0.11, takes a fifth of a second, and so does what it hears
   dragnet relay 10.0.0.9:7140=10.0.0.11:7140 --delay 0.2 --rate 20000")]
 pub(crate) struct Arguments {
-    /// Where to listen, and whom to call for each connection
+    /// Where to listen, and where to connect to for each accepted connection
     #[arg(required = true, value_name = "LISTEN=TO", value_parser = parse_forward)]
     forwards: Vec<Forward>,
-    /// How long everything is on its way, in each direction
+    /// Delay in each direction
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = parse_delay)]
     delay: f64,
-    /// Bytes a second of each connection, in each direction [default: as many as can be]
+    /// Bytes per second of each connection, in each direction [default: unlimited]
     #[arg(long, value_name = "BYTES", value_parser = parse_rate)]
     rate: Option<f64>,
 }

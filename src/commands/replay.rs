@@ -1,4 +1,4 @@
-//! `dragnet replay`: a recorded mission, seen again.
+//! `dragnet replay`: shows a recorded mission.
 
 use std::collections::BTreeSet;
 use std::net::SocketAddr;
@@ -26,8 +26,8 @@ use crate::terminal::{self, counted};
 
 /// Replay a recorded mission.
 ///
-/// Prints each decision and each declared object, then the map as it was believed at the end. With --live it is served as
-/// a page instead, with a slider for its time. Of a recording that was cut off or is damaged all that is whole is shown.
+/// Prints each decision and each declared object, then the map with the belief at the end. With --live the mission is
+/// served as a page instead, with a time slider. All intact parts of a truncated or damaged recording are shown.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  dragnet replay ice_cream_cone-0.mcap\n  dragnet replay ice_cream_cone-0.mcap --live"
@@ -35,7 +35,7 @@ use crate::terminal::{self, counted};
 pub(crate) struct Arguments {
     /// A recording (MCAP)
     file: PathBuf,
-    /// Serve it as a page in a browser, there, until Ctrl-C
+    /// Serve a page at this address, until Ctrl-C
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, require_equals = true, default_missing_value = live::ANYWHERE, value_parser = live::parse_address)]
     live: Option<SocketAddr>,
 }
@@ -60,7 +60,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     Ok(terminal::print(&teller.end(playback.searched_until()))?)
 }
 
-/// Tells a mission from its records.
+/// Prints a mission from its records.
 struct Teller {
     view: View,
     tracks: Tracks,
@@ -68,13 +68,13 @@ struct Teller {
     alive: BTreeSet<RobotId>,
     is_paused: bool,
     /// Cells that each robot was in; robots by number.
-    ways: Vec<Vec<Cell>>,
+    paths: Vec<Vec<Cell>>,
 }
 
 impl Teller {
     fn new(about: Arc<About>) -> Self {
         Self {
-            ways: vec![Vec::new(); about.team.len()],
+            paths: vec![Vec::new(); about.team.len()],
             view: View::new(about),
             tracks: Tracks::default(),
             declared: BTreeSet::new(),
@@ -83,7 +83,7 @@ impl Teller {
         }
     }
 
-    /// Takes in a record; what there is to tell of it.
+    /// Handles a record; returns the lines to print.
     fn take(&mut self, time: MissionTime, record: &Record) -> Vec<String> {
         self.view.take(time, record);
         let grid = self.view.terrain().grid();
@@ -91,8 +91,8 @@ impl Teller {
             Record::Intent(intent) if self.tracks.plans(intent) => {
                 let what = match intent.path.last() {
                     Some(&waypoint) => {
-                        let way = counted(intent.path.len(), "cell");
-                        format!("goes to {}, {way}", place(grid, waypoint))
+                        let path = counted(intent.path.len(), "cell");
+                        format!("goes to {}, {path}", place(grid, waypoint))
                     }
                     None => "stays".to_owned(),
                 };
@@ -102,7 +102,7 @@ impl Teller {
                 let Source::Robot(robot) = observation.origin.source else {
                     return vec![format!("a person marks {}", place(grid, observation.from))];
                 };
-                if let Some(way) = self.ways.get_mut(robot.index()) {
+                if let Some(way) = self.paths.get_mut(robot.index()) {
                     way.push(observation.from);
                 }
                 Vec::new()
@@ -116,8 +116,8 @@ impl Teller {
         let grid = self.view.terrain().grid();
         let mut lines = Vec::new();
         if std::mem::replace(&mut self.is_paused, status.directive.is_paused) != self.is_paused {
-            let what = if self.is_paused { "pauses the search" } else { "lets the search go on" };
-            lines.push(format!("a person {what}"));
+            let what = if self.is_paused { "pauses the search" } else { "resumes the search" };
+            lines.push(format!("the operator {what}"));
         }
         let alive: BTreeSet<RobotId> = status.alive.iter().copied().collect();
         lines.extend(self.alive.difference(&alive).map(|robot| format!("robot {robot}  is lost")));
@@ -137,7 +137,7 @@ impl Teller {
         lines
     }
 
-    /// The map at the end, and what was declared in a search of so long.
+    /// The map at the end, and the declared objects of a search of this duration.
     fn end(&self, searched: MissionTime) -> String {
         let about = self.view.about();
         let known = about.objects.clone();
@@ -150,7 +150,7 @@ impl Teller {
             belief: self.view.belief(),
             truth: &Truth::new(terrain, objects),
             detection_threshold: about.detection_threshold,
-            tracks: &self.ways,
+            tracks: &self.paths,
         };
         let declared = counted(self.declared.len(), "object");
         let of = known.map_or_else(String::new, |objects| format!(" of {}", objects.len()));

@@ -1,4 +1,4 @@
-//! `dragnet run`: one search, watched and recorded.
+//! `dragnet run`: one search, shown and recorded.
 
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -17,13 +17,13 @@ use super::search::{self, Ended, Style};
 use super::{Failure, live, output, scenario};
 use crate::VERSION;
 
-/// Mission seconds a second of a search that is watched on its page.
+/// Real-time factor of a search that is shown on its page.
 const LIVE_REAL_TIME_FACTOR: f64 = 10.0;
 
 /// Run one search in simulation, and record it.
 ///
-/// Prints each decision and each find as it happens, then the map, what was found, and how good the search was. The
-/// recording opens in Foxglove and other readers of MCAP. The same scenario and seed give the same search, always.
+/// Prints each decision and each find as it happens, then the map, the finds, and the measures of the search. The
+/// recording opens in Foxglove and other readers of MCAP. The same scenario and seed always give the same search.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -32,35 +32,35 @@ Examples:
   dragnet run scenarios/team.toml --live
   dragnet run scenarios/team.toml --policy gnn --weights mine.safetensors")]
 pub(crate) struct Arguments {
-    /// What is searched, by whom, with what (TOML)
+    /// The scenario: map, objects, sensor and robots (TOML)
     scenario: PathBuf,
-    /// All robots decide by this policy, as it is without parameters
+    /// Policy of all robots, with its default parameters, instead of the scenario's
     #[arg(long, value_parser = scenario::policy_names())]
     policy: Option<PolicyName>,
-    /// With --policy gnn: the weights of its network, instead of those of the program
+    /// Weights for --policy gnn, instead of the built-in ones
     #[arg(long, value_name = "FILE")]
     weights: Option<PathBuf>,
-    /// So many robots
+    /// Number of robots, instead of the scenario's
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     robots: Option<u32>,
-    /// Where objects are, where robots start, and what noise they see: all of it follows from the seed
+    /// Seed of object positions, start cells, sensor noise and random decisions
     #[arg(long, value_name = "S", default_value_t = 0, allow_negative_numbers = true)]
     seed: u64,
     /// Run every robot in a process of its own
     #[arg(long)]
     processes: bool,
-    /// Let a second of the mission take 1/X seconds; without, as little as it can
+    /// Mission seconds per second of the wall clock [default: as fast as possible]
     #[arg(long, value_name = "X", value_parser = parse_real_time_factor, allow_negative_numbers = true)]
     real_time_factor: Option<f64>,
-    /// Show the search as a page in a browser, there, and stay until Ctrl-C; the search then runs by the wall clock, ten
-    /// times as fast as in the field unless --real-time-factor says otherwise
+    /// Show the search as a page at this address, and serve it until Ctrl-C; the search then runs ten times as fast as
+    /// in the field unless --real-time-factor is given
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, require_equals = true, default_missing_value = live::ANYWHERE, value_parser = live::parse_address)]
     live: Option<SocketAddr>,
-    /// Record to this file, which must not exist [default: that of the scenario, or else NAME-SEED.mcap here, with
-    /// a number added if that exists]
+    /// Record to this file, which must not exist [default: the scenario's, or else NAME-SEED.mcap in the current
+    /// folder, with a number added if that exists]
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
-    /// Print one JSON object and nothing else
+    /// Print one JSON object instead of text
     #[arg(long)]
     json: bool,
 }
@@ -82,7 +82,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
             run(&scenario, arguments, recording, None, spectator)
         });
     };
-    // The search is simulated: where the objects are is known too.
+    // The search is simulated, so the objects are known.
     let objects = World::new(&scenario, arguments.seed).truth().objects().to_vec();
     let about = About::of(&scenario, Some(objects));
     let (page, listener, commands) = Page::of_mission(&live::settings(listen), about)?;
@@ -116,8 +116,8 @@ fn run(
     })
 }
 
-/// The file to record to. No recording is ever overwritten: one that is named must not exist, and the default takes
-/// the first name that is free.
+/// The file to record to. No recording is overwritten: a given file must not exist, and the default is the first unused
+/// name.
 fn place_recording(arguments: &Arguments, scenario: &Scenario) -> Result<PathBuf, Failure> {
     if let Some(path) = &arguments.record {
         return output::free("--record", path, "no recording is");

@@ -1,4 +1,4 @@
-//! Scenarios as the command line changes them.
+//! Scenarios as changed by options of the command line.
 
 use std::collections::BTreeSet;
 use std::fmt::Display;
@@ -44,7 +44,7 @@ pub(super) fn warn(scenario: &Scenario) {
     }
 }
 
-/// A scenario with the value of an option, if it is given.
+/// A scenario with the value of an option, if that is given.
 pub(super) fn with<T: Copy + Display>(
     scenario: Scenario,
     flag: &str,
@@ -55,13 +55,13 @@ pub(super) fn with<T: Copy + Display>(
     change(&scenario, value).map_err(|error| Failure::Input(format!("{flag} {value}: {error}")))
 }
 
-/// Reads the name of a policy.
+/// Parses the name of a policy.
 pub(super) fn policy_names() -> impl TypedValueParser<Value = PolicyName> {
     PossibleValuesParser::new(PolicyName::all().map(PolicyName::as_str))
         .try_map(|name| name.parse::<PolicyName>())
 }
 
-/// Checks that weights, if there are any, have a policy that takes them among those of an option.
+/// Checks that weights, if given, are used by one of the policies of an option.
 pub(super) fn check_weights(
     weights: Option<&Path>,
     flag: &str,
@@ -78,7 +78,7 @@ pub(super) fn check_weights(
     }
 }
 
-/// A scenario whose robots all decide by the policy of an option; `gnn` has these weights, if there are any.
+/// A scenario whose robots all use the policy of an option; `gnn` gets these weights, if given.
 pub(super) fn with_policy(
     scenario: &Scenario,
     flag: &str,

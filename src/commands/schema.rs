@@ -1,4 +1,4 @@
-//! `dragnet schema`: for editors that complete and check TOML.
+//! `dragnet schema`: JSON Schemas for editors that complete and check TOML.
 
 use super::Failure;
 use super::settings::Kind;
@@ -6,15 +6,15 @@ use crate::terminal;
 
 /// Print the JSON Schema of scenarios or settings.
 ///
-/// Editors with TOML support complete and check a file whose first line names its schema, such as `#:schema
-/// ./scenario.schema.json`.
+/// Editors with TOML support complete and check a file whose first line names its schema, such as
+/// `#:schema ./scenario.schema.json`.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
   dragnet schema > scenarios/scenario.schema.json
   dragnet schema agent > deploy/agent.schema.json")]
 pub(crate) struct Arguments {
-    /// What the file describes
+    /// The kind of file
     #[arg(value_enum, default_value = "scenario", value_name = "KIND")]
     kind: Kind,
     /// Print a table of all keys (Markdown) instead

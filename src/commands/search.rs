@@ -1,4 +1,4 @@
-//! A search as it is told: line by line while it goes on, then what it came to.
+//! The output of a search: lines while it runs, then a report.
 
 mod narrator;
 mod report;
@@ -15,7 +15,7 @@ use narrator::Narrator;
 pub(super) use narrator::place;
 use report::Report;
 
-/// How a search is told.
+/// The output format of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Style {
     /// Lines, a map, and measures.
@@ -24,16 +24,16 @@ pub(super) enum Style {
     Json,
 }
 
-/// A search that has ended.
+/// A completed search.
 pub(super) struct Ended {
     pub(super) seed: u64,
     pub(super) episode: Episode,
-    /// By the coordinator; unknown where that is a process elsewhere.
+    /// As counted by the coordinator; unknown if that is another process.
     pub(super) observations_merged: Option<u64>,
     pub(super) recording: Option<PathBuf>,
 }
 
-/// Runs a search and tells it on stdout.
+/// Runs a search and prints it on stdout.
 pub(super) fn tell(
     scenario: &Scenario,
     style: Style,

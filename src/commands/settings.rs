@@ -1,5 +1,5 @@
-//! Settings of the processes of a mission as text: a reference, and a complete file with comments. Both come from the JSON
-//! Schema, which comes from the types that read the settings.
+//! Settings of the processes of a mission as text: a reference, and a complete file with comments. Both are generated
+//! from the JSON Schema of the types that read the settings.
 
 use std::fmt::Write;
 
@@ -32,7 +32,7 @@ impl Kind {
         }
     }
 
-    /// What a file holds, by the keys that only its kind has.
+    /// The kind of a file, by the keys that only that kind has.
     pub(crate) fn of(text: &str) -> Self {
         let Ok(table) = text.parse::<toml::Table>() else { return Self::Scenario };
         match (table.contains_key("common"), table.contains_key("robot")) {
@@ -43,8 +43,8 @@ impl Kind {
         }
     }
 
-    /// A complete file with comments: required keys have example values, what is optional has its default or is commented
-    /// out.
+    /// A complete file with comments: required keys have example values; optional keys have their defaults or are
+    /// commented out.
     pub(crate) fn template(self) -> String {
         let sections = sections(&self.schema());
         let mut text = String::new();
@@ -69,10 +69,10 @@ impl Kind {
 struct Section {
     /// Such as `[vehicle.tracker]`; empty for the top level.
     header: String,
-    /// Of one of several alternatives to a table: which, such as `kind = "goal"`.
+    /// For one of several alternatives of a table: its tag, such as `kind = "goal"`.
     tag: Option<String>,
     description: String,
-    /// Whether it, or a table around it, may be left out.
+    /// Whether the table, or a table around it, may be left out.
     is_optional: bool,
     keys: Vec<Key>,
 }
@@ -99,7 +99,7 @@ struct Walk<'a> {
 }
 
 impl<'a> Walk<'a> {
-    /// A schema behind its references.
+    /// Resolves the references of a schema.
     fn resolved(&self, mut schema: &'a Value) -> &'a Value {
         loop {
             let single =
@@ -116,7 +116,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// A table, and the tables in it.
+    /// Adds a table and its subtables.
     fn table(
         &mut self,
         schema: &'a Value,
@@ -153,7 +153,7 @@ impl<'a> Walk<'a> {
     }
 
     fn key(&self, name: &str, property: &Value, value: &'a Value, is_required: bool) -> Option<Key> {
-        // The tag of a variant stands in the header.
+        // The tag of a variant is part of the header.
         if value.get("const").is_some() {
             return None;
         }
@@ -168,7 +168,7 @@ impl<'a> Walk<'a> {
         })
     }
 
-    /// What a value is, in words.
+    /// The type of a value, in words.
     fn kind(&self, value: &'a Value) -> String {
         let choices = |key: &str| value.get(key).and_then(Value::as_array);
         if let Some(values) = choices("enum") {
@@ -194,7 +194,7 @@ fn requires(body: &Value, name: &str) -> bool {
     required.is_some_and(|names| names.iter().any(|known| known == name))
 }
 
-/// The variants of a table that is told by a tag.
+/// The variants of a tagged table.
 fn tagged(value: &Value) -> Option<&Vec<Value>> {
     value.get("oneOf")?.as_array().filter(|variants| variants.iter().all(|it| it.get("properties").is_some()))
 }
@@ -209,7 +209,7 @@ fn list<'a>(values: impl Iterator<Item = &'a Value>) -> String {
     values.map(Value::to_string).collect::<Vec<_>>().join(", ")
 }
 
-/// The nearer description: of the key rather than of its type.
+/// The description of a key or, without one, that of its type.
 fn description(near: &Value, far: &Value) -> String {
     let text = near.get("description").or_else(|| far.get("description")).and_then(Value::as_str);
     text.unwrap_or_default().to_owned()
@@ -276,14 +276,14 @@ fn toml_value(value: &Value) -> String {
     }
 }
 
-/// A number with a fraction, as TOML has it; those of single precision as they were written.
+/// A floating-point number as TOML writes it; single precision keeps its short form.
 #[expect(clippy::cast_possible_truncation, reason = "only if nothing is lost")]
 fn fraction(number: f64) -> String {
     let short = number as f32;
     if f64::from(short).to_bits() == number.to_bits() { format!("{short:?}") } else { format!("{number:?}") }
 }
 
-/// Lines of a comment.
+/// Wraps the text of a comment.
 fn wrapped(text: &str) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
@@ -314,9 +314,9 @@ mod tests {
         assert!(config::check_real_time_factor(sim.real_time_factor).is_ok());
     }
 
-    /// With all that is commented out, the alternatives to a table left out.
+    /// The template with all comments removed from keys, except the alternatives of a table.
     #[test]
-    fn what_is_commented_out_can_be_read_too() {
+    fn commented_out_keys_are_valid_too() {
         let text = Kind::Agent.template();
         let mut whole = String::new();
         let mut skips = false;

@@ -1,4 +1,4 @@
-//! `dragnet sim`: the world, for agents in processes of their own.
+//! `dragnet sim`: simulates the world for agents in other processes.
 
 use std::path::PathBuf;
 
@@ -9,23 +9,23 @@ use super::settings::Kind;
 use super::{Failure, scenario};
 use crate::terminal;
 
-/// Simulate the world for robots that run elsewhere.
+/// Simulate the world for robots that run in other processes.
 ///
-/// It places the objects, moves the robots along their plans, and sends them what they see. `dragnet run` does all of this by
-/// itself.
+/// Places the objects, moves the robots along their plans, and sends them their readings. `dragnet run` does all of
+/// this in one process.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  dragnet sim scenarios/team.toml --config sim.toml")]
 pub(crate) struct Arguments {
     /// The scenario (TOML)
     #[arg(required_unless_present = "print_config")]
     scenario: Option<PathBuf>,
-    /// The simulator's settings (TOML)
+    /// Settings of the simulator (TOML)
     #[arg(long, value_name = "FILE", required_unless_present = "print_config")]
     config: Option<PathBuf>,
-    /// Print complete settings with comments, and nothing else
+    /// Print complete settings with comments and exit
     #[arg(long, exclusive = true)]
     print_config: bool,
-    /// Print one JSON object and nothing else
+    /// Print one JSON object instead of text
     #[arg(long)]
     json: bool,
 }

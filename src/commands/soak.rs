@@ -1,4 +1,4 @@
-//! `dragnet soak`: whole teams under faults, thousands of seeds, everything checked.
+//! `dragnet soak`: tests whole teams under faults over thousands of seeds.
 
 use std::time::{Duration, Instant};
 
@@ -13,44 +13,44 @@ use super::Failure;
 use crate::terminal::progress::Bars;
 use crate::terminal::{self, counted};
 
-/// Seeds that are run before the time is looked at.
+/// Seeds that run before the time limit is checked.
 const ROUND: usize = 200;
 
 /// Test teams under injected faults and check their invariants.
 ///
-/// Each seed is another search on a small generated map: robots and a coordinator that lose, delay, repeat and overtake
-/// messages, are cut off, in one direction or both, crash, and start again with or without their memory, with clocks that
-/// are ahead, wheels that are slow, now and then one among them that lies about what it sees, and a person who pauses the
-/// search, marks cells and adds some. After every step of every participant is checked that each reading counts once, that no
-/// name is used twice, that nothing is told before it is kept, that what is declared stays declared unless the evidence
-/// says otherwise, and that no robot waits for another; in the end, that all believe the same to the bit and the mission is
-/// over. Nothing depends on the clock of this machine: a seed that fails once fails always.
+/// Each seed is a search on a small generated map. Messages are lost, delayed, duplicated and reordered; links fail in
+/// one direction or both; robots and the coordinator crash and restart with or without their stored state; clocks run
+/// ahead, wheels are slow, and sometimes a robot publishes false readings. An operator pauses the search, marks cells
+/// and adds cells. After every step of every participant the checks are: each reading counts once; no name is used
+/// twice; nothing is published before it is stored; declared objects stay declared unless the evidence contradicts
+/// them; no robot waits for another. At the end, all beliefs are equal to the bit and the mission is over. Nothing
+/// depends on this computer's clock: a seed that fails once always fails.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
   dragnet soak --seeds 2000
   dragnet soak --seeds 1000000..2000000 --minutes 60")]
 pub(crate) struct Arguments {
-    /// An episode for each of these seeds: N for 0 to N - 1, or A..B for A to B - 1
+    /// Seeds; one episode for each: N for 0 to N - 1, or A..B for A to B - 1
     #[arg(long, value_name = "N | A..B", default_value = "2000", allow_negative_numbers = true)]
     seeds: Seeds,
-    /// Stop after so many minutes, however many seeds are left
+    /// Stop after this many minutes, even if seeds are left
     #[arg(long, value_name = "M", value_parser = clap::value_parser!(u32).range(1..), allow_negative_numbers = true)]
     minutes: Option<u32>,
-    /// Episodes that run at a time [default: as many as there are cores]
+    /// Episodes to run in parallel [default: the number of cores]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024), allow_negative_numbers = true)]
     threads: Option<u16>,
-    /// Print one JSON object and nothing else
+    /// Print one JSON object instead of text
     #[arg(long)]
     json: bool,
 }
 
-/// What all seeds together came to.
+/// Totals over all seeds.
 #[derive(Default, serde::Serialize)]
 struct Total {
     episodes: usize,
     observations: u64,
-    /// Steps after which all was checked.
+    /// Number of checked steps.
     steps_checked: u64,
     faults: FaultCounts,
 }
@@ -93,29 +93,29 @@ impl Total {
         self.episodes += 1;
         self.observations += survived.observations;
         self.steps_checked += survived.checked;
-        self.faults += survived.bites;
+        self.faults += survived.fault_counts;
     }
 
     fn text(&self, elapsed: Duration) -> String {
         let FaultCounts { network, .. } = self.faults;
         let rows = [
-            ("messages on their way", network.sent),
+            ("messages sent", network.sent),
             ("lost", network.lost),
             ("lost to a partition", network.cut),
-            ("lost on a link of one direction", network.muted),
-            ("arrived twice", network.duplicated),
-            ("overtaken", network.reordered),
+            ("lost on a one-way link", network.muted),
+            ("duplicated", network.duplicated),
+            ("reordered", network.reordered),
             ("robots that crashed for good", self.faults.gone),
-            ("robots that started again with their memory", self.faults.returned_with_memory),
+            ("robots that restarted with their stored state", self.faults.returned_with_memory),
             ("of these, robots whose disks had been full", self.faults.full_disks),
-            ("robots that started again without", self.faults.returned_without),
-            ("coordinators that started again", self.faults.coordinator_returned),
+            ("robots that restarted without it", self.faults.returned_without),
+            ("restarts of the coordinator", self.faults.coordinator_returned),
             ("clocks that were ahead", self.faults.clocks),
             ("slow robots", self.faults.slow),
-            ("robots that lied", self.faults.liars),
-            ("lies that were refused", self.faults.lies_refused),
-            ("questions that a robot answered from its disk", self.faults.repeated),
-            ("commands of a person", self.faults.commands),
+            ("robots with false readings", self.faults.liars),
+            ("false readings that were rejected", self.faults.lies_refused),
+            ("requests that a robot answered from its disk", self.faults.repeated),
+            ("commands of the operator", self.faults.commands),
         ];
         let rows = rows.map(|(what, count)| format!("{count:>12}  {what}\n"));
         format!(

@@ -1,4 +1,4 @@
-//! `dragnet train`: a network learns from demonstrations.
+//! `dragnet train`: trains a network on demonstrations.
 
 #[cfg(feature = "train")]
 mod curves;
@@ -11,10 +11,10 @@ use super::Failure;
 
 /// Train a network to imitate an expert policy.
 ///
-/// Learns from the files of `dragnet demonstrate`, and holds some trajectories out to see how well it imitates what it
-/// has not seen. Beside the weights it writes FILE.metrics.csv and FILE.svg, a row and a point an epoch, and, until it
-/// is done, FILE.checkpoint: the same command goes on from there after it was stopped. On the same kind of machine the
-/// same demonstrations, options and seed give the same weights, to the bit.
+/// Trains on the files of `dragnet demonstrate`, and validates on some trajectories that are not trained on. Beside the
+/// weights it writes FILE.metrics.csv and FILE.svg, with a row and a point for each epoch, and, until training is done,
+/// FILE.checkpoint: the same command continues from there if it was interrupted. On the same kind of computer the same
+/// demonstrations, options and seed give the same weights, to the bit.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -27,29 +27,29 @@ pub(crate) struct Arguments {
     /// Write the weights to this file, which must not exist
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// Of the first weights, and of the order in which decisions are seen
+    /// Seed of the initial weights and of the order of decisions
     #[arg(long, value_name = "S", default_value_t = 0, allow_negative_numbers = true)]
     seed: u64,
-    /// Passes over the demonstrations, at most
+    /// Maximum number of passes over the demonstrations
     #[arg(long, value_name = "N", default_value_t = 14, value_parser = clap::value_parser!(u32).range(1..=60_000), allow_negative_numbers = true)]
     epochs: u32,
-    /// Stop after so many epochs that did not imitate better what was held out
+    /// Stop after this many epochs without improvement on the validation trajectories
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..), allow_negative_numbers = true)]
     patience: u32,
-    /// Decisions a step
+    /// Decisions per training step
     #[arg(long, value_name = "N", default_value_t = 32, value_parser = clap::value_parser!(u16).range(1..), allow_negative_numbers = true)]
     batch: u16,
-    /// Of Adam at the start; it falls to 0 along half a cosine
+    /// Initial learning rate of Adam; it falls to 0 along half a cosine
     #[arg(long, value_name = "R", default_value_t = 3e-3, allow_negative_numbers = true)]
     learning_rate: f64,
-    /// Every N-th trajectory is held out
+    /// Use every N-th trajectory for validation
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u16).range(2..), allow_negative_numbers = true)]
     validation_every: u16,
-    /// Weight of the expert's choice in what is learned (the paper's Eq. 5 has 1); the rest goes to its scores, which
-    /// tell a near tie from a mistake
+    /// Weight of the expert's choice in the training target (1 in the paper's Eq. 5); the rest is spread by the
+    /// expert's scores, which distinguish near ties from mistakes
     #[arg(long, value_name = "SHARE", default_value_t = 0.5, allow_negative_numbers = true)]
     choice_weight: f64,
-    /// Power of the expert's scores by which its wishes are spread over cells
+    /// Power of the expert's scores by which the rest of the training target is spread over cells
     #[arg(long, value_name = "P", default_value_t = 60.0, allow_negative_numbers = true)]
     target_exponent: f64,
     /// Channels of a node, a multiple of 32
@@ -58,16 +58,16 @@ pub(crate) struct Arguments {
     /// Attention layers
     #[arg(long, value_name = "N", default_value_t = 3, allow_negative_numbers = true)]
     layers: usize,
-    /// Channels that fade along the route; 0 for none
+    /// Channels that decay along the path; 0 for none
     #[arg(long, value_name = "N", default_value_t = 16, allow_negative_numbers = true)]
     decay_channels: usize,
-    /// Channels that are summed along the route; 0 for none
+    /// Channels that are summed along the path; 0 for none
     #[arg(long, value_name = "N", default_value_t = 4, allow_negative_numbers = true)]
     sum_channels: usize,
     /// Threads of libtorch on the CPU; with more than one, the last bits of the weights may differ from run to run
     #[arg(long, value_name = "T", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024), allow_negative_numbers = true)]
     threads: u16,
-    /// Learn on the CPU even if libtorch finds a GPU
+    /// Train on the CPU even if libtorch finds a GPU
     #[arg(long)]
     cpu: bool,
 }

@@ -1,4 +1,4 @@
-//! The map of a search that has ended, drawn in characters.
+//! The map of a completed search, drawn in characters.
 
 use console::{Color, Style};
 use dragnet_search::belief::Belief;
@@ -7,32 +7,32 @@ use dragnet_search::measures::Truth;
 use dragnet_search::reach::Reach;
 use dragnet_search::terrain::Terrain;
 
-/// What a map shows.
+/// The contents of a map.
 pub(crate) struct Picture<'a> {
     /// The ground.
     pub(crate) terrain: &'a Terrain,
-    /// What all readings together say.
+    /// The belief from all readings.
     pub(crate) belief: &'a Belief,
     /// Where the objects are.
     pub(crate) truth: &'a Truth,
-    /// What robots could see.
+    /// The cells that robots can observe.
     pub(crate) reach: &'a Reach,
-    /// From which probability on a cell is found.
+    /// Probability from which a cell counts as found.
     pub(crate) detection_threshold: f64,
     /// Cells that each robot was in, in order; robots by number.
     pub(crate) tracks: &'a [Vec<Cell>],
 }
 
-/// What stands in one place of the drawing; where it covers several cells, the greatest of theirs.
+/// The mark of one character; if it covers several cells, the greatest of theirs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Mark {
-    /// Neither crossed nor searched.
+    /// Neither traversable nor searched.
     Blocked,
-    /// Crossed, not searched.
+    /// Traversable, not searched.
     Passage,
-    /// Searched, and no robot can see it from anywhere.
+    /// Searched, and out of reach of all robots.
     OutOfReach,
-    /// The evidence speaks against an object as strongly as the detection threshold asks for one.
+    /// The evidence against an object is as strong as the detection threshold requires for one.
     Cleared,
     Unknown,
     /// A robot's track, by its number.
@@ -64,8 +64,8 @@ const TRACK_COLORS: [Color; 3] = [Color::Cyan, Color::Blue, Color::Magenta];
 const MAX_LINES: u32 = 100;
 
 impl Picture<'_> {
-    /// The map in at most so many columns, the northern edge first, with numbers of rows and columns and a legend. Larger
-    /// maps are drawn coarser.
+    /// The map in at most this many columns, the northern edge first, with row and column numbers and a legend. Larger
+    /// maps are drawn at a coarser scale.
     pub(crate) fn draw(&self, columns: usize) -> String {
         let marks = self.marks();
         let grid = self.terrain.grid();
@@ -110,7 +110,7 @@ impl Picture<'_> {
     }
 }
 
-/// How many cells one character stands for. A character is about twice as high as wide.
+/// Cells per character. A character is about twice as high as wide.
 struct Scale {
     rows: u32,
     columns: u32,
@@ -131,7 +131,7 @@ impl Scale {
         Self { rows: 2 * columns, columns, is_wide: false, margin }
     }
 
-    /// One line, from this row (its southernmost) on.
+    /// One line, from its southernmost row on.
     fn line(&self, grid: Grid, marks: &[Mark], row: u32) -> String {
         let mut line = format!("{row:>width$} ", width = self.margin - 1);
         for column in (0..grid.columns()).step_by(self.columns as usize) {
@@ -145,7 +145,7 @@ impl Scale {
         line
     }
 
-    /// The greatest mark of the cells from this one, the most south-western, on.
+    /// The greatest mark of the cells of a character, whose south-western cell is `from`.
     fn mark(&self, grid: Grid, marks: &[Mark], from: Position) -> Mark {
         let rows = from.row..from.row + self.rows;
         let columns = from.column..from.column + self.columns;
@@ -164,7 +164,7 @@ impl Scale {
     }
 }
 
-/// What the marks of this map mean.
+/// The meaning of the marks that occur on this map.
 fn legend(marks: &[Mark], margin: usize, columns: usize) -> String {
     let is_shown = |entry: &Mark| marks.iter().any(|mark| mark.same_kind(*entry));
     let mut lines: Vec<String> = Vec::new();
@@ -218,7 +218,7 @@ impl Mark {
         }
     }
 
-    /// Colored where stdout is a terminal that wants colors.
+    /// Colored if stdout is a terminal that supports colors.
     fn painted(self) -> String {
         let style = match self {
             Self::Blocked | Self::Passage | Self::OutOfReach | Self::Cleared => Style::new().dim(),
@@ -264,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn each_cell_shows_what_is_known_of_it() {
+    fn each_cell_shows_its_state() {
         let drawn = picture("#,.....\n.......", 80);
         let lines: Vec<&str> = drawn.lines().collect();
         assert_eq!(lines[..3], ["   1 # _ ? ? ? ? ?", "   0 * x ! . ? 2 @", "     0"], "{drawn}");
@@ -275,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_robot_can_see_is_shown_so() {
+    fn cells_out_of_reach_are_shown_so() {
         let drawn = picture("~~~~~~~\n~~~~~~~\n~~~~~~~\n~~~~~~~\n~~~~~~~\n.......", 80);
         let lines: Vec<&str> = drawn.lines().collect();
         assert_eq!(lines[..3], ["   5 ~ ~ ~ ~ ~ ~ ~", "   4 ~ ~ ~ ~ ~ ~ ~", "   3 ? ? ? ? ? ? ?"], "{drawn}");
@@ -283,7 +283,7 @@ mod tests {
     }
 
     #[test]
-    fn a_larger_map_is_drawn_coarser_and_keeps_what_matters() {
+    fn a_larger_map_is_drawn_at_a_coarser_scale() {
         let drawn = picture("#,.....\n.......", 14);
         assert_eq!(drawn.lines().next(), Some("   0 *x!??2@"), "{drawn}");
         let drawn = picture("#,.....\n.......", 10);

@@ -1,20 +1,20 @@
-//! Progress bars, on stderr, and only where that is a terminal.
+//! Progress bars on stderr, if that is a terminal.
 
 use console::Term;
 use dragnet_experiments::progress::{Progress, Work};
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// A bar for work of so many steps while nothing is written to stdout.
+/// A progress bar for a number of steps, while nothing is written to stdout.
 pub(crate) fn alone(steps: u64, unit: &str) -> ProgressBar {
     let bar = ProgressBar::new(steps);
     bar.set_style(style(&format!("{{bar:40}} {{pos}} of {{len}} {unit}, {{eta}} left")));
     bar
 }
 
-/// A bar for each work while nothing is written to stdout.
+/// A progress bar for each task while nothing is written to stdout.
 pub(crate) struct Bars;
 
-/// A bar, until its work ends.
+/// A progress bar that ends with its task.
 struct Bar(ProgressBar);
 
 impl Progress for Bars {
@@ -35,8 +35,8 @@ impl Drop for Bar {
     }
 }
 
-/// A bar below lines that are written to stdout with [`ProgressBar::suspend`]: where they go elsewhere there is none, so
-/// that it does not mix with what reads them.
+/// A progress bar below lines that are written to stdout with [`ProgressBar::suspend`]; hidden if stdout is not a
+/// terminal.
 pub(crate) fn below_lines(steps: u64, unit: &str) -> ProgressBar {
     if !Term::stdout().is_term() {
         return ProgressBar::hidden();
@@ -46,7 +46,7 @@ pub(crate) fn below_lines(steps: u64, unit: &str) -> ProgressBar {
     bar
 }
 
-/// A template that does not parse costs the looks only.
+/// A template that does not parse only changes the appearance.
 fn style(template: &str) -> ProgressStyle {
     ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
 }

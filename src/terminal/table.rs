@@ -18,7 +18,7 @@ impl Table {
         self.rows.push(Vec::from(cells));
     }
 
-    /// The table as text: the first `names` columns to the left, the numbers after them to the right.
+    /// The table as text: the first `names` columns are left-aligned, the others right-aligned.
     pub(crate) fn draw(&self, names: usize) -> String {
         let width =
             |column: usize| self.rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);

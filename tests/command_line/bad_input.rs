@@ -3,7 +3,7 @@
 use super::{Place, SMALL};
 
 #[test]
-fn a_wrong_option_is_named_with_what_is_allowed() {
+fn a_wrong_option_is_named_with_the_allowed_values() {
     let place = Place::new();
     for (arguments, said) in [
         (
@@ -35,7 +35,7 @@ fn a_wrong_option_is_named_with_what_is_allowed() {
 }
 
 #[test]
-fn a_wrong_option_of_compare_is_named_with_what_is_allowed() {
+fn a_wrong_option_of_compare_is_named_with_the_allowed_values() {
     let place = Place::new();
     for (arguments, said) in [
         (&["--policies", "path,best"] as &[&str], &["--policies", "best", "path-additive"] as &[&str]),
@@ -62,7 +62,7 @@ fn a_wrong_option_of_compare_is_named_with_what_is_allowed() {
 }
 
 #[test]
-fn a_wrong_scenario_is_refused_by_all_who_read_one() {
+fn a_wrong_scenario_is_rejected_by_all_commands() {
     let place = Place::new();
     place.write("syntax.toml", "name = 'a\n");
     place.write("unknown.toml", &SMALL.replace("count = 4", "number = 4"));
@@ -90,15 +90,15 @@ fn a_wrong_scenario_is_refused_by_all_who_read_one() {
 }
 
 #[test]
-fn nothing_is_recorded_of_what_is_refused() {
+fn rejected_observations_are_not_recorded() {
     let place = Place::new();
     place.refuse(&["run", "small.toml", "--robots", "0", "--record", "a.mcap"], &["--robots"]);
     assert!(!place.path("a.mcap").exists());
 }
 
-/// A device never ends, and whoever opens a pipe waits for somebody to write to it.
+/// A device never ends, and opening a pipe can block for ever.
 #[test]
-fn files_that_are_no_plain_files_are_refused() {
+fn irregular_files_are_rejected() {
     let place = Place::new();
     place.write(
         "yaml.toml",
@@ -129,12 +129,13 @@ fn files_that_are_no_plain_files_are_refused() {
     }
 }
 
-/// A byte-order mark is no part of any text.
+/// A byte-order mark is not part of any text.
 #[test]
-fn what_an_editor_writes_before_a_text_is_no_part_of_it() {
+fn a_byte_order_mark_is_not_part_of_a_text() {
     let place = Place::new();
     let mark = "\u{feff}";
-    let looks = format!("distance,object,value\n{}", "1,1,0.9\n1,0,0.1\n2,1,1.3\n2,0,-0.2\n".repeat(20));
+    let observations =
+        format!("distance,object,value\n{}", "1,1,0.9\n1,0,0.1\n2,1,1.3\n2,0,-0.2\n".repeat(20));
     let files = [
         ("m.pgm", "P2 3 2 255 254 254 254 254 254 254", ""),
         (
@@ -152,7 +153,7 @@ fn what_an_editor_writes_before_a_text_is_no_part_of_it() {
                    </coordinates></LinearRing></outerBoundaryIs></Polygon></Placemark></kml>",
             mark,
         ),
-        ("looks.csv", &*looks, mark),
+        ("scores.csv", &*observations, mark),
     ];
     for (name, text, mark) in files {
         place.write(name, &format!("{mark}{text}"));
@@ -167,7 +168,7 @@ fn what_an_editor_writes_before_a_text_is_no_part_of_it() {
         place.write("t.toml", &text);
         assert!(place.succeed(&["check", "t.toml"]).contains("t.toml: ok"), "{map}");
     }
-    place.succeed(&["calibrate", "looks.csv"]);
+    place.succeed(&["calibrate", "scores.csv"]);
     let utf16: Vec<u8> = format!("{mark}{SMALL}").encode_utf16().flat_map(u16::to_le_bytes).collect();
     std::fs::write(place.path("wide.toml"), utf16).unwrap();
     assert!(place.succeed(&["check", "wide.toml"]).contains("wide.toml: ok"));

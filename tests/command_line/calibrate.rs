@@ -1,9 +1,9 @@
-//! `dragnet calibrate`: from labeled looks to the sensor of a scenario.
+//! `dragnet calibrate`: from labeled scores to the sensor of a scenario.
 
 use super::Place;
 
-/// Looks of a detector that is off by as much to both sides: by the square root of the model's variance.
-fn looks(noise_variance: f64) -> String {
+/// Scores of a detector with symmetric errors: the square root of the model's variance.
+fn observations(noise_variance: f64) -> String {
     let mut text = "distance,object,value\n".to_owned();
     for distance in 0..6_u32 {
         let variance =
@@ -19,25 +19,25 @@ fn looks(noise_variance: f64) -> String {
 }
 
 #[test]
-fn the_sensor_of_labeled_looks_is_told_and_drawn() {
+fn the_sensor_of_labeled_scores_is_printed_and_drawn() {
     let place = Place::new();
-    place.write("looks.csv", &looks(0.02));
-    let told = place.succeed(&["calibrate", "looks.csv", "--plot", "fit.svg"]);
-    assert!(told.contains("[sensor]\nnoise_variance = 0.020000 # standard error 0.0000"), "{told}");
-    assert!(told.contains("the own cell's variance is 0.00400"), "{told}");
+    place.write("scores.csv", &observations(0.02));
+    let reported = place.succeed(&["calibrate", "scores.csv", "--plot", "fit.svg"]);
+    assert!(reported.contains("[sensor]\nnoise_variance = 0.020000 # standard error 0.0000"), "{reported}");
+    assert!(reported.contains("the own cell's variance is 0.00400"), "{reported}");
     let drawn = std::fs::read_to_string(place.path("fit.svg")).unwrap();
     assert!(drawn.contains("Variance of a reading") && drawn.contains("fitted"));
-    place.refuse(&["calibrate", "looks.csv", "--plot", "fit.svg"], &["fit.svg", "exists already"]);
+    place.refuse(&["calibrate", "scores.csv", "--plot", "fit.svg"], &["fit.svg", "exists already"]);
 }
 
 #[test]
-fn looks_that_cannot_be_fitted_are_refused_by_name() {
+fn readings_that_cannot_be_fitted_are_rejected_by_name() {
     let place = Place::new();
     let refused = |text: &str, said: &[&str]| {
-        place.write("looks.csv", text);
-        place.refuse(&["calibrate", "looks.csv"], &[&["looks.csv"], said].concat());
+        place.write("scores.csv", text);
+        place.refuse(&["calibrate", "scores.csv"], &[&["scores.csv"], said].concat());
     };
-    refused("", &["0 looks"]);
+    refused("", &["0 readings"]);
     refused("distance,object,value\n1,0,0.1\n", &["1 looks", "at least 30"]);
     refused("distance,object,value\n1,2,0.1\n", &["object is 2", "0 and 1"]);
     refused("distance,object,value\n1,0,much\n", &["line: 2", "invalid float"]);

@@ -10,7 +10,7 @@ use serde_json::Value;
 
 use super::{Place, keys};
 
-/// Rows without what depends on the machine.
+/// Rows without the columns that depend on the computer.
 fn rows(place: &Place, arguments: &[&str]) -> Vec<Value> {
     let report = place.json(&[&["compare", "small.toml", "--json"], arguments].concat());
     let mut rows = report["rows"].as_array().unwrap().clone();
@@ -68,7 +68,7 @@ fn average_recall_is_that_of_the_episodes() {
 }
 
 #[test]
-fn a_search_that_ends_at_rest_has_a_tail_and_leaves_what_it_expects() {
+fn a_search_that_ends_at_rest_has_a_tail_and_leaves_the_expected_number() {
     let arguments = ["--policies", "path", "--seeds", "3", "--budget", "10000"];
     let ended = |end: &str| rows(&Place::new(), &[&arguments[..], &["--end", end]].concat()).remove(0);
     let (found, resting) = (ended("all_found"), ended("resting"));
@@ -94,7 +94,7 @@ fn one_seed_has_no_standard_error() {
 }
 
 #[test]
-fn what_is_never_reached_has_no_mean() {
+fn an_unreached_recall_has_no_mean() {
     let rows =
         rows(&Place::new(), &["--policies", "coverage", "--seeds", "2", "--robots", "1", "--budget", "1"]);
     let full = &rows[0]["cells_to_full_recall"];
@@ -102,7 +102,7 @@ fn what_is_never_reached_has_no_mean() {
 }
 
 #[test]
-fn the_table_is_aligned_and_says_how_episodes_end() {
+fn the_table_is_aligned_and_explains_how_episodes_end() {
     let place = Place::new();
     let text =
         place.succeed(&["compare", "small.toml", "--policies", "greedy,path-additive", "--seeds", "3"]);

@@ -1,4 +1,4 @@
-//! `dragnet demonstrate`, its shards, and what `dragnet train` refuses.
+//! `dragnet demonstrate`, its shards, and rejected input of `dragnet train`.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -23,16 +23,16 @@ fn demonstrate(place: &Place, folder: &str, more: &[&str]) -> String {
 #[test]
 fn an_expert_is_watched_once_and_the_same_on_any_number_of_threads() {
     let place = Place::new();
-    let told = demonstrate(&place, "a", &["--threads", "1"]);
-    assert!(told.starts_with("5 trajectories, ") && told.contains("decisions of path"), "{told}");
+    let reported = demonstrate(&place, "a", &["--threads", "1"]);
+    assert!(reported.starts_with("5 trajectories, ") && reported.contains("decisions of path"), "{reported}");
     let first = trajectories(&place, "a");
     assert_eq!(first.len(), 5);
     demonstrate(&place, "b", &["--threads", "2"]);
     assert!(first == trajectories(&place, "b"));
 
     fs::remove_file(place.path("a/small-3.demo.safetensors")).unwrap();
-    let told = demonstrate(&place, "a", &[]);
-    assert!(told.contains("4 were there already"), "{told}");
+    let reported = demonstrate(&place, "a", &[]);
+    assert!(reported.contains("4 were there already"), "{reported}");
     assert!(first == trajectories(&place, "a"));
 
     demonstrate(&place, "c", &["--explore", "0.9"]);
@@ -40,17 +40,17 @@ fn an_expert_is_watched_once_and_the_same_on_any_number_of_threads() {
 }
 
 #[test]
-fn shards_make_what_the_whole_makes() {
+fn shards_give_the_same_files_as_the_whole() {
     let place = Place::new();
     demonstrate(&place, "whole", &[]);
     for shard in ["1/3", "2/3", "3/3"] {
         demonstrate(&place, &format!("part-{}", &shard[..1]), &["--shard", shard]);
     }
     place.refuse(&["merge", "part-1", "part-3", "--out", "joined"], &["of 3 shards", "missing: 2"]);
-    let told = place.succeed(&["merge", "part-1", "part-2", "part-3", "--out", "joined"]);
+    let reported = place.succeed(&["merge", "part-1", "part-2", "part-3", "--out", "joined"]);
     assert!(
-        told.contains("3 parts complete: 5 trajectories") && told.contains("5 copied to joined"),
-        "{told}"
+        reported.contains("3 parts complete: 5 trajectories") && reported.contains("5 copied to joined"),
+        "{reported}"
     );
     assert!(trajectories(&place, "whole") == trajectories(&place, "joined"));
 
@@ -77,7 +77,7 @@ fn files_made_otherwise_are_neither_kept_nor_overwritten() {
 }
 
 #[test]
-fn what_cannot_be_watched_is_refused() {
+fn an_expert_that_cannot_be_recorded_is_rejected() {
     let place = Place::new();
     place.refuse(&["demonstrate", "--expert", "path", "--out", "a"], &["<SCENARIO>"]);
     place.refuse(&["demonstrate", "small.toml", "--out", "a"], &["--expert"]);
@@ -96,6 +96,6 @@ fn what_cannot_be_watched_is_refused() {
 
 #[cfg(not(feature = "train"))]
 #[test]
-fn without_libtorch_it_says_how_to_get_training() {
+fn without_libtorch_the_error_explains_how_to_get_training() {
     Place::new().refuse(&["train", "--demonstrations", "a", "--out", "b"], &["--features train"]);
 }

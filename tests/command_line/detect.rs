@@ -2,7 +2,7 @@
 
 #[cfg(not(feature = "detector"))]
 #[test]
-fn without_libtorch_it_says_how_to_get_the_detector() {
+fn without_libtorch_the_error_explains_how_to_get_the_detector() {
     super::Place::new().refuse(&["detect", "--module", "a", "b.png"], &["--features detector"]);
 }
 
@@ -17,11 +17,11 @@ mod with_libtorch {
     use crate::interpreter::interpreter;
     use crate::{Place, root};
 
-    /// Looks forward; a fifth of the image is 10 degrees and more.
+    /// Faces forward; a fifth of the image is 10 degrees and more.
     const CAMERA: &str = "name = 'wide'\nwidth_pixels = 192\nheight_pixels = 128\nfield_of_view_degrees = 90\nyaw_degrees = 10\nmin_range_meters = 2\n\
                           max_range_meters = 100\n";
 
-    /// With modules that look at 96 x 64 pixels, and `red.png` of 192 x 128: red upright from column 60 and row 40 on.
+    /// With modules for 96 x 64 pixels, and `red.png` of 192 x 128: red upright from column 60 and row 40 on.
     fn place() -> Place {
         let place = Place::new();
         let script = root().join("tests/python/modules.py");
@@ -36,17 +36,17 @@ mod with_libtorch {
     }
 
     #[test]
-    fn boxes_are_told_tabulated_and_drawn() {
+    fn boxes_are_printed_tabulated_and_drawn() {
         let place = place();
         let detect = ["detect", "--module", "red.torchscript", "red.png"];
         let files = ["--camera", "camera.toml", "--csv", "boxes.csv", "--save", "found.png"];
-        let told = place.succeed(&[&detect as &[&str], &files].concat());
-        // The middle of the box is 26 columns left of the image's, of which 96 are 45 degrees.
+        let reported = place.succeed(&[&detect as &[&str], &files].concat());
+        // The box's center is 26 columns left of the image's, of which 96 are 45 degrees.
         let bearing = 10.0 + (26.0_f64 / 96.0).atan().to_degrees();
-        let line = told.lines().nth(1).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
-        assert_eq!(line, format!("red.png person 0.900 60.0 40.0 80.0 80.0 {bearing:.2}"), "{told}");
-        assert!(told.contains("192 x 128 pixels, taken down to 96 x 64, shown as 96 x 64"), "{told}");
-        assert!(told.contains("written: boxes.csv\nwritten: found.png\n"), "{told}");
+        let line = reported.lines().nth(1).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
+        assert_eq!(line, format!("red.png person 0.900 60.0 40.0 80.0 80.0 {bearing:.2}"), "{reported}");
+        assert!(reported.contains("192 x 128 pixels, taken down to 96 x 64, shown as 96 x 64"), "{reported}");
+        assert!(reported.contains("written: boxes.csv\nwritten: found.png\n"), "{reported}");
         let csv = fs::read_to_string(place.path("boxes.csv")).unwrap();
         let mut rows = csv.lines();
         let titles =
@@ -61,7 +61,7 @@ mod with_libtorch {
     }
 
     #[test]
-    fn many_images_are_told_as_one_object() {
+    fn many_images_are_reported_as_one_object() {
         let place = place();
         let detect =
             ["detect", "--module", "red.torchscript", "gray.jpg", "red.png", "--json", "--resolution"];
@@ -87,7 +87,7 @@ mod with_libtorch {
     }
 
     #[test]
-    fn what_cannot_be_detected_with_is_refused() {
+    fn unusable_modules_are_rejected() {
         let place = place();
         let refuse = |module: &str, more: &[&str], said: &[&str]| {
             place.refuse(&[&["detect", "--module", module], more].concat(), said);
@@ -110,7 +110,7 @@ mod with_libtorch {
         place.write("wrong.toml", &format!("{CAMERA}zoom = 4\n"));
         red(&["red.png", "--camera", "wrong.toml"], &["wrong.toml", "unknown field `zoom`"]);
 
-        // A module that fails on an image is no mistake of the command line.
+        // A module that fails on an image is not a mistake in the command line.
         let failed = place.dragnet(&["detect", "--module", "raises.torchscript", "red.png"]);
         assert_eq!(failed.status.code(), Some(1));
         assert!(crate::stderr(&failed).contains("red.png: the module failed"), "{}", crate::stderr(&failed));

@@ -1,4 +1,4 @@
-//! `dragnet export`, and what `dragnet check` says of areas.
+//! `dragnet export`, and the report of `dragnet check` on areas.
 
 use std::fs;
 
@@ -30,7 +30,7 @@ fn searched() -> Place {
 }
 
 #[test]
-fn check_tells_what_was_drawn() {
+fn check_lists_the_drawn_areas() {
     let place = searched();
     let text = place.succeed(&["check", "drawn.toml"]);
     for line in [
@@ -45,9 +45,9 @@ fn check_tells_what_was_drawn() {
     }
 }
 
-/// A search tells what it does not begin with, not only who asks for it.
+/// A search reports ignored features without being asked.
 #[test]
-fn a_run_tells_what_it_left_out_and_enters_no_area_that_html_forbids() {
+fn a_run_reports_ignored_features_and_obeys_no_go_areas_in_html() {
     let place = Place::new();
     let area = |description: &str, shape: &str| {
         format!(
@@ -63,13 +63,16 @@ fn a_run_tells_what_it_left_out_and_enters_no_area_that_html_forbids() {
     let scenario = "name = 'area'\nmap.file = 'area.kml'\nobjects.count = 1\nmission.budget_meters = 300.0\n";
     place.write("area.toml", scenario);
     let output = place.dragnet(&["run", "area.toml", "--record", "area.mcap", "--json"]);
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success() && told.contains("left out: Tent, no area of ours"), "{told}");
+    let reported = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && reported.contains("left out: Tent, no area of ours"), "{reported}");
     assert!(place.succeed(&["check", "area.toml"]).contains("no_go \"A\""));
     place.write("area.kml", &format!("<kml>{}</kml>", areas.replace("kind: no_go", "no_go")));
     let output = place.dragnet(&["run", "area.toml", "--record", "again.mcap"]);
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.code() == Some(2) && told.contains("\"no_go\", which is not understood"), "{told}");
+    let reported = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        output.status.code() == Some(2) && reported.contains("\"no_go\", which is not understood"),
+        "{reported}"
+    );
 }
 
 #[test]
@@ -128,7 +131,7 @@ fn a_map_without_a_place_needs_an_origin() {
 }
 
 #[test]
-fn what_cannot_be_exported_is_refused() {
+fn a_recording_that_cannot_be_exported_is_rejected() {
     let place = searched();
     place.refuse(&["export", "drawn.mcap", "--to", "a.shp"], &["a.shp", ".geojson, .kml, .gpx and .plan"]);
     place.refuse(&["export", "drawn.toml", "--to", "a.kml"], &["drawn.toml", "not a recording"]);

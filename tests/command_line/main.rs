@@ -77,28 +77,28 @@ impl Place {
         self.command(arguments).output().unwrap()
     }
 
-    /// What a command prints that succeeds.
+    /// The output of a successful command.
     fn succeed(&self, arguments: &[&str]) -> String {
         let output = self.dragnet(arguments);
         assert!(output.status.success(), "{arguments:?}\n{}", stderr(&output));
         String::from_utf8(output.stdout).unwrap()
     }
 
-    /// The one JSON object that a command prints.
+    /// The JSON object that a command prints.
     fn json(&self, arguments: &[&str]) -> Value {
         let text = self.succeed(arguments);
         assert_eq!(text.lines().count(), 1, "{text}");
         serde_json::from_str(&text).unwrap()
     }
 
-    /// A command that is refused, exit code 2, with each of these in its message.
-    fn refuse(&self, arguments: &[&str], said: &[&str]) {
+    /// A command that is rejected, exit code 2, with all of these in its message.
+    fn refuse(&self, arguments: &[&str], expected: &[&str]) {
         let output = self.dragnet(arguments);
         let message = stderr(&output);
         assert_eq!(output.status.code(), Some(2), "{arguments:?}\n{message}");
         assert!(output.stdout.is_empty(), "{arguments:?}");
-        for said in said {
-            assert!(message.contains(said), "{arguments:?} does not say {said:?}\n{message}");
+        for expected in expected {
+            assert!(message.contains(expected), "{arguments:?} does not say {expected:?}\n{message}");
         }
     }
 }

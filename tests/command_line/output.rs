@@ -62,14 +62,14 @@ fn printed_settings_and_shipped_examples_are_valid() {
     place.write("valley.toml", &text);
     for command in ["agent", "coordinator", "sim"] {
         place.write("printed.toml", &place.succeed(&[command, "--print-config"]));
-        let told = place.succeed(&["check", "printed.toml"]);
-        assert!(told.contains("printed.toml: ok: ") && told.contains("mission valley"), "{told}");
+        let reported = place.succeed(&["check", "printed.toml"]);
+        assert!(reported.contains("printed.toml: ok: ") && reported.contains("mission valley"), "{reported}");
     }
     let examples = ["robot", "vehicle", "coordinator", "sim", "valley"];
     let examples = examples.map(|name| root().join(format!("deploy/examples/{name}.toml")));
     let paths: Vec<&str> = examples.iter().map(|path| path.to_str().unwrap()).collect();
-    let told = place.succeed(&[&["check"], &paths[..]].concat());
-    assert_eq!(told.matches(": ok: ").count(), examples.len(), "{told}");
+    let reported = place.succeed(&[&["check"], &paths[..]].concat());
+    assert_eq!(reported.matches(": ok: ").count(), examples.len(), "{reported}");
     for path in examples {
         let text = fs::read_to_string(&path).unwrap();
         let named = text.lines().next().and_then(|line| line.strip_prefix("#:schema "));
@@ -89,7 +89,7 @@ fn a_check_sums_up_each_scenario_in_a_line() {
 }
 
 #[test]
-fn a_check_warns_of_what_can_still_be_run() {
+fn a_check_warns_of_likely_mistakes() {
     let place = Place::new();
     place.write("map.txt", "..##########....\n");
     place.write(

@@ -14,7 +14,7 @@ fn files(folder: &Path) -> BTreeMap<String, String> {
     fs::read_dir(folder).unwrap().map(|entry| read(entry.unwrap())).collect()
 }
 
-/// The report and its files, of two seeds that nothing was trained on.
+/// The report and its files, for two seeds that were not used for training.
 fn report(experiment: &str) -> (String, BTreeMap<String, String>) {
     let place = Place::new();
     let said = place.succeed(&["paper", experiment, "--seeds", "2", "--out", "deep/report"]);
@@ -23,7 +23,7 @@ fn report(experiment: &str) -> (String, BTreeMap<String, String>) {
     (files.remove("report.html").unwrap(), files)
 }
 
-/// Names of the elements of a page in order; panics unless each is closed where XML wants it, and attributes are quoted.
+/// Names of the elements of a page in order; panics unless the page is well-formed XML.
 fn elements(page: &str) -> Vec<&str> {
     let (mut open, mut seen) = (Vec::new(), Vec::new());
     let body = page.strip_prefix("<!DOCTYPE html>").unwrap();
@@ -47,14 +47,14 @@ fn elements(page: &str) -> Vec<&str> {
     seen
 }
 
-/// That every attribute has a value, in quotes.
+/// Checks that every attribute has a value, in quotes.
 fn check_attributes(tag: &str) {
     let mut outside: Vec<&str> = tag.split('"').step_by(2).collect();
     let rest = outside.pop().unwrap();
     assert!(outside.iter().all(|it| it.ends_with('=')) && !rest.contains('='), "{tag}");
 }
 
-/// That a page is whole by itself, can be read aloud, and says how it was made.
+/// Checks that a page is self-contained and accessible, and says how it was made.
 fn check(page: &str, experiment: &str) {
     let elements = elements(page);
     let count = |name: &str| elements.iter().filter(|&&element| element == name).count();
@@ -79,7 +79,7 @@ fn check(page: &str, experiment: &str) {
 }
 
 #[test]
-fn figure_8_shows_beliefs_and_ways_on_a_page_that_is_whole_by_itself() {
+fn figure_8_shows_beliefs_and_tracks_on_a_self_contained_page() {
     let (page, files) = report("figure-8");
     check(&page, "figure-8");
     assert_eq!(page.matches("<figure class=\"panel\">").count(), 1 + 2 * 6);
@@ -165,7 +165,7 @@ fn an_older_report_is_replaced_as_a_whole() {
     check_one_seed(&files["report.html"]);
 }
 
-/// Of one seed nothing has a standard error, and nothing is said to.
+/// With one seed nothing has a standard error.
 fn check_one_seed(page: &str) {
     elements(page);
     assert!(page.contains("seed 5000") && !page.contains('±') && !page.contains("NaN"));
@@ -182,7 +182,7 @@ fn seeds_that_were_used_before_are_warned_of() {
 }
 
 #[test]
-fn what_cannot_be_done_is_refused_before_the_work() {
+fn impossible_requests_are_rejected_before_the_work() {
     let place = Place::new();
     fs::create_dir_all(place.path("taken/report.html")).unwrap();
     for (arguments, said) in [

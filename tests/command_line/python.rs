@@ -15,7 +15,7 @@ use dragnet_scenario::time::MissionTime;
 use super::interpreter::interpreter;
 use super::{Place, root};
 
-/// Runs one file of tests. Whoever has no such package is told how to make it.
+/// Runs one file of tests. Without the package the failure says how to build it.
 fn check(file: &str) {
     let output = Command::new(interpreter(root()))
         .args(["-m", "pytest", "--quiet", "-p", "no:cacheprovider"])
@@ -25,14 +25,15 @@ fn check(file: &str) {
         .env("PYTHONDONTWRITEBYTECODE", "1")
         .output()
         .unwrap();
-    let (told, wrong) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    let (reported, wrong) =
+        (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     let hint = "the package is built by `.venv/bin/maturin develop --manifest-path python/Cargo.toml`";
-    assert!(output.status.success(), "{told}{wrong}\n{hint}");
-    assert!(told.contains(" passed"), "{told}");
+    assert!(output.status.success(), "{reported}{wrong}\n{hint}");
+    assert!(reported.contains(" passed"), "{reported}");
 }
 
 #[test]
-fn environments_are_what_gymnasium_and_pettingzoo_ask_for() {
+fn environments_conform_to_gymnasium_and_pettingzoo() {
     check("test_standards.py");
 }
 
@@ -42,17 +43,17 @@ fn an_episode_in_python_is_that_of_the_command_line() {
 }
 
 #[test]
-fn a_team_in_python_believes_what_its_network_brings() {
+fn a_team_in_python_has_the_beliefs_of_its_network() {
     check("test_teams.py");
 }
 
 #[test]
-fn bad_input_from_python_is_an_exception_that_says_what_is_wrong() {
+fn bad_input_from_python_is_an_exception_with_the_reason() {
     check("test_bad_input.py");
 }
 
 #[test]
-fn the_examples_in_python_run_and_do_what_they_say() {
+fn the_examples_in_python_run() {
     check("test_examples.py");
 }
 
@@ -87,7 +88,7 @@ fn a_recording_in_python_has_the_cells_that_the_operator_added() {
                   recording = dragnet.read_recording(sys.argv[1])\n\
                   print(recording.searched.astype(int).tolist(), numpy.isfinite(recording.log_odds).astype(int).tolist())\n";
     let output = Command::new(interpreter(root())).args(["-c", script]).arg(&file).output().unwrap();
-    let told = String::from_utf8_lossy(&output.stdout);
+    let reported = String::from_utf8_lossy(&output.stdout);
     let expected = "[[1, 1, 1, 1, 1, 0], [1, 1, 1, 1, 0, 0]] [[1, 1, 1, 1, 1, 0], [1, 1, 1, 1, 0, 0]]";
-    assert_eq!(told.trim(), expected, "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(reported.trim(), expected, "{}", String::from_utf8_lossy(&output.stderr));
 }

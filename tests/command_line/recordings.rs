@@ -13,15 +13,15 @@ fn a_recording_that_was_cut_off_is_mended() {
     let text = place.succeed(&["inspect", "whole.mcap"]);
     let observations = &report["observations_merged"];
     assert!(text.contains(&format!("observations  {observations}\n")) && text.contains("complete"), "{text}");
-    // Cells are written as a run and a replay write them.
-    let told = place.succeed(&["replay", "whole.mcap"]);
+    // Cells are written as in the output of a run and a replay.
+    let reported = place.succeed(&["replay", "whole.mcap"]);
     let cells: Vec<&str> = text
         .lines()
         .filter_map(|line| line.trim().strip_prefix("cell ")?.split(", probability").next())
         .collect();
     assert!(!cells.is_empty(), "{text}");
     for cell in cells {
-        assert!(cell.starts_with('[') && told.contains(cell), "{cell} is not in {told}");
+        assert!(cell.starts_with('[') && reported.contains(cell), "{cell} is not in {reported}");
     }
 
     let bytes = fs::read(place.path("whole.mcap")).unwrap();
@@ -32,19 +32,19 @@ fn a_recording_that_was_cut_off_is_mended() {
     place.refuse(&["recover", "cut.mcap", "mended.mcap"], &["mended.mcap", "exists already"]);
 }
 
-/// A team goes on talking after its search, which is no part of it.
+/// A team exchanges messages after its search, which are not part of it.
 #[test]
 fn a_search_took_as_long_in_its_recording_as_when_it_ran() {
     let place = Place::new();
     let report = place.json(&["run", "small.toml", "--record", "whole.mcap", "--json"]);
     let seconds = report["mission_time_s"].as_f64().unwrap();
-    let told = format!("small after {seconds:.1} s: ");
+    let reported = format!("small after {seconds:.1} s: ");
     for arguments in [
         &["replay", "whole.mcap"] as &[&str],
         &["export", "whole.mcap", "--origin", "47,8", "--to", "out.kml"],
     ] {
         let text = place.succeed(arguments);
-        assert!(text.contains(&told), "{told} is not in {text}");
+        assert!(text.contains(&reported), "{reported} is not in {text}");
     }
     let records = Playback::read(&place.path("whole.mcap")).unwrap().records;
     assert!(records.is_sorted_by_key(|(time, _)| *time), "the last one is of the end");
@@ -55,7 +55,7 @@ fn a_search_took_as_long_in_its_recording_as_when_it_ran() {
 }
 
 #[test]
-fn what_is_no_recording_is_refused() {
+fn a_file_that_is_not_a_recording_is_rejected() {
     let place = Place::new();
     place.refuse(&["inspect", "small.toml"], &["small.toml", "not a recording"]);
     place.refuse(&["inspect", "missing.mcap"], &["missing.mcap"]);
@@ -63,9 +63,9 @@ fn what_is_no_recording_is_refused() {
     assert!(!place.path("out.mcap").exists());
 }
 
-/// As ROS 2 records it unless it is told otherwise, up to Humble.
+/// The default of ROS 2 up to Humble.
 #[test]
-fn a_bag_in_sqlite_is_called_that_and_how_to_convert_it_is_said() {
+fn a_bag_in_sqlite_is_named_with_its_conversion() {
     let place = Place::new();
     fs::create_dir(place.path("drive")).unwrap();
     fs::write(place.path("drive/drive_0.db3"), b"SQLite format 3\0and more").unwrap();
@@ -88,7 +88,7 @@ fn a_bag_in_sqlite_is_called_that_and_how_to_convert_it_is_said() {
     }
 }
 
-/// One bit of one chunk: all other chunks are read, and what is lost is told, by all who read recordings.
+/// One bit of one chunk: all other chunks are read, and the loss is reported by all commands that read recordings.
 #[test]
 fn a_damaged_chunk_costs_itself_alone() {
     let place = Place::new();
@@ -110,14 +110,17 @@ fn a_damaged_chunk_costs_itself_alone() {
         &["export", "bad.mcap", "--origin", "47,8", "--to", "out.geojson"],
     ] {
         let output = place.dragnet(arguments);
-        let told = String::from_utf8(output.stdout).unwrap() + &String::from_utf8(output.stderr).unwrap();
-        assert!(output.status.success() && told.contains("damaged in one place: "), "{arguments:?} {told}");
+        let reported = String::from_utf8(output.stdout).unwrap() + &String::from_utf8(output.stderr).unwrap();
+        assert!(
+            output.status.success() && reported.contains("damaged in one place: "),
+            "{arguments:?} {reported}"
+        );
     }
 }
 
-/// As `cat` writes two recordings into one file.
+/// As by `cat` of two recordings into one file.
 #[test]
-fn what_stands_behind_a_recording_is_told() {
+fn data_after_a_recording_are_reported() {
     let place = Place::new();
     place.json(&["run", "small.toml", "--record", "whole.mcap", "--json"]);
     let bytes = fs::read(place.path("whole.mcap")).unwrap();
@@ -130,15 +133,15 @@ fn what_stands_behind_a_recording_is_told() {
         &["recover", "two.mcap", "first.mcap"],
     ] {
         let output = place.dragnet(arguments);
-        let told = String::from_utf8(output.stdout).unwrap() + &String::from_utf8(output.stderr).unwrap();
-        assert!(output.status.success(), "{arguments:?} {told}");
+        let reported = String::from_utf8(output.stdout).unwrap() + &String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success(), "{arguments:?} {reported}");
         for part in [format!("{end} bytes follow its end"), format!("tail -c +{} ", end + 1)] {
-            assert!(told.contains(&part), "{arguments:?}: {part} is not in {told}");
+            assert!(reported.contains(&part), "{arguments:?}: {part} is not in {reported}");
         }
     }
 }
 
-/// Where the map of a `map_server` lies is where its recording says that it lies.
+/// The position of a `map_server` map is that in its recording.
 #[test]
 fn a_recording_has_the_frame_of_its_map() {
     let place = Place::new();

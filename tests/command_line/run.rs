@@ -55,9 +55,9 @@ fn one_json_object_holds_all_measures() {
     assert!((share("last_find_s") + share("tail_s") - share("mission_time_s")).abs() < 1e-6);
 }
 
-/// The middle of the lake is farther from every shore than a robot sees.
+/// The middle of the lake is farther from every shore than the sensor radius.
 #[test]
-fn what_no_robot_can_see_is_shown_and_ends_the_search_all_the_same() {
+fn cells_out_of_reach_are_shown_and_do_not_prolong_the_search() {
     let place = Place::new();
     place.write(
         "lake.txt",
@@ -94,7 +94,7 @@ fn the_same_seed_is_the_same_run_and_the_same_recording() {
 }
 
 #[test]
-fn the_narration_tells_decisions_finds_the_map_and_the_measures() {
+fn the_output_contains_decisions_finds_the_map_and_the_measures() {
     let place = Place::new();
     let text = place.succeed(&["run", "small.toml"]);
     for said in [

@@ -1,4 +1,4 @@
-//! `scale/`: sweeps over Ray and Slurm come to what one process comes to.
+//! `scale/`: sweeps over Ray and Slurm give the results of one process.
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
@@ -14,7 +14,7 @@ use super::{Place, root, stderr};
 const COMPARISON: [&str; 8] =
     ["compare", "small.toml", "--policies", "random,path", "--seeds", "3", "--budget", "40"];
 
-/// One Ray cluster at a time: each wants all cores.
+/// One Ray cluster at a time: each uses all cores.
 static CLUSTER: Mutex<()> = Mutex::new(());
 
 /// A program that runs these lines of shell first, and then dragnet.
@@ -24,7 +24,7 @@ fn program(place: &Place, first: &str) {
     fs::set_permissions(place.path("program"), fs::Permissions::from_mode(0o755)).unwrap();
 }
 
-/// A sweep in this place by a Ray cluster of two cores.
+/// A sweep in this folder by a Ray cluster of two cores.
 fn sweep(place: &Place, options: &[&str]) -> Output {
     let _alone = CLUSTER.lock().unwrap_or_else(PoisonError::into_inner);
     Command::new(interpreter(root()))
@@ -32,7 +32,7 @@ fn sweep(place: &Place, options: &[&str]) -> Output {
         .args(["--cores", "2", "--program", "./program"])
         .args(options)
         .current_dir(place.path(""))
-        // What Ray leaves behind goes with the place.
+        // Files that Ray leaves are deleted with the folder.
         .env("HOME", place.path(""))
         .env("RAY_TMPDIR", place.path(""))
         .output()
@@ -68,7 +68,7 @@ fn a_sweep_survives_a_killed_command_and_a_lost_worker() {
 fn a_sweep_without_a_shared_folder_brings_everything_there_and_back() {
     let place = Place::new();
     fs::create_dir(place.path("bundle")).unwrap();
-    // The shards are to meet the folder that was brought, and nothing around it.
+    // Shards find the copied folder, and nothing around it.
     program(&place, "case \"$1\" in merge) ;; *) [ ! -e ../small.toml ] || exit 1 ;; esac");
     for name in ["program", "small.toml"] {
         fs::copy(place.path(name), place.path("bundle").join(name)).unwrap();
@@ -81,7 +81,7 @@ fn a_sweep_without_a_shared_folder_brings_everything_there_and_back() {
     assert_same_results(&place, "whole", "swept");
 }
 
-/// Exit code of a sweep of one shard whose command ends with this one, and how often the command was tried.
+/// Exit code of a sweep of one shard whose command ends with this code, and the number of attempts.
 fn tries(command_code: u8) -> (Option<i32>, usize, String) {
     let place = Place::new();
     program(
@@ -105,7 +105,7 @@ fn a_shard_that_fails_is_tried_again_and_bad_input_is_not() {
 }
 
 #[test]
-fn a_sweep_that_cannot_start_says_why() {
+fn a_sweep_that_cannot_start_reports_why() {
     let place = Place::new();
     for (options, said) in [
         (["--shards", "0", "--out", "swept"], "--shards: '0': allowed is a whole number, 1 to 100000"),
@@ -124,7 +124,7 @@ fn a_sweep_that_cannot_start_says_why() {
     assert!(stderr(&output).contains("--address 127.0.0.1:1: "), "{}", stderr(&output));
 }
 
-/// A task of a job array, as Slurm would start it.
+/// A task of a job array, as started by Slurm.
 fn slurm_task(place: &Place, task: &str, environment: &[(&str, &str)]) -> Output {
     Command::new("bash")
         .arg(root().join("scale/slurm_array.sbatch"))
@@ -167,7 +167,7 @@ fn the_tasks_of_a_job_array_run_every_shard_once() {
 }
 
 #[test]
-fn a_task_outside_the_array_is_refused() {
+fn a_task_outside_the_array_is_rejected() {
     let place = Place::new();
     for (task, said) in [("0", "allowed are 1 to 2"), ("3", "allowed are 1 to 2"), ("", "job array")] {
         let output = slurm_task(&place, task, &[("TASKS", "2")]);

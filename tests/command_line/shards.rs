@@ -11,7 +11,7 @@ use super::Place;
 const COMPARISON: [&str; 8] =
     ["compare", "small.toml", "--policies", "random,path", "--seeds", "5", "--budget", "40"];
 
-/// Parts in this folder of the place.
+/// Parts in this folder.
 fn run_shards(place: &Place, comparison: &[&str], folder: &str, count: usize) {
     for number in 1..=count {
         let shard = format!("{number}/{count}");
@@ -19,14 +19,14 @@ fn run_shards(place: &Place, comparison: &[&str], folder: &str, count: usize) {
     }
 }
 
-/// A place with three parts of the comparison in `parts`.
+/// A folder with three parts of the comparison in `parts`.
 fn in_three() -> Place {
     let place = Place::new();
     run_shards(&place, &COMPARISON, "parts", 3);
     place
 }
 
-/// A table without the columns that hold computing times, which are there.
+/// A table without the columns of computing times, which must exist.
 fn timeless(path: &Path) -> Vec<Vec<String>> {
     let mut reader = csv::ReaderBuilder::new().has_headers(false).from_path(path).unwrap();
     let rows: Vec<Vec<String>> =
@@ -37,7 +37,7 @@ fn timeless(path: &Path) -> Vec<Vec<String>> {
     rows.iter().map(|row| kept.iter().map(|&column| row[column].clone()).collect()).collect()
 }
 
-/// That two folders hold the same results, but for computing times.
+/// Checks that two folders hold the same results, except for computing times.
 pub(super) fn assert_same_results(place: &Place, a: &str, b: &str) {
     for name in ["episodes.csv", "curves.csv", "small.svg"] {
         let read = |folder: &str| fs::read_to_string(place.path(folder).join(name)).unwrap();
@@ -49,7 +49,7 @@ pub(super) fn assert_same_results(place: &Place, a: &str, b: &str) {
 }
 
 #[test]
-fn parts_come_to_what_the_whole_comes_to() {
+fn parts_give_the_results_of_the_whole() {
     let place = in_three();
     place.succeed(&[&COMPARISON as &[&str], &["--out", "whole"]].concat());
     place.succeed(&["merge", "parts", "--out", "merged"]);
@@ -67,7 +67,7 @@ fn parts_come_to_what_the_whole_comes_to() {
 }
 
 #[test]
-fn merged_text_says_how_many_parts_there_were_and_else_the_same() {
+fn merged_text_differs_only_in_the_number_of_parts() {
     let place = in_three();
     let text = |arguments: &[&str]| {
         let text = place.succeed(arguments);
@@ -183,7 +183,7 @@ fn change(place: &Place, name: &str, change: impl FnOnce(&mut Value)) {
 }
 
 #[test]
-fn what_is_no_whole_part_is_refused() {
+fn an_incomplete_part_is_rejected() {
     let place = in_three();
     let part = "parts/part-1-of-3.json";
     let text = fs::read_to_string(place.path(part)).unwrap();
@@ -212,7 +212,7 @@ fn what_is_no_whole_part_is_refused() {
 }
 
 #[test]
-fn a_folder_without_parts_is_refused() {
+fn a_folder_without_parts_is_rejected() {
     let place = Place::new();
     fs::create_dir(place.path("empty")).unwrap();
     place.refuse(&["merge", "empty"], &["empty: no part", "part-I-of-N"]);

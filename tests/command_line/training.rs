@@ -14,8 +14,8 @@ const TRAIN: [&str; 9] =
 /// With demonstrations of `path` in `seen`.
 fn place(seeds: &str) -> Place {
     let place = Place::new();
-    let told = ["demonstrate", "small.toml", "--expert", "path", "--explore", "0.2", "--seeds", seeds];
-    place.succeed(&[&told as &[&str], &["--out", "seen"]].concat());
+    let reported = ["demonstrate", "small.toml", "--expert", "path", "--explore", "0.2", "--seeds", seeds];
+    place.succeed(&[&reported as &[&str], &["--out", "seen"]].concat());
     place
 }
 
@@ -23,20 +23,23 @@ fn train(place: &Place, out: &str, more: &[&str]) -> String {
     place.succeed(&[&TRAIN as &[&str], &["--out", out], more].concat())
 }
 
-/// The most that full recall may cost a network that learned for a minute, over what it costs `random`.
+/// The maximum ratio of full recall of a network that was trained for a minute to that of `random`.
 const MOST_OF_RANDOM: f64 = 0.7;
 
 #[test]
-fn a_network_that_learned_for_a_minute_finds_all_in_much_less_way_than_chance() {
+fn a_network_trained_for_a_minute_finds_all_on_a_much_shorter_path_than_chance() {
     let place = place("1000..1150");
-    let told = train(&place, "path.safetensors", &["--epochs", "4"]);
-    assert!(told.contains("best at epoch") && told.contains("written: path.safetensors"), "{told}");
+    let reported = train(&place, "path.safetensors", &["--epochs", "4"]);
+    assert!(
+        reported.contains("best at epoch") && reported.contains("written: path.safetensors"),
+        "{reported}"
+    );
     let metrics = fs::read_to_string(place.path("path.safetensors.metrics.csv")).unwrap();
     assert_eq!(metrics.lines().count(), 5, "{metrics}");
     assert!(fs::read_to_string(place.path("path.safetensors.svg")).unwrap().contains("held out"));
     assert!(!place.path("path.safetensors.checkpoint").exists());
 
-    // A robot that rests once nothing is expected any more leaves an object behind now and then, whoever decides.
+    // A robot that rests once nothing is expected sometimes leaves an object behind, with any policy.
     place.write("restless.toml", &format!("{SMALL}stop_when_expected_remaining = 0\n"));
     let compare = ["compare", "restless.toml", "--policies", "random,gnn", "--weights", "path.safetensors"];
     let report = place.json(&[&compare as &[&str], &["--seeds", "40", "--json"]].concat());
@@ -75,7 +78,7 @@ fn a_training_that_was_killed_goes_on_to_the_same_weights() {
     );
 }
 
-/// Until a file is there; far longer than it can take.
+/// Waits for a file, with a generous limit.
 fn wait_for(path: &Path) {
     let start = Instant::now();
     while !path.exists() {
@@ -85,7 +88,7 @@ fn wait_for(path: &Path) {
 }
 
 #[test]
-fn what_cannot_be_learned_from_is_refused() {
+fn unusable_demonstrations_are_rejected() {
     let place = place("1000..1003");
     let train = |more: &[&str], said: &[&str]| {
         place.refuse(&[&["train", "--out", "a.safetensors"], more].concat(), said);

@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use super::{Place, SMALL};
 
-/// With weights, which differ by the scale, in this file.
+/// Writes weights, which differ by the scale, to this file.
 fn write_weights(place: &Place, name: &str, scale: f32) {
     let fill = |_: &str, shape: &[usize]| {
         let count = u16::try_from(shape.iter().product::<usize>()).unwrap();
@@ -29,7 +29,7 @@ fn place() -> Place {
     place
 }
 
-/// A run without what depends on the machine and on where it is recorded.
+/// A run without results that depend on the computer and on the recording's name.
 fn run(place: &Place, arguments: &[&str]) -> Value {
     let mut report = place.json(&[&["run", "--json"], arguments].concat());
     for varies in ["decision_ms", "recording", "scenario"] {
@@ -39,7 +39,7 @@ fn run(place: &Place, arguments: &[&str]) -> Value {
 }
 
 #[test]
-fn a_run_with_weights_goes_where_their_network_says() {
+fn a_run_with_weights_follows_their_network() {
     let place = place();
     let mine = run(&place, &["small.toml", "--policy", "gnn", "--weights", "mine.safetensors"]);
     let other = run(&place, &["small.toml", "--policy", "gnn", "--weights", "deep/other.safetensors"]);
@@ -78,7 +78,7 @@ fn a_comparison_with_weights_gives_them_to_gnn_alone() {
 }
 
 #[test]
-fn weights_without_gnn_are_refused_with_what_is_allowed() {
+fn weights_without_gnn_are_rejected_with_the_allowed_policies() {
     let place = place();
     let weights = ["--weights", "mine.safetensors"];
     for policy in [&[] as &[&str], &["--policy", "path"], &["--policy", "gnn-path"]] {
@@ -94,7 +94,7 @@ fn weights_without_gnn_are_refused_with_what_is_allowed() {
 }
 
 #[test]
-fn weights_that_cannot_be_read_are_refused_by_name() {
+fn weights_that_cannot_be_read_are_rejected_by_name() {
     let place = place();
     let bytes = fs::read(place.path("mine.safetensors")).unwrap();
     fs::write(place.path("cut.safetensors"), &bytes[..bytes.len() / 2]).unwrap();

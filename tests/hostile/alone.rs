@@ -1,5 +1,4 @@
-//! A test in a process of its own: what it takes of memory is its own, and if it ends in whatever way, one knows at which
-//! case.
+//! Runs a test in a separate process: to measure its memory alone, and to name the failing case however it ends.
 
 use std::env;
 use std::fmt::Display;
@@ -9,14 +8,14 @@ use std::process::{Command, Stdio};
 
 /// Set in a process that runs one test.
 const ALONE: &str = "DRAGNET_TEST_ALONE";
-/// Begins the line that tells which case comes next.
+/// Begins the line that announces the next case.
 const CASE: &str = "case: ";
-/// Begins the line that tells how much memory was resident at the peak, bytes.
+/// Begins the line with the peak resident memory, bytes.
 const PEAK: &str = "peak: ";
 
-/// Runs a test of this binary in a process of its own, of which at most so many bytes may ever be resident.
+/// Runs a test of this binary in a separate process, whose peak resident memory is limited, bytes.
 ///
-/// Where the system does not tell (it is Linux that does), the memory is not looked at.
+/// Memory is checked on Linux only.
 pub(crate) fn alone(test: &str, max_bytes: u64, run: impl FnOnce()) {
     if env::var_os(ALONE).is_some() {
         run();
@@ -26,7 +25,7 @@ pub(crate) fn alone(test: &str, max_bytes: u64, run: impl FnOnce()) {
     }
 }
 
-/// Tells which case comes next: the last one that was told is the one that failed.
+/// Announces the next case: the last announced one is the one that failed.
 pub(crate) fn begin(case: impl Display) {
     println!("{CASE}{case}");
 }

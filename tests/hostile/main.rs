@@ -1,4 +1,4 @@
-//! Whatever comes, nobody falls over, nothing counts that cannot be, and memory stays within what is stated.
+//! With any input, no participant panics, nothing impossible counts, and memory stays within its limits.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -22,7 +22,7 @@ fn scenario(text: &str) -> Scenario {
     Scenario::from_text(Path::new("test.toml"), text.to_owned()).unwrap()
 }
 
-/// The evidence is that of what is known, and all of that can be.
+/// The evidence is that of the known observations, all of which are valid.
 fn check(replica: &Replica, belief: &Belief, scenario: &Scenario, limits: &Limits) {
     let mut expected = scenario.prior().clone();
     for version in replica.log().versions() {

@@ -1,4 +1,4 @@
-//! Whatever bytes come to a robot and to the coordinator, nobody falls over, and nothing counts that cannot be.
+//! With any bytes, neither a robot nor the coordinator panics, and nothing impossible counts.
 
 use std::sync::Arc;
 
@@ -25,15 +25,15 @@ use crate::spoil_bytes::BEGINNING;
 use crate::world::{Tally, World};
 use crate::{check, scenario};
 
-/// So many worlds live for so many spoiled messages each: a million together.
+/// Number of worlds and of spoiled messages in each: a million together.
 const WORLDS: u64 = 10;
 const MESSAGES_A_WORLD: u64 = 100_000;
-/// After so many messages all evidence is summed again.
+/// Number of messages after which all evidence is summed again.
 const CHECK_EVERY: u64 = 5000;
-/// What robot, coordinator and page may take, bytes: four times what the program and all that they know in the end take.
+/// Memory limit of robot, coordinator and page, bytes: four times the program and its final state.
 const WORLD_BYTES: u64 = 64 << 20;
-/// What it may take to refuse a message of the greatest length, bytes. Its smallest parts are twice as long in memory, and
-/// a list that grows is there one and a half times: with the message itself, four to five times its length.
+/// Memory limit for rejecting a message of maximum length, bytes. Its smallest parts are twice as long in memory, and a
+/// growing list takes one and a half times: with the message itself, four to five times its length.
 const LONGEST_BYTES: u64 = 8 * MAX_BYTES as u64;
 
 const MATE: RobotId = RobotId::new(2).unwrap();
@@ -46,8 +46,8 @@ fn small() -> Scenario {
     )
 }
 
-/// What an honest robot says that goes to and fro in the first row: a look a minute.
-fn look(scenario: &Scenario, sequence: u64) -> Arc<Observation> {
+/// An observation of an honest robot that drives to and fro in the first row: one per minute.
+fn observed(scenario: &Scenario, sequence: u64) -> Arc<Observation> {
     let column = u32::try_from(sequence % 10).unwrap();
     let from =
         scenario.terrain().grid().cell_numbered(if column < 6 { column } else { 10 - column }).unwrap();
@@ -65,14 +65,14 @@ fn cell(scenario: &Scenario) -> Cell {
     scenario.terrain().grid().cells().next().unwrap()
 }
 
-/// A message that an honest robot says.
+/// A message of an honest robot.
 fn honest(scenario: &Scenario, kind: u8, sequence: u64) -> Message {
     let intent =
         Intent { robot: MATE, incarnation: 0, decision: sequence, time_ns: 0, path: vec![cell(scenario)] };
     match kind % 5 {
-        0 => Message::Observation(look(scenario, sequence)),
+        0 => Message::Observation(observed(scenario, sequence)),
         1 => Message::SyncReply(SyncReply {
-            observations: (0..=sequence).map(|at| look(scenario, at)).collect(),
+            observations: (0..=sequence).map(|at| observed(scenario, at)).collect(),
         }),
         2 => Message::Heartbeat(Heartbeat {
             robot: MATE,
@@ -94,7 +94,7 @@ fn honest(scenario: &Scenario, kind: u8, sequence: u64) -> Message {
     }
 }
 
-/// An honest message, some bytes of which were changed on the way, or none.
+/// An honest message, some bytes of which may be changed.
 type Mutated = (u8, u64, Vec<(usize, u8)>, u8);
 
 fn mutated() -> impl Strategy<Value = Mutated> {
@@ -131,7 +131,7 @@ proptest! {
     }
 
     #[test]
-    fn arbitrary_bytes_are_refused_or_understood(
+    fn arbitrary_bytes_are_rejected_or_decoded(
         bytes in vec(any::<u8>(), 0..300), kind in 0..MessageKind::ALL.len(), header in any::<bool>(),
     ) {
         let scenario = small();
@@ -178,13 +178,13 @@ fn of_a_million_spoiled_messages_none_brings_evidence_that_cannot_be() {
             decisions.push(world.decisions());
         }
         println!("{tally:#?}, {decisions:?} decisions");
-        // Where all is promised to robots that say what they never do, it waits; and it thinks seldom at the end of time.
+        // When faulty robots plan to observe everything, it waits; and at the end of time it decides seldom.
         assert!(decisions.iter().all(|&of_world| of_world >= 10), "the robots go on: {decisions:?}");
         check_has_met_all(&tally);
     });
 }
 
-/// Messages of each kind came through and were believed, and nothing was refused for one reason alone.
+/// Messages of each kind were accepted, and rejections have several reasons.
 fn check_has_met_all(tally: &Tally) {
     let decoded: u64 = tally.decoded.values().sum();
     assert_eq!(decoded + tally.undecoded, WORLDS * MESSAGES_A_WORLD);
@@ -195,11 +195,11 @@ fn check_has_met_all(tally: &Tally) {
     assert!(tally.misattributed >= 20_000);
     assert!(tally.counted >= 50_000);
     assert_eq!(tally.refused.len(), 13, "of all reasons");
-    // Of so vague a sensor few values are too far off.
+    // With so vague a sensor few values are impossible.
     assert!(tally.refused.values().all(|&count| count >= 10));
 }
 
-/// A list at the end claims to have no end, and is as long as a message can be.
+/// A list at the end claims to be endless, and is as long as a message can be.
 #[test]
 fn a_message_of_the_greatest_length_takes_a_few_times_as_much_memory() {
     let name = "messages::a_message_of_the_greatest_length_takes_a_few_times_as_much_memory";

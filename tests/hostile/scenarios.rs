@@ -1,4 +1,4 @@
-//! Scenario files that somebody has spoiled: each is a search that can be run, or is refused with what is wrong.
+//! Damaged scenario files: each can be run, or is rejected with a clear message.
 
 use std::fs;
 use std::ops::ControlFlow;
@@ -17,15 +17,15 @@ use crate::alone::{alone, begin};
 use crate::spoil_text::spoil;
 
 const FILES: u64 = 100_000;
-/// Of the files that are scenarios, every so many is begun, if it is no larger than this.
+/// One of this many valid files is run for some steps, if it is no larger than this.
 const BEGIN_EVERY: u64 = 4;
 const MOST_CELLS: usize = 2500;
 const MOST_ROBOTS: usize = 20;
-/// So many times something happens to a robot of a search that is begun.
+/// Number of events of a robot in such a run.
 const HAPPENINGS: u32 = 60;
 
-/// What it may take to read a scenario, bytes: 64 for each cell of the largest map. Caves take 38 while they are drawn,
-/// and a text of the greatest length half of that.
+/// Memory limit for reading a scenario, bytes: 64 for each cell of the largest map. Caves take 38 while they are
+/// generated, and a text of maximum length half of that.
 const MOST_BYTES: u64 = 64 << 24;
 
 /// Keys that no scenario of the repository has.
@@ -39,7 +39,7 @@ const OTHER_KEYS: [&str; 2] = [
      stop_when_expected_remaining = 0.1\nmax_clock_skew_seconds = 5\n",
 ];
 
-/// A scenario of the repository, as somebody wrote it or as the program says it: with all that was left out.
+/// A scenario of the repository, as written or as printed by the program: with all defaults.
 struct Honest {
     path: PathBuf,
     text: String,
@@ -62,7 +62,7 @@ fn honest() -> Vec<Honest> {
     paths.into_iter().flat_map(load).chain(others).collect()
 }
 
-/// Has seen enough after so many more happenings.
+/// Stops after this many events.
 struct Patience(u32);
 
 impl Observer for Patience {
@@ -72,14 +72,14 @@ impl Observer for Patience {
     }
 }
 
-/// Looks for what is odd about a search, and runs its beginning.
+/// Computes the warnings of a search, and runs its beginning.
 fn run_beginning(scenario: &Scenario, seed: u64) {
     assert!(scenario.warnings().iter().all(|warning| !warning.to_string().is_empty()));
     let mut robots = episode::team(scenario, seed, Agent::new);
     episode::watch(scenario, seed, End::Resting, &mut robots, &mut Patience(HAPPENINGS)).unwrap();
 }
 
-/// A process that is told the scenario as text has the same one.
+/// A process that receives the scenario as text has the same one.
 fn check_says_itself(scenario: &Scenario) {
     let said = toml::to_string(scenario.file()).unwrap();
     let again = Scenario::from_text(&scenario.source().path, said).unwrap();
@@ -116,7 +116,7 @@ fn of_a_hundred_thousand_spoiled_files_each_is_a_scenario_or_a_clear_error() {
     });
 }
 
-/// It names the file, and says in a few words what is wrong with it.
+/// The message names the file, and says in a few words what is wrong with it.
 fn check_is_clear(path: &Path, error: &str) {
     let rest = error.strip_prefix(&path.display().to_string());
     let rest = rest.unwrap_or_else(|| panic!("another file is named: {error}"));

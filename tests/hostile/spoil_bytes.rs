@@ -1,4 +1,4 @@
-//! Messages as bad radios, broken memories and people with bad intent leave them.
+//! Messages as damaged by radios, memory errors and attackers.
 
 use dragnet_proto::dragnet_msgs::VERSION;
 use dragnet_proto::message::MessageKind;
@@ -11,7 +11,7 @@ use crate::world::Said;
 /// Header, and the version that a message begins with.
 pub(crate) const BEGINNING: [u8; 5] = [0, 1, 0, 0, VERSION];
 
-/// Words that stand at the ends of what a field can hold: lengths, numbers and floating-point numbers of 4 or 8 bytes.
+/// Extreme values of fields: lengths, numbers and floating-point numbers of 4 or 8 bytes.
 const WORDS: [u64; 18] = [
     0,
     1,
@@ -34,7 +34,7 @@ const WORDS: [u64; 18] = [
     0x8000_0000,
 ];
 
-/// What has become of a message on its way; `other` is one that was on its way before.
+/// A damaged message; `other` is an earlier one.
 pub(crate) fn spoil(random: &mut Stream, said: &Said, other: &Said) -> (MessageKind, Vec<u8>) {
     if random.random_ratio(1, 16) {
         let kind = *MessageKind::ALL.choose(random).unwrap();
@@ -58,7 +58,7 @@ pub(crate) fn spoil(random: &mut Stream, said: &Said, other: &Said) -> (MessageK
 
 fn anything(random: &mut Stream) -> Vec<u8> {
     let length = random.random_range(0..300);
-    // Small numbers are lengths, robots and alternatives that can be.
+    // Small numbers are valid lengths, robots and alternatives.
     let most = *[2, 5, 255].choose(random).unwrap();
     let body = (0..length).map(|_| random.random_range(0..=most));
     BEGINNING.into_iter().chain(body).collect()

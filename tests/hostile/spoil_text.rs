@@ -1,10 +1,10 @@
-//! Scenario files as a tired hand, a broken editor or somebody with bad intent leaves them.
+//! Scenario files as damaged by mistakes, broken editors and attackers.
 
 use dragnet_search::seed::Stream;
 use rand::RngExt;
 use rand::seq::IndexedRandom;
 
-/// Numbers at the ends of what is allowed, and beyond.
+/// Extreme numbers, allowed and not.
 const NUMBERS: [&str; 30] = [
     "0",
     "-0",
@@ -82,7 +82,7 @@ const VALUES: [&str; 40] = [
     "'\u{0}'",
 ];
 
-/// What may get into a text by mistake.
+/// Characters that may get into a text by mistake.
 const CHARACTERS: [char; 24] = [
     '\0', '\u{1}', '\t', '\n', '\r', ' ', '"', '\'', '#', '=', '.', ',', '[', ']', '{', '}', '\\', '_', '0',
     'a', '\u{7f}', 'é', '\u{feff}', '🛰',
@@ -105,7 +105,7 @@ pub(crate) fn spoil(random: &mut Stream, text: &str, others: &[&str]) -> String 
     text
 }
 
-/// A line is lost, doubled, moved, or one of another file comes in.
+/// A line is lost, doubled or moved, or one of another file is inserted.
 fn lines(random: &mut Stream, text: &str, others: &[&str]) -> String {
     let mut lines: Vec<&str> = text.lines().collect();
     if lines.is_empty() {
@@ -163,7 +163,7 @@ fn key(random: &mut Stream, text: &str) -> String {
     })
 }
 
-/// A value, or a key, is as deep as no honest one is.
+/// A value or a key is nested too deeply.
 fn nested(random: &mut Stream, text: &str) -> String {
     let depth = *[1, 10, 79, 81, 1000, 20_000].choose(random).unwrap();
     let shape = random.random_range(0..4);
@@ -175,7 +175,7 @@ fn nested(random: &mut Stream, text: &str) -> String {
     })
 }
 
-/// Changes one of the lines that hold a key, given what stands before and after its `=`.
+/// Changes one of the lines that hold a key, given the text before and after its `=`.
 fn change_line(
     random: &mut Stream,
     text: &str,

@@ -1,4 +1,4 @@
-//! One robot and one coordinator with its page, to whom other robots speak over a line that somebody spoils.
+//! One robot and one coordinator with its page, which receive messages of other robots over a faulty network.
 
 mod speech;
 
@@ -27,16 +27,16 @@ use rand::seq::IndexedRandom;
 use crate::spoil_bytes::spoil;
 use crate::{check, scenario};
 
-/// The robot that hears all this.
+/// The robot that receives all this.
 const ROBOT: Participant = Participant::Robot(RobotId::FIRST);
-/// So many of the last messages may be spliced into others.
+/// Number of last messages that may be spliced into others.
 const REMEMBERED: usize = 64;
-/// In the world of this seed a robot starts again and again, more often than is believed.
+/// In the world of this seed a robot restarts more often than is accepted.
 const RESTLESS: u64 = 0;
-/// The world of this seed is at the end of time: clocks count no further.
+/// The world of this seed is at the end of time: clocks go no further.
 const LAST: u64 = 1;
 
-/// A small map with blocked cells, and a search that goes on: looks tell so little that nothing is ever certain.
+/// A small map with blocked cells, and a search that goes on: readings are so vague that nothing is ever certain.
 const SCENARIO: &str = "name = 'hostile'
 map = { shape = 'ice_cream_cone', rows = 6, columns = 6, cell_meters = 5.0 }
 sensor = { radius = 1, noise_variance = 500.0 }
@@ -45,29 +45,29 @@ robots.count = 3
 mission = { budget_meters = 1e9, stop_when_expected_remaining = 0.0 }
 ";
 
-/// A message on its way.
+/// A message in transit.
 pub(crate) struct Said {
     pub(crate) from: Participant,
     pub(crate) kind: MessageKind,
     pub(crate) bytes: Vec<u8>,
 }
 
-/// What became of the spoiled messages.
+/// Numbers of damaged messages by result.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tally {
-    /// Bytes that are no message.
+    /// Invalid bytes.
     pub(crate) undecoded: u64,
     /// Messages, by kind.
     pub(crate) decoded: BTreeMap<MessageKind, u64>,
-    /// Of these, those of somebody else than their key says.
+    /// Of these, those with another author than their key's.
     pub(crate) misattributed: u64,
     /// Observations that counted, at the robot or at the coordinator.
     pub(crate) counted: u64,
-    /// Observations that were refused there, and why.
+    /// Observations that were rejected there, and why.
     pub(crate) refused: BTreeMap<Rejection, u64>,
 }
 
-/// What a message brought those who heard it.
+/// The effects of a message on its receivers.
 #[derive(Default)]
 struct Heard {
     counted: u64,
@@ -83,15 +83,15 @@ pub(crate) struct World {
     node: CoordinatorNode,
     page: Arc<Mutex<View>>,
     now: MissionTime,
-    /// Messages spoiled so far.
+    /// Number of damaged messages so far.
     number: u64,
-    /// Where the robot is, and the cells that it has yet to enter.
+    /// The robot's cell, and the cells that it has yet to enter.
     cell: Cell,
     route: VecDeque<Cell>,
     /// The other robots.
     /// Each with its incarnation.
     mates: [(RobotId, u64); 2],
-    /// After so many messages the first of them starts again.
+    /// Number of messages after which the first of them restarts.
     restart_every: u64,
     random: Stream,
     /// The last messages.
@@ -110,7 +110,7 @@ impl World {
             codec: Codec::new(scenario.terrain().grid()),
             limits: Limits::of(&scenario),
             agent: Agent::new(AgentConfig::of_team(&scenario, seed).remove(0)),
-            node: node.told_to(Some(Box::new(listener))),
+            node: node.with_listener(Some(Box::new(listener))),
             page,
             now: if seed == LAST { MissionTime(u64::MAX - 3_600_000_000_000) } else { MissionTime::START },
             number: 0,
@@ -129,7 +129,7 @@ impl World {
         world
     }
 
-    /// Some time passes, somebody speaks, and what arrives is not what was said; sometimes that arrives as well.
+    /// Time passes, a message is sent, and a damaged one arrives; sometimes the original arrives too.
     pub(crate) fn step(&mut self, tally: &mut Tally) {
         self.now = self.now + Duration::from_millis(self.random.random_range(0..1000));
         self.live();
@@ -144,12 +144,12 @@ impl World {
         self.arrive(&spoiled, tally);
     }
 
-    /// How often the robot has chosen a waypoint.
+    /// Number of waypoints that the robot has chosen.
     pub(crate) fn decisions(&self) -> u64 {
         self.agent.decisions()
     }
 
-    /// What is known can be, all of it counts, and nothing else does.
+    /// All known observations are valid, all of them count, and nothing else does.
     pub(crate) fn check(&self) {
         let mission = self.node.mission();
         check(self.agent.replica(), self.agent.belief(), &self.scenario, &self.limits);
@@ -157,7 +157,7 @@ impl World {
         assert_eq!(self.page.lock().unwrap().belief().digest(), mission.belief().digest());
     }
 
-    /// What the robot does by itself, a person asks for, and the network tells.
+    /// Events of the robot, the operator and the network.
     fn live(&mut self) {
         if self.now >= self.agent.wake_at().min(self.node.mission().wake_at()) {
             self.tell(ROBOT, Event::Woke);
@@ -203,7 +203,7 @@ impl World {
         Said { from, kind, bytes }
     }
 
-    /// As bytes arrive under a key: decoded, attributed, and heard by all others.
+    /// Bytes arrive under a key: decoded, attributed, and received by all others.
     fn arrive(&mut self, said: &Said, tally: &mut Tally) {
         let message = match self.codec.decode(said.kind, &said.bytes) {
             Ok(message) => message,
@@ -219,25 +219,25 @@ impl World {
             return;
         }
         for whom in [ROBOT, Participant::Coordinator].into_iter().filter(|&whom| whom != said.from) {
-            let heard = self.tell(whom, Event::Received { from: said.from, message: message.clone() });
-            tally.counted += heard.counted;
-            for why in heard.refused {
+            let received = self.tell(whom, Event::Received { from: said.from, message: message.clone() });
+            tally.counted += received.counted;
+            for why in received.refused {
                 *tally.refused.entry(why).or_default() += 1;
             }
         }
     }
 
-    /// Tells one what happens, and the other what it says to that, until both are silent. Returns what it brought the
-    /// first.
+    /// Passes an event to one participant, and its replies to the other, until both are silent. Returns the effects on
+    /// the first.
     fn tell(&mut self, whom: Participant, event: Event<Message>) -> Heard {
         let mut first = None;
         let mut waiting = VecDeque::from([(whom, event)]);
         while let Some((whom, event)) = waiting.pop_front() {
-            let (mind, other): (&mut dyn StateMachine, _) = match whom {
+            let (machine, other): (&mut dyn StateMachine, _) = match whom {
                 ROBOT => (&mut self.agent, Participant::Coordinator),
                 _ => (&mut self.node, ROBOT),
             };
-            let effects = mind.handle(self.now, event).unwrap();
+            let effects = machine.handle(self.now, event).unwrap();
             first.get_or_insert_with(|| Heard {
                 counted: effects.kept.len() as u64,
                 refused: effects.refused.iter().map(|refused| refused.why).collect(),

@@ -12,7 +12,7 @@ use dragnet_search::observation::RobotId;
 
 use super::{Served, folder, root};
 
-/// What a browser test needs and this machine lacks; `test.sh` brings it.
+/// A requirement of a browser test that this computer lacks; `test.sh` installs it.
 fn missing() -> Option<String> {
     let chromium = std::env::var("CHROMIUM").unwrap_or_else(|_| "/usr/bin/chromium".to_owned());
     let modules = root().join("live/page/node_modules/playwright-core");
@@ -35,12 +35,12 @@ fn play(case: &str, served: Served) {
     let script = root().join("live/page/test/browser.mjs");
     let output =
         Command::new("node").arg(script).args([case, &served.address]).arg(screenshots).output().unwrap();
-    let told = [output.stdout, output.stderr].concat();
-    let told = String::from_utf8_lossy(&told);
-    assert!(output.status.success(), "{case}: {told}\n{}", served.complaints());
+    let reported = [output.stdout, output.stderr].concat();
+    let reported = String::from_utf8_lossy(&reported);
+    assert!(output.status.success(), "{case}: {reported}\n{}", served.complaints());
 }
 
-/// Says why nothing was tested, where that is so; a failure where all is to be there.
+/// Prints why nothing was tested, if so; a failure where all requirements must be there.
 fn in_browser(test: impl FnOnce()) {
     match missing() {
         None => test(),
@@ -52,7 +52,7 @@ fn in_browser(test: impl FnOnce()) {
 }
 
 #[test]
-fn a_person_watches_pauses_marks_and_adds_an_area() {
+fn an_operator_watches_pauses_marks_and_adds_an_area() {
     in_browser(|| play("live", Served::run()));
 }
 
@@ -67,7 +67,7 @@ fn the_page_fits_a_phone() {
 }
 
 #[test]
-fn two_robots_of_one_number_are_marked_and_said_in_words() {
+fn two_robots_of_one_number_are_marked_and_described() {
     in_browser(|| {
         let (folder, endpoint) = (folder(), free_endpoints(1).unwrap().remove(0));
         let settings = format!(
@@ -97,7 +97,7 @@ fn two_robots_of_one_number_are_marked_and_said_in_words() {
 }
 
 #[test]
-fn a_recording_is_sought_both_ways_to_the_same_picture() {
+fn seeking_forward_and_back_shows_the_same() {
     in_browser(|| {
         let folder = folder();
         let run = Command::new(env!("CARGO_BIN_EXE_dragnet"))

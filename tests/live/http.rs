@@ -1,4 +1,4 @@
-//! Who may do what, asked with plain sockets.
+//! Access control, tested with plain sockets.
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
@@ -14,7 +14,7 @@ fn ask(served: &Served, line: &str, headers: &[&str], body: &str) -> (u16, Strin
     head.extend((!given).then_some(host));
     head.extend(headers.iter().map(|&header| header.to_owned()));
     head.push(format!("Content-Length: {}", body.len()));
-    // The server may refuse before it has read all.
+    // The server may reject the request before it has read all.
     let _ = socket.write_all(format!("{}\r\n\r\n{body}", head.join("\r\n")).as_bytes());
     let mut answer = Vec::new();
     let _ = socket.read_to_end(&mut answer);
@@ -27,7 +27,7 @@ fn ask(served: &Served, line: &str, headers: &[&str], body: &str) -> (u16, Strin
 const PAUSE: &str = r#"{"command":"pause"}"#;
 
 #[test]
-fn only_whoever_has_the_token_changes_the_mission() {
+fn changing_the_mission_requires_the_token() {
     let served = Served::run();
     let bearer = format!("Authorization: Bearer {}", served.token());
     let command = |headers: &[&str], body: &str| {
@@ -82,7 +82,7 @@ fn pages_of_others_are_not_answered() {
 }
 
 #[test]
-fn a_page_listens_on_this_machine_alone_unless_told_otherwise() {
+fn a_page_listens_on_this_computer_only_by_default() {
     let served = Served::run();
     assert!(served.host().starts_with("127.0.0.1:"), "{}", served.address);
 }
@@ -119,7 +119,7 @@ fn a_recording_cannot_be_changed() {
     assert_eq!(ask(&served, "POST /command", &[], PAUSE).0, 409);
 }
 
-/// A viewer: the status that its call is answered with, and the socket with whatever comes next.
+/// A viewer: the status of its request, and the socket with the following bytes.
 fn watch(served: &Served) -> (u16, TcpStream) {
     watch_as(served, &[])
 }
@@ -143,14 +143,14 @@ fn watch_as(served: &Served, headers: &[&str]) -> (u16, TcpStream) {
 }
 
 #[test]
-fn there_are_so_many_viewers_at_most_and_who_leaves_makes_room() {
+fn the_number_of_viewers_is_bounded_and_departures_make_room() {
     let served = Served::run();
     let idle: Vec<(u16, TcpStream)> = (0..31).map(|_| watch(&served)).collect();
     assert!(idle.iter().all(|&(status, _)| status == 101));
     let (status, mut reading) = watch(&served);
     assert_eq!(status, 101);
     assert_eq!(watch(&served).0, 503);
-    // It sees the search go on, whether the others look or not.
+    // It receives the running search, whether or not the others read.
     reading.read_exact(&mut [0; 1 << 14]).unwrap();
     drop(idle);
     let mut tries = (0..100).map(|_| {
@@ -160,7 +160,7 @@ fn there_are_so_many_viewers_at_most_and_who_leaves_makes_room() {
     assert!(tries.any(|status| status == 101));
 }
 
-/// Tries for a minute, which is no measure: what keeps a place for ever keeps it longer.
+/// Tries for a minute: a permit that is held for ever is held longer.
 fn comes_true(mut is_so: impl FnMut() -> bool) -> bool {
     (0..600).any(|_| {
         let is_so = is_so();
@@ -172,12 +172,12 @@ fn comes_true(mut is_so: impl FnMut() -> bool) -> bool {
 }
 
 #[test]
-fn viewers_that_do_not_read_keep_nobody_out() {
+fn viewers_that_do_not_read_do_not_block_others() {
     let served = Served::run();
     let silent: Vec<(u16, TcpStream)> = (0..32).map(|_| watch(&served)).collect();
     assert!(silent.iter().all(|&(status, _)| status == 101));
     assert_eq!(watch(&served).0, 503);
-    // Whoever has the token finds a place at once; whoever has another one does not.
+    // A viewer with the token gets a permit at once; one with a wrong token does not.
     let offer = |token: &str| format!("Sec-WebSocket-Protocol: dragnet, token.{token}");
     assert_eq!(watch_as(&served, &[&offer(served.token())]).0, 101);
     assert_eq!(watch_as(&served, &[&offer("0123456789abcdef0123456789abcdef")]).0, 503);

@@ -1,4 +1,4 @@
-//! The live page as a user has it: the real program, in a real browser.
+//! The live page: the real program, in a real browser.
 #![expect(
     clippy::unwrap_used,
     reason = "a test fails by a panic; Clippy knows only functions marked as tests"
@@ -13,7 +13,7 @@ use std::process::{Child, ChildStderr, Command, Stdio};
 
 use tempfile::TempDir;
 
-/// A hall with a pillar; its eastern strip is crossed and not searched.
+/// A hall with a pillar; its eastern strip is traversable and not searched.
 const MAP: &str = "\
 .....................,,,,,
 .....................,,,,,
@@ -35,7 +35,7 @@ const MAP: &str = "\
 .....................,,,,,
 ";
 
-/// A search that lasts longer than anybody watches it.
+/// A search that lasts longer than any test.
 const LONG: &str = "\
 name = 'hall'
 map.file = 'hall.txt'
@@ -49,11 +49,11 @@ heartbeat_seconds = 2.0
 liveness_timeout_seconds = 60.0
 ";
 
-/// The program, serving a page from a folder of its own. Both go when this is dropped.
+/// The program, serving a page from its own folder. Both are removed when this is dropped.
 struct Served {
     _folder: TempDir,
     program: Child,
-    /// Kept open: whoever writes there must find it.
+    /// Kept open, so that the program can write to it.
     said: BufReader<ChildStderr>,
     address: String,
 }
@@ -96,7 +96,7 @@ impl Served {
         self.address.split_once("#token=").unwrap().1
     }
 
-    /// What it said on stderr until it was ended.
+    /// Its output on stderr until it was ended.
     fn complaints(mut self) -> String {
         let _ = self.program.kill();
         let mut text = String::new();

@@ -1,10 +1,10 @@
-//! The Python of the tests that ask another implementation. Test programs of all crates include this file.
+//! The Python of tests that compare with another implementation. Test programs of all crates include this file.
 
 use std::env;
 use std::path::{Path, PathBuf};
 
 /// The interpreter that `test.sh` sets up in a workspace, or the one that `DRAGNET_PYTHON` names. Without it the test
-/// fails: to skip it would look like something that another has checked.
+/// fails: skipping it would look like success.
 pub(crate) fn interpreter(workspace: &Path) -> PathBuf {
     let given = env::var_os("DRAGNET_PYTHON").map(PathBuf::from);
     let interpreter = given.unwrap_or_else(|| workspace.join(".venv/bin/python"));

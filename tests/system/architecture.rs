@@ -1,10 +1,10 @@
-//! The house stands as `ARCHITECTURE.md` draws it: an import may only follow its arrows.
+//! The imports of `ARCHITECTURE.md`: an import may only follow its arrows.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use cargo_metadata::{CargoOpt, DependencyKind, Metadata, MetadataCommand, Package, PackageId};
 
-/// Each crate, and the crates of ours that it may import.
+/// Each crate, and the workspace's crates that it may import.
 const ARROWS: [(&str, &[&str]); 21] = [
     ("dragnet-search", &[]),
     ("dragnet-files", &[]),
@@ -221,7 +221,7 @@ fn python_brings_neither_a_network_nor_libtorch() {
     assert!(["zenoh", "tokio", "tch"].iter().all(|edge| !python.contains(edge)));
 }
 
-/// What `cargo deny check licenses` asks for too, without that tool: `deny.toml` is the one list.
+/// `cargo deny check licenses` checks this too; `deny.toml` is the one list.
 #[test]
 fn every_dependency_has_a_license_that_deny_toml_allows() {
     let root = env!("CARGO_MANIFEST_DIR");

@@ -1,5 +1,5 @@
-//! One time for a whole mission: robots on vehicles, without a simulator, that start apart, on computers whose dates are
-//! wrong, and start again with and without what they remember.
+//! One time for a whole mission: robots on vehicles, without a simulator, that start apart, on computers with wrong
+//! dates, and restart with and without their stored state.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -19,11 +19,11 @@ use crate::field::{DRAGNET, Process};
 use crate::test_site::{SPEED_METERS_PER_SECOND, TestSite, Vehicle, cameras, settings};
 
 const YARD: TestSite = TestSite { side: 6, cell_meters: 10.0, policy: "'random'" };
-/// Robots that never rest, and hold what is dated more than a second ahead for a look of the future.
+/// Robots that never rest, and reject observations dated more than a second ahead.
 const ENDLESS: &str = "stop_when_expected_remaining = 0.0\nheartbeat_seconds = 1.0\nliveness_timeout_seconds = 10.0\n\
                        max_clock_skew_seconds = 1.0\n";
 
-/// What moves the date of a process, and nothing else.
+/// A library that shifts the date of a process, and nothing else.
 const SHIFT: &str = r#"
 #define _GNU_SOURCE
 #include <dlfcn.h>
@@ -43,12 +43,12 @@ const HOUR: i64 = 3600;
 /// Robots whose vehicles drive about in one test site.
 struct Team {
     folder: TempDir,
-    /// Where each robot meets its team.
+    /// Endpoint of each robot in its team.
     listen: Vec<String>,
-    /// Where each robot's vehicle is.
+    /// Endpoint of each robot's vehicle.
     bridges: Vec<String>,
     vehicles: Vec<JoinHandle<()>>,
-    /// What is said in the mission.
+    /// Receives the mission's messages.
     ear: Link,
 }
 
@@ -86,13 +86,13 @@ impl Team {
         std::fs::read_to_string(self.path(&format!("log-{robot}"))).unwrap()
     }
 
-    /// Starts a robot, by a date that is so many seconds off.
+    /// Starts a robot whose date is off by this many seconds.
     fn start(&self, robot: usize, shift: i64) -> Process {
         let place = robot - 1;
         let calls = format!("zenoh = {{ connect = {:?}, listen", &self.listen[..place]);
         let settings = settings(&self.listen[place], &self.bridges[place])
             .replacen("robot = 1", &format!("robot = {robot}"), 1)
-            // Stamps of the vehicle are not of the date that the robot has.
+            // Stamps of the vehicle are not by the robot's date.
             .replacen("[ros]\n", "[ros]\nstamps = \"arrival\"\n", 1)
             .replacen("zenoh = { listen", &calls, 1);
         let file = self.path(&format!("robot_{robot}.toml"));
@@ -103,25 +103,25 @@ impl Team {
         Process::start(command.env("LD_PRELOAD", self.path("shift.so")).env("DATE_SHIFT", shift.to_string()))
     }
 
-    /// The first message that is looked for.
-    async fn hear<T>(&mut self, what: &str, mut look_for: impl FnMut(&Message) -> Option<T>) -> T {
+    /// The first message with a property.
+    async fn receive<T>(&mut self, what: &str, mut look_for: impl FnMut(&Message) -> Option<T>) -> T {
         let hearing = async {
             loop {
-                if let Some(Incoming::Message { message, .. }) = self.ear.hear().await
+                if let Some(Incoming::Message { message, .. }) = self.ear.receive().await
                     && let Some(found) = look_for(&message)
                 {
                     return found;
                 }
             }
         };
-        let heard = tokio::time::timeout(Duration::from_mins(1), hearing).await;
-        heard.unwrap_or_else(|_| panic!("nobody says {what}; robot 1 says:\n{}", self.log(1)))
+        let received = tokio::time::timeout(Duration::from_mins(1), hearing).await;
+        received.unwrap_or_else(|_| panic!("nobody says {what}; robot 1 says:\n{}", self.log(1)))
     }
 
-    /// A look of a robot from a mission time on, which none of these starts has made.
-    async fn look(&mut self, robot: u16, since_ns: u64, known: &[Origin]) -> (Origin, u64) {
+    /// An observation of a robot from a mission time on, of none of these starts.
+    async fn new_observation(&mut self, robot: u16, since_ns: u64, known: &[Origin]) -> (Origin, u64) {
         let what = format!("what robot {robot} sees from {since_ns} ns on");
-        self.hear(&what, |message| match message {
+        self.receive(&what, |message| match message {
             Message::Observation(observation) => {
                 let Observation { origin, time_ns, .. } = **observation;
                 let is_new = origin.source == RobotId::new(robot).unwrap().into() && !known.contains(&origin);
@@ -132,14 +132,14 @@ impl Team {
         .await
     }
 
-    /// Waits until a robot has looks of another's start.
+    /// Waits until a robot has observations of another's start.
     async fn knows(&mut self, robot: u16, of: Origin) {
         let what = format!("that robot {robot} knows what {of:?} saw");
         let is_told = |heartbeat: &Heartbeat| {
             heartbeat.robot == RobotId::new(robot).unwrap()
                 && heartbeat.versions.iter().any(|version| version.origin == of)
         };
-        self.hear(&what, |message| {
+        self.receive(&what, |message| {
             matches!(message, Message::Heartbeat(beat) if is_told(beat)).then_some(())
         })
         .await;
@@ -152,7 +152,7 @@ impl Drop for Team {
     }
 }
 
-/// A vehicle follows its paths, and sees.
+/// A vehicle follows its paths, and its cameras work.
 async fn drive(bridge: Endpoints) {
     let session = open(&bridge).await.unwrap();
     let paths = session.declare_subscriber("dragnet/path").await.unwrap();
@@ -164,7 +164,7 @@ async fn drive(bridge: Endpoints) {
             vehicle.follow(&sample.payload().to_bytes());
         }
         vehicle.drive(SPEED_METERS_PER_SECOND * tick.as_secs_f64());
-        for (key, bytes) in vehicle.says(&cameras) {
+        for (key, bytes) in vehicle.messages(&cameras) {
             session.put(key, bytes).await.unwrap();
         }
     }
@@ -174,20 +174,20 @@ async fn drive(bridge: Endpoints) {
 async fn robots_that_start_apart_with_wrong_dates_or_no_memory_share_one_time() {
     let mut team = Team::new(2, ENDLESS).await;
     let first = team.start(1, 3 * HOUR);
-    let (one, began_ns) = team.look(1, 0, &[]).await;
+    let (one, began_ns) = team.new_observation(1, 0, &[]).await;
     let later = began_ns + 4_000_000_000;
-    let (_, late_ns) = team.look(1, later, &[]).await;
-    // The second starts when the first has searched for longer than clocks may differ.
+    let (_, late_ns) = team.new_observation(1, later, &[]).await;
+    // The second starts when the first has searched for longer than the allowed clock skew.
     let second = team.start(2, -HOUR);
-    let (two, time_ns) = team.look(2, 0, &[]).await;
+    let (two, time_ns) = team.new_observation(2, 0, &[]).await;
     assert!(time_ns > late_ns, "{time_ns} {late_ns}");
     team.knows(1, two).await;
     team.knows(2, one).await;
-    // So it is when it has forgotten all.
+    // The same without its stored state.
     second.kill();
     std::fs::remove_file(team.path("test_site-robot-2.journal")).unwrap();
     let second = team.start(2, HOUR);
-    let (again, again_ns) = team.look(2, 0, &[two]).await;
+    let (again, again_ns) = team.new_observation(2, 0, &[two]).await;
     assert!(again_ns > time_ns && again > two, "{again_ns} {time_ns} {again:?} {two:?}");
     team.knows(1, again).await;
     team.knows(2, two).await;
@@ -202,15 +202,15 @@ async fn robots_that_start_apart_with_wrong_dates_or_no_memory_share_one_time() 
 async fn a_date_that_is_set_between_two_starts_ends_no_search() {
     let mut team = Team::new(1, ENDLESS).await;
     let robot = team.start(1, -HOUR);
-    let (one, _) = team.look(1, 0, &[]).await;
+    let (one, _) = team.new_observation(1, 0, &[]).await;
     robot.kill();
     // The budget is ten hours.
     let robot = team.start(1, 20 * HOUR);
-    let (two, time_ns) = team.look(1, 0, &[one]).await;
-    let (_, next_ns) = team.look(1, time_ns + 3_000_000_000, &[one]).await;
+    let (two, time_ns) = team.new_observation(1, 0, &[one]).await;
+    let (_, next_ns) = team.new_observation(1, time_ns + 3_000_000_000, &[one]).await;
     assert!(next_ns < 120_000_000_000, "{next_ns}");
     assert!(two > one);
-    let activity = team.hear("a sign of life", |message| match message {
+    let activity = team.receive("a sign of life", |message| match message {
         Message::Heartbeat(heartbeat) => Some(heartbeat.activity),
         _ => None,
     });

@@ -29,8 +29,8 @@ budget_meters = 1500.0
 /// entered when it first did.
 fn track(scenario: &Scenario) -> String {
     let mut entered: Vec<Cell> = Vec::new();
-    let orders = dragnet_agent::agent::AgentConfig::of_team(scenario, 1);
-    let mut robots: Vec<_> = orders.into_iter().map(dragnet_agent::agent::Agent::new).collect();
+    let agent_config = dragnet_agent::agent::AgentConfig::of_team(scenario, 1);
+    let mut robots: Vec<_> = agent_config.into_iter().map(dragnet_agent::agent::Agent::new).collect();
     let rules = Rules { end: End::Resting, coordinator: Membership::Absent };
     let mut watch = |_, scene| {
         if let StepContext::Arrives { cell, .. } = scene {

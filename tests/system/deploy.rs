@@ -1,4 +1,4 @@
-//! A robot as a service: what its manager hears, by what it is started, and for which machines it is built.
+//! A robot as a service: notifications to its manager, its unit, and the target platforms.
 
 use std::os::unix::net::UnixDatagram;
 use std::path::Path;
@@ -11,12 +11,12 @@ const ALONE: &str = "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows 
                      [objects]\ncount = 1\n[mission]\nbudget_seconds = 3600.0\n";
 
 #[test]
-fn a_service_manager_hears_that_a_robot_is_ready_and_alive_and_that_it_stops() {
+fn a_service_manager_is_notified_that_a_robot_is_ready_alive_and_stopping() {
     let field = Field::new(ALONE, 1, 1);
     let path = field.path("manager");
     let manager = UnixDatagram::bind(&path).unwrap();
     manager.set_read_timeout(Some(Duration::from_mins(1))).unwrap();
-    let hear = || {
+    let receive = || {
         let mut words = [0; 256];
         let length = manager.recv(&mut words).unwrap();
         String::from_utf8(words[..length].to_vec()).unwrap().trim().to_owned()
@@ -29,12 +29,12 @@ fn a_service_manager_hears_that_a_robot_is_ready_and_alive_and_that_it_stops() {
             .env("NOTIFY_SOCKET", path)
             .env("WATCHDOG_USEC", "300000"),
     );
-    assert_eq!(hear(), "READY=1");
+    assert_eq!(receive(), "READY=1");
     for _ in 0..3 {
-        assert_eq!(hear(), "WATCHDOG=1");
+        assert_eq!(receive(), "WATCHDOG=1");
     }
     robot.terminate();
-    let last = std::iter::repeat_with(hear).find(|words| words != "WATCHDOG=1");
+    let last = std::iter::repeat_with(receive).find(|words| words != "WATCHDOG=1");
     assert_eq!(last.as_deref(), Some("STOPPING=1"));
 }
 
@@ -56,7 +56,7 @@ fn systemd_understands_the_unit() {
 }
 
 #[test]
-fn a_machine_that_nobody_can_build_for_is_refused_before_anything_is_built() {
+fn an_unsupported_target_is_rejected_before_anything_is_built() {
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/deploy/build.sh");
     let output = Command::new(script).args(["x86_64", "mips"]).output().unwrap();
     assert_eq!(output.status.code(), Some(2));

@@ -1,4 +1,4 @@
-//! `dragnet doctor`: what it finds where something is missing, and where all is there.
+//! `dragnet doctor`: its findings with missing parts, and with all of them.
 
 use std::path::Path;
 use std::process::Command;
@@ -24,7 +24,7 @@ use crate::{eventually, scenario};
 const TEAM: &str = "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows = 8\ncolumns = 8\n[objects]\ncount = 1\n\
                     [robots]\ncount = 2\npolicy = \"path\"\n[mission]\nbudget_seconds = 3600.0\n";
 
-/// What it prints, a line a finding, and whether all will do.
+/// Its output, a line for each finding, and whether all checks pass.
 fn examine(file: &Path, seconds: u32) -> (String, bool) {
     let output = Command::new(DRAGNET)
         .args(["doctor", "--listen", &seconds.to_string(), "--config"])
@@ -59,7 +59,7 @@ fn a_robot_whose_team_is_there_may_go() {
     );
     let _mate = field.robot(2);
     let _coordinator = field.coordinator();
-    // They come once they have started.
+    // They join once they have started.
     let (said, _) = std::iter::repeat_with(|| examine(&settings, 3)).find(|(_, will_do)| *will_do).unwrap();
     check(&said, &["pass  team: 2 of the mission are there: robot 2, the coordinator"]);
 }
@@ -70,7 +70,7 @@ fn alone() -> String {
     text.replace("[mission]\n", "[mission]\nspeed_meters_per_second = 1.0\n")
 }
 
-/// Settings of a robot of the team, its own in a folder, that listens and calls there.
+/// Settings of a robot of the team in a folder, with these endpoints.
 fn robot_settings(folder: &Path, robot: u16, listen: &str, connect: &str) -> std::path::PathBuf {
     std::fs::write(folder.join("field.toml"), TEAM).unwrap();
     let file = folder.join("robot.toml");
@@ -83,7 +83,7 @@ fn robot_settings(folder: &Path, robot: u16, listen: &str, connect: &str) -> std
 }
 
 #[test]
-fn a_port_that_is_taken_and_an_address_of_another_computer_are_told() {
+fn a_port_that_is_taken_and_an_address_of_another_computer_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let endpoint = free_endpoints(1).unwrap().remove(0);
     let (said, _) = examine(&robot_settings(folder.path(), 1, &endpoint, "tcp/127.0.0.1:9"), 1);
@@ -91,7 +91,10 @@ fn a_port_that_is_taken_and_an_address_of_another_computer_are_told() {
     let other = std::net::TcpListener::bind(endpoint.trim_start_matches("tcp/")).unwrap();
     let (said, will_do) = examine(&robot_settings(folder.path(), 1, &endpoint, "tcp/127.0.0.1:9"), 1);
     assert!(!will_do);
-    check(&said, &[&format!("FAIL  port {endpoint}: somebody listens there already"), "FAIL  team: nobody"]);
+    check(
+        &said,
+        &[&format!("FAIL  port {endpoint}: another process listens there already"), "FAIL  team: nobody"],
+    );
     drop(other);
     let (said, will_do) =
         examine(&robot_settings(folder.path(), 1, "tcp/192.0.2.7:7140", "tcp/127.0.0.1:9"), 1);
@@ -100,7 +103,7 @@ fn a_port_that_is_taken_and_an_address_of_another_computer_are_told() {
 }
 
 #[test]
-fn a_number_that_another_robot_has_is_told_and_a_robots_own_is_not() {
+fn another_robots_number_is_reported_and_the_own_one_is_not() {
     let field = Field::new(TEAM, 2, 1);
     let settings = field.robot_settings(1, None);
     let robot = field.robot(1);
@@ -116,7 +119,7 @@ fn a_number_that_another_robot_has_is_told_and_a_robots_own_is_not() {
         said.contains(own)
     });
     assert!(!said.contains("number") && !said.contains("FAIL  port"), "{said}");
-    // Elsewhere, by copied settings.
+    // On another computer, by copied settings.
     let folder = tempfile::tempdir().unwrap();
     let (said, will_do) = examine(&robot_settings(folder.path(), 1, "tcp/127.0.0.1:0", &calls), 3);
     assert!(!will_do);
@@ -127,7 +130,7 @@ fn a_number_that_another_robot_has_is_told_and_a_robots_own_is_not() {
     robot.terminate();
 }
 
-/// Processes that say that they are these robots, all of one session that listens there.
+/// Processes with these robots' numbers, in one session that listens there.
 async fn robots(listen: &str, numbers: &[u16]) -> Vec<Link> {
     let session = open(&Endpoints { listen: vec![listen.to_owned()], ..Endpoints::default() }).await.unwrap();
     let codec = Codec::new(scenario(TEAM).terrain().grid());
@@ -147,7 +150,7 @@ async fn examine_aside(file: &Path) -> (String, bool) {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn two_of_one_number_are_told_whether_it_is_the_robots_own_or_a_mates() {
+async fn two_of_one_number_are_reported_for_the_own_and_for_other_numbers() {
     let folder = tempfile::tempdir().unwrap();
     for (numbers, expected) in
         [([2, 2], "FAIL  team: robot 2 is there twice"), ([1, 1], "FAIL  number: 2 robots have number 1")]
@@ -167,7 +170,7 @@ async fn two_of_one_number_are_told_whether_it_is_the_robots_own_or_a_mates() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_journal_that_is_ahead_of_the_only_one_who_is_there_is_told_and_left_as_it_is() {
+async fn a_journal_ahead_of_the_only_participant_is_reported_and_not_changed() {
     let folder = tempfile::tempdir().unwrap();
     let endpoint = free_endpoints(1).unwrap().remove(0);
     let file = robot_settings(folder.path(), 1, "tcp/127.0.0.1:0", &endpoint);
@@ -189,7 +192,7 @@ async fn a_journal_that_is_ahead_of_the_only_one_who_is_there_is_told_and_left_a
     });
     let (said, will_do) = examine_aside(&file).await;
     assert!(will_do, "{said}");
-    check(&said, &["pass  clocks: the mission is 5", " s old, as robot 2 says, and robot 1 takes that up"]);
+    check(&said, &["pass  clocks: the mission is 5", " s old by the clock of robot 2, which robot 1 adopts"]);
     let scenario = scenario(TEAM);
     let journal = folder.path().join("field-robot-1.journal");
     for (seconds, expected) in [(9000, "FAIL  clocks: "), (100, "pass  clocks: ")] {
@@ -204,17 +207,18 @@ async fn a_journal_that_is_ahead_of_the_only_one_who_is_there_is_told_and_left_a
         let before = std::fs::read(&journal).unwrap();
         let (said, will_do) = examine_aside(&file).await;
         assert_eq!(will_do, seconds == 100, "{said}");
-        let found =
-            format!("{expected}by the journal of robot 1 the mission is {seconds} s old, as robot 2 says 5");
+        let found = format!(
+            "{expected}by the journal of robot 1 the mission is {seconds} s old by the clock of robot 2 5"
+        );
         check(&said, &[&found]);
         assert_eq!(std::fs::read(&journal).unwrap(), before);
     }
     speaking.abort();
 }
 
-/// What a robot does with its journal when it starts, the doctor says before, and changes nothing.
+/// The doctor predicts what a robot does with its journal when it starts, and changes nothing.
 #[test]
-fn a_journal_that_the_robot_would_refuse_fails_and_one_that_it_would_set_aside_is_a_warning() {
+fn a_journal_that_the_robot_would_reject_fails_and_a_damaged_one_is_a_warning() {
     let folder = tempfile::tempdir().unwrap();
     let file = robot_settings(folder.path(), 1, "tcp/127.0.0.1:0", "tcp/127.0.0.1:9");
     let path = folder.path().join("field-robot-1.journal");
@@ -249,10 +253,10 @@ fn a_journal_that_the_robot_would_refuse_fails_and_one_that_it_would_set_aside_i
     check(&examine(&file, 1).0, &["FAIL  journal: ", "no plain file, as a journal is; name another"]);
 }
 
-/// Meters of the scenario's cells.
+/// Edge of the scenario's cells, meters.
 const CELL_METERS: f32 = 10.0;
 
-/// A map of the scenario's ground, which begins so many meters to the east.
+/// A map of the scenario's ground, shifted to the east.
 fn map(east_meters: f64) -> OccupancyGrid {
     let header = Header { frame_id: "map".to_owned(), ..Header::default() };
     let mut info = MapMetaData { resolution: CELL_METERS, width: 8, height: 8, ..MapMetaData::default() };
@@ -262,7 +266,7 @@ fn map(east_meters: f64) -> OccupancyGrid {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_map_unlike_the_scenarios_is_told_and_topics_without_use_are_not_asked_for() {
+async fn a_different_map_is_reported_and_unused_topics_are_not_required() {
     let folder = tempfile::tempdir().unwrap();
     let endpoint = free_endpoints(1).unwrap().remove(0);
     let scenario = alone().replace("columns = 8\n", &format!("columns = 8\ncell_meters = {CELL_METERS:?}\n"));
@@ -301,7 +305,7 @@ async fn a_map_unlike_the_scenarios_is_told_and_topics_without_use_are_not_asked
 }
 
 #[test]
-fn settings_that_cannot_be_are_all_that_is_told() {
+fn invalid_settings_are_the_only_finding() {
     let field = Field::new(TEAM, 2, 1);
     let settings = field.robot_settings(2, None);
     let text = std::fs::read_to_string(&settings).unwrap();
@@ -312,7 +316,7 @@ fn settings_that_cannot_be_are_all_that_is_told() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn each_topic_of_a_vehicle_is_told() {
+async fn each_topic_of_a_vehicle_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let endpoint = free_endpoints(1).unwrap().remove(0);
     std::fs::write(folder.path().join("test_site.toml"), alone()).unwrap();

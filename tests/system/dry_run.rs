@@ -1,4 +1,4 @@
-//! `dragnet agent --dry-run`: a robot that lives through a recording, which a writer made that is not ours.
+//! `dragnet agent --dry-run`: a robot replays a recording made by an independent writer.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -19,7 +19,7 @@ const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 /// That of `tests/python/write_bag.py`.
 const YARD: TestSite = TestSite { side: 4, cell_meters: 20.0, policy: "'path'" };
 
-/// The robot of the recording, whose cameras' topics are called so.
+/// The robot of the recording, with this name of its cameras' topics.
 fn settings(topic: &str, more: &str) -> String {
     let cameras = camera_tables([192, 128], "column_std_pixels = 1.0\n", topic);
     format!(
@@ -77,64 +77,68 @@ impl Place {
     }
 }
 
-/// The lines of a kind, without their times and how long anything took.
-fn lines<'a>(told: &'a str, kind: &str) -> Vec<&'a str> {
+/// The lines of a kind, without their times and durations.
+fn lines<'a>(reported: &'a str, kind: &str) -> Vec<&'a str> {
     let of_kind = |line: &'a str| line.split_once(" s  ")?.1.strip_prefix(kind);
-    told.lines().filter_map(of_kind).map(|line| line.split(", in ").next().unwrap().trim()).collect()
+    reported.lines().filter_map(of_kind).map(|line| line.split(", in ").next().unwrap().trim()).collect()
 }
 
 /// Meters east and north of what is found in the north-eastern cell.
-fn where_found(told: &str) -> [f64; 2] {
-    let place = told.split_once("[3, 3] at (").unwrap().1;
+fn where_found(reported: &str) -> [f64; 2] {
+    let place = reported.split_once("[3, 3] at (").unwrap().1;
     let (place, std) = place.split_once(") m, std ").unwrap();
-    assert!(std.ends_with(" m"), "{told}");
+    assert!(std.ends_with(" m"), "{reported}");
     let (x, y) = place.split_once(", ").unwrap();
     [x, y].map(|meters| meters.parse().unwrap())
 }
 
-fn without_computing(told: &str) -> String {
+fn without_computing(reported: &str) -> String {
     let line =
         |line: &str| line.split(", in ").next().unwrap().split(", the slowest").next().unwrap().to_owned();
-    told.lines().map(line).collect::<Vec<_>>().join("\n")
+    reported.lines().map(line).collect::<Vec<_>>().join("\n")
 }
 
 #[test]
-fn a_robot_lives_through_a_recording_and_tells_what_it_would_have_done() {
+fn a_robot_replays_a_recording_and_prints_its_actions() {
     let place = Place::new(&settings("detections", ""), &[]);
-    let told = place.succeed();
-    // It drove there: along the southern edge, where odometry is missing from 50 to 80 m, and north.
-    let looks: Vec<&str> =
-        lines(&told, "looks").iter().map(|line| &line["from ".len()..][.."[0, 0]".len()]).collect();
-    assert_eq!(looks[..2], ["[0, 0]", "[0, 1]"], "{told}");
-    assert!(looks.contains(&"[1, 3]") && looks.contains(&"[2, 3]"), "{told}");
-    let found = where_found(lines(&told, "finds")[0]);
-    assert_eq!(lines(&told, "finds").len(), 1, "{told}");
-    assert!(found.iter().all(|meters| (meters - YARD.object_meters()).abs() < 5.0), "{told}");
-    let silent = "pose: no pose comes: /odom: nothing comes";
+    let reported = place.succeed();
+    // It drove along the southern edge, where odometry is missing from 50 to 80 m, and then north.
+    let observations: Vec<&str> =
+        lines(&reported, "looks").iter().map(|line| &line["from ".len()..][.."[0, 0]".len()]).collect();
+    assert_eq!(observations[..2], ["[0, 0]", "[0, 1]"], "{reported}");
+    assert!(observations.contains(&"[1, 3]") && observations.contains(&"[2, 3]"), "{reported}");
+    let found = where_found(lines(&reported, "finds")[0]);
+    assert_eq!(lines(&reported, "finds").len(), 1, "{reported}");
+    assert!(found.iter().all(|meters| (meters - YARD.object_meters()).abs() < 5.0), "{reported}");
+    let silent = "pose: no pose arrives: /odom: no message arrives";
     assert_eq!(
-        lines(&told, "error").iter().chain(&lines(&told, "warning")).filter(|line| **line == silent).count(),
+        lines(&reported, "error")
+            .iter()
+            .chain(&lines(&reported, "warning"))
+            .filter(|line| **line == silent)
+            .count(),
         1,
-        "{told}"
+        "{reported}"
     );
-    assert!(lines(&told, "decides").first().is_some_and(|line| line.contains(" to [")), "{told}");
+    assert!(lines(&reported, "decides").first().is_some_and(|line| line.contains(" to [")), "{reported}");
     let rows: Vec<String> =
-        told.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ")).collect();
-    // 23.6 s at 20 Hz, less three; and every second time a look. Where the vehicle was in those three seconds, in which it
-    // turned, nobody knows.
+        reported.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ")).collect();
+    // 23.6 s at 20 Hz, less three; and an observation every other second. In those three seconds, in which it turned,
+    // the vehicle's pose is unknown.
     for row in [
         "/odom nav_msgs/msg/Odometry 412 0",
         "/fix sensor_msgs/msg/NavSatFix 24 24",
         "/camera_0/detections vision_msgs/msg/Detection2DArray 236 30",
     ] {
-        assert!(rows.contains(&row.to_owned()), "{told}");
+        assert!(rows.contains(&row.to_owned()), "{reported}");
     }
     let fix = "refused on /fix, the last: recorded is std_msgs/msg/String as cdr; allowed is sensor_msgs/msg/NavSatFix as cdr";
-    assert!(told.contains(fix), "{told}");
-    let last = where_found(told.split_once("found: ").unwrap().1.lines().next().unwrap());
-    assert!(last.iter().all(|meters| (meters - YARD.object_meters()).abs() < 1.0), "{told}");
-    assert!(told.contains("/dragnet/belief "), "{told}");
+    assert!(reported.contains(fix), "{reported}");
+    let last = where_found(reported.split_once("found: ").unwrap().1.lines().next().unwrap());
+    assert!(last.iter().all(|meters| (meters - YARD.object_meters()).abs() < 1.0), "{reported}");
+    assert!(reported.contains("/dragnet/belief "), "{reported}");
 
-    assert_eq!(without_computing(&told), without_computing(&place.succeed()));
+    assert_eq!(without_computing(&reported), without_computing(&place.succeed()));
     let mut left: Vec<_> = fs::read_dir(place.folder.path())
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
@@ -143,49 +147,49 @@ fn a_robot_lives_through_a_recording_and_tells_what_it_would_have_done() {
     assert_eq!(left, ["drive", "test_site.toml", "vehicle.toml"], "nothing is written");
 }
 
-/// What is refused far behind the network is counted with the topic that it came on.
+/// Messages rejected late in the chain are counted with their topic.
 #[test]
-fn frames_that_cannot_be_used_are_counted_whatever_the_reason() {
-    let told = Place::new(&settings("detections", ""), &["stamps"]).succeed();
+fn invalid_frames_are_counted_for_any_reason() {
+    let reported = Place::new(&settings("detections", ""), &["stamps"]).succeed();
     let row = |topic: &str| -> Vec<u32> {
-        let row = told.lines().find(|line| line.trim_start().starts_with(topic)).unwrap();
+        let row = reported.lines().find(|line| line.trim_start().starts_with(topic)).unwrap();
         row.split_whitespace().filter_map(|word| word.parse().ok()).collect()
     };
     // Without poses for three seconds.
-    assert_eq!(row("/camera_0/detections"), [236, 30], "{told}");
+    assert_eq!(row("/camera_0/detections"), [236, 30], "{reported}");
     for camera in ["camera_1", "camera_2"] {
         // Those of the first seconds are not too old yet.
-        let [messages, refused] = row(&format!("/{camera}/detections"))[..] else { panic!("{told}") };
-        assert!(messages == 236 && refused > 180, "{told}");
+        let [messages, refused] = row(&format!("/{camera}/detections"))[..] else { panic!("{reported}") };
+        assert!(messages == 236 && refused > 180, "{reported}");
     }
     let advice = "set `stamps = \"arrival\"` if this computer's clock should count";
     let refused = "refused on /camera_1/detections, the last: stamped 20.0 s before this computer's clock";
-    assert!(told.contains(&format!("{refused}; {advice}\n")), "{told}");
+    assert!(reported.contains(&format!("{refused}; {advice}\n")), "{reported}");
     let refused = "refused on /camera_2/detections, the last: stamps stand still";
-    assert!(told.contains(&format!("{refused}; {advice}\n")), "{told}");
-    // Each is one fault, told once; so is that no frame of it can be used.
+    assert!(reported.contains(&format!("{refused}; {advice}\n")), "{reported}");
+    // Each is one fault, reported once; so is that no frame of it is valid.
     for (camera, level) in [("camera_1", "error"), ("camera_2", "error")] {
         let silence = format!("silence of {camera}: no frame comes that can be used");
-        assert_eq!(lines(&told, level).iter().filter(|line| **line == silence).count(), 1, "{told}");
-        let count = lines(&told, "warning")
+        assert_eq!(lines(&reported, level).iter().filter(|line| **line == silence).count(), 1, "{reported}");
+        let count = lines(&reported, "warning")
             .iter()
             .filter(|line| line.starts_with(&format!("camera {camera}: ")))
             .count();
-        assert!((1..=2).contains(&count), "{told}");
+        assert!((1..=2).contains(&count), "{reported}");
     }
 }
 
 #[test]
-fn a_recording_that_is_cut_off_or_none_is_told() {
+fn a_truncated_or_invalid_recording_is_reported() {
     let place = Place::new(&settings("detections", ""), &[]);
     let bytes = fs::read(place.bag()).unwrap();
     let cut = place.folder.path().join("cut.mcap");
-    // Whatever is whole counts: of the first chunk, all.
+    // Intact parts count: all of the first chunk.
     fs::write(&cut, &bytes[..bytes.len() - 40]).unwrap();
     let output = place.dry_run(&cut);
-    let told = String::from_utf8(output.stdout).unwrap();
-    assert!(output.status.success() && told.contains("the recording was cut off"), "{told}");
-    assert!(told.contains("found: [3, 3] at ("), "{told}");
+    let reported = String::from_utf8(output.stdout).unwrap();
+    assert!(output.status.success() && reported.contains("the recording was cut off"), "{reported}");
+    assert!(reported.contains("found: [3, 3] at ("), "{reported}");
 
     // A bag is a folder with its recording.
     assert!(place.dry_run(&place.folder.path().join("drive")).status.success());
@@ -203,10 +207,10 @@ fn a_recording_that_is_cut_off_or_none_is_told() {
     refuse(&place.bag(), "[vehicle] and [ros]");
 }
 
-/// A robot with a detector of its own looks at the images themselves.
+/// A robot with its own detector processes the images themselves.
 #[cfg(feature = "detector")]
 #[test]
-fn a_detector_looks_at_recorded_images() {
+fn a_detector_processes_recorded_images() {
     let detector = "detector = { module = \"modules/red.torchscript\" }\n";
     let place = Place::new(&settings("image", detector), &["images"]);
     let modules = place.folder.path().join("modules");
@@ -214,19 +218,22 @@ fn a_detector_looks_at_recorded_images() {
     let script = Path::new(ROOT).join("tests/python/modules.py");
     let made = Command::new(interpreter(Path::new(ROOT))).arg(script).arg(&modules).output().unwrap();
     assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
-    let told = place.succeed();
-    let found = where_found(lines(&told, "finds")[0]);
-    assert_eq!(lines(&told, "finds").len(), 1, "{told}");
-    assert!(found.iter().all(|meters| (meters - YARD.object_meters()).abs() < 5.0), "{told}");
-    assert!(told.contains("/camera_2/image"), "{told}");
+    let reported = place.succeed();
+    let found = where_found(lines(&reported, "finds")[0]);
+    assert_eq!(lines(&reported, "finds").len(), 1, "{reported}");
+    assert!(found.iter().all(|meters| (meters - YARD.object_meters()).abs() < 5.0), "{reported}");
+    assert!(reported.contains("/camera_2/image"), "{reported}");
 
-    // Of another size than the camera's the boxes would mean something else.
+    // In images of another size than the camera's the boxes would have another meaning.
     let wrong = settings("image", detector).replace("width_pixels = 192", "width_pixels = 384");
     fs::write(place.folder.path().join("vehicle.toml"), wrong).unwrap();
-    let told = place.succeed();
+    let reported = place.succeed();
     let reason = "an image of 192 x 128 pixels; allowed is 384 x 128, as in vehicle.cameras";
-    assert!(lines(&told, "warning").contains(&format!("image, camera_0: {reason}").as_str()), "{told}");
-    assert!(lines(&told, "finds").is_empty(), "{told}");
+    assert!(
+        lines(&reported, "warning").contains(&format!("image, camera_0: {reason}").as_str()),
+        "{reported}"
+    );
+    assert!(lines(&reported, "finds").is_empty(), "{reported}");
 }
 
 #[test]
@@ -242,7 +249,7 @@ fn each_camera_has_one_detector() {
     };
     let detector = "detector = { module = \"red.torchscript\" }\n";
     refuse(&settings("image", ""), "for which a [detector] is needed");
-    refuse(&settings("detections", detector), "[detector] has nothing to look at");
+    refuse(&settings("detections", detector), "[detector] has no images");
     let both = settings("image", detector).replace("image = ", "detections = \"seen\"\nimage = ");
     refuse(&both, "allowed is one of the two");
     let absent = if cfg!(feature = "detector") { "red.torchscript: cannot read it" } else { "built without" };

@@ -1,4 +1,4 @@
-//! What a robot said survives its death: real processes, killed at any moment, and a disk that is full.
+//! A robot's published observations survive its death: real processes, killed at any moment, and a full disk.
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Write};
@@ -18,7 +18,7 @@ use crate::witness::{self, Knowledge};
 const ROBOTS: usize = 4;
 const KILLS: u64 = 200;
 
-/// A search that goes on when all is found: one look tells so little that there is always something left to see.
+/// A search that goes on when all is found: readings are so vague that there is always something left to observe.
 pub(crate) fn endless(robots: usize) -> String {
     format!(
         "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows = 30\ncolumns = 30\n[sensor]\nnoise_variance = 20.0\n[objects]\ncount = 4\n\
@@ -26,7 +26,7 @@ pub(crate) fn endless(robots: usize) -> String {
     )
 }
 
-/// Waits until the coordinator knows what is asked for, and no longer than a person would.
+/// Waits, with a time limit, until the coordinator has this.
 async fn learned<'a>(
     knowledge: &'a mut watch::Receiver<Knowledge>,
     what: &str,
@@ -46,7 +46,7 @@ fn by_name(observations: &[Arc<Observation>]) -> BTreeMap<Name, Arc<Observation>
         .collect()
 }
 
-/// Kills a robot again and again, at some moment after it has said something, and starts it anew each time.
+/// Kills a robot again and again, at some moment after a publication, and restarts it each time.
 async fn kill_repeatedly(field: &Field, number: usize, mut knowledge: watch::Receiver<Knowledge>) -> Process {
     let robot = RobotId::new(u16::try_from(number).unwrap()).unwrap();
     let mut process = field.robot(number);
@@ -63,7 +63,7 @@ async fn kill_repeatedly(field: &Field, number: usize, mut knowledge: watch::Rec
     process
 }
 
-/// What stands in a robot's journal.
+/// The observations in a robot's journal.
 fn read(field: &Field, number: usize, journal: &Path) -> Vec<Arc<Observation>> {
     let scenario = field.scenario();
     let mission = "field".parse().unwrap();
@@ -72,26 +72,26 @@ fn read(field: &Field, number: usize, journal: &Path) -> Vec<Arc<Observation>> {
     Journal::open(journal, subject, 0).unwrap().1.observations
 }
 
-/// What all know, once all know the same.
+/// The state of all, once it is equal.
 async fn settled(knowledge: &mut watch::Receiver<Knowledge>, robots: usize) -> Knowledge {
     learned(knowledge, "equal beliefs", |knowledge| knowledge.is_shared_by(robots)).await.clone()
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn robots_that_are_killed_200_times_lose_nothing_that_they_said() {
+async fn robots_that_are_killed_200_times_lose_no_published_observation() {
     let field = Field::new(&endless(ROBOTS), ROBOTS, 5);
     let (sender, mut knowledge) = watch::channel(Knowledge::default());
-    let heard = knowledge.clone();
+    let received = knowledge.clone();
     let coordinator = witness::coordinate(&field, sender);
     let tormented = async {
         let world = field.world();
         let [one, two, three, four] =
-            [1, 2, 3, 4].map(|number| kill_repeatedly(&field, number, heard.clone()));
+            [1, 2, 3, 4].map(|number| kill_repeatedly(&field, number, received.clone()));
         let robots = tokio::join!(one, two, three, four);
-        // Nothing new is seen from now on.
+        // No new observations from now on.
         world.kill();
         let shared = settled(&mut knowledge, ROBOTS).await;
-        drop((knowledge, heard));
+        drop((knowledge, received));
         (robots, shared)
     };
     let ((), (robots, shared)) = tokio::join!(coordinator, tormented);
@@ -112,7 +112,7 @@ pub(crate) struct SmallDisk {
     answers: BufReader<std::process::ChildStdout>,
 }
 
-/// Mounts the disk where only this shell and its children see it, runs the process, and does what it is told.
+/// Mounts the disk for this shell and its children only, runs the process, and executes commands.
 const SHELL: &str = r#"
 disk=$1; log=$2; shift 2
 mount -t tmpfs -o size=2m tmpfs "$disk"
@@ -131,8 +131,8 @@ kill -9 $robot 2> /dev/null || true
 "#;
 
 impl SmallDisk {
-    /// Runs a command of the program, with settings that may name files on the disk. Nothing where a process may have no
-    /// mounts of its own.
+    /// Runs a command of the program, with settings that may name files on the disk. `None` where a process may not
+    /// mount.
     pub(crate) fn start(
         field: &Field,
         command: &str,
@@ -161,7 +161,7 @@ impl SmallDisk {
         Some(Self { shell, answers })
     }
 
-    /// Where a file of the disk is seen from outside.
+    /// The path of a file of the disk from outside.
     pub(crate) fn seen(&self, file: &Path) -> PathBuf {
         PathBuf::from(format!("/proc/{}/root{}", self.shell.id(), file.display()))
     }
@@ -181,7 +181,7 @@ impl Drop for SmallDisk {
     }
 }
 
-/// Waits until a robot has said something; it is heard to go on searching meanwhile.
+/// Waits for a line in a robot's log; meanwhile it continues to search.
 async fn said(log: &Path, words: &str, knowledge: &mut watch::Receiver<Knowledge>) {
     let says = || std::fs::read_to_string(log).unwrap().contains(words);
     let waited = async {
@@ -195,7 +195,7 @@ async fn said(log: &Path, words: &str, knowledge: &mut watch::Receiver<Knowledge
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_robot_on_a_full_disk_searches_on_says_so_and_recovers() {
+async fn a_robot_on_a_full_disk_continues_reports_it_and_recovers() {
     let field = Field::new(&endless(2), 2, 6);
     let settings = |disk: &Path| field.robot_settings(1, Some(&disk.join("robot.journal")));
     let Some(mut cramped) = SmallDisk::start(&field, "agent", settings) else {
@@ -209,7 +209,7 @@ async fn a_robot_on_a_full_disk_searches_on_says_so_and_recovers() {
         learned(&mut knowledge, "a robot", |knowledge| knowledge.latest(robot).is_some()).await;
         cramped.order("fill");
         said(&log, "the robot goes on", &mut knowledge).await;
-        // The disk is as full when it starts again.
+        // The disk is still full when it restarts.
         let first = knowledge.borrow().latest(robot);
         cramped.order("restart");
         learned(&mut knowledge, "a robot that starts again", |knowledge| knowledge.latest(robot) > first)
@@ -230,7 +230,7 @@ async fn a_robot_on_a_full_disk_searches_on_says_so_and_recovers() {
     assert_eq!(by_name(&journal), by_name(&shared.observations));
 }
 
-/// A first page that never came to the disk, as after a power cut.
+/// A first page that was never written to the disk, as after a power failure.
 #[tokio::test(flavor = "multi_thread")]
 async fn a_robot_whose_journal_has_lost_its_first_page_searches_on_with_a_new_one() {
     let field = Field::new(&endless(1), 1, 7);

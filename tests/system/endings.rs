@@ -1,4 +1,4 @@
-//! However a process is ended, and whatever its disk does, what it recorded can be read.
+//! However a process ends, and whatever its disk does, its recording can be read.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -13,7 +13,7 @@ use dragnet_coordinator::playback::Playback;
 use crate::durability::{SmallDisk, endless};
 use crate::field::{DRAGNET, Field, Process};
 
-/// Waits until something is so, and no longer than a person would.
+/// Waits for a condition, with a time limit.
 fn comes_true(what: &str, mut is_so: impl FnMut() -> bool) {
     let came = (0..600).any(|_| {
         let is_so = is_so();
@@ -25,7 +25,7 @@ fn comes_true(what: &str, mut is_so: impl FnMut() -> bool) {
     assert!(came, "in vain: {what}");
 }
 
-/// As far as it is written.
+/// The part that is written.
 fn read(recording: &Path) -> Option<Inspection> {
     inspect(recording).ok()
 }
@@ -38,7 +38,7 @@ fn assert_finished(recording: &Path) {
     assert_eq!(inspect(recording).unwrap().ending, Ending::Complete, "{}", recording.display());
 }
 
-/// The program, which is not told by whoever runs the tests to ignore signals.
+/// The program with default signal handling.
 fn program() -> Command {
     let mut command = Command::new("env");
     command.args(["--default-signal=INT,TERM,HUP", DRAGNET]);
@@ -77,7 +77,7 @@ fn a_robot_ends_by_any_signal_and_outlives_its_terminal_if_it_is_asked_to() {
     assert!(robot.signal("TERM").success());
 }
 
-/// Whether a process catches a signal, by Linux's own account.
+/// Whether a process handles a signal, by its status file on Linux.
 fn handles(process: &Process, signal: &str) -> bool {
     let number = match signal {
         "HUP" => 1,
@@ -125,7 +125,7 @@ fn a_coordinator_that_is_killed_and_started_again_goes_on_in_a_new_recording() {
     let before = std::fs::read(&first).unwrap();
     for recording in [&second, &third] {
         let coordinator = field.coordinator();
-        // It is told again what it had been told.
+        // It receives again what it had received.
         comes_true("all observations", || observations(recording) > observations(&first));
         coordinator.terminate();
         assert_finished(recording);
@@ -136,7 +136,7 @@ fn a_coordinator_that_is_killed_and_started_again_goes_on_in_a_new_recording() {
 }
 
 #[test]
-fn a_coordinator_on_a_full_disk_says_so_and_records_all_once_there_is_room() {
+fn a_coordinator_on_a_full_disk_reports_it_and_records_all_once_there_is_space() {
     let field = Field::new(&endless(2), 2, 11);
     let settings = |disk: &Path| field.coordinator_settings(&disk.join("field.mcap"));
     let Some(mut cramped) = SmallDisk::start(&field, "coordinator", settings) else {
@@ -162,7 +162,7 @@ fn a_coordinator_on_a_full_disk_says_so_and_records_all_once_there_is_room() {
     assert_gapless(&recording);
 }
 
-/// Of each start of each robot every observation from the first on is there.
+/// Every observation of each start of each robot, from the first on, is there.
 fn assert_gapless(recording: &Path) {
     let playback = Playback::read(recording).unwrap();
     let names: BTreeSet<_> = playback

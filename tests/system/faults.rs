@@ -1,4 +1,4 @@
-//! Bad networks: nothing observed is lost, and in the end all believe the same.
+//! Bad networks: no observation is lost, and in the end all beliefs are equal.
 
 use dragnet_agent::agent::Agent;
 use dragnet_scenario::Scenario;
@@ -54,7 +54,7 @@ fn after_every_storm_all_beliefs_are_equal_to_the_bit() {
         total.duplicated += duplicated;
         total.reordered += reordered;
     }
-    // Each fault has bitten, many times.
+    // Each fault has occurred many times.
     for count in [total.lost, total.cut, total.duplicated, total.reordered] {
         assert!(count > 10_000, "{total:?}");
     }
@@ -89,14 +89,14 @@ fn search(team: &Scenario, seed: u64, faults: Faults) -> Episode {
     episode
 }
 
-/// Cells of the farthest robot until all is found, a mean.
+/// Path length of the farthest robot until all objects are found, a mean.
 fn mean_cells(cells: impl Fn(u64) -> Episode) -> f64 {
     let seeds = 2000..2020;
     let all: f64 = seeds.clone().map(|seed| cells(seed).outcome.cells_to_full_recall.unwrap()).sum();
     all / seeds.count() as f64
 }
 
-/// One of the team is lost when a third of the search is over.
+/// A robot of the team is lost after a third of the search.
 fn search_with_a_death(team: &Scenario, seed: u64) -> Episode {
     let third = MissionTime(search(team, seed, Faults::default()).outcome.ended.0 / 3);
     let lost = Participant::Robot(RobotId::new(u16::try_from(1 + seed % 8).unwrap()).unwrap());
@@ -105,7 +105,7 @@ fn search_with_a_death(team: &Scenario, seed: u64) -> Episode {
 }
 
 #[test]
-fn eight_robots_take_little_more_than_an_eighth_of_the_way_also_when_half_is_lost_or_one_dies() {
+fn eight_robots_need_little_more_than_an_eighth_of_the_path_also_when_half_is_lost_or_one_dies() {
     let (one, eight, lossy) = (team(1, 0.0), team(8, 0.0), team(8, 0.5));
     let alone = mean_cells(|seed| search(&one, seed, Faults::default()));
     let check = |what, cells: f64, least: f64| {

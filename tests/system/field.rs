@@ -1,4 +1,4 @@
-//! A mission by the wall clock, as a field team would start it: each part a process of its own.
+//! A mission by the wall clock, as a field team starts it: each part in a separate process.
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -10,38 +10,38 @@ use tempfile::TempDir;
 
 pub(crate) const DRAGNET: &str = env!("CARGO_BIN_EXE_dragnet");
 
-/// Mission seconds a second.
+/// The real-time factor.
 pub(crate) const PACE: f64 = 100.0;
 
-/// A process that does not outlive the test.
+/// A process that ends with the test.
 pub(crate) struct Process(Child);
 
 impl Process {
     pub(crate) fn start(command: &mut Command) -> Self {
-        // What it says of others that come and go would hide what the test says.
+        // Log lines about others would hide those that the test checks.
         let command = command.env("RUST_LOG", "warn,zenoh=error");
         Self(command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn().unwrap())
     }
 
-    /// The same, with all that it usually tells in a file, as under a service manager.
+    /// The same with all of its usual log in a file, as under a service manager.
     pub(crate) fn start_logged(command: &mut Command, log: &Path) -> Self {
         let log = std::fs::File::create(log).unwrap();
         let command = command.env_remove("RUST_LOG").stdin(Stdio::null()).stdout(Stdio::piped());
         Self(command.stderr(log).spawn().unwrap())
     }
 
-    /// As when the power fails, or the system needs its memory.
+    /// As in a power failure, or by the out-of-memory killer.
     pub(crate) fn kill(mut self) {
         self.0.kill().unwrap();
         self.0.wait().unwrap();
     }
 
-    /// Asks it to stop, as a person would.
+    /// Asks it to stop.
     pub(crate) fn terminate(self) {
         assert!(self.signal("TERM").success());
     }
 
-    /// How it ends after a signal.
+    /// Its exit status after a signal.
     pub(crate) fn signal(mut self, name: &str) -> ExitStatus {
         let sent = Command::new("kill").args(["-s", name, &self.0.id().to_string()]).status().unwrap();
         assert!(sent.success());
@@ -52,13 +52,13 @@ impl Process {
         self.0.id()
     }
 
-    /// Nobody reads what it prints any more. How it ends then.
+    /// Closes its standard output; returns its exit status.
     pub(crate) fn deafen(mut self) -> ExitStatus {
         drop(self.0.stdout.take());
         self.0.wait().unwrap()
     }
 
-    /// What it prints until it ends.
+    /// Its output until it ends.
     pub(crate) fn output(mut self) -> String {
         let mut text = String::new();
         self.0.stdout.take().unwrap().read_to_string(&mut text).unwrap();
@@ -75,8 +75,8 @@ impl Drop for Process {
     }
 }
 
-/// Of `mission field`: the world has the first endpoint, the coordinator or who stands for it the second, then the
-/// robots. Each calls all before it.
+/// The mission `field`: the world has the first endpoint, the coordinator or its substitute the second, then the
+/// robots. Each connects to all before it.
 pub(crate) struct Field {
     folder: TempDir,
     endpoints: Vec<String>,
@@ -131,7 +131,7 @@ impl Field {
         Process::start(Command::new(DRAGNET).args(["coordinator", "--config"]).arg(settings))
     }
 
-    /// The settings of a coordinator that records there.
+    /// The settings of a coordinator that records to this file.
     pub(crate) fn coordinator_settings(&self, recording: &Path) -> PathBuf {
         let config = format!("recording = \"{}\"\n{}", recording.display(), self.common(1));
         self.write("coordinator.toml", &config)
@@ -143,7 +143,7 @@ impl Field {
         )
     }
 
-    /// The settings of a robot, which keeps its journal where they say.
+    /// The settings of a robot with this journal.
     pub(crate) fn robot_settings(&self, number: usize, journal: Option<&Path>) -> PathBuf {
         let journal = journal.map(|path| format!("journal = \"{}\"\n", path.display())).unwrap_or_default();
         let config = format!("robot = {number}\n{journal}{}", self.common(number + 1));

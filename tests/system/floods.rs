@@ -1,4 +1,4 @@
-//! One of the network floods a mission with all that is wrong: logs and memory stay bounded, and the others go on.
+//! A participant floods a mission with invalid messages: logs and memory stay bounded, and the others go on.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -23,29 +23,29 @@ use crate::durability::endless;
 use crate::eventually;
 use crate::field::{DRAGNET, Field, Process};
 
-/// Who floods; the others of its team are honest.
+/// The flooding robot; the others of its team are honest.
 const FLOODER: RobotId = RobotId::new(3).unwrap();
-/// So many rounds of all that is wrong are sent at least.
+/// Minimum number of rounds of invalid messages.
 const ROUNDS: u64 = 1000;
-/// Starts that it claims to know of each robot: almost as many as may be.
+/// Number of starts that it claims to know of each robot: almost the maximum.
 const STARTS: u64 = 1000;
-/// Lines of a log that are about others: each kind once a minute of each sender.
+/// Maximum number of log lines about others: each kind once a minute for each sender.
 const MOST_LINES: usize = 80;
-/// 64 MiB of messages that wait, and the program with all that it knows.
+/// 64 MiB of pending messages, and the program with its state.
 const MOST_KIB: u64 = 256 << 10;
 
 fn attached() -> Vec<u8> {
     Envelope { number: 7, process: Sender { identity: 5, age_ms: 0 } }.encode()
 }
 
-/// All that somebody may claim to know.
+/// The largest possible version vector.
 fn versions() -> Vec<Version> {
     let origins = RobotId::first(FLOODER.number())
         .flat_map(|robot| (0..STARTS).map(move |incarnation| Origin { source: robot.into(), incarnation }));
     origins.map(|origin| Version { origin, next: 9 }).collect()
 }
 
-/// Well-formed, as long as can be, and of a time that is far away.
+/// Well-formed, of maximum length, and dated far ahead.
 fn long(cell: Cell) -> [(String, Vec<u8>); 2] {
     let (time_ns, directive, digest) = (1 << 60, Directive::default(), Digest(1));
     let intent = Intent { robot: FLOODER, incarnation: 0, decision: 1, time_ns, path: vec![cell] };
@@ -81,7 +81,7 @@ fn key(topic: Topic) -> String {
     "field".parse::<dragnet_proto::key::Mission>().unwrap().key(topic).to_string()
 }
 
-/// Sends what no one of the mission would say, and counts the rounds.
+/// Sends invalid messages of all kinds, and counts the rounds.
 async fn flood(session: Session, cell: Cell, rounds: Arc<AtomicU64>) {
     let robots = |rest: &str| format!("dragnet/field/robots/{rest}");
     let garbage = vec![0xa5; 300];
@@ -106,7 +106,7 @@ async fn flood(session: Session, cell: Cell, rounds: Arc<AtomicU64>) {
                 session.put(key, bytes.clone()).attachment(attached()).await.unwrap();
             }
         }
-        // They come and go: those of one robot, of the coordinator, and of somebody who is not of the team.
+        // Tokens that come and go: of one robot, of the coordinator, and of a participant outside the team.
         for who in [
             Participant::Robot(FLOODER),
             Participant::Coordinator,
@@ -132,14 +132,14 @@ impl Witnessed {
         Self { process, log }
     }
 
-    /// The most memory that it ever had, KiB, by Linux's account.
+    /// Its peak memory, KiB, on Linux.
     fn memory_kib(&self) -> u64 {
         let status = std::fs::read_to_string(format!("/proc/{}/status", self.process.id())).unwrap();
         let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap();
         peak.trim().trim_end_matches(" kB").parse().unwrap()
     }
 
-    /// What it has told of others in the end.
+    /// Its log lines about others.
     fn end(self) -> Vec<String> {
         self.process.terminate();
         let log = std::fs::read_to_string(self.log).unwrap();
@@ -157,7 +157,7 @@ impl Witnessed {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn whoever_floods_fills_neither_logs_nor_memory_and_the_others_are_heard() {
+async fn a_flood_fills_neither_logs_nor_memory_and_the_others_are_received() {
     let field = Field::new(&endless(3), 3, 4);
     let recording = field.path("field.mcap");
     let coordinator = Witnessed::start("coordinator", &field.coordinator_settings(&recording));
@@ -187,11 +187,11 @@ async fn whoever_floods_fills_neither_logs_nor_memory_and_the_others_are_heard()
         let text = log.join("\n");
         assert!(log.len() < MOST_LINES, "{text}");
         assert!(memory_kib < MOST_KIB, "{memory_kib} KiB");
-        // Of each kind and sender one line, and how many more there were.
+        // One line for each kind and sender, and a count of the others.
         for (what, of) in
-            [("what is no message", "somebody who is not of the team"), ("what is no message", "robot 3")]
+            [("invalid messages", "a participant outside the team"), ("invalid messages", "robot 3")]
         {
-            let left_out = format!(", not told: {what} of {of}");
+            let left_out = format!(", not logged: {what} of {of}");
             assert!(log.iter().any(|line| line.contains(&left_out)), "{left_out}: {text}");
         }
     }

@@ -1,5 +1,5 @@
-//! Public names are the field's words: each is in `docs/glossary.md` or an ordinary word, and names that were given up do
-//! not come back.
+//! Public names are the field's words: each is in `docs/glossary.md` or an ordinary word, and given-up names and words
+//! do not come back.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -61,6 +61,42 @@ const GIVEN_UP: [&str; 40] = [
     "Sights",
     "Onlooker",
     "log_request",
+];
+
+/// Private words that were given up, as phrases that have no plain meaning in a help text or in documentation.
+const GIVEN_UP_PHRASES: [&str; 32] = [
+    "a look",
+    "one look",
+    "last look",
+    "first look",
+    "looks around",
+    "is told",
+    "are told",
+    "is heard",
+    "are heard",
+    "hears of",
+    "sign of life",
+    "signs of life",
+    "what it sees",
+    "what it says",
+    "whoever",
+    "whom",
+    "somebody",
+    "nobody",
+    "believes that",
+    "not believed",
+    "promised",
+    "promises",
+    "goes on its way",
+    "its own way",
+    "way covered",
+    "this way (",
+    "by hand",
+    "started anew",
+    "what cannot be",
+    "as given",
+    "so many",
+    "taken down",
 ];
 
 fn root() -> &'static Path {
@@ -156,7 +192,7 @@ fn each_policy_is_in_the_guide_and_in_the_glossary() {
     }
 }
 
-/// Files of the repository that people read or write, but for what tells its history.
+/// Files of the repository that people read or write, except for its history.
 fn files(folder: &Path, found: &mut Vec<PathBuf>) {
     let skipped =
         ["target", ".git", ".venv", "third_party", "node_modules", "dist", "CHANGELOG.md", "glossary.rs"];
@@ -190,4 +226,64 @@ fn names_that_were_given_up_do_not_come_back() {
             assert!(!words.contains(name), "{}: {name}", path.display());
         }
     }
+}
+
+fn assert_plain(place: &str, text: &str) {
+    let text = text.to_lowercase().split_whitespace().collect::<Vec<_>>().join(" ");
+    let is_letter = |it: Option<char>| it.is_some_and(char::is_alphanumeric);
+    for phrase in GIVEN_UP_PHRASES {
+        let is_whole = |(at, _): (usize, &str)| {
+            !is_letter(text[..at].chars().next_back()) && !is_letter(text[at + phrase.len()..].chars().next())
+        };
+        assert!(!text.match_indices(phrase).any(is_whole), "{place}: {phrase:?} in {text:?}");
+    }
+}
+
+#[test]
+fn help_texts_have_no_words_that_were_given_up() {
+    assert_plain("dragnet", &help(&[]));
+    let commands = fs::read_dir(root().join("src/commands")).unwrap();
+    let names = commands.filter_map(|entry| {
+        let name = entry.unwrap().file_name().into_string().unwrap();
+        Some(name.strip_suffix(".rs")?.replace('_', "-"))
+    });
+    let top = help(&[]);
+    let names: Vec<String> = names.filter(|name| top.contains(&format!("\n  {name} "))).collect();
+    assert!(names.len() > 15, "{names:?}");
+    for name in names {
+        assert_plain(&name, &help(&[&name]));
+    }
+}
+
+/// The documentation of public items of a source file, and of the file itself; a text for each.
+fn public_documentation(source: &str) -> Vec<String> {
+    let (mut documentation, mut text) = (Vec::new(), String::new());
+    for line in source.lines().map(str::trim_start) {
+        if let Some(line) = line.strip_prefix("//!") {
+            documentation.push(line.to_owned());
+        } else if let Some(line) = line.strip_prefix("///") {
+            text.push_str(line);
+        } else if !line.starts_with("#[") && !text.is_empty() {
+            let documented = std::mem::take(&mut text);
+            if line.starts_with("pub ") {
+                documentation.push(documented);
+            }
+        }
+    }
+    documentation
+}
+
+#[test]
+fn public_documentation_has_no_words_that_were_given_up() {
+    let mut found = Vec::new();
+    files(root(), &mut found);
+    let sources = found.iter().filter(|path| path.extension().is_some_and(|it| it == "rs"));
+    let mut count = 0;
+    for path in sources {
+        for text in public_documentation(&fs::read_to_string(path).unwrap()) {
+            assert_plain(&path.display().to_string(), &text);
+            count += 1;
+        }
+    }
+    assert!(count > 2000, "{count}");
 }

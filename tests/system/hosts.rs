@@ -1,4 +1,4 @@
-//! Several hosts on one machine, and processes on them.
+//! Several hosts on one computer, with processes on them.
 
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
@@ -9,11 +9,11 @@ use tempfile::TempDir;
 
 use crate::field::DRAGNET;
 
-/// In namespaces of users, so that no privilege is needed where the system gives them; all ends with the shell.
+/// In user namespaces, so that no privilege is needed where the system provides them; everything ends with the shell.
 const ISOLATED: [&str; 8] =
     ["--user", "--map-root-user", "--net", "--mount", "--pid", "--fork", "--kill-child", "--mount-proc"];
 
-/// The hosts, and a folder that all of them see.
+/// The hosts, and a folder that all of them share.
 pub(crate) struct Hosts {
     folder: TempDir,
     shell: Child,
@@ -21,7 +21,7 @@ pub(crate) struct Hosts {
 }
 
 impl Hosts {
-    /// Nothing where a process may have no network of its own.
+    /// `None` where a process may not have its own network.
     pub(crate) fn new() -> Option<Self> {
         let mut probe = Command::new("unshare");
         probe.args(ISOLATED).args(["sh", "-c", "mount -t tmpfs tmpfs /run && ip netns add probe"]);
@@ -52,12 +52,12 @@ impl Hosts {
         std::fs::write(self.path(name), text).unwrap();
     }
 
-    /// What a process has said in its log.
+    /// The log of a process.
     pub(crate) fn log(&self, name: &str) -> String {
         std::fs::read_to_string(self.path(&format!("{name}.log"))).unwrap_or_default()
     }
 
-    /// An order of `hosts.sh`.
+    /// A command of `hosts.sh`.
     pub(crate) fn order(&mut self, order: &str) {
         writeln!(self.shell.stdin.as_mut().unwrap(), "{order}").unwrap();
         let mut answer = String::new();
@@ -70,7 +70,7 @@ impl Hosts {
         self.order(&format!("start {name} {name} {DRAGNET} {arguments}"));
     }
 
-    /// Waits for what must come.
+    /// Waits for a condition.
     pub(crate) fn until(&self, what: &str, mut is_so: impl FnMut(&Self) -> bool) {
         let start = Instant::now();
         while !is_so(self) {
@@ -82,8 +82,9 @@ impl Hosts {
     fn logs(&self) -> String {
         let is_log = |path: &PathBuf| path.extension().is_some_and(|extension| extension == "log");
         let files = std::fs::read_dir(self.folder.path()).unwrap().map(|entry| entry.unwrap().path());
-        let told = |path: &Path| format!("== {}\n{}", path.display(), std::fs::read_to_string(path).unwrap());
-        files.filter(is_log).map(|path| told(&path)).collect()
+        let reported =
+            |path: &Path| format!("== {}\n{}", path.display(), std::fs::read_to_string(path).unwrap());
+        files.filter(is_log).map(|path| reported(&path)).collect()
     }
 }
 

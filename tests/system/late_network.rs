@@ -1,4 +1,4 @@
-//! A robot whose network is not there when it starts: it takes part once it can.
+//! A robot whose network is not there when it starts: it joins once the network is there.
 
 use std::net::TcpListener;
 use std::os::unix::net::UnixDatagram;
@@ -18,12 +18,12 @@ use crate::field::{DRAGNET, Field, Process};
 const ALONE: &str = "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows = 5\ncolumns = 5\n\
                      [objects]\ncount = 1\n[mission]\nbudget_seconds = 3600.0\n";
 
-/// The settings of robot 1, which listens and calls as told.
+/// The settings of robot 1 with these endpoints.
 fn settings(field: &Field, listen: &[String], connect: &[String]) -> PathBuf {
     listening(&field.robot_settings(1, None), listen, connect)
 }
 
-/// Settings of a process, by which it listens and calls as told from now on.
+/// Settings of a process with other endpoints.
 fn listening(file: &Path, listen: &[String], connect: &[String]) -> PathBuf {
     let text = std::fs::read_to_string(file).unwrap();
     let (common, _) = text.split_once("[common.zenoh]").unwrap();
@@ -57,15 +57,15 @@ async fn a_robot_takes_part_once_its_network_is_there() {
     let length = manager.recv(&mut words).unwrap();
     assert_eq!(&words[..length], b"READY=1\n", "{}", std::fs::read_to_string(&log).unwrap());
     for missing in &listen {
-        let told = format!("cannot listen yet, and tries again: {missing}");
-        let is_told = || std::fs::read_to_string(&log).unwrap().contains(&told);
+        let reported = format!("cannot listen yet, and tries again: {missing}");
+        let is_told = || std::fs::read_to_string(&log).unwrap().contains(&reported);
         let waiting = async {
             while !is_told() {
                 tokio::time::sleep(Duration::from_millis(20)).await;
             }
         };
         let waited = tokio::time::timeout(Duration::from_mins(1), waiting).await;
-        assert!(waited.is_ok(), "no {told:?} in:\n{}", std::fs::read_to_string(&log).unwrap());
+        assert!(waited.is_ok(), "no {reported:?} in:\n{}", std::fs::read_to_string(&log).unwrap());
     }
     drop(holder);
     let session = open(&Endpoints { connect: vec![endpoint], ..Endpoints::default() }).await.unwrap();
@@ -77,7 +77,7 @@ async fn a_robot_takes_part_once_its_network_is_there() {
 }
 
 #[test]
-fn a_robot_and_a_coordinator_whose_network_is_late_stop_when_they_are_told_to() {
+fn a_robot_and_a_coordinator_with_a_late_network_stop_on_request() {
     let field = Field::new(ALONE, 1, 1);
     let nowhere = ["tcp/192.0.2.7:7447".to_owned()];
     let robot = settings(&field, &nowhere, &[]);
@@ -89,10 +89,10 @@ fn a_robot_and_a_coordinator_whose_network_is_late_stop_when_they_are_told_to() 
             let mut command = Command::new("env");
             command.args(["--default-signal=INT,TERM", DRAGNET, part, "--config"]).arg(&file);
             let process = Process::start_logged(&mut command, &log);
-            eventually("it takes part", || said().contains("who comes is told"));
+            eventually("it takes part", || said().contains("arrivals are logged"));
             assert!(process.signal(signal).success(), "{}", said());
             let said = said();
-            assert!(said.contains("of mission field is told to stop, and ends"), "{said}");
+            assert!(said.contains("of mission field was asked to stop, and ends"), "{said}");
             // Zenoh gives up only after ten seconds, and says so.
             assert!(!said.contains("ERROR"), "{said}");
         }
@@ -100,7 +100,7 @@ fn a_robot_and_a_coordinator_whose_network_is_late_stop_when_they_are_told_to() 
 }
 
 #[test]
-fn what_no_network_will_ever_have_ends_a_robot_at_once() {
+fn an_impossible_endpoint_ends_a_robot_at_once() {
     let field = Field::new(ALONE, 1, 1);
     let check = |listen: &str, connect: &str, expected: &str| {
         let file = settings(&field, &[listen.to_owned()], &[connect.to_owned()]);

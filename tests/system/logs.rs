@@ -1,4 +1,4 @@
-//! What the processes of a mission tell in their logs.
+//! The logs of a mission's processes.
 
 use std::path::Path;
 use std::process::Command;
@@ -15,13 +15,13 @@ fn read(log: &Path) -> String {
     log
 }
 
-/// What is told after these words, line by line.
-fn told<'a>(log: &'a str, words: &str) -> Vec<&'a str> {
+/// The log lines after these words.
+fn reported<'a>(log: &'a str, words: &str) -> Vec<&'a str> {
     log.lines().filter_map(|line| line.split_once(words).map(|(_, rest)| rest)).collect()
 }
 
 #[test]
-fn logs_tell_what_was_decided_and_found_and_declared_and_why_a_robot_rests() {
+fn logs_contain_decisions_finds_declarations_and_reasons_to_rest() {
     let field = Field::new(SEARCH, 2, 3);
     let log = |name: &str| field.path(&format!("{name}.log"));
     let start = |name: &str, verb: &str, settings: &Path| {
@@ -36,16 +36,16 @@ fn logs_tell_what_was_decided_and_found_and_declared_and_why_a_robot_rests() {
     robots.into_iter().for_each(Process::terminate);
     coordinator.terminate();
     let declared = read(&log("coordinator"));
-    let declared = told(&declared, "the coordinator declared: an object at ");
+    let declared = reported(&declared, "the coordinator declared: an object at ");
     assert_eq!(declared.len(), 2, "{declared:?}");
     for number in [1, 2] {
         let log = read(&log(&format!("robot_{number}")));
-        let told = |words: &str| told(&log, &format!("robot {number} {words}: "));
-        let decided = told("decided");
+        let reported = |words: &str| reported(&log, &format!("robot {number} {words}: "));
+        let decided = reported("decided");
         assert!(decided.len() > 2 && decided[0].contains(" to ["), "{log}");
-        assert_eq!(told("resting").last(), Some(&"nothing is left that is worth a search"), "{log}");
+        assert_eq!(reported("resting").last(), Some(&"the search is complete"), "{log}");
         let found: Vec<&str> =
-            told("found").iter().map(|line| line.trim_start_matches("an object at ")).collect();
+            reported("found").iter().map(|line| line.trim_start_matches("an object at ")).collect();
         for cell in &found {
             assert!(declared.iter().any(|declared| declared.starts_with(cell)), "{cell}: {declared:?}");
         }

@@ -1,4 +1,4 @@
-//! The whole system: what no crate can show alone.
+//! Tests of the whole system.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -42,7 +42,7 @@ fn scenario(text: &str) -> Scenario {
     Scenario::from_text(Path::new("test.toml"), text.to_owned()).unwrap()
 }
 
-/// Waits until something is so: no test waits for ever.
+/// Waits for a condition, with a time limit.
 fn eventually(what: &str, mut is_so: impl FnMut() -> bool) {
     let start = Instant::now();
     while !is_so() {
@@ -51,7 +51,8 @@ fn eventually(what: &str, mut is_so: impl FnMut() -> bool) {
     }
 }
 
-/// Says what this system lacks, without which a test shows nothing. Where all of it is to be there, that is a failure.
+/// Prints a requirement that this system lacks, without which a test is skipped. Where all requirements must be there,
+/// it fails.
 fn skip(what: &str) {
     assert!(std::env::var_os("CI").is_none(), "{what}");
     eprintln!("skipped: {what}");

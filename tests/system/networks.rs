@@ -1,4 +1,4 @@
-//! A mission on hosts of its own: links that are cut and slow, robots and routers that are killed.
+//! A mission on separate hosts: links that are cut and slow, robots and routers that are killed.
 
 use std::fmt::Write;
 
@@ -16,16 +16,16 @@ const SEARCH: &str = "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows
                       [objects]\ncount = 6\n[robots]\ncount = 4\npolicy = \"greedy\"\n\
                       [mission]\nbudget_seconds = 7200.0\nstop_when_expected_remaining = 0.001\n";
 
-/// Who is silent for two seconds is gone; Zenoh's own patience is ten.
+/// A participant is lost after two seconds of silence; Zenoh's own lease is ten.
 const ZENOH: &str = "{ mode: \"peer\", scouting: { multicast: { enabled: false }, gossip: { enabled: false } },\n\
                      transport: { link: { tx: { lease: 2000 } } } }\n";
 
-/// How those are connected who take part.
+/// The connections of the participants.
 #[derive(Clone, Copy, PartialEq)]
 enum Shape {
-    /// Each robot calls the coordinator and all robots before it; the last one over the relay.
+    /// Each robot connects to the coordinator and to all robots before it; the last one over the relay.
     Mesh,
-    /// All call the coordinator alone.
+    /// All connect to the coordinator only.
     Star,
 }
 
@@ -81,7 +81,7 @@ impl Mission {
             connect.extend((1..robot).map(|other| format!("tcp/10.0.0.{}:7140", 10 + other)));
         }
         if self.shape == Shape::Mesh && robot == ROBOTS {
-            // All but the world, which is no matter of radio.
+            // All but the world, which has no radio.
             connect = (0..robot).map(|place| format!("tcp/10.0.0.9:{}", 7000 + place)).collect();
             connect.push("tcp/10.9.0.1:7140".to_owned());
         }
@@ -93,7 +93,7 @@ impl Mission {
         self.hosts.start(&name, &format!("agent --config {}", config.display()));
     }
 
-    /// A fifth of a second each way, and 100 kB a second: port 7000 is the coordinator's, then one a robot.
+    /// A fifth of a second each way, and 100 kB per second: port 7000 is the coordinator's, then one for each robot.
     fn start_relay(&mut self) {
         let mut forwards = "10.0.0.9:7000=10.0.0.2:7140".to_owned();
         for robot in 1..ROBOTS {
@@ -116,20 +116,20 @@ impl Mission {
         self.hosts.start("sim", &format!("sim {} --json --config {}", scenario.display(), config.display()));
     }
 
-    /// Waits until so many observations are on the coordinator's disk.
+    /// Waits until this many observations are on the coordinator's disk.
     fn await_observations(&self, recording: &str, count: u64) {
         let path = self.hosts.path(recording);
         let recorded = || inspect(&path).map_or(0, |inspection| inspection.observations);
         self.hosts.until(&format!("{count} observations in {recording}"), |_| recorded() >= count);
     }
 
-    /// Waits until somebody has said something so many times.
+    /// Waits until a process has logged something this many times.
     fn await_words(&self, who: &str, words: &str, times: usize) {
         let count = |hosts: &Hosts| hosts.log(who).matches(words).count();
         self.hosts.until(&format!("{who} says {words:?}"), |hosts| count(hosts) >= times);
     }
 
-    /// How many observations stand in a robot's journal.
+    /// Number of observations in a robot's journal.
     fn journal(&self, robot: u16) -> u64 {
         let scenario = Scenario::load(&self.hosts.path("search.toml")).unwrap();
         let (mission, terrain) = ("field".parse().unwrap(), scenario.terrain());
@@ -138,7 +138,7 @@ impl Mission {
         Journal::open(&path, subject, 0).unwrap().1.observations.len() as u64
     }
 
-    /// Ends well, and the last coordinator has it all.
+    /// Ends the mission, and checks that the last coordinator has everything.
     fn finish(mut self, recording: &str) {
         self.hosts.order("wait sim x");
         let outcome = std::fs::read_to_string(self.hosts.path("sim.out")).unwrap();
@@ -154,7 +154,7 @@ impl Mission {
             self.hosts.order(&format!("wait robot-{robot} x"));
             assert_eq!(self.journal(robot), recorded.observations, "robot {robot}");
         }
-        // What a robot was shown while it was away is shown to it again.
+        // Readings that a robot missed while it was away are sent again.
         let sent = outcome["observations_sent"].as_u64().unwrap();
         assert!(recorded.observations <= sent, "{} {outcome}", recorded.observations);
     }
@@ -172,17 +172,17 @@ fn a_mesh_survives_a_partition_a_slow_link_and_deaths() {
     mission.hosts.order("link trunk down");
     mission.await_words("robot-1", "robot 3 has left", 1);
     mission.await_words("robot-3", "robot 1 has left", 1);
-    // Who is still taken to be here when the trunk is whole again never comes back.
+    // A participant that is still considered present when the trunk is restored would not join again.
     mission.await_words("robot-4", "robot 2 has left", 1);
     mission.hosts.order("link trunk up");
     mission.await_words("robot-1", "robot 3 is back", 1);
     mission.await_words("robot-4", "robot 2 is back", 1);
-    // A robot dies, and comes back with its journal.
+    // A robot dies, and restarts with its journal.
     mission.hosts.order("kill robot-2 KILL");
     mission.await_words("robot-1", "robot 2 has left", 1);
     mission.start_robot(2);
     mission.await_words("robot-2", "robot 2 goes on with", 1);
-    // A late joiner, who knows nothing.
+    // A late joiner without observations.
     mission.hosts.order("kill coordinator KILL");
     mission.await_words("robot-1", "the coordinator has left", 1);
     mission.start_coordinator("second.mcap");

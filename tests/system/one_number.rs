@@ -1,4 +1,4 @@
-//! Two processes of one robot: copied settings, which nobody means to run.
+//! Two processes of one robot, by copied settings.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -23,13 +23,13 @@ const SEARCH: &str = "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows
                       [objects]\ncount = 1\n[mission]\nbudget_seconds = 36000.0\n";
 const ONE: Participant = Participant::Robot(RobotId::FIRST);
 
-/// A process of robot 1 that tells its log.
-struct Told {
+/// A process of robot 1 whose log is read.
+struct Reported {
     process: Process,
     log: PathBuf,
 }
 
-impl Told {
+impl Reported {
     fn start(field: &Field, name: &str, settings: &str) -> Self {
         let (file, log) = (field.path(&format!("{name}.toml")), field.path(&format!("{name}.log")));
         std::fs::write(&file, settings).unwrap();
@@ -43,7 +43,7 @@ impl Told {
     }
 }
 
-/// Another participant, who shows robot 1 what it sees, over and over, and hears what it says of it.
+/// Another participant, which sends robot 1 its readings, over and over, and receives its observations.
 struct Ear {
     link: Link,
     sensed: Vec<u8>,
@@ -62,15 +62,15 @@ impl Ear {
         Self { link, sensed }
     }
 
-    /// What robot 1 says until something is so: the processes that have said that they see.
+    /// Receives robot 1's messages until a condition holds: the processes that have published observations.
     async fn until(&mut self, what: &str, is_so: impl Fn(&Link, &[u64]) -> bool) -> Vec<u64> {
         let mut speakers = Vec::new();
         let waiting = async {
             let mut ticks = tokio::time::interval(Duration::from_millis(100));
             while !is_so(&self.link, &speakers) {
                 tokio::select! {
-                    heard = self.link.hear() => {
-                        if let Some(Incoming::Message { identity, message: Message::Observation(_), .. }) = heard {
+                    received = self.link.receive() => {
+                        if let Some(Incoming::Message { identity, message: Message::Observation(_), .. }) = received {
                             speakers.push(identity);
                         }
                     }
@@ -98,50 +98,50 @@ fn copy(keyed: &security::Field, place: usize) -> Command {
 }
 
 #[test]
-fn of_two_with_one_certificate_over_mutual_tls_the_later_one_refuses_to_move_and_both_are_told_of() {
+fn of_two_with_one_certificate_the_later_one_stops_and_both_are_reported() {
     let keyed = security::Field::new(Topology::Mesh);
     std::fs::write(keyed.path("field.toml"), endless(2)).unwrap();
     let [one, two] = [1, 2].map(|number| Name::robot(number).unwrap());
     let start = |name, place| security::Process::start(&mut keyed.command(name, place));
     let (_world, coordinator) = (start(Name::Simulator, 0), start(Name::COORDINATOR, 1));
     let (mate, first) = (start(two, 2), start(one, 3));
-    first.says(&["robot 1 decided: "]);
+    first.logs(&["robot 1 decided: "]);
     let second = security::Process::start(&mut copy(&keyed, 4));
     let stands = |lines: &[String]| {
         assert!(lines.iter().all(|line| !line.contains("robot 1 decided: ")), "{lines:#?}");
     };
-    stands(&second.says_until(&["robot 1 stands still"]));
+    stands(&second.lines_until(&["robot 1 stands still"]));
     for process in [&coordinator, &mate, &first] {
-        process.says(&["robot 1 is here twice"]);
-        process.says(&["TWO PROCESSES SAY THAT THEY ARE robot 1"]);
+        process.logs(&["robot 1 is here twice"]);
+        process.logs(&["TWO PROCESSES ARE RUNNING AS robot 1"]);
     }
     // The first one goes on, and after its end the second one does.
-    first.says(&["robot 1 decided: "]);
+    first.logs(&["robot 1 decided: "]);
     drop(first);
-    stands(&second.says_until(&["robot 1 goes on"]));
-    second.says(&["robot 1 decided: "]);
+    stands(&second.lines_until(&["robot 1 goes on"]));
+    second.logs(&["robot 1 decided: "]);
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn of_two_processes_of_one_robot_the_younger_stands_all_say_so_and_it_goes_on_alone() {
+async fn of_two_processes_of_one_robot_the_younger_stops_until_it_is_alone() {
     let field = Field::new(SEARCH, 1, 1);
     let mut ear = Ear::new(&field).await;
     let settings = std::fs::read_to_string(field.robot_settings(1, None)).unwrap();
-    let first = Told::start(&field, "first", &settings);
+    let first = Reported::start(&field, "first", &settings);
     let speakers = ear.until("the first sees", |_, speakers| speakers.len() > 2).await;
     let identity = speakers[0];
-    // A copy, on another computer as it were: it listens elsewhere, and calls all that the first calls, and the first.
+    // A copy, as on another computer: it listens elsewhere, and connects to all peers of the first, and to the first.
     let own = &field.endpoints(2).listen[0];
     let elsewhere = free_endpoints(1).unwrap().remove(0);
     let copy = settings
         .replacen(own, &elsewhere, 1)
         .replacen("connect = [", &format!("connect = [{own:?}, "), 1)
         .replacen("robot = 1\n", "robot = 1\njournal = \"copy.journal\"\n", 1);
-    let second = Told::start(&field, "second", &copy);
+    let second = Reported::start(&field, "second", &copy);
     let stands = || second.log().contains("robot 1 stands still");
     let is_told = || first.log().contains("robot 1 is here twice");
     ear.until("both say so", |link, _| stands() && is_told() && link.doubled().contains(&ONE)).await;
-    // What the second said before it knew of the first may still be on its way.
+    // Messages of the second from before it knew of the first may still arrive.
     ear.until("the first goes on", |_, speakers| speakers.len() > 9).await;
     let said = ear.until("the first goes on alone", |_, speakers| speakers.len() > 9).await;
     assert!(said.iter().all(|&speaker| speaker == identity), "{said:?} {identity}");

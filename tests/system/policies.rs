@@ -1,4 +1,4 @@
-//! How well the policies search: means over seeds.
+//! Performance of the policies: means over seeds.
 
 use dragnet_scenario::Scenario;
 use dragnet_search::policy::PolicyName;

@@ -1,4 +1,4 @@
-//! Robots, coordinator and world as processes of their own.
+//! Robots, coordinator and world as separate processes.
 
 use std::path::PathBuf;
 
@@ -69,7 +69,7 @@ fn robots_search_on_when_the_coordinator_is_killed() {
     let coordinator = field.coordinator();
     let robots = [field.robot(1), field.robot(2)];
     let world = field.world();
-    // The search takes 4 s; once something of it is on disk the coordinator dies without a word.
+    // The search takes 4 s; once a part of it is on disk the coordinator is killed.
     let recording = field.path("field.mcap");
     let observations =
         || dragnet_coordinator::inspect::inspect(&recording).map_or(0, |inspection| inspection.observations);

@@ -1,4 +1,4 @@
-//! Rehearsals: robots on their own, and a simulated world that comes, goes and mishears.
+//! Robots with a simulated world that comes, goes and loses messages.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -25,7 +25,7 @@ use crate::{eventually, scenario};
 
 const ONE: RobotId = RobotId::FIRST;
 
-/// A robot whose words are the test's.
+/// A robot whose messages are sent by the test.
 struct Robot {
     link: Link,
     sights: mpsc::Receiver<Report>,
@@ -70,7 +70,7 @@ impl Robot {
         self.say(Message::Heartbeat(heartbeat)).await;
     }
 
-    /// The next cell that the world shows it, unless it is the one where it is.
+    /// The next cell whose readings the world sends, unless it is the current one.
     async fn enters(&mut self, here: usize) -> usize {
         let another = async {
             while let Some((_, Event::Sensed { cell, .. })) = self.sights.recv().await {
@@ -86,10 +86,10 @@ impl Robot {
     }
 }
 
-/// What was lost on its way to the world, its robot's signs of life tell; what comes again, or to another one of its
-/// number, moves nobody and is no sight of another.
+/// Lost messages are recovered by heartbeats; repeated ones, or those to another process of its number, move no robot
+/// and are not new readings.
 #[tokio::test(flavor = "multi_thread")]
-async fn a_robot_drives_by_its_signs_of_life_and_not_by_what_is_replayed() {
+async fn a_robot_moves_by_its_heartbeats_and_not_by_repeated_messages() {
     let row = scenario(
         "name = \"row\"\n[map]\nshape = \"all_traversable\"\nrows = 1\ncolumns = 6\n[objects]\ncount = 1\n\
          [robots]\ncount = 1\nstart = [0, 0]\n[mission]\nbudget_seconds = 36000.0\nspeed_meters_per_second = 1.0\n\
@@ -108,7 +108,7 @@ async fn a_robot_drives_by_its_signs_of_life_and_not_by_what_is_replayed() {
         assert_eq!(robot.enters(usize::MAX).await, 0);
         robot.beat(0, 5, &[1, 2]).await;
         assert_eq!(robot.enters(0).await, 1);
-        // That it comes stops nobody.
+        // Its arrival stops no robot.
         let mut twin = Robot::join(&row, &listen[0]).await;
         assert_eq!(robot.enters(1).await, 2);
         for (decision, path) in [(4, [1]), (5, [1])] {
@@ -120,7 +120,7 @@ async fn a_robot_drives_by_its_signs_of_life_and_not_by_what_is_replayed() {
         robot.beat(2, 6, &[3, 4]).await;
         assert_eq!(robot.enters(2).await, 3);
         assert_eq!(robot.enters(3).await, 4);
-        // It was not shown that it is there, or did not hear it.
+        // It did not receive its readings, or they were lost.
         robot.beat(3, 6, &[4]).await;
         tokio::time::sleep(Duration::from_millis(300)).await;
         robot.beat(3, 6, &[4]).await;
@@ -137,7 +137,7 @@ const SEARCH: &str = "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows
                       [objects]\ncount = 4\n[robots]\ncount = 2\npolicy = \"path\"\n\
                       [mission]\nbudget_seconds = 3600.0\nstop_when_expected_remaining = 0.001\n";
 
-/// Robots are where they were and the mission is as old as it was: nothing that they see from then on is refused.
+/// Robots keep their cells and the mission its time: none of their later observations is rejected.
 #[test]
 fn a_world_that_is_started_again_joins_the_mission() {
     let field = Field::new(SEARCH, 2, 3);
@@ -159,7 +159,7 @@ fn a_world_that_is_started_again_joins_the_mission() {
     assert!(!summary.contains("refused"), "{summary}");
 }
 
-/// The TOML block of the guide that follows some words.
+/// The TOML block of the guide after some words.
 fn block<'a>(guide: &'a str, words: &str) -> &'a str {
     let (_, rest) = guide.split_once(words).unwrap_or_else(|| panic!("the guide does not say {words:?}"));
     let (_, block) = rest.split_once("```toml\n").unwrap();
@@ -224,7 +224,8 @@ async fn the_guides_example_files_meet_each_other_as_printed() {
     let mut searching = Vec::new();
     let meeting = async {
         while searching.len() < 3 {
-            if let Some(Incoming::Message { from, message: Message::Observation(_), .. }) = ear.hear().await
+            if let Some(Incoming::Message { from, message: Message::Observation(_), .. }) =
+                ear.receive().await
                 && !searching.contains(&from)
             {
                 searching.push(from);
@@ -232,7 +233,7 @@ async fn the_guides_example_files_meet_each_other_as_printed() {
         }
     };
     assert!(tokio::time::timeout(Duration::from_mins(1), meeting).await.is_ok(), "only {searching:?} search");
-    // The coordinator hears them, too.
+    // The coordinator receives them, too.
     let recording = folder.path().join("valley.mcap");
     let seen = || dragnet_coordinator::inspect::inspect(&recording).map_or(0, |it| it.observations);
     eventually("the coordinator records what they see", || seen() >= 3);

@@ -1,4 +1,4 @@
-//! Who may take part in a mission over mutual TLS, and who may not: real sessions, real processes.
+//! Access to a mission over mutual TLS: real sessions, real processes.
 
 use std::fs;
 use std::io::{BufRead, BufReader};
@@ -28,7 +28,7 @@ const PATIENCE: Duration = Duration::from_mins(1);
 pub(crate) const NAMES: [Name; 4] =
     [Name::robot(1).unwrap(), Name::robot(2).unwrap(), Name::COORDINATOR, Name::Simulator];
 
-/// A mission with certificates, on this machine.
+/// A mission with certificates, on this computer.
 pub(crate) struct Field {
     folder: tempfile::TempDir,
     pub(crate) endpoints: Vec<String>,
@@ -62,7 +62,7 @@ impl Field {
         self.keys().home(name).join(SETTINGS)
     }
 
-    /// Settings of somebody, changed, without the access control of one's own.
+    /// Changed settings of a participant, without its own access control.
     fn altered(&self, name: Name, change: impl Fn(&mut Value)) -> PathBuf {
         let text = fs::read_to_string(self.settings(name)).unwrap();
         let lines: Vec<&str> = text.lines().filter(|line| !line.starts_with("//")).collect();
@@ -74,7 +74,7 @@ impl Field {
         file
     }
 
-    /// The process at this place of the mesh: it listens there, and calls all before it.
+    /// The process at this place of the mesh: it listens there, and connects to all before it.
     fn start(&self, name: Name, place: usize) -> Process {
         Process::start(&mut self.command(name, place))
     }
@@ -110,7 +110,7 @@ impl Field {
     }
 }
 
-/// A process that does not outlive the test, and whose log is read.
+/// A process that ends with the test, and whose log is read.
 pub(crate) struct Process {
     child: Child,
     log: Receiver<String>,
@@ -126,13 +126,13 @@ impl Process {
         Self { child, log }
     }
 
-    /// Waits until its log says all of this in one line.
-    pub(crate) fn says(&self, parts: &[&str]) -> String {
-        self.says_until(parts).pop().unwrap_or_default()
+    /// Waits for a log line with all of these parts.
+    pub(crate) fn logs(&self, parts: &[&str]) -> String {
+        self.lines_until(parts).pop().unwrap_or_default()
     }
 
-    /// What its log says until it says all of this in one line, the last.
-    pub(crate) fn says_until(&self, parts: &[&str]) -> Vec<String> {
+    /// Its log lines up to one with all of these parts.
+    pub(crate) fn lines_until(&self, parts: &[&str]) -> Vec<String> {
         let mut said = Vec::new();
         loop {
             match self.log.recv_timeout(PATIENCE) {
@@ -175,46 +175,46 @@ fn a_mission_over_mutual_tls_is_searched_to_its_end() {
     drop(others);
 }
 
-/// What the coordinator says when somebody calls it with these settings.
+/// The coordinator's log line when a client with these settings connects.
 fn refusal(field: &Field, settings: &Path, protocol: &str, expected: &[&str]) {
     let coordinator = field.start(Name::COORDINATOR, 0);
-    coordinator.says(&["the coordinator of mission field listens"]);
+    coordinator.logs(&["the coordinator of mission field listens"]);
     let runtime = tokio::runtime::Runtime::new().unwrap();
     let connect = vec![field.endpoints[0].replace("tls/", protocol)];
     let endpoints = Endpoints { connect, config: Some(settings.to_owned()), ..Endpoints::default() };
-    // Kept until it has been refused: it calls again and again.
+    // Kept until it has been rejected: it connects again and again.
     let caller = runtime.block_on(open(&endpoints)).unwrap();
-    coordinator.says(expected);
+    coordinator.logs(expected);
     drop(caller);
 }
 
 #[test]
-fn without_a_certificate_nobody_is_let_in() {
+fn connections_without_a_certificate_are_rejected() {
     let field = Field::new(Topology::Mesh);
     let settings = field.altered(Name::robot(2).unwrap(), |link| {
         link["tls"] = json!({
             "root_ca_certificate": "authority.pem", "enable_mtls": false, "verify_name_on_connect": false,
         });
     });
-    refusal(&field, &settings, "tls/", &["refused a connection", "the caller has no certificate"]);
+    refusal(&field, &settings, "tls/", &["rejected a connection", "the client has no certificate"]);
 }
 
 #[test]
-fn a_certificate_of_a_foreign_authority_is_worth_nothing() {
+fn a_certificate_of_a_foreign_authority_is_rejected() {
     let (field, foreign) = (Field::new(Topology::Mesh), Field::new(Topology::Mesh));
     let authority = field.path("keys/authority.pem");
     let settings = foreign
         .altered(Name::robot(2).unwrap(), |link| link["tls"]["root_ca_certificate"] = json!(authority));
-    refusal(&field, &settings, "tls/", &["refused a connection", "is not of this mission's authority"]);
+    refusal(&field, &settings, "tls/", &["rejected a connection", "is not of this mission's authority"]);
 }
 
 #[test]
-fn an_expired_certificate_is_worth_nothing() {
+fn an_expired_certificate_is_rejected() {
     let field = Field::new(Topology::Mesh);
     let long_ago = OffsetDateTime::now_utc() - time::Duration::days(20);
     field.keys().add(&[Name::robot(3).unwrap()], &[], 1, long_ago).unwrap();
     let settings = field.altered(Name::robot(3).unwrap(), |_| ());
-    refusal(&field, &settings, "tls/", &["refused a connection", "certificate has expired"]);
+    refusal(&field, &settings, "tls/", &["rejected a connection", "certificate has expired"]);
 }
 
 #[test]
@@ -222,17 +222,17 @@ fn plain_tcp_is_not_understood_where_tls_is_spoken() {
     let field = Field::new(Topology::Mesh);
     let settings = field.path("plain.json5");
     fs::write(&settings, "{ mode: 'peer', scouting: { multicast: { enabled: false } } }").unwrap();
-    refusal(&field, &settings, "tcp/", &["refused a connection", "the caller does not speak TLS"]);
+    refusal(&field, &settings, "tcp/", &["rejected a connection", "the client does not use TLS"]);
 }
 
 #[test]
-fn a_robot_that_calls_a_stranger_does_not_trust_it() {
+fn a_robot_does_not_trust_an_unknown_peer() {
     let (field, foreign) = (Field::new(Topology::Mesh), Field::new(Topology::Mesh));
     let stranger = foreign.start(Name::COORDINATOR, 0);
-    stranger.says(&["the coordinator of mission field listens"]);
+    stranger.logs(&["the coordinator of mission field listens"]);
     let field = Field { endpoints: [&foreign.endpoints[..1], &field.endpoints[1..]].concat(), ..field };
     let robot = field.start(Name::robot(1).unwrap(), 1);
-    robot.says(&["no connection to tls/", "one side refuses the other", "invalid peer certificate"]);
+    robot.logs(&["no connection to tls/", "one side rejects the other", "invalid peer certificate"]);
 }
 
 fn intent_of(robot: u16) -> Message {
@@ -261,7 +261,7 @@ async fn pose(endpoint: &str, settings: PathBuf) -> Link {
 }
 
 #[test]
-fn a_robot_speaks_as_itself_and_as_nobody_else() {
+fn a_robot_publishes_under_its_own_number_only() {
     let field = Field::new(Topology::Mesh);
     let runtime = tokio::runtime::Runtime::new().unwrap();
     let settings = field.altered(Name::robot(2).unwrap(), |_| ());
@@ -277,9 +277,9 @@ fn a_robot_speaks_as_itself_and_as_nobody_else() {
         let mut ear = Link::join(session, "field".parse().unwrap(), who, codec).await.unwrap();
         ear.announce().await.unwrap();
         let mouth = pose(&field.endpoints[1], settings.clone()).await;
-        // Both came over one connection, in this order: the first was not heard.
+        // Both came over one connection, in this order: the first was not accepted.
         loop {
-            match tokio::time::timeout(PATIENCE, ear.hear()).await.unwrap().unwrap() {
+            match tokio::time::timeout(PATIENCE, ear.receive()).await.unwrap().unwrap() {
                 Incoming::Message { from, message, .. } => {
                     assert_eq!((from, message), (Participant::Robot(RobotId::new(2).unwrap()), intent_of(2)));
                     break;
@@ -291,9 +291,9 @@ fn a_robot_speaks_as_itself_and_as_nobody_else() {
         drop(mouth);
     });
     let coordinator = field.start(Name::COORDINATOR, 0);
-    coordinator.says(&["listens"]);
+    coordinator.logs(&["listens"]);
     let mouth = runtime.block_on(pose(&field.endpoints[0], settings));
-    coordinator.says(&["refused Put of robot-2#3 under dragnet/field/robots/1/intent"]);
+    coordinator.logs(&["refused Put of robot-2#3 under dragnet/field/robots/1/intent"]);
     drop(mouth);
 }
 
@@ -310,12 +310,13 @@ fn a_revoked_robot_is_out_once_the_others_have_their_new_settings() {
         .output()
         .unwrap();
     let text = String::from_utf8(revoked.stdout).unwrap();
-    for told in ["robot-2#3 is revoked", "robot-1/zenoh.json5", "coordinator/zenoh.json5", "sim/zenoh.json5"]
+    for reported in
+        ["robot-2#3 is revoked", "robot-1/zenoh.json5", "coordinator/zenoh.json5", "sim/zenoh.json5"]
     {
-        assert!(text.contains(told), "{text}");
+        assert!(text.contains(reported), "{text}");
     }
     let coordinator = field.start(Name::COORDINATOR, 0);
-    coordinator.says(&["listens"]);
+    coordinator.logs(&["listens"]);
     let runtime = tokio::runtime::Runtime::new().unwrap();
     let endpoints = Endpoints {
         connect: field.endpoints[..1].to_vec(),
@@ -330,19 +331,19 @@ fn a_revoked_robot_is_out_once_the_others_have_their_new_settings() {
         link.announce().await.unwrap();
         link
     });
-    coordinator.says(&["refused Declare Subscriber of robot-2#3 under dragnet/field"]);
-    // One that holds comes in, and only that one.
+    coordinator.logs(&["refused Declare Subscriber of robot-2#3 under dragnet/field"]);
+    // A valid one is accepted, and only that one.
     let first = field.start(Name::robot(1).unwrap(), 1);
-    let line = coordinator.says(&["is here"]);
+    let line = coordinator.logs(&["is here"]);
     assert!(line.contains("robot 1 is here"), "{line}");
     drop((robot, first));
 }
 
 #[test]
-fn in_a_star_the_coordinator_passes_on_what_robots_say() {
+fn in_a_star_the_coordinator_forwards_messages_of_robots() {
     let field = Field::new(Topology::Star);
     let coordinator = field.start(Name::COORDINATOR, 0);
-    coordinator.says(&["listens"]);
+    coordinator.logs(&["listens"]);
     let runtime = tokio::runtime::Runtime::new().unwrap();
     runtime.block_on(async {
         let codec = Codec::new(Grid::new(15, 15).unwrap());
@@ -371,8 +372,8 @@ fn in_a_star_the_coordinator_passes_on_what_robots_say() {
         second.wait_for(&[Participant::Robot(RobotId::FIRST)], PATIENCE, |_| ()).await.unwrap();
         first.publish(1, Audience::All, &intent_of(1)).await.unwrap();
         loop {
-            let heard = tokio::time::timeout(PATIENCE, second.hear()).await.unwrap().unwrap();
-            if let Incoming::Message { from: Participant::Robot(RobotId::FIRST), message, .. } = heard {
+            let received = tokio::time::timeout(PATIENCE, second.receive()).await.unwrap().unwrap();
+            if let Incoming::Message { from: Participant::Robot(RobotId::FIRST), message, .. } = received {
                 assert_eq!(message, intent_of(1));
                 break;
             }

@@ -1,4 +1,4 @@
-//! Who has no certificate opens connections, says nothing, and keeps nobody out.
+//! A client without a certificate that holds connections open does not block others.
 
 use std::io::{BufRead, BufReader};
 use std::net::TcpStream;
@@ -11,13 +11,13 @@ use serde_json::{Value, json};
 use crate::eventually;
 use crate::security::{Field, NAMES, Process};
 
-/// So many files may a process have open.
+/// Limit of open files of a process.
 const FILES: usize = 256;
-/// So many connections a stranger holds to each.
+/// Number of connections that it holds to each.
 const HELD: usize = 400;
 
-/// A stranger that opens connections to a port over and over and says nothing, until it is dropped: a process of its own,
-/// with files of its own.
+/// A client that opens connections to a port over and over and sends nothing, until it is dropped: a separate process,
+/// with its own open files.
 struct Stranger(Child);
 
 const CALLS: &str = "held=()
@@ -28,7 +28,7 @@ while exec {fd}<>/dev/tcp/127.0.0.1/$0; do
 done";
 
 impl Stranger {
-    /// Comes back once it holds as many as it will.
+    /// Returns once it holds all of its connections.
     fn call(endpoint: &str) -> Self {
         let address = endpoint.rsplit('/').next().unwrap();
         eventually("somebody listens", || TcpStream::connect(address).is_ok());
@@ -51,7 +51,7 @@ impl Drop for Stranger {
     }
 }
 
-/// The same, with few files.
+/// The same with few open files.
 fn cramped(command: &Command) -> Command {
     let mut sh = Command::new("sh");
     sh.args(["-c", &format!("ulimit -n {FILES}; exec \"$@\""), "sh"]);
@@ -60,17 +60,17 @@ fn cramped(command: &Command) -> Command {
 }
 
 #[test]
-fn silent_connections_to_all_keep_nobody_of_the_mission_out() {
+fn silent_connections_do_not_block_participants() {
     let field = Field::new(Topology::Mesh);
     let (mut processes, mut strangers) = (Vec::new(), Vec::new());
-    // The world comes first: all call those before them, who are besieged by then.
+    // The world comes first: all connect to those before them, which are under attack by then.
     for (place, name) in [3, 0, 1, 2].map(|it| NAMES[it]).into_iter().enumerate() {
         processes.push(Process::start(&mut cramped(&field.command(name, place))));
         strangers.push(Stranger::call(&field.endpoints[place]));
     }
     let start = Instant::now();
     let world = processes.remove(0);
-    processes[0].says(&["refused a connection: 127.0.0.1 calls while 64 of its connections"]);
+    processes[0].logs(&["rejected a connection: 127.0.0.1 calls while 64 of its connections"]);
     let outcome: Value = serde_json::from_str(&world.output()).unwrap();
     assert_eq!((&outcome["beliefs_equal"], &outcome["recall"]), (&json!(true), &json!(1.0)), "{outcome}");
     eprintln!("searched after {:.1} s", start.elapsed().as_secs_f64());

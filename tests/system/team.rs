@@ -1,4 +1,4 @@
-//! The team over real Zenoh sessions is the team in one process.
+//! A team over real Zenoh sessions gives the same results as in one process.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -16,7 +16,7 @@ use dragnet_sim::simulation::{End, Membership, Rules};
 
 use crate::{committed, scenario};
 
-/// The episode in this process, with a coordinator who records nothing.
+/// The episode in this process, with a coordinator that records nothing.
 fn in_process(scenario: &Scenario, seed: u64) -> Episode {
     let mut robots: Vec<Agent> = AgentConfig::of_team(scenario, seed).into_iter().map(Agent::new).collect();
     let mut node = CoordinatorNode::new(Mission::new(CoordinatorConfig::of(scenario)), None);
@@ -91,7 +91,7 @@ fn by_the_wall_clock_the_team_finds_all_and_agrees() {
 }
 
 #[test]
-fn faults_by_the_wall_clock_are_refused() {
+fn faults_by_the_wall_clock_are_rejected() {
     let options = Options { real_time_factor: Some(10.0), ..Options::default() };
     let error = team::run(&committed("faults.toml"), 1, &options, &mut |_, _| ()).unwrap_err();
     assert!(error.is_bad_input());
@@ -131,7 +131,7 @@ fn free_endpoints_are_distinct_and_on_loopback() {
     assert_eq!(endpoints.len(), 20);
 }
 
-/// A stranger who talks nonsense on the mission's keys.
+/// A participant outside the team that sends invalid messages.
 mod stranger {
     use dragnet_proto::convert::{self, Codec};
     use dragnet_proto::message::{Audience, Intent, Message};
@@ -149,15 +149,16 @@ mod stranger {
 
     async fn next_message(link: &mut Link) -> Incoming {
         loop {
-            let heard = tokio::time::timeout(Duration::from_secs(20), link.hear()).await.unwrap().unwrap();
-            if !matches!(heard, Incoming::Came(..) | Incoming::Left(..)) {
-                return heard;
+            let received =
+                tokio::time::timeout(Duration::from_secs(20), link.receive()).await.unwrap().unwrap();
+            if !matches!(received, Incoming::Came(..) | Incoming::Left(..)) {
+                return received;
             }
         }
     }
 
     #[tokio::test(flavor = "multi_thread")]
-    async fn is_refused_by_name_and_the_honest_are_heard() {
+    async fn is_rejected_by_name_and_the_honest_are_received() {
         let listen = free_endpoints(1).unwrap();
         let (mission, codec) = ("m".parse().unwrap(), Codec::new(Grid::new(3, 3).unwrap()));
         let endpoints = Endpoints { listen: listen.clone(), ..Endpoints::default() };
@@ -187,7 +188,7 @@ mod stranger {
         session.put("dragnet/m/robots/2/intent", convert::encode(&honest)).await.unwrap();
         mouth.publish(8, Audience::All, &honest).await.unwrap();
 
-        // What different senders say comes in no order.
+        // Messages of different senders have no order.
         let mut refused = Vec::new();
         for _ in 0..4 {
             match next_message(&mut ear).await {
@@ -195,7 +196,7 @@ mod stranger {
                 Incoming::Message { from, number, message, .. } => {
                     assert_eq!((from, number, message), (robot(2), 8, honest.clone()));
                 }
-                heard => panic!("{heard:?}"),
+                received => panic!("{received:?}"),
             }
         }
         refused.sort();

@@ -1,4 +1,4 @@
-//! A test site, and a vehicle in it that speaks as ROS 2 behind a bridge does: for tests and for a benchmark.
+//! A test site, and a vehicle in it that communicates like ROS 2 behind a bridge: for tests and for a benchmark.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -11,7 +11,7 @@ use dragnet_vehicle::camera::{Camera, CameraSettings};
 
 pub(crate) const SPEED_METERS_PER_SECOND: f64 = 10.0;
 const WIDTH_PIXELS: u32 = 1000;
-/// Each looks a third of the way around.
+/// Each covers a third of the horizon.
 const YAWS_DEGREES: [f64; 3] = [0.0, 120.0, -120.0];
 
 /// A square test site, one object in the middle of its north-eastern cell.
@@ -34,16 +34,16 @@ impl TestSite {
         )
     }
 
-    /// Where the object is, meters to the east and to the north.
+    /// The object's position, meters to the east and to the north.
     pub(crate) fn object_meters(self) -> f64 {
         (f64::from(self.side) - 0.5) * self.cell_meters
     }
 }
 
-/// A vehicle that drives along the last path that it heard, and sees well.
+/// A vehicle that follows the last received path, with perfect cameras.
 pub(crate) struct Vehicle {
     pub(crate) test_site: TestSite,
-    /// What it is asked to drive, from where it is.
+    /// The path that it follows, from its position.
     pub(crate) way: Vec<plane::Pose>,
     pub(crate) here: plane::Pose,
 }
@@ -54,7 +54,7 @@ impl Vehicle {
         Self { test_site, way: Vec::new(), here: plane::Pose::new(10.0, 10.0, 0.3) }
     }
 
-    /// Takes up a path, as CDR.
+    /// Follows a path, encoded as CDR.
     pub(crate) fn follow(&mut self, path: &[u8]) {
         let path: Path = cdr::decode(path).unwrap();
         self.way = path.poses.iter().map(|stamped| plane_pose(&stamped.pose)).collect();
@@ -73,8 +73,8 @@ impl Vehicle {
         }
     }
 
-    /// Its messages now, by key: odometry, and what its cameras' detectors see.
-    pub(crate) fn says(&self, cameras: &[Camera]) -> Vec<(String, Vec<u8>)> {
+    /// Its current messages, by key: odometry, and its cameras' detections.
+    pub(crate) fn messages(&self, cameras: &[Camera]) -> Vec<(String, Vec<u8>)> {
         let seen = cameras.iter().map(|camera| {
             (format!("{}/detections", camera.settings().name), cdr::encode(&self.sees(camera)))
         });
@@ -138,7 +138,7 @@ pub(crate) fn cameras() -> [Camera; 3] {
     })
 }
 
-/// Settings of the three cameras, of this many columns and rows; what `more` says of each, and what the network calls a topic.
+/// Settings of the three cameras, of this many columns and rows; `more` is added to each, and topics have these names.
 pub(crate) fn camera_tables([columns, rows]: [u32; 2], more: &str, topic: &str) -> String {
     let tables = [0, 1, 2].map(|number| {
         format!(
@@ -151,7 +151,7 @@ pub(crate) fn camera_tables([columns, rows]: [u32; 2], more: &str, topic: &str) 
     tables.concat()
 }
 
-/// Of the robot: where it meets its team, and where its vehicle's bridge is.
+/// Settings of the robot: the endpoints of its team and of its vehicle's bridge.
 pub(crate) fn settings(team: &str, bridge: &str) -> String {
     let cameras = camera_tables([WIDTH_PIXELS, 600], "", "detections");
     format!(

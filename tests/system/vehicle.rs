@@ -1,4 +1,5 @@
-//! A robot deployed on a vehicle: `dragnet agent` as a process, and a vehicle that speaks as ROS 2 behind a bridge does.
+//! A robot deployed on a vehicle: `dragnet agent` as a process, and a vehicle that communicates like ROS 2 behind a
+//! bridge.
 
 use std::os::unix::net::UnixDatagram;
 use std::path::PathBuf;
@@ -17,7 +18,7 @@ use crate::test_site::{SPEED_METERS_PER_SECOND, TestSite, Vehicle, cameras, sett
 
 const YARD: TestSite = TestSite { side: 4, cell_meters: 20.0, policy: "'path'" };
 
-/// What the robot said last.
+/// The robot's last messages.
 #[derive(Default)]
 struct Said {
     path: Option<Vec<u8>>,
@@ -28,7 +29,7 @@ struct Said {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_robot_on_a_vehicle_searches_and_finds_what_its_cameras_see() {
+async fn a_robot_on_a_vehicle_finds_the_object_with_its_cameras() {
     let folder = tempfile::tempdir().unwrap();
     let endpoints = free_endpoints(2).unwrap();
     std::fs::write(folder.path().join("test_site.toml"), YARD.scenario()).unwrap();
@@ -38,21 +39,21 @@ async fn a_robot_on_a_vehicle_searches_and_finds_what_its_cameras_see() {
         Endpoints { listen: vec![endpoints[1].clone()], mode: Some(Mode::Router), ..Endpoints::default() };
     let session = open(&bridge).await.unwrap();
     let said = Arc::new(Mutex::new(Said::default()));
-    let heard = Arc::clone(&said);
-    let hear = move |key: &str, bytes: &[u8]| {
-        let mut heard = heard.lock().unwrap();
+    let received = Arc::clone(&said);
+    let receive = move |key: &str, bytes: &[u8]| {
+        let mut received = received.lock().unwrap();
         match key {
-            "dragnet/path" => heard.path = Some(bytes.to_vec()),
-            "dragnet/belief" => heard.belief = cdr::decode(bytes).unwrap(),
-            "dragnet/objects" => heard.objects = cdr::decode(bytes).unwrap(),
-            "dragnet/tracks" => heard.tracks = cdr::decode(bytes).unwrap(),
-            "diagnostics" => heard.diagnostics = cdr::decode(bytes).unwrap(),
+            "dragnet/path" => received.path = Some(bytes.to_vec()),
+            "dragnet/belief" => received.belief = cdr::decode(bytes).unwrap(),
+            "dragnet/objects" => received.objects = cdr::decode(bytes).unwrap(),
+            "dragnet/tracks" => received.tracks = cdr::decode(bytes).unwrap(),
+            "diagnostics" => received.diagnostics = cdr::decode(bytes).unwrap(),
             _ => {}
         }
     };
     session
         .declare_subscriber("**")
-        .callback(move |sample| hear(sample.key_expr().as_str(), &sample.payload().to_bytes()))
+        .callback(move |sample| receive(sample.key_expr().as_str(), &sample.payload().to_bytes()))
         .background()
         .await
         .unwrap();
@@ -67,7 +68,7 @@ async fn a_robot_on_a_vehicle_searches_and_finds_what_its_cameras_see() {
             vehicle.follow(&path);
         }
         vehicle.drive(SPEED_METERS_PER_SECOND * tick.as_secs_f64());
-        for (key, bytes) in vehicle.says(&cameras) {
+        for (key, bytes) in vehicle.messages(&cameras) {
             session.put(key, bytes).await.unwrap();
         }
         let said = said.lock().unwrap();
@@ -87,7 +88,7 @@ async fn a_robot_on_a_vehicle_searches_and_finds_what_its_cameras_see() {
         .map(|object| [object.bbox.center.position.x, object.bbox.center.position.y])
         .collect();
     assert_eq!(places, [[YARD.object_meters(); 2]]);
-    // Poses are taken for exact, and boxes are: three standard deviations, and what time passes between a pose and a frame.
+    // Poses and boxes count as exact: three standard deviations, and the motion between a pose and a frame.
     for object in found.detections.iter().chain(&followed.detections) {
         let PoseWithCovariance { pose, covariance } = object.results[0].pose;
         for (axis, place) in [pose.position.x, pose.position.y].into_iter().enumerate() {
@@ -97,14 +98,14 @@ async fn a_robot_on_a_vehicle_searches_and_finds_what_its_cameras_see() {
         }
     }
     robot.terminate();
-    // It was told to stand still.
+    // It was told to stop.
     let last = said.lock().unwrap().path.take();
     vehicle.follow(&last.unwrap());
     assert!(vehicle.way.is_empty());
 }
 
 #[test]
-fn a_robot_whose_vehicle_never_comes_stops_when_it_is_told_to() {
+fn a_robot_whose_vehicle_never_comes_stops_on_request() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("test_site.toml"), YARD.scenario()).unwrap();
     let endpoints = free_endpoints(2).unwrap();
@@ -122,7 +123,7 @@ fn a_robot_whose_vehicle_never_comes_stops_when_it_is_told_to() {
 }
 
 #[test]
-fn settings_of_a_vehicle_that_cannot_be_are_told_with_their_key() {
+fn invalid_settings_of_a_vehicle_are_reported_with_their_key() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("test_site.toml"), YARD.scenario()).unwrap();
     let file = folder.path().join("vehicle.toml");

@@ -1,4 +1,4 @@
-//! The coordinator, in the test's own process: what it hears, the test knows.
+//! The coordinator, in the test's own process, with access to all that it receives.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -21,28 +21,28 @@ use tokio::sync::{mpsc, watch};
 
 use crate::field::{Field, PACE};
 
-/// What was heard so far.
+/// The messages received so far.
 #[derive(Clone, Default)]
 pub(crate) struct Knowledge {
-    /// Each observation, in the order in which they came.
+    /// Each observation, in order of arrival.
     pub(crate) observations: Vec<Arc<Observation>>,
-    /// The last start of each robot that was heard of.
+    /// The last known start of each robot.
     latest: BTreeMap<Source, Origin>,
-    /// Observations that came under the name of another one.
+    /// Number of observations with the name of another one.
     pub(crate) conflicting: usize,
     /// Of all evidence.
     pub(crate) digest: Option<Digest>,
-    /// Of each robot's evidence, as it last said.
+    /// Digest of each robot's evidence, by its last heartbeat.
     pub(crate) believed: BTreeMap<RobotId, Digest>,
 }
 
 impl Knowledge {
-    /// Whether all of so many robots believe what was heard.
+    /// Whether the evidence of all robots equals what was received.
     pub(crate) fn is_shared_by(&self, robots: usize) -> bool {
         self.believed.len() == robots && self.believed.values().all(|&digest| Some(digest) == self.digest)
     }
 
-    /// The last start of a robot that was heard of.
+    /// The last known start of a robot.
     pub(crate) fn latest(&self, robot: RobotId) -> Option<Origin> {
         self.latest.get(&robot.into()).copied()
     }
@@ -55,7 +55,7 @@ impl Knowledge {
     }
 }
 
-/// Coordinates a mission until nobody wants to know of it any more.
+/// Coordinates a mission until its state is no longer observed.
 pub(crate) async fn coordinate(field: &Field, knowledge: watch::Sender<Knowledge>) {
     let scenario = field.scenario();
     let session = session::open(&field.endpoints(1)).await.unwrap();
@@ -71,7 +71,7 @@ pub(crate) async fn coordinate(field: &Field, knowledge: watch::Sender<Knowledge
     wall_clock::run(&mut link, &mut witness, Clock::new(PACE), None, no_reports, stop).await.unwrap();
 }
 
-/// A coordinator that tells what it learns.
+/// A coordinator that publishes its state to the test.
 struct Witness {
     node: CoordinatorNode,
     knowledge: watch::Sender<Knowledge>,

@@ -1,11 +1,11 @@
-//! Takes connections and agrees on TLS with each: in the place of the crate of this name, on which Zenoh builds.
+//! Accepts connections and performs TLS handshakes: a replacement of the crate of this name, which Zenoh uses.
 //!
-//! That one bounds no number of connections whose TLS is not agreed on, looks at none of them while no further file may
-//! be open, so that it never closes one then, and tells Zenoh of each failure before the next success, after each of which
-//! Zenoh rests for 100 ms. So a thousand silent connections from one address keep all others out for minutes, or for good.
-//! Here each connection has a task of its own, the oldest of an address makes room, and who has agreed on TLS comes before
-//! who has failed. `Cargo.toml` of the workspace puts this crate in that one's place (`[patch.crates-io]`), with as much of
-//! its interface as Zenoh's TLS uses.
+//! The original does not bound the number of pending handshakes, does not process them while no further file can be
+//! opened, so that it never closes one then, and reports each failure before the next success, after each of which
+//! Zenoh pauses for 100 ms. So a thousand silent connections from one address block all others for minutes, or for
+//! ever. Here each connection has its own task, the oldest of an address makes room, and completed handshakes come
+//! before failed ones. `Cargo.toml` of the workspace replaces the original (`[patch.crates-io]`), with the part of its
+//! interface that Zenoh's TLS uses.
 
 mod pending;
 
@@ -22,9 +22,9 @@ use tokio_rustls::server::TlsStream;
 
 use crate::pending::{MOST, MOST_FROM_ONE, Pending, network};
 
-/// So many that have agreed on TLS, or have failed, wait to be taken.
+/// Maximum number of completed and of failed handshakes that wait to be taken.
 const WAITING: usize = 16;
-/// Before another connection is taken after one could not be, as when too many files are open.
+/// Pause after a connection could not be accepted, for example because too many files are open.
 const REST: Duration = Duration::from_millis(100);
 
 /// Begins a listener.
@@ -33,24 +33,24 @@ pub const fn builder(tls: TlsAcceptor) -> Builder {
     Builder { tls, handshake_timeout: Duration::from_secs(10) }
 }
 
-/// What a listener goes by.
+/// Settings of a listener.
 pub struct Builder {
     tls: TlsAcceptor,
     handshake_timeout: Duration,
 }
 
 impl Builder {
-    /// How long it may take to agree on TLS.
+    /// Time limit of a handshake.
     #[must_use]
     pub const fn handshake_timeout(mut self, handshake_timeout: Duration) -> Self {
         self.handshake_timeout = handshake_timeout;
         self
     }
 
-    /// Takes connections until it is dropped.
+    /// Accepts connections until it is dropped.
     ///
     /// # Panics
-    /// Outside of a runtime of Tokio.
+    /// Outside of a Tokio runtime.
     #[must_use]
     pub fn listen(self, socket: TcpListener) -> TlsListener {
         let (agreed, to_take) = channel(WAITING);
@@ -61,27 +61,27 @@ impl Builder {
     }
 }
 
-/// Who has called, and agreed on TLS or failed to.
+/// A listener that returns connections after their handshakes.
 pub struct TlsListener {
     agreed: Receiver<(TlsStream<TcpStream>, SocketAddr)>,
     failed: Receiver<Error>,
-    /// It takes connections as long as this is kept.
+    /// Accepts connections while this is kept.
     _task: JoinSet<()>,
 }
 
-/// Who could not be let in.
+/// Why a connection failed.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// No connection could be taken.
+    /// No connection could be accepted.
     #[error("{0}")]
     Accept(io::Error),
-    /// A caller and this side do not agree on TLS.
+    /// The handshake failed.
     #[error("{0}")]
     Handshake(io::Error),
-    /// A caller did not agree on TLS in time.
+    /// The handshake took too long.
     #[error("Timeout during TLS handshake")]
     Timeout,
-    /// A caller had to make room for one that came later.
+    /// The connection had to make room for a later one.
     #[error(
         "{0} calls while {MOST_FROM_ONE} of its connections, or {MOST} of all, have not agreed on TLS; the oldest ends"
     )]
@@ -92,11 +92,10 @@ pub enum Error {
 }
 
 impl TlsListener {
-    /// The next that has agreed on TLS, or else one that failed; of more failures than can wait some are not told. What
-    /// is waited for is not lost if this is dropped.
+    /// The next completed handshake, or else a failed one; of too many failures some are not reported. Cancel safe.
     ///
     /// # Errors
-    /// If somebody could not be let in.
+    /// If a connection failed.
     pub async fn accept(&mut self) -> Result<(TlsStream<TcpStream>, SocketAddr), Error> {
         tokio::select! {
             biased;
@@ -107,7 +106,7 @@ impl TlsListener {
     }
 }
 
-/// Where connections come in.
+/// The accepting side.
 struct Door {
     settings: Builder,
     agreed: Sender<(TlsStream<TcpStream>, SocketAddr)>,
@@ -145,12 +144,12 @@ impl Door {
         let (agreed, failed) = (self.agreed.clone(), self.failed.clone());
         async move {
             let error = match handshake.await {
-                // Without the listener there is nobody to take it.
+                // Without the listener the connection is dropped.
                 Ok(Ok(stream)) => return drop(agreed.send((stream, peer)).await),
                 Ok(Err(error)) => Error::Handshake(error),
                 Err(_) => Error::Timeout,
             };
-            // Of more than can wait some are not told.
+            // Of too many failures some are not reported.
             let _ = failed.try_send(error);
         }
     }

@@ -1,16 +1,16 @@
-//! Connections whose TLS is not agreed on, the oldest first: bounded in number, from one address too.
+//! Pending handshakes, the oldest first: bounded in number, in total and by address.
 //!
-//! Who is full drops its oldest. Whoever means to agree on TLS does so at once, so that it is hardly ever the oldest, even
-//! where it calls from the very address from which another one floods.
+//! When full, the oldest is dropped. An honest client completes its handshake at once, so it is hardly ever the oldest,
+//! even from the address of a flood.
 
 use std::net::{IpAddr, Ipv6Addr};
 
-/// So many at a time.
+/// Maximum number of pending handshakes.
 pub(crate) const MOST: usize = 256;
-/// So many of them from one address, or from one network of IPv6.
+/// Maximum number from one address, or from one network of IPv6.
 pub(crate) const MOST_FROM_ONE: usize = 64;
 
-/// Of each where it comes from, and by what it is ended.
+/// The origin of each, and a handle to end it.
 #[derive(Debug)]
 pub(crate) struct Pending<T>(Vec<(IpAddr, T)>);
 
@@ -21,7 +21,7 @@ impl<T> Default for Pending<T> {
 }
 
 impl<T> Pending<T> {
-    /// Takes one in; which one has to make room for it.
+    /// Adds one; returns the one that has to make room for it.
     pub(crate) fn enter(&mut self, from: IpAddr, connection: T) -> Option<T> {
         let mut of_one = self.0.iter().enumerate().filter(|(_, (other, _))| *other == from);
         let oldest_of_one = of_one.next().map(|(place, _)| place);
@@ -36,13 +36,13 @@ impl<T> Pending<T> {
         left
     }
 
-    /// One of them is over, however it ended.
+    /// Removes one that has ended.
     pub(crate) fn leave(&mut self, is_over: impl Fn(&T) -> bool) {
         self.0.retain(|(_, connection)| !is_over(connection));
     }
 }
 
-/// Where somebody comes from: of IPv6 the network, which gives everybody more addresses than there are places.
+/// The origin of a connection: for IPv6 the network, which has more addresses than the limit.
 pub(crate) fn network(address: IpAddr) -> IpAddr {
     match address.to_canonical() {
         IpAddr::V6(address) => {

@@ -11,7 +11,7 @@ use super::*;
 
 const PATIENCE: Duration = Duration::from_mins(1);
 
-/// A listener, and who may call it.
+/// A listener, and its clients.
 struct Field {
     listener: TlsListener,
     address: SocketAddr,
@@ -42,7 +42,7 @@ impl Field {
         TcpStream::connect(self.address).await.unwrap()
     }
 
-    /// Somebody calls as it should, and is the next to come in.
+    /// An honest client connects, and is the next to be accepted.
     async fn is_open(&mut self) {
         let stream = self.call().await;
         let own = stream.local_addr().unwrap();
@@ -60,21 +60,21 @@ impl Field {
     }
 }
 
-/// Waits until the other side has hung up, whatever it says before.
+/// Waits until the other side has closed the connection, whatever it sends before.
 async fn is_over(stream: &mut TcpStream) {
     // It may also end with an error, as where not all has been read.
     let _ = timeout(PATIENCE, stream.read_to_end(&mut Vec::new())).await.unwrap();
 }
 
 #[tokio::test]
-async fn who_says_nothing_makes_room_and_keeps_nobody_out() {
+async fn a_silent_connection_makes_room_and_blocks_no_other() {
     let mut field = Field::new(PATIENCE * 10).await;
     let mut silent = Vec::new();
     for _ in 0..3 * MOST_FROM_ONE {
         silent.push(field.call().await);
     }
     field.is_open().await;
-    // They are let go long before their time is over; the last ones stay.
+    // They are closed long before their time limit; the last ones stay.
     for stream in &mut silent[..2 * MOST_FROM_ONE] {
         is_over(stream).await;
     }
@@ -83,21 +83,21 @@ async fn who_says_nothing_makes_room_and_keeps_nobody_out() {
 }
 
 #[tokio::test]
-async fn who_says_nothing_for_too_long_is_let_go_and_told() {
+async fn a_silent_connection_is_closed_and_reported() {
     let mut field = Field::new(Duration::from_millis(1)).await;
     let mut silent = field.call().await;
     is_over(&mut silent).await;
-    let told = timeout(PATIENCE, field.listener.accept()).await.unwrap().unwrap_err();
-    assert_eq!(told.to_string(), "Timeout during TLS handshake");
+    let reported = timeout(PATIENCE, field.listener.accept()).await.unwrap().unwrap_err();
+    assert_eq!(reported.to_string(), "Timeout during TLS handshake");
 }
 
 #[tokio::test]
-async fn however_many_fail_who_does_not_is_the_next() {
+async fn successful_handshakes_come_before_failed_ones() {
     let mut field = Field::new(PATIENCE).await;
     for _ in 0..2 * MOST_FROM_ONE {
         let mut stream = field.call().await;
         stream.write_all(b"this is no TLS at all").await.unwrap();
-        // It is refused, and nobody has asked for failures yet.
+        // It is rejected, before any failure has been taken.
         is_over(&mut stream).await;
     }
     field.is_open().await;
@@ -105,7 +105,7 @@ async fn however_many_fail_who_does_not_is_the_next() {
 }
 
 #[tokio::test]
-async fn who_is_dropped_takes_no_more_connections() {
+async fn a_dropped_listener_accepts_no_more_connections() {
     let field = Field::new(PATIENCE).await;
     let mut silent = field.call().await;
     drop(field.listener);

@@ -1,5 +1,5 @@
-//! Adam (Kingma and Ba, ICLR 2015, Algorithm 1), so that its state can be kept and a training go on where it stopped:
-//! tch does not hand out the state of libtorch's own.
+//! Adam (Kingma and Ba, ICLR 2015, Algorithm 1), with a state that can be stored so that training can resume: tch does
+//! not expose the state of libtorch's own.
 
 use tch::Tensor;
 
@@ -12,7 +12,7 @@ const EPSILON: f64 = 1e-8;
 pub(super) struct Adam {
     /// Steps taken.
     pub(super) steps: u64,
-    /// First moments, a tensor a parameter.
+    /// First moments, one tensor for each parameter.
     pub(super) first: Vec<Tensor>,
     /// Second moments.
     pub(super) second: Vec<Tensor>,

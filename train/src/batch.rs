@@ -1,18 +1,18 @@
-//! Graphs side by side, padded to one size, and a last row that stands for no node.
+//! Graphs in a batch, padded to one size, and a last row that stands for no node.
 
 use tch::{Device, Kind, Tensor};
 
 use super::data::Sample;
 use dragnet_learn::graph::{FEATURES, Graph, NEIGHBORS};
 
-/// What a score of no neighbor and a logit of no candidate are lowered by: its softmax is 0.
+/// Added to the score of a missing neighbor and the logit of a cell that is not a candidate: its softmax is 0.
 const NEVER: f32 = -1e9;
 
-/// Graphs to decide in together. Rows are `graphs * nodes + 1`.
+/// A batch of graphs. Rows are `graphs * nodes + 1`.
 #[derive(Debug)]
 pub(super) struct Batch {
     pub(super) graphs: i64,
-    /// Of the largest graph.
+    /// Nodes of the largest graph.
     pub(super) nodes: i64,
     /// Shape `[rows, FEATURES]`.
     pub(super) features: Tensor,
@@ -26,13 +26,13 @@ pub(super) struct Batch {
     pub(super) no_neighbor: Tensor,
     /// 1 or 0, shape `[rows, 1]`.
     pub(super) is_node: Tensor,
-    /// Of nodes but the root 1, otherwise 0, shape `[rows, 1]`.
+    /// 1 for nodes except the root, otherwise 0, shape `[rows, 1]`.
     pub(super) is_candidate: Tensor,
-    /// Rows of the ancestors 1, 2, 4, .. cells before each row on its route, shape `[rows]` each.
+    /// Rows of the ancestors 1, 2, 4, .. cells before each row on its path, shape `[rows]` each.
     ancestors: Vec<Tensor>,
 }
 
-/// What the expert chose in the graphs of a batch.
+/// The expert's choices in the graphs of a batch.
 #[derive(Debug)]
 pub(super) struct Answers {
     /// Shape `[graphs, 1]`.
@@ -93,9 +93,9 @@ impl Batch {
         }
     }
 
-    /// `r(child) = values(child) + fade * r(parent)` along all routes, without `fade` a plain sum, by doubling: after
+    /// `r(child) = values(child) + fade * r(parent)` along all paths, without `fade` a plain sum, by doubling: after
     /// step `k` a row holds what the `2^k` cells up to it carry. No row of the result depends on depth, so that one
-    /// operation serves all rows, where walking the tree would take as many as the longest route has cells.
+    /// operation serves all rows, while a traversal of the tree takes as many as the longest path has cells.
     pub(super) fn carry(&self, values: Tensor, fade: Option<&Tensor>) -> Tensor {
         let mut carried = values;
         let mut fade = fade.map(Tensor::shallow_clone);
@@ -111,7 +111,8 @@ impl Batch {
     }
 }
 
-/// Rows of the parents of a graph's nodes; the root keeps none. Returns the moves of the longest route.
+/// Rows of the parents of a graph's nodes; that of the root is unchanged. Returns the number of moves of the longest
+/// path.
 fn carry_parents(graph: &Graph, first: usize, parent: &mut [i64]) -> usize {
     let mut depth = vec![0_usize; graph.parent.len()];
     for &node in &graph.order[1..] {

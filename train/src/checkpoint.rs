@@ -1,4 +1,4 @@
-//! A training that was stopped, as a file.
+//! A training that can be resumed, as a file.
 
 use std::path::Path;
 
@@ -14,10 +14,10 @@ use super::data::Data;
 use super::model::{tensor, values};
 use super::settings::{Epoch, Settings};
 
-/// Workspace for each parameter's four tensors, and for the history.
+/// The limit is enough for each parameter's four tensors, and for the history.
 const KIND: Kind = Kind { name: "checkpoint", format: "dragnet-checkpoint-1", max_bytes: 1 << 29 };
 
-/// What a training was at the end of an epoch.
+/// The state of a training at the end of an epoch.
 pub(super) struct Checkpoint {
     pub(super) weights: Weights,
     pub(super) best: Weights,
@@ -25,7 +25,7 @@ pub(super) struct Checkpoint {
     pub(super) history: Vec<Epoch>,
 }
 
-/// The same, to be written.
+/// The same by reference, for writing.
 pub(super) struct View<'a> {
     pub(super) weights: &'a Weights,
     pub(super) best: &'a Weights,
@@ -36,7 +36,7 @@ pub(super) struct View<'a> {
 #[derive(Serialize, Deserialize)]
 struct Header {
     settings: Settings,
-    /// Of what is learned from: another number is another training.
+    /// Number of training decisions, which identifies the data.
     decisions: usize,
     expert: String,
     best: Recipe,

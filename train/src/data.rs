@@ -1,4 +1,4 @@
-//! Demonstrations as graphs with answers.
+//! Demonstrations as graphs with training targets.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use dragnet_learn::demonstration::{Demonstration, Folder, Source, Trajectory};
 use dragnet_learn::graph::{FEATURES, Graph, Topology};
 use dragnet_search::route::ShortestPathTree;
 
-/// All demonstrations of a folder, some of them held out.
+/// All demonstrations of a folder, divided into training and validation.
 #[derive(Debug)]
 pub struct Data {
     pub(super) learned: Vec<Sample>,
@@ -22,25 +22,25 @@ pub(super) struct Sample {
     pub(super) graph: Graph,
     /// The node that the expert chose.
     pub(super) chosen: u32,
-    /// How good the expert holds each node to be, as a distribution, shape `[nodes]`.
+    /// The training target as a distribution, shape `[nodes]`.
     pub(super) wished: Vec<f32>,
-    /// The expert's score over its best, where scores are above 0: shape `[nodes]`, or nothing.
+    /// The expert's score over its best, where scores are above 0: shape `[nodes]`, or empty.
     pub(super) share_of_best: Vec<f32>,
 }
 
-/// Why there is nothing to learn from.
+/// Why training data cannot be loaded.
 #[derive(Debug, thiserror::Error)]
 pub enum DataError {
-    /// A file or folder.
+    /// A file or folder is invalid.
     #[error(transparent)]
     File(#[from] FileError),
-    /// Files without a decision.
+    /// No file has a decision.
     #[error("{0}: no decision to learn from")]
     Nothing(String),
-    /// Too few to hold some out.
+    /// Too few trajectories for validation.
     #[error("{0}: one trajectory only; at least 2 are needed, so that one can be held out")]
     TooFew(String),
-    /// More than the machine holds.
+    /// Not enough memory.
     #[error(
         "{folder}: {needed_mib} MiB of memory are needed and {free_mib} MiB are free: take fewer files or smaller maps"
     )]
@@ -49,17 +49,18 @@ pub enum DataError {
         folder: String,
         /// Estimated.
         needed_mib: u64,
-        /// Now.
+        /// Available.
         free_mib: u64,
     },
 }
 
 impl Data {
-    /// Reads a folder. Every `held_out_every`-th trajectory is held out: all of a trajectory or nothing, for its
-    /// decisions are alike. `target_exponent` is the power of the expert's scores by which its wishes are spread.
+    /// Reads a folder. Every `held_out_every`-th trajectory is used for validation, as a whole, since its decisions are
+    /// similar. `target_exponent` is the power of the expert's scores by which the training target is spread over
+    /// cells.
     ///
     /// # Errors
-    /// If a file cannot be read, is of another expert, or there is too little or too much to learn from.
+    /// If a file cannot be read, is of another expert, or there are too few or too many decisions.
     pub fn load(folder: &Folder, held_out_every: usize, target_exponent: f64) -> Result<Self, DataError> {
         let name = folder.path().display().to_string();
         if folder.len() < 2 {
@@ -98,38 +99,38 @@ impl Data {
         }
     }
 
-    /// Whom they show.
+    /// The expert and its settings.
     #[must_use]
     pub const fn source(&self) -> &Source {
         &self.source
     }
 
-    /// Where, each scenario once.
+    /// Names of the scenarios, without repetition.
     #[must_use]
     pub fn scenarios(&self) -> &[String] {
         &self.scenarios
     }
 
-    /// Decisions to learn from.
+    /// Number of training decisions.
     #[must_use]
     pub const fn len(&self) -> usize {
         self.learned.len()
     }
 
-    /// Never.
+    /// Always false.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.learned.is_empty()
     }
 
-    /// Decisions held out.
+    /// Number of validation decisions.
     #[must_use]
     pub const fn held_out_len(&self) -> usize {
         self.held_out.len()
     }
 }
 
-/// Nothing of a decision that chose nothing. `topology` is that of the sample before: trajectories on one map share one.
+/// `None` for a decision without a choice. `topology` is that of the sample before: trajectories on one map share one.
 fn sample(
     trajectory: &Trajectory,
     decision: &Demonstration,
@@ -155,7 +156,7 @@ fn sample(
     Some(Sample { graph, chosen, wished, share_of_best })
 }
 
-/// `share^target_exponent`, normalized; the choice alone where scores say nothing.
+/// `share^target_exponent`, normalized; the choice alone if no score is above 0.
 #[expect(clippy::cast_possible_truncation, reason = "learned from as f32")]
 fn wishes(share_of_best: &[f32], chosen: u32, nodes: usize, target_exponent: f64) -> Vec<f32> {
     if share_of_best.is_empty() {
@@ -176,7 +177,7 @@ struct Budget {
 }
 
 impl Budget {
-    /// What the kernel says is available; nothing where it does not say.
+    /// The available memory by the kernel; `None` where it is unknown.
     fn new() -> Self {
         let text = std::fs::read_to_string("/proc/meminfo").unwrap_or_default();
         let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"));
@@ -184,9 +185,9 @@ impl Budget {
         Self { free_bytes: kib.map(|kib| kib * 1024), taken_bytes: 0 }
     }
 
-    /// Needed and free MiB, if a trajectory is too much.
+    /// Needed and free MiB, if a trajectory does not fit.
     fn take(&mut self, trajectory: &Trajectory) -> Result<(), (u64, u64)> {
-        // Features, parent, order, wishes and shares of each node.
+        // Features, parent, order, target and shares of each node.
         let of_node = size_of::<f32>() * (FEATURES + 4);
         let cells = trajectory.terrain.grid().cell_count();
         self.taken_bytes += (trajectory.decisions.len() * cells * of_node) as u64;

@@ -1,6 +1,7 @@
-//! Behavior cloning with libtorch: a network learns to choose as the expert of demonstrations chose (paper, Eq. 5).
+//! Behavior cloning with libtorch: trains a network to choose as the expert of demonstrations does (paper, Eq. 5).
 //!
-//! The same demonstrations, settings and seed give the same weights, bit for bit, on one thread of one kind of machine.
+//! The same demonstrations, settings and seed give the same weights, bit for bit, on one thread of one kind of
+//! computer.
 
 mod adam;
 mod batch;
@@ -17,7 +18,7 @@ pub use model::Model;
 pub use settings::{Epoch, Measured, Settings};
 pub use trainer::Trainer;
 
-/// Lets libtorch use so many threads of the CPU. Not more than there are free cores: they wait for each other.
+/// Sets the number of CPU threads of libtorch. It should not exceed the free cores: threads wait for each other.
 pub fn set_threads(threads: u16) {
     tch::set_num_threads(threads.into());
 }

@@ -1,4 +1,4 @@
-//! The network of [`dragnet_learn::network`] in libtorch, which can take gradients of it.
+//! The network of [`dragnet_learn::network`] in libtorch, which computes its gradients.
 
 use dragnet_search::seed::{Purpose, Stream, stream};
 use rand::RngExt;
@@ -10,20 +10,20 @@ use dragnet_learn::network::{LEAST_SUM, LOGIT_SCALE, SCORE_LEAK, SUM_LOG_RANGE};
 use dragnet_learn::shape::{HEADS, Shape};
 use dragnet_learn::weights::{Recipe, Weights};
 
-/// A network that learns.
+/// A network in training.
 #[derive(Debug)]
 pub struct Model {
     shape: Shape,
-    /// By the order of [`Shape::parameters`].
+    /// In the order of [`Shape::parameters`].
     parameters: Vec<(String, Tensor)>,
     device: Device,
 }
 
-/// The first and the last channel that fades along the route is left with these shares a cell later.
+/// Initial shares that remain after one cell, of the first and the last decay channel.
 const FIRST_FADE: (f64, f64) = (0.5, 0.95);
 
 impl Model {
-    /// A network that has learned nothing: matrices as Glorot and Bengio (2010) draw them, biases 0.
+    /// An untrained network: matrices are drawn by Glorot and Bengio (2010), biases are 0.
     #[must_use]
     pub fn new(shape: Shape, seed: u64, device: Device) -> Self {
         let mut random = stream(seed, Purpose::Training, 0);
@@ -34,7 +34,7 @@ impl Model {
         Self { shape, parameters: parameters.collect(), device }
     }
 
-    /// The network of weights, to go on learning or to compare with.
+    /// The network of given weights, to continue training or to compare.
     #[must_use]
     pub fn of(weights: &Weights, device: Device) -> Self {
         let shape = weights.shape();
@@ -45,7 +45,7 @@ impl Model {
         Self { shape, parameters: parameters.collect(), device }
     }
 
-    /// The weights as they are now.
+    /// The current weights.
     ///
     /// # Errors
     /// If one is no longer finite.
@@ -53,7 +53,7 @@ impl Model {
         Weights::build(self.shape, recipe, |name, _| values(self.get(name)))
     }
 
-    /// Logits of one graph, shape `[nodes]`, as [`dragnet_learn::network::Network::logits`] has them.
+    /// Logits of one graph, shape `[nodes]`, as computed by [`dragnet_learn::network::Network::logits`].
     #[must_use]
     pub fn logits_of(&self, graph: &Graph) -> Vec<f32> {
         let batch = Batch::of_graphs(&[graph], self.device);
@@ -78,7 +78,7 @@ impl Model {
         input.linear(self.get(&format!("{name}.weight")), Some(self.get(&format!("{name}.bias"))))
     }
 
-    /// Logits, shape `[graphs, nodes]`; those of padding mean nothing.
+    /// Logits, shape `[graphs, nodes]`; those of padding have no meaning.
     pub(super) fn logits(&self, batch: &Batch) -> Tensor {
         let mut channels = self.linear("encoder", &batch.features).leaky_relu();
         for layer in 0..self.shape.layers {

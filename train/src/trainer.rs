@@ -1,4 +1,4 @@
-//! Passes over the demonstrations until what was held out is no longer imitated better.
+//! Passes over the demonstrations until the validation loss no longer improves.
 
 use std::f64::consts::PI;
 use std::path::Path;
@@ -17,9 +17,9 @@ use super::data::{Data, Sample};
 use super::model::{Model, values};
 use super::settings::{Epoch, Measured, Settings};
 
-/// Decisions of which a few batches are made: within, graphs of like size go together, so that little is padded.
+/// Batches that are formed together: within them, graphs of similar size are grouped, so that there is little padding.
 const BATCHES_SORTED: usize = 16;
-/// Longer gradients are scaled down to this.
+/// Longer gradients are scaled down to this norm.
 const MOST_GRADIENT: f64 = 1.0;
 
 /// A training under way.
@@ -29,7 +29,7 @@ pub struct Trainer<'a> {
     model: Model,
     adam: Adam,
     history: Vec<Epoch>,
-    /// Of the epoch with the least held-out loss so far.
+    /// Of the epoch with the lowest validation loss so far.
     best: Weights,
     program: String,
 }
@@ -38,7 +38,7 @@ impl<'a> Trainer<'a> {
     /// Starts a training. `program` is the version that the weights will name.
     ///
     /// # Errors
-    /// If no network has such sizes.
+    /// If the sizes are invalid.
     pub fn new(data: &'a Data, settings: Settings, device: Device, program: &str) -> Result<Self, String> {
         let model = Model::new(settings.shape, settings.seed, device);
         let adam = Adam::new(model.parameters().iter().map(|(_, tensor)| tensor));
@@ -46,7 +46,7 @@ impl<'a> Trainer<'a> {
         Ok(Self { data, settings, model, adam, history: Vec::new(), best, program: program.to_owned() })
     }
 
-    /// Goes on where a checkpoint of the same training was written.
+    /// Resumes a training from its checkpoint.
     ///
     /// # Errors
     /// If the checkpoint cannot be read or is of another training.
@@ -62,7 +62,7 @@ impl<'a> Trainer<'a> {
         Ok(Self { data, settings, model, adam, history, best, program: program.to_owned() })
     }
 
-    /// Writes all that is needed to go on.
+    /// Writes a checkpoint.
     ///
     /// # Errors
     /// If it cannot be written; an older checkpoint is kept.
@@ -85,7 +85,7 @@ impl<'a> Trainer<'a> {
         done >= self.settings.epochs || done - self.best_epoch() >= self.settings.patience
     }
 
-    /// One pass over all that is to be learned from. `progress` hears of the decisions of each step.
+    /// One pass over the training decisions. `progress` is called with the number of decisions of each step.
     ///
     /// # Errors
     /// If the network diverged: a parameter is no longer finite.
@@ -122,13 +122,13 @@ impl<'a> Trainer<'a> {
         Ok(&self.history[self.history.len() - 1])
     }
 
-    /// Every epoch so far.
+    /// The history of all epochs.
     #[must_use]
     pub fn history(&self) -> &[Epoch] {
         &self.history
     }
 
-    /// The weights of the epoch with the least held-out loss.
+    /// The weights of the epoch with the lowest validation loss.
     #[must_use]
     pub const fn best(&self) -> &Weights {
         &self.best
@@ -144,7 +144,7 @@ impl<'a> Trainer<'a> {
         self.best.recipe().epochs
     }
 
-    /// All decisions in an order of this epoch's own.
+    /// All decisions in the order of this epoch.
     fn batches(&self) -> Vec<Vec<&'a Sample>> {
         let epoch = u16::try_from(self.history.len() + 1).unwrap_or(u16::MAX);
         let mut random = stream(self.settings.seed, Purpose::Training, epoch);
@@ -174,7 +174,7 @@ impl<'a> Trainer<'a> {
         loss.double_value(&[])
     }
 
-    /// Of each graph.
+    /// The loss of each graph.
     fn losses(&self, log_policy: &tch::Tensor, answers: &Answers) -> tch::Tensor {
         let of_choice = -log_policy.gather(1, &answers.chosen, false).squeeze_dim(1);
         let of_wishes =

@@ -1,4 +1,4 @@
-//! What is learned with libtorch decides the same in plain Rust.
+//! A network in libtorch and in plain Rust computes the same decisions.
 #![expect(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
 use dragnet_learn::graph::Graph;
@@ -18,7 +18,7 @@ use dragnet_train::{Device, Model, set_threads};
 use rand::RngExt;
 use rand::seq::IndexedRandom;
 
-/// That of the shipped networks; one that only fades, one that only sums; one that sees no routes.
+/// The shape of the built-in networks; one that only decays, one that only sums; one without paths.
 const SHAPES: [Shape; 4] = [
     Shape::DEFAULT,
     Shape { hidden: 64, layers: 1, memory: 5, sums: 0 },
@@ -51,7 +51,7 @@ fn weights(shape: Shape, random: &mut Stream) -> Weights {
     Weights::build(shape, Recipe::default(), fill).unwrap()
 }
 
-/// A cell alone and generated maps, with four and eight moves, and beliefs and promises that are drawn.
+/// A single cell and generated maps, with four and eight moves, and random beliefs and plans.
 fn graphs(seed: u64, random: &mut Stream) -> Vec<Graph> {
     let grid = Grid::new(9, 14).unwrap();
     let mut terrains = vec![Terrain::from_ascii("#~#\n#.#\n.##\n", 30.0).unwrap()];
@@ -72,17 +72,24 @@ fn graph(terrain: &Terrain, connectivity: Connectivity, random: &mut Stream) -> 
     let belief = Belief::from_log_odds(terrain, log_odds_nats.collect()).unwrap();
     let open: Vec<Cell> = terrain.traversable_cells().collect();
     let sensor = Sensor::default();
-    let mut promised = PlannedPrecision::nothing(terrain);
+    let mut planned_precision = PlannedPrecision::nothing(terrain);
     let path: Vec<Cell> = (0..3).filter_map(|_| open.choose(random).copied()).collect();
-    promised.add_path(terrain, &sensor, &path);
+    planned_precision.add_path(terrain, &sensor, &path);
     let robot = *terrain.largest_area().choose(random).unwrap();
-    let (belief, promised) = (&belief, &promised);
-    let situation =
-        Situation { terrain, connectivity, sensor: &sensor, belief, promised, robot, place: Place::ALONE };
+    let (belief, planned_precision) = (&belief, &planned_precision);
+    let situation = Situation {
+        terrain,
+        connectivity,
+        sensor: &sensor,
+        belief,
+        planned_precision,
+        robot,
+        place: Place::ALONE,
+    };
     Graph::new(&situation, &ShortestPathTree::from(terrain, connectivity, robot), &mut None)
 }
 
-/// The largest difference between two lists of logits, and how far apart the first's are.
+/// The largest difference between two lists of logits, and the range of the first.
 fn worst(ours: &[f32], theirs: &[f32]) -> (f32, f32) {
     assert_eq!(ours.len(), theirs.len());
     let differences = ours.iter().zip(theirs).map(|(ours, theirs)| (ours - theirs).abs());

@@ -1,4 +1,4 @@
-//! A pilot at work: one frame of its cameras, and what a look comes to, with 20 things around.
+//! A pilot: one frame of its cameras, and one observation, with 20 objects around.
 //!
 //! `cargo bench -p dragnet-vehicle --bench pilot`
 #![expect(clippy::unwrap_used, reason = "a benchmark fails by panicking")]
@@ -23,7 +23,7 @@ const CELL_METERS: f64 = 15.0;
 struct Ride {
     pilot: Pilot,
     settings: Settings,
-    things: Vec<Vector2<f64>>,
+    objects: Vec<Vector2<f64>>,
     step: u64,
 }
 
@@ -44,12 +44,12 @@ impl Ride {
         };
         let map = CostMap::from_terrain(&terrain, 1).unwrap();
         let pilot = Pilot::new(settings.check(None).unwrap(), terrain, Sensor::default(), &map).unwrap();
-        let thing = |index: u32| {
+        let object = |index: u32| {
             let angle = f64::from(index) / f64::from(THINGS) * TAU;
             let range = 20.0 + f64::from(index * 7 % 50);
             Vector2::new(225.0 + range * angle.cos(), 225.0 + range * angle.sin())
         };
-        Self { pilot, settings, things: (0..THINGS).map(thing).collect(), step: 0 }
+        Self { pilot, settings, objects: (0..THINGS).map(object).collect(), step: 0 }
     }
 
     fn pose(&self) -> Pose {
@@ -71,8 +71,8 @@ impl Ride {
 
     fn frame(&self, camera: &CameraTable) -> Event {
         let pose = self.pose();
-        let bearing = |thing: &Vector2<f64>| {
-            let bearing = wrapped_radians(bearing_radians(pose.position_meters(), *thing));
+        let bearing = |object: &Vector2<f64>| {
+            let bearing = wrapped_radians(bearing_radians(pose.position_meters(), *object));
             let beside = wrapped_radians(bearing - camera.yaw_degrees.to_radians()).abs();
             (beside < camera.field_of_view_degrees.to_radians() / 2.0).then_some(bearing)
         };
@@ -80,7 +80,7 @@ impl Ride {
             time_ns: self.now_ns(),
             camera: camera.name.clone(),
             head_radians: 0.0,
-            sights: CameraDetections::Bearings(self.things.iter().filter_map(bearing).collect()),
+            detections: CameraDetections::Bearings(self.objects.iter().filter_map(bearing).collect()),
         })
     }
 
@@ -109,12 +109,12 @@ fn pilot(criterion: &mut Criterion) {
         };
         bencher.iter_batched(|| (ride.pilot.clone(), frame.clone()), handle, BatchSize::SmallInput);
     });
-    // The next cell of a route: the pose that enters it ends the look.
+    // The next cell of a route: the pose that enters it ends the observation.
     let next = Grid::new(30, 30).unwrap().cell(Position { row: 15, column: 15 }).unwrap();
     ride.pilot.handle(ride.now_ns(), Event::Route(vec![next]));
     ride.drive(1);
     ride.step += 1;
-    group.bench_function("look", |bencher| {
+    group.bench_function("observation", |bencher| {
         let handle = |mut pilot: Pilot| {
             let actions = pilot.handle(ride.now_ns(), black_box(ride.fix()));
             assert!(actions.iter().any(|action| matches!(action, Action::Sensed { .. })), "{actions:?}");

@@ -1,4 +1,4 @@
-//! One frame of a tracker: 50 things that are followed, and 50 bearings.
+//! One frame of a tracker: 50 tracks, and 50 bearings.
 //!
 //! `cargo bench -p dragnet-vehicle --bench tracker`
 #![expect(clippy::unwrap_used, reason = "a benchmark fails by panicking")]
@@ -19,35 +19,35 @@ use rand::RngExt;
 
 const THINGS: usize = 50;
 
-fn frame(number: u64, things: &[Vector2<f64>]) -> Frame {
+fn frame(number: u64, objects: &[Vector2<f64>]) -> Frame {
     let seconds = number as f64 / 5.0;
     let camera = Pose::new(seconds, 5.0 * (seconds / 5.0).sin(), 0.0);
     Frame {
         time_ns: number * 200_000_000,
         camera: 0,
         view: View::new(camera, PI, 5.0, 200.0).unwrap(),
-        bearings_radians: things
+        bearings_radians: objects
             .iter()
-            .map(|&thing| bearing_radians(camera.position_meters(), thing))
+            .map(|&object| bearing_radians(camera.position_meters(), object))
             .collect(),
         bearing_deviation_radians: 0.005,
         pose_error: PoseError::default(),
     }
 }
 
-/// Of tracks with all their members, as they are born, and later, when bearings have weighed those.
+/// With all range hypotheses of new tracks, and later, when bearings have weighted those.
 fn frames(criterion: &mut Criterion) {
     let mut random = stream(1, Purpose::Truth, 0);
     let mut place = |index: usize| {
         let (sin, cos) = (index as f64 / THINGS as f64 * 2.0 * PI - PI).sin_cos();
         Vector2::new(cos, sin) * random.random_range(20.0..150.0)
     };
-    let things: Vec<_> = (0..THINGS).map(&mut place).collect();
+    let objects: Vec<_> = (0..THINGS).map(&mut place).collect();
     let mut group = criterion.benchmark_group("frame");
     for (name, count) in [("second", 1), ("hundredth", 99)] {
         let mut tracker = Tracker::new(Settings::default()).unwrap();
-        (0..count).for_each(|number| drop(tracker.handle(&frame(number, &things)).unwrap()));
-        let next = frame(count, &things);
+        (0..count).for_each(|number| drop(tracker.handle(&frame(number, &objects)).unwrap()));
+        let next = frame(count, &objects);
         group.bench_function(name, |bencher| {
             let handle = |mut tracker: Tracker| {
                 let outcome = tracker.handle(black_box(&next)).unwrap();

@@ -1,4 +1,5 @@
-//! Tells tests where libtorch is when they run; programs above this crate have to say so themselves, as `../../build.rs` does.
+//! Sets the library path of libtorch for tests; programs above this crate have to set it themselves, as
+//! `../../build.rs` does.
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");

@@ -1,9 +1,8 @@
-//! Which bearing belongs to which track: the assignment of the least total cost.
+//! The assignment of bearings to tracks with the least total cost.
 //!
-//! Kuhn (1955) and Munkres (1957). What a pair costs is told by the caller; to leave a track and a bearing
-//! without each other costs as much as a pair at the limit. So of all assignments the one is chosen that has
-//! the least sum of costs with a limit's worth for every pair that is not made; a good pair is never given up
-//! to make two bad ones.
+//! Kuhn (1955) and Munkres (1957). The caller gives the cost of each pair; an unassigned track and an unassigned
+//! bearing together cost as much as a pair at the limit. So the chosen assignment has the least sum of costs with the
+//! limit for every pair that is not made; a good pair is never given up for two bad ones.
 
 use pathfinding::kuhn_munkres::kuhn_munkres_min;
 use pathfinding::matrix::Matrix;
@@ -13,36 +12,36 @@ const UNITS: f64 = 1e9;
 /// The greatest limit.
 const MAX_LIMIT: f64 = 1e6;
 
-/// What belongs together; all numbers are places in the lists that were given.
+/// An assignment; all numbers are indices into the given lists.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Assignment {
     /// `(predicted, observed)`, by the first; each of either at most once.
     pub pairs: Vec<(usize, usize)>,
-    /// Predicted bearings that nothing was seen at, in order.
+    /// Predicted bearings without an observed one, in order.
     pub predicted_alone: Vec<usize>,
-    /// Observed bearings that nothing predicts, in order.
+    /// Observed bearings without a predicted one, in order.
     pub observed_alone: Vec<usize>,
 }
 
 /// Why nothing was assigned.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum AssignmentError {
-    /// A cost is missing.
+    /// An invalid cost.
     #[error(
         "the cost of track {predicted} and bearing {observed} is {value}: needed is a number of at least 0"
     )]
     Cost {
-        /// The track's place in its list.
+        /// Index of the track.
         predicted: usize,
-        /// The bearing's place in its list.
+        /// Index of the bearing.
         observed: usize,
-        /// As given.
+        /// The given value.
         value: f64,
     },
-    /// A limit that lets nothing or all through.
+    /// An invalid limit.
     #[error("a limit of {0}: allowed is above 0, up to {MAX_LIMIT}")]
     Limit(f64),
-    /// Too much to assign in a frame's time.
+    /// Too many bearings for a frame's time.
     #[error("{predicted} tracks and {observed} bearings: at most {MAX_ASSIGNED} each can be assigned")]
     TooMany {
         /// Predicted bearings.
@@ -52,15 +51,15 @@ pub enum AssignmentError {
     },
 }
 
-/// So many predicted and so many observed bearings can be assigned: the time grows with the third power.
+/// The maximum number of predicted and of observed bearings: time grows with the third power.
 pub const MAX_ASSIGNED: usize = 512;
 
-/// Assigns observed to predicted things by the cost of each pair, at least 0; infinite is a pair that cannot
-/// be. Pairs cost at most the limit.
+/// Assigns observed to predicted bearings by the cost of each pair, at least 0; an infinite cost excludes a pair. Pairs
+/// cost at most the limit.
 ///
 /// # Errors
-/// If a cost is no number or below 0, the limit is not above 0 and at most 10^6, or there are more than
-/// [`MAX_ASSIGNED`] of either.
+/// If a cost is NaN or below 0, the limit is not above 0 and at most 10^6, or there are more than [`MAX_ASSIGNED`] of
+/// either.
 pub fn assign(
     predicted: usize,
     observed: usize,
@@ -69,7 +68,7 @@ pub fn assign(
 ) -> Result<Assignment, AssignmentError> {
     let costs = costs(predicted, observed, limit, cost)?;
     let units_at = |predicted: usize, column: usize| costs[predicted * observed + column];
-    // The method wants at least as many columns as rows.
+    // The method needs at least as many columns as rows.
     let is_turned = predicted > observed;
     let (rows, columns) = if is_turned { (observed, predicted) } else { (predicted, observed) };
     let distance =
@@ -89,7 +88,7 @@ pub fn assign(
     Ok(Assignment { pairs, predicted_alone, observed_alone })
 }
 
-/// In units, by predicted and then observed; what is beyond the limit costs one more than it.
+/// In units, by predicted and then observed; costs beyond the limit are one more than it.
 fn costs(
     predicted: usize,
     observed: usize,
@@ -180,7 +179,7 @@ mod tests {
         check(&[], &[1.0, 2.0], 0.1, &[]);
     }
 
-    /// Least sum over all ways to assign, a pair that is not made at the cost of the gate.
+    /// The least sum over all assignments; a pair that is not made costs as much as the gate.
     fn best(predicted: &[f64], observed: &mut Vec<f64>, gate: f64) -> f64 {
         let Some((first, rest)) = predicted.split_first() else { return 0.0 };
         let mut least = gate + best(rest, observed, gate);
@@ -219,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn bad_input_says_where_it_stands() {
+    fn bad_input_is_reported_with_its_place() {
         let message = |predicted: &[f64], observed: &[f64], gate| {
             assign(predicted, observed, gate).unwrap_err().to_string()
         };

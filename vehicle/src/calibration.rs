@@ -1,37 +1,36 @@
-//! Fits the sensor's model to looks of which one knows what was there.
+//! Fits the sensor model to readings with known truth.
 //!
 //! The model is that of [`dragnet_search::sensor::Sensor`]: a reading of a cell at distance `d` (cells) is
 //! `theta + N(0, v(d))`, with `v(d) = noise_variance d^2` from distance 1 on, and a constant `v(0)` for the own cell.
-//! So every `u = ((value - theta) / d)^2` has the mean `noise_variance`, and their average is its estimate of maximum
-//! likelihood.
+//! So every `u = ((value - theta) / d)^2` has the mean `noise_variance`, and their average is its maximum-likelihood
+//! estimate.
 //!
-//! Its standard error is that of an average, from the scatter of the `u` themselves: of normal errors that is
-//! `noise_variance sqrt(2 / n)`, and of errors with heavier tails it is honestly more. Looks are taken to be
-//! independent: frames of the same thing from the same place are not, and make the error seem smaller than it
-//! is.
+//! Its standard error is that of an average, from the spread of the `u` themselves: for normal errors that is
+//! `noise_variance sqrt(2 / n)`, and for errors with heavier tails it is correctly larger. Readings are assumed to be
+//! independent: frames of the same object from the same place are not, and make the error seem smaller than it is.
 
 use std::collections::BTreeMap;
 
 use dragnet_search::evidence::MAX_VALUE;
 use dragnet_search::sensor::Sensor;
 
-/// So many looks from distance 1 on does a fit need, and as many at distance 0 for the own cell.
-pub const FEWEST_LOOKS: usize = 30;
-/// At so many distances from 1 on must they be: at one alone, nothing would tell of the law.
-pub const FEWEST_DISTANCES: usize = 2;
+/// The minimum number of readings from distance 1 on, and of those at distance 0 for the own cell.
+pub const MIN_READINGS: usize = 30;
+/// The minimum number of distances from 1 on: one alone cannot test the model.
+pub const MIN_DISTANCES: usize = 2;
 
-/// What a detector said of a cell, and what was there.
+/// A detector's reading of a cell, with the truth.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LabeledLook {
+pub struct LabeledReading {
     /// Manhattan distance of the cell, cells, at most [`Sensor::MAX_RADIUS`].
     pub distance: u32,
     /// Whether an object was in it.
     pub is_object: bool,
-    /// What the detector said: 1 is an object, 0 an empty cell; at most [`MAX_VALUE`] to both sides.
+    /// The detector's value: 1 is an object, 0 an empty cell; its absolute value is at most [`MAX_VALUE`].
     pub value: f32,
 }
 
-/// A number and how far off it may be.
+/// A number and its standard error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
     /// The number.
@@ -40,13 +39,13 @@ pub struct Estimate {
     pub standard_error: f64,
 }
 
-/// What looks at one distance say by themselves.
+/// Statistics of the readings at one distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AtDistance {
     /// Cells.
     pub distance: u32,
-    /// Looks at that distance.
-    pub looks: usize,
+    /// Number of readings at that distance.
+    pub readings: usize,
     /// Mean of `value - theta`: the model has 0.
     pub bias: Estimate,
     /// Mean of `(value - theta)^2`: the model has `noise_variance d^2`.
@@ -58,42 +57,42 @@ pub struct AtDistance {
 pub struct Calibration {
     /// Variance of a reading at distance 1.
     pub noise_variance: Estimate,
-    /// Variance of a reading of the own cell; none with fewer than [`FEWEST_LOOKS`] of it. The sensor has
+    /// Variance of a reading of the own cell; `None` with fewer than [`MIN_READINGS`] of it. The sensor has
     /// `noise_variance / 5`.
     pub own_cell_variance: Option<Estimate>,
-    /// Nearest first: whether the model holds is seen here.
+    /// Nearest first: they show whether the model holds.
     pub by_distance: Vec<AtDistance>,
 }
 
-/// Looks that tell nothing.
+/// Why readings cannot be fitted.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum CalibrationError {
-    /// No value.
-    #[error("look {index}: a value of {value}: allowed are {} to {MAX_VALUE}", -MAX_VALUE)]
+    /// An invalid value.
+    #[error("reading {index}: a value of {value}: allowed are {} to {MAX_VALUE}", -MAX_VALUE)]
     Value {
-        /// Its place in the list.
+        /// Its index in the list.
         index: usize,
-        /// As given.
+        /// The given value.
         value: f32,
     },
-    /// Farther than a sensor sees.
-    #[error("look {index}: {distance} cells away: at most {max} are allowed", max = Sensor::MAX_RADIUS)]
+    /// A distance beyond the maximum sensor radius.
+    #[error("reading {index}: {distance} cells away: at most {max} are allowed", max = Sensor::MAX_RADIUS)]
     Distance {
-        /// Its place in the list.
+        /// Its index in the list.
         index: usize,
-        /// As given.
+        /// The given value.
         distance: u32,
     },
-    /// Too few.
-    #[error("{0} looks from distance 1 on: a fit needs at least {FEWEST_LOOKS}")]
-    TooFewLooks(usize),
-    /// All from the same distances.
-    #[error("looks at {0} distance from 1 on: a fit needs at least {FEWEST_DISTANCES}")]
+    /// Too few readings.
+    #[error("{0} readings from distance 1 on: a fit needs at least {MIN_READINGS}")]
+    TooFewReadings(usize),
+    /// Too few distances.
+    #[error("readings at {0} distance from 1 on: a fit needs at least {MIN_DISTANCES}")]
     TooFewDistances(usize),
-    /// All of objects, or all of empty cells: half of what the detector does was not tried.
-    #[error("all looks are at {0}: a fit needs objects and empty cells")]
+    /// All readings are of objects, or all of empty cells: half of the detector's behavior is untested.
+    #[error("all readings are at {0}: a fit needs objects and empty cells")]
     OneKind(&'static str),
-    /// Values that are labels and no measurements.
+    /// Values that are labels rather than measurements.
     #[error("all values are exactly 0 or 1 as labeled: there is no noise to fit")]
     NoNoise,
 }
@@ -101,12 +100,12 @@ pub enum CalibrationError {
 /// Fits the model.
 ///
 /// # Errors
-/// If a look cannot be, or there are too few, at too few distances, of one kind only, or without any error.
-pub fn calibrate(looks: &[LabeledLook]) -> Result<Calibration, CalibrationError> {
-    check(looks)?;
+/// If a reading is invalid, or there are too few, at too few distances, of one kind only, or without any error.
+pub fn calibrate(readings: &[LabeledReading]) -> Result<Calibration, CalibrationError> {
+    check(readings)?;
     let mut errors: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
-    for look in looks {
-        errors.entry(look.distance).or_default().push(error(look));
+    for reading in readings {
+        errors.entry(reading.distance).or_default().push(error(reading));
     }
     let scaled = errors.range(1..).flat_map(|(&distance, errors)| {
         errors.iter().map(move |error| (error / f64::from(distance)).powi(2))
@@ -115,10 +114,10 @@ pub fn calibrate(looks: &[LabeledLook]) -> Result<Calibration, CalibrationError>
     if noise_variance.value <= 0.0 {
         return Err(CalibrationError::NoNoise);
     }
-    let own = errors.get(&0).filter(|errors| errors.len() >= FEWEST_LOOKS);
+    let own = errors.get(&0).filter(|errors| errors.len() >= MIN_READINGS);
     let at_distance = |(&distance, errors): (&u32, &Vec<f64>)| AtDistance {
         distance,
-        looks: errors.len(),
+        readings: errors.len(),
         bias: mean(errors),
         variance: mean_square(errors),
     };
@@ -129,8 +128,8 @@ pub fn calibrate(looks: &[LabeledLook]) -> Result<Calibration, CalibrationError>
     })
 }
 
-fn check(looks: &[LabeledLook]) -> Result<(), CalibrationError> {
-    for (index, &LabeledLook { distance, value, .. }) in looks.iter().enumerate() {
+fn check(readings: &[LabeledReading]) -> Result<(), CalibrationError> {
+    for (index, &LabeledReading { distance, value, .. }) in readings.iter().enumerate() {
         if !(-MAX_VALUE..=MAX_VALUE).contains(&value) {
             return Err(CalibrationError::Value { index, value });
         }
@@ -138,32 +137,32 @@ fn check(looks: &[LabeledLook]) -> Result<(), CalibrationError> {
             return Err(CalibrationError::Distance { index, distance });
         }
     }
-    let around: Vec<_> = looks.iter().filter(|look| look.distance > 0).collect();
-    if around.len() < FEWEST_LOOKS {
-        return Err(CalibrationError::TooFewLooks(around.len()));
+    let around: Vec<_> = readings.iter().filter(|reading| reading.distance > 0).collect();
+    if around.len() < MIN_READINGS {
+        return Err(CalibrationError::TooFewReadings(around.len()));
     }
-    let mut distances: Vec<u32> = around.iter().map(|look| look.distance).collect();
+    let mut distances: Vec<u32> = around.iter().map(|reading| reading.distance).collect();
     distances.sort_unstable();
     distances.dedup();
-    if distances.len() < FEWEST_DISTANCES {
+    if distances.len() < MIN_DISTANCES {
         return Err(CalibrationError::TooFewDistances(distances.len()));
     }
-    match around.iter().filter(|look| look.is_object).count() {
+    match around.iter().filter(|reading| reading.is_object).count() {
         0 => Err(CalibrationError::OneKind("empty cells")),
         objects if objects == around.len() => Err(CalibrationError::OneKind("objects")),
         _ => Ok(()),
     }
 }
 
-fn error(look: &LabeledLook) -> f64 {
-    f64::from(look.value) - f64::from(u8::from(look.is_object))
+fn error(reading: &LabeledReading) -> f64 {
+    f64::from(reading.value) - f64::from(u8::from(reading.is_object))
 }
 
 fn mean_square(values: &[f64]) -> Estimate {
     mean(&values.iter().map(|value| value.powi(2)).collect::<Vec<_>>())
 }
 
-/// Of one value alone the error is infinite.
+/// The error of a single value is infinite.
 fn mean(values: &[f64]) -> Estimate {
     let count = values.len() as f64;
     let value = values.iter().sum::<f64>() / count;
@@ -180,31 +179,31 @@ mod tests {
 
     use super::*;
 
-    /// As the simulator draws them: so many at each distance, every fourth of an object.
-    fn looks(noise_variance: f64, each: usize, noise: Noise, seed: u64) -> Vec<LabeledLook> {
+    /// As drawn by the simulator: this many at each distance, every fourth of an object.
+    fn readings(noise_variance: f64, each: usize, noise: Noise, seed: u64) -> Vec<LabeledReading> {
         let sensor = Sensor::new(10, noise_variance, noise).unwrap();
         let mut random = stream(seed, Purpose::Noise, 0);
-        let mut looks = Vec::new();
+        let mut readings = Vec::new();
         for distance in 0..=10 {
             let place = sensor.footprint().iter().find(|place| place.offset.manhattan() == distance).unwrap();
             for number in 0..each {
                 let is_object = number % 4 == 0;
-                looks.push(LabeledLook {
+                readings.push(LabeledReading {
                     distance,
                     is_object,
                     value: sensor.draw(is_object, place, &mut random),
                 });
             }
         }
-        looks
+        readings
     }
 
     #[test]
-    fn the_models_own_looks_give_its_numbers_back() {
+    fn readings_drawn_from_the_model_give_its_parameters() {
         let noise_variance = 0.02;
         let (mut within, mut own_within) = (0, 0);
         for seed in 0..100 {
-            let calibration = calibrate(&looks(noise_variance, 200, Noise::Gaussian, seed)).unwrap();
+            let calibration = calibrate(&readings(noise_variance, 200, Noise::Gaussian, seed)).unwrap();
             let Estimate { value, standard_error } = calibration.noise_variance;
             assert!(
                 (value - noise_variance).abs() < 4.0 * standard_error,
@@ -226,7 +225,7 @@ mod tests {
 
     #[test]
     fn the_table_shows_where_the_model_does_not_hold() {
-        let good = calibrate(&looks(0.005, 2000, Noise::Gaussian, 1)).unwrap();
+        let good = calibrate(&readings(0.005, 2000, Noise::Gaussian, 1)).unwrap();
         let off = |calibration: &Calibration, index: usize| {
             let AtDistance { distance, variance, .. } = calibration.by_distance[index];
             (variance.value - calibration.noise_variance.value * f64::from(distance).powi(2))
@@ -234,38 +233,43 @@ mod tests {
         };
         assert!((1..=10).all(|index| off(&good, index).abs() < 4.0));
         assert!(good.by_distance.iter().all(|row| row.bias.value.abs() < 4.0 * row.bias.standard_error));
-        // Clipped readings lean toward the object, and do not grow beyond 1.
-        let clipped = calibrate(&looks(0.05, 2000, Noise::Clipped, 1)).unwrap();
+        // Clipped readings are biased toward the object, and do not grow beyond 1.
+        let clipped = calibrate(&readings(0.05, 2000, Noise::Clipped, 1)).unwrap();
         assert!(off(&clipped, 10) < -10.0, "{}", off(&clipped, 10));
         assert!(clipped.by_distance[10].bias.value > 0.1);
     }
 
     #[test]
-    fn without_looks_at_the_own_cell_it_stays_open() {
-        let around: Vec<_> =
-            looks(0.005, 40, Noise::Gaussian, 1).into_iter().filter(|look| look.distance > 0).collect();
+    fn without_readings_of_the_own_cell_its_variance_is_unknown() {
+        let around: Vec<_> = readings(0.005, 40, Noise::Gaussian, 1)
+            .into_iter()
+            .filter(|reading| reading.distance > 0)
+            .collect();
         assert_eq!(calibrate(&around).unwrap().own_cell_variance, None);
     }
 
     #[test]
-    fn looks_that_tell_nothing_say_why() {
-        let good = looks(0.005, 40, Noise::Gaussian, 1);
-        let check = |looks: &[LabeledLook], message: &str| {
-            let error = calibrate(looks).unwrap_err().to_string();
+    fn unusable_readings_give_the_reason() {
+        let good = readings(0.005, 40, Noise::Gaussian, 1);
+        let check = |readings: &[LabeledReading], message: &str| {
+            let error = calibrate(readings).unwrap_err().to_string();
             assert!(error.contains(message), "{error}");
         };
-        let changed = |change: fn(&mut LabeledLook)| {
-            let mut looks = good.clone();
-            looks.iter_mut().for_each(change);
-            looks
+        let changed = |change: fn(&mut LabeledReading)| {
+            let mut readings = good.clone();
+            readings.iter_mut().for_each(change);
+            readings
         };
-        check(&[], "0 looks");
-        check(&good[..60], "20 looks");
-        check(&changed(|look| look.value = f32::NAN), "look 0: a value of NaN: allowed are -1000 to 1000");
-        check(&changed(|look| look.distance = 101), "look 0: 101 cells away: at most 100");
-        check(&changed(|look| look.distance = 3), "looks at 1 distance");
-        check(&changed(|look| look.is_object = true), "all looks are at objects");
-        check(&changed(|look| look.is_object = false), "all looks are at empty cells");
-        check(&changed(|look| look.value = f32::from(u8::from(look.is_object))), "no noise");
+        check(&[], "0 readings");
+        check(&good[..60], "20 readings");
+        check(
+            &changed(|reading| reading.value = f32::NAN),
+            "reading 0: a value of NaN: allowed are -1000 to 1000",
+        );
+        check(&changed(|reading| reading.distance = 101), "reading 0: 101 cells away: at most 100");
+        check(&changed(|reading| reading.distance = 3), "readings at 1 distance");
+        check(&changed(|reading| reading.is_object = true), "all readings are at objects");
+        check(&changed(|reading| reading.is_object = false), "all readings are at empty cells");
+        check(&changed(|reading| reading.value = f32::from(u8::from(reading.is_object))), "no noise");
     }
 }

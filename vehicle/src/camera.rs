@@ -1,8 +1,8 @@
-//! A camera on the vehicle: which column of its image looks where, and what is in its view.
+//! A camera on the vehicle: the bearing of each image column, and the field of view.
 //!
-//! A pinhole: a column `u` looks `atan((u - width / 2) / f)` to the right of the middle, with the focal
-//! length `f = (width / 2) / tan(field_of_view / 2)` in pixels. Lens distortion is taken to be removed
-//! before, and heights are not used: a camera tells bearings only.
+//! A pinhole: the bearing of a column `u` is `atan((u - width / 2) / f)` to the right of the middle, with the focal
+//! length `f = (width / 2) / tan(field_of_view / 2)` in pixels. Lens distortion must be removed before, and heights are
+//! not used: a camera measures bearings only.
 
 mod boxes;
 mod view;
@@ -14,10 +14,10 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use dragnet_lattice::plane::{Pose, wrapped_radians};
 
-/// What a camera is, before it is checked.
+/// The settings of a camera, before they are checked.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CameraSettings {
-    /// What people call it; not empty.
+    /// Its name; not empty.
     pub name: String,
     /// Columns of the image that detections are given in, at least 1.
     pub width_pixels: u32,
@@ -25,80 +25,80 @@ pub struct CameraSettings {
     pub height_pixels: u32,
     /// Angle between its left and its right edge, radians, above 0 and below pi.
     pub field_of_view_radians: f64,
-    /// Where it is in the vehicle's frame (x forward, y left), and its yaw, counter-clockwise from forward.
+    /// Its position in the vehicle's frame (x forward, y left), and its yaw, counter-clockwise from forward.
     pub mounting: Pose,
-    /// How high it is above the ground, meters, at least 0; 0 if nobody says.
+    /// Its height above the ground, meters, at least 0; 0 if unknown.
     pub z_meters: f64,
-    /// How far it looks down, radians, within a right angle of the horizon.
+    /// Its angle below the horizon, radians, within a right angle.
     pub pitch_radians: f64,
-    /// Objects are detected from here on, meters, above 0.
+    /// Shortest range of a detection, meters, above 0.
     pub min_range_meters: f64,
-    /// And up to here, meters, above `min_range_meters`.
+    /// Longest range of a detection, meters, above `min_range_meters`.
     pub max_range_meters: f64,
 }
 
-/// A camera that can be.
+/// A valid camera.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
     settings: CameraSettings,
     focal_length_pixels: f64,
 }
 
-/// A camera that cannot be.
+/// Why a camera is invalid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CameraError {
-    /// Nothing to call it by.
+    /// The name is empty.
     #[error("a camera has no name")]
     NoName,
-    /// No pixel.
+    /// The image has no pixels.
     #[error("camera {name}: an image of {width} x {height} pixels holds nothing")]
     NoPixels {
-        /// Of the camera.
+        /// Name of the camera.
         name: String,
         /// Columns.
         width: u32,
         /// Rows.
         height: u32,
     },
-    /// No pinhole sees that.
+    /// An impossible field of view.
     #[error(
         "camera {name}: a field of view of {radians} radians: allowed is above 0 and below pi (180 degrees)"
     )]
     FieldOfView {
-        /// Of the camera.
+        /// Name of the camera.
         name: String,
-        /// As given.
+        /// The given value.
         radians: f64,
     },
-    /// Not a place.
+    /// An invalid mounting.
     #[error("camera {name}: its mounting is not a number: {mounting:?}")]
     Mounting {
-        /// Of the camera.
+        /// Name of the camera.
         name: String,
-        /// As given.
+        /// The given value.
         mounting: Pose,
     },
-    /// No height or pitch.
+    /// An invalid height or pitch.
     #[error(
         "camera {name}: z_meters = {z_meters}, looking {pitch_radians} radians down: allowed are 0 to 1000 m, and \
          less than a right angle up or down"
     )]
     Height {
-        /// Of the camera.
+        /// Name of the camera.
         name: String,
-        /// As given.
+        /// The given value.
         z_meters: f64,
-        /// As given.
+        /// The given value.
         pitch_radians: f64,
     },
-    /// Ranges that are none.
+    /// Invalid ranges.
     #[error("camera {name}: it sees from {nearest} m to {farthest} m: needed is 0 < nearest < farthest")]
     Ranges {
-        /// Of the camera.
+        /// Name of the camera.
         name: String,
-        /// As given, meters.
+        /// The given value, meters.
         nearest: f64,
-        /// As given, meters.
+        /// The given value, meters.
         farthest: f64,
     },
 }
@@ -137,7 +137,7 @@ impl Camera {
         Ok(Self { settings, focal_length_pixels })
     }
 
-    /// As it was given.
+    /// Its settings.
     #[must_use]
     pub const fn settings(&self) -> &CameraSettings {
         &self.settings
@@ -149,8 +149,8 @@ impl Camera {
         self.focal_length_pixels
     }
 
-    /// Where a column looks: radians in the vehicle's frame, from where the camera is. Columns go from 0 at
-    /// the left edge of the first pixel to the width at the right edge of the last.
+    /// The bearing of a column: radians in the vehicle's frame, from the camera's position. Columns go from 0 at the
+    /// left edge of the first pixel to the width at the right edge of the last.
     #[must_use]
     pub fn bearing_radians(&self, column_pixels: f64) -> f64 {
         let right_pixels = column_pixels - f64::from(self.settings.width_pixels) / 2.0;
@@ -158,36 +158,35 @@ impl Camera {
         wrapped_radians(self.settings.mounting.heading_radians - right_radians)
     }
 
-    /// The column that looks there, if any does: `0.0..=width`, for a bearing in radians in the vehicle's
-    /// frame.
+    /// The column of a bearing in radians in the vehicle's frame, if it is in view: `0.0..=width`.
     #[must_use]
     pub fn column_pixels(&self, bearing_radians: f64) -> Option<f64> {
         let right_radians = wrapped_radians(self.settings.mounting.heading_radians - bearing_radians);
-        // Behind a camera the tangent comes back from the other side.
+        // Behind a camera the tangent repeats.
         let in_view = right_radians.abs() <= self.settings.field_of_view_radians / 2.0;
         let middle_pixels = f64::from(self.settings.width_pixels) / 2.0;
         in_view.then(|| middle_pixels + self.focal_length_pixels * right_radians.tan())
     }
 
-    /// Whether something is in view: its bearing in radians in the vehicle's frame and its range in meters,
-    /// both from where the camera is.
+    /// Whether an object is in view: its bearing in radians in the vehicle's frame and its range in meters, both from
+    /// the camera's position.
     #[must_use]
     pub fn sees(&self, bearing_radians: f64, range_meters: f64) -> bool {
         let ranges = self.settings.min_range_meters..=self.settings.max_range_meters;
         ranges.contains(&range_meters) && self.column_pixels(bearing_radians).is_some()
     }
 
-    /// Standard deviation of a bearing, radians, for one of a column in pixels: in the middle of the image,
-    /// where a pixel is widest.
+    /// Standard deviation of a bearing, radians, from that of a column in pixels: in the middle of the image, where a
+    /// pixel is widest.
     #[must_use]
     pub fn bearing_deviation_radians(&self, column_std_pixels: f64) -> f64 {
         column_std_pixels.atan2(self.focal_length_pixels)
     }
 
-    /// What it sees of the map from a vehicle that stands there.
+    /// The camera's view of the map from a vehicle at this pose.
     ///
     /// # Errors
-    /// If the vehicle's pose is no number.
+    /// If the vehicle's pose is not finite.
     pub fn view(&self, vehicle: &Pose) -> Result<View, ViewError> {
         let settings = &self.settings;
         let half_radians = settings.field_of_view_radians / 2.0;
@@ -200,8 +199,8 @@ impl Camera {
         .map(|view| view.with_ground_from(self.ground_meters()))
     }
 
-    /// From here on the ground is in the middle column of its image, meters: `h / tan(pitch + v / 2)` with the
-    /// vertical field of view `v`. What lies nearer is below the image. Infinite if it looks above the horizon.
+    /// Range from which on the ground is in the middle column of its image, meters: `h / tan(pitch + v / 2)` with the
+    /// vertical field of view `v`. Nearer ground is below the image. Infinite if the camera faces above the horizon.
     #[must_use]
     pub fn ground_meters(&self) -> f64 {
         let half_rows = f64::from(self.settings.height_pixels) / 2.0;

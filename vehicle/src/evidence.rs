@@ -1,24 +1,24 @@
-//! From tracks and a look to readings for the belief of the search.
+//! Readings of an observation from tracks and camera frames.
 //!
-//! A look lasts from one cell to the next ([`readings`]), and all frames of the way count ([`account`]). A cell is read if
-//! the sensor's footprint has it from where the vehicle stands at the end and an object can be in it. Readings
-//! of a cell add up in the belief, so a look tells how much more is known than was told before:
-//! - **0, empty**, where no track can be ([`finds::NEGLIGIBLE`]): with as much evidence as frames have shown
-//!   by now, of the parts of the cell that were in view;
-//! - **1, an object**, where a track has its cell ([`finds`]): [`OBJECT_NATS`] for all looks together;
-//! - **one half** ([`Reading::undecided`]), which is no evidence, where a confirmed track may be that has no cell
-//!   yet: the agent does not rest while its last look has one. What was told of such a cell's being empty is
-//!   taken back, and nothing that is seen meanwhile counts for it;
-//! - **no reading** where a tentative track may be, which may be a detector's mistake; what was seen there
-//!   counts when that is known.
+//! An observation lasts from one cell of the route to the next ([`readings`]), and all frames in between count
+//! ([`account`]). A cell is read if it is in the sensor's footprint around the vehicle's cell at the end, and an object
+//! can be in it. Readings of a cell add up in the belief, so an observation contains only what is new since the last
+//! one:
+//! - **0, empty**, where no track can be ([`finds::NEGLIGIBLE`]): with the evidence of all frames so far, over the
+//!   parts of the cell that were in view;
+//! - **1, an object**, where a track is assigned to the cell ([`finds`]): [`OBJECT_NATS`] over all observations;
+//! - **one half** ([`Reading::undecided`]), which is no evidence, where a confirmed track may be that is not assigned
+//!   to a cell yet: the agent does not rest while its last observation contains one. Earlier evidence of such a cell's
+//!   being empty is withdrawn, and frames do not count for it meanwhile;
+//! - **no reading** where a tentative track may be, which may be a false alarm; its frames count when that is known.
 //!
-//! A vehicle that stands still tells again, in between, of objects alone ([`objects`]).
+//! A vehicle that stands still publishes further observations, of objects only ([`objects`]).
 //!
-//! A reading is never more precise than the sensor's own model, `value = theta + N(0, v(d))`: `d` is the
-//! distance from where the vehicle stands, or from where the cell was seen, whichever is larger.
+//! A reading is never more precise than the sensor model, `value = theta + N(0, v(d))`: `d` is the distance from the
+//! vehicle's cell, or from where the cell was observed, whichever is larger.
 //!
-//! Limits. Robots add up what each of them has told: two that track one thing on a border may tell it in both
-//! cells. A cell's account ends when the pilot's memory does, after a jump of its pose or a restart.
+//! Limits. Robots add up the readings of each of them: two that track one object on a border may report it in both
+//! cells. A cell's account ends with the pilot's memory, after a jump of its pose or a restart.
 
 pub mod account;
 pub mod finds;
@@ -34,66 +34,66 @@ use account::Accounts;
 use dragnet_lattice::plane::Pose;
 use finds::Finds;
 
-/// What is told of a cell with an object in it, all looks together, nats: more than any prior asks for, and no
-/// more than some teammates' looks that find nothing can outweigh.
+/// Total evidence of a cell with an object, nats: more than any prior requires, and less than several teammates' empty
+/// observations can outweigh.
 pub const OBJECT_NATS: f64 = 20.0;
-/// Less is not worth a reading, nats.
+/// Smaller evidence is not published, nats.
 const LEAST_NATS: f64 = 0.02;
-/// So probable a confirmed track without a cell takes back what was told of a cell's being empty.
+/// Probability of a confirmed unassigned track in a cell from which earlier evidence of its being empty is withdrawn.
 const TAKE_BACK: f64 = 0.02;
 
-/// What a look has shown.
+/// The readings of an observation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Seen {
-    /// The cell that the vehicle stands in.
+    /// The vehicle's cell.
     pub from: Cell,
     /// Each cell at most once.
     pub readings: Vec<Reading>,
 }
 
 impl Seen {
-    /// Whether it leaves a cell undecided.
+    /// Whether it contains undecided readings.
     #[must_use]
     pub fn has_undecided(&self) -> bool {
         self.readings.iter().any(Reading::is_undecided)
     }
 
-    /// Whether it says more than in which cells something may be.
+    /// Whether it contains more than undecided readings.
     #[must_use]
     pub fn is_evidence(&self) -> bool {
         !self.readings.iter().all(Reading::is_undecided)
     }
 }
 
-/// Why a look shows nothing.
+/// Why there are no readings.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum EvidenceError {
-    /// Where the vehicle is was not told.
+    /// The vehicle's pose is not finite.
     #[error("the vehicle's pose is not a number: {0:?}")]
     Pose(Pose),
-    /// Its place is wrong, or the map is another.
+    /// The position is wrong, or the map is a different one.
     #[error(
         "the vehicle is {east} m east, {north} m north of the map's corner: the map has {width} m, {height} m"
     )]
     OutsideMap {
-        /// As given, meters.
+        /// The given value, meters.
         east: f64,
-        /// As given, meters.
+        /// The given value, meters.
         north: f64,
         /// Of the map, meters.
         width: f64,
         /// Of the map, meters.
         height: f64,
     },
-    /// Its place is wrong, or the map is: the team would not believe what is seen from there.
+    /// The position or the map is wrong: the team would reject observations from there.
     #[error("the vehicle stands in row {}, column {}, where the map lets none stand", .0.row, .0.column)]
     Blocked(Position),
 }
 
-/// Ends a look: its readings from where the vehicle stands, which count as told.
+/// Ends an observation: returns its readings from the vehicle's position, which count as published.
 ///
 /// # Errors
-/// If the vehicle's pose is no number, or it stands outside of the map or where none can.
+/// If the vehicle's pose is not finite, or it is outside of the map or in a cell that is not traversable.
 pub fn readings(
     terrain: &Terrain,
     sensor: &Sensor,
@@ -114,8 +114,8 @@ pub fn readings(
     Ok(Seen { from, readings: undecided(readings, terrain, sensor, from, finds, accounts) })
 }
 
-/// What is to be told of objects, and where some are undecided, from a vehicle that still stands in the cell of the look
-/// before. It ends no look: what was seen of cells' being empty goes on to count as one, however often this is asked.
+/// New readings of objects and of undecided cells, for a vehicle that still stands in the cell of the last observation.
+/// It does not end an observation: frames of empty cells continue to count as one, however often this is called.
 pub fn objects(
     terrain: &Terrain,
     sensor: &Sensor,
@@ -136,12 +136,12 @@ pub fn objects(
     Seen { from, readings: undecided(readings, terrain, sensor, from, finds, accounts) }
 }
 
-/// Whether a confirmed track is in a cell, or may be.
+/// Whether a confirmed track is assigned to a cell, or may be in it.
 fn is_taken(cell: Cell, finds: &Finds) -> bool {
     finds.open.contains_key(&cell) || finds.in_cell(cell).is_some()
 }
 
-/// What was seen of each cell in this look counts, means nothing, or waits.
+/// The frames of each cell in this observation count, are discarded, or wait.
 fn close(finds: &Finds, accounts: &mut Accounts) {
     for cell in accounts.cells() {
         if is_taken(cell, finds) {
@@ -152,7 +152,7 @@ fn close(finds: &Finds, accounts: &mut Accounts) {
     }
 }
 
-/// The reading of a cell where no track is undecided, if there is something to tell.
+/// The reading of a cell without an undecided track, if there is anything new.
 fn read(
     cell: Cell,
     sensor: &Sensor,
@@ -163,7 +163,7 @@ fn read(
     read_object(cell, place, finds, accounts).or_else(|| read_empty(cell, sensor, place, finds, accounts))
 }
 
-/// That an object is in a cell, or that one has left it.
+/// The reading that an object is in a cell, or has left it.
 fn read_object(
     cell: Cell,
     place: &FootprintCell,
@@ -174,7 +174,7 @@ fn read_object(
         let account = accounts.of(cell);
         let missing_nats = (OBJECT_NATS - account.object).max(0.0) + account.empty;
         let (reading, told_nats) = reading(cell, 1.0, missing_nats, place.variance)?;
-        account.tell_object(told_nats);
+        account.publish_object(told_nats);
         return Some(reading);
     }
     if finds.open.contains_key(&cell) || !finds.left.contains(&cell) || !accounts.has(cell) {
@@ -189,7 +189,7 @@ fn read_object(
     Some(reading)
 }
 
-/// That a cell is empty where no track may be.
+/// The reading that a cell is empty where no track may be.
 fn read_empty(
     cell: Cell,
     sensor: &Sensor,
@@ -203,12 +203,11 @@ fn read_empty(
     let account = accounts.of(cell);
     let seen_from = account.nearest().map_or(place.variance, |distance| sensor.variance(distance));
     let (reading, told_nats) = reading(cell, 0.0, account.growth(), place.variance.max(seen_from))?;
-    account.tell_empty(told_nats);
+    account.publish_empty(told_nats);
     Some(reading)
 }
 
-/// A reading that tells so much, or as much of it as its variance allows, and how much that is, nats:
-/// `|2 y - 1| / (2 v)`.
+/// A reading with this evidence, or as much of it as the variance allows, and that evidence, nats: `|2 y - 1| / (2 v)`.
 fn reading(cell: Cell, value: f32, nats: f64, least_variance: f32) -> Option<(Reading, f64)> {
     if nats < LEAST_NATS {
         return None;
@@ -218,8 +217,8 @@ fn reading(cell: Cell, value: f32, nats: f64, least_variance: f32) -> Option<(Re
     Some((Reading { cell, value, variance }, 1.0 / (2.0 * f64::from(variance))))
 }
 
-/// Adds the cells where a track is undecided: all but one are free for what was told of their being empty to be
-/// taken back, which is a reading too.
+/// Adds undecided readings of the cells where an unassigned track may be. Withdrawing earlier evidence of a cell's
+/// being empty is a reading too, so one cell is left for it.
 fn undecided(
     mut readings: Vec<Reading>,
     terrain: &Terrain,
@@ -238,10 +237,10 @@ fn undecided(
     open.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
     for (index, &(cell, probability, variance)) in open.iter().enumerate() {
         let account = accounts.of(cell);
-        let told = if index > 0 && probability >= TAKE_BACK { account.empty } else { 0.0 };
-        match reading(cell, 1.0, told, variance) {
+        let reported = if index > 0 && probability >= TAKE_BACK { account.empty } else { 0.0 };
+        match reading(cell, 1.0, reported, variance) {
             Some((reading, told_nats)) => {
-                account.tell_object(told_nats);
+                account.publish_object(told_nats);
                 readings.push(reading);
             }
             None => readings.push(Reading::undecided(cell)),
@@ -250,10 +249,10 @@ fn undecided(
     readings
 }
 
-/// The cell that a vehicle stands in.
+/// The cell of a vehicle.
 ///
 /// # Errors
-/// If its pose is no number, or it stands outside of the map or where none can.
+/// If its pose is not finite, or it is outside of the map or in a cell that is not traversable.
 pub fn standing_cell(terrain: &Terrain, vehicle: &Pose) -> Result<Cell, EvidenceError> {
     if !vehicle.is_finite() {
         return Err(EvidenceError::Pose(*vehicle));

@@ -1,15 +1,15 @@
-//! A robot's own side: from what its cameras detect to evidence, and from a waypoint to motion.
+//! A robot's perception and motion: from camera detections to evidence, and from a waypoint to motion.
 //!
-//! Nothing here knows a clock, socket, file, thread or unseeded randomness. What a robot sees goes this way:
+//! The crate has no clock, socket, file, thread or unseeded randomness. Perception, in order:
 //!
 //! 1. [`dragnet_lattice::plane`], [`camera`]: from the boxes of a detector to bearings;
-//! 2. [`assignment`]: from bearings to the tracks that they belong to;
-//! 3. [`tracker`]: from bearings over time to where things are;
-//! 4. [`evidence`]: from where things are to what the search believes of its cells;
-//! 5. [`calibration`]: how precise such evidence is, from looks of which one knows what was there.
+//! 2. [`assignment`]: the assignment of bearings to tracks;
+//! 3. [`tracker`]: from bearings over time to positions of objects;
+//! 4. [`evidence`]: from positions of objects to readings of cells;
+//! 5. [`calibration`]: the precision of readings, from readings with known truth.
 //!
-//! Where it goes, [`dragnet_lattice`] plans, in motions that it can drive. [`pilot`] is all of this together,
-//! between the vehicle's sensors and its agent, by its [`settings`].
+//! [`dragnet_lattice`] plans paths that the vehicle can drive. [`pilot`] combines all of this, between the vehicle's
+//! sensors and its agent, by its [`settings`].
 
 pub mod assignment;
 pub mod calibration;

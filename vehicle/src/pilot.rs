@@ -1,28 +1,28 @@
 //! The pilot: between a vehicle's sensors and its agent.
 //!
-//! What the vehicle senses goes in with its time, and so does the agent's route; what to tell the agent and
-//! where to drive comes out. The only way anything changes is [`Pilot::handle`].
+//! Sensor data and the agent's routes go in with their times; observations for the agent and paths to drive come out.
+//! State changes only in [`Pilot::handle`].
 //!
-//! **Looks.** The agent hears of a cell when the vehicle enters it, with a reading of every cell that the
-//! cameras saw well enough since the look before ([`crate::evidence`]). Cells beside the route that a turn
-//! cuts are not told, or the agent would take each for a detour and decide anew; what was seen there counts
-//! in the next look. Only a vehicle that has strayed from its route tells where it is.
+//! **Observations.** The pilot reports a cell to the agent when the vehicle enters it, with a reading of every cell
+//! that the cameras have observed well enough since the last observation ([`crate::evidence`]). Cells beside the route
+//! that a turn cuts are not reported, or the agent would take each for a detour and decide anew; their frames count in
+//! the next observation. Only a vehicle that has left its route reports its actual cell.
 //!
-//! While a vehicle without a way to go stands, it tells what turns out meanwhile of objects, from the cell that it told
-//! last: that one was found, or has left its cell, or that it is now known, or no longer, in which cell one is. It looks
-//! for such news every other second (`standing`). That a cell is empty waits for the next look: however long it is
-//! looked at from one place, whatever hides a thing there goes on hiding it.
+//! While a vehicle without a route stands, it reports news of objects from its last reported cell: that one was found,
+//! or has left its cell, or that the cell of one has become known or undecided. It checks for such news every other
+//! second (`standing`). Evidence of empty cells waits for the next observation: whatever hides an object from one
+//! position keeps hiding it.
 //!
-//! **Driving.** A route is driven in straight runs, from the middle of a cell to that of another. Each is
-//! planned a little before the one before it ends, so that the vehicle does not stop at corners, and not at
-//! waypoints if the next route comes in time: the agent hears of a waypoint when its cell is entered. While
-//! there is no route, the vehicle drives on to the middle of that cell and stands.
+//! **Driving.** A route is driven in straight runs, from the center of one cell to that of another. Each run is planned
+//! a little before the previous one ends, so that the vehicle does not stop at corners, nor at waypoints if the next
+//! route comes in time: a waypoint is reported when its cell is entered. Without a route, the vehicle drives on to the
+//! center of that cell and stands.
 //!
-//! **Safety.** What is missing or cannot be is told when it begins and when it has been well again for the settling
-//! time ([`alarms`]), and until then the vehicle holds or goes on as set ([`crate::settings::OnFault`]). Each pose and
-//! frame that cannot be used is counted besides ([`Action::Refuse`]). Whatever is set, no evidence comes of it: a frame
-//! counts if its camera gave nothing that cannot be and the pose at its time is known; after a jump all tracks
-//! and all that was seen since the last look are dropped.
+//! **Safety.** A fault is reported when it begins and when it has been over for the recovery time ([`alarms`]), and
+//! until then the vehicle stops or continues as configured ([`crate::settings::OnFault`]). In addition, each invalid
+//! pose and frame is counted ([`Action::Refuse`]). In any case it never becomes evidence: a frame counts only if it is
+//! valid and the pose at its time is known; after a jump all tracks and all frames since the last observation are
+//! dropped.
 
 pub mod alarms;
 pub mod diagnostic;
@@ -56,22 +56,22 @@ use standing::Standing;
 
 pub use event::{Action, CameraDetections, CameraFrame, Event, InputSource, PoseEstimate, Report};
 
-/// So near to the middle of a run's last cell the next run begins, cells: corners are cut by no more, so that
+/// Distance to the center of a run's last cell at which the next run begins, cells: corners are cut by no more, so that
 /// the vehicle keeps to its route's cells.
 const TURNING_SHARE: f64 = 0.25;
-/// A vehicle that strays is out of a cell if it is so far from its middle, cells; its border is at one half.
+/// Distance from a cell's center at which a vehicle has left it, cells; the border is at one half.
 const LEAVING_SHARE: f64 = 0.75;
 
-/// Why there is no pilot.
+/// Why a pilot cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PilotError {
-    /// Of the tracker.
+    /// Error of the tracker.
     #[error(transparent)]
     Tracker(#[from] TrackerError),
-    /// Footprint, motions and map do not fit.
+    /// Footprint, motion primitives and map do not match.
     #[error(transparent)]
     Planner(#[from] PlannerError),
-    /// No such motions at the map's resolution.
+    /// There are no such motion primitives at the map's resolution.
     #[error(transparent)]
     Maneuvers(#[from] ManeuversError),
 }
@@ -88,17 +88,17 @@ pub struct Pilot {
     driver: Driver,
     leg: Leg,
     route: Route,
-    /// The cell that the agent was told last, and when.
-    told: Option<(Cell, u64)>,
+    /// The last reported cell, and when.
+    reported: Option<(Cell, u64)>,
     standing: Standing,
     conditions: Conditions,
 }
 
 impl Pilot {
-    /// A pilot that knows nothing yet. `map` is what its planner starts with, if it plans.
+    /// A pilot without data. `map` is what its planner starts with, if it plans.
     ///
     /// # Errors
-    /// If footprint, motions and map do not fit each other.
+    /// If footprint, motion primitives and map do not match.
     pub fn new(
         settings: Checked,
         terrain: Terrain,
@@ -112,7 +112,7 @@ impl Pilot {
             driver: Driver::new(&settings.motion, map)?,
             leg: Leg::Idle,
             route: Route::default(),
-            told: None,
+            reported: None,
             standing: Standing::default(),
             conditions: Conditions::new(settings.recovery_ns),
             settings,
@@ -121,11 +121,11 @@ impl Pilot {
         })
     }
 
-    /// The only way anything changes; `now_ns`, nanoseconds of mission time, comes from the caller.
+    /// The only function that changes the state; `now_ns`, nanoseconds of mission time, comes from the caller.
     pub fn handle(&mut self, now_ns: u64, event: Event) -> Vec<Action> {
         let mut actions = Vec::new();
         let is_now = self.read_clock(now_ns, &mut actions);
-        // ShortestPathTree and maps are none of the clock's business.
+        // Routes and maps do not depend on the clock.
         let is_sensed = matches!(event, Event::Pose(_) | Event::Frame(_));
         if is_now || !is_sensed {
             self.take(self.clock.now_ns(), event, &mut actions);
@@ -150,24 +150,24 @@ impl Pilot {
         self.settings.cameras.iter().map(|(camera, _)| camera.settings().name.as_str())
     }
 
-    /// Things that are followed now.
+    /// All tracks.
     #[must_use]
     pub fn tracks(&self) -> &[crate::tracker::track::Track] {
         self.perception.tracks()
     }
 
-    /// Things that were told as objects, each with its place, meters, and the covariance of that.
+    /// Tracks that were reported as objects, each with its position, meters, and covariance.
     pub fn finds(&self) -> impl Iterator<Item = &Find> {
         self.perception.finds().iter()
     }
 
-    /// What was told as an object in a cell.
+    /// The find that was reported in a cell.
     #[must_use]
     pub fn find(&self, cell: Cell) -> Option<&Find> {
         self.perception.find(cell)
     }
 
-    /// Whether the time can be believed.
+    /// Whether the clock is trusted.
     fn read_clock(&mut self, now_ns: u64, actions: &mut Vec<Action>) -> bool {
         let (subject, latest_ns) = (Subject::Clock, self.clock.now_ns());
         match self.clock.read(now_ns) {
@@ -179,7 +179,7 @@ impl Pilot {
                 self.localization.forget(now_ns);
                 self.perception.restart(now_ns);
                 self.standing.forget(now_ns);
-                self.told = self.told.map(|(cell, _)| (cell, now_ns));
+                self.reported = self.reported.map(|(cell, _)| (cell, now_ns));
                 self.cured(&subject, actions);
                 true
             }
@@ -200,7 +200,7 @@ impl Pilot {
                 let name = frame.camera.clone();
                 let result = self.perception.receive(now_ns, frame);
                 self.judge_camera(name, result, actions);
-                self.look_out(now_ns, actions);
+                self.process_frames(now_ns, actions);
             }
             Event::Map(map) => match self.driver.set_map(&map) {
                 Ok(()) => {
@@ -222,8 +222,8 @@ impl Pilot {
                 }
             }
             Event::Declared(cells) => self.perception.set_declared(cells),
-            Event::Drive(report) => self.hear(report, actions),
-            Event::Tick => self.look_out(now_ns, actions),
+            Event::Drive(report) => self.receive(report, actions),
+            Event::Tick => self.process_frames(now_ns, actions),
         }
     }
 
@@ -234,7 +234,7 @@ impl Pilot {
                 self.leg = Leg::Idle;
                 self.cured(&Subject::Pose, actions);
             }
-            // That the vehicle stands where it stood a while ago is no news of now.
+            // A repeated pose says nothing about now.
             Ok(Judgment::Repeated) => {}
             Ok(_) => self.well(&Subject::Pose),
             Err(fault) => {
@@ -242,12 +242,12 @@ impl Pilot {
                 self.ill(Subject::Pose, fault, actions);
             }
         }
-        self.look_out(now_ns, actions);
+        self.process_frames(now_ns, actions);
     }
 
-    /// Takes in the frames whose poses are known by now.
-    fn look_out(&mut self, now_ns: u64, actions: &mut Vec<Action>) {
-        let results = self.perception.look_out(now_ns, &self.localization, &self.terrain, &self.sensor);
+    /// Processes the frames whose poses are known by now.
+    fn process_frames(&mut self, now_ns: u64, actions: &mut Vec<Action>) {
+        let results = self.perception.process_frames(now_ns, &self.localization, &self.terrain, &self.sensor);
         for (name, result) in results {
             self.judge_camera(name, result, actions);
         }
@@ -263,7 +263,7 @@ impl Pilot {
         }
     }
 
-    fn hear(&mut self, report: Report, actions: &mut Vec<Action>) {
+    fn receive(&mut self, report: Report, actions: &mut Vec<Action>) {
         let Leg::Driving { target } = self.leg else { return };
         if !self.route.contains(target) {
             // The cell was entered: wherever in it the drive ended, the next can begin.
@@ -283,7 +283,7 @@ impl Pilot {
 
     fn notice_silence(&mut self, now_ns: u64, actions: &mut Vec<Action>) {
         let silence_ns = self.localization.silence_ns(now_ns);
-        // Poses that cannot be used are no silence: what is wrong with them is told.
+        // Invalid poses are not silence: they are reported as invalid.
         let is_silent = self.localization.unused_for_ns(now_ns) > self.settings.pose_timeout_ns;
         if silence_ns > self.settings.pose_timeout_ns && is_silent {
             let numbers = [("silence_seconds", seconds(silence_ns))];
@@ -304,7 +304,7 @@ impl Pilot {
         }
     }
 
-    /// Tells the agent of a cell, if there is something to tell.
+    /// Reports an observation to the agent, if there is one.
     fn sense(&mut self, now_ns: u64, actions: &mut Vec<Action>) {
         if self.conditions.is_bad(&Subject::Pose) {
             return;
@@ -323,10 +323,10 @@ impl Pilot {
                 return;
             }
         };
-        if self.is_worth_telling(now_ns, cell) {
+        if self.is_worth_reporting(now_ns, cell) {
             // The pose was checked above.
-            if let Ok(seen) = self.look(cell, &pose) {
-                self.told = Some((cell, now_ns));
+            if let Ok(seen) = self.observation(cell, &pose) {
+                self.reported = Some((cell, now_ns));
                 actions.push(Action::Sensed { cell, readings: seen.readings });
             }
         } else if let Some(seen) = self.news(now_ns) {
@@ -334,23 +334,23 @@ impl Pilot {
         }
     }
 
-    /// Who has found no way and asks again in the same cell has not looked from anywhere else.
-    fn look(&mut self, cell: Cell, pose: &Pose) -> Result<Seen, EvidenceError> {
-        if self.leg == Leg::GivenUp && self.told.is_some_and(|(told, _)| told == cell) {
-            return Ok(self.perception.look_again(&self.terrain, &self.sensor, cell).0);
+    /// Repeating the request from the same cell is not an observation from another one.
+    fn observation(&mut self, cell: Cell, pose: &Pose) -> Result<Seen, EvidenceError> {
+        if self.leg == Leg::GivenUp && self.reported.is_some_and(|(reported, _)| reported == cell) {
+            return Ok(self.perception.observe_again(&self.terrain, &self.sensor, cell).0);
         }
-        self.perception.look(&self.terrain, &self.sensor, pose)
+        self.perception.observation(&self.terrain, &self.sensor, pose)
     }
 
-    /// What has turned out while the vehicle stands and has nowhere to go.
+    /// News of objects while the vehicle stands without a route.
     fn news(&mut self, now_ns: u64) -> Option<Seen> {
-        let (told, told_ns) = self.told?;
+        let (reported, reported_ns) = self.reported?;
         let cell_ns = nanoseconds(self.cell_seconds());
         let has_nowhere_to_go = self.route.is_empty() || self.leg.is_still();
-        if !has_nowhere_to_go || !self.standing.may_look(now_ns, told_ns, cell_ns) {
+        if !has_nowhere_to_go || !self.standing.may_observe(now_ns, reported_ns, cell_ns) {
             return None;
         }
-        let (seen, is_news) = self.perception.look_again(&self.terrain, &self.sensor, told);
+        let (seen, is_news) = self.perception.observe_again(&self.terrain, &self.sensor, reported);
         if !is_news {
             return None;
         }
@@ -358,21 +358,21 @@ impl Pilot {
         Some(seen)
     }
 
-    fn is_worth_telling(&mut self, now_ns: u64, cell: Cell) -> bool {
-        let Some((told, told_ns)) = self.told else {
+    fn is_worth_reporting(&mut self, now_ns: u64, cell: Cell) -> bool {
+        let Some((reported, reported_ns)) = self.reported else {
             return self.localization.known_for_ns(now_ns) >= self.settings.initial_scan_ns;
         };
         if self.leg == Leg::GivenUp && self.settings.on_fault.path == FaultResponse::Continue {
-            // The agent may know another way; asked no more often than it could enter cells.
-            return seconds(now_ns.saturating_sub(told_ns)) >= self.cell_seconds();
+            // The agent may have another route; it is asked no more often than the vehicle could enter cells.
+            return seconds(now_ns.saturating_sub(reported_ns)) >= self.cell_seconds();
         }
         if self.route.enter(cell) {
             return true;
         }
-        cell != told && self.has_left(told) && self.route.is_left(self.terrain.grid(), cell)
+        cell != reported && self.has_left(reported) && self.route.is_left(self.terrain.grid(), cell)
     }
 
-    /// Whether the vehicle is clearly out of a cell, not on its border.
+    /// Whether the vehicle is clearly outside a cell, not on its border.
     fn has_left(&self, cell: Cell) -> bool {
         let Some(pose) = self.localization.pose() else { return false };
         let (x_meters, y_meters) = self.terrain.center_meters(cell);
@@ -380,15 +380,15 @@ impl Pilot {
         beside > self.terrain.cell_meters() * LEAVING_SHARE
     }
 
-    /// How long it takes across a cell at full speed, seconds.
+    /// The time to cross a cell at full speed, seconds.
     fn cell_seconds(&self) -> f64 {
         self.terrain.cell_meters() / self.settings.speed_meters_per_second
     }
 
-    /// Drives on, if there is somewhere to go and nothing forbids it.
+    /// Starts the next run, if there is one and no fault prevents it.
     fn drive(&mut self, now_ns: u64, actions: &mut Vec<Action>) {
         if self.conditions.forbid(&self.settings.on_fault) {
-            // Who has given up still has to ask the agent for another way.
+            // After giving up, the agent must still be asked for another route.
             let leg = if self.leg == Leg::GivenUp { Leg::GivenUp } else { Leg::Holding };
             self.hold(leg, actions);
             return;
@@ -423,16 +423,16 @@ impl Pilot {
         }
     }
 
-    /// Whether it is in the last cell of a run, on its way to the middle.
+    /// Whether it is in the last cell of a run, driving to its center.
     fn is_arriving(&self) -> bool {
-        let told = self.told.map(|(cell, _)| cell);
-        matches!(self.leg, Leg::Driving { target } if Some(target) == told)
+        let reported = self.reported.map(|(cell, _)| cell);
+        matches!(self.leg, Leg::Driving { target } if Some(target) == reported)
     }
 
     /// Plans the next straight run of the route.
     fn set_out(&mut self, pose: &Pose) -> Result<(Cell, Action), Fault> {
         let grid = self.terrain.grid();
-        let here = self.told.map(|(cell, _)| cell);
+        let here = self.reported.map(|(cell, _)| cell);
         let Some((run, heading_radians)) = self.route.run(grid, here) else {
             return Err(Fault::new("empty", "the route has no cell", &[]));
         };
@@ -446,14 +446,14 @@ impl Pilot {
             .map_err(|error| Fault::new("unreachable", &error.to_string(), &self.numbers(target)))
     }
 
-    /// The next run cannot be driven: it is left out, or the vehicle stands.
+    /// The next run cannot be driven: it is skipped, or the vehicle stands.
     fn give_up(&mut self, fault: Fault, actions: &mut Vec<Action>) {
         self.ill(Subject::Path, fault, actions);
         if self.settings.on_fault.path == FaultResponse::Stop {
             self.hold(Leg::GivenUp, actions);
             return;
         }
-        let here = self.told.map(|(cell, _)| cell);
+        let here = self.reported.map(|(cell, _)| cell);
         self.route.skip_run(self.terrain.grid(), here);
         if self.route.is_empty() {
             self.hold(Leg::GivenUp, actions);

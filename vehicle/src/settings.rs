@@ -36,7 +36,7 @@ pub struct Settings {
     pub safety: SafetyTable,
 }
 
-/// A camera. Its position and direction are relative to the vehicle's reference point, as REP 103 has them.
+/// A camera. Its position and direction are relative to the vehicle's reference point, as in REP 103.
 #[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CameraTable {
@@ -317,7 +317,7 @@ impl Default for SafetyTable {
 }
 
 impl Default for OnFault {
-    /// Who does not see or know where it is stands still; who finds no way tries the next one.
+    /// The vehicle stops without images or a position; without a path it tries the next cells.
     fn default() -> Self {
         Self {
             pose: FaultResponse::Stop,

@@ -1,12 +1,11 @@
-//! Where the things are that cameras see, from bearings alone, seen from a vehicle that moves.
+//! Positions of objects from bearings alone, measured by the cameras of a moving vehicle.
 //!
-//! Each track is a range-parameterized cubature Kalman filter ([`mixture`]). A frame is what one camera saw
-//! at one time. Its bearings go to the tracks that make them likely ([`crate::assignment`]), to confirmed ones
-//! first; those that no track explains become new tracks. A track is confirmed once it was seen in enough of its first frames, and lost
-//! when it is missed too often ([`track`]).
+//! Each track is a range-parameterized cubature Kalman filter ([`mixture`]). A frame is one image of one camera. Its
+//! bearings are assigned to tracks by likelihood ([`crate::assignment`]), to confirmed ones first; unassigned ones
+//! become new tracks. A track is confirmed once it was detected in enough of its first frames, and lost when it is
+//! missed too often ([`track`]).
 //!
-//! The only way anything changes is [`Tracker::handle`]: what cannot be is refused there, and then nothing
-//! has changed.
+//! State changes only in [`Tracker::handle`], which rejects an invalid frame without changing anything.
 
 pub mod cubature;
 pub mod frame;
@@ -25,9 +24,9 @@ use nalgebra::Vector2;
 use crate::assignment::{Assignment, AssignmentError, assign};
 use frame::{Frame, FrameError};
 use settings::{Settings, SettingsError};
-use track::{Fate, Rank, Track, TrackId};
+use track::{FrameResult, Rank, Track, TrackId};
 
-/// A bearing that surprises a track by more than this is none of its own, nats.
+/// Surprise above which a bearing is not assigned to a track, nats.
 const MOST_SURPRISE_NATS: f64 = 6.0;
 
 /// All tracks of a vehicle.
@@ -37,37 +36,37 @@ pub struct Tracker {
     tracks: Vec<Track>,
     next_id: u64,
     latest: Option<Latest>,
-    /// As far as any camera has seen until now, meters.
+    /// The largest range of any camera so far, meters.
     max_range_meters: f64,
 }
 
-/// The latest time that frames were taken at.
+/// The latest time of frames.
 #[derive(Clone, Debug)]
 struct Latest {
     time_ns: u64,
     cameras: BTreeSet<u16>,
 }
 
-/// What a frame changed.
+/// The changes by a frame.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Outcome {
-    /// Tracks that were seen, each with the place of its bearing in the frame.
+    /// Detected tracks, each with the index of its bearing in the frame.
     pub seen: Vec<(TrackId, usize)>,
-    /// Tracks that begin with a bearing of the frame.
+    /// New tracks that begin with a bearing of the frame.
     pub born: Vec<TrackId>,
     /// Tracks that are confirmed from now on.
     pub confirmed: Vec<TrackId>,
-    /// Tracks that are no more.
+    /// Tracks that have ended.
     pub lost: Vec<TrackId>,
     /// Bearings that would have begun a track beyond [`Tracker::MAX_TRACKS`].
     pub refused_births: usize,
 }
 
 impl Tracker {
-    /// So many tracks are kept: more come of a detector at fault.
+    /// The maximum number of tracks: more are caused by a faulty detector.
     pub const MAX_TRACKS: usize = 256;
 
-    /// A tracker that has seen nothing yet.
+    /// A tracker without tracks.
     ///
     /// # Errors
     /// If a setting is out of its range.
@@ -82,23 +81,23 @@ impl Tracker {
         &self.tracks
     }
 
-    /// When the latest frame was taken, nanoseconds of mission time; none before the first.
+    /// Time of the latest frame, nanoseconds of mission time; `None` before the first.
     #[must_use]
     pub fn latest_ns(&self) -> Option<u64> {
         self.latest.as_ref().map(|latest| latest.time_ns)
     }
 
-    /// Takes in what one camera saw at one time. Several cameras may have frames of one time.
+    /// Processes one frame of one camera. Several cameras may have frames of one time.
     ///
     /// # Errors
-    /// If the frame cannot be, is older than the latest, or is its camera's second of one time.
-    /// Nothing has changed then.
+    /// If the frame is invalid, is older than the latest, or is its camera's second of one time. Nothing has changed
+    /// then.
     pub fn handle(&mut self, frame: &Frame) -> Result<Outcome, FrameError> {
         self.handle_where_unseen(frame, &|_| 1.0)
     }
 
-    /// The same where it is known what was seen before: `unseen` is the probability that a thing at a place,
-    /// meters east and north, would have been missed by now.
+    /// The same with knowledge of earlier frames: `unseen` is the probability that an object at a position, meters east
+    /// and north, would have been missed so far.
     ///
     /// # Errors
     /// As [`Tracker::handle`].
@@ -144,7 +143,7 @@ impl Tracker {
         }
     }
 
-    /// The tracks as they are expected to be at a time that is not before the latest.
+    /// The tracks as predicted for a time that is not before the latest.
     fn predicted(&self, time_ns: u64) -> Vec<Track> {
         let elapsed_seconds = seconds_between(self.latest_ns().unwrap_or(time_ns), time_ns);
         let mut tracks = self.tracks.clone();
@@ -154,7 +153,7 @@ impl Tracker {
         tracks
     }
 
-    /// The surest tracks have the first choice: what is not certain to be there takes no bearing from what is.
+    /// The most certain tracks choose first: an uncertain one takes no bearing from a certain one.
     fn assigned(&self, tracks: &[Track], frame: &Frame) -> Result<Assignment, AssignmentError> {
         let mut left: Vec<usize> = (0..frame.bearings_radians.len()).collect();
         let mut assignment = Assignment::default();
@@ -164,9 +163,9 @@ impl Tracker {
             let chosen: Vec<usize> =
                 (0..tracks.len()).filter(|&track| tracks[track].rank() == rank).collect();
             let surprise = |track: usize, bearing: usize| {
-                let sight = frame.sight(left[bearing]);
+                let measurement = frame.measurement(left[bearing]);
                 let mixture = tracks[chosen[track]].mixture();
-                mixture.surprise_nats(&sight, &frame.pose_error, gate_radians, &view)
+                mixture.surprise_nats(&measurement, &frame.pose_error, gate_radians, &view)
             };
             let part = assign(chosen.len(), left.len(), MOST_SURPRISE_NATS, surprise)?;
             let pairs = part.pairs.iter().map(|&(track, bearing)| (chosen[track], left[bearing]));
@@ -178,7 +177,7 @@ impl Tracker {
         Ok(assignment)
     }
 
-    /// Tells each track whether it was seen, and parts with the lost ones.
+    /// Updates each track as detected or missed, and removes the lost ones.
     fn judge(&mut self, frame: &Frame, assignment: &Assignment, outcome: &mut Outcome) {
         let mut bearing_of = vec![None; self.tracks.len()];
         assignment.pairs.iter().for_each(|&(track, bearing)| bearing_of[track] = Some(bearing));
@@ -188,16 +187,16 @@ impl Tracker {
             let fate = match bearing_of.next().flatten() {
                 Some(bearing) => {
                     outcome.seen.push((track.id(), bearing));
-                    track.seen(&frame.sight(bearing), frame, settings)
+                    track.seen(&frame.measurement(bearing), frame, settings)
                 }
                 None => track.not_seen(frame, settings),
             };
             match fate {
-                Fate::Confirmed => outcome.confirmed.push(track.id()),
-                Fate::Lost => outcome.lost.push(track.id()),
-                Fate::AsBefore => {}
+                FrameResult::Confirmed => outcome.confirmed.push(track.id()),
+                FrameResult::Lost => outcome.lost.push(track.id()),
+                FrameResult::AsBefore => {}
             }
-            fate != Fate::Lost
+            fate != FrameResult::Lost
         });
     }
 
@@ -213,10 +212,16 @@ impl Tracker {
         for &bearing in bearings.iter().take(room) {
             let id = TrackId(self.next_id);
             self.next_id += 1;
-            let (track, fate) =
-                Track::born(id, &frame.sight(bearing), frame, self.max_range_meters, unseen, &self.settings);
+            let (track, fate) = Track::born(
+                id,
+                &frame.measurement(bearing),
+                frame,
+                self.max_range_meters,
+                unseen,
+                &self.settings,
+            );
             outcome.born.push(id);
-            if fate == Fate::Confirmed {
+            if fate == FrameResult::Confirmed {
                 outcome.confirmed.push(id);
             }
             self.tracks.push(track);

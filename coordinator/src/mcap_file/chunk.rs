@@ -1,26 +1,26 @@
-//! A chunk: records that are packed together.
+//! Chunks: compressed groups of records.
 //!
-//! What a chunk claims to hold is a limit, and never room that is taken before it is filled.
+//! The claimed size of a chunk is a limit; memory is allocated only as it is filled.
 
 use std::io::{self, Read};
 
 use mcap::records::ChunkHeader;
 
-/// The longest record or unpacked chunk: four times the belief of the largest map.
+/// The longest record or uncompressed chunk: four times the belief of the largest map.
 pub(super) const MAX_RECORD_BYTES: u64 = 256 << 20;
 
-/// Why a chunk cannot be unpacked.
+/// Why a chunk cannot be decompressed.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
 pub(super) enum ChunkError {
-    /// By a method that is unknown here; the file may be all right.
+    /// Unsupported compression; the file may be intact.
     #[error("compressed with {0}, which is not understood (zstd, lz4 and none are)")]
     Compression(String),
-    /// It is not what it was.
+    /// The data are damaged.
     #[error("{0}")]
     Damaged(String),
 }
 
-/// The bytes of a chunk's records, as they were packed: of the length that it claims, with the checksum that it tells.
+/// Decompresses the records of a chunk, of the claimed length and checksum.
 pub(super) fn unpack(header: &ChunkHeader, data: &[u8]) -> Result<Vec<u8>, ChunkError> {
     let claimed = header.uncompressed_size;
     if claimed > MAX_RECORD_BYTES {
@@ -32,15 +32,15 @@ pub(super) fn unpack(header: &ChunkHeader, data: &[u8]) -> Result<Vec<u8>, Chunk
     if unpacked.len() as u64 != claimed {
         return Err(ChunkError::Damaged(format!("a chunk is not the {claimed} bytes that it claims")));
     }
-    // 0 says that nobody took the sum.
-    let (sum, told) = (crc32fast::hash(&unpacked), header.uncompressed_crc);
-    if told != 0 && sum != told {
-        return Err(ChunkError::Damaged(format!("a chunk's checksum is {sum:08x}, not {told:08x}")));
+    // 0 means that there is no checksum.
+    let (sum, reported) = (crc32fast::hash(&unpacked), header.uncompressed_crc);
+    if reported != 0 && sum != reported {
+        return Err(ChunkError::Damaged(format!("a chunk's checksum is {sum:08x}, not {reported:08x}")));
     }
     Ok(unpacked)
 }
 
-/// At most one byte more than it claims.
+/// Decompresses at most one byte more than claimed.
 fn decompress(compression: &str, data: &[u8], claimed: u64) -> Result<io::Result<Vec<u8>>, ChunkError> {
     Ok(match compression {
         "" => read(data, claimed),
@@ -74,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn a_chunk_is_unpacked_whatever_packed_it() {
+    fn a_chunk_of_any_compression_is_unpacked() {
         let text = b"who goes there, ".repeat(1000);
         let zstd = zstd::encode_all(text.as_slice(), 0).unwrap();
         let mut lz4 = lz4_flex::frame::FrameEncoder::new(Vec::new());
@@ -99,7 +99,7 @@ mod tests {
         assert_eq!(error, ChunkError::Compression("brotli".into()));
     }
 
-    /// What unpacks to 4 GiB is unpacked as far as it may be, and no further.
+    /// A chunk that decompresses to 4 GiB is decompressed only up to its claimed length.
     #[test]
     fn a_chunk_that_unpacks_to_more_than_it_claims_stops_there() {
         let mut source = io::repeat(0).take(4 << 30);

@@ -1,4 +1,4 @@
-//! How a recording ends, and what of it is lost.
+//! The end of a recording, and what is lost of it.
 
 use std::fmt;
 
@@ -10,25 +10,24 @@ use serde::Serialize;
 pub enum Ending {
     /// It was finished.
     Complete,
-    /// It was finished, and something else stands behind it in the same file, as when two recordings were written one behind
-    /// the other. That is not read: it is no part of this recording.
+    /// It was finished, and other data follow in the same file, such as a second recording. They are not read.
     Followed {
-        /// Where it begins.
+        /// Where they begin.
         at_byte: u64,
-        /// How much it is.
+        /// Their length.
         bytes: u64,
     },
-    /// Whoever wrote it was stopped, or the end is lost.
+    /// Its writer was stopped, or the end is lost.
     CutOff,
-    /// Parts of it cannot be right. All that is whole is read, also behind them.
+    /// Parts of it are damaged. All intact parts are read, also those behind.
     Damaged {
-        /// What is wrong at the first of them, and where.
+        /// The first damage, and where.
         reason: String,
-        /// How many parts.
+        /// Number of damaged parts.
         places: u64,
         /// Their bytes, together.
         lost_bytes: u64,
-        /// Messages that were written and not read, if the file's index is left to tell.
+        /// Messages that were written and could not be read, if the file's index is intact.
         lost_messages: Option<u64>,
     },
 }

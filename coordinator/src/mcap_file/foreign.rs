@@ -1,4 +1,4 @@
-//! Recordings in another format: what they are, and what makes MCAP of them.
+//! Recordings in other formats: their names, and how to convert them to MCAP.
 
 use std::fs::File;
 use std::os::unix::fs::FileExt;
@@ -6,23 +6,23 @@ use std::path::Path;
 
 use super::RecordingError;
 
-/// What every database of `SQLite` begins with.
+/// The first bytes of every `SQLite` database.
 const SQLITE: &[u8; 16] = b"SQLite format 3\0";
 
-/// Refuses a file that is a recording of another kind.
+/// Rejects a recording in another format.
 ///
 /// # Errors
-/// If it is one.
+/// If the file is one.
 pub(super) fn check(path: &Path, file: &File) -> Result<(), RecordingError> {
     let mut start = [0; SQLITE.len()];
-    // What cannot be read is told by whoever reads on.
+    // Read errors are reported by the following reads.
     match file.read_exact_at(&mut start, 0) {
         Ok(()) if start == *SQLITE => Err(sqlite(path)),
         _ => Ok(()),
     }
 }
 
-/// ROS 2 records so by `--storage sqlite3`, and up to Humble without being told.
+/// The format of `ros2 bag record --storage sqlite3`, the default up to Humble.
 pub(crate) fn sqlite(path: &Path) -> RecordingError {
     let bag = if path.is_dir() { path } else { path.parent().unwrap_or(path) };
     let found = format!(

@@ -1,24 +1,24 @@
-//! How the records of an MCAP file are laid out (<https://mcap.dev/spec>): what their lengths claim, checked against the
-//! bytes that are there before anything trusts them.
+//! The layout of the records of an MCAP file (<https://mcap.dev/spec>): their claimed lengths are checked against the
+//! available bytes before use.
 
 use mcap::records::op;
 
-/// What a record begins with: its kind, 1 byte, and its length, 8.
+/// The prefix of a record: its kind, 1 byte, and its length, 8.
 pub(super) const PREFIX_BYTES: usize = 9;
 
 /// A part of a record's body.
 enum Part {
-    /// So many bytes.
+    /// This many bytes.
     Fixed(usize),
-    /// A length of 4 bytes, and so many bytes: a text, a list, a map.
+    /// A length of 4 bytes, and this many bytes: a text, a list, a map.
     Counted,
-    /// A length of 8 bytes, and so many bytes.
+    /// A length of 8 bytes, and this many bytes.
     LongCounted,
 }
 
 use Part::{Counted, Fixed, LongCounted};
 
-/// The parts of a kind of record; none of a kind that is not known.
+/// The parts of a kind of record; none for an unknown kind.
 const fn parts(opcode: u8) -> &'static [Part] {
     match opcode {
         op::HEADER | op::METADATA => &[Counted, Counted],
@@ -42,13 +42,13 @@ const fn parts(opcode: u8) -> &'static [Part] {
 /// Whether a record's parts have room in its body. Later versions of the format may add more behind them.
 pub(super) fn fits(opcode: u8, body: &[u8]) -> bool {
     match (opcode, end(opcode, body)) {
-        // A record of another kind is taken for one that ends the file by a single bit.
+        // A single bit can turn a record of another kind into one that ends the file.
         (op::FOOTER | op::DATA_END, end) => end == Some(body.len()),
         (_, end) => end.is_some(),
     }
 }
 
-/// Whether a record's parts fill its body, so that it is told from chance bytes.
+/// Whether a record's parts fill its body, which distinguishes it from arbitrary bytes.
 pub(super) fn fills(opcode: u8, body: &[u8]) -> bool {
     let is_known = !parts(opcode).is_empty();
     let end = end(opcode, body);
@@ -75,7 +75,7 @@ fn end(opcode: u8, body: &[u8]) -> Option<usize> {
     Some(end)
 }
 
-/// The kind and the body of the record that bytes begin with, if it is all there.
+/// The kind and the body of the record at the start of the bytes, if it is complete.
 pub(super) fn split(bytes: &[u8]) -> Option<(u8, &[u8])> {
     let (prefix, rest) = bytes.split_first_chunk()?;
     let Prefix { opcode, body_bytes } = Prefix::read(*prefix);
@@ -83,7 +83,7 @@ pub(super) fn split(bytes: &[u8]) -> Option<(u8, &[u8])> {
     fits(opcode, body).then_some((opcode, body))
 }
 
-/// The kind and the length that a record's first bytes claim.
+/// The claimed kind and length of a record.
 #[derive(Clone, Copy)]
 pub(super) struct Prefix {
     pub(super) opcode: u8,
@@ -96,7 +96,7 @@ impl Prefix {
         Self { opcode, body_bytes: u64::from_le_bytes(length) }
     }
 
-    /// Where the record would end that begins there.
+    /// The end of the record that begins there.
     pub(super) const fn end(self, offset: u64) -> Option<u64> {
         match offset.checked_add(PREFIX_BYTES as u64) {
             Some(start) => start.checked_add(self.body_bytes),

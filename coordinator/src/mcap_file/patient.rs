@@ -1,17 +1,17 @@
-//! A file that waits for its disk: what cannot be written stays in memory, in its order, until it can be.
+//! A writer that buffers while its disk is full: pending bytes stay in memory, in order, until they can be written.
 
 use std::io::{self, ErrorKind, Write};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// So many bytes may wait; then the file has failed.
+/// Maximum number of pending bytes; beyond them the file has failed.
 const MOST_BYTES: usize = 64 * 1024 * 1024;
 
-/// Writes to a file, with patience.
+/// A buffering writer.
 pub(crate) struct Patient<W> {
     state: Arc<Mutex<State<W>>>,
 }
 
-/// Looks at a file while somebody else writes to it.
+/// Observes a file that another owner writes to.
 pub(crate) struct Watch<W> {
     state: Arc<Mutex<State<W>>>,
 }
@@ -19,12 +19,12 @@ pub(crate) struct Watch<W> {
 struct State<W> {
     file: W,
     waiting: Vec<u8>,
-    /// So many of the bytes that wait have been written.
+    /// Number of pending bytes that have been written.
     written: usize,
-    /// Why the disk takes nothing, if so.
+    /// Why writing fails, if it does.
     failure: Option<io::Error>,
     max_bytes: usize,
-    /// Too much had to wait: bytes are missing, and none that follow make sense.
+    /// Too many bytes were pending: some are missing, and the following ones are useless.
     is_lost: bool,
 }
 
@@ -41,7 +41,7 @@ impl<W: Write> Patient<W> {
 }
 
 impl<W: Write> Watch<W> {
-    /// Writes what waits, if that can be; why not all could be written.
+    /// Writes the pending bytes, if possible; returns why not all could be written.
     pub(crate) fn settle(&self) -> Option<String> {
         lock(&self.state).write_out();
         self.failure()
@@ -49,7 +49,7 @@ impl<W: Write> Watch<W> {
 }
 
 impl<W> Watch<W> {
-    /// Why the disk takes nothing now, if so.
+    /// Why writing fails now, if it does.
     pub(crate) fn failure(&self) -> Option<String> {
         lock(&self.state).failure.as_ref().map(ToString::to_string)
     }
@@ -64,7 +64,7 @@ impl<W: Write> Write for Patient<W> {
         lock(&self.state).take(bytes)
     }
 
-    /// Tries again. That the disk still takes nothing is no error: see [`Watch::failure`].
+    /// Tries again. A full disk is not an error here: see [`Watch::failure`].
     fn flush(&mut self) -> io::Result<()> {
         let mut state = lock(&self.state);
         if state.is_lost {
@@ -82,7 +82,7 @@ impl<W: Write> State<W> {
             return Err(self.error());
         }
         self.waiting.extend_from_slice(bytes);
-        // Once it fails it is tried again when somebody flushes, not for each byte.
+        // After a failure, writing is retried on flush only, not for each byte.
         if self.failure.is_none() {
             self.write_out();
         }
@@ -123,7 +123,7 @@ impl<W: Write> State<W> {
 mod tests {
     use super::*;
 
-    /// A disk with room for so many bytes.
+    /// A disk with limited space.
     struct Disk {
         bytes: Vec<u8>,
         room: usize,
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn what_waited_for_room_is_written_in_its_order_and_nothing_is_missing() {
+    fn pending_data_are_written_in_order_without_loss() {
         let (mut file, watch) = patient(10, 100);
         for chunk in ["0123456", "789abcd", "efgh"] {
             file.write_all(chunk.as_bytes()).unwrap();

@@ -1,8 +1,8 @@
-//! Reads the whole records of an MCAP file that may end anywhere, and may be damaged anywhere.
+//! Reads the intact records of an MCAP file that may be truncated or damaged anywhere.
 //!
-//! A length is never trusted: neither more than the file has left nor more than [`MAX_RECORD_BYTES`] is ever read. A
-//! chunk counts only as a whole, when its checksum is right. What is damaged is left out, and reading goes on with the
-//! next record: behind the damaged one, or if its length is not to be trusted either, where one is found
+//! A length is never trusted: neither more than the rest of the file nor more than [`MAX_RECORD_BYTES`] is ever read. A
+//! chunk counts only as a whole, if its checksum is right. Damaged parts are skipped, and reading continues with the
+//! next record: behind the damaged one, or if its length cannot be trusted either, where one is found
 //! ([`super::resume`]).
 
 use std::collections::{BTreeSet, VecDeque};
@@ -18,8 +18,8 @@ use super::chunk::{self, ChunkError, MAX_RECORD_BYTES};
 use super::layout::{self, PREFIX_BYTES, Prefix};
 use super::{Ending, RecordingError};
 
-/// So many times its size is read of a file for records that turn out to be none, before the rest is given up: work
-/// stays linear in the size, whatever stands there.
+/// Factor of the file's size that may be read for invalid records before the rest is given up: the work stays linear in
+/// the size, for any content.
 const MAX_VAIN_READS: u64 = 4;
 
 /// Bytes that may be read in vain.
@@ -27,25 +27,25 @@ const fn patience(length: u64) -> u64 {
     length.saturating_mul(MAX_VAIN_READS)
 }
 
-/// Iterates over the records of the data section that are whole, those within chunks one by one. Indexes are skipped.
+/// Iterates over the intact records of the data section, those within chunks one by one. Indexes are skipped.
 pub(crate) struct McapReader<R> {
     path: PathBuf,
     source: R,
-    /// Where the source stands.
+    /// Position of the source.
     position: u64,
     pub(super) length: u64,
-    /// Up to where the file is read.
+    /// Position up to which the file has been read.
     pub(super) offset: u64,
     header: Header,
-    /// Definitions that stand at the file's end too.
+    /// Definitions that are repeated at the file's end.
     repeated: VecDeque<Record<'static>>,
     unpacked: Unpacked,
-    /// Numbers of the topics that were defined.
+    /// Ids of the defined topics.
     pub(super) channels: BTreeSet<u16>,
     /// Messages so far.
     messages: u64,
     has_chunk: bool,
-    /// How a chunk is packed that nobody here can unpack.
+    /// The unsupported compression of a chunk.
     foreign: Option<ChunkError>,
     is_in_summary: bool,
     /// Bytes that may be read in vain.
@@ -54,33 +54,33 @@ pub(crate) struct McapReader<R> {
     ending: Option<Ending>,
 }
 
-/// The records of a chunk, and how far they were handed on.
+/// The records of a chunk, and the current position in them.
 #[derive(Default)]
 struct Unpacked {
     bytes: Vec<u8>,
     next: usize,
 }
 
-/// What was left out.
+/// The skipped parts.
 #[derive(Default)]
 struct Damage {
     first: Option<String>,
     places: u64,
     bytes: u64,
-    /// Messages that the index tells of.
+    /// Messages that the index counts.
     messages: Option<u64>,
 }
 
-/// What a record of the file holds.
+/// The content of a record of the file.
 enum Content {
     /// A chunk's records, each with its prefix.
     Chunk(Vec<u8>),
-    /// It is one itself.
+    /// A single record.
     Record(Record<'static>),
 }
 
 impl McapReader<BufReader<File>> {
-    /// Opens a file; what is written to it later is not seen.
+    /// Opens a file; later additions are not read.
     pub(crate) fn open(path: &Path) -> Result<Self, RecordingError> {
         let failed = |source| RecordingError::Read { path: path.to_owned(), source };
         let file = open_plain(path).map_err(failed)?;
@@ -91,7 +91,7 @@ impl McapReader<BufReader<File>> {
 }
 
 impl<R: Read + Seek> McapReader<R> {
-    /// Reads a source of so many bytes from its start.
+    /// Reads a source of this length from its start.
     pub(crate) fn new(path: &Path, source: R, length: u64) -> Result<Self, RecordingError> {
         let mut reader = Self {
             path: path.to_owned(),
@@ -115,7 +115,7 @@ impl<R: Read + Seek> McapReader<R> {
         Ok(reader)
     }
 
-    /// What the file says of itself.
+    /// The file's header.
     pub(crate) const fn header(&self) -> &Header {
         &self.header
     }
@@ -130,7 +130,7 @@ impl<R: Read + Seek> McapReader<R> {
         self.offset.saturating_sub(self.damage.bytes)
     }
 
-    /// How the file ends, once all is read.
+    /// How the file ends, once it is read.
     pub(crate) fn ending(&self) -> Ending {
         let Damage { first, places, bytes, messages } = &self.damage;
         match first {
@@ -158,20 +158,20 @@ impl<R: Read + Seek> McapReader<R> {
             (self.header, self.offset) = (header, end);
             return Ok(());
         }
-        // Of a file that ends like one the beginning is damaged.
+        // A file with the right ending has a damaged beginning.
         let is_one = is_begun || self.is_magic_at(self.length.saturating_sub(start))?;
         if is_one && let Some(next) = self.find_record(start)? {
             return self.lose(next, "the header is damaged");
         }
         let found = if is_begun {
-            "it ends, or is damaged, before it says anything"
+            "it ends, or is damaged, before its first record"
         } else {
             "it does not begin like an MCAP file"
         };
         Err(not(&self.path, found))
     }
 
-    /// The header, which stands there, and where it ends.
+    /// The header at this position, and its end.
     fn header_at(&mut self, start: u64) -> Result<Option<(Header, u64)>, RecordingError> {
         let end = self.prefix_at(start)?.and_then(|prefix| prefix.end(start));
         let Some(end) = end.filter(|end| *end <= self.length && end - start <= MAX_RECORD_BYTES) else {
@@ -188,7 +188,7 @@ impl<R: Read + Seek> McapReader<R> {
         Ok(None)
     }
 
-    /// So many bytes from a place on, all of which the file has.
+    /// Reads bytes at a position, all of which the file has.
     pub(super) fn read_at(&mut self, offset: u64, count: u64) -> Result<Vec<u8>, RecordingError> {
         let path = &self.path;
         let failed = |source: io::Error| RecordingError::Read { path: path.clone(), source };
@@ -206,7 +206,7 @@ impl<R: Read + Seek> McapReader<R> {
         Err(failed(io::ErrorKind::UnexpectedEof.into()))
     }
 
-    /// What a record at this place would begin with; `None` where the file has no room for it.
+    /// The prefix of a record at this position; `None` if the file is too short.
     pub(super) fn prefix_at(&mut self, offset: u64) -> Result<Option<Prefix>, RecordingError> {
         if self.length.saturating_sub(offset) < PREFIX_BYTES as u64 {
             return Ok(None);
@@ -235,7 +235,7 @@ impl<R: Read + Seek> McapReader<R> {
         } else {
             let frame = self.read_at(self.offset, end - self.offset)?;
             let body = &frame[PREFIX_BYTES..];
-            // A message of any length is one.
+            // A message may have any length.
             let is_filled = prefix.opcode != op::MESSAGE && layout::fills(prefix.opcode, body);
             (is_filled, self.content(prefix.opcode, body))
         };
@@ -245,7 +245,7 @@ impl<R: Read + Seek> McapReader<R> {
                 self.accept(content)
             }
             Err(reason) if self.is_followed(end)? => self.lose(end, &reason),
-            // Where it ends is not to be trusted.
+            // Its end cannot be trusted.
             content => {
                 self.patience = self.patience.saturating_sub(end - self.offset);
                 self.resume(content.err().as_deref().unwrap_or("a record is followed by none"))
@@ -253,7 +253,7 @@ impl<R: Read + Seek> McapReader<R> {
         }
     }
 
-    /// Where a record claims more than the file has, the file was cut off, or the length is damaged.
+    /// If a record claims more than the rest of the file, the file was truncated or the length is damaged.
     fn resume_after_length(&mut self, claimed: u64) -> Result<(), RecordingError> {
         if let Some(next) = self.find_record(self.offset + 1)? {
             return self.lose(next, &format!("a record claims {claimed} bytes, more than the file has"));
@@ -262,13 +262,13 @@ impl<R: Read + Seek> McapReader<R> {
         Ok(())
     }
 
-    /// Goes on at the next record that is found; if there is none, the rest is lost.
+    /// Continues at the next record that is found; if there is none, the rest is lost.
     fn resume(&mut self, reason: &str) -> Result<(), RecordingError> {
         let next = self.find_record(self.offset + 1)?;
         self.lose(next.unwrap_or(self.length), reason)
     }
 
-    /// Leaves out everything up to a place.
+    /// Skips everything up to a position.
     fn lose(&mut self, next: u64, reason: &str) -> Result<(), RecordingError> {
         self.damage.bytes += next - self.offset;
         let at = self.offset;
@@ -280,7 +280,7 @@ impl<R: Read + Seek> McapReader<R> {
         self.damage.places += 1;
         if self.damage.first.is_none() {
             self.damage.first = Some(reason);
-            // What was lost may have defined the topics of all that comes.
+            // The lost part may have defined the topics of the following messages.
             self.repeated = self.definitions()?;
         }
         Ok(())
@@ -290,7 +290,7 @@ impl<R: Read + Seek> McapReader<R> {
         if !layout::fits(opcode, body) {
             return Err(format!("a record of kind {opcode} has no room for what it claims"));
         }
-        // By a single bit; behind a chunk an index is expected, and its messages are within.
+        // A single bit; behind a chunk an index is expected, and messages are within chunks.
         if opcode == op::MESSAGE && self.has_chunk && layout::fills(op::MESSAGE_INDEX, body) {
             return Err("a message that is an index".to_owned());
         }
@@ -323,11 +323,11 @@ impl<R: Read + Seek> McapReader<R> {
                 }
                 self.ending = Some(Ending::CutOff);
             }
-            Content::Record(Record::Statistics(told)) => {
-                let (told, found) = (told.message_count, self.messages);
-                self.damage.messages = told.checked_sub(found);
-                if told != found && self.damage.first.is_none() {
-                    return self.note(format!("its index tells of {told} messages, {found} are there"));
+            Content::Record(Record::Statistics(reported)) => {
+                let (reported, found) = (reported.message_count, self.messages);
+                self.damage.messages = reported.checked_sub(found);
+                if reported != found && self.damage.first.is_none() {
+                    return self.note(format!("its index counts {reported} messages, {found} are there"));
                 }
             }
             Content::Record(record) => {
@@ -339,7 +339,7 @@ impl<R: Read + Seek> McapReader<R> {
         Ok(())
     }
 
-    /// Where the recording is finished, the file should end as well.
+    /// Where the recording is finished, the file should end too.
     fn end(&mut self) -> Result<(), RecordingError> {
         let (at_byte, bytes) = (self.offset, self.length.saturating_sub(self.offset));
         self.ending = Some(if bytes == 0 { Ending::Complete } else { Ending::Followed { at_byte, bytes } });
@@ -349,7 +349,7 @@ impl<R: Read + Seek> McapReader<R> {
         Ok(())
     }
 
-    /// The next record of the chunk that is unpacked. Of one that nobody checked a record may be damaged.
+    /// The next record of the current chunk. In a chunk without checksum a record may be damaged.
     fn take_unpacked(&mut self) -> Result<Option<Record<'static>>, RecordingError> {
         let Unpacked { bytes, next } = &self.unpacked;
         let rest = &bytes[*next..];
@@ -417,7 +417,7 @@ mod tests {
 
     use super::*;
 
-    /// As `ros2 bag record` writes it with its preset `fastwrite`: one chunk, neither compressed nor checked.
+    /// As written by `ros2 bag record` with its preset `fastwrite`: one chunk, neither compressed nor with a checksum.
     fn plain() -> Vec<u8> {
         let mut bytes = Vec::new();
         let options = WriteOptions::new().compression(None).calculate_chunk_crcs(false).profile("ros2");
@@ -434,7 +434,7 @@ mod tests {
         bytes
     }
 
-    /// Messages read, and how it ended.
+    /// Number of messages read, and the ending.
     fn read(bytes: &[u8]) -> Option<(usize, Ending)> {
         let mut reader =
             McapReader::new(Path::new("chatter.mcap"), io::Cursor::new(bytes), bytes.len() as u64).ok()?;
@@ -443,7 +443,7 @@ mod tests {
     }
 
     #[test]
-    fn chunks_that_nobody_checked_are_read_as_far_as_they_can_be() {
+    fn chunks_without_checksum_are_read_as_far_as_possible() {
         let bytes = plain();
         assert_eq!(read(&bytes), Some((3, Ending::Complete)));
         let mut damaged = 0;

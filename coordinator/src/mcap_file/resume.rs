@@ -1,8 +1,9 @@
-//! Where a file goes on whose records have lost their count.
+//! Finds the next record after a damaged length.
 //!
-//! Records stand one behind the other, each with its length. Where one of these is damaged, the next record is searched
-//! for byte by byte: a kind that is known, a length that the file has, parts that fill it, and behind it another record. In bytes that are compressed that does not come about by chance; in those that are not, records
-//! within a damaged chunk may be found, which are records as well.
+//! Records follow each other, each with its length. If a length is damaged, the next record is searched byte by byte: a
+//! known kind, a length that fits the file, parts that fill it, and another record behind it. In compressed bytes this
+//! does not occur by chance; in uncompressed ones, records within a damaged chunk may be found, which are records as
+//! well.
 
 use std::io::{Read, Seek};
 
@@ -13,10 +14,10 @@ use super::chunk::MAX_RECORD_BYTES;
 use super::layout::{self, PREFIX_BYTES, Prefix};
 use super::read::McapReader;
 
-/// Bytes that are looked through at once.
+/// Bytes that are searched at once.
 const WINDOW_BYTES: u64 = 1 << 16;
 impl<R: Read + Seek> McapReader<R> {
-    /// The first place from here on where a record stands, if any.
+    /// The position of the first record from here on, if any.
     pub(super) fn find_record(&mut self, from: u64) -> Result<Option<u64>, RecordingError> {
         let mut start = from;
         while self.length.saturating_sub(start) >= PREFIX_BYTES as u64 {
@@ -35,7 +36,7 @@ impl<R: Read + Seek> McapReader<R> {
         Ok(None)
     }
 
-    /// Whether another record stands at a place, or the file ends there.
+    /// Whether another record follows at a position, or the file ends there.
     pub(super) fn is_followed(&mut self, place: u64) -> Result<bool, RecordingError> {
         match self.prefix_at(place)? {
             _ if place == self.length => Ok(true),
@@ -50,13 +51,13 @@ impl<R: Read + Seek> McapReader<R> {
         let Some(end) = self.filled(place, prefix)? else { return Ok(false) };
         match prefix.opcode {
             op::FOOTER => self.is_magic_at(end),
-            // It says enough of itself.
+            // Its own fields are sufficient.
             op::CHUNK => Ok(true),
             _ => self.is_followed(end),
         }
     }
 
-    /// Where the record at a place ends, if its parts fill it.
+    /// The end of the record at a position, if its parts fill it.
     fn filled(&mut self, place: u64, prefix: Prefix) -> Result<Option<u64>, RecordingError> {
         let Some(end) = prefix.end(place) else { return Ok(None) };
         self.patience = self.patience.saturating_sub(end - place);
@@ -65,13 +66,13 @@ impl<R: Read + Seek> McapReader<R> {
         }
         let frame = self.read_at(place, end - place)?;
         let body = &frame[PREFIX_BYTES..];
-        let is_heard = prefix.opcode != op::MESSAGE
+        let has_subscriber = prefix.opcode != op::MESSAGE
             || body.first_chunk().is_some_and(|id| self.channels.contains(&u16::from_le_bytes(*id)));
-        Ok((is_heard && layout::fills(prefix.opcode, body)).then_some(end))
+        Ok((has_subscriber && layout::fills(prefix.opcode, body)).then_some(end))
     }
 }
 
-/// Whether a record of a known kind, which is not the first of a file, has room there.
+/// Whether a record of a known kind, other than the first of a file, fits there.
 fn is_candidate(prefix: Prefix, place: u64, length: u64) -> bool {
     let is_known = (op::FOOTER..=op::DATA_END).contains(&prefix.opcode);
     let has_room = prefix.end(place).is_some_and(|end| end <= length);

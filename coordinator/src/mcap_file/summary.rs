@@ -1,4 +1,4 @@
-//! The definitions of a file's topics, which stand a second time at its end.
+//! The definitions of a file's topics that are repeated at its end.
 
 use std::collections::VecDeque;
 use std::io::{Read, Seek};
@@ -16,7 +16,7 @@ const CHECKED_BYTES: usize = PREFIX_BYTES + 16;
 const FOOTER_BYTES: u64 = (CHECKED_BYTES + 4) as u64;
 
 impl<R: Read + Seek> McapReader<R> {
-    /// The definitions at the file's end; none if that is not whole.
+    /// The definitions at the file's end; empty if the end is damaged.
     pub(super) fn definitions(&mut self) -> Result<VecDeque<Record<'static>>, RecordingError> {
         let summary = self.summary()?;
         let mut rest = summary.as_slice();
@@ -49,7 +49,7 @@ impl<R: Read + Seek> McapReader<R> {
         let mut sum = crc32fast::Hasher::new();
         sum.update(&summary);
         sum.update(&bytes[..CHECKED_BYTES]);
-        // 0 says that nobody took the sum.
+        // 0 means that there is no checksum.
         let is_whole = footer.summary_crc == 0 || sum.finalize() == footer.summary_crc;
         Ok(if is_whole { summary } else { Vec::new() })
     }

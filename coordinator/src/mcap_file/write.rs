@@ -16,27 +16,27 @@ use super::patient::{Patient, Watch};
 /// Bytes of a chunk before compression.
 const CHUNK_BYTES: u64 = 512 * 1024;
 
-/// An MCAP file that grows. One that is dropped is finished.
+/// An MCAP file in progress. Dropping it finishes the file.
 pub(crate) struct McapWriter<W: Write> {
     path: PathBuf,
     writer: Writer<NoSeek<BufWriter<W>>>,
 }
 
-/// One that grows while something goes on that cannot wait for a disk.
+/// The same for a writer that must not wait for the disk.
 pub(crate) struct LiveMcapWriter {
     writer: McapWriter<Patient<File>>,
     disk: Watch<File>,
 }
 
 impl LiveMcapWriter {
-    /// Creates the file; whatever is there already stays.
+    /// Creates the file; an existing one is not overwritten.
     pub(crate) fn create(path: &Path, profile: &str, library: &str) -> Result<Self, RecordingError> {
         let file = File::create_new(path).map_err(|source| refusal(path, source))?;
         let (patient, disk) = Patient::new(file);
         Ok(Self { writer: McapWriter::new(path, patient, profile, library)?, disk })
     }
 
-    /// Why the disk takes nothing now, if so: what is to be written waits in memory.
+    /// Why the disk is not writable now, if so: data wait in memory.
     pub(crate) fn trouble(&self) -> Option<String> {
         self.disk.failure()
     }
@@ -66,7 +66,7 @@ impl DerefMut for LiveMcapWriter {
 }
 
 impl McapWriter<File> {
-    /// Creates the file; whatever is there already stays.
+    /// Creates the file; an existing one is not overwritten.
     pub(crate) fn create(path: &Path, profile: &str, library: &str) -> Result<Self, RecordingError> {
         let file = File::create_new(path).map_err(|source| refusal(path, source))?;
         Self::new(path, file, profile, library)
@@ -111,13 +111,13 @@ impl<W: Write> McapWriter<W> {
         self.named(channel, || format!("the topic {topic}"))
     }
 
-    /// Adds a message's definition under the number that it has elsewhere.
+    /// Adds a message's definition under the id of another file.
     pub(crate) fn copy_schema(&mut self, header: &SchemaHeader, data: &[u8]) -> Result<(), RecordingError> {
         let added = self.writer.add_schema_with_id(header.id, &header.name, &header.encoding, data);
         self.named(added.map(drop), || format!("the definition of {}", header.name))
     }
 
-    /// Adds a topic under the number that it has elsewhere.
+    /// Adds a topic under the id of another file.
     pub(crate) fn copy_channel(&mut self, channel: &mcap::records::Channel) -> Result<(), RecordingError> {
         let mcap::records::Channel { id, schema_id, topic, message_encoding, metadata } = channel;
         let added = self.writer.add_channel_with_id(*id, *schema_id, topic, message_encoding, metadata);
@@ -148,7 +148,8 @@ impl<W: Write> McapWriter<W> {
         self.named(written, || format!("the metadata {}", metadata.name))
     }
 
-    /// Ends the chunk and hands everything to the operating system: this process may crash, and loses nothing of it.
+    /// Ends the chunk and passes everything to the operating system, so that a crash of this process loses nothing of
+    /// it.
     pub(crate) fn flush(&mut self) -> Result<(), RecordingError> {
         let flushed = self.writer.flush();
         self.named(flushed, || "a chunk".into())
@@ -181,7 +182,7 @@ mod tests {
 
     const ROOM_BYTES: usize = 60_000;
 
-    /// A disk with room for so many bytes.
+    /// A disk with limited space.
     #[derive(Clone, Default)]
     struct Disk(Arc<Mutex<Vec<u8>>>);
 
@@ -202,7 +203,7 @@ mod tests {
         }
     }
 
-    /// Random enough not to be compressed.
+    /// Random bytes, which do not compress.
     fn noise(seed: u64) -> Vec<u8> {
         let next = |state: &u64| Some(state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1));
         std::iter::successors(Some(seed), next)
@@ -213,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn a_full_disk_is_an_error_that_names_the_file_and_what_was_written_stays() {
+    fn a_full_disk_is_an_error_that_names_the_file_and_keeps_the_written_part() {
         let disk = Disk::default();
         let path = Path::new("field/today.mcap");
         let mut file = McapWriter::new(path, disk.clone(), "ros2", "test").unwrap();

@@ -1,4 +1,4 @@
-//! What a person asks for, made what the robots understand: marks are observations, the rest is the directive.
+//! The operator's commands: marks become observations, the others change the directive.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use dragnet_search::observation::{Observation, Origin, Source};
 use super::{Mission, Outcome};
 
 impl Mission {
-    /// What a person has ordered so far.
+    /// The operator's directive so far.
     #[must_use]
     pub const fn directive(&self) -> &Directive {
         &self.directive
@@ -27,26 +27,26 @@ impl Mission {
             Command::Resume if !directive.is_paused => {}
             Command::Resume => directive.order_pause(now.0, false),
             Command::Search(cells) => {
-                let terrain = &self.orders.terrain;
+                let terrain = &self.config.terrain;
                 directive.added.extend(cells.into_iter().filter(|&cell| !terrain.is_searched(cell)));
             }
         }
         self.learn(now, &directive, outcome);
     }
 
-    /// A directive, from here or from a robot that has heard of it; all are told if any of it is news.
+    /// Merges a directive, from here or from a robot; if it is news, it is published to all.
     pub(super) fn learn(&mut self, now: MissionTime, directive: &Directive, outcome: &mut Outcome) {
         if !self.directive.merge(now, directive) {
             return;
         }
-        let terrain = Arc::make_mut(&mut self.orders.terrain);
+        let terrain = Arc::make_mut(&mut self.config.terrain);
         let added = self.directive.added.iter().copied();
         let new = self.belief.search_also(terrain, added, self.added_prior);
         self.declarations.review(now, &self.belief, new);
         self.report(now, outcome);
     }
 
-    /// One reading of one cell, under a name that no other has: it is kept, told and repaired like those of robots.
+    /// One reading of one cell, under a unique name: it is stored, published and repaired like observations of robots.
     fn mark(&mut self, now: MissionTime, mark: Mark, cell: Cell, outcome: &mut Outcome) {
         let origin = *self.by_hand.get_or_insert_with(|| unused(&self.replica, now));
         let observation = Arc::new(Observation {
@@ -67,13 +67,13 @@ impl Mission {
     }
 }
 
-/// A coordinator that has started again does not know which names it has used; the time of its first mark, to the
-/// nanosecond, is none of them.
+/// A restarted coordinator does not know which names it has used; the time of its first mark, in nanoseconds, is
+/// unused.
 fn unused(replica: &dragnet_proto::replica::Replica, now: MissionTime) -> Origin {
     let known: Vec<Origin> = replica.log().versions().map(|version| version.origin).collect();
     let mut origin = Origin { source: Source::Operator, incarnation: now.0 };
     while known.contains(&origin) {
-        // Its clock may be at the end of time: somebody's was whom it heard first.
+        // Its clock may be at the end of time, if it was set by a faulty participant.
         origin.incarnation = origin.incarnation.wrapping_add(1);
     }
     origin

@@ -38,7 +38,7 @@ fn mission() -> Mission {
     })
 }
 
-/// So fast that no robot of these tests is too fast.
+/// Fast enough for all robots of these tests.
 fn limits() -> Limits {
     let text = "name = 'a'\nmap = { shape = 'all_traversable', rows = 2, columns = 4 }\nrobots.count = 2\nsensor.radius = 4\n\
                 objects.count = 1\nmission = { budget_seconds = 60.0, speed_meters_per_second = 1e6 }\n";
@@ -46,7 +46,7 @@ fn limits() -> Limits {
     Limits::of(&scenario)
 }
 
-/// What a robot saw in a cell: log-odds that the reading adds, nats.
+/// A robot's observation of a cell: log-odds that the reading adds, nats.
 fn observation(robot: RobotId, sequence: u64, seen: u32, nats: f32) -> Arc<Observation> {
     let readings = vec![Reading { cell: cell(seen), value: 0.5 + nats, variance: 1.0 }];
     let time_ns = at(sequence).0;
@@ -71,16 +71,16 @@ fn heartbeat(robot: RobotId, now: MissionTime, versions: Vec<Version>) -> Messag
     })
 }
 
-fn hear(mission: &mut Mission, now: MissionTime, from: RobotId, message: Message) -> Outcome {
+fn receive(mission: &mut Mission, now: MissionTime, from: RobotId, message: Message) -> Outcome {
     mission.react(now, Event::Received { from: Participant::Robot(from), message })
 }
 
 fn see(mission: &mut Mission, now: MissionTime, observation: &Arc<Observation>) -> Outcome {
     let Source::Robot(from) = observation.origin.source else { panic!("{observation:?}") };
-    hear(mission, now, from, Message::Observation(Arc::clone(observation)))
+    receive(mission, now, from, Message::Observation(Arc::clone(observation)))
 }
 
-/// Statuses published; each is recorded as well.
+/// Published statuses; each is recorded as well.
 fn statuses(outcome: &Outcome) -> Vec<&MissionStatus> {
     let recorded = outcome.records.iter().filter(|record| matches!(record, Record::Status(_))).count();
     let published: Vec<&MissionStatus> = outcome
@@ -152,13 +152,13 @@ fn a_gap_is_repaired_by_another_robot_and_each_observation_counts_once() {
 
     mission.react(at(3), Event::Lost(ONE));
     let versions = vec![Version { origin: Origin::first(ONE), next: 3 }];
-    let outcome = hear(&mut mission, at(3), TWO, heartbeat(TWO, at(3), versions));
+    let outcome = receive(&mut mission, at(3), TWO, heartbeat(TWO, at(3), versions));
     assert!(outcome.effects.published.contains(&asks(TWO)), "{outcome:?}");
 
     let reply = Message::SyncReply(SyncReply { observations: seen[1..].to_vec() });
-    let outcome = hear(&mut mission, at(4), TWO, reply.clone());
+    let outcome = receive(&mut mission, at(4), TWO, reply.clone());
     assert_eq!(observations(&outcome), [(ONE.into(), 1), (ONE.into(), 2)], "the third was early");
-    assert_eq!(observations(&hear(&mut mission, at(4), TWO, reply)), []);
+    assert_eq!(observations(&receive(&mut mission, at(4), TWO, reply)), []);
     assert_eq!(mission.alive().collect::<Vec<_>>(), [TWO], "who is quoted is not heard");
 
     let mut expected = Belief::uniform(&terrain(), 0.1).unwrap();
@@ -177,7 +177,7 @@ fn any_order_of_messages_leads_to_the_same_belief() {
     for observation in &seen {
         see(&mut forward, at(9), observation);
     }
-    // What comes too early comes again, until each has come after all before it.
+    // Early observations are sent again, until each has arrived after all before it.
     for _ in 0..8 {
         for observation in seen.iter().rev() {
             see(&mut backward, at(9), observation);
@@ -189,19 +189,19 @@ fn any_order_of_messages_leads_to_the_same_belief() {
 }
 
 #[test]
-fn whoever_asks_gets_what_a_lost_robot_saw() {
+fn observations_of_a_lost_robot_spread() {
     let mut mission = mission();
     let seen = observation(ONE, 0, 2, 1.0);
     see(&mut mission, at(0), &seen);
     mission.react(at(1), Event::Lost(ONE));
     let request = SyncRequest { from: Participant::Robot(TWO), of: Origin::first(ONE), first: 0 };
-    let outcome = hear(&mut mission, at(2), TWO, Message::SyncRequest(request));
+    let outcome = receive(&mut mission, at(2), TWO, Message::SyncRequest(request));
     let reply = Message::SyncReply(SyncReply { observations: vec![seen] });
     assert!(outcome.effects.published.contains(&(Audience::One(Participant::Robot(TWO)), reply)));
 }
 
 #[test]
-fn robots_of_one_number_are_told_as_long_as_they_are_there() {
+fn robots_of_one_number_are_reported_as_long_as_they_are_there() {
     let mut mission = mission();
     let doubled = |outcome: &Outcome| statuses(outcome).pop().map(|status| status.doubled.clone());
     let outcome = mission.react(at(1), Event::Doubled(BTreeSet::from([TWO])));
@@ -214,9 +214,12 @@ fn robots_of_one_number_are_told_as_long_as_they_are_there() {
 fn a_robot_is_lost_in_silence_or_by_leaving_and_returns() {
     let mut mission = mission();
     let alive = |outcome: &Outcome| statuses(outcome).pop().map(|status| status.alive.clone());
-    assert_eq!(alive(&hear(&mut mission, at(0), ONE, heartbeat(ONE, at(0), vec![]))), Some(vec![ONE]));
-    assert_eq!(alive(&hear(&mut mission, at(0), TWO, heartbeat(TWO, at(0), vec![]))), Some(vec![ONE, TWO]));
-    assert_eq!(alive(&hear(&mut mission, at(3), ONE, heartbeat(ONE, at(3), vec![]))), None);
+    assert_eq!(alive(&receive(&mut mission, at(0), ONE, heartbeat(ONE, at(0), vec![]))), Some(vec![ONE]));
+    assert_eq!(
+        alive(&receive(&mut mission, at(0), TWO, heartbeat(TWO, at(0), vec![]))),
+        Some(vec![ONE, TWO])
+    );
+    assert_eq!(alive(&receive(&mut mission, at(3), ONE, heartbeat(ONE, at(3), vec![]))), None);
 
     let outcome = mission.react(at(6), Event::Woke);
     assert_eq!(alive(&outcome), Some(vec![ONE]), "robot two was silent");
@@ -226,22 +229,22 @@ fn a_robot_is_lost_in_silence_or_by_leaving_and_returns() {
     assert_eq!((alive(&outcome), plans(&outcome)), (Some(vec![]), vec![(ONE, 0)]));
     assert!(is_nothing(&mission.react(at(6), Event::Lost(ONE))), "nobody is lost twice");
 
-    let outcome = hear(&mut mission, at(7), TWO, heartbeat(TWO, at(7), vec![]));
+    let outcome = receive(&mut mission, at(7), TWO, heartbeat(TWO, at(7), vec![]));
     assert_eq!((alive(&outcome), plans(&outcome)), (Some(vec![TWO]), vec![(TWO, 3)]));
 }
 
 #[test]
 fn a_status_comes_every_heartbeat_and_the_belief_at_its_period_and_at_the_end() {
     let mut mission = mission();
-    let mut told = Vec::new();
+    let mut reported = Vec::new();
     while mission.wake_at() <= at(6) {
         let now = mission.wake_at();
         let outcome = mission.react(now, Event::Woke);
         let has_belief = outcome.records.iter().any(|record| matches!(record, Record::Belief(_)));
-        told.push((now, statuses(&outcome).len(), has_belief));
+        reported.push((now, statuses(&outcome).len(), has_belief));
     }
     let expected: Vec<_> = (1..=6).map(|second| (at(second), 1, second % 3 == 0)).collect();
-    assert_eq!(told, expected);
+    assert_eq!(reported, expected);
 
     see(&mut mission, at(7), &observation(ONE, 0, 5, 6.0));
     let outcome = mission.finish(at(7));
@@ -268,17 +271,17 @@ fn a_pose_is_recorded_when_a_robot_moves_and_a_late_message_moves_none_back() {
     assert_eq!(moved(&mut mission, 0, 0), [(0, at(0))]);
     assert_eq!(moved(&mut mission, 1, 2), [(2, at(1))]);
     let late = heartbeat(ONE, at(0), Vec::new());
-    assert_eq!(poses(hear(&mut mission, at(9), ONE, late)), []);
+    assert_eq!(poses(receive(&mut mission, at(9), ONE, late)), []);
     assert_eq!(moved(&mut mission, 2, 2), []);
 }
 
 #[test]
-fn what_the_prior_is_sure_of_is_declared_from_the_start() {
+fn certain_cells_of_the_prior_are_declared_from_the_start() {
     let terrain = terrain();
     let mut probability = vec![0.1; 8];
     probability[3] = 0.99;
     let prior = Belief::new(&terrain, &probability).unwrap();
-    let mission = Mission::new(CoordinatorConfig { prior, ..mission().orders });
+    let mission = Mission::new(CoordinatorConfig { prior, ..mission().config });
     assert_eq!(mission.declared().map(|object| object.cell).collect::<Vec<_>>(), [cell(3)]);
 }
 
@@ -296,10 +299,10 @@ fn command(mission: &mut Mission, now: MissionTime, command: Command) -> Outcome
 }
 
 #[test]
-fn a_pause_is_told_at_once_and_the_newest_order_counts() {
+fn a_pause_is_published_at_once_and_the_newest_order_counts() {
     let mut mission = mission();
-    let told = command(&mut mission, at(3), Command::Pause);
-    assert!(statuses(&told)[0].directive.is_paused);
+    let reported = command(&mut mission, at(3), Command::Pause);
+    assert!(statuses(&reported)[0].directive.is_paused);
     assert!(is_nothing(&command(&mut mission, at(4), Command::Pause)), "it is paused already");
     assert!(!statuses(&command(&mut mission, at(5), Command::Resume))[0].directive.is_paused);
     assert_eq!(mission.directive().number, at(5).0);
@@ -312,7 +315,7 @@ fn a_coordinator_that_starts_again_learns_of_a_pause_and_can_end_it() {
     let mut again = mission();
     let Message::Heartbeat(beat) = heartbeat(ONE, at(1), Vec::new()) else { panic!("no heartbeat") };
     let beat = Heartbeat { directive: before.directive().clone(), ..beat };
-    let learned = hear(&mut again, at(1), ONE, Message::Heartbeat(beat));
+    let learned = receive(&mut again, at(1), ONE, Message::Heartbeat(beat));
     assert!(statuses(&learned)[0].directive.is_paused, "a pause is not lifted by a restart");
     // Its clock is far behind that of the one before.
     command(&mut again, at(2), Command::Resume);
@@ -323,7 +326,7 @@ fn a_coordinator_that_starts_again_learns_of_a_pause_and_can_end_it() {
 #[test]
 fn marks_are_observations_under_names_of_their_own() {
     let mut mission = mission();
-    let told = command(&mut mission, at(7), Command::Mark(Mark::Clue, cell(2)));
+    let reported = command(&mut mission, at(7), Command::Mark(Mark::Clue, cell(2)));
     let published = |outcome: &Outcome| -> Vec<Arc<Observation>> {
         let of = outcome.effects.published.iter().filter_map(|said| match said {
             (Audience::All, Message::Observation(observation)) => Some(Arc::clone(observation)),
@@ -331,9 +334,9 @@ fn marks_are_observations_under_names_of_their_own() {
         });
         of.collect()
     };
-    let [mark] = &published(&told)[..] else { panic!("{told:?}") };
+    let [mark] = &published(&reported)[..] else { panic!("{reported:?}") };
     assert_eq!(mark.origin, Origin { source: Source::Operator, incarnation: at(7).0 });
-    assert_eq!(observations(&told), [(Source::Operator, 0)], "recorded once");
+    assert_eq!(observations(&reported), [(Source::Operator, 0)], "recorded once");
     assert_eq!(
         observations(&command(&mut mission, at(8), Command::Mark(Mark::Searched, cell(2)))),
         [(Source::Operator, 1)]
@@ -341,20 +344,20 @@ fn marks_are_observations_under_names_of_their_own() {
     assert_eq!(mission.tracks().count(), 0, "a person is no robot");
     assert_eq!(mission.robots().count(), 2);
 
-    // Started again at the very same time, and told by a robot of the mark before.
+    // Restarted at the same time; a robot sends it the earlier mark.
     let mut again = self::mission();
     let reply = SyncReply { observations: vec![Arc::clone(mark)] };
-    hear(&mut again, at(7), ONE, Message::SyncReply(reply));
+    receive(&mut again, at(7), ONE, Message::SyncReply(reply));
     let [other] = &published(&command(&mut again, at(7), Command::Mark(Mark::Clue, cell(3))))[..] else {
         panic!("no mark")
     };
     assert_ne!((other.origin, other.sequence), (mark.origin, mark.sequence));
 
-    // The same at the end of time, where a clock may be that somebody has set.
+    // The same at the end of time, to which a faulty participant may have set the clock.
     let end = MissionTime(u64::MAX);
     let last = command(&mut self::mission(), end, Command::Mark(Mark::Clue, cell(2)));
     let mut again = self::mission();
-    hear(&mut again, end, ONE, Message::SyncReply(SyncReply { observations: published(&last) }));
+    receive(&mut again, end, ONE, Message::SyncReply(SyncReply { observations: published(&last) }));
     let other = published(&command(&mut again, end, Command::Mark(Mark::Clue, cell(3))));
     assert_ne!(other[0].origin, published(&last)[0].origin);
 }

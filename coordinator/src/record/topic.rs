@@ -6,7 +6,7 @@ use std::fmt;
 use dragnet_proto::convert::{numbered_source, source_number};
 use dragnet_search::observation::Source;
 
-/// Where a message stands in a recording.
+/// The topic of a message in a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Topic {
     /// The ground, `nav_msgs/msg/OccupancyGrid`.
@@ -15,17 +15,17 @@ pub(crate) enum Topic {
     Belief,
     /// The belief, `foxglove_msgs/msg/Grid`.
     BeliefProbability,
-    /// Where robots are, `tf2_msgs/msg/TFMessage`.
+    /// Poses of robots, `tf2_msgs/msg/TFMessage`.
     Transforms,
     /// Each declaration of an object, `dragnet_msgs/msg/Detection`.
     Objects,
     /// `dragnet_msgs/msg/MissionStatus`.
     MissionStatus,
-    /// Of one robot, or of the operator.
+    /// A topic of one robot, or of the operator.
     Robot(Source, RobotTopic),
 }
 
-/// What is recorded of each robot.
+/// The topics of each robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum RobotTopic {
     /// `geometry_msgs/msg/PoseStamped`.
@@ -44,7 +44,7 @@ impl Topic {
     const ROBOTS: &str = "/robots/";
     pub(crate) const MISSION_STATUS: &str = "/mission/status";
 
-    /// Metadata of the channel: with which quality of service `ros2 bag play` offers it.
+    /// Metadata of the channel: the quality of service with which `ros2 bag play` offers it.
     pub(crate) fn metadata(self) -> BTreeMap<String, String> {
         let durability = match self {
             Self::Map | Self::Belief | Self::BeliefProbability | Self::MissionStatus => TRANSIENT_LOCAL,
@@ -83,7 +83,7 @@ impl RobotTopic {
         }
     }
 
-    /// Whose a topic is, and its subject, if it is a robot's or the operator's.
+    /// The source and the subject of a topic, if it belongs to a robot or the operator.
     pub(crate) fn parse(topic: &str) -> Option<(Source, Self)> {
         let (number, name) = topic.strip_prefix(Topic::ROBOTS)?.split_once('/')?;
         let topic = Self::ALL.into_iter().find(|topic| topic.name() == name)?;
@@ -113,7 +113,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_robots_topic_says_whose_it_is() {
+    fn a_robots_topic_contains_its_number() {
         for source in [Source::Operator, RobotId::new(12).unwrap().into()] {
             for topic in RobotTopic::ALL {
                 let text = Topic::Robot(source, topic).to_string();

@@ -1,4 +1,4 @@
-//! Recordings that are cut off or damaged, anywhere.
+//! Recordings that are truncated or damaged, anywhere.
 
 use std::fs;
 use std::io::Write;
@@ -13,7 +13,7 @@ use tempfile::tempdir;
 
 use crate::episode::{Episode, header, seconds};
 
-/// A whole recording, and where its parts end as its own index says.
+/// A complete recording, and where its parts end by its own index.
 struct Whole {
     bytes: Vec<u8>,
     /// End of each chunk, and the messages in it.
@@ -67,7 +67,7 @@ impl Whole {
 }
 
 #[test]
-fn whatever_is_whole_before_a_cut_is_recovered() {
+fn intact_parts_before_a_cut_are_recovered() {
     let folder = tempdir().unwrap();
     let whole = Whole::record(&folder.path().join("whole.mcap"));
     let (cut_off, mended) = (folder.path().join("cut.mcap"), folder.path().join("mended.mcap"));
@@ -100,7 +100,7 @@ fn whatever_is_whole_before_a_cut_is_recovered() {
     assert!(whole.chunks.len() > 10);
 }
 
-/// The mended file holds the first messages of the whole one, under the same names.
+/// The repaired file holds the first messages of the complete one, under the same names.
 fn check_mended(mended: &Path, whole: &Whole, count: usize) {
     let mended = fs::read(mended).unwrap();
     let given: Vec<_> = MessageStream::new(&mended).unwrap().map(Result::unwrap).collect();
@@ -149,7 +149,7 @@ fn a_flipped_bit_panics_nowhere_and_costs_at_most_its_chunk() {
     let mut endings = [0; 3];
     let end = whole.bytes.len();
     let anywhere = (0..end).step_by(end / 400).chain(end - 40..end).map(|at| (at, 1 << (at % 8)));
-    // Behind a chunk stands an index, which one bit makes a message.
+    // Behind a chunk is an index, which one bit turns into a message.
     let indexes = whole.chunks.iter().map(|&(end, _)| (end, 0b10));
     for (at, bit) in anywhere.chain(indexes) {
         let mut bytes = whole.bytes.clone();
@@ -174,7 +174,7 @@ fn a_flipped_bit_panics_nowhere_and_costs_at_most_its_chunk() {
     assert!(endings[1] > 0 && endings[2] > 100, "{endings:?}");
 }
 
-/// The mended file holds messages of the whole one, in their order, and nothing else.
+/// The repaired file holds messages of the complete one, in their order, and nothing else.
 fn check_is_part(mended: &Path, whole: &Whole) {
     let mended = fs::read(mended).unwrap();
     let mut originals = MessageStream::new(&whole.bytes).unwrap().map(Result::unwrap);
@@ -184,19 +184,19 @@ fn check_is_part(mended: &Path, whole: &Whole) {
 }
 
 #[test]
-fn what_is_whole_behind_damage_is_recovered_and_what_is_lost_is_counted() {
+fn intact_parts_behind_damage_are_recovered_and_losses_counted() {
     let folder = tempdir().unwrap();
     let whole = Whole::record(&folder.path().join("whole.mcap"));
     let (damaged, mended) = (folder.path().join("damaged.mcap"), folder.path().join("mended.mcap"));
     let (all, ..) = whole.until(whole.bytes.len());
-    // The first says what the map is, and which topics there are; two neighbors; one of the end.
+    // The first holds the map and the topics; two neighbors; one of the end.
     let final_chunk = whole.chunks.len() - 1;
     for spoiled in [vec![0], vec![3], vec![4, 5], vec![2, final_chunk]] {
         let mut bytes = whole.bytes.clone();
         let mut lost = 0;
         for &number in &spoiled {
             let (end, messages) = whole.chunks[number];
-            // Within a chunk's data: its length is as it was. The length too: the next record is searched for.
+            // Within a chunk's data, its length is unchanged. With a damaged length, the next record is searched.
             bytes[end - 10] ^= 0x10;
             if number % 2 == 0 {
                 bytes[whole.starts[number] + 1] ^= 0x04;
@@ -218,7 +218,7 @@ fn what_is_whole_behind_damage_is_recovered_and_what_is_lost_is_counted() {
     }
 }
 
-/// A mission without its map cannot be seen again; one that lacks something in between can.
+/// A mission without its map cannot be played back; one with a gap can.
 fn check_playback(damaged: &Path, is_start_lost: bool, lost: usize) {
     match Playback::read(damaged) {
         Ok(playback) => {
@@ -234,7 +234,7 @@ fn check_playback(damaged: &Path, is_start_lost: bool, lost: usize) {
 }
 
 #[test]
-fn a_damaged_beginning_costs_what_the_file_said_of_itself() {
+fn a_damaged_beginning_loses_the_header() {
     let folder = tempdir().unwrap();
     let whole = Whole::record(&folder.path().join("whole.mcap"));
     let (damaged, mended) = (folder.path().join("damaged.mcap"), folder.path().join("mended.mcap"));
@@ -247,7 +247,7 @@ fn a_damaged_beginning_costs_what_the_file_said_of_itself() {
 }
 
 #[test]
-fn what_is_no_recording_is_refused_with_its_name() {
+fn a_file_that_is_not_a_recording_is_rejected_with_its_name() {
     let folder = tempdir().unwrap();
     let check = |name: &str, content: &[u8], expected: &str| {
         let path = folder.path().join(name);
@@ -257,7 +257,7 @@ fn what_is_no_recording_is_refused_with_its_name() {
     };
     check("empty.mcap", b"", "the file is empty");
     check("scenario.toml", b"seed = 7\n", "it does not begin like an MCAP file");
-    check("short.mcap", mcap::MAGIC, "before it says anything");
+    check("short.mcap", mcap::MAGIC, "before its first record");
     let missing = inspect(&folder.path().join("missing.mcap")).unwrap_err().to_string();
     assert!(missing.contains("missing.mcap: cannot read: No such file"), "{missing}");
 }
@@ -279,7 +279,7 @@ fn a_claimed_length_takes_no_memory() {
 }
 
 #[test]
-fn what_follows_a_recording_is_told_and_left_out() {
+fn data_after_a_recording_are_reported_and_ignored() {
     let folder = tempdir().unwrap();
     let (path, mended) = (folder.path().join("two.mcap"), folder.path().join("mended.mcap"));
     let Whole { bytes, chunks, .. } = Whole::record(&folder.path().join("whole.mcap"));
@@ -289,19 +289,19 @@ fn what_follows_a_recording_is_told_and_left_out() {
         let followed = Ending::Followed { at_byte: end, bytes: behind.len() as u64 };
         let found = inspect(&path).unwrap();
         assert_eq!((&found.ending, found.readable_bytes), (&followed, end));
-        let told = format!("complete, but {} bytes follow its end and are not read", behind.len());
-        assert!(found.to_string().contains(&told), "{found}");
+        let reported = format!("complete, but {} bytes follow its end and are not read", behind.len());
+        assert!(found.to_string().contains(&reported), "{found}");
         assert_eq!(Playback::read(&path).unwrap().ending, followed);
         let recovered = recover(&path, &mended).unwrap();
         assert_eq!(recovered.ending, followed);
-        assert!(recovered.to_string().contains(&told), "{recovered}");
+        assert!(recovered.to_string().contains(&reported), "{recovered}");
         assert_eq!(
             inspect(&mended).unwrap().topics,
             inspect(&folder.path().join("whole.mcap")).unwrap().topics
         );
         fs::remove_file(&mended).unwrap();
     }
-    // Where more is lost, it counts among that.
+    // If more is lost, it counts among that.
     let mut damaged = [&*bytes, &bytes].concat();
     damaged[chunks[1].0 - 1] ^= 1;
     fs::write(&path, &damaged).unwrap();
@@ -324,7 +324,7 @@ fn chunk(compression: &str, unpacked_bytes: u64, sum: u32, packed: &[u8]) -> Vec
 }
 
 #[test]
-fn what_a_chunk_claims_takes_no_memory() {
+fn a_claimed_chunk_size_allocates_no_memory() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("liar.mcap");
     let whole = Whole::record(&folder.path().join("whole.mcap"));
@@ -338,7 +338,7 @@ fn what_a_chunk_claims_takes_no_memory() {
     assert_eq!(*lost_messages, Some(0), "all that was written is there");
 }
 
-/// The same recording with its chunks packed otherwise, up to its index.
+/// The same recording with its chunks compressed differently, up to its index.
 fn packed_by(whole: &Whole, compression: &str, pack: impl Fn(&[u8]) -> Vec<u8>) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut before = 0;

@@ -1,4 +1,4 @@
-//! A small mission, played by hand: two robots, an object, and a false one that is declared and withdrawn.
+//! A small scripted mission: two robots, an object, and a false one that is declared and withdrawn.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -26,13 +26,13 @@ use dragnet_search::terrain::Terrain;
 pub(crate) const SECONDS: u64 = 20;
 /// Where the object is.
 pub(crate) const OBJECT: u32 = 17;
-/// Where its map lies.
+/// Origin of its map.
 pub(crate) const ORIGIN: MapOrigin = MapOrigin { x_meters: -20.0, y_meters: -12.5, yaw_radians: 0.5 };
-/// Where an object is declared and withdrawn.
+/// Cell of a false object that is declared and withdrawn.
 const MIRAGE: u32 = 3;
 const ROBOTS: [RobotId; 2] = [RobotId::FIRST, RobotId::new(2).unwrap()];
 
-/// A mission that was played.
+/// A scripted mission.
 pub(crate) struct Episode {
     pub(crate) records: Vec<(MissionTime, Record)>,
     pub(crate) mission: Mission,
@@ -50,7 +50,7 @@ fn prior() -> Belief {
     Belief::uniform(&terrain(), 0.05).unwrap()
 }
 
-/// So wide that all that is told here can be.
+/// Limits that all of its observations satisfy.
 fn limits() -> Limits {
     let text = "name = 'a'\nmap = { shape = 'all_traversable', rows = 6, columns = 6 }\nrobots.count = 2\n\
                 objects.count = 1\n\
@@ -60,7 +60,7 @@ fn limits() -> Limits {
     Limits::new(terrain(), Arc::new(sensor), ROBOTS, scenario.mission())
 }
 
-/// What its recording begins with.
+/// The header of its recording.
 pub(crate) fn header() -> Header {
     let facts = [("scenario", "by hand"), ("seed", "7"), ("policy", "path")];
     Header {
@@ -75,7 +75,7 @@ pub(crate) fn header() -> Header {
 }
 
 impl Episode {
-    /// Plays it; the second robot is silent for a while and returns.
+    /// Runs it; the second robot is silent for a while and returns.
     pub(crate) fn play() -> Self {
         let mission = Mission::new(CoordinatorConfig {
             limits: limits(),
@@ -104,7 +104,7 @@ impl Episode {
         episode
     }
 
-    /// What a robot tells in a half second.
+    /// The messages of a robot in a half second.
     fn tell(&mut self, now: MissionTime, robot: RobotId, half: u64) {
         if robot == ROBOTS[1] && (10..24).contains(&half) {
             return;
@@ -140,7 +140,7 @@ impl Episode {
         recorder.finish(BTreeMap::from([("found".into(), found)])).unwrap();
     }
 
-    /// How many records are so.
+    /// Number of records for which this holds.
     pub(crate) fn count(&self, is_so: impl Fn(&Record) -> bool) -> u64 {
         self.records.iter().filter(|(_, record)| is_so(record)).count() as u64
     }
@@ -151,7 +151,7 @@ fn cell(number: u64) -> Cell {
     terrain().grid().cell_numbered(number).unwrap()
 }
 
-/// Robot 1 sees a mirage for some seconds and then that nothing is there; robot 2 sees the object.
+/// Robot 1 observes a false object for some seconds and then an empty cell; robot 2 observes the object.
 fn observation(now: MissionTime, robot: RobotId, half: u64) -> Observation {
     let (seen, value) =
         if robot == ROBOTS[1] { (OBJECT, 1.0) } else { (MIRAGE, if half < 12 { 1.1 } else { -0.25 }) };

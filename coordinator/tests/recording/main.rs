@@ -1,5 +1,4 @@
-//! Recordings as they come out of a mission: what they hold, who can read them, and what is left of them after a
-//! crash.
+//! Recordings of a mission: their contents, their readers, and what remains after a crash.
 #![expect(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
 mod damage;
@@ -35,7 +34,7 @@ fn the_same_mission_makes_the_same_bytes() {
 }
 
 #[test]
-fn a_recording_tells_what_it_holds() {
+fn an_inspection_lists_the_contents_of_a_recording() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("run.mcap");
     let episode = Episode::play();
@@ -93,7 +92,7 @@ fn a_recording_that_is_dropped_is_complete_without_a_summary() {
     assert_eq!(found.topics["/map"].messages, 1);
 }
 
-/// What stands on the disk while the recorder still runs is what is left when it is killed.
+/// The file on disk while the recorder still runs is what remains when it is killed.
 #[test]
 fn a_crash_loses_at_most_a_second() {
     let folder = tempdir().unwrap();
@@ -121,7 +120,7 @@ fn a_crash_loses_at_most_a_second() {
 }
 
 #[test]
-fn a_recording_that_cannot_be_created_says_where_and_why() {
+fn a_recording_that_cannot_be_created_names_path_and_reason() {
     let folder = tempdir().unwrap();
     let check = |path: &Path, expected: &str| {
         let error = Recorder::create(path, header()).err().unwrap().to_string();

@@ -1,4 +1,4 @@
-//! Two ROS 2 readers that are not ours see in a recording what was written.
+//! Two independent ROS 2 readers read recordings as they were written.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -18,7 +18,7 @@ use crate::interpreter::interpreter;
 
 const WORKSPACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
-/// What each reader saw.
+/// The results of each reader.
 fn read(recording: &Path) -> [(&'static str, Value); 2] {
     let script = Path::new(WORKSPACE).join("tests/python/read_recording.py");
     let output = Command::new(interpreter(Path::new(WORKSPACE))).arg(script).arg(recording).output().unwrap();
@@ -31,14 +31,14 @@ fn numbers(value: &Value) -> Vec<f64> {
     value.as_array().unwrap().iter().map(|number| number.as_f64().unwrap()).collect()
 }
 
-/// The middle of a cell in the frame of the map's file: from its corner along its rows, and to their left.
+/// The center of a cell in the frame of the map's file: from its corner along its rows, and to their left.
 fn placed(cell: Cell) -> (f64, f64) {
     let (along, up) = header().terrain.center_meters(cell);
     let (sine, cosine) = ORIGIN.yaw_radians.sin_cos();
     (ORIGIN.x_meters + (cosine * along - sine * up), ORIGIN.y_meters + (sine * along + cosine * up))
 }
 
-/// Sum of the values that a robot read, and the places where it was recorded, `[x, y, Unix seconds]`.
+/// Sum of the values of a robot's readings, and its recorded positions, `[x, y, Unix seconds]`.
 fn expected(episode: &Episode, of: u16) -> (f64, Vec<[f64; 3]>) {
     let start = header().start_unix_ns as f64 / 1e9;
     let (mut sum, mut places) = (0.0, Vec::new());
@@ -58,7 +58,7 @@ fn expected(episode: &Episode, of: u16) -> (f64, Vec<[f64; 3]>) {
 }
 
 #[test]
-fn ros_readers_see_what_was_written() {
+fn ros_readers_read_recordings() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("run.mcap");
     let episode = Episode::play();
@@ -160,7 +160,7 @@ fn ros_readers_see_the_scenario_and_how_to_replay_each_topic() {
 }
 
 #[test]
-fn ros_readers_read_what_was_recovered() {
+fn ros_readers_read_recovered_recordings() {
     let folder = tempdir().unwrap();
     let (path, cut_off, mended) =
         (folder.path().join("run.mcap"), folder.path().join("cut.mcap"), folder.path().join("mended.mcap"));

@@ -1,4 +1,4 @@
-//! What an experiment is, apart from the means to run it: enough to put its trials in order and to make its tables.
+//! The description of an experiment without its scenarios: enough to order its trials and to make its tables.
 
 use dragnet_sim::comparison::{Row, Setting, Trial};
 use serde::{Deserialize, Serialize};
@@ -6,11 +6,11 @@ use serde::{Deserialize, Serialize};
 use crate::seeds::Seeds;
 use crate::shard::Shard;
 
-/// Which cases, each with which seeds.
+/// The cases and their seeds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Design {
-    /// Each case, apart from its scenario.
+    /// Each case, without its scenario.
     pub settings: Vec<Setting>,
     /// The seeds of each case.
     pub seeds: Seeds,
@@ -21,8 +21,8 @@ impl Design {
         self.settings.len() as u64 * self.seeds.count()
     }
 
-    /// A shard's share of the episodes, each by its place in their order, the index of its setting, and its seed. The order
-    /// is a setting after the other, each with all seeds.
+    /// The episodes of a shard, each with its index in the order, the index of its setting, and its seed. They are
+    /// ordered by setting, then by seed.
     pub(crate) fn share(&self, shard: Shard) -> impl Iterator<Item = (u64, usize, u64)> {
         let (seeds, settings) = (self.seeds, self.settings.len());
         shard.places(self.episode_count()).map(move |place| {
@@ -31,7 +31,7 @@ impl Design {
         })
     }
 
-    /// A row a setting, of the trials of all episodes in their order.
+    /// A row for each setting, from the trials of all episodes in their order.
     #[must_use]
     pub fn rows(&self, trials: Vec<Trial>) -> Vec<Row> {
         debug_assert_eq!(trials.len() as u64, self.episode_count());

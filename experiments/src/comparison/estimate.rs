@@ -1,6 +1,6 @@
 //! Estimates as text.
 
-/// `0.912 ± 0.004`, as far as it is known.
+/// `0.912 ± 0.004`, without unknown parts.
 #[must_use]
 pub fn estimate(mean: Option<f64>, sem: Option<f64>, decimals: usize) -> String {
     match (mean, sem) {
@@ -15,7 +15,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_estimate_says_what_is_known() {
+    fn an_estimate_prints_its_known_parts() {
         assert_eq!(estimate(Some(0.25), Some(0.001), 2), "0.25 ± 0.00");
         assert_eq!(estimate(Some(137.0), None, 1), "137.0");
         assert_eq!(estimate(None, None, 1), "-");

@@ -1,4 +1,4 @@
-//! Episodes, many at a time.
+//! Runs many episodes in parallel.
 
 use dragnet_proto::state_machine::ParticipantError;
 use dragnet_scenario::Scenario;
@@ -13,7 +13,7 @@ use crate::progress::Progress;
 use crate::seeds::Seeds;
 use crate::shard::Shard;
 
-/// What is run: every case with every seed.
+/// An experiment: every case with every seed.
 pub struct Experiment {
     /// The cases, in the order of their rows.
     pub cases: Vec<Case>,
@@ -28,17 +28,17 @@ pub struct Case {
 }
 
 impl Experiment {
-    /// What it is, apart from the means to run it.
+    /// Its description without the scenarios.
     #[must_use]
     pub fn design(&self) -> Design {
         Design { settings: self.cases.iter().map(|case| case.setting.clone()).collect(), seeds: self.seeds }
     }
 
-    /// Runs a shard's episodes, so many at a time; without a number, as many as there are cores. Trials do not depend on
-    /// it, but for their computing times.
+    /// Runs a shard's episodes on this many threads, by default one for each core. Trials do not depend on the number,
+    /// except for their computing times.
     ///
     /// # Errors
-    /// If an episode fails, or the system gives no threads.
+    /// If an episode fails, or the system provides no threads.
     pub fn run(
         &self,
         shard: Shard,
@@ -57,13 +57,13 @@ impl Experiment {
 }
 
 impl Case {
-    /// A scenario whose robots decide as the label says.
+    /// A scenario whose robots use the policy of the label.
     #[must_use]
     pub fn new(scenario: Scenario, policy: &str) -> Self {
         Self { setting: Setting::new(&scenario, policy.to_owned()), scenario }
     }
 
-    /// The same to another end of its episodes.
+    /// The same with another end of its episodes.
     #[must_use]
     pub fn until(mut self, end: End) -> Self {
         self.setting.end = end;

@@ -1,4 +1,4 @@
-//! What a comparison writes: tables as CSV, curves as SVG.
+//! The files of a comparison: tables as CSV, curves as SVG.
 
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
@@ -8,14 +8,14 @@ use dragnet_learn::policy::{PolicyName, Shipped};
 use dragnet_search::policy::PolicyName as Exact;
 use dragnet_sim::comparison::{MeanCurve, Row};
 
-use crate::plot::{Figure, Line, Look};
+use crate::plot::{Figure, Line, LineStyle};
 use crate::seeds::Seeds;
 use crate::{ExperimentError, output};
 
-/// F1 that a curve may be off its last value where it is settled.
+/// Difference in F1 to its last value at which a curve counts as settled.
 const SETTLED: f64 = 0.005;
 
-/// Writes all files; returns which.
+/// Writes all files; returns their paths.
 ///
 /// # Errors
 /// If one cannot be drawn or written.
@@ -44,7 +44,7 @@ fn failure(path: &Path, error: impl Display) -> ExperimentError {
     ExperimentError::Run(format!("{}: cannot write: {error}", path.display()))
 }
 
-/// A row a scenario and policy.
+/// A row for each scenario and policy.
 pub(crate) fn summary(rows: &[Row]) -> Result<Vec<u8>, csv::Error> {
     let titles = [
         "scenario",
@@ -86,7 +86,7 @@ pub(crate) fn summary(rows: &[Row]) -> Result<Vec<u8>, csv::Error> {
     })
 }
 
-/// A row an episode.
+/// A row for each episode.
 pub(crate) fn episodes(rows: &[Row]) -> Result<Vec<u8>, csv::Error> {
     let titles = [
         "scenario",
@@ -116,7 +116,7 @@ pub(crate) fn episodes(rows: &[Row]) -> Result<Vec<u8>, csv::Error> {
     })
 }
 
-/// A row a point of a curve.
+/// A row for each point of a curve.
 pub(crate) fn curves(rows: &[Row]) -> Result<Vec<u8>, csv::Error> {
     table(["scenario", "policy", "cells", "f1_mean", "f1_sem"], |writer| {
         for row in rows {
@@ -144,7 +144,7 @@ pub(crate) fn table<const COLUMNS: usize>(
 pub(crate) fn figure(rows: &[Row], seeds: Seeds) -> Figure<'_> {
     let lines = rows.iter().map(|row| Line {
         label: &row.policy,
-        look: row.policy.parse().map_or(Look::default(), look),
+        line_style: row.policy.parse().map_or(LineStyle::default(), line_style),
         lengths: &row.curve.cells,
         mean: &row.curve.mean,
         standard_error: &row.curve.sem,
@@ -164,8 +164,8 @@ pub(crate) fn figure(rows: &[Row], seeds: Seeds) -> Figure<'_> {
     }
 }
 
-/// A learned policy has the color of the one that it imitates, with dashes of its own; the general one has its own color.
-fn look(policy: PolicyName) -> Look {
+/// A learned policy has the color of its expert, with its own dashes; the general one has its own color.
+fn line_style(policy: PolicyName) -> LineStyle {
     let of = |name: Exact| Exact::ALL.iter().position(|&other| other == name).unwrap_or(0);
     let (color, dashes) = match policy {
         PolicyName::Exact(name) => (of(name), 0),
@@ -177,10 +177,10 @@ fn look(policy: PolicyName) -> Look {
         PolicyName::Learned(Shipped::PathIceCreamCone) => (of(Exact::Path), 1),
         PolicyName::Learned(Shipped::PathAllTraversable) => (of(Exact::Path), 2),
     };
-    Look { color, dashes }
+    LineStyle { color, dashes }
 }
 
-/// The length somewhat beyond that from which on a curve stays near its last value: what is left is not worth drawing.
+/// A length somewhat beyond that from which on a curve stays near its last value.
 pub(crate) fn settled(curve: &MeanCurve) -> f64 {
     let last = curve.mean.len() - 1;
     let is_near = |mean: &f64| (mean - curve.mean[last]).abs() < SETTLED;
@@ -195,10 +195,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_two_policies_look_the_same() {
-        let looks: BTreeSet<(usize, usize)> =
-            PolicyName::all().map(look).map(|Look { color, dashes }| (color, dashes)).collect();
-        assert_eq!(looks.len(), PolicyName::all().count());
-        assert!(looks.iter().all(|&(color, dashes)| color < Look::COLORS && dashes < Look::DASHES));
+    fn no_two_policies_have_the_same_line_style() {
+        let styles: BTreeSet<(usize, usize)> =
+            PolicyName::all().map(line_style).map(|LineStyle { color, dashes }| (color, dashes)).collect();
+        assert_eq!(styles.len(), PolicyName::all().count());
+        assert!(
+            styles.iter().all(|&(color, dashes)| color < LineStyle::COLORS && dashes < LineStyle::DASHES)
+        );
     }
 }

@@ -1,4 +1,4 @@
-//! Parts: the trials of one shard in a file, with all that says what they are trials of; and how parts are joined.
+//! Parts: the trials of one shard in a file with the description of their experiment; and joining of parts.
 
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use crate::shard::{self, Shard};
 use crate::{ExperimentError, output};
 
 const FORMAT: &str = "dragnet comparison part";
-/// Of the format; no other is read.
+/// The version of the format; no other is read.
 const FORMAT_VERSION: u32 = 2;
 
 /// The trials of one shard.
@@ -27,7 +27,7 @@ pub struct Part {
     trials: Vec<Trial>,
 }
 
-/// What trials are trials of: only those of one origin belong in one table.
+/// The origin of trials: only those of one origin belong in one table.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Origin {
@@ -45,29 +45,29 @@ struct Stamp {
 
 /// All shards of an experiment.
 pub struct Joined {
-    /// What it is.
+    /// Its description.
     pub design: Design,
-    /// Of all episodes, in their order.
+    /// The trials of all episodes, in their order.
     pub trials: Vec<Trial>,
-    /// How many parts they were in.
+    /// The number of parts.
     pub parts: usize,
 }
 
 impl Part {
-    /// What this version of the program has run of a shard.
+    /// The trials that this version of the program has run for a shard.
     #[must_use]
     pub fn new(program: &str, design: Design, shard: Shard, trials: Vec<Trial>) -> Self {
         let origin = Origin::new(program, design);
         Self { format: FORMAT.to_owned(), format_version: FORMAT_VERSION, origin, shard, trials }
     }
 
-    /// Where the part of a shard is kept.
+    /// The path of a shard's part.
     #[must_use]
     pub fn path(folder: &Path, shard: Shard) -> PathBuf {
         folder.join(shard.file_name("json"))
     }
 
-    /// Writes the part as a whole or not at all.
+    /// Writes the part atomically.
     ///
     /// # Errors
     /// If it cannot be written.
@@ -97,7 +97,7 @@ impl Part {
         Ok(part)
     }
 
-    /// That the trials are those of the shard, and that scenarios can name files.
+    /// Checks that the trials are those of the shard, and that scenario names are valid file names.
     fn check(&self) -> Result<(), String> {
         let Design { settings, .. } = &self.origin.design;
         let is_plain = |character: char| character.is_ascii_alphanumeric() || "_-".contains(character);
@@ -125,10 +125,10 @@ fn unreadable(error: &serde_json::Error) -> String {
     }
 }
 
-/// Whether this version of the program has done a shard of an experiment already, as the part at this path says.
+/// Whether the file at this path is the part of this shard, experiment and version of the program.
 ///
 /// # Errors
-/// If what is there is anything else.
+/// If it is anything else.
 pub fn is_done(path: &Path, program: &str, design: &Design, shard: Shard) -> Result<bool, ExperimentError> {
     if !path.exists() {
         return Ok(false);
@@ -151,7 +151,7 @@ pub fn is_done(path: &Path, program: &str, design: &Design, shard: Shard) -> Res
 /// Joins the parts of all shards of an experiment.
 ///
 /// # Errors
-/// If one is no such part, they are not of one experiment, or a shard is not there exactly once.
+/// If one is not a part, they are of different experiments, or a shard is missing or repeated.
 pub fn join(paths: &[PathBuf]) -> Result<Joined, ExperimentError> {
     let read = |path: &PathBuf| Ok((path.clone(), Part::read(path)?));
     let parts = paths.iter().map(read).collect::<Result<Vec<_>, ExperimentError>>()?;
@@ -186,7 +186,7 @@ impl Origin {
         Self { program: program.to_owned(), design }
     }
 
-    /// The first thing in which this is not the other, in words.
+    /// The first difference to another origin, in words.
     fn difference(&self, other: &Self) -> Option<String> {
         let (ours, theirs) = (&self.design, &other.design);
         if self.program != other.program {

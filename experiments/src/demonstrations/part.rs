@@ -1,4 +1,4 @@
-//! What a shard of demonstrations says of itself, and how shards are joined.
+//! The description of a completed shard of demonstrations, and joining of shards.
 
 use std::path::{Path, PathBuf};
 
@@ -13,7 +13,7 @@ use crate::{ExperimentError, output};
 /// Format and version; no other is read.
 const FORMAT: &str = "dragnet demonstration part 1";
 
-/// A shard that is done. The trajectories lie beside it.
+/// A completed shard. The trajectories are in the same folder.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Part {
@@ -22,12 +22,12 @@ pub struct Part {
     shard: Shard,
     /// Of this shard.
     decisions: u64,
-    /// Files of all shards together, in order; [`Shard::holds`] says which are this one's.
+    /// Files of all shards together, in order; [`Shard::holds`] says which belong to this one.
     files: Vec<String>,
 }
 
 impl Part {
-    /// What was recorded of a shard.
+    /// The description of a recorded shard.
     #[must_use]
     pub fn new(plan: &Plan, shard: Shard, decisions: u64) -> Self {
         let files = plan.jobs.iter().map(|job| demonstration::file_name(&job.name, job.seed));
@@ -58,21 +58,21 @@ impl Part {
 
 /// All shards of demonstrations.
 pub struct Joined {
-    /// Name of the policy that was watched.
+    /// Name of the expert.
     pub expert: String,
-    /// How many parts there are.
+    /// Number of parts.
     pub parts: usize,
-    /// How many trajectories, those of all parts together.
+    /// Number of trajectories in all parts.
     pub trajectories: usize,
     /// Decisions in all of them.
     pub decisions: u64,
-    /// How many trajectories were copied.
+    /// Number of copied trajectories.
     pub copied: usize,
-    /// Where all of them are, if they were copied; else where the first part is.
+    /// The folder of all of them, if they were copied; else that of the first part.
     pub folder: PathBuf,
 }
 
-/// Whether the first part is one of demonstrations; those that go with it are then as well, or are refused.
+/// Whether the first part is one of demonstrations; the others must be too.
 #[must_use]
 pub fn are_demonstrations(files: &[PathBuf]) -> bool {
     #[derive(Deserialize)]
@@ -84,10 +84,10 @@ pub fn are_demonstrations(files: &[PathBuf]) -> bool {
     stamp.is_some_and(|stamp| stamp.format == FORMAT)
 }
 
-/// Checks that all shards are there with all their trajectories, and copies those that lie elsewhere to `out`.
+/// Checks that all shards are present with all their trajectories, and copies those in other folders to `out`.
 ///
 /// # Errors
-/// If one is no such part, they are not of one command, a shard is not there exactly once, or a trajectory is missing or
+/// If one is not a part, they are of different commands, a shard is missing or repeated, or a trajectory is missing or
 /// cannot be copied.
 pub fn join(paths: &[PathBuf], out: Option<&Path>) -> Result<Joined, ExperimentError> {
     let parts = paths

@@ -1,4 +1,4 @@
-//! Which trajectories there are to be.
+//! The trajectories to record.
 
 use std::sync::Arc;
 
@@ -22,31 +22,31 @@ pub struct Plan {
 pub(super) struct Job {
     pub(super) name: String,
     pub(super) seed: u64,
-    /// The same for every seed; none where it is one of a mixture, which is made when its turn comes.
+    /// The search, if it is the same for every seed; `None` for one of a mixture, which is made when the job runs.
     given: Option<Arc<Search>>,
 }
 
-/// What is searched.
+/// A scenario to search.
 pub(super) struct Search {
     pub(super) scenario: Scenario,
-    /// Of all that decides the search but the seed and the expert.
+    /// Digest of everything that determines the search except the seed and the expert.
     pub(super) digest: String,
 }
 
-/// What searches of a mixture are called; files are named by it.
+/// Name of the searches of a mixture in file names.
 pub const MIXTURE: &str = "mixture";
 
 impl Plan {
-    /// No trajectory yet, by this version of the program.
+    /// An empty plan of this version of the program.
     #[must_use]
     pub fn new(watch: Watch, program: &str) -> Self {
         Self { expert: watch.expert, source: watch.source(program), jobs: Vec::new() }
     }
 
-    /// Adds a trajectory for each seed, each on a generated scenario of its own.
+    /// Adds a trajectory for each seed, each on its own generated scenario.
     ///
     /// # Errors
-    /// If there is no mixture of one of the seeds.
+    /// If a seed is too large for a mixture.
     pub fn add_mixture(&mut self, seeds: Seeds) -> Result<(), ExperimentError> {
         let last = seeds.at(seeds.count() - 1);
         if u32::try_from(last).is_err() {
@@ -57,7 +57,7 @@ impl Plan {
         Ok(())
     }
 
-    /// Adds a trajectory for each seed on a scenario. Its name must be that of no other one, nor [`MIXTURE`].
+    /// Adds a trajectory for each seed on a scenario. Its name must be unique and not [`MIXTURE`].
     ///
     /// # Errors
     /// If the expert cannot search it.

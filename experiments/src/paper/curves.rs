@@ -1,4 +1,4 @@
-//! A comparison as the page shows it: its curves, the table of its measures, its numbers as files.
+//! A comparison on the page: its curves, the table of its measures, and its numbers as files.
 
 use dragnet_learn::policy::PolicyName;
 
@@ -11,8 +11,7 @@ use super::study::{Comparison, Panel};
 use crate::ExperimentError;
 use crate::comparison::{Row, estimate, files};
 
-/// Curves are drawn up to so many times the way after which that of the expert is level: what slower ones do beyond is in
-/// the tables.
+/// Curves are drawn up to this multiple of the path length at which the expert's is settled; tables cover the rest.
 const DRAWN: f64 = 2.0;
 
 /// The curves of all four maps.
@@ -36,7 +35,7 @@ pub(super) fn table(comparison: &Comparison) -> Table {
     let expert = comparison.study.expert();
     let caption = format!(
         "Measures of the same episodes. The area under F1 is its mean over the way from 0 to the budget. Full recall is \
-         the way in cells until every object was found, over those seeds only that reached it. The gap is the share of \
+         the path length in cells until every object was found, over those seeds only that reached it. The gap is the share of \
          the difference in area between `random` and `{expert}` that a policy closes. The last column is where its mean \
          F1 is farthest from that of `{expert}`, in points of a hundred, and after how many cells. All with their \
          standard error over {}.",
@@ -67,11 +66,11 @@ fn measures(panel: Panel<'_>, row: &Row) -> Vec<String> {
     ]
 }
 
-/// One measure of all policies, where every map has the same ones: a policy a row, a map a column.
+/// One measure of all policies that are compared on every map: a row for each policy, a column for each map.
 pub(super) fn by_policy(
     comparison: &Comparison,
     caption: &str,
-    say: impl Fn(Panel<'_>, &Row) -> String,
+    label: impl Fn(Panel<'_>, &Row) -> String,
 ) -> Table {
     let maps = Map::ALL.map(Map::short);
     let titles: Vec<&str> = ["policy"].into_iter().chain(maps).collect();
@@ -80,13 +79,13 @@ pub(super) fn by_policy(
     let rows: Vec<Vec<&Row>> = panels.iter().map(|panel| panel.experts_first().collect()).collect();
     for place in 0..rows[0].len() {
         let mut cells = vec![format!("`{}`", rows[0][place].policy)];
-        cells.extend(panels.iter().zip(&rows).map(|(&panel, rows)| say(panel, rows[place])));
+        cells.extend(panels.iter().zip(&rows).map(|(&panel, rows)| label(panel, rows[place])));
         table.row(cells);
     }
     table
 }
 
-/// How far the area under F1 is above the expert's.
+/// The difference of the area under F1 to the expert's.
 pub(super) fn against_expert(comparison: &Comparison) -> Table {
     let caption = format!(
         "How far the area under F1 is above that of `{}`, in points of a hundred. Clones are named after the map that \
@@ -98,9 +97,9 @@ pub(super) fn against_expert(comparison: &Comparison) -> Table {
     })
 }
 
-/// The way until every object was found.
+/// The path length until every object was found.
 pub(super) fn full_recall(comparison: &Comparison) -> Table {
-    let caption = "Cells to full recall: the way until every object was found, over those seeds only that reached it (in \
+    let caption = "Cells to full recall: the path length until every object was found, over those seeds only that reached it (in \
                    brackets, how many).";
     by_policy(comparison, caption, |_, row| {
         let full = &row.cells_to_full_recall;
@@ -140,8 +139,8 @@ fn file(part: Part, name: &str, table: Result<Vec<u8>, csv::Error>) -> Result<Cs
 }
 
 /// `ICC +0.1 ± 0.2, OA ...`: a measure of every map.
-pub(super) fn by_map(comparison: &Comparison, say: impl Fn(Panel<'_>) -> String) -> String {
-    let each = comparison.panels().map(|panel| format!("{} {}", panel.map.short(), say(panel)));
+pub(super) fn by_map(comparison: &Comparison, label: impl Fn(Panel<'_>) -> String) -> String {
+    let each = comparison.panels().map(|panel| format!("{} {}", panel.map.short(), label(panel)));
     each.collect::<Vec<_>>().join(", ")
 }
 

@@ -1,4 +1,4 @@
-//! Figure 5: does a clone search as its expert does?
+//! Figure 5: clones compared with their experts.
 
 use dragnet_learn::policy::PolicyName;
 use dragnet_search::policy::PolicyName as Exact;
@@ -16,7 +16,7 @@ use crate::comparison::Row;
 const RANDOM: PolicyName = PolicyName::Exact(Exact::Random);
 const COVERAGE: PolicyName = PolicyName::Exact(Exact::Coverage);
 
-/// The share of the way of `greedy` within which `random` is as fast.
+/// Relative difference in path length to `greedy` up to which `random` counts as equally fast.
 const ABOUT_THE_SAME: f64 = 0.25;
 
 pub(super) fn section(comparison: &Comparison) -> Result<Section, ExperimentError> {
@@ -45,7 +45,7 @@ fn gap(panel: Panel<'_>) -> Gap {
     measure::largest_difference(panel.row(clone), panel.expert())
 }
 
-/// Of clone and expert.
+/// The largest difference between clone and expert.
 fn largest(comparison: &Comparison) -> String {
     format!(
         "The mean F1 of the clone is farthest from that of its expert by these points of a hundred, after so many \
@@ -83,14 +83,14 @@ fn inefficient_coverage(comparison: &Comparison) -> Claim {
 }
 
 fn parting(comparison: &Comparison) -> Claim {
-    let way = |row: &Row| measure::way_to(row, PARTING_F1);
-    let ways = |panel: Panel<'_>| way(panel.expert()).zip(way(panel.row(RANDOM)));
+    let path = |row: &Row| measure::length_to(row, PARTING_F1);
+    let paths = |panel: Panel<'_>| path(panel.expert()).zip(path(panel.row(RANDOM)));
     let together = |panel: Panel<'_>| {
         let spare = |(greedy, random): (f64, f64)| ABOUT_THE_SAME * greedy - (random - greedy).abs();
-        certain(ways(panel).map_or(-1.0, spare))
+        certain(paths(panel).map_or(-1.0, spare))
     };
     let lead = |panel: Panel<'_>| measure::area_points(panel.expert(), panel.row(RANDOM));
-    let said = curves::by_map(comparison, |panel| match ways(panel) {
+    let texts = curves::by_map(comparison, |panel| match paths(panel) {
         Some((greedy, random)) => format!("{greedy:.0} and {random:.0}"),
         None => "not reached".to_owned(),
     });
@@ -98,10 +98,10 @@ fn parting(comparison: &Comparison) -> Claim {
     let margins = comparison.panels().flat_map(|panel| [together(panel), lead(panel)]);
     Claim {
         part: Part::Figure5,
-        paper: "Random and greedy search reach an F1 of 0.6 after about the same way; from there greedy goes on and random \
+        paper: "Random and greedy search reach an F1 of 0.6 at about the same path length; from there greedy goes on and random \
                 saturates.",
         here: format!(
-            "Cells to 0.6 of greedy and random: {said} (we count up to a quarter more or less as the same). Greedy's area \
+            "Cells to 0.6 of greedy and random: {texts} (we count up to a quarter more or less as the same). Greedy's area \
              under F1 is above random's by these points: {leads}."
         ),
         verdict: Verdict::of(&margins.collect::<Vec<_>>()),

@@ -1,4 +1,4 @@
-//! Figure 6: do clones search larger maps than those that they were trained on?
+//! Figure 6: clones on larger maps than in training.
 
 use super::curves;
 use super::markup::Markup;

@@ -1,4 +1,4 @@
-//! Figure 7: do clones search for few objects that were trained on many?
+//! Figure 7: clones trained with many objects, searching for few.
 
 use super::curves;
 use super::markup::Markup;

@@ -1,4 +1,4 @@
-//! Figure 8: what the greedy and the path-integral expert believe, and where they went, after two and nine decisions.
+//! Figure 8: the beliefs and tracks of the greedy and the path-integral expert after two and nine decisions.
 
 use dragnet_scenario::Scenario;
 use dragnet_search::cell::Cell;
@@ -39,8 +39,8 @@ struct Walk {
     seed: u64,
     /// By [`POLICIES`].
     numbers: [Numbers; POLICIES.len()],
-    /// How many more cells `path` is certain of than `greedy` after the same way: the shorter one of their [`LATE`]
-    /// decisions.
+    /// How many more cells `path` is certain of than `greedy` at the same path length: the shorter one at their
+    /// [`LATE`] decisions.
     more_certain: f64,
     /// How many fewer cells it has entered again.
     fewer_again: f64,
@@ -49,7 +49,7 @@ struct Walk {
 /// One search, in numbers.
 #[derive(Clone, Copy)]
 struct Numbers {
-    /// Decisions that it came to, at most [`LATE`].
+    /// Number of its decisions, at most [`LATE`].
     decisions: usize,
     early: State,
     late: State,
@@ -70,7 +70,7 @@ pub(super) fn section(seeds: Seeds, progress: &dyn Progress) -> Result<Section, 
     let shown = walks.iter().find(is_whole).unwrap_or(&walks[0]).seed;
     Ok(Section {
         part: Part::Figure8,
-        title: "Beliefs and ways of the two experts",
+        title: "Beliefs and tracks of the two experts",
         body: pictures(&scenarios, shown)?.table(&table(&walks, seeds)),
         claims: vec![certainty(&walks), redundancy(&walks)],
         files: vec![CsvFile {
@@ -150,8 +150,8 @@ fn pictures(scenarios: &[Scenario], seed: u64) -> Result<Markup, ExperimentError
     let others = baselines.iter().flat_map(|it| [panel(it, EARLY), panel(it, LATE)]).collect::<Vec<_>>();
     Ok(Markup::new()
         .paragraph(
-            "The paper: path-integral search favors long, unvisited ways early and near unexplored regions later, so that \
-             its ways overlap little; the greedy expert may go the same way again. After nine timesteps both have gone \
+            "The paper: path-integral search favors long, unvisited paths early and near unexplored regions later, so that \
+             its paths overlap little; the greedy expert may drive the same path again. After nine timesteps both have gone \
              about equally far, and path-integral search is certain of significantly more cells. It shows one search and \
              no numbers.",
         )
@@ -180,7 +180,7 @@ fn belief(scenario: &Scenario, policy: PolicyName, trace: &Trace, decision: usiz
     picture::belief(scenario.terrain(), &stop.belief, way, &caption)
 }
 
-/// Of one number of all seeds.
+/// The mean of one number over all seeds.
 fn mean(walks: &[Walk], policy: usize, number: impl Fn(Numbers) -> usize) -> Estimate {
     Estimate::of(walks.iter().map(|walk| number(walk.numbers[policy]) as f64))
 }
@@ -222,19 +222,19 @@ fn table(walks: &[Walk], seeds: Seeds) -> Table {
 
 fn certainty(walks: &[Walk]) -> Claim {
     let more = Estimate::of(walks.iter().map(|walk| walk.more_certain));
-    let said = |number: fn(Numbers) -> usize| {
+    let measured_texts = |number: fn(Numbers) -> usize| {
         let [greedy, path] = [0, 1].map(|expert| mean(walks, expert, number).mean);
         format!("{path:.0} and {greedy:.0}")
     };
     Claim {
         part: Part::Figure8,
-        paper: "After nine decisions and about the same way path-integral search is certain of significantly more cells than \
+        paper: "After nine decisions and about the same path length path-integral search is certain of significantly more cells than \
                 greedy search.",
         here: format!(
-            "Path and greedy after nine decisions: {} cells of way, {} cells certain. After the same way (the shorter one) \
+            "Path and greedy after nine decisions: {} cells driven, {} cells certain. At the same path length (the shorter one) \
              path is certain of {} cells.",
-            said(|it| it.late.entered),
-            said(|it| it.late.certain),
+            measured_texts(|it| it.late.entered),
+            measured_texts(|it| it.late.certain),
             measure::signed(more, 1)
         ),
         verdict: Verdict::of(&[more]),
@@ -246,9 +246,9 @@ fn redundancy(walks: &[Walk]) -> Claim {
     let fewer = Estimate::of(walks.iter().map(|walk| walk.fewer_again));
     Claim {
         part: Part::Figure8,
-        paper: "The ways of path-integral search overlap less than those of greedy search.",
+        paper: "The paths of path-integral search overlap less than those of greedy search.",
         here: format!(
-            "Cells entered again within nine decisions: path {}, greedy {}; after the same way (the shorter one) path has \
+            "Cells entered again within nine decisions: path {}, greedy {}; at the same path length (the shorter one) path has \
              {}.",
             estimate(Some(path.mean), path.sem, 1),
             estimate(Some(greedy.mean), greedy.sem, 1),

@@ -44,7 +44,7 @@ pub(super) fn section(comparison: &Comparison) -> Result<Section, ExperimentErro
     })
 }
 
-/// How far the area of a policy is above that of `greedy`, points of a hundred.
+/// The difference of a policy's area to that of `greedy`, percentage points.
 fn over_greedy(panel: Panel<'_>, policy: PolicyName) -> Estimate {
     measure::area_points(panel.row(policy), panel.row(GREEDY))
 }
@@ -78,7 +78,7 @@ fn clone_leads(comparison: &Comparison) -> Claim {
     let matching = |panel: Panel<'_>| measure::matching(panel.row(CLONE), panel.random(), panel.expert());
     let margins =
         on(comparison, maps).flat_map(|panel| [Some(over_greedy(panel, CLONE)), matching(panel)]).flatten();
-    let said = on(comparison, maps).map(|panel| {
+    let texts = on(comparison, maps).map(|panel| {
         let (points, share) = (measure::signed(over_greedy(panel, CLONE), 2), measure::percent(share(panel)));
         format!("{} {points} points against greedy, {share} of the gap closed", panel.map.short())
     });
@@ -88,7 +88,7 @@ fn clone_leads(comparison: &Comparison) -> Claim {
                 own.",
         here: format!(
             "Area under F1: {}. We call it matching from {:.0} % of the gap between random and expert on.",
-            said.collect::<Vec<_>>().join("; "),
+            texts.collect::<Vec<_>>().join("; "),
             100.0 * MATCHING_SHARE
         ),
         verdict: Verdict::of(&margins.collect::<Vec<_>>()),
@@ -101,12 +101,12 @@ fn clone_lags(comparison: &Comparison) -> Claim {
         _ => within(TRACKING_POINTS, over_greedy(panel, CLONE)),
     };
     let maps = [Map::FigureFour, Map::AllTraversable];
-    let said = on(comparison, maps)
+    let texts = on(comparison, maps)
         .map(|panel| format!("{} {}", panel.map.short(), measure::signed(over_greedy(panel, CLONE), 2)));
     Claim {
         part: Part::Figure9,
         paper: "On the figure four it only tracks the greedy expert, and on AT it is worse.",
-        here: format!("Area under F1 against greedy's, in points: {}.", said.collect::<Vec<_>>().join(", ")),
+        here: format!("Area under F1 against greedy's, in points: {}.", texts.collect::<Vec<_>>().join(", ")),
         verdict: Verdict::of(&on(comparison, maps).map(margin).collect::<Vec<_>>()),
     }
 }

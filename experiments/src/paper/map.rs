@@ -1,5 +1,5 @@
-//! The paper's four maps, as the scenarios of this repository have them. They are part of the program, so that the
-//! report can be made anywhere.
+//! The paper's four maps, from the scenarios of this repository. They are built in, so that the report can be made
+//! anywhere.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ pub(super) enum Map {
     AllTraversable,
 }
 
-/// Cells a side.
+/// Number of cells on a side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Size {
     Thirty,

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-/// A piece of a page; what stands in it is escaped.
+/// A piece of a page; its text is escaped.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Markup(String);
 
@@ -14,7 +14,7 @@ pub(super) struct Table {
     groups: Vec<Group>,
 }
 
-/// What stands in the columns after the first.
+/// The content of the columns after the first.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Content {
     Numbers,
@@ -32,7 +32,7 @@ impl Markup {
         Self::default()
     }
 
-    /// What is markup already.
+    /// Wraps existing markup.
     pub(super) fn raw(markup: String) -> Self {
         Self(markup)
     }
@@ -41,13 +41,13 @@ impl Markup {
         &self.0
     }
 
-    /// Adds what follows.
+    /// Appends another piece.
     pub(super) fn then(mut self, other: &Self) -> Self {
         self.0 += &other.0;
         self
     }
 
-    /// Adds a paragraph; what stands in backticks is code.
+    /// Adds a paragraph; text in backticks is code.
     pub(super) fn paragraph(self, text: &str) -> Self {
         self.then(&Self(format!("<p>{}</p>\n", prose(text))))
     }
@@ -61,7 +61,7 @@ impl Markup {
         self.then(&Self(format!("<pre><code>{}</code></pre>\n", escape(text))))
     }
 
-    /// Adds drawings under a caption, each in its frame; `class` says how they are laid out.
+    /// Adds drawings under a caption, each in its frame; `class` sets their layout.
     pub(super) fn figure(self, class: &str, caption: &str, drawings: &[Self]) -> Self {
         let mut markup = format!("<figure>\n<div class=\"{class}\">\n");
         for drawing in drawings {
@@ -71,7 +71,7 @@ impl Markup {
         self.then(&Self(markup))
     }
 
-    /// A drawing in SVG in a frame of its own, with what it shows in words.
+    /// A drawing in SVG in a frame, with a description in words.
     pub(super) fn drawing(description: &str, svg: &str) -> Self {
         let description = escape(description);
         Self(format!(
@@ -81,7 +81,7 @@ impl Markup {
 }
 
 impl Table {
-    /// Whose first column names what the numbers in the others are of.
+    /// A table whose first column names the rows of numbers.
     pub(super) fn of_numbers(caption: &str, titles: &[&str]) -> Self {
         Self::new(caption, Content::Numbers, titles)
     }
@@ -95,7 +95,7 @@ impl Table {
         Self { caption: caption.to_owned(), content, titles, groups: Vec::new() }
     }
 
-    /// The rows from here on belong together.
+    /// Begins a group of rows.
     pub(super) fn group(&mut self, title: &str) {
         self.groups.push(Group { title: Some(title.to_owned()), rows: Vec::new() });
     }
@@ -156,7 +156,7 @@ fn draw_row(cells: &[String]) -> String {
     markup + "</tr>\n"
 }
 
-/// Text as HTML, what stands in backticks as code.
+/// Text as HTML, with text in backticks as code.
 fn prose(text: &str) -> String {
     let parts = text.split('`').enumerate();
     parts

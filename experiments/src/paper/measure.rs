@@ -1,22 +1,22 @@
-//! How two policies differ that met the same seeds.
+//! Differences between two policies on the same seeds.
 
 use std::fmt;
 
 use crate::comparison::{Estimate, Row, Trial};
 
-/// An area of F1 between `random` and the expert that is too small to be shared out.
+/// A difference in area between `random` and the expert that is too small to be divided by.
 const LEAST_GAP: f64 = 1e-6;
 
-/// From this share of the gap on, a clone is said to match its expert: the paper has no number for it, and areas alone
-/// hardly tell policies apart.
+/// The share of the gap from which a clone is said to match its expert: the paper gives no number for it, and areas
+/// alone hardly distinguish policies.
 pub(super) const MATCHING_SHARE: f64 = 0.9;
 
 /// Where the mean F1 of two policies differs most.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Gap {
-    /// How far the first is above the second, points of a hundred.
+    /// By how much the first is above the second, percentage points.
     pub(super) points: Estimate,
-    /// After this way.
+    /// At this path length.
     cells: f64,
 }
 
@@ -27,7 +27,7 @@ impl fmt::Display for Gap {
     }
 }
 
-/// Of the mean F1 of two policies over all ways; the first such way.
+/// Of the mean F1 of two policies over all path lengths; the first such length.
 pub(super) fn largest_difference(policy: &Row, other: &Row) -> Gap {
     let difference = |place: usize| policy.curve.mean[place] - other.curve.mean[place];
     let mut farthest = 0;
@@ -40,19 +40,19 @@ pub(super) fn largest_difference(policy: &Row, other: &Row) -> Gap {
     Gap { points, cells: policy.curve.cells[farthest] }
 }
 
-/// How far the mean of a measure of one policy is above that of another, seed by seed.
+/// The mean difference of a measure between two policies, seed by seed.
 pub(super) fn paired(policy: &Row, other: &Row, of: impl Fn(&Trial) -> f64) -> Estimate {
     let pairs = policy.trials.iter().zip(&other.trials);
     Estimate::of(pairs.map(|(trial, other)| of(trial) - of(other)))
 }
 
-/// How far the area under F1 of one policy is above that of another, points of a hundred.
+/// The difference of the area under F1 between two policies, percentage points.
 pub(super) fn area_points(policy: &Row, other: &Row) -> Estimate {
     paired(policy, other, |trial| 100.0 * trial.auc_f1)
 }
 
-/// The share of the gap in area under F1 between `random` and the expert that a policy closes; nothing where there is
-/// none. Its standard error is the jackknife's: from leaving out each seed in turn (Tukey 1958).
+/// The share of the gap in area under F1 between `random` and the expert that a policy closes; `None` if there is no
+/// gap. Its standard error is by the jackknife: from leaving out each seed in turn (Tukey 1958).
 pub(super) fn share_closed(policy: &Row, random: &Row, expert: &Row) -> Option<Estimate> {
     let areas = |row: &Row| row.trials.iter().map(|trial| trial.auc_f1).collect::<Vec<f64>>();
     let (policy, random, expert) = (areas(policy), areas(random), areas(expert));
@@ -64,19 +64,20 @@ pub(super) fn share_closed(policy: &Row, random: &Row, expert: &Row) -> Option<E
         return None;
     }
     let without = parts.iter().zip(&wholes).map(|(out, of)| (part - out) / (whole - of));
-    // The standard error of a mean, times (n - 1): leaving one out moves a mean by so much less than that one differs.
+    // The standard error of a mean, times (n - 1): leaving one value out changes a mean by so much less than the value
+    // differs from it.
     let sem = Estimate::of(without).sem.map(|sem| sem * (count - 1.0));
     Some(Estimate { mean: part / whole, sem: sem.filter(|sem| sem.is_finite()) })
 }
 
-/// How far the share of the gap that a policy closes is above [`MATCHING_SHARE`].
+/// By how much the share of the gap that a policy closes exceeds [`MATCHING_SHARE`].
 pub(super) fn matching(policy: &Row, random: &Row, expert: &Row) -> Option<Estimate> {
     let share = share_closed(policy, random, expert)?;
     Some(Estimate { mean: share.mean - MATCHING_SHARE, ..share })
 }
 
-/// The way after which the mean F1 of a policy first is so high.
-pub(super) fn way_to(row: &Row, f1: f64) -> Option<f64> {
+/// The path length at which the mean F1 of a policy first reaches a value.
+pub(super) fn length_to(row: &Row, f1: f64) -> Option<f64> {
     let reached = row.curve.mean.iter().position(|&mean| mean >= f1)?;
     Some(row.curve.cells[reached])
 }
@@ -154,7 +155,7 @@ mod tests {
         assert!(is_about(gap.points.sem.unwrap(), 15.0), "{gap}");
         assert_eq!(gap.to_string(), "\u{2212}25.0 ± 15.0 at 1");
         assert!(is_about(largest_difference(&policy, &policy).points.mean, 0.0));
-        assert_eq!((way_to(&policy, 0.3), way_to(&policy, 0.95)), (Some(1.0), None));
+        assert_eq!((length_to(&policy, 0.3), length_to(&policy, 0.95)), (Some(1.0), None));
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The report as one page that needs nothing else: no script, no network, no other file.
+//! The report as one self-contained page: no script, no network, no other file.
 
 use super::markup::{Markup, Table, escape};
 use super::part::Choice;
@@ -6,7 +6,7 @@ use super::section::{Claim, Section, Verdict};
 use super::setup;
 use crate::seeds::Seeds;
 
-/// All that the page says.
+/// The contents of the page.
 pub(super) struct Page<'a> {
     /// Version and commit.
     pub(super) program: &'a str,

@@ -5,7 +5,7 @@ use super::study::Study;
 /// A table or figure of the paper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
-    /// How long a decision takes.
+    /// Computing time of decisions.
     Table1,
     /// Clones against the greedy expert.
     Figure5,
@@ -15,7 +15,7 @@ pub enum Part {
     Figure7,
     /// The areas under the curves of Figure 7.
     Table2,
-    /// Beliefs and ways of the two experts.
+    /// Beliefs and tracks of the two experts.
     Figure8,
     /// The path-integral expert and its clones.
     Figure9,
@@ -50,7 +50,7 @@ impl Part {
         }
     }
 
-    /// As the paper calls it.
+    /// Its name in the paper.
     pub(super) const fn in_paper(self) -> &'static str {
         match self {
             Self::Table1 => "Table I",
@@ -64,7 +64,7 @@ impl Part {
         }
     }
 
-    /// The comparison that it shows, if it shows one.
+    /// The comparison that it shows, if any.
     pub(super) const fn study(self) -> Option<Study> {
         match self {
             Self::Table1 | Self::Figure8 | Self::Table3 => None,
@@ -76,7 +76,7 @@ impl Part {
     }
 }
 
-/// Which parts are asked for.
+/// The requested parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Choice {
     /// Every part.
@@ -104,7 +104,7 @@ impl Choice {
         }
     }
 
-    /// Every choice that there is: each part in the order of the report, then all of them.
+    /// Every choice: each part in the order of the report, then all of them.
     pub fn every() -> impl Iterator<Item = Self> {
         Part::ALL.into_iter().map(Self::One).chain([Self::All])
     }

@@ -1,4 +1,4 @@
-//! Maps as drawings: where the objects are, what a robot believes, and where it went.
+//! Maps as drawings: objects, beliefs and tracks.
 
 use std::fmt::Write;
 
@@ -11,7 +11,7 @@ use super::markup::{Markup, escape};
 
 /// Edge of a cell in the drawing.
 const CELL: u32 = 10;
-/// Probabilities are drawn in so many steps from 0 to 1.
+/// Number of steps in which probabilities are drawn.
 const LEVELS: u32 = 16;
 
 const BLOCKED: &str = "#d4d4d4";
@@ -19,8 +19,8 @@ const OPEN: &str = "#ffffff";
 const OBJECT: &str = "#0072b2";
 const WAYPOINT: &str = "#c1121f";
 
-/// The color map viridis (Smith and van der Walt 2015), from 0 to 1 in equal steps: of even lightness, and told apart by
-/// the color-blind and in print.
+/// The color map viridis (Smith and van der Walt 2015), from 0 to 1 in equal steps: of even lightness, and
+/// distinguishable with color blindness and in print.
 const VIRIDIS: [[f64; 3]; 9] = [
     [68.0, 1.0, 84.0],
     [71.0, 45.0, 123.0],
@@ -33,7 +33,7 @@ const VIRIDIS: [[f64; 3]; 9] = [
     [253.0, 231.0, 37.0],
 ];
 
-/// Where a robot went.
+/// The track of a robot.
 #[derive(Clone, Copy)]
 pub(super) struct Way<'a> {
     /// Cells that it was in, in order.
@@ -52,7 +52,7 @@ pub(super) fn truth(terrain: &Terrain, truth: &Truth, start: Cell, caption: &str
     panel(grid, &drawing, caption)
 }
 
-/// What is believed of each searched cell, and the way that it comes from.
+/// The belief of each searched cell, and the track that it comes from.
 pub(super) fn belief(terrain: &Terrain, belief: &Belief, way: Way<'_>, caption: &str) -> Markup {
     let grid = terrain.grid();
     let mut drawing = String::new();
@@ -70,7 +70,7 @@ pub(super) fn belief(terrain: &Terrain, belief: &Belief, way: Way<'_>, caption: 
     panel(grid, &drawing, caption)
 }
 
-/// What the colors of beliefs mean.
+/// The legend of the belief's colors.
 pub(super) fn legend() -> Markup {
     let mut drawing = String::new();
     for level in 0..=LEVELS {
@@ -121,7 +121,7 @@ fn squares(grid: Grid, cells: impl Iterator<Item = Cell>, color: &str) -> String
     format!("<path d=\"{outline}\" fill=\"{color}\" stroke=\"{color}\" stroke-width=\"0.4\"/>")
 }
 
-/// A line that is seen on dark and on light.
+/// A line that is visible on dark and on light.
 fn path(grid: Grid, track: &[Cell]) -> String {
     let points: Vec<String> = track
         .iter()

@@ -12,20 +12,20 @@ pub(super) const PATH_SECONDS: f64 = 122.00;
 /// Likewise, of any clone.
 pub(super) const CLONE_SECONDS: f64 = 0.48;
 
-/// How many times as fast as its expert a clone is said to decide (section VI-A).
+/// The paper's speed-up of a clone's decision over its expert's (section VI-A).
 pub(super) const SPEEDUP_OVER_GREEDY: f64 = 11.0;
 /// Likewise.
 pub(super) const SPEEDUP_OVER_PATH: f64 = 254.0;
 
-/// The most that the F1 of a clone is said to differ from that of its expert, points of a hundred (section VI-A). The
-/// paper says percent, of what it does not say; its differences of Table II, in the same words, are points.
+/// The paper's bound on the difference between the F1 of a clone and that of its expert, percentage points (section
+/// VI-A). The paper says percent without a base; its differences of Table II, in the same words, are points.
 pub(super) const TRACKING_POINTS: f64 = 1.5;
 
-/// The F1 up to which random search and greedy search are said to keep together (section VI-A).
+/// The F1 up to which the paper finds random and greedy search equally fast (section VI-A).
 pub(super) const PARTING_F1: f64 = 0.6;
 
-/// The most that the mean area of the clone of the all-traversable map is said to fall behind that of the expert,
-/// points of a hundred (section VI-B).
+/// The paper's bound on the difference between the mean area of the clone of the all-traversable map and that of the
+/// expert, percentage points (section VI-B).
 pub(super) const BEST_DROP_POINTS: f64 = 1.0;
 
 /// Areas under F1 at 1 % (Table II).
@@ -52,7 +52,7 @@ pub(super) const FIELD_BUDGET_SECONDS: f64 = 900.0;
 pub(super) struct FieldTimes {
     /// In the configurations A, B and C; that of the mission if not all were found.
     pub(super) seconds: [f64; 3],
-    /// How many times as fast as NATS, as printed.
+    /// Speed-ups over NATS, as printed.
     pub(super) speedups: [f64; 3],
 }
 

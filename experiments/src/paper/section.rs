@@ -1,4 +1,4 @@
-//! What a part of the report consists of: text, claims of the paper with what was measured, and files.
+//! The contents of a part of the report: text, claims of the paper with measurements, and files.
 
 use std::fmt;
 
@@ -15,13 +15,13 @@ pub(super) struct Section {
     pub(super) files: Vec<CsvFile>,
 }
 
-/// Numbers beside the page.
+/// Numbers in a file beside the page.
 pub(super) struct CsvFile {
     pub(super) name: String,
     pub(super) content: Vec<u8>,
 }
 
-/// What the paper says, and what was measured here.
+/// A claim of the paper, and the measurement here.
 pub(super) struct Claim {
     pub(super) part: Part,
     pub(super) paper: &'static str,
@@ -29,7 +29,7 @@ pub(super) struct Claim {
     pub(super) verdict: Verdict,
 }
 
-/// Whether a claim of the paper is true of the means that were measured here, and whether chance could turn that.
+/// Whether a claim of the paper is true of the means measured here, and whether chance could change that.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Verdict {
     Holds,
@@ -41,8 +41,8 @@ pub(super) enum Verdict {
 }
 
 impl Verdict {
-    /// Of a claim that comes to so many margins: it holds if none of them is below 0. One without a standard error is of
-    /// one seed, which proves nothing.
+    /// The verdict on a claim with several margins: it holds if none of them is below 0. One without a standard error
+    /// is of one seed, which proves nothing.
     pub(super) fn of(margins: &[Estimate]) -> Self {
         let sem = |margin: &Estimate| margin.sem.unwrap_or(f64::INFINITY);
         if margins.iter().all(|margin| margin.mean >= 0.0) {
@@ -58,17 +58,17 @@ impl Verdict {
     }
 }
 
-/// A margin that chance has no part in.
+/// A margin without randomness.
 pub(super) const fn certain(mean: f64) -> Estimate {
     Estimate { mean, sem: Some(0.0) }
 }
 
-/// How far a measure is within a bound on its size.
+/// By how much the absolute value of a measure is below a bound.
 pub(super) fn within(bound: f64, measure: Estimate) -> Estimate {
     Estimate { mean: bound - measure.mean.abs(), ..measure }
 }
 
-/// How far a measure is below 0.
+/// By how much a measure is below 0.
 pub(super) fn below_zero(measure: Estimate) -> Estimate {
     Estimate { mean: -measure.mean, ..measure }
 }

@@ -1,4 +1,4 @@
-//! What is not as in the paper, and how to make the report again.
+//! Differences to the paper, and how to reproduce the report.
 
 use std::fs;
 use std::thread;
@@ -7,7 +7,7 @@ use super::markup::{Markup, Table};
 use super::part::Choice;
 use crate::seeds::Seeds;
 
-/// What the paper leaves open or this program does otherwise, the paper's way, ours.
+/// The paper's choice or omission, the paper's value, ours.
 const DIFFERENCES: [[&str; 3]; 11] = [
     [
         "Maps",
@@ -23,19 +23,19 @@ const DIFFERENCES: [[&str; 3]; 11] = [
     [
         "Length of a search",
         "75 decisions",
-        "a way of 1000 cells (30 x 30) or 4000 cells (60 x 60): enough for every policy to finish or to stall; F1 keeps its \
-         last value once all is found. Areas under F1 are means over that way",
+        "a path of 1000 cells (30 x 30) or 4000 cells (60 x 60): enough for every policy to finish or to stall; F1 keeps its \
+         last value once all is found. Areas under F1 are means over that length",
     ],
-    ["Length axis", "path length", "way in cells; a look is taken in every cell entered"],
+    ["Length axis", "path length", "cells; an observation is made in every cell entered"],
     [
         "Utility of a path",
         "sum over the path of the expected reduction of entropy (Eq. 3)",
-        "the joint information of all looks along the path, as the text around Eq. 3 says; computed exactly",
+        "the joint information of all observations along the path, as the text around Eq. 3 says; computed exactly",
     ],
     [
         "What a network sees",
         "belief and traversability of each cell",
-        "these, the expected gain of a look from each cell, and the tree of shortest paths as a layer of its own",
+        "these, the expected gain of an observation from each cell, and the tree of shortest paths as a layer of its own",
     ],
     ["Training", "not given", "behavior cloning with libtorch from Rust; deciding is plain Rust without it"],
     [
@@ -53,7 +53,7 @@ const DIFFERENCES: [[&str; 3]; 11] = [
     ],
 ];
 
-/// Seeds that nothing was tuned or trained on.
+/// Seeds that were not used for tuning or training.
 const UNSEEN: std::ops::Range<u64> = 1000..100_000;
 
 pub(super) fn differences() -> Markup {
@@ -81,7 +81,7 @@ pub(super) fn reproduction(program: &str, choice: Choice, seeds: Seeds) -> Marku
         )
 }
 
-/// What is to be known of seeds that were used before.
+/// A warning about seeds that were used before.
 #[must_use]
 pub fn warning(seeds: Seeds) -> Option<String> {
     let last = seeds.at(seeds.count() - 1);
@@ -103,7 +103,7 @@ fn hardware() -> String {
     )
 }
 
-/// Where the system tells.
+/// The processor's name, if the system provides it.
 fn processor() -> Option<String> {
     let text = fs::read_to_string("/proc/cpuinfo").ok()?;
     let line = text.lines().find(|line| line.starts_with("model name"))?;

@@ -11,7 +11,7 @@ use crate::progress::Progress;
 use crate::seeds::Seeds;
 use crate::shard::Shard;
 
-/// Neither expert nor clone; in every comparison, `random` first.
+/// Neither expert nor clone; `random` comes first in every comparison.
 pub(super) const BASELINES: [PolicyName; 4] = [
     PolicyName::Exact(Exact::Random),
     PolicyName::Exact(Exact::Coverage),
@@ -19,7 +19,7 @@ pub(super) const BASELINES: [PolicyName; 4] = [
     PolicyName::Exact(Exact::Guts),
 ];
 
-/// Few objects, as the paper has it.
+/// The density of few objects in the paper.
 const SPARSE: f64 = 0.01;
 
 /// A comparison.
@@ -35,11 +35,11 @@ pub(super) enum Study {
     PathExpert,
 }
 
-/// A study that was run.
+/// A completed study.
 pub(super) struct Comparison {
     pub(super) study: Study,
     pub(super) seeds: Seeds,
-    /// A map after the other, the policies of each as [`Study::policies`] lists them.
+    /// Ordered by map, then by policy as in [`Study::policies`].
     pub(super) rows: Vec<Row>,
 }
 
@@ -52,7 +52,7 @@ pub(super) struct Panel<'a> {
 }
 
 impl Study {
-    /// Whom the clones imitate.
+    /// The expert of the clones.
     pub(super) const fn expert(self) -> PolicyName {
         PolicyName::Exact(match self {
             Self::Imitation | Self::Scale | Self::Density => Exact::Greedy,
@@ -60,7 +60,7 @@ impl Study {
         })
     }
 
-    /// Those that are compared with the baselines and the expert.
+    /// The policies that are compared with the baselines and the expert.
     fn others(self, map: Map) -> Vec<PolicyName> {
         let learned = PolicyName::Learned;
         match self {
@@ -73,7 +73,7 @@ impl Study {
         }
     }
 
-    /// All that are compared on a map: the baselines first, so that the others are drawn over them.
+    /// All policies that are compared on a map: the baselines first, so that the others are drawn over them.
     fn policies(self, map: Map) -> Vec<PolicyName> {
         BASELINES.into_iter().chain([self.expert()]).chain(self.others(map)).collect()
     }
@@ -145,7 +145,7 @@ impl<'a> Panel<'a> {
         self.row(BASELINES[0])
     }
 
-    /// As tables have them: the expert, those that are compared with it, and the baselines last.
+    /// In the order of tables: the expert, the policies compared with it, and the baselines last.
     pub(super) fn experts_first(self) -> impl Iterator<Item = &'a Row> {
         let (baselines, others) = self.rows.split_at(BASELINES.len());
         others.iter().chain(baselines)
@@ -157,7 +157,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_study_has_its_expert_all_baselines_and_nobody_twice() {
+    fn every_study_has_its_expert_all_baselines_and_no_policy_twice() {
         for study in [Study::Imitation, Study::Scale, Study::Density, Study::PathExpert] {
             for map in Map::ALL {
                 let mut policies = study.policies(map);

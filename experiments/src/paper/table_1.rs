@@ -1,4 +1,4 @@
-//! Table I: how long a decision takes.
+//! Table I: computing time of a decision.
 
 use std::time::Duration;
 
@@ -21,10 +21,10 @@ use crate::comparison::files;
 use crate::progress::{Progress, Work};
 use crate::seeds::Seeds;
 
-/// As many as the paper averages over.
+/// The number that the paper averages over.
 const DECISIONS: usize = 100;
 
-/// Who decides.
+/// A policy whose decisions are timed.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Decider {
     Named(PolicyName),
@@ -36,7 +36,7 @@ const PATH: Decider = Decider::Named(PolicyName::Exact(Exact::Path));
 const GREEDY_CLONE: Decider = Decider::Named(PolicyName::Learned(Shipped::GreedyIceCreamCone));
 const PATH_CLONE: Decider = Decider::Named(PolicyName::Learned(Shipped::PathIceCreamCone));
 
-/// Each with the paper's seconds, if it has them.
+/// Each with the paper's seconds, if given.
 const DECIDERS: [(Decider, Option<f64>); 11] = [
     (GREEDY, Some(GREEDY_SECONDS)),
     (PATH, Some(PATH_SECONDS)),
@@ -51,7 +51,7 @@ const DECIDERS: [(Decider, Option<f64>); 11] = [
     (Decider::Named(PolicyName::Exact(Exact::Random)), None),
 ];
 
-/// What was measured of a decider.
+/// The measurements of a decider.
 struct Timing {
     decider: Decider,
     paper_seconds: Option<f64>,
@@ -100,7 +100,7 @@ pub(super) fn section(seeds: Seeds, progress: &dyn Progress) -> Result<Section, 
     })
 }
 
-/// One decision after the other, on one thread.
+/// Decisions run one after the other, on one thread.
 fn measure(seeds: Seeds, progress: &dyn Progress) -> Result<Vec<Timing>, ExperimentError> {
     InformationTable::warm_up();
     let scenario = Map::IceCreamCone.scenario(Size::Thirty)?;
@@ -114,14 +114,14 @@ fn measure(seeds: Seeds, progress: &dyn Progress) -> Result<Vec<Timing>, Experim
     timings.collect()
 }
 
-/// The first decisions of whole episodes, with the seeds again and again as long as there are too few.
+/// The first decisions of whole episodes, repeating the seeds while there are too few.
 fn decisions(
     scenario: &Scenario,
     decider: Decider,
     seeds: Seeds,
     work: &dyn Work,
 ) -> Result<Vec<Duration>, ExperimentError> {
-    // Its network is read and its code is at hand before the first decision that counts.
+    // Its network is read and its code is cached before the first measured decision.
     let _ = episode_decisions(scenario, decider, seeds.at(0))?;
     let mut times = Vec::with_capacity(DECISIONS);
     for place in (0..seeds.count()).cycle().take(DECISIONS) {
@@ -140,7 +140,8 @@ fn episode_decisions(
     decider: Decider,
     seed: u64,
 ) -> Result<Vec<Duration>, ExperimentError> {
-    let mut robots = episode::team(scenario, seed, |orders| Agent::with_policy(orders, decider.policy()));
+    let mut robots =
+        episode::team(scenario, seed, |agent_config| Agent::with_policy(agent_config, decider.policy()));
     let episode =
         episode::run_robots(scenario, seed, End::AllFound, &mut robots).map_err(ExperimentError::run)?;
     Ok(episode.outcome.decisions)
@@ -202,7 +203,7 @@ fn ratios(timings: &[Timing]) -> Table {
     table
 }
 
-/// Three digits that count, more or less.
+/// A ratio with about three significant digits.
 fn times_as(ratio: f64) -> String {
     if ratio < 10.0 { format!("{ratio:.2}") } else { format!("{ratio:.0}") }
 }
@@ -218,7 +219,7 @@ fn who_is_faster(timings: &[Timing]) -> String {
         }
     };
     let conclusion = if ratio(PATH_CLONE, PATH) > 1.0 {
-        " At this size a clone saves no time: a speedup over the expert is one over the way that it is computed."
+        " At this size a clone saves no time: a speedup over the expert is one over its implementation."
     } else {
         ""
     };

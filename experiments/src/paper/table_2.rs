@@ -98,7 +98,7 @@ fn percent_more(area: f64, expert: f64) -> String {
     format!("{} %", measure::with_sign(100.0 * (area / expert - 1.0), 1))
 }
 
-/// How far the mean area of a policy is above that of another, points of a hundred; seed by seed.
+/// The difference between the mean areas of two policies, percentage points; seed by seed.
 fn mean_points(comparison: &Comparison, policy: PolicyName, other: PolicyName) -> Estimate {
     let (policy, other) = (rows(comparison, policy), rows(comparison, other));
     let points = |place: usize| {
@@ -132,7 +132,7 @@ fn own_maps(comparison: &Comparison) -> Claim {
 fn best_clone(comparison: &Comparison) -> Claim {
     let expert = comparison.study.expert();
     let clones = curves::greedy_clones();
-    let said = clones.map(|(map, clone)| {
+    let texts = clones.map(|(map, clone)| {
         format!("{} {}", map.short(), measure::signed(mean_points(comparison, clone, expert), 2))
     });
     let others = clones.iter().filter(|&&(_, clone)| clone != AT);
@@ -145,13 +145,13 @@ fn best_clone(comparison: &Comparison) -> Claim {
                 drop by 2 to 3 %.",
         here: format!(
             "Mean over the maps, in points against the expert, by the map of training: {}.",
-            said.join(", ")
+            texts.join(", ")
         ),
         verdict: Verdict::of(&margins),
     }
 }
 
-/// Of Figure 7, whose curves these areas are of.
+/// A claim about Figure 7, whose curves have these areas.
 pub(super) fn tracking(comparison: &Comparison) -> Claim {
     let expert = comparison.study.expert();
     let points = curves::greedy_clones().map(|(_, clone)| mean_points(comparison, clone, expert));

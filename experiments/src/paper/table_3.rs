@@ -1,16 +1,16 @@
 //! Table III: the field test, driven in simulation.
 //!
-//! Vehicles with cameras search a cone of 75,000 square meters for five things (`dragnet_sim::field`, which
-//! says what is simulated). The paper's configurations A, B and C are not published: ours are three seeds that
-//! were fixed before any was run. Since three say little, as many more as there are seeds are run too.
+//! Vehicles with cameras search a cone of 75,000 square meters for five objects (`dragnet_sim::field`, which says what
+//! is simulated). The paper's configurations A, B and C are not published: ours are three seeds that were fixed before
+//! any was run. Since three are few, one more is run for each seed.
 //!
-//! Decisions take milliseconds here and cost the mission nothing, so that a trial is the same on every
-//! machine; what they took is measured and stands beside. The paper's NATS took 10 to 30 s for each waypoint,
-//! which is part of its times: so `nats` is run with these delays too. Its vehicle uses them to drive on to
-//! the middle of the waypoint's cell, and stands when it gets there.
+//! Decisions take milliseconds here and cost the mission nothing, so that a trial is the same on every machine; the
+//! measured times are printed beside. The paper's NATS took 10 to 30 s for each waypoint, which is part of its times:
+//! so `nats` is run with these delays too. Its vehicle uses them to drive on to the middle of the waypoint's cell, and
+//! stands when it gets there.
 //!
-//! A trial that is not done after 15 minutes counts as 15 minutes in every speed-up, as in the paper: one over
-//! a `nats` that did not find all is at least so large, one of a policy that did not at most.
+//! A trial that is not done after 15 minutes counts as 15 minutes in every speed-up, as in the paper: a speed-up over a
+//! `nats` that did not find all objects is a lower bound, that of a policy that did not is an upper bound.
 
 mod trials;
 
@@ -26,7 +26,7 @@ use crate::seeds::Seeds;
 use dragnet_sim::comparison::Latencies;
 use trials::{CONTENDERS, Contender, Trials};
 
-/// Speed-up over `nats` that counts as one.
+/// The speed-up over `nats` that the claim requires.
 const TARGET: f64 = 1.3;
 
 pub(super) fn section(
@@ -85,7 +85,7 @@ fn configurations(trials: &Trials) -> Table {
     table
 }
 
-/// Over a `nats` that decides at once, in the configurations with a name.
+/// Speed-ups over a `nats` whose decisions take no time, in the named configurations.
 fn named_speedups(trials: &Trials, contender: &Contender) -> Vec<f64> {
     let pairs = trials.configurations(contender).into_iter().zip(trials.configurations(&CONTENDERS[0]));
     pairs.map(|(time, nats)| nats / time).collect()
@@ -97,7 +97,7 @@ fn times(trials: &Trials) -> Table {
          configurations; what was not found in time counts as 15 minutes.",
         trials.count()
     );
-    let titles = ["", "found all", "first quartile", "median", "third quartile", "false finds", "way, m"];
+    let titles = ["", "found all", "first quartile", "median", "third quartile", "false finds", "path, m"];
     let mut table = Table::of_numbers(&caption, &titles);
     for contender in &CONTENDERS {
         let times = trials.random(contender);
@@ -110,13 +110,13 @@ fn times(trials: &Trials) -> Table {
             minutes(median),
             minutes(third),
             format!("{:.2}", trials.mean_false_finds(contender)),
-            format!("{:.0}", quartiles(&trials.ways(contender))[1]),
+            format!("{:.0}", quartiles(&trials.paths(contender))[1]),
         ]);
     }
     table
 }
 
-/// Seed by seed, how many times as fast a contender is as another.
+/// The speed-up of a contender over another, seed by seed.
 fn ratios(trials: &Trials, contender: &Contender, over: &Contender) -> Vec<f64> {
     let pairs = trials.random(contender).into_iter().zip(trials.random(over));
     pairs.map(|(time, over)| over / time).collect()
@@ -145,7 +145,7 @@ fn spread(values: &[f64]) -> String {
     format!("{median:.2} ({first:.2} to {third:.2})")
 }
 
-/// First quartile, median and third quartile, between values on the straight line; of one value at least.
+/// First quartile, median and third quartile, linearly interpolated; of at least one value.
 fn quartiles(values: &[f64]) -> [f64; 3] {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -159,16 +159,16 @@ fn quartiles(values: &[f64]) -> [f64; 3] {
 }
 
 fn deciding(trials: &Trials) -> String {
-    let mut said = Vec::new();
+    let mut texts = Vec::new();
     for contender in CONTENDERS.iter().filter(|contender| contender.thinking_seconds == 0) {
         let latencies = Latencies::new(trials.decisions(contender));
         let percentile = |percent| latencies.percentile_ms(percent).unwrap_or(f64::NAN);
-        said.push(format!("{} {:.2} ms ({:.2} ms)", contender.title(), percentile(50), percentile(99)));
+        texts.push(format!("{} {:.2} ms ({:.2} ms)", contender.title(), percentile(50), percentile(99)));
     }
     format!(
         "Time of a decision as measured while this was run, the median and what 99 % took no longer than: {}. On the mission's \
          clock a decision takes no time, or that of its row.",
-        said.join("; ")
+        texts.join("; ")
     )
 }
 
@@ -178,7 +178,7 @@ fn clones() -> impl Iterator<Item = &'static Contender> {
 
 fn sooner(trials: &Trials) -> Claim {
     let speedups = |clone| named_speedups(trials, clone);
-    let said = clones().map(|clone| {
+    let texts = clones().map(|clone| {
         let all: Vec<String> = speedups(clone).iter().map(|speedup| format!("{speedup:.2}")).collect();
         format!("{} {}", clone.title(), all.join(", "))
     });
@@ -188,7 +188,7 @@ fn sooner(trials: &Trials) -> Claim {
         paper: "In each of the configurations A, B and C every clone finds all five sooner than NATS, 1.10 to 2.86 times as fast.",
         here: format!(
             "Times as fast as `nats` in our A, B and C, no decision taking any time: {}.",
-            said.collect::<Vec<_>>().join("; ")
+            texts.collect::<Vec<_>>().join("; ")
         ),
         verdict: Verdict::of(&margins),
     }

@@ -1,4 +1,4 @@
-//! A search, watched decision by decision.
+//! A search with the belief at each decision.
 
 use std::ops::ControlFlow;
 
@@ -11,25 +11,25 @@ use dragnet_search::cell::Cell;
 use dragnet_sim::episode::{self, Observer};
 use dragnet_sim::simulation::End;
 
-/// The way and the beliefs of the one robot of a scenario.
+/// The track and the beliefs of the one robot of a scenario.
 pub(super) struct Trace {
     /// Cells that it was in, in order, that of the start first.
     pub(super) track: Vec<Cell>,
-    /// After each of them the number of searched cells that it is certain of, shape `[track]`: their probability is at
+    /// For each of them the number of searched cells that it is certain of, shape `[track]`: their probability is at
     /// least `tau` or at most `1 - tau`.
     pub(super) certain: Vec<usize>,
-    /// Before the first decision, and at each waypoint; no more than asked for.
+    /// Before the first decision, and at each waypoint; no more than requested.
     pub(super) stops: Vec<Stop>,
 }
 
-/// Where a robot decided.
+/// A cell where a robot decided.
 pub(super) struct Stop {
-    /// Cells that it had entered.
+    /// Number of cells entered before.
     pub(super) entered: usize,
     pub(super) belief: Belief,
 }
 
-/// Watches a robot until it stands at so many waypoints, or rests.
+/// Runs a robot until it has reached this many waypoints, or rests.
 pub(super) fn watch(scenario: &Scenario, seed: u64, waypoints: usize) -> Result<Trace, ParticipantError> {
     let mut robots = episode::team(scenario, seed, Agent::new);
     let mut tracer = Tracer {
@@ -48,12 +48,12 @@ impl Trace {
         &self.stops[waypoint.min(self.waypoints())]
     }
 
-    /// Waypoints that it came to.
+    /// Number of waypoints that it reached.
     pub(super) fn waypoints(&self) -> usize {
         self.stops.len() - 1
     }
 
-    /// Cells of a way that were entered when the robot had been in them before.
+    /// Number of cells on a track that the robot entered repeatedly.
     pub(super) fn entered_again(&self, entered: usize) -> usize {
         let mut cells = self.track[..=entered].to_vec();
         cells.sort_unstable();
@@ -62,7 +62,7 @@ impl Trace {
     }
 }
 
-/// Reads the readings of one robot along: with those of all robots there are, its belief is theirs.
+/// Adds up the readings of one robot: if there is no other, its belief is the merged one.
 struct Tracer<'a> {
     scenario: &'a Scenario,
     belief: Belief,
@@ -89,7 +89,7 @@ impl Observer for Tracer<'_> {
         }
     }
 
-    /// A robot alone has a new route where it decides, and where it rests.
+    /// A single robot has a new path where it decides, and where it rests.
     fn reacts(&mut self, effects: &Effects<Message>) -> ControlFlow<()> {
         if effects.route.is_some() {
             let entered = self.trace.track.len() - 1;

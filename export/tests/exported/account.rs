@@ -1,4 +1,4 @@
-//! What a recording comes to.
+//! The state of a recorded mission.
 
 use dragnet_export::detection::probability_of_detection;
 use dragnet_export::{Account, ExportError};
@@ -30,7 +30,7 @@ fn tracks_are_in_the_order_of_the_robots_own_clock() {
 #[test]
 fn at_an_earlier_time_the_account_knows_no_more_than_then() {
     let early = Account::new(&playback(), None, Some(MissionTime(45 * SECOND_NS))).unwrap();
-    // Of robot 1 one observation came late.
+    // One observation of robot 1 came late.
     let visits: Vec<usize> = early.tracks.values().map(Vec::len).collect();
     assert_eq!(visits, [4, 5]);
     assert!(early.found.is_empty() && early.plans.is_empty());
@@ -69,7 +69,7 @@ fn the_success_of_all_is_that_of_its_parts() {
     assert!((south.poa - 0.6).abs() < 1e-12 && (car.poa - 0.2).abs() < 1e-12);
     assert!((field.poa - 1.0).abs() < 1e-6, "all of it lies in the field: {field:?}");
     assert!(south.pod > 0.95 && car.pod < south.pod && car.pod > 0.1, "{south:?} {car:?}");
-    // The rest is spread over what lies north of the southern region.
+    // The rest is spread over the cells north of the southern region.
     let free = (4..15).flat_map(|row| (0..20).map(move |column| at(row, column)));
     let pods: Vec<f64> = free.map(|cell| account.pod[cell.index()]).collect();
     let rest = pods.iter().sum::<f64>() / pods.len() as f64;
@@ -79,7 +79,7 @@ fn the_success_of_all_is_that_of_its_parts() {
 }
 
 #[test]
-fn a_map_lies_somewhere_and_in_one_place_only() {
+fn a_map_needs_exactly_one_position() {
     let origin = GeoPoint { longitude_degrees: 7.0, latitude_degrees: 46.0 };
     assert!(matches!(Account::new(&playback(), Some(origin), None), Err(ExportError::TwoOrigins { .. })));
     let mut unplaced = playback();
@@ -101,7 +101,7 @@ fn a_map_lies_somewhere_and_in_one_place_only() {
 }
 
 #[test]
-fn a_prior_of_another_length_is_believed_nowhere() {
+fn a_prior_of_another_length_is_ignored() {
     let mut broken = playback();
     broken.prior.pop();
     let account = Account::new(&broken, None, None).unwrap();

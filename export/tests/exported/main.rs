@@ -1,4 +1,4 @@
-//! A mission of two robots on a drawn map, exported to every format and read back by others.
+//! A mission of two robots on a drawn map, exported to every format and read by independent libraries.
 #![expect(
     clippy::unwrap_used,
     reason = "a test fails by a panic; Clippy knows only functions marked as tests"

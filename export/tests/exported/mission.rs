@@ -1,4 +1,4 @@
-//! The mission: a pond that nobody enters, two prior regions, and two robots that walk east along two rows.
+//! The mission: a pond as no-go area, two prior regions, and two robots that drive east along two rows.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -53,15 +53,15 @@ pub(crate) fn single_precision(prior: &Belief, cells: impl Iterator<Item = Cell>
     cells.map(|cell| prior.probability(cell) as f32).collect()
 }
 
-/// The recording, as a reader has it.
+/// The recording, as read.
 pub(crate) fn playback() -> Playback {
     let scenario = scenario();
     let grid = scenario.terrain().grid();
     let mut records: Vec<(MissionTime, Record)> = (0..STEPS)
         .flat_map(|step| [(1, 2), (2, 10)].map(|(robot, row)| (step, robot, row)))
-        .map(|(step, robot, row)| look(&scenario, step, robot, row))
+        .map(|(step, robot, row)| observe(&scenario, step, robot, row))
         .collect();
-    // What was lost on its way comes last.
+    // A message that was lost at first comes last.
     let (_, late) = records.remove(6);
     records.push((MissionTime(172 * SECOND_NS), late));
     records.push((MissionTime(175 * SECOND_NS), Record::Intent(intent())));
@@ -86,13 +86,13 @@ pub(crate) fn playback() -> Playback {
     }
 }
 
-/// A robot looks from the next cell of its row.
-fn look(scenario: &Scenario, step: u32, robot: u16, row: u32) -> (MissionTime, Record) {
+/// A robot observes from the next cell of its row.
+fn observe(scenario: &Scenario, step: u32, robot: u16, row: u32) -> (MissionTime, Record) {
     let (grid, from) = (scenario.terrain().grid(), at(row, step));
-    let looks = scenario.sensor().footprint().iter();
-    let readings = looks.filter_map(|look| {
-        let cell = grid.step(from, look.offset)?;
-        Some(Reading { cell, value: 0.0, variance: look.variance })
+    let footprint = scenario.sensor().footprint().iter();
+    let readings = footprint.filter_map(|footprint_cell| {
+        let cell = grid.step(from, footprint_cell.offset)?;
+        Some(Reading { cell, value: 0.0, variance: footprint_cell.variance })
     });
     let time_ns = u64::from(step) * 10 * SECOND_NS;
     let observation = Observation {
@@ -105,7 +105,7 @@ fn look(scenario: &Scenario, step: u32, robot: u16, row: u32) -> (MissionTime, R
     (MissionTime(time_ns), Record::Observation(Arc::new(observation)))
 }
 
-/// Robot 1 goes on east, then north, and west at last.
+/// Robot 1 goes on east, then north, and finally west.
 fn intent() -> Intent {
     let path = [(2, 18), (2, 19), (3, 19), (4, 19), (5, 19), (5, 18)];
     Intent {

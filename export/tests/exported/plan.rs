@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use crate::mission::{SECOND_NS, at, playback};
 
 #[test]
-fn a_plan_has_a_waypoint_wherever_the_way_turns() {
+fn a_plan_has_a_waypoint_wherever_the_path_turns() {
     let account = Account::new(&playback(), None, None).unwrap();
     let texts = plan::texts(&account).unwrap();
     let [(robot, text)] = &texts[..] else { panic!("robot 2 has no plan") };
@@ -34,7 +34,7 @@ fn a_plan_has_a_waypoint_wherever_the_way_turns() {
 }
 
 #[test]
-fn what_nobody_enters_is_a_fence_drawn_clockwise() {
+fn closed_cells_are_a_fence_drawn_clockwise() {
     let account = Account::new(&playback(), None, None).unwrap();
     let file: Value = serde_json::from_str(&plan::texts(&account).unwrap()[0].1).unwrap();
     let fence = &file["geoFence"];

@@ -1,4 +1,4 @@
-//! Libraries that are not ours read what was written: geojson and shapely, fastkml with the schema of KML, gpxpy.
+//! Independent libraries read the files: geojson and shapely, fastkml with the schema of KML, gpxpy.
 
 use std::path::Path;
 use std::process::Command;
@@ -12,7 +12,7 @@ use crate::mission::{STEPS, at, playback, scenario};
 
 const WORKSPACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
-/// What each reader saw.
+/// The results of each reader.
 fn read(account: &Account) -> Value {
     let folder = tempfile::tempdir().unwrap();
     let texts = [geojson::text(account), kml::text(account), gpx::text(account)];
@@ -41,7 +41,7 @@ fn cell_square_degrees(account: &Account) -> f64 {
 }
 
 #[test]
-fn other_libraries_read_what_was_written() {
+fn other_libraries_read_the_files() {
     let account = Account::new(&playback(), None, None).unwrap();
     let seen = read(&account);
     check_geojson(&account, &seen["geojson"]);
@@ -55,9 +55,9 @@ fn check_geojson(account: &Account, seen: &Value) {
     let of =
         |kind: &str| features.iter().filter(move |it| it["properties"]["kind"] == kind).collect::<Vec<_>>();
     let found = of("found");
-    let told = |it: &Value| json!([it["properties"]["name"], it["properties"]["declared_at"]]);
-    assert_eq!(told(found[0]), json!(["Object 1", "2026-03-01T12:00:45Z"]));
-    assert_eq!(told(found[1]), json!(["Object 2", "2026-03-01T12:02:05Z"]));
+    let reported = |it: &Value| json!([it["properties"]["name"], it["properties"]["declared_at"]]);
+    assert_eq!(reported(found[0]), json!(["Object 1", "2026-03-01T12:00:45Z"]));
+    assert_eq!(reported(found[1]), json!(["Object 2", "2026-03-01T12:02:05Z"]));
     let point = account.point(at(9, 4));
     assert!(is_near(&found[0]["bounds"][0], point.longitude_degrees));
     assert!(is_near(&found[0]["bounds"][1], point.latitude_degrees));
@@ -116,7 +116,7 @@ fn check_gpx(account: &Account, seen: &Value) {
     assert_eq!(track[3][2], "2026-03-01T12:00:30+00:00");
 }
 
-/// The next mission begins where this one was drawn: what it added is left out.
+/// The next mission begins with the drawn areas: the exported features are ignored.
 #[test]
 fn an_export_is_a_map_again() {
     let account = Account::new(&playback(), None, None).unwrap();

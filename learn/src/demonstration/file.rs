@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use super::{Demonstration, Source, Trajectory};
 use crate::file::{self, Kind, Tensor, Tensors};
 
-/// They are as long as the map is large and the search is long.
+/// Without a limit: their size depends on the map and on the length of the search.
 pub(super) const KIND: Kind =
     Kind { name: "demonstrations", format: "dragnet-demonstrations-1", max_bytes: u64::MAX };
 
@@ -36,7 +36,7 @@ struct Header {
     noise_variance: f64,
 }
 
-/// Writes a trajectory; the file appears when it is whole, in place of an older one.
+/// Writes a trajectory; the file appears when it is complete, replacing an older one.
 ///
 /// # Errors
 /// If it cannot be written.
@@ -48,7 +48,7 @@ pub fn write(path: &Path, trajectory: &Trajectory) -> Result<(), FileError> {
 /// Reads a trajectory.
 ///
 /// # Errors
-/// If the file cannot be read, is truncated, of another format, or holds what cannot be.
+/// If the file cannot be read, is truncated, of another format, or has invalid values.
 pub fn read(path: &Path) -> Result<Trajectory, FileError> {
     file::read(KIND, path, from_bytes)
 }
@@ -99,10 +99,11 @@ fn tensors(trajectory: &Trajectory) -> Vec<Tensor> {
         of_cells("log_odds_nats", |it| &it.log_odds_nats),
         of_cells("scores", |it| &it.scores),
     ];
-    // Nobody promised anything to a robot alone: that need not be said cell by cell.
-    if decisions.iter().any(|decision| decision.promised.is_anything()) {
-        let of_decision =
-            |decision: &Demonstration| grid.cells().map(|cell| decision.promised.precision(cell)).collect();
+    // Plans are written only if there are any; a single robot has none.
+    if decisions.iter().any(|decision| decision.planned_precision.is_anything()) {
+        let of_decision = |decision: &Demonstration| {
+            grid.cells().map(|cell| decision.planned_precision.precision(cell)).collect()
+        };
         let precision: Vec<i64> =
             decisions.iter().flat_map(|decision| -> Vec<i64> { of_decision(decision) }).collect();
         let bytes = precision.iter().flat_map(|precision| precision.to_le_bytes()).collect();
@@ -139,7 +140,7 @@ fn from_bytes(bytes: &[u8]) -> Result<Trajectory, String> {
     })
 }
 
-/// The decisions of a file that should have so many.
+/// The decisions of a file that should have this many.
 struct Reader<'a> {
     tensors: Tensors<'a>,
     terrain: &'a Terrain,
@@ -158,10 +159,12 @@ impl Reader<'_> {
         };
         let (log_odds, scores) = (of_cells("log_odds_nats")?, of_cells("scores")?);
         let (robot, chosen) = (self.positions("robot")?, self.positions("chosen")?);
-        let mut promised = self.promised()?.into_iter();
+        let mut planned_precision = self.planned_precision()?.into_iter();
         let decisions = (0..count).map(|place| Demonstration {
             log_odds_nats: log_odds[place * cells..][..cells].to_vec(),
-            promised: promised.next().unwrap_or_else(|| PlannedPrecision::nothing(self.terrain)),
+            planned_precision: planned_precision
+                .next()
+                .unwrap_or_else(|| PlannedPrecision::nothing(self.terrain)),
             robot: robot[place],
             chosen: chosen[place],
             scores: scores[place * cells..][..cells].to_vec(),
@@ -169,7 +172,7 @@ impl Reader<'_> {
         Ok(decisions.collect())
     }
 
-    /// A traversable cell a decision.
+    /// A traversable cell for each decision.
     fn positions(&self, name: &str) -> Result<Vec<Cell>, String> {
         let bytes = self.tensors.get(name, Dtype::U32, &[self.count])?;
         let numbers = bytes.as_chunks::<4>().0.iter().map(|bytes| u32::from_le_bytes(*bytes));
@@ -182,8 +185,8 @@ impl Reader<'_> {
             .collect()
     }
 
-    /// That of each decision, or of none: nobody promised anything.
-    fn promised(&self) -> Result<Vec<PlannedPrecision>, String> {
+    /// The planned precision of each decision; empty if the file has none.
+    fn planned_precision(&self) -> Result<Vec<PlannedPrecision>, String> {
         if !self.tensors.has("promised") {
             return Ok(Vec::new());
         }

@@ -8,7 +8,7 @@ use dragnet_files::FileError;
 use super::file::KIND;
 use super::{Source, Trajectory, read};
 
-/// What the file of a trajectory is called.
+/// The file name of a trajectory.
 #[must_use]
 pub fn file_name(scenario: &str, seed: u64) -> String {
     format!("{scenario}-{seed}.{EXTENSION}")
@@ -16,7 +16,7 @@ pub fn file_name(scenario: &str, seed: u64) -> String {
 
 const EXTENSION: &str = "demo.safetensors";
 
-/// The trajectories of a folder, all of one expert, in the order of their files' names.
+/// The trajectories of a folder, all of one expert, ordered by file name.
 #[derive(Clone, Debug)]
 pub struct Folder {
     path: PathBuf,
@@ -24,7 +24,7 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// The demonstrations of a folder; other files are passed over.
+    /// Opens the demonstrations of a folder; other files are ignored.
     ///
     /// # Errors
     /// If it cannot be read or holds no demonstration.
@@ -45,19 +45,19 @@ impl Folder {
         Ok(Self { path: path.to_owned(), files })
     }
 
-    /// Where it is.
+    /// The folder's path.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// How many trajectories.
+    /// Number of trajectories.
     #[must_use]
     pub const fn len(&self) -> usize {
         self.files.len()
     }
 
-    /// Never.
+    /// Always false.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.files.is_empty()
@@ -66,7 +66,7 @@ impl Folder {
     /// Reads one trajectory after the other, so that they need not fit into memory together.
     ///
     /// # Errors
-    /// Of each: if it cannot be read, or is of another expert than the first.
+    /// For each: if it cannot be read, or is of another expert than the first.
     pub fn trajectories(&self) -> impl Iterator<Item = Result<Trajectory, FileError>> + '_ {
         let mut first: Option<Source> = None;
         self.files.iter().map(move |path| {

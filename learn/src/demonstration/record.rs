@@ -1,4 +1,4 @@
-//! An expert that is watched.
+//! A policy that records an expert.
 
 use std::sync::mpsc::Sender;
 
@@ -10,11 +10,11 @@ use rand::RngExt;
 
 use super::Demonstration;
 
-/// Decides as the expert does, and takes down what it decided and from what.
+/// Decides as the expert does, and records its decisions with their situations.
 ///
-/// With `explore` above 0 the robot goes to a random cell instead now and then, while what is taken down stays the
-/// expert's choice: so the imitator also learns what to do where the expert would never have gone, as in DART (Laskey
-/// et al., 2017). Departure: noise of a fixed rate, not fitted to the imitator's errors.
+/// With `explore` above 0 the robot sometimes goes to a random cell instead, while the recorded choice stays the
+/// expert's: so the network also learns from situations that the expert would not reach, as in DART (Laskey et al.,
+/// 2017). Departure: noise of a fixed rate, not fitted to the network's errors.
 pub struct Recorder {
     expert: Box<dyn Policy + Send>,
     explore: f64,
@@ -22,7 +22,7 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Watches an expert. `explore` is the share of decisions that the robot does not follow, `0..=1`.
+    /// Records an expert. `explore` is the share of decisions that the robot does not follow, `0..=1`.
     #[must_use]
     pub fn new(expert: Box<dyn Policy + Send>, explore: f64, sink: Sender<Demonstration>) -> Self {
         Self { expert, explore, sink }
@@ -34,7 +34,7 @@ impl Policy for Recorder {
         let decision = self.expert.decide(situation, random);
         // A network does not choose to rest: it rests where its expert does, by the same rule.
         if !decision.is_rest() {
-            // Nobody may be listening any more: then the search is about to be stopped.
+            // The receiver may be closed: then the search is about to be stopped.
             let _ = self.sink.send(demonstration(situation, &decision));
         }
         // Drawn always, so that the robot's other random choices do not depend on the rate.
@@ -62,7 +62,7 @@ fn demonstration(situation: &Situation<'_>, decision: &Decision) -> Demonstratio
     let cells = situation.terrain.grid().cells();
     Demonstration {
         log_odds_nats: cells.map(|cell| situation.belief.log_odds_nats(cell) as f32).collect(),
-        promised: situation.promised.clone(),
+        planned_precision: situation.planned_precision.clone(),
         robot: situation.robot,
         chosen: decision.chosen,
         scores: decision.scores.iter().map(|&score| score as f32).collect(),

@@ -1,4 +1,4 @@
-//! What is known of each node. Every feature is a number of the order of 1, and none tells a place or a direction.
+//! Features of each node. Every feature is of the order of 1, and none depends on position or direction.
 
 use dragnet_search::belief::entropy_nats;
 use dragnet_search::evidence::UNITS;
@@ -10,7 +10,7 @@ use super::topology::{NEIGHBORS, Topology};
 /// Features of a node.
 pub const FEATURES: usize = 10;
 
-/// What they are, in order; weights carry these names, so that those of another set are refused.
+/// Names of the features, in order; weights carry these names, so that weights of another feature set are rejected.
 pub const FEATURE_NAMES: [&str; FEATURES] = [
     // Of an object in the cell.
     "probability",
@@ -18,7 +18,7 @@ pub const FEATURE_NAMES: [&str; FEATURES] = [
     "log_odds",
     // Over ln 2.
     "entropy",
-    // What a look from the cell would yield, teammates' promises counted, over the best cell's.
+    // Information gain of an observation from the cell, beyond teammates' plans, over the best cell's.
     "look_gain",
     // ln of that, from 0 at 1e-4 of the best to 1 at the best.
     "log_look_gain",
@@ -30,14 +30,15 @@ pub const FEATURE_NAMES: [&str; FEATURES] = [
     "robot",
     // Share of the eight cells around that are traversable and in reach.
     "openness",
-    // k / (k + 10), k the precision that teammates have promised.
+    // k / (k + 10), k the planned precision of teammates.
     "promised",
 ];
 
-/// Gains below this share of the best one are as good as none.
+/// Gains below this share of the best one count as none.
 const LEAST_SHARE: f64 = 1e-4;
 
-/// Features of all nodes, shape `[nodes, FEATURES]`. `gains` are those of a look from each cell, `-inf` in the root.
+/// Features of all nodes, shape `[nodes, FEATURES]`. `gains` are those of an observation from each cell, `-inf` in the
+/// root.
 #[expect(clippy::cast_possible_truncation, reason = "features are f32")]
 pub(super) fn of(
     situation: &Situation<'_>,
@@ -51,7 +52,7 @@ pub(super) fn of(
         let log_odds = situation.belief.log_odds_nats(cell);
         let share = if best > 0.0 { (gains[cell.index()] / best).max(0.0) } else { 0.0 };
         let length = f64::from(routes.length(cell));
-        let promised = situation.promised.precision(cell) as f64 / UNITS;
+        let planned_precision = situation.planned_precision.precision(cell) as f64 / UNITS;
         let of_node: [f64; FEATURES] = [
             1.0 / (1.0 + (-log_odds).exp()),
             log_odds.clamp(-8.0, 8.0) / 8.0,
@@ -62,7 +63,7 @@ pub(super) fn of(
             (length / 5.0).ln_1p() / 3.0,
             f64::from(u8::from(cell == routes.root())),
             topology.edges(node).len() as f64 / NEIGHBORS as f64,
-            promised / (promised + 10.0),
+            planned_precision / (planned_precision + 10.0),
         ];
         features.extend(of_node.map(|feature| feature as f32));
     }

@@ -18,7 +18,7 @@ const OFFSETS: [Offset; NEIGHBORS] = [
     Offset { north: 1, east: 1 },
 ];
 
-/// No node: of a cell that is none.
+/// The node of a cell that is not a node.
 const NONE: u32 = u32::MAX;
 
 /// The connected area of a map that a robot can reach, as nodes and edges.
@@ -36,14 +36,14 @@ pub struct Topology {
 /// An edge to a neighbor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Edge {
-    /// Which.
+    /// The neighbor.
     pub node: u32,
     /// Inverse of its distance in cells (paper, Section V-C): 1, or `1 / sqrt 2` at a corner.
     pub inverse_distance: f32,
 }
 
 impl Topology {
-    /// The area that routes reach.
+    /// The nodes and edges of the area that `routes` reach.
     #[must_use]
     pub fn new(terrain: &Terrain, routes: &ShortestPathTree) -> Self {
         let grid = terrain.grid();
@@ -68,7 +68,7 @@ impl Topology {
         Self { cells, node, columns: grid.columns(), starts, edges }
     }
 
-    /// Whether this is the topology of what routes reach on a terrain.
+    /// Whether this is the topology of the area that `routes` reach on a terrain.
     #[must_use]
     pub fn is_of(&self, terrain: &Terrain, routes: &ShortestPathTree) -> bool {
         self.columns == terrain.grid().columns()
@@ -77,7 +77,7 @@ impl Topology {
             && routes.reached().iter().all(|&cell| self.node(cell) != NONE)
     }
 
-    /// How many nodes.
+    /// Number of nodes.
     #[must_use]
     pub const fn len(&self) -> usize {
         self.cells.len()
@@ -95,7 +95,7 @@ impl Topology {
         &self.cells
     }
 
-    /// The node of a cell that is one.
+    /// The node of a cell that is in reach.
     #[must_use]
     pub fn node(&self, cell: Cell) -> u32 {
         self.node[cell.index()]

@@ -22,14 +22,13 @@ pub(super) struct Attention {
     bias: Vec<Values>,
 }
 
-/// Nodes that take a step together.
+/// Nodes that are computed together.
 const NODES: usize = 8;
 
 /// A number for each neighbor and head.
 type Scores = [[f32; HEADS]; NEIGHBORS];
 
-/// Some channels of each head: what an edge brings at a time. A layer has as many as its heads have channels, over
-/// `LANES`.
+/// Some channels of each head. A layer has as many of these as its heads have channels, over `LANES`.
 type Values = [[f32; LANES]; HEADS];
 
 impl Attention {
@@ -59,7 +58,7 @@ impl Attention {
         }
     }
 
-    /// Adds the layer's output to the channels, shape `[nodes, hidden]`. `projected` is room for what the layer needs.
+    /// Adds the layer's output to the channels, shape `[nodes, hidden]`. `projected` is a buffer.
     #[inline(always)]
     pub(super) fn add_to<S: Simd>(
         &self,
@@ -74,7 +73,7 @@ impl Attention {
         let projected = |node: usize| projected[node * width..][..width].split_at(hidden);
         let mut powers = [[[0.0; HEADS]; NEIGHBORS]; NODES];
         for (first, channels) in (0..).step_by(NODES).zip(channels.chunks_mut(NODES * hidden)) {
-            // One step after the other for a few nodes, since the steps of one node wait for each other.
+            // Several nodes at a time, since the operations of one node depend on each other.
             let nodes = (first..topology.len()).zip(&mut powers);
             for (node, powers) in nodes {
                 let target = of_heads(&projected(node).1[HEADS..]);
@@ -114,7 +113,7 @@ impl Attention {
         }
     }
 
-    /// What softmax raises e to: scores, less the highest of each head so that no power is too large.
+    /// The exponents of the softmax: scores, less the highest of each head so that no power is too large.
     #[inline(always)]
     fn scores(&self, target: [f32; HEADS], sources: impl Iterator<Item = ([f32; HEADS], f32)>) -> Scores {
         let edge = self.edge;
@@ -138,7 +137,7 @@ impl Attention {
     }
 }
 
-/// The mean of what the edges bring to some lanes of each head.
+/// The weighted mean of the edges' values in some lanes of each head.
 #[inline(always)]
 fn weigh<'a, S: Simd>(
     simd: S,
@@ -160,7 +159,7 @@ fn weigh<'a, S: Simd>(
     sums
 }
 
-/// Channels as they stand in a row.
+/// The channels of a row.
 #[inline(always)]
 fn values(row: &[f32]) -> &[Values] {
     row.as_chunks::<LANES>().0.as_chunks::<HEADS>().0

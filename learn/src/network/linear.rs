@@ -26,7 +26,7 @@ pub(super) struct Linear {
 }
 
 impl Linear {
-    /// Of a matrix `[outputs, inputs]` and a bias `[outputs]`.
+    /// A map with a matrix `[outputs, inputs]` and a bias `[outputs]`.
     pub(super) fn new(weight: &[f32], bias: &[f32]) -> Self {
         let outputs = bias.len();
         let inputs = weight.len() / outputs;
@@ -42,7 +42,7 @@ impl Linear {
         Self { inputs, outputs, blocks, bias: padded_bias }
     }
 
-    /// Of inputs that stand side by side, each of shape `[nodes, width]`: `output` becomes `[nodes, outputs]`.
+    /// Applies the map to concatenated inputs, each of shape `[nodes, width]`: `output` becomes `[nodes, outputs]`.
     #[inline(always)]
     pub(super) fn apply<S: Simd>(&self, simd: S, parts: &[&[f32]], output: &mut Vec<f32>) {
         self.map(simd, parts, output, |sum| sum);
@@ -142,7 +142,7 @@ fn add<S: Simd, const COUNT: usize, const COLUMNS: usize>(
     }
 }
 
-/// Some nodes of inputs that stand side by side.
+/// Some nodes of concatenated inputs.
 #[derive(Clone, Copy)]
 struct Nodes<'a> {
     /// Shape `[count, width]` each.

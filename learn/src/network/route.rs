@@ -1,19 +1,19 @@
-//! What is carried along the shortest paths from the robot.
+//! Channels along the shortest paths from the robot.
 
 use crate::graph::Graph;
 
 use super::exponential::{exp, ln};
 use super::{LEAST_SUM, SUM_LOG_RANGE};
 
-/// Channels that fade along the route: `r(child) = m(child) + fade * r(parent)`.
+/// Channels that decay along the path: `r(child) = m(child) + fade * r(parent)`.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Decay {
-    /// Share that is left a cell later, `0..1`, shape `[memory]`.
+    /// Share that remains after one cell, `0..1`, shape `[memory]`.
     fade: Vec<f32>,
 }
 
 impl Decay {
-    /// Of the logits of the shares.
+    /// From the logits of the shares.
     pub(super) fn new(logits: &[f32]) -> Self {
         Self { fade: logits.iter().map(|logit| 1.0 / (1.0 + (-logit).exp())).collect() }
     }
@@ -32,8 +32,8 @@ impl Decay {
     }
 }
 
-/// `ln(S + LEAST_SUM)` of sums along the route, `S(child) = exp(x(child)) + S(parent)`, in place, shape
-/// `[nodes, sums]`. The root counts nothing: the look from the robot's own cell has been taken.
+/// `ln(S + LEAST_SUM)` of sums along the path, `S(child) = exp(x(child)) + S(parent)`, in place, shape `[nodes, sums]`.
+/// The root adds nothing, since the observation from the robot's own cell has already been made.
 #[inline(always)]
 pub(super) fn log_sums(values: &mut [f32], graph: &Graph) {
     let width = values.len() / graph.parent.len();

@@ -10,21 +10,21 @@ use dragnet_search::situation::Situation;
 use crate::graph::{Graph, Topology};
 use crate::network::{Network, Workspace};
 
-/// Goes where the network's logit is highest, what it is most sure that its expert would have chosen, among the cells on
-/// whose path there is anything to be seen; rests if there is none, as its expert does.
+/// Chooses the cell with the highest logit, the most probable choice of the expert, among the cells with an informative
+/// path; rests if there is none, as its expert does.
 #[derive(Clone, Debug)]
 pub struct Gnn {
     network: Arc<Network>,
-    /// That of the last decision.
+    /// The topology of the last decision.
     topology: Option<Arc<Topology>>,
-    room: Workspace,
+    workspace: Workspace,
 }
 
 impl Gnn {
-    /// A policy that follows a network.
+    /// A policy that decides with a network.
     #[must_use]
     pub fn new(network: Arc<Network>) -> Self {
-        Self { network, topology: None, room: Workspace::default() }
+        Self { network, topology: None, workspace: Workspace::default() }
     }
 }
 
@@ -32,7 +32,7 @@ impl Policy for Gnn {
     fn decide(&mut self, situation: &Situation<'_>, _: &mut Stream) -> Decision {
         let routes = ShortestPathTree::from(situation.terrain, situation.connectivity, situation.robot);
         let graph = Graph::new(situation, &routes, &mut self.topology);
-        let logits = self.network.logits_in(&graph, &mut self.room);
+        let logits = self.network.logits_in(&graph, &mut self.workspace);
         let mut scores = vec![f64::NEG_INFINITY; situation.terrain.grid().cell_count()];
         for (&cell, &logit) in graph.topology.cells().iter().zip(logits) {
             if cell != situation.robot {

@@ -10,14 +10,14 @@ use super::Shipped;
 /// A policy, by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum PolicyName {
-    /// One that is computed as it is defined.
+    /// A policy that is computed by its definition.
     Exact(Exact),
-    /// One that was learned from such a one.
+    /// A policy that was learned from such a one.
     Learned(Shipped),
 }
 
 impl PolicyName {
-    /// All of them.
+    /// All policies.
     pub fn all() -> impl Iterator<Item = Self> {
         let learned = Shipped::ALL.into_iter().map(Self::Learned);
         Exact::ALL.into_iter().map(Self::Exact).chain(learned)
@@ -45,7 +45,7 @@ impl fmt::Display for PolicyName {
     }
 }
 
-/// A name that no policy has.
+/// The name of no policy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("unknown policy {0:?}; allowed are {allowed}", allowed = allowed())]
 pub struct UnknownPolicy(pub String);

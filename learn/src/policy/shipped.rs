@@ -5,7 +5,7 @@ use std::sync::{Arc, LazyLock};
 use crate::network::Network;
 use crate::weights::Weights;
 
-/// A network that is part of the program: which expert it imitates, and on which maps it watched it.
+/// A built-in network, by its expert and the maps that it was trained on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Shipped {
     /// `path`, on a mixture of generated maps of many sizes and densities.
@@ -35,7 +35,7 @@ static PATH_ICC: Lazy = Lazy::new(|| read(include_bytes!("../../weights/gnn-path
 static PATH_AT: Lazy = Lazy::new(|| read(include_bytes!("../../weights/gnn-path-at.safetensors")));
 
 impl Shipped {
-    /// All of them.
+    /// All built-in networks.
     pub const ALL: [Self; 7] = [
         Self::General,
         Self::GreedyIceCreamCone,
@@ -75,7 +75,7 @@ impl Shipped {
     }
 }
 
-/// Weights that a test of this crate has read.
+/// Weights that are checked by a test of this crate.
 #[expect(clippy::expect_used, reason = "they are part of the program, and a test reads them all")]
 fn read(bytes: &[u8]) -> Arc<Network> {
     let weights = Weights::from_bytes(bytes).expect("weights that are part of the program");

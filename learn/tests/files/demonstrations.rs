@@ -17,27 +17,27 @@ use tempfile::{TempDir, tempdir};
 
 use crate::parts::{Parts, changed};
 
-/// Three decisions on a small map with ground of all kinds; in the second, a teammate has promised something.
+/// Three decisions on a small map with ground of all kinds; in the second, a teammate has a plan.
 fn trajectory(expert: &str, seed: u64) -> Trajectory {
     let terrain = Terrain::from_ascii(".....\n.#~,.\n.....\n", 12.5).unwrap();
     let sensor = Sensor::new(3, 0.1 + 0.2, Noise::Gaussian).unwrap();
     let at = |row, column| terrain.grid().cell(Position { row, column }).unwrap();
     let count = terrain.grid().cell_count();
-    let mut promised = PlannedPrecision::nothing(&terrain);
-    promised.add_path(&terrain, &sensor, &[at(0, 4), at(1, 4)]);
-    let decision = |number: u16, robot: Cell, chosen: Cell, promised: &PlannedPrecision| {
+    let mut planned_precision = PlannedPrecision::nothing(&terrain);
+    planned_precision.add_path(&terrain, &sensor, &[at(0, 4), at(1, 4)]);
+    let decision = |number: u16, robot: Cell, chosen: Cell, planned_precision: &PlannedPrecision| {
         let field =
             |scale: f32| (0..count).map(|cell| scale * (cell as f32 + f32::from(number)).sin()).collect();
         let mut scores: Vec<f32> = field(0.3);
         scores[robot.index()] = f32::NEG_INFINITY;
         let mut log_odds_nats: Vec<f32> = field(9.0);
         log_odds_nats[at(1, 1).index()] = f32::NEG_INFINITY;
-        Demonstration { log_odds_nats, promised: promised.clone(), robot, chosen, scores }
+        Demonstration { log_odds_nats, planned_precision: planned_precision.clone(), robot, chosen, scores }
     };
     let nothing = PlannedPrecision::nothing(&terrain);
     let decisions = vec![
         decision(0, at(0, 0), at(2, 0), &nothing),
-        decision(1, at(2, 0), at(2, 4), &promised),
+        decision(1, at(2, 0), at(2, 4), &planned_precision),
         decision(2, at(2, 4), at(1, 3), &nothing),
     ];
     Trajectory {
@@ -67,7 +67,7 @@ fn written(trajectory: &Trajectory) -> (TempDir, PathBuf, Vec<u8>) {
     (folder, path, bytes)
 }
 
-/// Rejected, by these words and by the file's name.
+/// The file is rejected, with these words and its name.
 fn refuse(path: &Path, file: &[u8], expected: &str) {
     fs::write(path, file).unwrap();
     let error = read(path).unwrap_err();
@@ -78,12 +78,12 @@ fn refuse(path: &Path, file: &[u8], expected: &str) {
 
 #[test]
 fn a_trajectory_comes_back_from_its_file_byte_for_byte() {
-    let promised = trajectory("path", 7);
-    let mut alone = promised.clone();
+    let planned_precision = trajectory("path", 7);
+    let mut alone = planned_precision.clone();
     alone.decisions.remove(1);
-    let mut idle = promised.clone();
+    let mut idle = planned_precision.clone();
     idle.decisions.clear();
-    for given in [promised, alone, idle] {
+    for given in [planned_precision, alone, idle] {
         let (folder, path, bytes) = written(&given);
         let found = read(&path).unwrap();
         assert_eq!(
@@ -103,7 +103,7 @@ fn a_trajectory_comes_back_from_its_file_byte_for_byte() {
 }
 
 #[test]
-fn promises_are_told_only_where_somebody_promised() {
+fn plans_are_written_only_if_there_are_any() {
     let mut trajectory = trajectory("path", 7);
     let has_promises = |trajectory: &Trajectory| {
         Parts::of(&written(trajectory).2).tensors.iter().any(|part| part.name == "promised")
@@ -114,7 +114,7 @@ fn promises_are_told_only_where_somebody_promised() {
 }
 
 #[test]
-fn a_truncated_file_is_refused_wherever_it_ends() {
+fn a_truncated_file_is_rejected_wherever_it_ends() {
     let (_folder, path, file) = written(&trajectory("path", 7));
     assert!(file.len() > 1000);
     for end in (0..file.len()).step_by(64).chain([file.len() - 1]) {
@@ -123,7 +123,7 @@ fn a_truncated_file_is_refused_wherever_it_ends() {
 }
 
 #[test]
-fn a_header_that_says_otherwise_is_refused() {
+fn a_contradictory_header_is_rejected() {
     let (_folder, path, file) = written(&trajectory("path", 7));
     let check = |key: &str, value: Value, expected: &str| {
         refuse(&path, &changed(&file, |parts| parts.header[key] = value), expected);
@@ -148,7 +148,7 @@ fn a_header_that_says_otherwise_is_refused() {
 }
 
 #[test]
-fn decisions_that_cannot_be_are_refused() {
+fn invalid_decisions_are_rejected() {
     let (_folder, path, file) = written(&trajectory("path", 7));
     let check =
         |change: &dyn Fn(&mut Parts), expected: &str| refuse(&path, &changed(&file, change), expected);
@@ -164,12 +164,12 @@ fn decisions_that_cannot_be_are_refused() {
 }
 
 #[test]
-fn a_folder_gives_its_trajectories_by_name_and_passes_over_what_is_none() {
+fn a_folder_gives_its_trajectories_by_name_and_ignores_other_files() {
     let folder = tempdir().unwrap();
     for seed in [12, 3, 7] {
         write(&folder.path().join(file_name("süd_west", seed)), &trajectory("path", seed)).unwrap();
     }
-    // What is left of a program that was killed as it wrote, and what a user has put here.
+    // The remains of a program that was killed while writing, and a user's file.
     fs::write(folder.path().join(file_name("süd_west", 1)).with_extension("part"), [0; 100]).unwrap();
     fs::write(folder.path().join("notes.txt"), "by hand").unwrap();
     let folder = Folder::open(folder.path()).unwrap();
@@ -179,7 +179,7 @@ fn a_folder_gives_its_trajectories_by_name_and_passes_over_what_is_none() {
 }
 
 #[test]
-fn a_folder_without_demonstrations_is_refused() {
+fn a_folder_without_demonstrations_is_rejected() {
     let folder = tempdir().unwrap();
     let check = |path: &Path, expected: &str| {
         let error = Folder::open(path).unwrap_err().to_string();
@@ -193,7 +193,7 @@ fn a_folder_without_demonstrations_is_refused() {
 }
 
 #[test]
-fn a_folder_of_two_experts_is_refused_where_the_second_begins() {
+fn a_folder_of_two_experts_is_rejected_where_the_second_begins() {
     let check = |other: &Trajectory, expected: Option<&str>| {
         let folder = tempdir().unwrap();
         write(&folder.path().join(file_name("a", 1)), &trajectory("path", 1)).unwrap();
@@ -220,7 +220,7 @@ fn a_folder_of_two_experts_is_refused_where_the_second_begins() {
               0.30000000000000004)",
         ),
     );
-    // Another build may have watched it, and for longer.
+    // Another version of the program may have recorded it, and for longer.
     let mut other = trajectory("path", 2);
     (other.source.program, other.source.max_decisions) = ("0.2.0".to_owned(), 80);
     check(&other, None);
@@ -235,7 +235,7 @@ fn a_file_that_cannot_be_written_leaves_nothing() {
         error.starts_with(&path.display().to_string()) && error.contains("cannot write: No such file"),
         "{error}"
     );
-    // A folder stands where the file should.
+    // A folder has the file's name.
     let path = folder.path().join(file_name("b", 1));
     fs::create_dir(&path).unwrap();
     let error = write(&path, &trajectory("path", 1)).unwrap_err().to_string();

@@ -1,4 +1,4 @@
-//! Files of weights and of demonstrations: they come back as they were, and what is wrong with one is said.
+//! Files of weights and of demonstrations: they are read as written, and errors are reported.
 #![expect(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
 mod demonstrations;

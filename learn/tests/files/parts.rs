@@ -1,4 +1,4 @@
-//! What a file consists of, to change one part of it and leave the others as they are.
+//! The parts of a file, so that a test can change one of them.
 
 use std::collections::HashMap;
 
@@ -8,7 +8,7 @@ use serde_json::Value;
 
 const HEADER_KEY: &str = "dragnet";
 
-/// The header of ours, and the tensors.
+/// Dragnet's header, and the tensors.
 pub(crate) struct Parts {
     pub(crate) header: Value,
     pub(crate) tensors: Vec<Part>,
@@ -50,7 +50,7 @@ impl Parts {
     }
 }
 
-/// A file of the same bytes that a change is made to.
+/// The file with a change.
 pub(crate) fn changed(file: &[u8], change: impl FnOnce(&mut Parts)) -> Vec<u8> {
     let mut parts = Parts::of(file);
     change(&mut parts);

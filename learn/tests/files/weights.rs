@@ -34,7 +34,7 @@ fn file() -> Vec<u8> {
     weights(Shape::DEFAULT).to_bytes().unwrap()
 }
 
-/// Rejected, and by these words.
+/// The file is rejected, with these words.
 fn refuse(file: &[u8], expected: &str) {
     let error = Weights::from_bytes(file).unwrap_err();
     assert!(error.contains(expected), "{error:?} instead of {expected:?}");
@@ -53,12 +53,12 @@ fn weights_come_back_from_a_file_byte_for_byte() {
             assert_eq!(read.get(&parameter.name).len(), parameter.shape.iter().product::<usize>());
         }
     }
-    // What the tests below change is otherwise left alone.
+    // An unchanged file is valid.
     assert!(Weights::from_bytes(&changed(&file(), |_| ())).unwrap() == weights(Shape::DEFAULT));
 }
 
 #[test]
-fn a_truncated_file_is_refused_wherever_it_ends() {
+fn a_truncated_file_is_rejected_wherever_it_ends() {
     let file = file();
     assert!(file.len() > 20_000);
     for end in (0..file.len()).step_by(64).chain([file.len() - 1]) {
@@ -67,20 +67,20 @@ fn a_truncated_file_is_refused_wherever_it_ends() {
 }
 
 #[test]
-fn a_file_that_goes_on_is_refused() {
+fn a_file_with_trailing_data_is_rejected() {
     let mut file = file();
     file.push(0);
     refuse(&file, "no weights file");
 }
 
 #[test]
-fn random_bytes_are_refused() {
+fn random_bytes_are_rejected() {
     let mut random = stream(1, Purpose::Training, 0);
     for length in 0..300 {
         let mut bytes = vec![0; length];
         random.fill_bytes(&mut bytes);
         refuse(&bytes, "no weights file");
-        // A length of the header that is believable, and then anything.
+        // A plausible header length, followed by random bytes.
         if length >= 8 {
             bytes[..8].copy_from_slice(&(length as u64 - 8).to_le_bytes());
             refuse(&bytes, "no weights file");
@@ -89,7 +89,7 @@ fn random_bytes_are_refused() {
 }
 
 #[test]
-fn a_header_that_says_otherwise_is_refused() {
+fn a_contradictory_header_is_rejected() {
     let file = file();
     let check = |pointer: &str, value: Value, expected: &str| {
         let changed = changed(&file, |parts| *parts.header.pointer_mut(pointer).unwrap() = value);
@@ -127,7 +127,7 @@ fn a_header_that_says_otherwise_is_refused() {
 }
 
 #[test]
-fn parameters_that_do_not_fit_are_refused() {
+fn parameters_that_do_not_fit_are_rejected() {
     let file = file();
     let check = |change: &dyn Fn(&mut Parts), expected: &str| refuse(&changed(&file, change), expected);
     check(
@@ -178,7 +178,7 @@ fn weights_are_built_whole_or_not_at_all() {
 }
 
 #[test]
-fn what_is_wrong_with_a_file_names_the_file() {
+fn errors_name_the_file() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("mine.safetensors");
     let error = Weights::load(&path).unwrap_err().to_string();

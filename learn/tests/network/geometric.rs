@@ -24,10 +24,10 @@ use crate::{SHAPES, TOLERANCE, weights};
 const WORKSPACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/network/geometric.py");
 
-/// Passes of ours that are timed, to take the median.
+/// Timed passes, of which the median is taken.
 const PASSES: usize = 51;
 
-/// What Python found for one graph.
+/// The script's results for one graph.
 #[derive(Deserialize)]
 struct Found {
     difference: f32,
@@ -74,10 +74,10 @@ fn write(path: &Path, graph: &Graph, logits: &[f32]) {
 }
 
 fn median_seconds(network: &Network, graph: &Graph) -> f64 {
-    let mut room = Workspace::default();
+    let mut workspace = Workspace::default();
     let seconds = || {
         let start = Instant::now();
-        black_box(network.logits_in(black_box(graph), &mut room));
+        black_box(network.logits_in(black_box(graph), &mut workspace));
         start.elapsed().as_secs_f64()
     };
     let mut seconds: Vec<f64> = std::iter::repeat_with(seconds).take(PASSES).collect();

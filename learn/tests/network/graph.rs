@@ -1,4 +1,4 @@
-//! What the network is given to see, on maps that can be drawn.
+//! The network's input, on maps drawn in ASCII.
 
 use dragnet_learn::graph::{FEATURE_NAMES, FEATURES};
 use dragnet_search::cell::Position;
@@ -30,7 +30,7 @@ fn neighbors_touch_corners_included_and_a_corner_is_farther() {
 }
 
 #[test]
-fn features_are_what_their_names_say() {
+fn features_match_their_names() {
     let terrain = Terrain::from_ascii("......\n", 30.0).unwrap();
     let log_odds_nats = vec![0.0, 1.0, -1.0, 12.0, f64::NEG_INFINITY, -3.0];
     let plan = [terrain.grid().cell(SOUTH_WEST).unwrap()];

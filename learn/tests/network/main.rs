@@ -1,5 +1,4 @@
-//! What the network sees; and what it makes of that, held against others that compute the same, and against what must
-//! not change its mind.
+//! The network's input, and its output compared with independent implementations and under symmetries.
 #![expect(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
 mod geometric;
@@ -15,7 +14,7 @@ use dragnet_learn::weights::{Recipe, Weights};
 use dragnet_search::seed::{Purpose, stream};
 use rand::RngExt;
 
-/// That of the shipped networks; one that only fades, one that only sums; one that sees no routes.
+/// The shape of the built-in networks; one that only decays, one that only sums; one without paths.
 const SHAPES: [Shape; 4] = [
     Shape::DEFAULT,
     Shape { hidden: 64, layers: 1, memory: 5, sums: 0 },
@@ -25,7 +24,7 @@ const SHAPES: [Shape; 4] = [
 
 const PATHLESS: Shape = Shape { hidden: 32, layers: 3, memory: 0, sums: 0 };
 
-/// Two ways to sum the same numbers, of the order of 10 and of 32 bits, differ by less.
+/// Two orders of summing the same numbers, of the order of 10 and of 32 bits, differ by less.
 const TOLERANCE: f32 = 1e-4;
 
 /// Weights of about the size that training starts from, no two alike.

@@ -20,7 +20,7 @@ pub(crate) struct Margin {
 }
 
 impl Motion {
-    /// All ways to lay a map on its place again, the first of which changes nothing.
+    /// All symmetries of a square, beginning with the identity.
     pub(crate) fn of_a_square() -> impl Iterator<Item = Self> {
         (0..8).map(|number| Self {
             is_mirrored: number >= 4,
@@ -29,7 +29,7 @@ impl Motion {
         })
     }
 
-    /// Another that ends on a map of the same size, and yet puts cells elsewhere.
+    /// A different motion onto a map of the same size.
     pub(crate) const fn mistaken(self) -> Self {
         Self { is_mirrored: !self.is_mirrored, ..self }
     }

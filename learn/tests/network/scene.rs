@@ -1,4 +1,4 @@
-//! Situations as they may come: maps of many kinds, beliefs from ignorance to certainty, with and without a teammate.
+//! Random situations: maps of many kinds, beliefs from ignorance to certainty, with and without a teammate.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use rand::seq::IndexedRandom;
 
 use crate::motion::Motion;
 
-/// All that a situation is made of.
+/// The parts of a situation.
 #[derive(Clone, Debug)]
 pub(crate) struct Scene {
     pub(crate) name: String,
@@ -24,11 +24,11 @@ pub(crate) struct Scene {
     pub(crate) connectivity: Connectivity,
     pub(crate) robot: Cell,
     log_odds_nats: Vec<f64>,
-    promised: PlannedPrecision,
+    planned_precision: PlannedPrecision,
 }
 
 impl Scene {
-    /// A robot somewhere on a terrain, with a belief and with promises that are drawn.
+    /// A robot somewhere on a terrain, with a random belief and random plans of teammates.
     fn draw(name: &str, terrain: Terrain, connectivity: Connectivity, random: &mut Stream) -> Self {
         let open: Vec<Cell> = terrain.traversable_cells().collect();
         let log_odds_nats = terrain.grid().cells().map(|cell| match random.random_range(0..20) {
@@ -38,10 +38,10 @@ impl Scene {
             _ => random.random_range(-6.0..3.0),
         });
         let log_odds_nats = log_odds_nats.collect();
-        let mut promised = PlannedPrecision::nothing(&terrain);
+        let mut planned_precision = PlannedPrecision::nothing(&terrain);
         if random.random() {
             let path: Vec<Cell> = (0..3).filter_map(|_| open.choose(random).copied()).collect();
-            promised.add_path(&terrain, &Sensor::default(), &path);
+            planned_precision.add_path(&terrain, &Sensor::default(), &path);
         }
         let robot = *open.choose(random).unwrap();
         Self {
@@ -50,22 +50,22 @@ impl Scene {
             connectivity,
             robot,
             log_odds_nats,
-            promised,
+            planned_precision,
         }
     }
 
-    /// A robot with this belief, and a teammate that will look from these cells.
+    /// A robot with this belief, and a teammate that plans to observe from these cells.
     pub(crate) fn by_hand(terrain: Terrain, robot: Position, log_odds_nats: Vec<f64>, plan: &[Cell]) -> Self {
         let robot = terrain.grid().cell(robot).unwrap();
-        let mut promised = PlannedPrecision::nothing(&terrain);
-        promised.add_path(&terrain, &Sensor::default(), plan);
+        let mut planned_precision = PlannedPrecision::nothing(&terrain);
+        planned_precision.add_path(&terrain, &Sensor::default(), plan);
         Self {
             name: "by hand".to_owned(),
             terrain,
             connectivity: Connectivity::Four,
             robot,
             log_odds_nats,
-            promised,
+            planned_precision,
         }
     }
 
@@ -85,14 +85,14 @@ impl Scene {
             connectivity: self.connectivity,
             sensor: &sensor,
             belief: &belief,
-            promised: &self.promised,
+            planned_precision: &self.planned_precision,
             robot: self.robot,
             place: Place::ALONE,
         };
         Graph::new(&situation, &self.routes(), &mut None)
     }
 
-    /// The same, seen on a map that is mirrored, turned and moved; what is added around it is blocked.
+    /// The same on a map that is mirrored, turned and moved; cells added around it are blocked.
     pub(crate) fn moved(&self, motion: Motion) -> Self {
         let grid = self.terrain.grid();
         let moved = motion.grid(grid);
@@ -103,7 +103,7 @@ impl Scene {
             let to = motion.cell(grid, cell).index();
             ground[to] = self.terrain.ground(cell);
             log_odds_nats[to] = self.log_odds_nats[cell.index()];
-            precision[to] = self.promised.precision(cell);
+            precision[to] = self.planned_precision.precision(cell);
         }
         Self {
             name: format!("{}, {motion:?}", self.name),
@@ -111,7 +111,7 @@ impl Scene {
             connectivity: self.connectivity,
             robot: motion.cell(grid, self.robot),
             log_odds_nats,
-            promised: PlannedPrecision::from_precision(precision).unwrap(),
+            planned_precision: PlannedPrecision::from_precision(precision).unwrap(),
         }
     }
 }
@@ -149,9 +149,9 @@ pub(crate) fn open(side: u32, connectivity: Connectivity, random: &mut Stream) -
     Scene::draw(&format!("open, {side} x {side}"), terrain, connectivity, random)
 }
 
-/// A maze without loops, whose halls are one cell wide: rooms are the cells of odd rows and columns, and a walk that
-/// turns back where it cannot go on opens a wall to each. So there is one path between any two cells, with diagonals
-/// too, for none cuts a corner.
+/// A maze without loops, whose halls are one cell wide: rooms are the cells of odd rows and columns, and a random walk
+/// with backtracking opens a wall to each. So there is one path between any two cells, with diagonals too, since none
+/// cuts a corner.
 pub(crate) fn maze(rows: u32, columns: u32, connectivity: Connectivity, random: &mut Stream) -> Scene {
     let grid = Grid::new(2 * rows + 1, 2 * columns + 1).unwrap();
     let mut ground = vec![Ground::BLOCKED; grid.cell_count()];

@@ -14,7 +14,7 @@ use crate::{PATHLESS, SHAPES, TOLERANCE, weights};
 
 const SEEDS: std::ops::Range<u64> = 0..3;
 
-/// The graph of a scene, node by node where a motion puts it, routes included.
+/// The graph of a scene with its nodes permuted by a motion, paths included.
 fn carried(graph: &Graph, scene: &Scene, motion: Motion) -> Graph {
     let grid = scene.terrain.grid();
     let topology = scene.moved(motion).topology();
@@ -37,7 +37,7 @@ fn carried(graph: &Graph, scene: &Scene, motion: Motion) -> Graph {
     }
 }
 
-/// What a network makes of a graph.
+/// The output of a network for a graph.
 struct Answer<'a> {
     graph: &'a Graph,
     logits: Vec<f32>,
@@ -48,7 +48,8 @@ impl<'a> Answer<'a> {
         Self { graph, logits: network.logits(graph) }
     }
 
-    /// How far the logits of cells are from those of where a motion puts them; nothing if it puts one where no node is.
+    /// The difference between logits and those of the moved map; `None` if the motion maps a node to a cell that is
+    /// none.
     fn difference(&self, grid: Grid, motion: Motion, moved: &Answer<'_>) -> Option<f32> {
         let mut difference = 0.0_f32;
         for (&cell, logit) in self.graph.topology.cells().iter().zip(&self.logits) {
@@ -58,7 +59,7 @@ impl<'a> Answer<'a> {
         Some(difference)
     }
 
-    /// The logits go where the motion puts their cells; and they would not, had it put them elsewhere.
+    /// The logits move with their cells, and differ from those of a wrong motion.
     fn check(&self, scene: &Scene, motion: Motion, moved: &Answer<'_>) {
         let grid = scene.terrain.grid();
         let right = self.difference(grid, motion, moved).unwrap();
@@ -69,7 +70,7 @@ impl<'a> Answer<'a> {
     }
 }
 
-/// All of these networks, on a scene and on what becomes of its graph by each motion.
+/// All of these networks, on a scene and on its graph under each motion.
 fn check_all(networks: &[Network], scene: &Scene, moved: impl Fn(&Graph, Motion) -> Graph) {
     let graph = scene.graph();
     let moved: Vec<_> = Motion::of_a_square().map(|motion| (motion, moved(&graph, motion))).collect();
@@ -82,7 +83,7 @@ fn check_all(networks: &[Network], scene: &Scene, moved: impl Fn(&Graph, Motion)
 }
 
 #[test]
-fn a_graph_says_nothing_of_place_and_direction() {
+fn a_graph_is_independent_of_position_and_direction() {
     for seed in SEEDS {
         let networks = SHAPES.map(|shape| Network::new(&weights(shape, seed)));
         for scene in scenes(seed) {
@@ -101,9 +102,9 @@ fn without_routes_a_turned_map_gives_turned_logits() {
     }
 }
 
-/// Of equally short paths the robot takes the one by the smaller cell index, which is a matter of direction; and the
-/// path that it will take is part of what the network sees. So the routes of a turned map are the turned routes only
-/// where there is one shortest path to each cell.
+/// Of equally short paths the robot takes the one by the smaller cell index, which depends on direction, and paths are
+/// part of the network's input. So the paths of a turned map are the turned paths only where the shortest path to each
+/// cell is unique.
 #[test]
 fn with_routes_it_does_where_shortest_paths_are_unique() {
     for seed in SEEDS {
@@ -117,18 +118,18 @@ fn with_routes_it_does_where_shortest_paths_are_unique() {
     }
 }
 
-/// One way fewer than cells, counted from both ends; and the ways are long and branch.
+/// One edge fewer than cells, counted from both ends; paths are long and branch.
 fn assert_is_tree(scene: &Scene) {
     let routes = scene.routes();
-    let ways = |&cell: &_| scene.connectivity.neighbors(&scene.terrain, cell).count();
+    let paths = |&cell: &_| scene.connectivity.neighbors(&scene.terrain, cell).count();
     let count = routes.reached().len();
-    assert_eq!(routes.reached().iter().map(ways).sum::<usize>(), 2 * (count - 1));
-    assert!(routes.reached().iter().any(|cell| ways(cell) > 2));
+    assert_eq!(routes.reached().iter().map(paths).sum::<usize>(), 2 * (count - 1));
+    assert!(routes.reached().iter().any(|cell| paths(cell) > 2));
     let longest = routes.reached().iter().map(|&cell| routes.length(cell)).fold(0.0, f32::max);
     assert!(longest > 15.0, "{longest}");
 }
 
-/// Why the test above asks for mazes.
+/// Why the test above uses mazes.
 #[test]
 fn where_paths_are_equally_short_direction_decides() {
     let scene = open(9, Connectivity::Four, &mut stream(1, Purpose::Map, 0));

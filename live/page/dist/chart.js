@@ -66,7 +66,7 @@ export function fit(canvas) {
     }
     const context = canvas.getContext("2d");
     if (context === null)
-        throw new Error("this browser draws nothing");
+        throw new Error("this browser has no 2D canvas");
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     return context;
 }

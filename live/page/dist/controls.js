@@ -4,7 +4,7 @@ export class Controls {
     map;
     redraw;
     mission;
-    lock = "asking for leave …";
+    lock = "checking the token …";
     isDrawing = false;
     token = new URLSearchParams(location.hash.slice(1)).get("token");
     constructor(map, redraw) {
@@ -30,9 +30,9 @@ export class Controls {
         }
         else {
             const answer = await fetch("auth", { headers: this.headers() }).catch(() => undefined);
-            this.lock = answer?.ok === true ? undefined : `${readOnly} The token in this address is not the one.`;
+            this.lock = answer?.ok === true ? undefined : `${readOnly} The token in this address is wrong.`;
         }
-        this.say(this.lock ?? "");
+        this.answer(this.lock ?? "");
         this.show();
     }
     update(mission) {
@@ -40,7 +40,7 @@ export class Controls {
         if (mission.isOver && this.lock === undefined) {
             this.lock = "The mission is over.";
             this.draw(false);
-            this.say(this.lock);
+            this.answer(this.lock);
         }
         this.show();
     }
@@ -58,10 +58,10 @@ export class Controls {
         for (const id of BUTTONS) {
             const button = element(id, HTMLButtonElement);
             button.disabled = this.lock !== undefined || !needs[id];
-            button.title = this.lock ?? (needs[id] ? "" : id === "close" ? "An area has three corners at least" : "Choose a cell first");
+            button.title = this.lock ?? (needs[id] ? "" : id === "close" ? "An area needs at least three corners" : "Choose a cell first");
         }
         const pause = element("pause", HTMLButtonElement);
-        const text = isPaused ? "Let all robots go on" : "Pause all robots";
+        const text = isPaused ? "Resume all robots" : "Pause all robots";
         if (pause.textContent !== text)
             pause.textContent = text;
         element("area", HTMLButtonElement).setAttribute("aria-pressed", String(this.isDrawing));
@@ -96,7 +96,7 @@ export class Controls {
     }
     mark(as) {
         if (this.map.cursor === undefined || this.mission === undefined) {
-            this.say("Choose a cell on the map first.");
+            this.answer("Choose a cell on the map first.");
             return;
         }
         const [row, column] = this.mission.place(this.map.cursor);
@@ -105,7 +105,7 @@ export class Controls {
     draw(isDrawing) {
         this.isDrawing = isDrawing;
         this.map.corners = [];
-        this.say(isDrawing ? "Tap the corners of the area, or move the cursor and press Enter at each; then search inside." : "");
+        this.answer(isDrawing ? "Tap the corners of the area, or move the cursor and press Enter at each; then search inside." : "");
         this.show();
         this.redraw();
     }
@@ -114,7 +114,7 @@ export class Controls {
             return;
         this.map.corners.push(spot);
         const count = this.map.corners.length;
-        this.say(`${count} corner${count === 1 ? "" : "s"}.`);
+        this.answer(`${count} corner${count === 1 ? "" : "s"}.`);
         this.show();
         this.redraw();
     }
@@ -123,7 +123,7 @@ export class Controls {
             return;
         const corners = this.map.corners;
         if (corners.length < 3) {
-            this.say("An area has three corners at least.");
+            this.answer("An area needs at least three corners.");
             return;
         }
         this.draw(false);
@@ -138,13 +138,13 @@ export class Controls {
         try {
             const answer = await fetch("command", { method: "POST", headers: this.headers(), body: JSON.stringify(command) });
             const { message, error } = (await answer.json());
-            this.say(message ?? `Not done: ${error ?? answer.statusText}.`);
+            this.answer(message ?? `Not done: ${error ?? answer.statusText}.`);
         }
         catch {
-            this.say("Not done: the coordinator is not reached.");
+            this.answer("Not done: the coordinator cannot be reached.");
         }
     }
-    say(text) {
+    answer(text) {
         element("answer", HTMLElement).textContent = text;
     }
 }

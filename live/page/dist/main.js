@@ -1,7 +1,7 @@
 import { Controls } from "./controls.js";
 import { MapView, describe, drawScale } from "./map.js";
 import { Mission } from "./mission.js";
-import { element, forget, showPanel } from "./panel.js";
+import { element, reset, showPanel } from "./panel.js";
 import { Player } from "./player.js";
 import { Stream } from "./stream.js";
 let mission;
@@ -12,9 +12,9 @@ const map = new MapView(element("ground", HTMLElement), element("canvas", HTMLCa
     tapped: (spot) => controls.tapped(spot),
 });
 const controls = new Controls(map, draw);
-const stream = new Stream({ heard, lost }, controls.token);
+const stream = new Stream({ received, lost }, controls.token);
 const player = new Player(stream);
-function heard(message) {
+function received(message) {
     isLost = false;
     if (message.kind === "hello")
         begin(message);
@@ -26,7 +26,7 @@ function heard(message) {
 }
 function begin(hello) {
     mission = new Mission(hello);
-    forget();
+    reset();
     document.body.dataset["shows"] = hello.end === null ? "live" : "replay";
     if (hello.end === null)
         void controls.begin();
@@ -40,7 +40,7 @@ function over() {
 function lost(seconds) {
     isLost = true;
     const again = `trying again in ${seconds} s`;
-    trouble(`The connection to the coordinator is lost; ${again}. What is shown is what was last heard. The robots search on.`);
+    trouble(`The connection to the coordinator is lost; ${again}. The page shows the last received state. The robots continue to search.`);
     badge("off", "not connected");
 }
 function trouble(text) {
@@ -96,8 +96,8 @@ function doubles(mission) {
     const numbers = (mission.frame?.robots ?? []).filter((robot) => robot.is_doubled).map((robot) => robot.robot);
     if (numbers.length === 0)
         return undefined;
-    const each = numbers.map((number) => `Two robots say that they are robot ${number}.`).join(" ");
-    return `${each} The one that started later stands still: give it a number of its own, or stop it.`;
+    const each = numbers.map((number) => `Two robots have the number ${number}.`).join(" ");
+    return `${each} The one that started later is stopped: give it its own number, or shut it down.`;
 }
 drawScale(element("scale", HTMLCanvasElement));
 addEventListener("resize", () => {

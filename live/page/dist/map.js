@@ -73,7 +73,7 @@ export class MapView {
         context.drawImage(this.cells, 0, 0, this.canvas.clientWidth, this.canvas.clientHeight);
         pen.hatch();
         for (const robot of mission.frame?.robots ?? [])
-            pen.way(robot);
+            pen.path(robot);
         for (const object of mission.frame?.declared ?? [])
             pen.object(object.cell);
         for (const robot of mission.frame?.robots ?? [])
@@ -135,7 +135,7 @@ class Pen {
         });
         context.stroke();
     }
-    way(robot) {
+    path(robot) {
         const trail = this.mission.trails.get(robot.robot) ?? [];
         this.line(trail, robotColor(robot.robot), []);
         const plan = robot.cell === null ? robot.plan : [robot.cell, ...robot.plan];
@@ -194,7 +194,7 @@ class Pen {
         const { context } = this;
         const half = this.sign * 0.75;
         const [middle, y] = this.middle(robot.cell);
-        const x = middle + 1.6 * half * this.mates(robot);
+        const x = middle + 1.6 * half * this.robotsBefore(robot);
         const isMoving = robot.state === "searching";
         context.beginPath();
         if (isMoving || robot.state === "lost")
@@ -223,7 +223,7 @@ class Pen {
         if (robot.state === "paused")
             this.bars(x + half, y - half);
     }
-    mates(robot) {
+    robotsBefore(robot) {
         const robots = this.mission.frame?.robots ?? [];
         return robots.filter((other) => other.cell === robot.cell && other.robot < robot.robot).length;
     }
@@ -283,13 +283,13 @@ export function drawScale(canvas) {
 }
 export function describe(mission, cell) {
     const level = mission.levels[cell] ?? 0;
-    const way = mission.isTraversable[cell] === 1 ? "" : ", no way through";
+    const ground = mission.isTraversable[cell] === 1 ? "" : ", not traversable";
     const robots = (mission.frame?.robots ?? []).filter((robot) => robot.cell === cell);
-    const here = robots.map((robot) => `, robot ${robot.robot} is here${robot.is_doubled ? ", twice in the mission" : ""}`).join("");
+    const here = robots.map((robot) => `, robot ${robot.robot} is here${robot.is_doubled ? ", with a duplicate number" : ""}`).join("");
     const isDeclared = (mission.frame?.declared ?? []).some((object) => object.cell === cell);
     const belief = level === 0 ? "not searched" : `probability of an object ${bounded(level)}`;
-    const reach = mission.isOutOfReach[cell] === 1 ? ", out of reach: no robot can see it" : "";
-    return `Cell ${mission.name(cell)}: ${belief}${isDeclared ? ", declared" : ""}${reach}${way}${here}`;
+    const reach = mission.isOutOfReach[cell] === 1 ? ", out of reach: no robot can observe it" : "";
+    return `Cell ${mission.name(cell)}: ${belief}${isDeclared ? ", declared" : ""}${reach}${ground}${here}`;
 }
 function bounded(level) {
     if (level === 1)

@@ -17,13 +17,13 @@ const SIGNS = {
     lost: "✕ lost",
     searching: "▶ searching",
     paused: "❚❚ paused",
-    cleared: "✓ nothing left",
+    cleared: "✓ cleared",
     spent: "■ budget spent",
-    stuck: "▲ nowhere to go",
-    waiting: "◷ waits for teammates",
+    stuck: "▲ stuck",
+    waiting: "◷ waiting for teammates",
 };
 let known;
-export function forget() {
+export function reset() {
     known = undefined;
 }
 export function showPanel(mission) {
@@ -57,7 +57,7 @@ function robotRow(mission, robot) {
     const goal = robot.plan.at(-1);
     return [
         String(robot.robot),
-        robot.is_doubled ? `⚠ twice, ${SIGNS[robot.state]}` : SIGNS[robot.state],
+        robot.is_doubled ? `⚠ duplicate, ${SIGNS[robot.state]}` : SIGNS[robot.state],
         robot.cell === null ? "–" : mission.name(robot.cell),
         goal === undefined ? "–" : mission.name(goal),
         `${robot.meters.toFixed(0)} m`,

@@ -24,7 +24,7 @@ export class Player {
         this.end = end;
         this.slider.max = String(end);
         element("player", HTMLElement).hidden = false;
-        this.stream.say({ seek: this.time, speed: this.isPlaying ? Number(this.speed.value) : 0 });
+        this.stream.send({ seek: this.time, speed: this.isPlaying ? Number(this.speed.value) : 0 });
     }
     update(mission) {
         this.time = mission.frame?.time ?? 0;
@@ -39,7 +39,7 @@ export class Player {
         if (isPlaying && this.time >= this.end)
             this.seek(0);
         this.show(isPlaying);
-        this.stream.say({ speed: isPlaying ? Number(this.speed.value) : 0 });
+        this.stream.send({ speed: isPlaying ? Number(this.speed.value) : 0 });
     }
     show(isPlaying) {
         this.isPlaying = isPlaying;
@@ -47,7 +47,7 @@ export class Player {
     }
     seek(seconds) {
         this.time = Math.min(Math.max(seconds, 0), this.end);
-        this.stream.say({ seek: this.time });
+        this.stream.send({ seek: this.time });
     }
     key(event) {
         const target = event.target;

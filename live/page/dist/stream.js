@@ -10,7 +10,7 @@ export class Stream {
         this.token = token;
         this.open();
     }
-    say(message) {
+    send(message) {
         if (this.socket?.readyState === WebSocket.OPEN)
             this.socket.send(JSON.stringify(message));
     }
@@ -19,7 +19,7 @@ export class Stream {
         const socket = new WebSocket(address, this.token === null ? ["dragnet"] : ["dragnet", `token.${this.token}`]);
         socket.onmessage = (event) => {
             this.wait = FIRST_WAIT;
-            this.listener.heard(JSON.parse(String(event.data)));
+            this.listener.received(JSON.parse(String(event.data)));
         };
         socket.onclose = () => {
             this.listener.lost(this.wait / 1000);

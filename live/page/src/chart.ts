@@ -2,7 +2,7 @@
 
 import { type Mission, clock } from "./mission.js";
 
-/** Workspace for the numbers at the axes, pixels. */
+/** Margins for the labels of the axes, pixels. */
 const LEFT = 42;
 const BOTTOM = 18;
 const TOP = 6;
@@ -69,7 +69,7 @@ function label(number: number, top: number): string {
   return top < 10 ? number.toFixed(1) : number.toFixed(0);
 }
 
-/** A canvas as sharp as the screen; coordinates stay those of the page. */
+/** Sets the resolution of a canvas to that of the screen; coordinates stay those of the page. */
 export function fit(canvas: HTMLCanvasElement): CanvasRenderingContext2D {
   const ratio = window.devicePixelRatio || 1;
   const [width, height] = [Math.round(canvas.clientWidth * ratio), Math.round(canvas.clientHeight * ratio)];
@@ -78,7 +78,7 @@ export function fit(canvas: HTMLCanvasElement): CanvasRenderingContext2D {
     canvas.height = height;
   }
   const context = canvas.getContext("2d");
-  if (context === null) throw new Error("this browser draws nothing");
+  if (context === null) throw new Error("this browser has no 2D canvas");
   context.setTransform(ratio, 0, 0, ratio, 0, 0);
   return context;
 }

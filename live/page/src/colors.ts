@@ -1,4 +1,4 @@
-// Colors that keep their order for everybody: the belief from dark blue to yellow, as cividis does.
+// Colors that can be ordered with color blindness: cividis, from dark blue to yellow.
 
 type Rgb = readonly [number, number, number];
 
@@ -17,7 +17,7 @@ export function shade(share: number): Rgb {
   return [mix(from[0], to[0]), mix(from[1], to[1]), mix(from[2], to[2])];
 }
 
-/** Log-odds beyond this are shown as this, nats; as `live/src/frame.rs` has it. */
+/** Log-odds beyond this are shown as this, nats; equal to that of `live/src/frame.rs`. */
 export const MOST_NATS = 8;
 
 /** The log-odds of a level from 1 to 255, nats. */
@@ -34,7 +34,7 @@ export const UNSEARCHED: Rgb = [223, 227, 232];
 export const BLOCKED: Rgb = [154, 161, 172];
 export const OUT_OF_REACH: Rgb = [196, 186, 205];
 
-/** Colors of robots' ways (Okabe and Ito 2008), in turn; a robot is known by its number too. */
+/** Colors of robots' paths (Okabe and Ito 2008), repeating; robots are labeled with their numbers too. */
 const ROBOTS = ["#d55e00", "#56b4e9", "#009e73", "#cc79a7", "#e69f00", "#0072b2"];
 
 export function robotColor(robot: number): string {

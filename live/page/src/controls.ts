@@ -1,17 +1,17 @@
-// What changes the mission: buttons and keys, for whoever has the token.
+// Commands to the mission: buttons and keys, for operators with the token.
 
 import type { MapView } from "./map.js";
 import type { Mission } from "./mission.js";
 import { element } from "./panel.js";
 
-/** Why the controls do nothing; nothing if they do. */
+/** Why the controls are disabled; undefined if they are not. */
 export type Lock = string | undefined;
 
 const BUTTONS = ["pause", "searched", "clue", "area", "corner", "close"] as const;
 
 export class Controls {
   private mission: Mission | undefined;
-  private lock: Lock = "asking for leave …";
+  private lock: Lock = "checking the token …";
   private isDrawing = false;
   readonly token = new URLSearchParams(location.hash.slice(1)).get("token");
 
@@ -31,7 +31,7 @@ export class Controls {
     document.addEventListener("keydown", (event) => this.key(event));
   }
 
-  /** Asks whether the token is the right one. */
+  /** Checks the token. */
   async begin(): Promise<void> {
     element("controls", HTMLElement).hidden = false;
     const readOnly = "Read-only: open the address with its token to change the mission.";
@@ -39,9 +39,9 @@ export class Controls {
       this.lock = readOnly;
     } else {
       const answer = await fetch("auth", { headers: this.headers() }).catch(() => undefined);
-      this.lock = answer?.ok === true ? undefined : `${readOnly} The token in this address is not the one.`;
+      this.lock = answer?.ok === true ? undefined : `${readOnly} The token in this address is wrong.`;
     }
-    this.say(this.lock ?? "");
+    this.answer(this.lock ?? "");
     this.show();
   }
 
@@ -50,7 +50,7 @@ export class Controls {
     if (mission.isOver && this.lock === undefined) {
       this.lock = "The mission is over.";
       this.draw(false);
-      this.say(this.lock);
+      this.answer(this.lock);
     }
     this.show();
   }
@@ -69,17 +69,17 @@ export class Controls {
     for (const id of BUTTONS) {
       const button = element(id, HTMLButtonElement);
       button.disabled = this.lock !== undefined || !needs[id];
-      button.title = this.lock ?? (needs[id] ? "" : id === "close" ? "An area has three corners at least" : "Choose a cell first");
+      button.title = this.lock ?? (needs[id] ? "" : id === "close" ? "An area needs at least three corners" : "Choose a cell first");
     }
     const pause = element("pause", HTMLButtonElement);
-    const text = isPaused ? "Let all robots go on" : "Pause all robots";
+    const text = isPaused ? "Resume all robots" : "Pause all robots";
     if (pause.textContent !== text) pause.textContent = text;
     element("area", HTMLButtonElement).setAttribute("aria-pressed", String(this.isDrawing));
     element("corner", HTMLButtonElement).hidden = !this.isDrawing;
     element("close", HTMLButtonElement).hidden = !this.isDrawing;
   }
 
-  /** A place on the map was tapped: a corner, while an area is drawn. */
+  /** The map was tapped: adds a corner while an area is drawn. */
   tapped(spot: [number, number]): void {
     if (this.isDrawing) this.corner(spot);
   }
@@ -107,7 +107,7 @@ export class Controls {
 
   private mark(as: "searched" | "clue"): void {
     if (this.map.cursor === undefined || this.mission === undefined) {
-      this.say("Choose a cell on the map first.");
+      this.answer("Choose a cell on the map first.");
       return;
     }
     const [row, column] = this.mission.place(this.map.cursor);
@@ -117,7 +117,7 @@ export class Controls {
   private draw(isDrawing: boolean): void {
     this.isDrawing = isDrawing;
     this.map.corners = [];
-    this.say(isDrawing ? "Tap the corners of the area, or move the cursor and press Enter at each; then search inside." : "");
+    this.answer(isDrawing ? "Tap the corners of the area, or move the cursor and press Enter at each; then search inside." : "");
     this.show();
     this.redraw();
   }
@@ -126,7 +126,7 @@ export class Controls {
     if (!this.isDrawing || spot === undefined) return;
     this.map.corners.push(spot);
     const count = this.map.corners.length;
-    this.say(`${count} corner${count === 1 ? "" : "s"}.`);
+    this.answer(`${count} corner${count === 1 ? "" : "s"}.`);
     this.show();
     this.redraw();
   }
@@ -135,7 +135,7 @@ export class Controls {
     if (!this.isDrawing) return;
     const corners = this.map.corners;
     if (corners.length < 3) {
-      this.say("An area has three corners at least.");
+      this.answer("An area needs at least three corners.");
       return;
     }
     this.draw(false);
@@ -151,13 +151,13 @@ export class Controls {
     try {
       const answer = await fetch("command", { method: "POST", headers: this.headers(), body: JSON.stringify(command) });
       const { message, error } = (await answer.json()) as { message?: string; error?: string };
-      this.say(message ?? `Not done: ${error ?? answer.statusText}.`);
+      this.answer(message ?? `Not done: ${error ?? answer.statusText}.`);
     } catch {
-      this.say("Not done: the coordinator is not reached.");
+      this.answer("Not done: the coordinator cannot be reached.");
     }
   }
 
-  private say(text: string): void {
+  private answer(text: string): void {
     element("answer", HTMLElement).textContent = text;
   }
 }

@@ -1,9 +1,9 @@
-// The page: what comes over the stream is taken in and drawn, at most once a picture of the screen.
+// The page: applies the messages of the stream and draws, at most once per animation frame.
 
 import { Controls } from "./controls.js";
 import { MapView, describe, drawScale } from "./map.js";
 import { type Frame, type Hello, Mission, type Over } from "./mission.js";
-import { element, forget, showPanel } from "./panel.js";
+import { element, reset, showPanel } from "./panel.js";
 import { Player } from "./player.js";
 import { Stream } from "./stream.js";
 
@@ -16,10 +16,10 @@ const map = new MapView(element("ground", HTMLElement), element("canvas", HTMLCa
   tapped: (spot) => controls.tapped(spot),
 });
 const controls = new Controls(map, draw);
-const stream = new Stream({ heard, lost }, controls.token);
+const stream = new Stream({ received, lost }, controls.token);
 const player = new Player(stream);
 
-function heard(message: Hello | Frame | Over): void {
+function received(message: Hello | Frame | Over): void {
   isLost = false;
   if (message.kind === "hello") begin(message);
   else if (message.kind === "over") over();
@@ -29,7 +29,7 @@ function heard(message: Hello | Frame | Over): void {
 
 function begin(hello: Hello): void {
   mission = new Mission(hello);
-  forget();
+  reset();
   document.body.dataset["shows"] = hello.end === null ? "live" : "replay";
   if (hello.end === null) void controls.begin();
   else player.begin(hello.end);
@@ -42,14 +42,14 @@ function over(): void {
 function lost(seconds: number): void {
   isLost = true;
   const again = `trying again in ${seconds} s`;
-  trouble(`The connection to the coordinator is lost; ${again}. What is shown is what was last heard. The robots search on.`);
+  trouble(`The connection to the coordinator is lost; ${again}. The page shows the last received state. The robots continue to search.`);
   badge("off", "not connected");
 }
 
 function trouble(text: string | undefined): void {
   const place = element("trouble", HTMLElement);
   place.hidden = text === undefined;
-  // What is said already is not read aloud again.
+  // An unchanged text is not announced again.
   if (place.textContent !== (text ?? "")) place.textContent = text ?? "";
 }
 
@@ -89,12 +89,12 @@ function showState(mission: Mission): void {
   else badge("live", "live");
 }
 
-/** What a person is to do about robots of one number. */
+/** Advice about robots with the same number. */
 function doubles(mission: Mission): string | undefined {
   const numbers = (mission.frame?.robots ?? []).filter((robot) => robot.is_doubled).map((robot) => robot.robot);
   if (numbers.length === 0) return undefined;
-  const each = numbers.map((number) => `Two robots say that they are robot ${number}.`).join(" ");
-  return `${each} The one that started later stands still: give it a number of its own, or stop it.`;
+  const each = numbers.map((number) => `Two robots have the number ${number}.`).join(" ");
+  return `${each} The one that started later is stopped: give it its own number, or shut it down.`;
 }
 
 drawScale(element("scale", HTMLCanvasElement));

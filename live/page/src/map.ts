@@ -10,9 +10,9 @@ const STRIDE = 5;
 type Spot = [number, number];
 
 export interface MapEvents {
-  /** The cursor is on another cell. */
+  /** The cursor moved to another cell. */
   moved(cell: number): void;
-  /** A place was tapped, in cells east and north of the south-western corner. */
+  /** The map was tapped at a point, in cells east and north of the south-western corner. */
   tapped(spot: Spot): void;
 }
 
@@ -75,7 +75,7 @@ export class MapView {
       this.mission = mission;
       if (this.cursor !== undefined && this.cursor >= rows * columns) this.cursor = undefined;
     }
-    // As wide as there is room, and no higher than a person sees at once.
+    // As wide as possible, and no higher than the window.
     const width = Math.min(this.ground.parentElement?.clientWidth ?? 300, (window.innerHeight * 0.78 * columns) / rows);
     this.ground.style.width = `min(100%, ${Math.floor(width)}px)`;
     this.canvas.style.aspectRatio = `${columns} / ${rows}`;
@@ -90,14 +90,14 @@ export class MapView {
     context.imageSmoothingEnabled = false;
     context.drawImage(this.cells, 0, 0, this.canvas.clientWidth, this.canvas.clientHeight);
     pen.hatch();
-    for (const robot of mission.frame?.robots ?? []) pen.way(robot);
+    for (const robot of mission.frame?.robots ?? []) pen.path(robot);
     for (const object of mission.frame?.declared ?? []) pen.object(object.cell);
     for (const robot of mission.frame?.robots ?? []) pen.robot(robot);
     pen.area(this.corners);
     if (this.cursor !== undefined) pen.cursor(this.cursor);
   }
 
-  /** One pixel a cell. */
+  /** One pixel per cell. */
   private paintCells(mission: Mission): void {
     const { rows, columns } = mission.hello;
     if (this.cells.width !== columns || this.cells.height !== rows) {
@@ -117,7 +117,7 @@ export class MapView {
   }
 }
 
-/** Draws signs at cells; `size` is that of a cell, pixels. */
+/** Draws markers at cells; `size` is that of a cell, pixels. */
 class Pen {
   constructor(
     private readonly context: CanvasRenderingContext2D,
@@ -134,12 +134,12 @@ class Pen {
     return this.at([column + 0.5, row + 0.5]);
   }
 
-  /** Signs do not shrink with the map. */
+  /** Size of markers, which do not shrink with the map. */
   private get sign(): number {
     return Math.min(Math.max(this.size * 0.85, 8), 15);
   }
 
-  /** Lines over cells that no robot can cross, where there is room. */
+  /** Hatches cells that are not traversable, if they are large enough. */
   hatch(): void {
     const { context, size } = this;
     if (size < 4) return;
@@ -156,7 +156,7 @@ class Pen {
     context.stroke();
   }
 
-  way(robot: RobotFrame): void {
+  path(robot: RobotFrame): void {
     const trail = this.mission.trails.get(robot.robot) ?? [];
     this.line(trail, robotColor(robot.robot), []);
     const plan = robot.cell === null ? robot.plan : [robot.cell, ...robot.plan];
@@ -180,7 +180,7 @@ class Pen {
     this.casing(color, 2.5, dash);
   }
 
-  /** The path so far, with a white edge that sets it off from any ground. */
+  /** Strokes the current canvas path, with a white edge that contrasts with any ground. */
   private casing(color: string, width: number, dash: number[]): void {
     const { context } = this;
     context.lineJoin = "round";
@@ -211,13 +211,13 @@ class Pen {
   }
 
   /** A circle with the robot's number: round when it searches, square when it rests or is paused, crossed when lost,
-   * ringed when there are two of it. */
+   * ringed when its number is used twice. */
   robot(robot: RobotFrame): void {
     if (robot.cell === null) return;
     const { context } = this;
     const half = this.sign * 0.75;
     const [middle, y] = this.middle(robot.cell);
-    const x = middle + 1.6 * half * this.mates(robot);
+    const x = middle + 1.6 * half * this.robotsBefore(robot);
     const isMoving = robot.state === "searching";
     context.beginPath();
     if (isMoving || robot.state === "lost") context.arc(x, y, half, 0, 2 * Math.PI);
@@ -242,13 +242,13 @@ class Pen {
     if (robot.state === "paused") this.bars(x + half, y - half);
   }
 
-  /** Robots of lower numbers in the same cell: they stand side by side. */
-  private mates(robot: RobotFrame): number {
+  /** Number of robots with lower numbers in the same cell, which are drawn side by side. */
+  private robotsBefore(robot: RobotFrame): number {
     const robots = this.mission.frame?.robots ?? [];
     return robots.filter((other) => other.cell === robot.cell && other.robot < robot.robot).length;
   }
 
-  /** A second ring, of the color of warnings. */
+  /** A second ring, in the color of warnings. */
   private twice(x: number, y: number, half: number): void {
     this.context.beginPath();
     this.context.arc(x, y, 1.5 * half, 0, 2 * Math.PI);
@@ -299,7 +299,7 @@ class Pen {
   }
 }
 
-/** The colors from surely nothing to surely an object. */
+/** The color scale from certainly empty to certainly an object. */
 export function drawScale(canvas: HTMLCanvasElement): void {
   const context = fit(canvas);
   for (let x = 0; x < canvas.clientWidth; x += 1) {
@@ -308,19 +308,19 @@ export function drawScale(canvas: HTMLCanvasElement): void {
   }
 }
 
-/** What there is to say of a cell. */
+/** Describes a cell. */
 export function describe(mission: Mission, cell: number): string {
   const level = mission.levels[cell] ?? 0;
-  const way = mission.isTraversable[cell] === 1 ? "" : ", no way through";
+  const ground = mission.isTraversable[cell] === 1 ? "" : ", not traversable";
   const robots = (mission.frame?.robots ?? []).filter((robot) => robot.cell === cell);
-  const here = robots.map((robot) => `, robot ${robot.robot} is here${robot.is_doubled ? ", twice in the mission" : ""}`).join("");
+  const here = robots.map((robot) => `, robot ${robot.robot} is here${robot.is_doubled ? ", with a duplicate number" : ""}`).join("");
   const isDeclared = (mission.frame?.declared ?? []).some((object) => object.cell === cell);
   const belief = level === 0 ? "not searched" : `probability of an object ${bounded(level)}`;
-  const reach = mission.isOutOfReach[cell] === 1 ? ", out of reach: no robot can see it" : "";
-  return `Cell ${mission.name(cell)}: ${belief}${isDeclared ? ", declared" : ""}${reach}${way}${here}`;
+  const reach = mission.isOutOfReach[cell] === 1 ? ", out of reach: no robot can observe it" : "";
+  return `Cell ${mission.name(cell)}: ${belief}${isDeclared ? ", declared" : ""}${reach}${ground}${here}`;
 }
 
-/** The ends of the scale stand for all beyond them. */
+/** The ends of the scale include all values beyond them. */
 function bounded(level: number): string {
   if (level === 1) return `under ${percent(probability(2))}`;
   if (level === 255) return `over ${percent(probability(254))}`;

@@ -1,4 +1,4 @@
-// What the page knows of the mission: filled by what the server sends, as `live/src/frame.rs` defines it.
+// The state of the mission on the page, from the messages of the server (`live/src/frame.rs`).
 
 export interface Hello {
   kind: "hello";
@@ -58,18 +58,18 @@ export interface Over {
   kind: "over";
 }
 
-/** Cells of a robot's way that are kept. */
+/** Number of cells of a robot's trail. */
 const TRAIL_CELLS = 400;
-/** Points of a curve that are kept: more than there are pixels to draw them. */
+/** Maximum number of points of a curve: more than there are pixels. */
 const MOST_POINTS = 2000;
 
 /** One mission, running or recorded. */
 export class Mission {
   readonly hello: Hello;
   readonly isTraversable: Uint8Array;
-  /** The belief, one level a cell: 0 not searched, otherwise 1 to 255 over the log-odds. */
+  /** The belief, one level per cell: 0 not searched, otherwise 1 to 255 over the log-odds. */
   levels: Uint8Array;
-  /** 1 where something is searched for and no robot can see it. */
+  /** 1 in searched cells that are out of reach of all robots. */
   isOutOfReach: Uint8Array;
   frame: Frame | undefined;
   trails = new Map<number, number[]>();
@@ -106,7 +106,7 @@ export class Mission {
     return [Math.floor(cell / this.hello.columns), cell % this.hello.columns];
   }
 
-  /** A cell as scenarios write it. */
+  /** A cell in the notation of scenarios. */
   name(cell: number): string {
     const [row, column] = this.place(cell);
     return `[${row}, ${column}]`;

@@ -1,4 +1,4 @@
-// Figures and lists beside the map, and what is read aloud.
+// Figures and lists beside the map, and announcements for screen readers.
 
 import { drawChart } from "./chart.js";
 import { percent } from "./map.js";
@@ -20,16 +20,16 @@ const SIGNS: Record<RobotFrame["state"], string> = {
   lost: "✕ lost",
   searching: "▶ searching",
   paused: "❚❚ paused",
-  cleared: "✓ nothing left",
+  cleared: "✓ cleared",
   spent: "■ budget spent",
-  stuck: "▲ nowhere to go",
-  waiting: "◷ waits for teammates",
+  stuck: "▲ stuck",
+  waiting: "◷ waiting for teammates",
 };
 
-/** Cells declared when the page last looked; none before it has. */
+/** Declared cells at the last update; undefined before the first. */
 let known: Set<number> | undefined;
 
-export function forget(): void {
+export function reset(): void {
   known = undefined;
 }
 
@@ -64,14 +64,14 @@ function robotRow(mission: Mission, robot: RobotFrame): string[] {
   const goal = robot.plan.at(-1);
   return [
     String(robot.robot),
-    robot.is_doubled ? `⚠ twice, ${SIGNS[robot.state]}` : SIGNS[robot.state],
+    robot.is_doubled ? `⚠ duplicate, ${SIGNS[robot.state]}` : SIGNS[robot.state],
     robot.cell === null ? "–" : mission.name(robot.cell),
     goal === undefined ? "–" : mission.name(goal),
     `${robot.meters.toFixed(0)} m`,
   ];
 }
 
-/** Rows of a table; only what has changed is touched, so that a reader keeps its place. */
+/** Updates the rows of a table; only changed cells are touched, so that a screen reader keeps its position. */
 function rows(id: string, wanted: [string, string[]][]): void {
   const body = element(id, HTMLTableElement).tBodies[0];
   if (body === undefined) return;

@@ -1,10 +1,10 @@
-// Play, stop, seek: the time of a recording.
+// Playback controls of a recording: play, stop, seek.
 
 import { type Mission, clock } from "./mission.js";
 import { element } from "./panel.js";
 import type { Stream } from "./stream.js";
 
-/** Seconds that a key goes back or on. */
+/** Seconds that a key moves back or forward. */
 const JUMP = 10;
 
 export class Player {
@@ -30,8 +30,8 @@ export class Player {
     this.end = end;
     this.slider.max = String(end);
     element("player", HTMLElement).hidden = false;
-    // The stream may have been opened anew: it starts where this one was.
-    this.stream.say({ seek: this.time, speed: this.isPlaying ? Number(this.speed.value) : 0 });
+    // The stream may have been reopened: it continues at the last time.
+    this.stream.send({ seek: this.time, speed: this.isPlaying ? Number(this.speed.value) : 0 });
   }
 
   update(mission: Mission): void {
@@ -45,7 +45,7 @@ export class Player {
   private play(isPlaying: boolean): void {
     if (isPlaying && this.time >= this.end) this.seek(0);
     this.show(isPlaying);
-    this.stream.say({ speed: isPlaying ? Number(this.speed.value) : 0 });
+    this.stream.send({ speed: isPlaying ? Number(this.speed.value) : 0 });
   }
 
   private show(isPlaying: boolean): void {
@@ -55,7 +55,7 @@ export class Player {
 
   private seek(seconds: number): void {
     this.time = Math.min(Math.max(seconds, 0), this.end);
-    this.stream.say({ seek: this.time });
+    this.stream.send({ seek: this.time });
   }
 
   private key(event: KeyboardEvent): void {

@@ -1,14 +1,14 @@
-// The stream of frames: opened again whenever it breaks, and plain about it.
+// The stream of frames, which is reopened whenever it breaks.
 
 import type { Frame, Hello, Over } from "./mission.js";
 
-/** Before the stream is opened again, milliseconds; twice as long after each time in vain, up to the last. */
+/** Time before the stream is reopened, milliseconds; doubled after each failure, up to the last. */
 const FIRST_WAIT = 500;
 const LAST_WAIT = 8000;
 
 export interface Listener {
-  heard(message: Hello | Frame | Over): void;
-  /** The stream has broken and is opened again after so many seconds. */
+  received(message: Hello | Frame | Over): void;
+  /** The stream has broken and is reopened after this many seconds. */
   lost(seconds: number): void;
 }
 
@@ -23,17 +23,17 @@ export class Stream {
     this.open();
   }
 
-  say(message: unknown): void {
+  send(message: unknown): void {
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
   }
 
   private open(): void {
     const address = new URL("stream", location.href.replace(/^http/, "ws").split("#")[0]);
-    // Whoever has the token finds a place where many others watch.
+    // The token reserves a permit beyond the limit of viewers.
     const socket = new WebSocket(address, this.token === null ? ["dragnet"] : ["dragnet", `token.${this.token}`]);
     socket.onmessage = (event) => {
       this.wait = FIRST_WAIT;
-      this.listener.heard(JSON.parse(String(event.data)));
+      this.listener.received(JSON.parse(String(event.data)));
     };
     socket.onclose = () => {
       this.listener.lost(this.wait / 1000);

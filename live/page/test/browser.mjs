@@ -12,19 +12,19 @@ const FLAGS = [
   "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
   "--disable-component-update", "--disable-sync",
 ];
-const DESK = { width: 1280, height: 900 };
+const DESKTOP = { width: 1280, height: 900 };
 const PHONE = { width: 375, height: 720 };
 
 const [, , name, address, folder] = process.argv;
 const bare = address.split("#")[0];
 
-/** Opens the page in a browser with nothing in it, and closes both after. The browser complains of nothing but what is
- * `expected`: refusals that a case asks for. */
+/** Opens the page in a browser with nothing in it, and closes both after. The browser logs no errors except
+ * `expected` ones. */
 async function browse(url, { expected = [], ...options }, act) {
   const profile = mkdtempSync(join(tmpdir(), "dragnet-page-"));
   const context = await chromium.launchPersistentContext(profile, {
     executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
-    headless: true, args: FLAGS, viewport: DESK, ...options,
+    headless: true, args: FLAGS, viewport: DESKTOP, ...options,
   });
   const page = context.pages()[0] ?? (await context.newPage());
   const complaints = [];
@@ -54,7 +54,7 @@ const picture = (page) => page.locator("#canvas").evaluate((canvas) => canvas.to
 const shot = (page, file) => page.screenshot({ path: join(folder, file), fullPage: true });
 const settle = (page) => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
 
-/** Waits until something holds, however long the machine takes for it. */
+/** Waits for a condition, with a generous limit. */
 async function until(what, holds) {
   for (let tries = 0; tries < 600; tries += 1) {
     if (await holds()) return;
@@ -69,7 +69,7 @@ async function answered(page, act, pattern) {
   await until(`an answer like ${pattern}`, async () => pattern.test(await page.locator("#answer").textContent()));
 }
 
-/** Probability, percent, that the page says of the cell under the cursor. */
+/** Probability, percent, of the cell under the cursor. */
 async function probability(page) {
   const text = await page.locator("#cell").textContent();
   return Number(/probability of an object (?:under |over )?([\d.]+) %/.exec(text)?.[1] ?? NaN);
@@ -90,7 +90,7 @@ async function moveTo(page, row, column) {
 
 /** Robots move, stop when paused and go on; marks and areas count; all of it by keys alone. */
 async function live() {
-  // An area in which nothing is new is refused.
+  // An area without new cells is rejected.
   await browse(address, { expected: [/status of 422/] }, async (page) => {
     const first = await cells(page);
     await until("robots move", async () => (await cells(page)).some((cell, index) => cell !== first[index]));
@@ -104,10 +104,10 @@ async function live() {
     await until("time passes", async () => (await seconds(page)) > since + 30);
     assert.deepEqual(await cells(page), stopped, "a paused robot stays where it is");
     assert.equal(await page.locator("#state").textContent(), "paused");
-    assert.equal(await page.locator("#pause").textContent(), "Let all robots go on");
+    assert.equal(await page.locator("#pause").textContent(), "Resume all robots");
     await shot(page, "paused.png");
 
-    // A mark: the belief of that cell rises. Nobody else sees anything now.
+    // A mark: the belief of that cell rises. No robot observes meanwhile.
     await moveTo(page, 16, 19);
     const before = await probability(page);
     await answered(page, () => page.keyboard.press("c"), /marked as a clue/);
@@ -115,9 +115,9 @@ async function live() {
     assert.equal(await page.locator("#marks").textContent(), "1");
     const raised = await probability(page);
     await answered(page, () => page.keyboard.press("s"), /marked as searched/);
-    await until("what was searched lowers it", async () => (await probability(page)) < raised);
+    await until("a searched mark lowers it", async () => (await probability(page)) < raised);
 
-    // An area over cells that nobody searches, drawn by keys.
+    // An area over cells that are not searched, drawn by keys.
     await moveTo(page, 4, 23);
     assert.match(await page.locator("#cell").textContent(), /not searched/);
     await page.keyboard.press("a");
@@ -185,7 +185,7 @@ async function phone() {
   });
 }
 
-/** A recording plays, stops, and shows the same at a time from wherever one comes. */
+/** A recording plays, stops, and shows the same at a time from any other time. */
 async function replay() {
   await browse(address, {}, async (page) => {
     assert.ok(await page.locator("#controls").isHidden());
@@ -216,15 +216,15 @@ async function replay() {
   });
 }
 
-/** Two processes say that they are robot 1: that is marked, and said in words. */
+/** Two processes of robot 1 are marked and described. */
 async function doubled() {
   await browse(bare, {}, async (page) => {
     await until("robot 1 is marked", async () => (await states(page))[0] === "doubled");
-    assert.match(await page.locator("#robots tbody tr").first().locator("td").nth(1).textContent(), /twice/);
+    assert.match(await page.locator("#robots tbody tr").first().locator("td").nth(1).textContent(), /duplicate/);
     assert.ok((await states(page)).slice(1).every((state) => state !== "doubled"));
-    const told = page.locator("#trouble");
-    await until("it is said", async () => /Two robots say that they are robot 1\./.test(await told.textContent()));
-    assert.ok(await told.isVisible());
+    const trouble = page.locator("#trouble");
+    await until("it is described", async () => /Two robots have the number 1\./.test(await trouble.textContent()));
+    assert.ok(await trouble.isVisible());
     await shot(page, "doubled.png");
   });
 }

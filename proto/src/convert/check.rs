@@ -1,4 +1,4 @@
-//! Checks of single fields. Each says where it stood when something is wrong.
+//! Checks of single fields. Errors name the field.
 
 use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::{Cell, Grid};
@@ -13,15 +13,15 @@ use crate::dragnet_msgs::{self as wire, VERSION};
 use crate::message::Activity;
 use crate::replica::MAX_STARTS;
 
-/// The most readings of one look: cells within [`Sensor::MAX_RADIUS`].
+/// The most readings of one observation: cells within [`Sensor::MAX_RADIUS`].
 pub(super) const MAX_READINGS: usize = {
     let radius = Sensor::MAX_RADIUS as usize;
     2 * radius * (radius + 1) + 1
 };
-/// The most incarnations of robots, of all of a large team, that a message tells of.
+/// The most incarnations in a version vector, for a large team.
 const MAX_ORIGINS: usize = 1 << 16;
 
-/// Turns fields of one part of a message into what they mean on one map.
+/// Converts the fields of one part of a message to domain types of one map.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Check {
     pub(super) grid: Grid,
@@ -82,9 +82,9 @@ impl Check {
             .collect()
     }
 
-    /// What somebody knows of every origin: no more than a team can have, each once and in order.
+    /// A version vector: no more origins than a team can have, each once and in order.
     pub(super) fn versions(self, known: &[wire::Version]) -> Result<Vec<Version>, ConvertError> {
-        // A person's marks are numbered like one more robot's observations.
+        // The operator's marks are numbered like one more robot's observations.
         let most = (usize::from(self.robots) + 1) * MAX_STARTS;
         self.at_most(most.min(MAX_ORIGINS), "version_vector", known.len())?;
         let mut versions: Vec<Version> = Vec::with_capacity(known.len());
@@ -153,7 +153,7 @@ impl Check {
         }
     }
 
-    /// A time that fits any clock: no more than the thirty years of a scenario.
+    /// A duration that fits any clock: no more than the thirty years of a scenario.
     pub(super) fn seconds(self, name: &'static str, found: f64) -> Result<f64, ConvertError> {
         if (0.0..=1e9).contains(&found) {
             Ok(found)
@@ -241,7 +241,7 @@ pub(super) fn numbers(cells: &[Cell]) -> Vec<u32> {
     cells.iter().map(|cell| cell.number()).collect()
 }
 
-/// Readings as they travel: three arrays of equal length.
+/// Readings on the wire: three arrays of equal length.
 pub(super) struct Columns {
     pub(super) cells: Vec<u32>,
     pub(super) values: Vec<f32>,

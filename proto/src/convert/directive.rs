@@ -43,7 +43,8 @@ impl Check {
         Ok(Directive { number: wire.number, is_paused: wire.paused, added })
     }
 
-    /// Adds one run of cells; returns where the next may begin. `gap` reaches from where this one might have begun.
+    /// Adds one run of cells; returns the earliest start of the next one. `gap` counts from the earliest start of this
+    /// one.
     fn run(
         self,
         index: usize,

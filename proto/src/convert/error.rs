@@ -1,4 +1,4 @@
-//! Why bytes are not the message they should be.
+//! Decoding errors.
 
 use dragnet_ros2::cdr::DecodeError;
 use dragnet_scenario::participant::Participant;
@@ -8,113 +8,113 @@ use super::field::Field;
 use crate::dragnet_msgs::VERSION;
 use crate::message::MessageKind;
 
-/// A message that is refused: which field, what was found and what is allowed.
+/// A rejected message: the field, its value and the allowed values.
 #[derive(Debug, thiserror::Error)]
 pub enum ConvertError {
-    /// Not the bytes of such a message at all.
+    /// Not the bytes of such a message.
     #[error("{message}: {source}")]
     Bytes {
         /// Its ROS name.
         message: &'static str,
-        /// What is wrong with them.
+        /// The decoding error.
         source: DecodeError,
     },
-    /// Somebody speaks another version of our messages.
-    #[error("{at}: {found}; this program speaks version {VERSION}")]
+    /// Another version of Dragnet's messages.
+    #[error("{at}: {found}; this program uses version {VERSION}")]
     Version {
-        /// Where it stood.
+        /// The field.
         at: Field,
         /// The version.
         found: u8,
     },
-    /// A cell that the mission's map does not have.
+    /// A cell that is not on the mission's map.
     #[error("{at}: cell {found} is not on the map; allowed are 0 to {last}")]
     Cell {
-        /// Where it stood.
+        /// The field.
         at: Field,
         /// The number.
         found: u32,
         /// The map's last cell.
         last: usize,
     },
-    /// A reading that no sensor makes.
+    /// An impossible reading.
     #[error(
         "{at}: value {value}, variance {variance}; allowed are values from -{MAX_VALUE} to {MAX_VALUE} and variances from {MIN_VARIANCE} to {MAX_VARIANCE}"
     )]
     Reading {
-        /// Where it stood.
+        /// The field.
         at: Field,
         /// Its value.
         value: f32,
         /// Its variance.
         variance: f32,
     },
-    /// Arrays that belong together and are of unequal length.
+    /// Corresponding arrays of unequal length.
     #[error("{at}: {found} entries; allowed are {expected}, as many as `{partner}` has")]
     Lengths {
-        /// Where it stood.
+        /// The field.
         at: Field,
         /// Its length.
         found: usize,
-        /// The array that it belongs to.
+        /// The corresponding array.
         partner: &'static str,
         /// The length of that.
         expected: usize,
     },
-    /// An array that is longer than it can be.
+    /// An array that is too long.
     #[error("{at}: {found} entries; allowed are at most {most}")]
     TooMany {
-        /// Where it stood.
+        /// The field.
         at: Field,
         /// Its length.
         found: usize,
         /// The greatest length.
         most: usize,
     },
-    /// A byte that names none of the alternatives.
+    /// A byte outside an enumeration.
     #[error("{at}: {found}; allowed are {allowed}")]
     Alternative {
-        /// Where it stood.
+        /// The field.
         at: Field,
         /// The byte.
         found: u8,
-        /// The alternatives.
+        /// The allowed values.
         allowed: &'static str,
     },
     /// A number out of its range.
     #[error("{at}: {found}; allowed are {allowed}")]
     Number {
-        /// Where it stood.
+        /// The field.
         at: Field,
         /// The number.
         found: f64,
         /// Its range.
         allowed: &'static str,
     },
-    /// A part of another robot than the whole.
+    /// A part of a message that names another robot than the whole.
     #[error("{at}: of robot {found}; allowed is robot {expected} only")]
     Robot {
-        /// Where it stood.
+        /// The field.
         at: Field,
         /// The robot there.
         found: u16,
         /// The robot of the message.
         expected: u16,
     },
-    /// Observations of another incarnation than those before.
+    /// Observations of different incarnations.
     #[error("{at}: {found} after {expected}; allowed are observations of one incarnation")]
     Incarnation {
-        /// Where it stood.
+        /// The field.
         at: Field,
-        /// The one there.
+        /// The incarnation.
         found: u64,
-        /// That of those before.
+        /// That of the observations before.
         expected: u64,
     },
-    /// Observations out of order, or one twice.
+    /// Observations out of order, or repeated.
     #[error("{at}: {found} after {before}; allowed are ascending numbers")]
     Order {
-        /// Where it stood.
+        /// The field.
         at: Field,
         /// The sequence number there.
         found: u64,
@@ -124,11 +124,11 @@ pub enum ConvertError {
     /// A message under another participant's key.
     #[error("{message:?} of {author} under a key of {sender}")]
     Sender {
-        /// What kind of message.
+        /// The kind of the message.
         message: MessageKind,
-        /// Whom the message names.
+        /// The author in the message.
         author: Participant,
-        /// Whom the key names.
+        /// The participant of the key.
         sender: Participant,
     },
 }

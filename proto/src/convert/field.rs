@@ -1,4 +1,4 @@
-//! Where something stands in a message.
+//! The position of a field in a message.
 
 use std::fmt;
 
@@ -21,7 +21,7 @@ impl fmt::Display for Field {
     }
 }
 
-/// Which part of a message is being checked.
+/// The part of a message that is being checked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Place {
     /// The message itself.
@@ -34,7 +34,7 @@ pub(super) enum Place {
     Declared(usize),
     /// An entry of `version_vector`.
     Known(usize),
-    /// What a person has ordered.
+    /// The operator's directive.
     Directive,
 }
 

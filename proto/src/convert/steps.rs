@@ -29,7 +29,7 @@ const NEVER: MissionTime = MissionTime(u64::MAX);
 
 /// An event that does not happen in simulated time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("nobody comes, is halted or gives commands in simulated time: run by the wall clock")]
+#[error("arrivals, halts and commands do not exist in simulated time: run by the wall clock")]
 pub struct NotSimulated;
 
 impl TryFrom<&Step> for wire::Step {

@@ -49,7 +49,7 @@ fn heartbeat() -> Heartbeat {
     }
 }
 
-/// What the codec says about wire structs that it refuses.
+/// The codec's error for an invalid wire struct.
 fn refusal<T: RosMessage>(kind: MessageKind, message: &T) -> String {
     Codec::new(grid()).decode(kind, &cdr::encode(message)).unwrap_err().to_string()
 }
@@ -76,7 +76,7 @@ fn a_digest_travels_upper_half_first() {
 }
 
 #[test]
-fn an_observation_out_of_range_is_refused_by_field() {
+fn an_observation_out_of_range_is_rejected_by_field() {
     let check = |change: fn(&mut wire::Observation), expected: &str| {
         let mut wire = wire::Observation::from(&observation(7, 0));
         change(&mut wire);
@@ -85,7 +85,7 @@ fn an_observation_out_of_range_is_refused_by_field() {
             format!("dragnet_msgs/msg/Observation: {expected}")
         );
     };
-    check(|wire| wire.version = 1, "version: 1; this program speaks version 4");
+    check(|wire| wire.version = 1, "version: 1; this program uses version 4");
     check(|wire| wire.cell = 6, "cell: cell 6 is not on the map; allowed are 0 to 5");
     check(|wire| wire.cells[0] = 99, "cells[0]: cell 99 is not on the map; allowed are 0 to 5");
     check(
@@ -106,12 +106,12 @@ fn an_observation_out_of_range_is_refused_by_field() {
 #[test]
 fn another_version_is_named_even_if_its_fields_are_others() {
     let error = Codec::new(grid()).decode(MessageKind::SyncRequest, &[0, 1, 0, 0, 9, 8, 7]);
-    let expected = "dragnet_msgs/msg/SyncRequest: version: 9; this program speaks version 4";
+    let expected = "dragnet_msgs/msg/SyncRequest: version: 9; this program uses version 4";
     assert_eq!(error.unwrap_err().to_string(), expected);
 }
 
 #[test]
-fn a_heartbeat_out_of_range_is_refused_by_field() {
+fn a_heartbeat_out_of_range_is_rejected_by_field() {
     let check = |change: fn(&mut wire::Heartbeat), expected: &str| {
         let mut wire = wire::Heartbeat::from(&heartbeat());
         change(&mut wire);
@@ -123,12 +123,12 @@ fn a_heartbeat_out_of_range_is_refused_by_field() {
     );
     check(|wire| wire.path_meters = f64::INFINITY, "path_meters: inf; allowed are finite numbers from 0");
     check(|wire| wire.intent.robot = 8, "intent.robot: of robot 8; allowed is robot 7 only");
-    check(|wire| wire.intent.version = 0, "intent.version: 0; this program speaks version 4");
+    check(|wire| wire.intent.version = 0, "intent.version: 0; this program uses version 4");
     check(|wire| wire.intent.path = vec![0; 7], "intent.path: 7 entries; allowed are at most 6");
     check(|wire| wire.intent.path[1] = 6, "intent.path[1]: cell 6 is not on the map; allowed are 0 to 5");
     check(
         |wire| wire.version_vector[0].version = 1,
-        "version_vector[0].version: 1; this program speaks version 4",
+        "version_vector[0].version: 1; this program uses version 4",
     );
     let known = |robot, incarnation| wire::Version { version: wire::VERSION, robot, incarnation, next: 1 };
     let mut wire = wire::Heartbeat::from(&heartbeat());
@@ -184,7 +184,7 @@ fn no_list_is_longer_than_the_team_can_make_it() {
 }
 
 #[test]
-fn a_directive_travels_in_runs_and_is_refused_by_field() {
+fn a_directive_travels_in_runs_and_is_rejected_by_field() {
     let wire = wire::Heartbeat::from(&heartbeat()).directive;
     assert_eq!((&wire.firsts[..], &wire.counts[..]), (&[0, 4][..], &[2, 1][..]));
     let check = |firsts: &[u32], counts: &[u32], expected: &str| {
@@ -257,7 +257,7 @@ fn a_full_sync_reply_of_the_widest_sensor_is_decoded() {
 }
 
 #[test]
-fn a_message_comes_from_where_its_key_says() {
+fn a_message_must_match_its_key() {
     let (seven, eight) =
         (Participant::Robot(RobotId::new(7).unwrap()), Participant::Robot(RobotId::new(8).unwrap()));
     let message = Message::Intent(intent(7));
@@ -271,7 +271,7 @@ fn a_message_comes_from_where_its_key_says() {
 }
 
 #[test]
-fn a_step_of_an_unknown_kind_is_refused() {
+fn a_step_of_an_unknown_kind_is_rejected() {
     let codec = Codec::new(grid());
     let step = wire::Step { version: wire::VERSION, kind: 7, ..wire::Step::default() };
     let error = codec.decode_step(&cdr::encode(&step)).unwrap_err().to_string();
@@ -283,7 +283,7 @@ fn a_step_of_an_unknown_kind_is_refused() {
 }
 
 #[test]
-fn a_decision_of_more_seconds_than_any_clock_counts_is_refused() {
+fn a_decision_of_more_seconds_than_any_clock_counts_is_rejected() {
     for seconds in [-1.0, 1.1e9, 1e300, f64::INFINITY, f64::NAN] {
         let reply = wire::StepReply {
             version: wire::VERSION,

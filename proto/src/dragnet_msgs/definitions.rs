@@ -1,4 +1,4 @@
-//! What ROS calls our own messages, and how their `.msg` files define them.
+//! The ROS names and definitions of Dragnet's own messages.
 
 use dragnet_ros2::schema::{Definitions, RosMessage};
 

@@ -9,7 +9,7 @@ use super::{Key, ROOT, Selection, Topic};
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Mission(String);
 
-/// A name that no mission can have.
+/// An invalid mission name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("mission {0:?}: allowed are 1 to {max} characters of a-z, 0-9, _ and -", max = Mission::MAX_LENGTH)]
 pub struct MissionError(String);

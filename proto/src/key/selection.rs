@@ -13,7 +13,7 @@ pub enum Selection {
     Observations,
     /// All robots' plans.
     Intents,
-    /// All robots' signs of life.
+    /// All robots' heartbeats.
     Heartbeats,
     /// Liveliness tokens of all robots and the coordinator.
     Alive,
@@ -23,9 +23,9 @@ pub enum Selection {
     SyncRepliesTo(Participant),
     /// All that a participant publishes.
     PublishedBy(Participant),
-    /// All that the simulator publishes and asks.
+    /// All that the simulator publishes and queries.
     Simulator,
-    /// Whatever there is.
+    /// All keys.
     Everything,
 }
 

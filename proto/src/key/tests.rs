@@ -86,7 +86,7 @@ fn keys_are_spelled_as_documented() {
 }
 
 #[test]
-fn a_wrong_key_is_refused_with_what_is_allowed() {
+fn a_wrong_key_is_rejected_with_the_allowed_ones() {
     let check = |key: &str, expected: &str| {
         let error = key.parse::<Key>().unwrap_err().to_string();
         assert!(error.contains(expected), "{error}");
@@ -107,7 +107,7 @@ fn a_wrong_key_is_refused_with_what_is_allowed() {
 }
 
 #[test]
-fn nobody_publishes_what_is_not_theirs() {
+fn participants_publish_under_their_own_keys_only() {
     let robot = Participant::Robot(RobotId::FIRST);
     let of = |kind, from, to| Topic::of(kind, from, to);
     assert_eq!(of(MessageKind::Intent, Participant::Coordinator, Audience::All), None);

@@ -1,5 +1,5 @@
-//! Questions under way: who was asked for what, so that nobody is asked without end, and nobody's claims take the place
-//! of others'.
+//! Pending sync requests: they bound how often a participant is asked, and keep one participant's claims from blocking
+//! others.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -8,20 +8,20 @@ use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::observation::Origin;
 
-/// Who was asked so often and brought nothing is not asked again before others had their chance to be: somebody may claim
-/// to know more, and always be the first to claim it.
+/// A participant that was asked this often without a new observation is not asked again before others had their turn:
+/// it may always claim, as the first one, to know more.
 const MOST_TRIES: u32 = 3;
-/// One participant is asked about no more origins at a time: whoever invents origins is not asked about all of them.
+/// The maximum number of origins about which one participant is asked at a time, against invented origins.
 pub(super) const MOST_TO_ONE: usize = 256;
 
-/// The questions of one participant.
+/// The pending requests of one participant.
 #[derive(Clone, Debug)]
 pub(super) struct Questions {
-    /// How long an answer is waited for before the question is asked again.
+    /// Time after which an unanswered request is repeated.
     patience: Duration,
-    /// The last question about each origin; one whose answer brought something is no longer kept.
+    /// The last request about each origin; successful ones are removed.
     asked: BTreeMap<Origin, Question>,
-    /// The same by who was asked.
+    /// The same by the participant that was asked.
     to: BTreeMap<Participant, Asked>,
     #[cfg(test)]
     looked_through: u64,
@@ -31,15 +31,15 @@ pub(super) struct Questions {
 struct Question {
     at: MissionTime,
     whom: Participant,
-    /// How often this one was asked, one time after another, and brought nothing.
+    /// Consecutive requests to this participant without a new observation.
     tries: u32,
 }
 
-/// About what somebody was asked.
+/// Origins that a participant was asked about.
 #[derive(Clone, Debug, Default)]
 struct Asked {
     origins: BTreeSet<Origin>,
-    /// When those that had waited long enough were last let go: at the same time there are no further ones.
+    /// When expired requests were last removed: at the same time there are no further ones.
     tidied: Option<MissionTime>,
 }
 
@@ -54,7 +54,7 @@ impl Questions {
         }
     }
 
-    /// Whether it is time to ask somebody about an origin, and there is room for the question.
+    /// Whether a participant may now be asked about an origin.
     pub(super) fn may_ask(&mut self, now: MissionTime, whom: Participant, of: Origin) -> bool {
         match self.asked.get(&of) {
             Some(question) if !question.may_follow(now, whom, self.patience) => false,
@@ -71,7 +71,7 @@ impl Questions {
         self.to.entry(whom).or_default().origins.insert(of);
     }
 
-    /// The question about an origin need not be kept any longer.
+    /// Removes the request about an origin.
     pub(super) fn answered(&mut self, of: Origin) {
         if let Some(question) = self.asked.remove(&of)
             && let Some(asked) = self.to.get_mut(&question.whom)
@@ -80,7 +80,7 @@ impl Questions {
         }
     }
 
-    /// Looks through the questions to one participant once at a time, however many there are to ask.
+    /// Scans the requests to one participant once per time, however many requests follow.
     fn has_room(&mut self, now: MissionTime, whom: Participant) -> bool {
         let asked = self.to.entry(whom).or_default();
         if asked.origins.len() >= MOST_TO_ONE && asked.tidied != Some(now) {
@@ -107,9 +107,9 @@ impl Questions {
 }
 
 impl Question {
-    /// Whether it is time to put the question to this one, after it was put in vain.
+    /// Whether this participant may now be asked, after an unsuccessful request.
     fn may_follow(&self, now: MissionTime, whom: Participant, patience: Duration) -> bool {
-        // Others are heard within a heartbeat, which is twice the patience.
+        // Others send a heartbeat within twice the patience.
         let waits = if self.whom == whom && self.tries >= MOST_TRIES { 3 } else { 1 };
         now >= self.at + patience * waits
     }
@@ -127,7 +127,7 @@ mod tests {
         Participant::Robot(RobotId::new(number).unwrap())
     }
 
-    /// Asks one participant, if it may be asked, about so many invented origins.
+    /// Asks one participant, if allowed, about a number of invented origins.
     fn ask(questions: &mut Questions, now: MissionTime, whom: u16, incarnations: std::ops::Range<u64>) {
         for incarnation in incarnations {
             let of = Origin { source: RobotId::new(9).unwrap().into(), incarnation };
@@ -138,23 +138,23 @@ mod tests {
     }
 
     #[test]
-    fn a_long_list_is_looked_through_once() {
+    fn a_long_list_is_scanned_once() {
         let mut questions = Questions::new(PATIENCE);
         ask(&mut questions, MissionTime::START, 2, 0..10_000);
         assert_eq!(questions.looked_through, MOST_TO_ONE as u64);
-        // All of them have waited long enough.
+        // All requests have expired.
         ask(&mut questions, MissionTime::START + PATIENCE, 2, 10_000..20_000);
         assert_eq!(questions.looked_through, 2 * MOST_TO_ONE as u64);
         assert_eq!(questions.len(), MOST_TO_ONE);
     }
 
     #[test]
-    fn each_participant_has_its_own_room() {
+    fn each_participant_has_its_own_queue() {
         let mut questions = Questions::new(PATIENCE);
         ask(&mut questions, MissionTime::START, 2, 0..1000);
         ask(&mut questions, MissionTime::START, 3, 1000..1010);
         assert_eq!(questions.len(), MOST_TO_ONE + 10);
-        // What one was asked in vain another is asked, and makes room.
+        // An unsuccessful request is moved to another participant, and makes room.
         ask(&mut questions, MissionTime::START + PATIENCE, 3, 0..10);
         ask(&mut questions, MissionTime::START + PATIENCE.mul_f64(1.5), 2, 2000..2010);
         assert_eq!(questions.len(), MOST_TO_ONE + 20);

@@ -5,7 +5,7 @@ use super::*;
 
 const SECOND: u64 = 1_000_000_000;
 
-/// One robot of 2 m/s that sees 2 cells far, on cells of 10 m, the middle column blocked but for the south.
+/// One robot of 2 m/s with a sensor radius of 2 cells, on cells of 10 m, the middle column blocked except in the south.
 fn limits() -> Limits {
     let terrain = Terrain::from_ascii("...#...\n...#...\n.......", 10.0).unwrap();
     let text = "name = 'a'\nmap = { shape = 'all_traversable', rows = 3, columns = 3 }\nobjects.count = 1\nsensor.radius = 1\n\
@@ -19,7 +19,7 @@ fn cell(row: u32, column: u32) -> Cell {
     limits().terrain.grid().cell(Position { row, column }).unwrap()
 }
 
-fn look(sequence: u64, seconds: u64, from: Cell, readings: Vec<Reading>) -> Observation {
+fn observed(sequence: u64, seconds: u64, from: Cell, readings: Vec<Reading>) -> Observation {
     Observation { origin: Origin::first(RobotId::FIRST), sequence, time_ns: seconds * SECOND, from, readings }
 }
 
@@ -33,13 +33,13 @@ const fn only(observation: &Observation) -> Ends<'_> {
 }
 
 #[test]
-fn a_look_is_held_against_map_team_and_sensor() {
+fn an_observation_is_validated_by_map_team_and_sensor() {
     let limits = limits();
     let check = |observation: &Observation, expected| {
         assert_eq!(limits.check(observation, None), expected, "{observation:?}");
     };
     let from = cell(0, 0);
-    let sees = |readings: Vec<Reading>| look(0, 0, from, readings);
+    let sees = |readings: Vec<Reading>| observed(0, 0, from, readings);
     // Two cells away the sensor's variance is 0.02.
     check(&sees(vec![reading(0, 0, 0.1, 0.001), reading(1, 1, 0.9, 0.02)]), Ok(()));
     check(&sees(vec![reading(1, 1, 0.9, 5.0)]), Ok(()));
@@ -48,7 +48,7 @@ fn a_look_is_held_against_map_team_and_sensor() {
     check(&sees(vec![reading(1, 1, 2.2, 0.02)]), Err(Rejection::TooFarOff));
     check(&sees(vec![reading(1, 1, -1.2, 0.02)]), Err(Rejection::TooFarOff));
     check(&sees(vec![reading(0, 0, 0.1, 0.001), reading(0, 0, 0.1, 0.001)]), Err(Rejection::Repeated));
-    check(&look(0, 0, cell(1, 3), Vec::new()), Err(Rejection::Blocked));
+    check(&observed(0, 0, cell(1, 3), Vec::new()), Err(Rejection::Blocked));
     let mut stranger = sees(Vec::new());
     stranger.origin.source = RobotId::new(2).unwrap().into();
     check(&stranger, Err(Rejection::Stranger));
@@ -58,11 +58,11 @@ fn a_look_is_held_against_map_team_and_sensor() {
 fn a_robot_gets_no_further_than_its_speed_carries_it() {
     let limits = limits();
     let check = |seconds, column, expected| {
-        let before = look(0, 100, cell(0, 0), Vec::new());
-        let next = look(1, seconds, cell(0, column), Vec::new());
+        let before = observed(0, 100, cell(0, 0), Vec::new());
+        let next = observed(1, seconds, cell(0, column), Vec::new());
         assert_eq!(limits.check(&next, Some(only(&before))), expected, "{column} cells by {seconds} s");
     };
-    // A cell in 5 s, and two because nobody knows where in its cell it was.
+    // One cell in 5 s, and two because its position within its cell is unknown.
     check(105, 1, Ok(()));
     check(100, 2, Ok(()));
     check(100, 3, Err(Rejection::TooFast));
@@ -72,33 +72,33 @@ fn a_robot_gets_no_further_than_its_speed_carries_it() {
 }
 
 #[test]
-fn a_robot_that_stands_still_cannot_look_for_ever() {
+fn a_standing_robot_cannot_observe_for_ever() {
     let limits = limits();
-    let first = look(0, 0, cell(0, 0), Vec::new());
+    let first = observed(0, 0, cell(0, 0), Vec::new());
     let mut last = first.clone();
     for sequence in 1..1000 {
-        // A hundred looks a second, for ten seconds.
-        let mut next = look(sequence, 0, cell(0, 0), Vec::new());
+        // A hundred observations per second, for ten seconds.
+        let mut next = observed(sequence, 0, cell(0, 0), Vec::new());
         next.time_ns = sequence * SECOND / 100;
         if limits.check(&next, Some(Ends { first: &first, last: &last })) == Err(Rejection::TooOften) {
             break;
         }
         last = next;
     }
-    assert_eq!(last.sequence, LOOKS_AT_ONCE);
+    assert_eq!(last.sequence, OBSERVATIONS_AT_ONCE);
 }
 
 #[test]
-fn what_is_in_the_future_is_not_taken_yet() {
+fn observations_in_the_future_are_not_accepted_yet() {
     let limits = limits();
     let check =
-        |seconds| limits.check_date(MissionTime(10 * SECOND), &look(0, seconds, cell(0, 0), Vec::new()));
+        |seconds| limits.check_date(MissionTime(10 * SECOND), &observed(0, seconds, cell(0, 0), Vec::new()));
     assert_eq!(check(70), Ok(()));
     assert_eq!(check(71), Err(Rejection::Future));
 }
 
 #[test]
-fn a_mark_is_one_that_a_person_can_make_after_the_one_before_it() {
+fn a_mark_is_valid_after_the_one_before_it() {
     let limits = limits();
     let mark = |seconds, readings| {
         let origin = Origin { source: Source::Operator, incarnation: 0 };

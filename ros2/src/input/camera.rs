@@ -1,16 +1,16 @@
-//! What a detector sees in one image.
+//! A detector's boxes in one image.
 
 use super::InputError;
 use super::check::Check;
 use crate::schema::RosMessage;
 use crate::wire::vision::{self, BoundingBox2D, Detection2DArray};
 
-/// More boxes than an image can hold objects.
+/// The maximum number of boxes in an image.
 const MAX_BOXES: usize = 256;
-/// The most that one box may be taken for.
+/// The maximum number of hypotheses of one box.
 const MAX_HYPOTHESES: usize = 128;
 
-/// All that a detector sees in one image; nothing is an answer too.
+/// All boxes of one image; an empty list means that nothing was detected.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Detections {
     /// When the image was taken, Unix nanoseconds.
@@ -21,8 +21,8 @@ pub struct Detections {
     pub boxes: Vec<DetectedBox>,
 }
 
-/// A box in an image. Pixels count from the left and the upper edge; that it lies in the image is not checked here, where
-/// the image's size is not known.
+/// A box in an image. Pixels count from the left and the upper edge; whether it lies in the image is not checked here,
+/// where the image's size is unknown.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DetectedBox {
     /// Left edge, pixels.
@@ -33,16 +33,16 @@ pub struct DetectedBox {
     pub right: f64,
     /// Lower edge, pixels, below the upper one.
     pub bottom: f64,
-    /// What it most likely is; `None` if the detector does not say.
+    /// Its most likely class; `None` if the detector gives none.
     pub hypothesis: Option<Hypothesis>,
 }
 
-/// What a box is taken for.
+/// A class of a box, and its score.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hypothesis {
-    /// The detector's name for it, at most 256 bytes.
+    /// The detector's name of the class, at most 256 bytes.
     pub class: String,
-    /// How sure it is, `0..=1`.
+    /// The detector's score, `0..=1`.
     pub score: f64,
 }
 
@@ -86,7 +86,7 @@ impl Check {
         })
     }
 
-    /// Width and height of the upright box around one that may be turned, pixels.
+    /// Width and height of the axis-aligned box around a rotated one, pixels.
     fn turned_size(self, field: &str, found: &BoundingBox2D) -> Result<(f64, f64), InputError> {
         let (sine, cosine) = self.finite(&format!("{field}.center.theta"), found.center.theta)?.sin_cos();
         let positive = |name: &str, pixels: f64| {

@@ -1,4 +1,4 @@
-//! Checks of single fields. Each says where it stood when something is wrong.
+//! Checks of single fields. Errors name the field.
 
 use std::fmt::Display;
 use std::ops::RangeInclusive;

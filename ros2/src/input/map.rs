@@ -1,4 +1,4 @@
-//! Where robots can be: an occupancy grid.
+//! Traversable cells: an occupancy grid.
 
 use dragnet_search::cell::Grid;
 

@@ -1,4 +1,4 @@
-//! Where a robot is and how it moves, as far as a plane tells.
+//! A robot's pose and velocity, reduced to the plane.
 
 use std::ops::RangeInclusive;
 
@@ -9,16 +9,16 @@ use super::check::Check;
 use crate::schema::RosMessage;
 use crate::wire::{robot, standard};
 
-/// The length of a rotation's quaternion is 1, but for rounding.
+/// The norm of a rotation's quaternion is 1, up to rounding.
 const ROTATION_LENGTH: RangeInclusive<f64> = 0.99..=1.01;
-/// A first entry by which drivers say that they know no covariance.
+/// The first entry by which drivers mark an unknown covariance.
 const UNKNOWN: f64 = -1.0;
-/// What rounding may do to a covariance, as a share of the variances.
+/// Rounding tolerance of a covariance, as a share of the variances.
 const COVARIANCE_TOLERANCE: f64 = 1e-3;
 /// Indices of x, y and yaw among x, y, z and the rotations about them.
 const PLANE: [usize; 3] = [0, 1, 5];
 
-/// A place and a direction on the plane.
+/// A position and a direction on the plane.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PlanarPose {
     /// Meters along the frame's first axis; east on a map.
@@ -32,7 +32,7 @@ pub struct PlanarPose {
 /// Covariance of x, y (meters) and yaw (radians), row-major, shape `[3, 3]`: symmetric, with a diagonal of at least 0.
 pub type PlanarCovariance = [[f64; 3]; 3];
 
-/// Where a robot is.
+/// A robot's pose, as estimated by localization.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PoseEstimate {
     /// When, Unix nanoseconds.
@@ -41,11 +41,11 @@ pub struct PoseEstimate {
     pub frame: String,
     /// The pose.
     pub pose: PlanarPose,
-    /// How uncertain it is; `None` if whoever said it does not know, and left it 0 or put -1 first.
+    /// Its covariance; `None` if its publisher left it 0 or put -1 first, as for unknown.
     pub covariance: Option<PlanarCovariance>,
 }
 
-/// How a robot moves, in its own frame.
+/// A robot's velocity, in its own frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Velocity {
     /// Meters a second.
@@ -56,29 +56,29 @@ pub struct Velocity {
     pub yaw_radians_per_second: f64,
 }
 
-/// Where a robot is by its own reckoning, and how it moves.
+/// A robot's pose by dead reckoning, and its velocity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Odometry {
-    /// When and where; of a frame that may drift, such as `odom`.
+    /// The pose, in a frame that may drift, such as `odom`.
     pub place: PoseEstimate,
     /// The robot's own frame, such as `base_link`.
     pub robot_frame: String,
-    /// How it moves.
+    /// The velocity.
     pub velocity: Velocity,
 }
 
-/// Where on earth a robot is.
+/// A position by satellites.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fix {
     /// When, Unix nanoseconds.
     pub stamp_unix_ns: i64,
     /// The frame of the antenna.
     pub frame: String,
-    /// The place.
+    /// The position.
     pub point: GeoPoint,
-    /// Above the ellipsoid, meters, if it is known.
+    /// Above the ellipsoid, meters, if known.
     pub altitude_meters: Option<f64>,
-    /// Covariance of east and north, square meters, row-major, if it is known.
+    /// Covariance of east and north, square meters, row-major, if known.
     pub covariance_square_meters: Option<[[f64; 2]; 2]>,
 }
 
@@ -156,8 +156,7 @@ impl Check {
         })
     }
 
-    /// The rotation about the third axis that is left when a quaternion's others are undone: yaw, pitch and roll, in
-    /// this order.
+    /// The yaw of a quaternion in the decomposition into yaw, pitch and roll.
     fn yaw_radians(self, field: &str, quaternion: standard::Quaternion) -> Result<f64, InputError> {
         let standard::Quaternion { x, y, z, w } = quaternion;
         let length = (x * x + y * y + z * z + w * w).sqrt();
@@ -167,7 +166,7 @@ impl Check {
         Ok((2.0 * (w * z + x * y)).atan2(w * w + x * x - y * y - z * z))
     }
 
-    /// Some rows and columns of a covariance.
+    /// A submatrix of a covariance.
     fn covariance<const SIZE: usize, const PART: usize>(
         self,
         field: &str,

@@ -1,44 +1,44 @@
-//! Goals of an action, as its server tells of them.
+//! Goals of an action, as reported by its server.
 
 use super::InputError;
 use super::check::Check;
 use crate::schema::RosMessage;
 use crate::wire::robot::GoalStatusArray;
 
-/// More goals than a server remembers.
+/// The maximum number of goals in a message.
 const MAX_GOALS: usize = 1024;
 
-/// Names a goal.
+/// The identifier of a goal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct GoalId(pub [u8; 16]);
 
-/// How a goal stands.
+/// The status of a goal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GoalStatus {
-    /// Which one.
+    /// The goal.
     pub goal: GoalId,
     /// When its server accepted it, Unix nanoseconds by the server's clock.
     pub accepted_unix_ns: i64,
-    /// How it stands.
+    /// Its state.
     pub state: GoalState,
 }
 
-/// How a goal stands.
+/// The state of a goal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GoalState {
-    /// Its server does not know.
+    /// Unknown to its server.
     Unknown,
-    /// It is to be pursued.
+    /// Accepted, not yet executing.
     Accepted,
-    /// It is being pursued.
+    /// Executing.
     Executing,
-    /// It is being given up, as somebody asked.
+    /// Being canceled on request.
     Canceling,
-    /// It is reached.
+    /// Reached.
     Succeeded,
-    /// It was given up, as somebody asked.
+    /// Canceled on request.
     Canceled,
-    /// It was given up by its server.
+    /// Aborted by its server.
     Aborted,
 }
 

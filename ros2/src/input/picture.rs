@@ -9,8 +9,8 @@ use super::check::Check;
 use crate::schema::RosMessage;
 use crate::wire::robot;
 
-/// The most pixels of an image: 16 million, those of the paper's cameras, so that no message of a few bytes asks for more
-/// memory than that.
+/// The maximum number of pixels of an image: 16 million, those of the paper's cameras, so that a short message cannot
+/// ask for more memory.
 const MAX_PIXELS: u64 = 1 << 24;
 
 /// Red, green and blue.
@@ -31,7 +31,7 @@ pub struct Image {
     pub rgb: Vec<u8>,
 }
 
-/// Where a pixel's colors are among its bytes.
+/// The offsets of a pixel's colors in its bytes.
 struct Layout {
     bytes: usize,
     red: usize,
@@ -40,7 +40,8 @@ struct Layout {
 }
 
 impl Layout {
-    /// By the names of `sensor_msgs/image_encodings.hpp`; one channel is gray, three without a name are `OpenCV`'s.
+    /// By the names of `sensor_msgs/image_encodings.hpp`; one channel is gray, three without a name are those of
+    /// `OpenCV`.
     fn of(encoding: &str) -> Option<Self> {
         let (bytes, [red, green, blue]) = match encoding {
             "rgb8" => (3, [0, 1, 2]),
@@ -84,7 +85,7 @@ impl Image {
         Ok(Self { stamp_unix_ns, frame, width_pixels: image.width, height_pixels: image.height, rgb })
     }
 
-    /// A JPEG or PNG file: its first bytes say which, for what drivers write into `format` differs.
+    /// A JPEG or PNG file, recognized by its first bytes, since drivers write different texts into `format`.
     pub(super) fn decompress(image: &robot::CompressedImage) -> Result<Self, InputError> {
         let check = Check { message: robot::CompressedImage::NAME };
         let (stamp_unix_ns, frame) = check.header(&image.header)?;

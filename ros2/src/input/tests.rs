@@ -27,10 +27,10 @@ fn understand<T: serde::Serialize>(kind: InputKind, message: &T) -> Result<Input
     kind.understand(&cdr::encode(message)).map_err(|error| error.to_string())
 }
 
-/// What spoils a message, and what its refusal says.
+/// A change that makes a message invalid, and its error.
 type Spoiled<T> = (fn(&mut T), &'static str);
 
-/// Each change of a good message is refused, for this reason.
+/// Each change of a valid message is rejected, for this reason.
 fn check<T: serde::Serialize + Clone>(kind: InputKind, good: &T, changes: &[Spoiled<T>]) {
     understand(kind, good).unwrap();
     for (change, reason) in changes {
@@ -75,7 +75,7 @@ fn odometry_is_read_in_meters_and_radians() {
 }
 
 #[test]
-fn odometry_that_cannot_be_is_refused_with_its_field() {
+fn invalid_odometry_is_rejected_with_its_field() {
     check(
         InputKind::Odometry,
         &odometry(),
@@ -104,7 +104,7 @@ fn odometry_that_cannot_be_is_refused_with_its_field() {
 }
 
 #[test]
-fn a_covariance_that_nobody_knows_is_none() {
+fn an_unknown_covariance_is_none() {
     for first in [0.0, -1.0] {
         let mut pose = PoseWithCovariance::default();
         pose.covariance[0][0] = first;
@@ -114,9 +114,9 @@ fn a_covariance_that_nobody_knows_is_none() {
     }
 }
 
-/// A robot on a slope, turned: yaw is that of its heading on the plane.
+/// A turned robot on a slope: yaw is that of its heading on the plane.
 #[test]
-fn yaw_is_what_is_left_without_pitch_and_roll() {
+fn yaw_is_the_rotation_without_pitch_and_roll() {
     for (yaw, pitch, roll) in [(2.5_f64, 0.3_f64, 0.0_f64), (-2.9, -0.4, 0.2), (0.1, 0.0, -0.5)] {
         let ((sy, cy), (sp, cp), (sr, cr)) =
             ((yaw / 2.0).sin_cos(), (pitch / 2.0).sin_cos(), (roll / 2.0).sin_cos());
@@ -159,7 +159,7 @@ fn a_fix_is_a_place_on_the_map() {
 }
 
 #[test]
-fn a_map_has_as_many_cells_as_it_says() {
+fn a_map_has_the_declared_number_of_cells() {
     let origin = Pose { position: Point { x: -1.0, y: -2.0, z: 0.0 }, ..Pose::default() };
     let info = MapMetaData { resolution: 0.5, width: 3, height: 2, origin, ..MapMetaData::default() };
     let map = OccupancyGrid { header: header(), info, data: vec![0, 100, -1, 0, 0, 7] };
@@ -252,7 +252,7 @@ fn image(encoding: &str, pixel: &[u8]) -> robot::Image {
 }
 
 #[test]
-fn an_image_is_red_green_and_blue_whatever_it_was() {
+fn an_image_of_any_encoding_is_converted_to_rgb() {
     for (encoding, pixel) in [
         ("rgb8", &[10_u8, 20, 30][..]),
         ("bgr8", &[30, 20, 10]),
@@ -328,7 +328,7 @@ fn goals_are_read_with_their_state() {
 }
 
 #[test]
-fn a_message_of_another_type_is_refused() {
+fn a_message_of_another_type_is_rejected() {
     let messages = [
         cdr::encode(&odometry()),
         cdr::encode(&robot::PoseWithCovarianceStamped { header: header(), ..Default::default() }),
@@ -348,7 +348,7 @@ fn a_message_of_another_type_is_refused() {
 }
 
 #[test]
-fn more_bytes_than_a_message_has_are_not_even_looked_at() {
+fn too_long_messages_are_not_even_decoded() {
     for kind in ALL {
         let error = kind.understand(&vec![0; kind.max_bytes() + 1]).unwrap_err().to_string();
         assert!(error.contains(&format!("allowed are at most {}", kind.max_bytes())), "{error}");
@@ -357,7 +357,7 @@ fn more_bytes_than_a_message_has_are_not_even_looked_at() {
 
 proptest! {
     #[test]
-    fn whatever_the_bytes_they_are_read_or_refused(
+    fn any_bytes_are_read_or_rejected(
         body in proptest::collection::vec(prop_oneof![Just(0_u8), any::<u8>()], 0..600),
     ) {
         let bytes = [&[0, 1, 0, 0], body.as_slice()].concat();

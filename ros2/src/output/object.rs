@@ -1,4 +1,4 @@
-//! Objects in space: where each is expected, how surely, and within which box.
+//! Objects in space: expected position, covariance and bounding box.
 
 use super::pose;
 use crate::input::PlanarPose;
@@ -6,7 +6,7 @@ use crate::wire::robot::Covariance;
 use crate::wire::standard::{Header, Vector3};
 use crate::wire::vision::{BoundingBox3D, Detection3D, ObjectHypothesis, ObjectHypothesisWithPose};
 
-/// Where something is expected on the plane, and how surely.
+/// An expected position on the plane, with its covariance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PlanarEstimate {
     /// The mean, meters.
@@ -20,22 +20,22 @@ pub struct PlanarEstimate {
 /// An object in space: a declared one, or a track of one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ObjectEstimate {
-    /// The same each time.
+    /// Constant over time.
     pub id: String,
-    /// What is searched for.
+    /// The class of object that is searched for.
     pub class: String,
-    /// Where it is expected.
+    /// Its expected position.
     pub place: PlanarEstimate,
-    /// Middle of the box that it is taken to be in, and how the box is turned.
+    /// Center and direction of its bounding box.
     pub box_center: PlanarPose,
     /// Edges of the box along its own x and y, meters.
     pub box_edges_meters: [f64; 2],
-    /// How probable it is, `0..=1`.
+    /// Its probability, `0..=1`.
     pub probability: f64,
 }
 
 impl PlanarEstimate {
-    /// Of something that is anywhere in a square alike: the variance of either coordinate is a twelfth of the squared edge.
+    /// Uniformly distributed in a square: the variance of either coordinate is a twelfth of the squared edge.
     #[must_use]
     pub fn in_square(x_meters: f64, y_meters: f64, edge_meters: f64) -> Self {
         let variance = edge_meters.powi(2) / 12.0;
@@ -50,7 +50,7 @@ impl PlanarEstimate {
         [middle + reach, middle - reach].map(|variance| variance.max(0.0).sqrt())
     }
 
-    /// Direction of the axis along which it is least known, radians counter-clockwise from x.
+    /// Direction of the axis with the larger standard deviation, radians counter-clockwise from x.
     #[must_use]
     pub fn axis_radians(&self) -> f64 {
         let [[x, xy], [_, y]] = self.covariance_square_meters;
@@ -58,7 +58,7 @@ impl PlanarEstimate {
     }
 }
 
-/// In `vision_msgs`: the hypothesis has the estimate, and the box is the box. Of its height nothing is told but zeros.
+/// As `vision_msgs`: the estimate is that of the hypothesis, and the box is the box. Its height is left 0.
 pub(super) fn detection(object: ObjectEstimate, header: &Header) -> Detection3D {
     let PlanarEstimate { x_meters, y_meters, covariance_square_meters: [[x, xy], [yx, y]] } = object.place;
     let mut result = ObjectHypothesisWithPose {
@@ -82,7 +82,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_estimate_is_as_sure_as_its_principal_axes() {
+    fn an_estimate_has_the_deviations_of_its_principal_axes() {
         // 3 m to the north-east, 1 m across: (9 + 1) / 2 and (9 - 1) / 2.
         let estimate = PlanarEstimate {
             covariance_square_meters: [[5.0, 4.0], [4.0, 5.0]],

@@ -1,4 +1,4 @@
-//! Definitions of the messages on a robot's own ROS 2 network, as ROS 2 Jazzy has them, without comments.
+//! Definitions of the messages on a robot's own ROS 2 network, from ROS 2 Jazzy, without comments.
 
 /// By package and name.
 pub(super) const DEFINITIONS: [(&str, &str); 26] = [

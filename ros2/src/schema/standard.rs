@@ -1,4 +1,4 @@
-//! Definitions of other packages' messages, as their `.msg` files have them, without comments.
+//! Definitions of other packages' messages, from their `.msg` files, without comments.
 
 /// By package and name.
 pub(super) const DEFINITIONS: [(&str, &str); 16] = [

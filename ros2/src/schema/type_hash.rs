@@ -1,8 +1,8 @@
-//! RIHS01: the hash by which two ROS 2 nodes know that they mean the same message.
+//! RIHS01: the hash by which two ROS 2 nodes check that they mean the same message.
 //!
-//! It is the SHA-256 of a message's description as JSON (REP 2011, REP 2016): names and types of its fields, then those of
-//! all messages in it, by name. Constants, defaults and comments play no part. JSON is written as Python's `json.dumps`
-//! does, with a blank after each comma and colon; no name in it has a character to escape.
+//! It is the SHA-256 of a message's description as JSON (REP 2011, REP 2016): names and types of its fields, then those
+//! of all messages in it, by name. Constants, defaults and comments play no part. JSON is written as Python's
+//! `json.dumps` does, with a blank after each comma and colon; no name in it has a character to escape.
 
 use sha2::{Digest, Sha256};
 
@@ -10,15 +10,15 @@ use super::{Definitions, definition, needed};
 
 /// A message within a message, in REP 2011's `FieldType`.
 const NESTED: u8 = 1;
-/// Names of plain types, as `.msg` files have them; their numbers in `FieldType` begin with 2. Wide and extended ones,
-/// which no message here has, are left empty.
+/// Names of plain types as in `.msg` files; their numbers in `FieldType` begin with 2. Wide and extended ones, which no
+/// message here has, are left empty.
 const PRIMITIVES: [&str; 16] = [
     "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "float32", "float64", "",
     "char", "", "bool", "byte", "string",
 ];
-/// What `[N]` adds to a type's number.
+/// Added to a type's number by `[N]`.
 const ARRAY: u8 = 48;
-/// What `[]` adds to a type's number.
+/// Added to a type's number by `[]`.
 const SEQUENCE: u8 = 144;
 
 /// The hash of a message: `RIHS01_` and 64 hexadecimal digits.
@@ -69,7 +69,7 @@ fn fields(definition: &str) -> Vec<(&str, &str)> {
         .collect()
 }
 
-/// `nav_msgs/Path` as descriptions have it: `nav_msgs/msg/Path`.
+/// `nav_msgs/Path` as written in descriptions: `nav_msgs/msg/Path`.
 fn full_name(name: &str) -> String {
     name.replace('/', "/msg/")
 }

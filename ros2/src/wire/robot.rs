@@ -1,5 +1,5 @@
-//! Messages of others on a robot's own ROS 2 network: what it senses, what its navigation says, and what it is told.
-//! Lengths are meters and angles radians unless a field says otherwise.
+//! Messages on a robot's own ROS 2 network: sensors, navigation, and outputs. Lengths are meters and angles radians
+//! unless a field says otherwise.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +13,7 @@ pub type Covariance = [[f64; 6]; 6];
 pub struct PoseWithCovariance {
     /// The pose.
     pub pose: Pose,
-    /// How uncertain it is, in its fixed axes.
+    /// Its covariance, in fixed axes.
     pub covariance: Covariance,
 }
 
@@ -29,9 +29,9 @@ pub struct PoseWithCovarianceStamped {
 /// `geometry_msgs/msg/Twist`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Twist {
-    /// Meters a second.
+    /// Meters per second.
     pub linear: Vector3,
-    /// Radians a second.
+    /// Radians per second.
     pub angular: Vector3,
 }
 
@@ -40,7 +40,7 @@ pub struct Twist {
 pub struct TwistWithCovariance {
     /// The velocity.
     pub twist: Twist,
-    /// How uncertain it is.
+    /// Its covariance.
     pub covariance: Covariance,
 }
 
@@ -51,9 +51,9 @@ pub struct Odometry {
     pub header: Header,
     /// The frame of the velocity: the robot's own.
     pub child_frame_id: String,
-    /// Where the robot is.
+    /// The robot's pose.
     pub pose: PoseWithCovariance,
-    /// How fast it moves, forward, to its left and up.
+    /// The robot's velocity, forward, to its left and up.
     pub twist: TwistWithCovariance,
 }
 
@@ -66,7 +66,7 @@ pub struct NavSatStatus {
     pub service: u16,
 }
 
-/// `sensor_msgs/msg/NavSatFix`: a place of WGS84.
+/// `sensor_msgs/msg/NavSatFix`: a position in WGS84.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct NavSatFix {
     /// When, and the frame of the antenna.
@@ -77,11 +77,11 @@ pub struct NavSatFix {
     pub latitude: f64,
     /// Degrees, east positive.
     pub longitude: f64,
-    /// Above the ellipsoid; NaN if not known.
+    /// Above the ellipsoid; NaN if unknown.
     pub altitude: f64,
     /// Of east, north and up, square meters.
     pub position_covariance: [[f64; 3]; 3],
-    /// 0 if the covariance is not known.
+    /// 0 if the covariance is unknown.
     pub position_covariance_type: u8,
 }
 
@@ -94,7 +94,7 @@ pub struct Image {
     pub height: u32,
     /// Columns.
     pub width: u32,
-    /// What a pixel is, such as `rgb8`.
+    /// The pixel format, such as `rgb8`.
     pub encoding: String,
     /// 1 if numbers of several bytes begin with the highest one.
     pub is_bigendian: u8,
@@ -127,7 +127,7 @@ pub struct Uuid {
 /// `action_msgs/msg/GoalInfo`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct GoalInfo {
-    /// Which goal.
+    /// The goal.
     pub goal_id: Uuid,
     /// When it was accepted.
     pub stamp: Time,
@@ -136,7 +136,7 @@ pub struct GoalInfo {
 /// `action_msgs/msg/GoalStatus`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct GoalStatus {
-    /// Which goal.
+    /// The goal.
     pub goal_info: GoalInfo,
     /// 1 accepted, 2 executing, 3 canceling, 4 succeeded, 5 canceled, 6 aborted.
     pub status: i8,
@@ -145,29 +145,29 @@ pub struct GoalStatus {
 /// `action_msgs/msg/GoalStatusArray`.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct GoalStatusArray {
-    /// Goals that are under way, and those that ended a short while ago.
+    /// Active goals, and those that ended recently.
     pub status_list: Vec<GoalStatus>,
 }
 
 /// `diagnostic_msgs/msg/KeyValue`.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct KeyValue {
-    /// What.
+    /// The name.
     pub key: String,
-    /// How much.
+    /// The value.
     pub value: String,
 }
 
 /// `diagnostic_msgs/msg/DiagnosticStatus`.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DiagnosticStatus {
-    /// 0 well, 1 a warning, 2 an error, 3 nothing has been heard for long.
+    /// 0 OK, 1 a warning, 2 an error, 3 stale.
     pub level: u8,
-    /// Of what.
+    /// The part.
     pub name: String,
-    /// In a few words.
+    /// A short description.
     pub message: String,
-    /// Of which device.
+    /// The device.
     pub hardware_id: String,
     /// Further values.
     pub values: Vec<KeyValue>,
@@ -178,11 +178,11 @@ pub struct DiagnosticStatus {
 pub struct DiagnosticArray {
     /// When.
     pub header: Header,
-    /// One of each part.
+    /// One for each part.
     pub status: Vec<DiagnosticStatus>,
 }
 
-/// Sequences of bytes in one piece: element by element an image takes longer to read than to detect objects in.
+/// Byte sequences in one piece: reading an image element by element takes longer than detecting objects in it.
 mod bytes {
     use std::fmt;
 
@@ -210,7 +210,7 @@ mod bytes {
             Ok(bytes.to_vec())
         }
 
-        /// Of formats that know no bytes.
+        /// For formats without bytes.
         fn visit_seq<A: SeqAccess<'de>>(self, mut elements: A) -> Result<Vec<u8>, A::Error> {
             let mut bytes = Vec::new();
             while let Some(byte) = elements.next_element()? {

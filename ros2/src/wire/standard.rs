@@ -1,4 +1,4 @@
-//! Messages of others that we send or record, as ROS 2 and Foxglove define them. Lengths are meters.
+//! Messages of other packages that Dragnet sends or records, as defined by ROS 2 and Foxglove. Lengths are meters.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +14,7 @@ pub struct Time {
 }
 
 impl Time {
-    /// A Unix time in nanoseconds. Clamped to the years 1901 to 2038, which are all that the message can say.
+    /// A Unix time in nanoseconds. Clamped to the years 1901 to 2038, the range of the message.
     #[must_use]
     pub fn at_unix_ns(unix_ns: i128) -> Self {
         let seconds = unix_ns.div_euclid(NANOSECONDS);
@@ -80,9 +80,9 @@ impl Default for Quaternion {
 /// `geometry_msgs/msg/Pose`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
-    /// Where.
+    /// The position.
     pub position: Point,
-    /// Turned how.
+    /// The orientation.
     pub orientation: Quaternion,
 }
 
@@ -169,7 +169,7 @@ pub struct Vector2 {
 /// `foxglove_msgs/msg/PackedElementField`: one number within each cell of a [`Grid`].
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PackedElementField {
-    /// What the viewer shows.
+    /// The name in a viewer.
     pub name: String,
     /// Bytes from the start of the cell.
     pub offset: u32,
@@ -199,7 +199,7 @@ pub struct Grid {
     pub row_stride: u32,
     /// Bytes from a cell to the next.
     pub cell_stride: u32,
-    /// What each cell holds.
+    /// The fields of each cell.
     pub fields: Vec<PackedElementField>,
     /// The cells, row-major, shape `[rows * row_stride]`.
     pub data: Vec<u8>,

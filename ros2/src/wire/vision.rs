@@ -1,4 +1,4 @@
-//! `vision_msgs` 4, of ROS 2 Humble and later: what a detector sees in an image, and objects in space.
+//! `vision_msgs` 4, of ROS 2 Humble and later: detections in an image, and objects in space.
 
 use serde::{Deserialize, Serialize};
 
@@ -17,38 +17,38 @@ pub struct Point2D {
 /// `vision_msgs/msg/Pose2D`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pose2D {
-    /// Where.
+    /// The position.
     pub position: Point2D,
-    /// Turned so far, radians.
+    /// The rotation, radians.
     pub theta: f64,
 }
 
 /// `vision_msgs/msg/BoundingBox2D`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BoundingBox2D {
-    /// Its middle.
+    /// Its center.
     pub center: Pose2D,
-    /// Its width before it is turned, pixels.
+    /// Its width before rotation, pixels.
     pub size_x: f64,
-    /// Its height before it is turned, pixels.
+    /// Its height before rotation, pixels.
     pub size_y: f64,
 }
 
 /// `vision_msgs/msg/ObjectHypothesis`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ObjectHypothesis {
-    /// What it may be.
+    /// The class.
     pub class_id: String,
-    /// How sure the detector is, `0..=1` by convention.
+    /// The detector's score, `0..=1` by convention.
     pub score: f64,
 }
 
 /// `vision_msgs/msg/ObjectHypothesisWithPose`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ObjectHypothesisWithPose {
-    /// What it may be.
+    /// The class and its score.
     pub hypothesis: ObjectHypothesis,
-    /// Where it would be then.
+    /// Its pose for that class.
     pub pose: PoseWithCovariance,
 }
 
@@ -57,11 +57,11 @@ pub struct ObjectHypothesisWithPose {
 pub struct Detection2D {
     /// When, and the frame of the camera.
     pub header: Header,
-    /// What it may be.
+    /// Hypotheses of its class.
     pub results: Vec<ObjectHypothesisWithPose>,
-    /// Where in the image.
+    /// The box in the image.
     pub bbox: BoundingBox2D,
-    /// The same in each image, if the detector follows it.
+    /// Constant over images, if the detector tracks it.
     pub id: String,
 }
 
@@ -70,14 +70,14 @@ pub struct Detection2D {
 pub struct Detection2DArray {
     /// When, and the frame of the camera.
     pub header: Header,
-    /// All that is seen in one image.
+    /// All detections in one image.
     pub detections: Vec<Detection2D>,
 }
 
 /// `vision_msgs/msg/BoundingBox3D`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BoundingBox3D {
-    /// Its middle.
+    /// Its center.
     pub center: Pose,
     /// Its edges.
     pub size: Vector3,
@@ -88,11 +88,11 @@ pub struct BoundingBox3D {
 pub struct Detection3D {
     /// When, and in which frame.
     pub header: Header,
-    /// What it may be.
+    /// Hypotheses of its class.
     pub results: Vec<ObjectHypothesisWithPose>,
-    /// Where.
+    /// The bounding box.
     pub bbox: BoundingBox3D,
-    /// The same in each message.
+    /// Constant over messages.
     pub id: String,
 }
 

@@ -1,5 +1,5 @@
-//! A schema alone is enough to read a message: an independent reader, driven by the text of the schema, finds every
-//! field by its name, type and place, and nothing besides.
+//! A schema alone is sufficient to read a message: an independent reader, driven by the text of the schema, finds every
+//! field by its name, type and position, and nothing else.
 #![expect(clippy::unwrap_used, reason = "a test fails by panic")]
 
 mod reader;
@@ -8,7 +8,7 @@ use dragnet_ros2::wire::{robot, standard as others, vision};
 use reader::check;
 
 #[test]
-fn every_message_is_what_its_schema_says() {
+fn every_message_matches_its_schema() {
     check::<others::Time>();
     check::<others::Header>();
     check::<others::Point>();
@@ -28,7 +28,7 @@ fn every_message_is_what_its_schema_says() {
 }
 
 #[test]
-fn every_message_of_a_robots_own_network_is_what_its_schema_says() {
+fn every_message_of_a_robots_own_network_matches_its_schema() {
     check::<robot::PoseWithCovariance>();
     check::<robot::PoseWithCovarianceStamped>();
     check::<robot::Twist>();

@@ -76,7 +76,7 @@ fn field(line: &str) -> Option<(&str, &str)> {
     (!name.contains('=')).then_some((kind, name))
 }
 
-/// Every number another one, no array empty: a swapped or missing field shows.
+/// A different number in every field, and no empty array, so that a swapped or missing field shows.
 struct Filler(u8);
 
 impl Filler {
@@ -110,7 +110,7 @@ impl Filler {
     }
 }
 
-/// What a definition's fields look like as JSON: numbers 0, arrays of one element.
+/// The fields of a definition as JSON: numbers 0, arrays of one element.
 fn blank(reader: &Reader<'_>, name: &str) -> Value {
     let (_, text) = *reader.definitions.iter().find(|(known, _)| *known == name).unwrap();
     let value = |kind: &str| {
@@ -159,7 +159,7 @@ fn flatten(value: &mut Value) {
     }
 }
 
-/// That a message, filled with other numbers in every place, is what its schema says.
+/// Checks that a message, filled with a different number in every field, is read by its schema.
 pub(crate) fn check<T: RosMessage + Default + serde::de::DeserializeOwned>() {
     let (schema, name) = (T::schema(), T::NAME.replace("/msg/", "/"));
     let kinds = blank(&Reader::new(&name, &schema, &[0; 4]), &name);

@@ -1,5 +1,5 @@
-//! The type hashes of all messages are those of rosbags, which has ROS 2's definitions and its own way from them to a
-//! hash.
+//! The type hashes of all messages equal those of rosbags, which has ROS 2's definitions and computes hashes
+//! independently.
 #![expect(clippy::unwrap_used, reason = "a test fails by panic")]
 
 mod rosbags;
@@ -17,7 +17,7 @@ fn hashes_are_those_of_rosbags() {
     }
 }
 
-/// Nothing is spoken on a robot's network that was not held against rosbags.
+/// Every message that is used on a robot's network is checked against rosbags.
 #[test]
 fn every_message_of_a_robots_network_is_among_them() {
     let inputs = [

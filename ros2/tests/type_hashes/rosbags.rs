@@ -1,4 +1,4 @@
-//! What rosbags takes for the type hashes of messages.
+//! Type hashes as computed by rosbags.
 
 #[path = "../../../tests/python/interpreter.rs"]
 mod interpreter;
@@ -23,14 +23,14 @@ fn of_rosbags(schemas: &Map<String, Value>) -> Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
-/// What rosbags says of a message.
+/// The result of rosbags for a message.
 pub(crate) struct Theirs {
     pub(crate) hash: String,
-    /// Whether ROS 2 comes with it.
+    /// Whether it is part of ROS 2.
     pub(crate) is_known: bool,
 }
 
-/// Of each message, by its name.
+/// The results for messages, by name.
 pub(crate) fn hashes(names: &[&str], known: Definitions) -> Vec<(String, Theirs)> {
     let schemas = names.iter().map(|name| ((*name).to_owned(), schema(name, known).into())).collect();
     let theirs = of_rosbags(&schemas);

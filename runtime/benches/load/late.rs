@@ -1,4 +1,4 @@
-//! Who joins late: a robot that knows nothing meets one that knows all of a long mission.
+//! A late joiner: a robot without observations meets one with all of a long mission.
 
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
@@ -17,12 +17,12 @@ use dragnet_search::observation::{Observation, Origin, RobotId};
 use tokio::sync::mpsc;
 
 use crate::probe::{Measured, Probe};
-use crate::{join, journal, look, mesh, scenario};
+use crate::{join, journal, mesh, observe, scenario};
 
 const MISSION: &str = "late";
 const OBSERVATIONS: u32 = 10_000;
 const ROUNDS: usize = 5;
-/// From one cell to the next.
+/// Time from one cell to the next.
 const STEP: Duration = Duration::from_nanos(STEP_NS);
 const STEP_NS: u64 = 100_000_000_000;
 
@@ -36,8 +36,8 @@ async fn round() {
     let scenario = scenario(3, 60);
     let endpoints = mesh(2);
     let measured = Arc::new(Mutex::new(Measured::default()));
-    let mut orders = AgentConfig::of_team(&scenario, 1).into_iter();
-    let mut veteran = Agent::new(orders.next().unwrap());
+    let mut agent_config = AgentConfig::of_team(&scenario, 1).into_iter();
+    let mut veteran = Agent::new(agent_config.next().unwrap());
     let journals = tempfile::tempdir().unwrap();
     let mut kept = journal(journals.path(), MISSION, RobotId::FIRST, &scenario);
     let there: Vec<Cell> = snake(&scenario);
@@ -46,21 +46,21 @@ async fn round() {
     for (sequence, &from) in (0..u64::from(OBSERVATIONS / 2)).zip(way) {
         for robot in [1, 3] {
             let (origin, time_ns) = (Origin::first(RobotId::new(robot).unwrap()), STEP_NS * sequence);
-            let readings = look(&scenario, from);
+            let readings = observe(&scenario, from);
             let observation = Arc::new(Observation { origin, sequence, time_ns, from, readings });
             veteran.recall(&observation);
             kept.note(vec![observation]);
         }
     }
-    let stand = |_: &Agent| Event::Sensed { cell: there[0], readings: look(&scenario, there[0]) };
+    let stand = |_: &Agent| Event::Sensed { cell: there[0], readings: observe(&scenario, there[0]) };
     let report = stand(&veteran);
     let veteran = Probe { robot: RobotId::FIRST, agent: veteran, measured: Arc::clone(&measured) };
     let first = tokio::spawn(take_part(veteran, endpoints[0].clone(), kept, (None, report)));
-    // Until it has looked for the first time.
+    // Until its first observation.
     while measured.lock().unwrap().published() == 0 {
         tokio::task::yield_now().await;
     }
-    let late = Agent::new(orders.next().unwrap());
+    let late = Agent::new(agent_config.next().unwrap());
     let report = stand(&late);
     let late = Probe { robot: RobotId::new(2).unwrap(), agent: late, measured: Arc::clone(&measured) };
     let kept = journal(journals.path(), MISSION, RobotId::new(2).unwrap(), &scenario);
@@ -74,7 +74,7 @@ async fn round() {
     second.abort();
 }
 
-/// All cells, each beside the one before.
+/// All cells, each adjacent to the one before.
 fn snake(scenario: &Scenario) -> Vec<Cell> {
     let grid = scenario.terrain().grid();
     let cells: Vec<Cell> = grid.cells().collect();

@@ -1,5 +1,5 @@
-//! How soon a robot that is lost is known to be: one whose connection closes, as when its process ends, and one that only
-//! falls silent, as when it drives out of reach.
+//! The time to detect a lost robot: one whose connection closes, as when its process ends, and one that only falls
+//! silent, as when it drives out of range.
 
 use std::time::{Duration, Instant};
 
@@ -35,7 +35,7 @@ pub(crate) async fn run() {
     println!("a robot that falls silent is known to be lost after {:.1} s", silent.as_secs_f64());
 }
 
-/// From the moment at which the way between two robots is cut to that at which one knows that the other is lost.
+/// From the moment at which the link between two robots is cut to that at which one detects the loss of the other.
 async fn until_lost(cut: Cut) -> Duration {
     let addresses = free_endpoints(2).unwrap();
     let [first, relay] = [0, 1].map(|place: usize| addresses[place].trim_start_matches("tcp/").to_owned());
@@ -44,7 +44,7 @@ async fn until_lost(cut: Cut) -> Duration {
     let mut here = join(1, &here).await;
     let listener = TcpListener::bind(relay).await.unwrap();
     let (order, ordered) = oneshot::channel::<()>();
-    let way = tokio::spawn(async move {
+    let path = tokio::spawn(async move {
         let (mut from, _) = listener.accept().await.unwrap();
         let mut to = TcpStream::connect(first).await.unwrap();
         tokio::select! {
@@ -60,9 +60,9 @@ async fn until_lost(cut: Cut) -> Duration {
     here.wait_for(&[other], Duration::from_secs(10), |_| ()).await.unwrap();
     order.send(()).unwrap();
     let started = Instant::now();
-    while !matches!(here.hear().await, Some(Incoming::Left(who, _)) if who == other) {}
+    while !matches!(here.receive().await, Some(Incoming::Left(who, _)) if who == other) {}
     let lasted = started.elapsed();
-    way.abort();
+    path.abort();
     drop(there);
     lasted
 }

@@ -1,9 +1,9 @@
-//! What the network holds, measured with real sessions on this machine's loopback interface, by the wall clock:
+//! Load tests of the network with real sessions on this computer's loopback interface, by the wall clock:
 //!
 //! ```sh
 //! cargo bench -p dragnet-runtime --bench load -- ping            # a robot's observation against a bare ping
-//! cargo bench -p dragnet-runtime --bench load -- late            # who joins a mission of 10,000 observations
-//! cargo bench -p dragnet-runtime --bench load -- lost            # how soon a robot that is lost is known to be
+//! cargo bench -p dragnet-runtime --bench load -- late            # a robot joins a mission of 10,000 observations
+//! cargo bench -p dragnet-runtime --bench load -- lost            # time to detect a lost robot
 //! cargo bench -p dragnet-runtime --bench load -- ros             # a robot's own ROS 2 network, to typed input
 //! cargo bench -p dragnet-runtime --bench load -- team 100 60 300 # robots, side of the map, seconds
 //! ```
@@ -55,7 +55,7 @@ fn main() {
     }
 }
 
-/// Where each of so many sessions listens; each calls all before it.
+/// Endpoints of this many sessions; each connects to all before it.
 fn mesh(sessions: usize) -> Vec<Endpoints> {
     let listen = free_endpoints(sessions).unwrap();
     let endpoints = listen.iter().enumerate().map(|(place, own)| Endpoints {
@@ -73,7 +73,7 @@ fn journal(folder: &Path, mission: &str, robot: RobotId, scenario: &Scenario) ->
     Journal::open(&folder.join(format!("{robot}.journal")), subject, 0).unwrap().0
 }
 
-/// A robot's place on the network, of which the others know.
+/// A robot's link to the network, announced to the others.
 async fn join(session: Session, mission: &str, robot: RobotId, codec: Codec) -> Link {
     let me = Participant::Robot(robot);
     let mut link = Link::join(session, mission.parse().unwrap(), me, codec).await.unwrap();
@@ -94,15 +94,17 @@ fn scenario_at_speed(robots: u32, side: u32, meters_per_second: f64) -> Scenario
     Scenario::from_text(std::path::Path::new("load.toml"), text).unwrap()
 }
 
-/// What a robot of a scenario sees from a cell where there is nothing.
-fn look(scenario: &Scenario, from: Cell) -> Vec<Reading> {
+/// The readings of a scenario's robot in a cell without objects.
+fn observe(scenario: &Scenario, from: Cell) -> Vec<Reading> {
     let grid = scenario.terrain().grid();
-    let looks = scenario.sensor().footprint().iter();
-    let seen = looks.filter_map(|look| Some((grid.step(from, look.offset)?, look.variance)));
+    let observations = scenario.sensor().footprint().iter();
+    let seen = observations.filter_map(|footprint_cell| {
+        Some((grid.step(from, footprint_cell.offset)?, footprint_cell.variance))
+    });
     seen.map(|(cell, variance)| Reading { cell, value: 0.0, variance }).collect()
 }
 
-/// The middle one, and the one that 99 of 100 are below, in milliseconds; no numbers if there is none.
+/// The median and the 99th percentile, in milliseconds; NaN without times.
 fn percentiles(times: &mut [Duration]) -> (f64, f64) {
     if times.is_empty() {
         return (f64::NAN, f64::NAN);

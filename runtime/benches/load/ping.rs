@@ -1,4 +1,5 @@
-//! From publish to merge between two robots, against a bare Zenoh ping of the same size between the same sessions.
+//! From publishing to merging between two robots, compared with a bare Zenoh ping of the same size between the same
+//! sessions.
 
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
@@ -19,26 +20,26 @@ use zenoh::session::SessionPutBuilder;
 use zenoh::{Session, Wait};
 
 use crate::probe::{Measured, Probe};
-use crate::{join, look, mesh, percentiles, scenario_at_speed};
+use crate::{join, mesh, observe, percentiles, scenario_at_speed};
 
 const ROUNDS: u32 = 2000;
 const PING: &str = "ping";
 const PONG: &str = "pong";
 
 pub(crate) async fn run() {
-    // So fast that it may look as often as this.
+    // So fast that it may observe this often.
     let scenario = scenario_at_speed(2, 60, 1e6);
     let codec = Codec::new(scenario.terrain().grid());
     let cell = scenario.terrain().grid().cells().nth(30 * 60 + 30).unwrap();
-    let readings = look(&scenario, cell);
+    let readings = observe(&scenario, cell);
     let measured = Arc::new(Mutex::new(Measured::default()));
     let (mut sessions, mut senders) = (Vec::new(), Vec::new());
-    for (orders, endpoints) in AgentConfig::of_team(&scenario, 1).into_iter().zip(mesh(2)) {
+    for (agent_config, endpoints) in AgentConfig::of_team(&scenario, 1).into_iter().zip(mesh(2)) {
         let session = open(&endpoints).await.unwrap();
         sessions.push(session.clone());
-        let robot = orders.robot.id;
+        let robot = agent_config.robot.id;
         let mut link = join(session, "ping", robot, codec).await;
-        let mut probe = Probe { robot, agent: Agent::new(orders), measured: Arc::clone(&measured) };
+        let mut probe = Probe { robot, agent: Agent::new(agent_config), measured: Arc::clone(&measured) };
         let (sender, reports) = mpsc::channel::<Report>(1);
         senders.push(sender);
         tokio::spawn(async move {
@@ -47,10 +48,10 @@ pub(crate) async fn run() {
         });
     }
     let (arrived, mut arrivals) = mpsc::channel::<Instant>(1);
-    let heard = move |_| {
+    let received = move |_| {
         let _ = arrived.try_send(Instant::now());
     };
-    sessions[0].declare_subscriber(PONG).callback(heard).background().await.unwrap();
+    sessions[0].declare_subscriber(PONG).callback(received).background().await.unwrap();
     let echo = sessions[1].clone();
     let answer = move |ping: Sample| bare(&echo, PONG, ping.payload().clone()).wait().unwrap();
     sessions[1].declare_subscriber(PING).callback(answer).background().await.unwrap();
@@ -80,7 +81,7 @@ pub(crate) async fn run() {
     );
 }
 
-/// A message as robots send theirs.
+/// A message with the publisher settings of robots.
 fn bare<'a>(session: &'a Session, key: &'a str, bytes: impl Into<ZBytes>) -> SessionPutBuilder<'a, 'a> {
     session.put(key, bytes).congestion_control(CongestionControl::Block).express(true)
 }

@@ -1,5 +1,4 @@
-//! A robot whose merges are timed: from the moment at which an observation is published to that at which another robot
-//! believes it.
+//! A robot whose merges are timed: from the publication of an observation to its merge by another robot.
 
 use std::collections::HashMap;
 use std::num::NonZeroUsize;
@@ -14,7 +13,7 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::evidence::Digest;
 use dragnet_search::observation::{Origin, RobotId};
 
-/// What all probes of a team measured together.
+/// The measurements of all probes of a team.
 #[derive(Default)]
 pub(crate) struct Measured {
     published: HashMap<(Origin, u64), Instant>,
@@ -25,7 +24,7 @@ pub(crate) struct Measured {
 }
 
 impl Measured {
-    /// Whether so many robots know the same, and so much.
+    /// Whether this many robots have the same evidence, from this many observations.
     pub(crate) fn agree(&self, robots: usize, observations: u64) -> bool {
         let first = self.digests.values().next();
         self.digests.len() == robots
@@ -62,7 +61,7 @@ impl StateMachine for Probe {
         for observation in
             effects.kept.iter().filter(|observation| observation.origin.source != self.robot.into())
         {
-            // What was repaired took as long as it was missing; it counts as well.
+            // Repaired observations took as long as they were missing; they count as well.
             let published = measured.published.get(&(observation.origin, observation.sequence));
             measured.merges.extend(published.map(|&published| merged - published));
         }

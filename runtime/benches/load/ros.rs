@@ -1,5 +1,5 @@
-//! How soon what a robot's own ROS 2 network says is in hand: from a publisher's put over a router to typed input, and what
-//! of it is reading the bytes.
+//! Latency of a robot's own ROS 2 network: from a publisher's put over a router to typed input, and the part of
+//! decoding.
 
 use std::path::Path;
 use std::time::Instant;
@@ -56,20 +56,20 @@ pub(crate) async fn run() {
         };
         let Some(topic) = topic else { continue };
         let publisher = robot.declare_publisher(data_key(0, &topic, &kind.message()));
-        // An image that is dropped on the way is never heard.
+        // An image that is dropped is never received.
         let publisher = publisher.congestion_control(CongestionControl::Block).express(true).await.unwrap();
         while !publisher.matching_status().await.unwrap().matching() {
             tokio::task::yield_now().await;
         }
-        let mut heard = Vec::new();
+        let mut received = Vec::new();
         for _ in 0..rounds {
             let start = Instant::now();
             publisher.put(bytes.clone()).await.unwrap();
-            let next = node.hear().await;
-            heard.push(start.elapsed());
+            let next = node.receive().await;
+            received.push(start.elapsed());
             assert!(!matches!(next, Incoming::Rejected { .. }), "{next:?}");
         }
-        let (put, put_p99) = percentiles(&mut heard);
+        let (put, put_p99) = percentiles(&mut received);
         println!("    put to input, by a router: median {put:.3} ms, p99 {put_p99:.3} ms");
     }
 }
@@ -94,7 +94,7 @@ fn image() -> Image {
     Image { height, width, encoding, step: 3 * width, data: pixels.collect(), ..Image::default() }
 }
 
-/// Of smooth colors, as of a scene out of doors.
+/// Smooth colors, as in an outdoor scene.
 fn jpeg() -> CompressedImage {
     let picture = image::RgbImage::from_fn(640, 480, |x, y| {
         image::Rgb([x / 3, y / 2, (x + y) / 5].map(|shade| shade.to_le_bytes()[0]))

@@ -28,15 +28,15 @@ pub(crate) async fn run(robots: u32, side: u32, seconds: u64) {
     let (stop, stopped) = watch::channel(());
     let journals = tempfile::tempdir().unwrap();
     let mut team = JoinSet::new();
-    for (orders, endpoints) in AgentConfig::of_team(&scenario, 1).into_iter().zip(&endpoints[1..]) {
-        let journal = journal(journals.path(), MISSION, orders.robot.id, &scenario);
-        join(&mut team, orders, endpoints, journal, &measured, stopped.clone()).await;
+    for (agent_config, endpoints) in AgentConfig::of_team(&scenario, 1).into_iter().zip(&endpoints[1..]) {
+        let journal = journal(journals.path(), MISSION, agent_config.robot.id, &scenario);
+        join(&mut team, agent_config, endpoints, journal, &measured, stopped.clone()).await;
     }
     eprintln!("{robots} robots in a mesh, {:.0} MB", resident_megabytes());
     let mut spectator = |_, _: dragnet_sim::simulation::StepContext| ();
     let server = WorldServer::open(session, mission, &scenario, 1, 1.0, &mut spectator).await.unwrap();
     let started = Instant::now();
-    let told = async {
+    let reported = async {
         let mut each = tokio::time::interval(Duration::from_secs(seconds.div_ceil(5).max(1)));
         each.tick().await;
         let mut before = 0;
@@ -47,17 +47,18 @@ pub(crate) async fn run(robots: u32, side: u32, seconds: u64) {
     };
     // The search is not over in this time.
     let _ =
-        tokio::time::timeout(Duration::from_secs(seconds), async { tokio::join!(server.run(), told) }).await;
-    let told = measured.lock().unwrap().published();
+        tokio::time::timeout(Duration::from_secs(seconds), async { tokio::join!(server.run(), reported) })
+            .await;
+    let reported = measured.lock().unwrap().published();
     let settled = Instant::now();
-    while !measured.lock().unwrap().agree(robots as usize, told) {
+    while !measured.lock().unwrap().agree(robots as usize, reported) {
         assert!(settled.elapsed() < Duration::from_mins(1), "the beliefs do not become equal");
         tokio::time::sleep(Duration::from_millis(100)).await;
     }
     print!("in all ");
     tell(&measured, started.elapsed(), 0);
     println!(
-        "all {told} observations are with all robots, {:.1} s after the last",
+        "all {reported} observations are with all robots, {:.1} s after the last",
         settled.elapsed().as_secs_f64()
     );
     drop(stop);
@@ -66,24 +67,24 @@ pub(crate) async fn run(robots: u32, side: u32, seconds: u64) {
 
 async fn join(
     team: &mut JoinSet<()>,
-    orders: AgentConfig,
+    agent_config: AgentConfig,
     endpoints: &Endpoints,
     journal: Journal,
     measured: &Arc<Mutex<Measured>>,
     mut stopped: watch::Receiver<()>,
 ) {
-    let (robot, codec) = (orders.robot.id, Codec::new(orders.terrain.grid()));
+    let (robot, codec) = (agent_config.robot.id, Codec::new(agent_config.terrain.grid()));
     let session = open(endpoints).await.unwrap();
     let mut link = crate::join(session, MISSION, robot, codec).await;
     let reports = world::sensor(&link, robot, codec).await.unwrap();
-    let mut probe = Probe { robot, agent: Agent::new(orders), measured: Arc::clone(measured) };
+    let mut probe = Probe { robot, agent: Agent::new(agent_config), measured: Arc::clone(measured) };
     team.spawn(async move {
         let stop = async move { while stopped.changed().await.is_ok() {} };
         wall_clock::run(&mut link, &mut probe, Clock::new(1.0), Some(journal), reports, stop).await.unwrap();
     });
 }
 
-/// What was measured from the merge of this number on; messages since the start. Returns the number of merges.
+/// Prints the measurements from this merge on; messages since the start. Returns the number of merges.
 fn tell(measured: &Mutex<Measured>, elapsed: Duration, first: usize) -> usize {
     let (published, delivered, mut merges) = {
         let measured = &*measured.lock().unwrap();
@@ -100,7 +101,7 @@ fn tell(measured: &Mutex<Measured>, elapsed: Duration, first: usize) -> usize {
     first + merges.len()
 }
 
-/// Of this process.
+/// Resident memory of this process.
 fn resident_megabytes() -> f64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));

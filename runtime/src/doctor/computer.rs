@@ -1,4 +1,4 @@
-//! The robot's own computer: is there room for its journal, and does it decide in time?
+//! Checks of the robot's own computer: disk space for its journal, and decision time.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -18,13 +18,13 @@ use crate::config::Body;
 use crate::journal::{self, Prospect, Subject};
 use crate::vehicle::detector::Make;
 
-/// What a robot of a large team writes in a long day, and room for a log.
+/// The journal of a robot of a large team after a long day, with space for a log.
 const ROOM_BYTES: u64 = 1 << 30;
-/// So many decisions are timed, spread over the map.
+/// Number of timed decisions, spread over the map.
 const DECISIONS: usize = 20;
 
-/// Whether there is room for a journal, and what the robot makes of it when it starts; with the clock by which it goes on,
-/// if it remembers a time.
+/// Checks the disk space for a journal, and what the robot would restore from it; returns the clock by which it would
+/// continue, if it has one.
 pub(super) fn journal(
     path: &Path,
     subject: Subject<'_>,
@@ -32,7 +32,7 @@ pub(super) fn journal(
     real_time_factor: f64,
 ) -> (Vec<Finding>, Option<Clock>) {
     let content = if runs_here {
-        // What it remembers while it runs, it says itself.
+        // While it runs, its time is in its messages.
         Ok(("; its robot runs, and writes it".to_owned(), None))
     } else {
         remembered(path, subject, real_time_factor)
@@ -49,7 +49,7 @@ pub(super) fn journal(
     }
 }
 
-/// Bytes that are free where a journal is to be written.
+/// Free bytes at the journal's path.
 fn room(path: &Path) -> Result<u64, Finding> {
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -70,7 +70,7 @@ fn room(path: &Path) -> Result<u64, Finding> {
     }
 }
 
-/// What a robot remembers that starts now, in words, and the clock by which it goes on.
+/// The state that a robot would restore now, in words, and the clock by which it would continue.
 fn remembered(
     path: &Path,
     subject: Subject<'_>,
@@ -96,26 +96,29 @@ fn remembered(
                           know it hears again";
             Err(Finding::warn("journal", found, advice))
         }
-        Err(error) => {
-            Err(Finding::fail("journal", error.to_string(), "until that is mended, the robot will not start"))
-        }
+        Err(error) => Err(Finding::fail(
+            "journal",
+            error.to_string(),
+            "until that is repaired, the robot will not start",
+        )),
     }
 }
 
 /// Times first decisions, for which most of the map is open: later ones take no longer.
-pub(super) fn decisions(orders: &AgentConfig) -> Finding {
-    let mission = &orders.mission;
-    let crossing = Duration::from_secs_f64(orders.terrain.cell_meters() / mission.speed_meters_per_second);
-    let policy = orders.robot.policy.name;
-    let cells: Vec<_> = orders.terrain.traversable_cells().collect();
-    let start = MissionTime::START + mission.stagger * u32::from(orders.place.member);
-    // What all decisions share is built once.
+pub(super) fn decisions(agent_config: &AgentConfig) -> Finding {
+    let mission = &agent_config.mission;
+    let crossing =
+        Duration::from_secs_f64(agent_config.terrain.cell_meters() / mission.speed_meters_per_second);
+    let policy = agent_config.robot.policy.name;
+    let cells: Vec<_> = agent_config.terrain.traversable_cells().collect();
+    let start = MissionTime::START + mission.stagger * u32::from(agent_config.place.member);
+    // Shared tables are built once.
     InformationTable::warm_up();
     let mut slowest = Duration::ZERO;
     for place in 0..DECISIONS.min(cells.len()) {
         let cell = cells[place * cells.len() / DECISIONS.min(cells.len())];
         let sensed = Event::Sensed { cell, readings: Vec::new() };
-        match Agent::new(orders.clone()).handle(start, sensed) {
+        match Agent::new(agent_config.clone()).handle(start, sensed) {
             Ok(effects) => slowest = slowest.max(effects.decision.unwrap_or_default()),
             Err(error) => return Finding::fail("decisions", error.to_string(), ""),
         }
@@ -129,7 +132,7 @@ pub(super) fn decisions(orders: &AgentConfig) -> Finding {
     }
 }
 
-/// Whether the robot's team believes that it can be where its vehicle takes it.
+/// Checks that the vehicle is not faster than the team accepts.
 pub(super) fn speed(vehicle: f64, scenario: &Scenario) -> Finding {
     let mission = scenario.mission().speed_meters_per_second;
     let found = format!("the vehicle drives {vehicle} m/s, the scenario's robots {mission} m/s");
@@ -140,12 +143,12 @@ pub(super) fn speed(vehicle: f64, scenario: &Scenario) -> Finding {
         "make vehicle.speed_meters_per_second and mission.speed_meters_per_second true of the vehicle";
     Finding::fail(
         "speed",
-        format!("{found}: what it sees is refused, as of a robot that cannot be there yet"),
+        format!("{found}: its observations are rejected, as of a robot that cannot be there yet"),
         advice,
     )
 }
 
-/// Whether there is the detector that the settings ask for, and how long it takes for a gray image of each camera.
+/// Checks that the detector of the settings can be made, and times it on a gray image of each camera.
 pub(super) fn detector(body: &Body, file: &Path, make: Make<'_>) -> Vec<Finding> {
     let advice = "see docs/field-guide.md: which modules are understood, and how to build with libtorch";
     let mut detector = match body.make_detector(file, make) {
@@ -154,7 +157,7 @@ pub(super) fn detector(body: &Body, file: &Path, make: Make<'_>) -> Vec<Finding>
         Err(error) => return vec![Finding::fail("detector", error.to_string(), advice)],
     };
     let cameras = body.ros.cameras_with_images().filter_map(|name| body.pilot.camera(name));
-    let looked = cameras.map(|camera| {
+    let observed = cameras.map(|camera| {
         let settings = camera.settings();
         let (subject, image) = (format!("detector, {}", settings.name), gray(settings));
         let start = Instant::now();
@@ -167,7 +170,7 @@ pub(super) fn detector(body: &Body, file: &Path, make: Make<'_>) -> Vec<Finding>
             Err(reason) => Finding::fail(subject, reason, advice),
         }
     });
-    looked.collect()
+    observed.collect()
 }
 
 fn gray(camera: &CameraSettings) -> Image {

@@ -1,4 +1,4 @@
-//! Where the robot is to listen: are these addresses of this computer, and are their ports free?
+//! Checks the robot's listening endpoints: are the addresses this computer's, and the ports free?
 
 use std::io::ErrorKind;
 use std::net::{TcpListener, ToSocketAddrs, UdpSocket};
@@ -10,7 +10,7 @@ use super::Finding;
 use crate::RuntimeError;
 use crate::session::{self, Endpoints};
 
-/// Looks at each endpoint on which the robot is to listen. If the robot itself runs here, it has them.
+/// Checks each endpoint on which the robot is to listen. If the robot itself runs here, it has them.
 ///
 /// # Errors
 /// If the settings are not Zenoh's.
@@ -24,7 +24,7 @@ fn examine_one(endpoint: &str, runs_here: bool) -> Option<Finding> {
     let (protocol, rest) = endpoint.split_once('/')?;
     let address = rest.split(['?', '#']).next().unwrap_or(rest);
     let is_datagram = matches!(protocol, "udp" | "quic");
-    // Others, such as serial lines and files, are not ports.
+    // Other links, such as serial lines and files, are not ports.
     if !is_datagram && !matches!(protocol, "tcp" | "tls" | "ws") {
         return None;
     }
@@ -44,7 +44,7 @@ fn examine_one(endpoint: &str, runs_here: bool) -> Option<Finding> {
         Err((ErrorKind::AddrInUse, _)) => {
             let advice =
                 "stop who has it (`ss -ltnp` names it), or name another port; 7447 is that of rmw_zenohd";
-            Finding::fail(subject, "somebody listens there already", advice)
+            Finding::fail(subject, "another process listens there already", advice)
         }
         Err((ErrorKind::AddrNotAvailable, _)) => {
             let advice = "name an address that `ip address` lists, and see that its network is up";

@@ -1,4 +1,4 @@
-//! The team's network: who is there, does anybody have this robot's number, and do their clocks agree?
+//! Checks of the team's network: participants, duplicate numbers, and clocks.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -17,26 +17,26 @@ use crate::clock::Clock;
 use crate::link::{Incoming, Link, Nobody};
 use crate::session::{Endpoints, open};
 
-/// Whose team is looked at.
+/// The robot of the settings.
 pub(super) struct Member<'a> {
     pub(super) mission: Mission,
     pub(super) robot: RobotId,
     pub(super) scenario: &'a Scenario,
     /// Whether the robot itself runs on this computer.
     pub(super) runs_here: bool,
-    /// The clock by which it would go on, if it remembers a time.
+    /// The clock by which it would continue, if it has one.
     pub(super) resumed: Option<Clock>,
-    /// Mission seconds a second.
+    /// Mission seconds per second.
     pub(super) real_time_factor: f64,
 }
 
-/// What was heard in a while.
+/// The participants and messages received in a while.
 #[derive(Default)]
 struct Roll {
     present: BTreeSet<Participant>,
     clocks: Clocks,
     refused: BTreeMap<String, String>,
-    /// Those who have several processes.
+    /// Participants with several processes.
     doubled: BTreeSet<Participant>,
 }
 
@@ -63,7 +63,8 @@ pub(super) async fn examine(
     tell(mates(&roll, endpoints, member, listen));
     number(&roll, member).into_iter().for_each(&mut *tell);
     for (key, reason) in &roll.refused {
-        let advice = "another version, map or mission speaks there: give all the same scenario and program";
+        let advice =
+            "another version, map or mission is running there: give all the same scenario and program";
         tell(Finding::fail("team", format!("what came under {key} was refused: {reason}"), advice));
     }
     for who in roll.doubled.iter().filter(|who| **who != Participant::Robot(member.robot)) {
@@ -94,11 +95,11 @@ pub(super) async fn examine(
 
 async fn call(link: &mut Link<Nobody>, listen: Duration) -> Roll {
     let (mut roll, started) = (Roll::default(), Instant::now());
-    while let Ok(Some(heard)) = tokio::time::timeout_at(started + listen, link.hear()).await {
-        match heard {
+    while let Ok(Some(received)) = tokio::time::timeout_at(started + listen, link.receive()).await {
+        match received {
             Incoming::Message { from, message, .. } => {
                 if let Some(time) = clock::dated(from, &message) {
-                    roll.clocks.hear(from, started.elapsed(), time);
+                    roll.clocks.receive(from, started.elapsed(), time);
                 }
             }
             Incoming::Rejected { key, reason, .. } => {
@@ -124,15 +125,16 @@ fn mates(roll: &Roll, endpoints: &Endpoints, member: &Member<'_>, listen: Durati
     if member.scenario.robots().len() == 1 {
         return Finding::pass("team", "it searches alone, and no coordinator is there");
     }
-    let (called, heard) = (endpoints.connect.join(", "), endpoints.listen.join(", "));
+    let (called, received) = (endpoints.connect.join(", "), endpoints.listen.join(", "));
     let seconds = listen.as_secs_f64();
-    let found =
-        format!("nobody is there within {seconds:.0} s; it calls [{called}] and listens at [{heard}]");
+    let found = format!(
+        "no participant is there within {seconds:.0} s; it connects to [{called}] and listens at [{received}]"
+    );
     let advice = "start the others; see that addresses, ports, mission and certificates are theirs";
     Finding::fail("team", found, advice)
 }
 
-/// Two robots of one number drive to the same cells, and each takes the other's words for its own.
+/// Two robots with one number drive to the same cells, and each takes the other's messages for its own.
 fn number(roll: &Roll, member: &Member<'_>) -> Option<Finding> {
     let robot = member.robot;
     let advice = format!(

@@ -1,5 +1,4 @@
-//! The robot's own ROS 2 network: is anybody there, are the topics alive that its settings use, do its stamps make sense,
-//! and is its map that of the search?
+//! Checks of the robot's own ROS 2 network: connections, the topics that its settings use, stamps, and the map.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -21,40 +20,40 @@ use crate::unix_time;
 use crate::vehicle::ground::Likeness;
 use crate::vehicle::place::posed;
 
-/// Stamps that are farther from this computer's clock are of another clock, seconds.
+/// Clock skew above which stamps are those of another clock, seconds.
 const MOST_SKEW_SECONDS: f64 = 1.0;
 
-/// What a topic is to the robot.
+/// The importance of a topic to the robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Use {
     /// Without it the robot does not search.
     Needed,
-    /// It is listened to; what it does without, it does.
+    /// It is used; the text says what is missing without it.
     Welcome(&'static str),
-    /// By these settings nothing comes of it.
+    /// These settings do not use it.
     None,
 }
 
-/// What came on one topic.
+/// The messages received on one topic.
 struct Traffic {
     is: Use,
-    /// Whether what stands is told to those who come late, with a stamp of long ago.
+    /// Whether late subscribers receive old messages, with old stamps.
     is_latched: bool,
     messages: u32,
-    /// By how much the stamp that was farthest off was behind this computer's clock, seconds.
+    /// The largest difference between this computer's clock and a stamp, seconds.
     behind_seconds: f64,
     refused: Option<String>,
 }
 
-/// The last that was said of these.
+/// The last messages of these kinds.
 #[derive(Default)]
 struct Last {
     map: Option<Occupancy>,
-    /// Where the vehicle is, in the network's frame.
+    /// The vehicle's pose, in the network's frame.
     pose: Option<Pose>,
 }
 
-/// Looks at the cameras: of each the settings must name a topic, and the pilot waits for it.
+/// Checks the cameras: the settings must name a topic for each, since the pilot waits for it.
 pub(super) fn cameras(body: &Body) -> Vec<Finding> {
     let absent = body
         .pilot
@@ -62,7 +61,7 @@ pub(super) fn cameras(body: &Body) -> Vec<Finding> {
         .filter(|camera| body.ros.subscriptions.iter().all(|one| *one.camera != **camera));
     let advice = "name its detections or its images under ros.cameras, or leave it out of vehicle.cameras";
     let fail = |camera: &str| {
-        let found = "no topic of ros.cameras says what it sees: to the robot it is silent";
+        let found = "ros.cameras has no topic for it: its frames are missing";
         Finding::fail(format!("camera {camera}"), found, advice)
     };
     absent.map(fail).collect()
@@ -91,16 +90,16 @@ pub(super) async fn examine(
     };
     let mut last = Last::default();
     let end = Instant::now() + listen;
-    while let Ok((topic, heard)) = tokio::time::timeout_at(end, node.hear_on()).await {
+    while let Ok((topic, received)) = tokio::time::timeout_at(end, node.receive_on()).await {
         if let Some(traffic) = traffic.get_mut(&topic) {
-            traffic.take(&heard);
+            traffic.take(&received);
         }
-        last.take(heard, localization);
+        last.take(received, localization);
     }
     let neighbors = node.neighbors().await;
     if neighbors == 0 {
         let advice = "the connection was lost: see that the router or bridge runs on";
-        tell(Finding::fail("vehicle", "nobody is connected", advice));
+        tell(Finding::fail("vehicle", "no router, bridge or peer is connected", advice));
     }
     for (topic, traffic) in traffic.iter().filter(|(_, traffic)| traffic.is != Use::None) {
         tell(traffic.finding(topic, listen, stamps));
@@ -111,11 +110,11 @@ pub(super) async fn examine(
 
 async fn listened_to(node: &Node, kind: OutputKind) -> Finding {
     let subject = format!("{kind:?}").to_lowercase();
-    match node.is_heard(kind).await {
-        Ok(true) => Finding::pass(subject, "somebody listens to it"),
+    match node.has_subscriber(kind).await {
+        Ok(true) => Finding::pass(subject, "it has a subscriber"),
         Ok(false) => Finding::fail(
             subject,
-            "nobody listens to it, so that the vehicle will not move",
+            "it has no subscriber, so that the vehicle will not move",
             "start Nav2 or the path follower, and see that its topic is the one under ros.publish",
         ),
         Err(error) => Finding::fail(subject, error.to_string(), ""),
@@ -148,8 +147,8 @@ impl Traffic {
         Self { is, is_latched, messages: 0, behind_seconds: 0.0, refused: None }
     }
 
-    fn take(&mut self, heard: &Incoming) {
-        let stamp_unix_ns = match heard {
+    fn take(&mut self, received: &Incoming) {
+        let stamp_unix_ns = match received {
             Incoming::Rejected { reason, .. } => {
                 self.refused = Some(reason.clone());
                 return;
@@ -175,20 +174,19 @@ impl Traffic {
         let found = format!("{} messages in {seconds:.0} s", self.messages);
         if let Some(reason) = &self.refused {
             let advice =
-                "name a topic of the right type under ros.subscribe or ros.cameras, or mend who publishes it";
-            return Finding::fail(subject, format!("{found}, and others were refused: {reason}"), advice);
+                "name a topic of the right type under ros.subscribe or ros.cameras, or correct its publisher";
+            return Finding::fail(subject, format!("{found}, and others were rejected: {reason}"), advice);
         }
         match self.is {
             Use::Welcome(without) if self.messages == 0 => {
                 return Finding::pass(subject, format!("{found}: {without}"));
             }
             _ if self.messages == 0 && self.is_latched => {
-                let advice =
-                    "start the localization, and tell it where the vehicle is (RViz: 2D Pose Estimate)";
+                let advice = "start the localization, and set the initial pose (RViz: 2D Pose Estimate)";
                 return Finding::fail(subject, found, advice);
             }
             _ if self.messages == 0 => {
-                let advice = "start who publishes it; or set its name under ros.subscribe or ros.cameras to \"\" to do without";
+                let advice = "start its publisher; or set its name under ros.subscribe or ros.cameras to \"\" to do without";
                 return Finding::fail(subject, found, advice);
             }
             _ => {}
@@ -202,8 +200,8 @@ impl Traffic {
 }
 
 impl Last {
-    fn take(&mut self, heard: Incoming, localization: Localization) {
-        match (heard, localization) {
+    fn take(&mut self, received: Incoming, localization: Localization) {
+        match (received, localization) {
             (Incoming::Map(map), _) => self.map = Some(map),
             (Incoming::Pose(pose), Localization::Pose) => self.pose = Some(posed(pose.pose)),
             (Incoming::Odometry(odometry), Localization::Odometry) => {
@@ -213,7 +211,7 @@ impl Last {
         }
     }
 
-    /// Whether map and place are those of the search.
+    /// Compares map and pose with those of the search.
     fn findings(&self, scenario: &Scenario) -> Vec<Finding> {
         let (origin, terrain) = (scenario.origin(), scenario.terrain());
         let search = Pose::new(origin.x_meters, origin.y_meters, origin.yaw_radians);

@@ -1,5 +1,5 @@
-//! What is wrong with a file that cannot be opened as a journal: a damaged journal is set aside, and a file that somebody
-//! named by mistake is left alone.
+//! Analyzes a file that cannot be opened as a journal: a damaged journal is moved aside, and any other file is left
+//! alone.
 
 use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
@@ -11,17 +11,17 @@ use super::{FACTS, JournalError, OBSERVATIONS};
 
 /// Of the database, bytes.
 const PAGE_BYTES: usize = 4096;
-/// What every database begins with.
+/// The first bytes of every database.
 const MAGIC: &[u8] = b"redb\x1a\n";
-/// So much of a file is looked through for what a journal says of itself, bytes.
+/// Number of bytes of a file that are searched for the names of a journal's tables.
 const SEARCHED_BYTES: u64 = 64 << 20;
-/// What Linux says of a disk that cannot read what was written on it.
+/// Linux's error for a disk that cannot read its data.
 const INPUT_OUTPUT_ERROR: i32 = 5;
 
-/// What is damaged, if the file is a journal that is.
+/// The damage, if the file is a damaged journal.
 ///
 /// # Errors
-/// If it is none: with what was wrong, or that it is something else.
+/// If it is not a journal: the original error, or that it is something else.
 pub(super) fn of(path: &Path, error: JournalError) -> Result<String, JournalError> {
     let JournalError::Storage { source, .. } = &error else { return Err(error) };
     match &**source {
@@ -38,13 +38,13 @@ pub(super) fn of(path: &Path, error: JournalError) -> Result<String, JournalErro
     }
 }
 
-/// Whether that is the end of the file, or of its copy in memory, or what it begins with.
+/// Whether the error comes from the file's content: a truncated or invalid file.
 const fn is_of_content(kind: ErrorKind) -> bool {
     matches!(kind, ErrorKind::UnexpectedEof | ErrorKind::InvalidInput | ErrorKind::InvalidData)
 }
 
-/// Whether a file that cannot be read as a journal was one: its first page is blank, as one that never came to the disk, or
-/// begins as it should, or names of a journal's tables stand in what is left.
+/// Whether a file that cannot be read was a journal: its first page is blank, as if it had never been written, or
+/// begins correctly, or names of a journal's tables remain.
 fn was_journal(path: &Path) -> io::Result<bool> {
     let mut file = open_plain(path)?;
     let mut page = Vec::new();
@@ -58,7 +58,7 @@ fn was_journal(path: &Path) -> io::Result<bool> {
     Ok(has(FACTS.name()) && has(OBSERVATIONS.name()) && has(super::fact::STARTED))
 }
 
-/// Renames a file to the first free of `NAME.damaged`, `NAME.damaged-2` and so on.
+/// Renames a file to the first unused of `NAME.damaged`, `NAME.damaged-2` and so on.
 pub(super) fn set_aside(path: &Path, damage: &str) -> Result<(), JournalError> {
     let name = |suffix: &str| {
         let mut name = path.as_os_str().to_owned();

@@ -1,17 +1,17 @@
-//! What can be wrong with a journal.
+//! Errors of journals.
 
 use std::path::{Path, PathBuf};
 
-/// Why a robot cannot have its journal.
+/// Why a journal cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum JournalError {
-    /// Another process has it open.
+    /// Another process has opened it.
     #[error("{path}: another process writes this journal. Is the robot running already?", path = path.display())]
     InUse {
         /// The file.
         path: PathBuf,
     },
-    /// It is about something else.
+    /// It belongs to another robot, mission or map.
     #[error(
         "{path}: a journal of {what} {found:?}, not {expected:?}; name another journal, or move this one away to begin \
          anew",
@@ -20,14 +20,14 @@ pub enum JournalError {
     Foreign {
         /// The file.
         path: PathBuf,
-        /// In what it differs.
+        /// The difference.
         what: &'static str,
-        /// What it says.
+        /// The value in the file.
         found: String,
-        /// What it should.
+        /// The expected value.
         expected: String,
     },
-    /// It is something else, and nothing is done to it.
+    /// It is not a journal, and is left alone.
     #[error(
         "{path}: no journal, nor what is left of one; name another file, or move this one away to begin anew",
         path = path.display()
@@ -36,18 +36,18 @@ pub enum JournalError {
         /// The file.
         path: PathBuf,
     },
-    /// It is a folder or a device, and nothing is done to it.
+    /// It is a folder or a device, and is left alone.
     #[error("{path}: no plain file, as a journal is; name another", path = path.display())]
     NotAFile {
-        /// What was named.
+        /// The path.
         path: PathBuf,
     },
-    /// What stands in it makes no sense.
+    /// Its content is invalid.
     #[error("{path}: {reason} stands in this journal; move it away to begin anew", path = path.display())]
     Content {
         /// The file.
         path: PathBuf,
-        /// What stands there.
+        /// The problem.
         reason: String,
     },
     /// It cannot be read or written.
@@ -55,7 +55,7 @@ pub enum JournalError {
     Storage {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: Box<redb::Error>,
     },
 }

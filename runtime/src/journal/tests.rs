@@ -42,7 +42,7 @@ impl Shelf {
 }
 
 #[test]
-fn what_was_committed_is_remembered_and_what_was_only_noted_is_not() {
+fn committed_observations_are_restored_and_pending_ones_are_not() {
     let shelf = Shelf::new();
     let committed = [(1, 0, 0), (1, 0, 1), (1, 9, 0), (2, 0, 4)]
         .map(|(robot, incarnation, sequence)| shelf.observation(robot, incarnation, sequence));
@@ -58,7 +58,7 @@ fn what_was_committed_is_remembered_and_what_was_only_noted_is_not() {
 }
 
 #[test]
-fn what_is_on_disk_is_found_again_by_its_name() {
+fn stored_observations_are_read_by_name() {
     let shelf = Shelf::new();
     let (mut journal, _) = shelf.open(1, 0).unwrap();
     let [ones, again, twos] = [(1, 0), (1, 9), (2, 0)].map(|(robot, incarnation)| {
@@ -77,7 +77,7 @@ fn what_is_on_disk_is_found_again_by_its_name() {
 }
 
 #[test]
-fn a_journal_of_another_robot_mission_or_map_is_refused() {
+fn a_journal_of_another_robot_mission_or_map_is_rejected() {
     let mut shelf = Shelf::new();
     drop(shelf.open(1, 0).unwrap());
     let check = |shelf: &Shelf, robot, expected: &[&str]| {
@@ -110,7 +110,7 @@ fn a_damaged_journal_is_set_aside_and_a_new_one_begun() {
     journal.commit();
     drop(journal);
     let mut bytes = std::fs::read(shelf.path()).unwrap();
-    // Neither in the header nor in a page of the end that is empty: each page in use is told by its checksum.
+    // Neither in the header nor in an empty page at the end: pages in use have checksums.
     let damaged: Vec<usize> = (4096..bytes.len()).filter(|&place| bytes[place] != 0).collect();
     for &place in &damaged {
         bytes[place] ^= 0x55;

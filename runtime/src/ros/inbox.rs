@@ -1,5 +1,5 @@
-//! What has arrived and was not heard yet: of each topic the last few messages, as its quality of service says. So a camera
-//! that is faster than whoever looks at its images fills no memory, and no image is older than it must be.
+//! Received messages that are not processed yet: of each topic the last few, by its quality of service. So a camera
+//! that is faster than the detector fills no memory, and images are as recent as possible.
 
 use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -7,22 +7,22 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use tokio::sync::Notify;
 use zenoh::bytes::ZBytes;
 
-/// So many refusals of a topic may wait.
+/// Maximum number of pending errors of a topic.
 const REFUSALS: usize = 8;
 
-/// Something that arrived on a topic, a number among the subscriptions.
+/// A message that arrived on a topic, given by the index of the subscription.
 #[derive(Debug)]
 pub(super) struct Arrived {
     pub(super) topic: usize,
     pub(super) what: What,
 }
 
-/// What arrived.
+/// The content.
 #[derive(Debug)]
 pub(super) enum What {
     /// A message's bytes.
     Message(ZBytes),
-    /// Something that cannot be heard, and why.
+    /// An invalid message, and the reason.
     Rejected(String),
 }
 
@@ -32,10 +32,10 @@ impl What {
     }
 }
 
-/// All that waits, in the order of its arrival.
+/// All pending messages, in the order of arrival.
 #[derive(Debug)]
 pub(super) struct Inbox {
-    /// Messages of each topic that may wait, shape `[topics]`.
+    /// Maximum number of pending messages of each topic, shape `[topics]`.
     depths: Vec<usize>,
     waiting: Mutex<VecDeque<Arrived>>,
     news: Notify,
@@ -46,7 +46,7 @@ impl Inbox {
         Self { depths, waiting: Mutex::new(VecDeque::new()), news: Notify::const_new() }
     }
 
-    /// Takes something in; of a topic that is full the oldest goes.
+    /// Adds a message; of a full topic the oldest is dropped.
     pub(super) fn put(&self, arrived: Arrived) {
         let mut waiting = self.lock();
         let is_message = arrived.what.is_message();
@@ -62,7 +62,7 @@ impl Inbox {
         self.news.notify_one();
     }
 
-    /// The next that arrived. Nothing is lost if this is given up while it waits.
+    /// The next message. Cancel safe.
     pub(super) async fn take(&self) -> Arrived {
         loop {
             if let Some(arrived) = self.lock().pop_front() {
@@ -72,7 +72,7 @@ impl Inbox {
         }
     }
 
-    /// Nothing panics while it is locked, so what is there is whole.
+    /// Nothing panics while it is locked, so the content is consistent.
     fn lock(&self) -> MutexGuard<'_, VecDeque<Arrived>> {
         self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn refusals_do_not_pile_up_either() {
+    fn rejections_do_not_pile_up_either() {
         let inbox = Inbox::new(vec![1]);
         for number in 0..100 {
             inbox.put(Arrived { topic: 0, what: What::Rejected(number.to_string()) });

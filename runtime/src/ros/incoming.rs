@@ -1,4 +1,4 @@
-//! What a node hears, checked.
+//! Messages that a node receives, checked.
 
 use std::sync::Arc;
 
@@ -7,34 +7,34 @@ use dragnet_ros2::name::TopicName;
 
 use super::settings::{Checked, Subscription};
 
-/// What a node hears.
+/// A message that a node receives.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Incoming {
-    /// Where the robot is by its own reckoning, and how it moves.
+    /// The robot's pose by odometry, and its velocity.
     Odometry(Odometry),
-    /// Where the robot is on the map.
+    /// The robot's pose on the map.
     Pose(PoseEstimate),
-    /// Where on earth it is.
+    /// The robot's position on the earth.
     Fix(Fix),
-    /// Where robots can be.
+    /// Traversable cells.
     Map(Occupancy),
-    /// What a detector sees in an image.
+    /// A detector's boxes in an image.
     Detections {
-        /// Of the camera of this name.
+        /// Name of the camera.
         camera: Arc<str>,
-        /// All of one image.
+        /// All boxes of one image.
         detections: Detections,
     },
-    /// What a camera sees.
+    /// An image of a camera.
     Image {
-        /// The camera of this name.
+        /// Name of the camera.
         camera: Arc<str>,
-        /// What it sees.
+        /// The image.
         image: Image,
     },
-    /// How Nav2's goals stand, for [`dragnet_ros2::navigation_goal::NavigationGoal`].
+    /// The states of Nav2's goals, for [`dragnet_ros2::navigation_goal::NavigationGoal`].
     Goals(Vec<GoalStatus>),
-    /// Something on a topic that cannot be heard: it counts as nothing.
+    /// An invalid message, which does not count.
     Rejected {
         /// The topic.
         topic: TopicName,
@@ -44,7 +44,7 @@ pub enum Incoming {
 }
 
 impl Checked {
-    /// What the bytes of a message say that came on a subscribed topic.
+    /// Decodes the bytes of a message that arrived on a subscribed topic.
     pub(crate) fn understand(&self, subscription: &Subscription, bytes: &[u8]) -> Incoming {
         let refused = |reason| Incoming::Rejected { topic: subscription.topic.clone(), reason };
         match subscription.kind.understand(bytes) {
@@ -53,32 +53,32 @@ impl Checked {
         }
     }
 
-    /// What was heard, if its places are in the frame that they should be in.
+    /// Checks that positions are in the expected frame.
     fn place(&self, subscription: &Subscription, input: Input) -> Result<Incoming, String> {
         let camera = || Arc::clone(&subscription.camera);
         let (map, odometry) = (&self.map_frame, &self.odometry_frame);
         Ok(match input {
-            Input::Odometry(heard) => {
-                in_frame(&heard.place.frame, odometry, "odometry_frame")?;
-                Incoming::Odometry(heard)
+            Input::Odometry(received) => {
+                in_frame(&received.place.frame, odometry, "odometry_frame")?;
+                Incoming::Odometry(received)
             }
-            Input::Pose(heard) => {
-                in_frame(&heard.frame, map, "map_frame")?;
-                Incoming::Pose(heard)
+            Input::Pose(received) => {
+                in_frame(&received.frame, map, "map_frame")?;
+                Incoming::Pose(received)
             }
-            Input::Map(heard) => {
-                in_frame(&heard.frame, map, "map_frame")?;
-                Incoming::Map(heard)
+            Input::Map(received) => {
+                in_frame(&received.frame, map, "map_frame")?;
+                Incoming::Map(received)
             }
-            Input::Fix(heard) => Incoming::Fix(heard),
+            Input::Fix(received) => Incoming::Fix(received),
             Input::Detections(detections) => Incoming::Detections { camera: camera(), detections },
             Input::Image(image) => Incoming::Image { camera: camera(), image },
-            Input::Goals(heard) => Incoming::Goals(heard),
+            Input::Goals(received) => Incoming::Goals(received),
         })
     }
 }
 
-/// A place means something in its frame only. A slash before the name is of ROS 1.
+/// Positions have a meaning in their frame only. A leading slash in the name is from ROS 1.
 fn in_frame(found: &str, expected: &str, key: &str) -> Result<(), String> {
     if found.trim_start_matches('/') == expected.trim_start_matches('/') {
         Ok(())

@@ -1,4 +1,4 @@
-//! The node: what it hears, checked, and what it says.
+//! The node: its subscribers, with checked messages, and its publishers.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -28,15 +28,15 @@ pub struct Node {
     settings: Checked,
     inbox: Arc<Inbox>,
     publishers: BTreeMap<OutputKind, TopicPublisher>,
-    /// Say that the node and its topics are there, as long as they are.
+    /// Liveliness tokens of the node and its topics.
     tokens: Vec<LivelinessToken>,
 }
 
 impl Node {
-    /// Joins a network. It waits as long as no router and no bridge answers; whoever gives up drops the future.
+    /// Joins a network. It waits until a router or a bridge answers; dropping the future cancels that.
     ///
     /// # Errors
-    /// If the settings are not Zenoh's, or Zenoh refuses.
+    /// If the settings are not Zenoh's, or Zenoh fails.
     pub async fn open(settings: Checked) -> Result<Self, RuntimeError> {
         let session = session::open(&settings.network).await?;
         let depths =
@@ -77,49 +77,49 @@ impl Node {
         Ok(node)
     }
 
-    /// The next thing heard. Nothing is lost if this is given up while it waits.
-    pub async fn hear(&self) -> Incoming {
-        self.hear_on().await.1
+    /// The next message. Cancel safe.
+    pub async fn receive(&self) -> Incoming {
+        self.receive_on().await.1
     }
 
-    /// The next thing heard, and on which topic.
-    pub async fn hear_on(&self) -> (TopicName, Incoming) {
+    /// The next message, and its topic.
+    pub async fn receive_on(&self) -> (TopicName, Incoming) {
         let Arrived { topic, what } = self.inbox.take().await;
         let subscription = &self.settings.subscriptions[topic];
-        let heard = match what {
+        let received = match what {
             What::Rejected(reason) => Incoming::Rejected { topic: subscription.topic.clone(), reason },
             What::Message(bytes) => self.settings.understand(subscription, &bytes.to_bytes()),
         };
-        (subscription.topic.clone(), heard)
+        (subscription.topic.clone(), received)
     }
 
-    /// Says something at a Unix time in nanoseconds; nothing if the settings give it no topic.
+    /// Publishes at a Unix time in nanoseconds; does nothing if the settings give no topic for it.
     ///
     /// # Errors
-    /// If Zenoh refuses.
-    pub async fn say(&mut self, unix_ns: i64, output: Output) -> Result<(), RuntimeError> {
+    /// If Zenoh fails.
+    pub async fn publish(&mut self, unix_ns: i64, output: Output) -> Result<(), RuntimeError> {
         let Some(publisher) = self.publishers.get_mut(&output.kind()) else { return Ok(()) };
         publisher.publish(unix_ns, output.encode(&self.settings.map_frame, unix_ns)).await
     }
 
-    /// Whether anybody listens to what is said so; a goal that nobody listens to is lost.
+    /// Whether there is a subscriber; a goal without one is lost.
     ///
     /// # Errors
-    /// If Zenoh refuses.
-    pub async fn is_heard(&self, kind: OutputKind) -> Result<bool, RuntimeError> {
+    /// If Zenoh fails.
+    pub async fn has_subscriber(&self, kind: OutputKind) -> Result<bool, RuntimeError> {
         match self.publishers.get(&kind) {
             Some(publisher) => publisher.has_subscribers().await,
             None => Ok(false),
         }
     }
 
-    /// How many routers, bridges and peers this node is connected with now; 0 if it is alone.
+    /// Number of routers, bridges and peers that this node is connected to now.
     pub async fn neighbors(&self) -> usize {
         let info = self.session.info();
         info.routers_zid().await.count() + info.peers_zid().await.count()
     }
 
-    /// The topics that are heard.
+    /// The subscribed topics.
     pub fn topics(&self) -> impl Iterator<Item = &TopicName> {
         self.settings.subscriptions.iter().map(|subscription| &subscription.topic)
     }
@@ -140,7 +140,7 @@ impl Node {
         }
     }
 
-    /// Lets nodes of `rmw_zenoh` know. A bridge asks nobody.
+    /// Declares a liveliness token for nodes of `rmw_zenoh`. A bridge needs none.
     async fn announce(&mut self, token: String) -> Result<(), RuntimeError> {
         if self.settings.transport == Transport::RmwZenoh {
             let token = self.session.liveliness().declare_token(token).await;
@@ -158,12 +158,12 @@ impl Node {
         let (kind, inbox) = (subscription.kind, Arc::clone(&self.inbox));
         let key = self.key(&subscription.topic, message);
         let what = format!("subscribe to {key}");
-        let heard = move |sample: Sample| {
+        let received = move |sample: Sample| {
             if sample.kind() == SampleKind::Put {
                 inbox.put(Arrived { topic: number, what: arrived(kind, &sample) });
             }
         };
-        let subscriber = self.session.declare_subscriber(key).callback(heard);
+        let subscriber = self.session.declare_subscriber(key).callback(received);
         let declared = match kind.qos().durability {
             Durability::Volatile => subscriber.background().await,
             Durability::TransientLocal => {
@@ -179,7 +179,7 @@ impl Node {
         declared.map_err(RuntimeError::zenoh(what))
     }
 
-    /// Tells of publishers that are not heard since their type is another one.
+    /// Reports publishers that cannot be received because their type differs.
     async fn watch(
         &self,
         number: usize,
@@ -206,7 +206,7 @@ impl Node {
     }
 }
 
-/// What is longer than any such message is not kept until it is heard.
+/// Messages that are too long are dropped at once.
 fn arrived(kind: InputKind, sample: &Sample) -> What {
     match kind.check_length(sample.payload().len()) {
         Ok(()) => What::Message(sample.payload().clone()),

@@ -12,19 +12,19 @@ use zenoh_ext::{AdvancedPublisher, AdvancedPublisherBuilderExt, CacheConfig, Mis
 
 use crate::RuntimeError;
 
-/// How often a latched publisher says how much it has said, if it says nothing else: as often as `rmw_zenoh`'s.
+/// Period in which a latched publisher announces its sequence number: that of `rmw_zenoh`.
 const HEARTBEAT: Duration = Duration::from_millis(500);
 
-/// Publishes under one key.
+/// A publisher of one key.
 pub(super) struct TopicPublisher {
     publisher: Kind,
-    /// What `rmw_zenoh` wants with each message; nothing behind a bridge.
+    /// The attachments that `rmw_zenoh` requires; `None` behind a bridge.
     attachments: Option<Attachments>,
 }
 
 enum Kind {
     Plain(Publisher<'static>),
-    /// Those who come late are told what was last said.
+    /// Late subscribers receive the last messages.
     Latched(Box<AdvancedPublisher<'static>>),
 }
 
@@ -36,7 +36,7 @@ impl TopicPublisher {
         attachments: Option<Attachments>,
     ) -> Result<Self, RuntimeError> {
         let what = format!("publish under {key}");
-        // What stands until it is replaced need not hold up the one who says it: it is said again.
+        // A latched message need not block its publisher: it is sent again.
         let congestion = match qos.durability {
             Durability::Volatile => CongestionControl::Block,
             Durability::TransientLocal => CongestionControl::Drop,
@@ -65,10 +65,10 @@ impl TopicPublisher {
 
     pub(super) async fn publish(&mut self, unix_ns: i64, bytes: Vec<u8>) -> Result<(), RuntimeError> {
         let attachment = self.attachments.as_mut().map(|attachments| ZBytes::from(attachments.next(unix_ns)));
-        let said = match &self.publisher {
+        let published = match &self.publisher {
             Kind::Plain(publisher) => publisher.put(bytes).attachment(attachment).await,
             Kind::Latched(publisher) => publisher.put(bytes).attachment(attachment).await,
         };
-        said.map_err(RuntimeError::zenoh("publish on the robot's own network"))
+        published.map_err(RuntimeError::zenoh("publish on the robot's own network"))
     }
 }

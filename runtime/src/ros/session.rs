@@ -6,7 +6,8 @@ use super::settings::{Mode, Network};
 use crate::RuntimeError;
 use crate::session::{json, read, wait_for_network};
 
-/// Opens a session as the settings say: it calls until somebody answers. Zenoh's own future would block its thread that long.
+/// Opens a session by the settings: it connects until there is an answer. Zenoh's own future would block its thread
+/// that long.
 ///
 /// # Errors
 /// If the settings are not Zenoh's.
@@ -28,13 +29,13 @@ pub(super) async fn open(network: &Network) -> Result<Session, RuntimeError> {
         ("listen/endpoints", &json(&network.listen)),
         ("scouting/multicast/enabled", "false"),
         ("scouting/gossip/enabled", "false"),
-        // What is latched is kept by its time.
+        // Latched messages are stored by time.
         ("timestamping/enabled", "true"),
     ];
     for (key, value) in settings {
         config.insert_json5(key, value).map_err(refused)?;
     }
-    // A robot may start before its router does, and before its network is there.
+    // A robot may start before its router and its network.
     wait_for_network(&mut config).map_err(refused)?;
     let opening = tokio::task::spawn_blocking(move || zenoh::open(config).wait());
     opening.await.map_err(|error| refused(error.into()))?.map_err(refused)

@@ -1,4 +1,4 @@
-//! Settings of a robot's ROS 2 network, and what follows from them once they are checked.
+//! Settings of a robot's ROS 2 network, and the resulting subscriptions and publishers.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -94,10 +94,10 @@ pub enum Localization {
     Fix,
 }
 
-/// How far a vehicle may go by odometry alone before it is taken to be lost.
+/// Limits of a vehicle's motion by odometry alone, after which it is lost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Uncorrected {
-    /// Within this time as far as it likes, nanoseconds.
+    /// Time within which it may move freely, nanoseconds.
     pub(crate) timeout_ns: u64,
     pub(crate) meters: f64,
     pub(crate) radians: f64,
@@ -129,7 +129,7 @@ pub struct Network {
 }
 
 impl Default for Network {
-    /// The router of `rmw_zenoh` on this machine.
+    /// The router of `rmw_zenoh` on this computer.
     fn default() -> Self {
         Self {
             connect: vec!["tcp/localhost:7447".to_owned()],
@@ -140,7 +140,7 @@ impl Default for Network {
     }
 }
 
-/// How a session takes part in a ROS 2 network.
+/// The role of a session in a ROS 2 network.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, JsonSchema, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Mode {
@@ -163,7 +163,7 @@ pub struct Subscribe {
     pub fix: String,
     /// `nav_msgs/OccupancyGrid`, in `map_frame`.
     pub map: String,
-    /// `action_msgs/GoalStatusArray`, how Nav2's goals stand.
+    /// `action_msgs/GoalStatusArray`, the states of Nav2's goals.
     pub goals: String,
 }
 
@@ -179,15 +179,15 @@ impl Default for Subscribe {
 #[derive(Clone, Debug, PartialEq, Eq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Publish {
-    /// `geometry_msgs/PoseStamped`: what Nav2's `bt_navigator` drives to.
+    /// `geometry_msgs/PoseStamped`: the goal of Nav2's `bt_navigator`.
     pub goal: String,
     /// `nav_msgs/Path`.
     pub path: String,
     /// `nav_msgs/OccupancyGrid`, percent.
     pub belief: String,
-    /// `vision_msgs/Detection3DArray`: what is declared.
+    /// `vision_msgs/Detection3DArray`: the declared objects.
     pub objects: String,
-    /// `vision_msgs/Detection3DArray`: what this robot follows and is sure of.
+    /// `vision_msgs/Detection3DArray`: the confirmed tracks of this robot.
     pub tracks: String,
     /// `diagnostic_msgs/DiagnosticArray`.
     pub diagnostics: String,
@@ -208,7 +208,7 @@ pub struct Camera {
     /// Name of the camera, as in `[[vehicle.cameras]]`.
     #[schemars(extend("examples" = ["front"]))]
     pub name: String,
-    /// `vision_msgs/Detection2DArray`: what a detector sees in its images.
+    /// `vision_msgs/Detection2DArray`: a detector's boxes in the camera's images.
     #[serde(default)]
     pub detections: String,
     /// `sensor_msgs/Image`.
@@ -235,12 +235,12 @@ const fn localization_timeout_seconds() -> f64 {
     5.0
 }
 
-/// Four times as far as AMCL lets a vehicle move before it speaks.
+/// Four times the distance after which AMCL publishes.
 const fn max_uncorrected_meters() -> f64 {
     1.0
 }
 
-/// Four times as far as AMCL lets a vehicle turn before it speaks.
+/// Four times the angle after which AMCL publishes.
 const fn max_uncorrected_degrees() -> f64 {
     45.0
 }
@@ -263,31 +263,31 @@ pub struct Checked {
 }
 
 impl Checked {
-    /// By what the robot knows where it is.
+    /// The source of the robot's pose.
     #[must_use]
     pub const fn localization(&self) -> Localization {
         self.localization
     }
 
-    /// What the stamps of messages mean.
+    /// The meaning of stamps.
     #[must_use]
     pub const fn stamps(&self) -> Stamps {
         self.stamps
     }
 
-    /// Cameras whose images are heard.
+    /// Cameras whose images are subscribed to.
     pub(crate) fn cameras_with_images(&self) -> impl Iterator<Item = &str> {
         let is_image = |kind| matches!(kind, InputKind::Image | InputKind::CompressedImage);
         self.subscriptions.iter().filter(move |one| is_image(one.kind)).map(|one| &*one.camera)
     }
 }
 
-/// A topic that is heard.
+/// A subscribed topic.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Subscription {
     pub(crate) topic: TopicName,
     pub(crate) kind: InputKind,
-    /// Whose; empty if no camera's.
+    /// The camera; empty for other topics.
     pub(crate) camera: Arc<str>,
 }
 
@@ -295,7 +295,7 @@ impl Settings {
     /// Checks the settings of a file.
     ///
     /// # Errors
-    /// If a value is not allowed: with its key and what is.
+    /// If a value is invalid: with its key and the allowed values.
     pub fn check(&self, file: &Path) -> Result<Checked, RuntimeError> {
         self.checked(file).map_err(|reason| RuntimeError::Settings { file: file.to_owned(), reason })
     }
@@ -369,9 +369,9 @@ impl Settings {
             ("subscribe.map", InputKind::Map, map),
             ("subscribe.goals", InputKind::Goals, goals),
         ];
-        let mut heard = Vec::new();
+        let mut received = Vec::new();
         for (key, kind, name) in own {
-            heard.extend(names.topic(key, name)?.map(|topic| Subscription {
+            received.extend(names.topic(key, name)?.map(|topic| Subscription {
                 topic,
                 kind,
                 camera: "".into(),
@@ -384,26 +384,30 @@ impl Settings {
                 let allowed = format!("up to {MAX_CAMERAS} cameras, each with a name of its own");
                 return Err(format!("ros.cameras: {name:?}; allowed are {allowed}"));
             }
-            let before = heard.len();
+            let before = received.len();
             for (key, kind, topic) in [
                 ("cameras.detections", InputKind::Detections, &camera.detections),
                 ("cameras.image", InputKind::Image, &camera.image),
                 ("cameras.compressed_image", InputKind::CompressedImage, &camera.compressed_image),
             ] {
                 let topic = names.topic(key, topic)?;
-                heard.extend(topic.map(|topic| Subscription { topic, kind, camera: name.as_str().into() }));
+                received.extend(topic.map(|topic| Subscription {
+                    topic,
+                    kind,
+                    camera: name.as_str().into(),
+                }));
             }
-            if heard.len() == before {
+            if received.len() == before {
                 let allowed = "detections, image or compressed_image, at least one";
                 return Err(format!("ros.cameras: {name:?} has no topic; allowed are {allowed}"));
             }
         }
-        Ok(heard)
+        Ok(received)
     }
 
     fn publications(&self, names: &Names) -> Result<BTreeMap<OutputKind, TopicName>, String> {
         let Publish { goal, path, belief, objects, tracks, diagnostics } = &self.publish;
-        let mut said = BTreeMap::new();
+        let mut published = BTreeMap::new();
         for (key, kind, name) in [
             ("publish.goal", OutputKind::Goal, goal),
             ("publish.path", OutputKind::Path, path),
@@ -412,13 +416,13 @@ impl Settings {
             ("publish.tracks", OutputKind::Tracks, tracks),
             ("publish.diagnostics", OutputKind::Diagnostics, diagnostics),
         ] {
-            said.extend(names.topic(key, name)?.map(|topic| (kind, topic)));
+            published.extend(names.topic(key, name)?.map(|topic| (kind, topic)));
         }
-        Ok(said)
+        Ok(published)
     }
 }
 
-/// Where names are resolved.
+/// The namespace and node by which names are resolved.
 struct Names {
     namespace: Namespace,
     node: NodeName,
@@ -445,13 +449,13 @@ mod tests {
     }
 
     #[test]
-    fn what_is_left_out_is_what_ros_calls_it() {
+    fn omitted_qos_fields_have_the_defaults_of_ros() {
         let checked = check("transport = 'rmw_zenoh'\nnamespace = 'robot1'").unwrap();
-        let heard: Vec<String> =
+        let received: Vec<String> =
             checked.subscriptions.iter().map(|subscription| subscription.topic.to_string()).collect();
         let status = "/robot1/navigate_to_pose/_action/status";
-        assert_eq!(heard, ["/robot1/odom", "/robot1/amcl_pose", "/robot1/fix", "/robot1/map", status]);
-        let said: Vec<String> = checked.publications.values().map(TopicName::to_string).collect();
+        assert_eq!(received, ["/robot1/odom", "/robot1/amcl_pose", "/robot1/fix", "/robot1/map", status]);
+        let published: Vec<String> = checked.publications.values().map(TopicName::to_string).collect();
         let own = [
             "/robot1/goal_pose",
             "/robot1/dragnet/path",
@@ -459,8 +463,8 @@ mod tests {
             "/robot1/dragnet/objects",
             "/robot1/dragnet/tracks",
         ];
-        assert_eq!(said[..5], own);
-        assert_eq!(said[5..], ["/diagnostics"]);
+        assert_eq!(published[..5], own);
+        assert_eq!(published[5..], ["/diagnostics"]);
         assert_eq!((checked.domain, checked.network.mode), (0, Mode::Client));
     }
 
@@ -470,14 +474,14 @@ mod tests {
                     zenoh.config = 'ros.json5'\n\
                     cameras = [{ name = 'front', detections = 'front/seen', image = 'front/image_raw' }]";
         let checked = check(text).unwrap();
-        let heard: Vec<(InputKind, &str)> = checked
+        let received: Vec<(InputKind, &str)> = checked
             .subscriptions
             .iter()
             .map(|subscription| (subscription.kind, &*subscription.camera))
             .collect();
         let front = "front";
         assert_eq!(
-            heard,
+            received,
             [(InputKind::Odometry, ""), (InputKind::Detections, front), (InputKind::Image, front)]
         );
         assert_eq!(checked.publications[&OutputKind::Goal].to_string(), "/goal");
@@ -485,7 +489,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_allowed_is_told_with_its_key() {
+    fn invalid_settings_are_reported_with_their_key() {
         let refused = |text: &str, reason: &str| {
             let error = check(&format!("transport = 'bridge'\n{text}")).unwrap_err();
             assert!(error.contains(reason), "{error}");

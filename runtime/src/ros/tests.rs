@@ -1,5 +1,5 @@
-//! A node among plain Zenoh sessions, whose keys, tokens and bytes are written out here as ROS 2 has them. A router stands
-//! between them as `rmw_zenohd` does.
+//! A node among plain Zenoh sessions, with the keys, tokens and bytes of ROS 2. A router connects them as `rmw_zenohd`
+//! does.
 
 use std::future::Future;
 use std::path::Path;
@@ -53,9 +53,9 @@ impl Network {
         settings.check(Path::new("robot.toml")).unwrap()
     }
 
-    /// A publisher that somebody listens to.
+    /// A publisher with a subscriber.
     async fn publisher(&self, key: String) -> Publisher<'static> {
-        // Nothing is dropped on the way, as it is by default where the network is slow.
+        // No message is dropped, as happens by default if the network is slow.
         let publisher = self.robot.declare_publisher(key).congestion_control(CongestionControl::Block);
         let publisher = publisher.await.unwrap();
         until(async || publisher.matching_status().await.unwrap().matching()).await;
@@ -70,7 +70,7 @@ impl Network {
     }
 }
 
-/// So long nothing takes, however busy the machine.
+/// A generous time limit for a busy computer.
 async fn in_time<T>(what: impl Future<Output = T>) -> T {
     tokio::time::timeout(Duration::from_mins(1), what).await.unwrap()
 }
@@ -97,15 +97,15 @@ fn grid() -> OccupancyGrid {
     OccupancyGrid { header, info, data: vec![0, 100, -1] }
 }
 
-async fn heard_x(node: &Node) -> f64 {
-    match in_time(node.hear()).await {
-        Incoming::Odometry(heard) => heard.place.pose.x_meters,
+async fn received_x(node: &Node) -> f64 {
+    match in_time(node.receive()).await {
+        Incoming::Odometry(received) => received.place.pose.x_meters,
         other => panic!("{other:?}"),
     }
 }
 
 async fn refusal(node: &Node, topic: &str) -> String {
-    match in_time(node.hear()).await {
+    match in_time(node.receive()).await {
         Incoming::Rejected { topic: found, reason } => {
             assert_eq!(found.to_string(), topic);
             reason
@@ -115,18 +115,18 @@ async fn refusal(node: &Node, topic: &str) -> String {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn odometry_of_rmw_zenoh_is_heard_in_its_domain_and_namespace() {
+async fn odometry_of_rmw_zenoh_is_received_in_its_domain_and_namespace() {
     let network = Network::start().await;
     let node =
         Node::open(network.settings("transport = 'rmw_zenoh'\ndomain = 7\nnamespace = 'bot'")).await.unwrap();
     let publisher = network.publisher(format!("7/bot/odom/{ODOMETRY}")).await;
     publisher.put(odometry(1.5, "odom")).await.unwrap();
-    assert!((heard_x(&node).await - 1.5).abs() < 1e-12);
+    assert!((received_x(&node).await - 1.5).abs() < 1e-12);
     assert_eq!(node.neighbors().await, 1);
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn what_cannot_be_is_refused_and_the_next_message_is_heard() {
+async fn an_invalid_message_is_rejected_and_the_next_one_received() {
     let network = Network::start().await;
     let node = Node::open(network.settings("transport = 'bridge'")).await.unwrap();
     let publisher = network.publisher("odom".to_owned()).await;
@@ -143,11 +143,11 @@ async fn what_cannot_be_is_refused_and_the_next_message_is_heard() {
     publisher.put(vec![0; 8193]).await.unwrap();
     assert!(refusal(&node, "/odom").await.contains("8193 bytes; allowed are at most 8192"));
     publisher.put(odometry(2.0, "/odom")).await.unwrap();
-    assert!((heard_x(&node).await - 2.0).abs() < 1e-12);
+    assert!((received_x(&node).await - 2.0).abs() < 1e-12);
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_publisher_of_another_type_is_told_by_the_name_of_its_node() {
+async fn a_publisher_of_another_type_is_reported_with_its_node() {
     let network = Network::start().await;
     let liveliness = network.robot.liveliness();
     let before = format!("@ros2_lv/0/ab/0/1/MP/%/%/driver/%odom/{GRID}/::,10:,:,:,,");
@@ -166,7 +166,7 @@ async fn a_publisher_of_another_type_is_told_by_the_name_of_its_node() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_map_that_was_published_before_is_heard() {
+async fn a_map_that_was_published_before_is_received() {
     let network = Network::start().await;
     for (transport, key) in [("rmw_zenoh", format!("0/map/{GRID}")), ("bridge", "map".to_owned())] {
         let publisher = network.robot.declare_publisher(key).advanced().publisher_detection();
@@ -177,48 +177,48 @@ async fn a_map_that_was_published_before_is_heard() {
             .unwrap();
         publisher.put(cdr::encode(&grid())).await.unwrap();
         let node = Node::open(network.settings(&format!("transport = '{transport}'"))).await.unwrap();
-        let Incoming::Map(heard) = in_time(node.hear()).await else { panic!("{transport}") };
-        assert_eq!((heard.cells, heard.grid.columns()), (vec![0, 100, -1], 3));
+        let Incoming::Map(received) = in_time(node.receive()).await else { panic!("{transport}") };
+        assert_eq!((received.cells, received.grid.columns()), (vec![0, 100, -1], 3));
     }
 }
 
-/// AMCL's pose is latched, and comes only when the vehicle moves; that of another localization may not be latched.
+/// AMCL's pose is latched, and published only when the vehicle moves; that of another localization may not be latched.
 #[tokio::test(flavor = "multi_thread")]
-async fn a_pose_that_was_published_before_is_heard_and_one_that_nobody_latches_too() {
+async fn latched_and_volatile_poses_are_received() {
     let network = Network::start().await;
     let pose = |x: f64| {
         let mut pose = PoseWithCovarianceStamped { header: grid().header, ..Default::default() };
         (pose.pose.pose.position.x, pose.pose.pose.orientation.w) = (x, 1.0);
         cdr::encode(&pose)
     };
-    let heard_x = async |node: &Node| match in_time(node.hear()).await {
-        Incoming::Pose(heard) => heard.pose.x_meters,
+    let received_x = async |node: &Node| match in_time(node.receive()).await {
+        Incoming::Pose(received) => received.pose.x_meters,
         other => panic!("{other:?}"),
     };
     let latched = network.robot.declare_publisher("amcl_pose").advanced().publisher_detection();
     let latched = latched.cache(CacheConfig::default().max_samples(1)).await.unwrap();
     latched.put(pose(1.0)).await.unwrap();
     let node = Node::open(network.settings("transport = 'bridge'")).await.unwrap();
-    assert!((heard_x(&node).await - 1.0).abs() < 1e-12);
+    assert!((received_x(&node).await - 1.0).abs() < 1e-12);
     let plain = network.publisher("amcl_pose".to_owned()).await;
     plain.put(pose(2.0)).await.unwrap();
-    assert!((heard_x(&node).await - 2.0).abs() < 1e-12);
+    assert!((received_x(&node).await - 2.0).abs() < 1e-12);
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn goals_go_out_with_what_rmw_zenoh_wants_with_them() {
+async fn goals_are_published_with_the_attachments_of_rmw_zenoh() {
     let network = Network::start().await;
     let mut goals = network.subscribe(&format!("0/goal_pose/{GOAL}")).await;
     let mut node = Node::open(network.settings("transport = 'rmw_zenoh'")).await.unwrap();
-    until(async || node.is_heard(OutputKind::Goal).await.unwrap()).await;
-    assert!(!node.is_heard(OutputKind::Path).await.unwrap());
+    until(async || node.has_subscriber(OutputKind::Goal).await.unwrap()).await;
+    assert!(!node.has_subscriber(OutputKind::Path).await.unwrap());
     for number in [1_u8, 2] {
         let goal = PlanarPose { x_meters: f64::from(number), ..PlanarPose::default() };
-        node.say(1_500_000_000, Output::Goal(goal)).await.unwrap();
-        let heard = in_time(goals.recv()).await.unwrap();
-        let said: PoseStamped = cdr::decode(&heard.payload().to_bytes()).unwrap();
-        assert_eq!((said.pose.position.x, said.header.frame_id.as_str()), (f64::from(number), "map"));
-        let attachment = heard.attachment().unwrap().to_bytes();
+        node.publish(1_500_000_000, Output::Goal(goal)).await.unwrap();
+        let received = in_time(goals.recv()).await.unwrap();
+        let decoded: PoseStamped = cdr::decode(&received.payload().to_bytes()).unwrap();
+        assert_eq!((decoded.pose.position.x, decoded.header.frame_id.as_str()), (f64::from(number), "map"));
+        let attachment = received.attachment().unwrap().to_bytes();
         assert_eq!((attachment.len(), attachment[0], attachment[16]), (33, number, 16));
         assert_eq!(attachment[8..16], 1_500_000_000_i64.to_le_bytes());
     }
@@ -235,17 +235,17 @@ async fn goals_go_out_with_what_rmw_zenoh_wants_with_them() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn whoever_comes_late_is_told_the_belief_and_behind_a_bridge_nothing_goes_with_it() {
+async fn late_subscribers_receive_the_belief_and_behind_a_bridge_without_attachments() {
     let network = Network::start().await;
     let mut goals = network.subscribe("bot/goal_pose").await;
     let mut node = Node::open(network.settings("transport = 'bridge'\nnamespace = 'bot'")).await.unwrap();
-    until(async || node.is_heard(OutputKind::Goal).await.unwrap()).await;
+    until(async || node.has_subscriber(OutputKind::Goal).await.unwrap()).await;
     for value in [1, 2] {
         let belief = OccupancyGrid { data: vec![value; 3], ..grid() };
-        node.say(2_000_000_000, Output::Belief(belief, PlanarPose::default())).await.unwrap();
+        node.publish(2_000_000_000, Output::Belief(belief, PlanarPose::default())).await.unwrap();
     }
-    // What was said before has then passed the router, unheard.
-    node.say(0, Output::Goal(PlanarPose::default())).await.unwrap();
+    // Earlier messages have then passed the router, without a receiver.
+    node.publish(0, Output::Goal(PlanarPose::default())).await.unwrap();
     in_time(goals.recv()).await.unwrap();
     let (sender, mut receiver) = mpsc::unbounded_channel();
     let _late = network
@@ -256,14 +256,14 @@ async fn whoever_comes_late_is_told_the_belief_and_behind_a_bridge_nothing_goes_
         .history(HistoryConfig::default().detect_late_publishers().max_samples(1))
         .await
         .unwrap();
-    let heard = in_time(receiver.recv()).await.unwrap();
-    let said: OccupancyGrid = cdr::decode(&heard.payload().to_bytes()).unwrap();
-    assert_eq!((said.data, said.header.stamp.sec), (vec![2; 3], 2));
-    assert!(heard.attachment().is_none());
+    let received = in_time(receiver.recv()).await.unwrap();
+    let decoded: OccupancyGrid = cdr::decode(&received.payload().to_bytes()).unwrap();
+    assert_eq!((decoded.data, decoded.header.stamp.sec), (vec![2; 3], 2));
+    assert!(received.attachment().is_none());
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn detections_are_heard_by_the_name_of_their_camera_and_nothing_seen_is_heard_too() {
+async fn detections_are_received_with_the_name_of_their_camera_also_empty_ones() {
     let network = Network::start().await;
     let cameras =
         "[{ name = 'left', detections = 'left/seen' }, { name = 'right', detections = 'right/seen' }]";
@@ -275,34 +275,36 @@ async fn detections_are_heard_by_the_name_of_their_camera_and_nothing_seen_is_he
         seen.detections.truncate(count);
         let publisher = network.publisher(format!("{camera}/seen")).await;
         publisher.put(cdr::encode(&seen)).await.unwrap();
-        let Incoming::Detections { camera: found, detections } = in_time(node.hear()).await else { panic!() };
+        let Incoming::Detections { camera: found, detections } = in_time(node.receive()).await else {
+            panic!()
+        };
         assert_eq!((&*found, detections.boxes.len()), (camera, count));
     }
 }
 
-/// Nav2 as far as topics tell: it takes a goal, aborts it, takes another, and reaches it.
+/// Nav2's topics: it accepts a goal, aborts it, accepts another, and reaches it.
 #[tokio::test(flavor = "multi_thread")]
 async fn a_waypoint_is_handed_to_nav2_and_followed() {
     let network = Network::start().await;
     let mut waypoints = network.subscribe("goal_pose").await;
     let mut node = Node::open(network.settings("transport = 'bridge'")).await.unwrap();
-    until(async || node.is_heard(OutputKind::Goal).await.unwrap()).await;
+    until(async || node.has_subscriber(OutputKind::Goal).await.unwrap()).await;
     let status = network.publisher("navigate_to_pose/_action/status".to_owned()).await;
-    let mut told = GoalStatusArray::default();
+    let mut reported = GoalStatusArray::default();
     let mut known = Vec::new();
     for (name, end, expected) in [(1, 6, Progress::Failed), (2, 4, Progress::Reached)] {
-        let mut errand = NavigationGoal::begin(&known);
-        node.say(0, Output::Goal(PlanarPose::default())).await.unwrap();
+        let mut sent_goal = NavigationGoal::begin(&known);
+        node.publish(0, Output::Goal(PlanarPose::default())).await.unwrap();
         in_time(waypoints.recv()).await.unwrap();
         let stamp = Time { sec: name.into(), nanosec: 0 };
         let goal_info = GoalInfo { goal_id: Uuid { uuid: [name; 16] }, stamp };
-        told.status_list.push(GoalStatus { goal_info, status: 2 });
+        reported.status_list.push(GoalStatus { goal_info, status: 2 });
         for (number, progress) in [(2, Progress::Underway), (end, expected)] {
-            told.status_list.last_mut().unwrap().status = number;
-            status.put(cdr::encode(&told)).await.unwrap();
-            let Incoming::Goals(goals) = in_time(node.hear()).await else { panic!() };
-            errand.follow(&goals);
-            assert_eq!(errand.progress(), progress);
+            reported.status_list.last_mut().unwrap().status = number;
+            status.put(cdr::encode(&reported)).await.unwrap();
+            let Incoming::Goals(goals) = in_time(node.receive()).await else { panic!() };
+            sent_goal.follow(&goals);
+            assert_eq!(sent_goal.progress(), progress);
             known = goals;
         }
     }
@@ -310,12 +312,12 @@ async fn a_waypoint_is_handed_to_nav2_and_followed() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn what_has_no_topic_is_not_said() {
+async fn outputs_without_a_topic_are_not_published() {
     let network = Network::start().await;
     let mut node =
         Node::open(network.settings("transport = 'bridge'\npublish = { diagnostics = '' }")).await.unwrap();
     let diagnostic =
         Diagnostic { level: Level::Ok, name: "a".into(), message: "b".into(), values: Vec::new() };
-    node.say(0, Output::Diagnostics(vec![diagnostic])).await.unwrap();
-    assert!(!node.is_heard(OutputKind::Diagnostics).await.unwrap());
+    node.publish(0, Output::Diagnostics(vec![diagnostic])).await.unwrap();
+    assert!(!node.has_subscriber(OutputKind::Diagnostics).await.unwrap());
 }

@@ -1,4 +1,4 @@
-//! Robots in processes of their own.
+//! Robots in separate processes.
 
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -13,14 +13,14 @@ use crate::RuntimeError;
 use crate::config::{AgentSettings, Common, TimeSource};
 use crate::session::Endpoints;
 
-/// Processes that were started. They leave when this is dropped, for their standard input closes.
+/// Started processes. They end when this is dropped, because their standard input closes.
 #[derive(Default)]
 pub(super) struct Children {
     /// Each with the folder of its settings and its journal.
     running: Vec<(Participant, Child, TempDir)>,
 }
 
-/// What is the same for every robot's process.
+/// The settings that all robots' processes share.
 pub(super) struct Brief<'a> {
     pub(super) program: &'a Path,
     pub(super) scenario: &'a Scenario,

@@ -34,15 +34,15 @@ pub(super) fn run(
     let node = runtime.spawn(stage.clone().coordinate(session, node));
     let mut children = Children::default();
     let mut robots = Vec::new();
-    for orders in AgentConfig::of_team(scenario, seed) {
-        let who = Participant::Robot(orders.robot.id);
+    for agent_config in AgentConfig::of_team(scenario, seed) {
+        let who = Participant::Robot(agent_config.robot.id);
         if let Some(program) = &options.processes {
             let (mission, time) = (&stage.mission, TimeSource::Simulator);
             let brief = Brief { program, scenario, seed, mission, time, real_time_factor: 1.0 };
-            children.start(&brief, orders.robot.id, mesh.participant(who))?;
+            children.start(&brief, agent_config.robot.id, mesh.participant(who))?;
         } else {
             let session = runtime.block_on(mesh.open_participant(who))?;
-            robots.push(runtime.spawn(stage.clone().search(session, who, orders)));
+            robots.push(runtime.spawn(stage.clone().search(session, who, agent_config)));
         }
     }
     let mut participants =
@@ -74,9 +74,9 @@ impl Stage {
         self,
         session: Session,
         who: Participant,
-        orders: AgentConfig,
+        agent_config: AgentConfig,
     ) -> Result<(), RuntimeError> {
-        let mut agent = Agent::new(orders);
+        let mut agent = Agent::new(agent_config);
         LockstepNode::new(session, self.mission, who, self.grid, self.team, &mut agent).await?.serve().await
     }
 

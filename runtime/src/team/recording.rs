@@ -1,4 +1,4 @@
-//! What the recording of a run says about it.
+//! Facts about a run in its recording.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -13,21 +13,21 @@ use dragnet_sim::episode::Episode;
 use super::Options;
 use crate::{RuntimeError, unix_time};
 
-/// When simulated missions start: 2000-01-01, so that a recording does not depend on when it was made.
+/// Start of simulated missions: 2000-01-01, so that a recording does not depend on when it was made.
 const SIMULATED_START_UNIX_NS: i64 = 946_684_800_000_000_000;
 
-/// The coordinator of a scenario, with its recorder if something is to be recorded.
+/// The coordinator of a scenario, with a recorder if the run is recorded.
 pub(crate) fn node(
     scenario: &Scenario,
     seed: u64,
     options: &Options,
     there: Existing,
 ) -> Result<CoordinatorNode, RuntimeError> {
-    let orders = CoordinatorConfig::of(scenario);
+    let agent_config = CoordinatorConfig::of(scenario);
     let recorder = options.recording.as_ref().map(|path| {
         let header = Header {
             start_unix_ns: start_unix_ns(options),
-            terrain: Arc::clone(&orders.terrain),
+            terrain: Arc::clone(&agent_config.terrain),
             origin: scenario.origin(),
             prior: scenario.prior().clone(),
             scenario: scenario.source().text.clone(),
@@ -46,7 +46,7 @@ pub(crate) fn node(
         let (path, free) = (path.display(), recorder.path().display());
         tracing::info!("{path} is there already, from an earlier start; this one records to {free}");
     }
-    Ok(CoordinatorNode::new(Mission::new(orders), recorder).notifying(Box::new(tell)))
+    Ok(CoordinatorNode::new(Mission::new(agent_config), recorder).notifying(Box::new(tell)))
 }
 
 fn tell(notice: &Notice) {
@@ -57,12 +57,12 @@ fn tell(notice: &Notice) {
     }
 }
 
-/// What becomes of a recording whose file is there already.
+/// What to do if the file of a recording exists.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Existing {
-    /// It is an error: whoever asked for it can choose another name.
+    /// Fail: the user can choose another name.
     Rejected,
-    /// Another file beside it is begun: nobody may be there to choose.
+    /// Begin another file beside it: there may be no user.
     Beside,
 }
 
@@ -84,7 +84,7 @@ fn run_metadata(scenario: &Scenario, seed: u64, options: &Options) -> BTreeMap<S
     ])
 }
 
-/// How a run went, for the end of its recording. Nothing that the wall clock measured is in it.
+/// Results of a run, for the end of its recording. Times measured by the wall clock are not included.
 pub(super) fn summary(episode: &Episode) -> BTreeMap<String, String> {
     let objects: Vec<String> =
         episode.truth.objects().iter().map(|object| object.number().to_string()).collect();

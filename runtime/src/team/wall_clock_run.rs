@@ -1,4 +1,4 @@
-//! A team by the wall clock: everybody runs as in the field, but for the world.
+//! A team by the wall clock: all participants run as in the field, in a simulated world.
 
 use std::collections::BTreeMap;
 
@@ -36,7 +36,8 @@ pub(super) async fn run(
         Some(RunObserver { listener, commands }) => (Some(listener), commands),
         None => (None, mpsc::channel(1).1),
     };
-    let node = recording::node(scenario, seed, options, recording::Existing::Rejected)?.told_to(listener);
+    let node =
+        recording::node(scenario, seed, options, recording::Existing::Rejected)?.with_listener(listener);
     let mesh = Mesh::new(scenario)?;
     let world = mesh.open_world().await?;
     let (stop, stopped) = watch::channel(());
@@ -48,8 +49,8 @@ pub(super) async fn run(
     let mut children = Children::default();
     let mut robots = Vec::new();
     let search = async {
-        for orders in AgentConfig::of_team(scenario, seed) {
-            let robot = orders.robot.id;
+        for agent_config in AgentConfig::of_team(scenario, seed) {
+            let robot = agent_config.robot.id;
             let who = Participant::Robot(robot);
             if let Some(program) = &options.processes {
                 let time = TimeSource::Wall;
@@ -61,7 +62,7 @@ pub(super) async fn run(
                 let reports = world::sensor(&link, robot, codec).await?;
                 robots.push(participate(
                     link,
-                    Agent::new(orders),
+                    Agent::new(agent_config),
                     real_time_factor,
                     reports,
                     stopped.clone(),
@@ -71,7 +72,7 @@ pub(super) async fn run(
         let mission = mission.clone();
         WorldServer::open(world, mission, scenario, seed, real_time_factor, spectator).await?.run().await
     };
-    // However it ends, what the coordinator has recorded is finished.
+    // However it ends, the coordinator's recording is finished.
     let mut ended = tokio::select! {
         ended = search => Some(ended),
         () = asked => None,
@@ -105,10 +106,10 @@ pub(super) async fn run(
     }
 }
 
-/// Runs a participant until the mission stops; returns it as it was then.
+/// Runs a participant until the mission stops; returns its final state.
 fn participate<M: StateMachine + 'static>(
     mut link: Link,
-    mut mind: M,
+    mut machine: M,
     real_time_factor: f64,
     reports: mpsc::Receiver<wall_clock::Report>,
     mut stopped: watch::Receiver<()>,
@@ -116,8 +117,8 @@ fn participate<M: StateMachine + 'static>(
     tokio::spawn(async move {
         link.announce().await?;
         let stop = async move { while stopped.changed().await.is_ok() {} };
-        let log =
-            wall_clock::run(&mut link, &mut mind, Clock::new(real_time_factor), None, reports, stop).await?;
-        Ok((mind, log))
+        let log = wall_clock::run(&mut link, &mut machine, Clock::new(real_time_factor), None, reports, stop)
+            .await?;
+        Ok((machine, log))
     })
 }

@@ -1,6 +1,6 @@
-//! A detector of this program's own, which looks at the images of a vehicle's cameras.
+//! A detector of this program for the images of a vehicle's cameras.
 //!
-//! What it is made of, libtorch above all, is none of this crate's business: whoever starts a robot hands it in.
+//! Its implementation, which needs libtorch, is not part of this crate: the caller that starts a robot passes it in.
 
 use std::collections::VecDeque;
 use std::future::pending;
@@ -69,28 +69,28 @@ const fn threads() -> u16 {
     1
 }
 
-/// Whoever looks at images.
+/// A detector of objects in images.
 pub trait Detector: Send {
-    /// Where in an image objects are, pixels of the image.
+    /// The boxes of objects in an image, pixels of the image.
     ///
     /// # Errors
-    /// Why nothing can be said of this image. The next may be another matter.
+    /// Why detection failed on this image. The next one may succeed.
     fn detect(&mut self, image: &Image) -> Result<Vec<DetectionBox>, String>;
 }
 
-/// Makes the detector of some settings, whose paths are as seen from the working directory, or says why there is none.
+/// Makes the detector of settings, whose paths are relative to the working directory, or returns why it cannot be made.
 pub type Make<'a> = &'a dyn Fn(&Settings) -> Result<Box<dyn Detector>, String>;
 
-/// An image to look at.
+/// An image for the detector.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Look {
+pub(crate) struct DetectionRequest {
     pub(crate) camera: Arc<str>,
     /// When it was taken, mission time.
     pub(crate) time_ns: u64,
     pub(crate) image: Image,
 }
 
-/// What was seen in an image.
+/// The detections in an image.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Seen {
     pub(crate) camera: Arc<str>,
@@ -99,20 +99,20 @@ pub(crate) struct Seen {
     pub(crate) found: Result<Vec<DetectionBox>, String>,
 }
 
-impl Look {
+impl DetectionRequest {
     pub(crate) fn through(&self, detector: &mut dyn Detector) -> Seen {
         let Self { camera, time_ns, image } = self;
         Seen { camera: Arc::clone(camera), time_ns: *time_ns, found: detector.detect(image) }
     }
 }
 
-/// A detector on a thread of its own, and the images that wait for it: of each camera the newest, since one that looks
-/// at every image falls behind a camera that is faster.
+/// A detector on a separate thread, and the images that wait for it: only the newest of each camera, since a detector
+/// may be slower than a camera.
 pub(super) struct DetectorWorker {
-    /// Not there while it looks.
+    /// `None` while it works.
     detector: Option<Box<dyn Detector>>,
     looking: Option<JoinHandle<(Box<dyn Detector>, Seen)>>,
-    waiting: VecDeque<Look>,
+    waiting: VecDeque<DetectionRequest>,
 }
 
 impl DetectorWorker {
@@ -120,14 +120,14 @@ impl DetectorWorker {
         Self { detector, looking: None, waiting: VecDeque::new() }
     }
 
-    /// Has it look at an image in its turn. Without a detector nothing comes of it.
-    pub(super) fn show(&mut self, look: Look) {
-        self.waiting.retain(|other| other.camera != look.camera);
-        self.waiting.push_back(look);
-        self.look();
+    /// Queues an image. Without a detector it is ignored.
+    pub(super) fn show(&mut self, request: DetectionRequest) {
+        self.waiting.retain(|other| other.camera != request.camera);
+        self.waiting.push_back(request);
+        self.request();
     }
 
-    /// What it sees next. Nothing is lost if this is given up while it waits.
+    /// The next detections. Cancel safe.
     pub(super) async fn see(&mut self) -> Seen {
         let Some(looking) = &mut self.looking else { return pending().await };
         let ended = looking.await;
@@ -135,7 +135,7 @@ impl DetectorWorker {
         match ended {
             Ok((detector, seen)) => {
                 self.detector = Some(detector);
-                self.look();
+                self.request();
                 seen
             }
             Err(error) => {
@@ -145,14 +145,14 @@ impl DetectorWorker {
         }
     }
 
-    fn look(&mut self) {
+    fn request(&mut self) {
         if self.waiting.is_empty() {
             return;
         }
         let Some(mut detector) = self.detector.take() else { return };
-        let Some(look) = self.waiting.pop_front() else { return };
+        let Some(request) = self.waiting.pop_front() else { return };
         self.looking = Some(spawn_blocking(move || {
-            let seen = look.through(&mut *detector);
+            let seen = request.through(&mut *detector);
             (detector, seen)
         }));
     }
@@ -174,11 +174,11 @@ mod tests {
         }
     }
 
-    fn look(camera: &str, number: i64) -> Look {
-        Look { camera: camera.into(), time_ns: number.unsigned_abs(), image: image(number) }
+    fn request(camera: &str, number: i64) -> DetectionRequest {
+        DetectionRequest { camera: camera.into(), time_ns: number.unsigned_abs(), image: image(number) }
     }
 
-    /// Looks only once it may.
+    /// A detector that waits for permission.
     struct Slow(mpsc::Receiver<()>);
 
     impl Detector for Slow {
@@ -190,10 +190,16 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn a_slow_detector_looks_at_the_newest_image_of_each_camera_in_turn() {
+    async fn a_slow_detector_processes_the_newest_image_of_each_camera_in_turn() {
         let (go, may) = mpsc::channel();
         let mut eyes = DetectorWorker::new(Some(Box::new(Slow(may))));
-        for shown in [look("left", 1), look("right", 2), look("left", 3), look("right", 4), look("left", 5)] {
+        for shown in [
+            request("left", 1),
+            request("right", 2),
+            request("left", 3),
+            request("right", 4),
+            request("left", 5),
+        ] {
             eyes.show(shown);
         }
         let mut seen = Vec::new();
@@ -209,14 +215,14 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn a_detector_that_breaks_down_is_told_and_the_robot_goes_on_without() {
+    async fn a_failed_detector_is_reported_and_the_robot_goes_on() {
         let (go, may) = mpsc::channel();
         let mut eyes = DetectorWorker::new(Some(Box::new(Slow(may))));
         go.send(()).unwrap();
-        eyes.show(look("left", -1));
+        eyes.show(request("left", -1));
         let Seen { found, .. } = eyes.see().await;
         assert!(found.is_err_and(|reason| reason.contains("no more")));
-        eyes.show(look("left", 1));
+        eyes.show(request("left", 1));
         assert!(eyes.looking.is_none());
     }
 }

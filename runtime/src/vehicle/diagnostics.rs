@@ -1,4 +1,4 @@
-//! What is wrong with a vehicle, for whoever reads its diagnostics.
+//! The published diagnostics of a vehicle.
 
 use std::collections::BTreeMap;
 
@@ -6,29 +6,29 @@ use dragnet_ros2::name::TopicName;
 use dragnet_ros2::output::{Diagnostic, Level};
 use dragnet_scenario::time::MissionTime;
 use dragnet_vehicle::pilot::alarms::Alarms;
-use dragnet_vehicle::pilot::diagnostic::{Diagnostic as Said, Level as Degree};
+use dragnet_vehicle::pilot::diagnostic::{Diagnostic as PilotDiagnostic, Level as Degree};
 
-/// So many subjects stand on it: their names come from settings and from the pilot, so that there are few.
+/// Maximum number of subjects: their names come from settings and from the pilot, so there are few.
 const MOST: usize = 256;
-/// Something is well again after so long without a fault, nanoseconds.
+/// Time without a fault after which it ends, nanoseconds.
 const RECOVERY_NS: u64 = 3_000_000_000;
 
-/// The last that was said of each subject.
+/// The last diagnostic of each subject.
 #[derive(Debug)]
 pub(super) struct DiagnosticsAggregator {
     entries: BTreeMap<String, Diagnostic>,
-    /// Of what is not the pilot's: that has alarms of its own.
+    /// Alarms of all but the pilot, which has its own.
     alarms: Alarms<String>,
-    /// What is to be told once, not as long as it stands.
+    /// Diagnostics to be logged once.
     news: Vec<Diagnostic>,
     refused: BTreeMap<TopicName, RefusedInput>,
 }
 
-/// What came on a topic and could not be used.
+/// Invalid messages on a topic.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct RefusedInput {
     pub(crate) count: u64,
-    /// Why the last of it could not.
+    /// The reason of the last one.
     pub(crate) reason: String,
 }
 
@@ -44,18 +44,19 @@ impl Default for DiagnosticsAggregator {
 }
 
 impl DiagnosticsAggregator {
-    /// What the pilot says.
-    pub(super) fn pin(&mut self, said: &Said) {
-        let level = match said.level {
+    /// Adds a diagnostic of the pilot.
+    pub(super) fn pin(&mut self, pilot_diagnostic: &PilotDiagnostic) {
+        let level = match pilot_diagnostic.level {
             Degree::Ok => Level::Ok,
             Degree::Warning => Level::Warning,
             Degree::Error => Level::Error,
         };
-        let values = said.numbers.iter().map(|(name, value)| ((*name).to_owned(), value.to_string()));
-        self.put(name(&said.name), level, &said.message, values.collect());
+        let values =
+            pilot_diagnostic.numbers.iter().map(|(name, value)| ((*name).to_owned(), value.to_string()));
+        self.put(name(&pilot_diagnostic.name), level, &pilot_diagnostic.message, values.collect());
     }
 
-    /// Something that somebody should look at.
+    /// Raises a fault of a subject.
     pub(super) fn note(&mut self, now: MissionTime, subject: &str, message: &str) {
         let name = name(subject);
         if self.alarms.raise(now.0, name.clone(), message.to_owned()) {
@@ -63,12 +64,12 @@ impl DiagnosticsAggregator {
         }
     }
 
-    /// Nobody need look at it any more.
+    /// A subject has no fault now.
     pub(super) fn well(&mut self, now: MissionTime, subject: &str) {
         self.alarms.ease(now.0, &name(subject));
     }
 
-    /// What came on a topic cannot be used, for a reason that is told by this alone: the first is news, the others are
+    /// A message on a topic is invalid, for a reason that is reported only here: the first is logged, the others are
     /// only counted.
     pub(super) fn refuse(&mut self, now: MissionTime, topic: &TopicName, reason: &str) {
         self.count(topic, reason);
@@ -80,7 +81,7 @@ impl DiagnosticsAggregator {
         }
     }
 
-    /// What came on a topic cannot be used, for a reason that is told otherwise.
+    /// A message on a topic is invalid, for a reason that is reported elsewhere.
     pub(super) fn count(&mut self, topic: &TopicName, reason: &str) {
         if let Some(refused) = self.refused.get_mut(topic) {
             refused.count += 1;
@@ -90,21 +91,21 @@ impl DiagnosticsAggregator {
         }
     }
 
-    /// What came on a topic can be used.
-    pub(super) fn heard(&mut self, now: MissionTime, topic: &TopicName) {
+    /// A message on a topic is valid.
+    pub(super) fn received(&mut self, now: MissionTime, topic: &TopicName) {
         if self.refused.contains_key(topic) {
             self.well(now, &topic.to_string());
         }
     }
 
-    /// Time passes: what has been well for long enough is well again.
+    /// Ends faults that have been over for long enough.
     pub(super) fn settle(&mut self, now: MissionTime) {
         for name in self.alarms.settle(now.0) {
             self.put(name, Level::Ok, "well again", Vec::new());
         }
     }
 
-    /// All of it, or that all is well; and what was refused of each topic.
+    /// All diagnostics, or that there is no fault; and the invalid messages of each topic.
     pub(super) fn all(&self) -> Vec<Diagnostic> {
         let mut all = self.entries.clone();
         for (topic, refused) in &self.refused {
@@ -112,7 +113,7 @@ impl DiagnosticsAggregator {
             let entry = all.entry(name.clone()).or_insert_with(|| Diagnostic {
                 level: Level::Ok,
                 name,
-                message: format!("the last that was refused: {}", refused.reason),
+                message: format!("the last rejected: {}", refused.reason),
                 values: Vec::new(),
             });
             entry.values.push(("refused".to_owned(), refused.count.to_string()));
@@ -124,12 +125,12 @@ impl DiagnosticsAggregator {
         all.into_values().collect()
     }
 
-    /// What was refused, by topic.
+    /// Invalid messages, by topic.
     pub(super) const fn refused(&self) -> &BTreeMap<TopicName, RefusedInput> {
         &self.refused
     }
 
-    /// What came up since this was last asked.
+    /// New diagnostics since the last call.
     pub(super) fn take_news(&mut self) -> Vec<Diagnostic> {
         std::mem::take(&mut self.news)
     }
@@ -160,26 +161,26 @@ mod tests {
     }
 
     #[test]
-    fn the_last_that_was_said_of_a_subject_stands() {
-        let mut board = DiagnosticsAggregator::default();
-        assert_eq!(board.all()[0].message, "well");
-        let say = |level, message: &str| Said {
+    fn the_last_diagnostic_of_a_subject_counts() {
+        let mut aggregator = DiagnosticsAggregator::default();
+        assert_eq!(aggregator.all()[0].message, "well");
+        let say = |level, message: &str| PilotDiagnostic {
             level,
             name: "pose".to_owned(),
             message: message.to_owned(),
             numbers: vec![("silence_seconds", 2.5)],
         };
-        board.pin(&say(Degree::Error, "no pose comes"));
-        board.note(at(1), "map", "turned");
-        board.note(at(1), "path", "nobody drives");
-        board.well(at(1), "path");
-        board.well(at(1), "goal");
-        board.refuse(at(1), &topic("/fix"), "NaN");
-        board.refuse(at(2), &topic("/fix"), "infinite");
-        board.count(&topic("/seen"), "stamps stand still");
-        board.settle(at(4));
-        board.pin(&say(Degree::Ok, "well again"));
-        let lines: Vec<String> = board
+        aggregator.pin(&say(Degree::Error, "no pose arrives"));
+        aggregator.note(at(1), "map", "turned");
+        aggregator.note(at(1), "path", "no progress");
+        aggregator.well(at(1), "path");
+        aggregator.well(at(1), "goal");
+        aggregator.refuse(at(1), &topic("/fix"), "NaN");
+        aggregator.refuse(at(2), &topic("/fix"), "infinite");
+        aggregator.count(&topic("/seen"), "stamps stand still");
+        aggregator.settle(at(4));
+        aggregator.pin(&say(Degree::Ok, "well again"));
+        let lines: Vec<String> = aggregator
             .all()
             .iter()
             .map(|entry| format!("{} {:?} {} {:?}", entry.name, entry.level, entry.message, entry.values))
@@ -188,29 +189,32 @@ mod tests {
             lines,
             [
                 "dragnet: /fix Warning infinite [(\"refused\", \"2\")]",
-                "dragnet: /seen Ok the last that was refused: stamps stand still [(\"refused\", \"1\")]",
+                "dragnet: /seen Ok the last rejected: stamps stand still [(\"refused\", \"1\")]",
                 "dragnet: map Warning turned []",
                 "dragnet: path Ok well again []",
                 "dragnet: pose Ok well again [(\"silence_seconds\", \"2.5\")]",
             ]
         );
-        let news: Vec<String> = board.take_news().into_iter().map(|entry| entry.message).collect();
-        assert_eq!(news, ["no pose comes", "turned", "nobody drives", "NaN", "well again", "well again"]);
-        assert!(board.take_news().is_empty());
+        let news: Vec<String> = aggregator.take_news().into_iter().map(|entry| entry.message).collect();
+        assert_eq!(news, ["no pose arrives", "turned", "no progress", "NaN", "well again", "well again"]);
+        assert!(aggregator.take_news().is_empty());
     }
 
     #[test]
-    fn a_topic_that_is_good_and_bad_in_turn_is_told_once_and_counted() {
-        let mut board = DiagnosticsAggregator::default();
+    fn a_topic_that_is_good_and_bad_in_turn_is_reported_once_and_counted() {
+        let mut aggregator = DiagnosticsAggregator::default();
         for second in 0..1000 {
-            board.refuse(at(second), &topic("/odom"), "NaN");
-            board.heard(at(second), &topic("/odom"));
-            board.settle(at(second));
+            aggregator.refuse(at(second), &topic("/odom"), "NaN");
+            aggregator.received(at(second), &topic("/odom"));
+            aggregator.settle(at(second));
         }
-        assert_eq!(board.take_news().len(), 1);
-        assert_eq!(board.refused()[&topic("/odom")], RefusedInput { count: 1000, reason: "NaN".to_owned() });
-        board.settle(at(1002));
-        let news: Vec<Level> = board.take_news().into_iter().map(|entry| entry.level).collect();
+        assert_eq!(aggregator.take_news().len(), 1);
+        assert_eq!(
+            aggregator.refused()[&topic("/odom")],
+            RefusedInput { count: 1000, reason: "NaN".to_owned() }
+        );
+        aggregator.settle(at(1002));
+        let news: Vec<Level> = aggregator.take_news().into_iter().map(|entry| entry.level).collect();
         assert_eq!(news, [Level::Ok]);
     }
 }

@@ -1,4 +1,4 @@
-//! A robot's mind whose vehicle hears where it goes, and what it believes.
+//! An agent that passes its routes and its belief to its vehicle.
 
 use std::num::NonZeroUsize;
 use std::sync::Arc;
@@ -14,14 +14,14 @@ use tokio::sync::{mpsc, watch};
 
 use super::SHOW;
 
-/// What a robot's mind has for its vehicle.
+/// An agent's outputs for its vehicle.
 #[derive(Debug)]
 pub struct AgentOutputs {
     pub(super) routes: mpsc::UnboundedReceiver<Vec<Cell>>,
     pub(super) beliefs: watch::Receiver<Arc<Belief>>,
 }
 
-/// An agent, and the way to its vehicle.
+/// An agent with the channels to its vehicle.
 pub struct Embodied {
     agent: Agent,
     routes: mpsc::UnboundedSender<Vec<Cell>>,
@@ -30,13 +30,13 @@ pub struct Embodied {
 }
 
 impl Embodied {
-    /// An agent that has recalled what it knew.
+    /// An agent that has restored its state.
     #[must_use]
     pub fn new(agent: Agent) -> (Self, AgentOutputs) {
         let (routes, received) = mpsc::unbounded_channel();
         let (beliefs, watched) = watch::channel(Arc::new(agent.belief().clone()));
-        let orders = AgentOutputs { routes: received, beliefs: watched };
-        (Self { agent, routes, beliefs, shown: MissionTime::START }, orders)
+        let agent_config = AgentOutputs { routes: received, beliefs: watched };
+        (Self { agent, routes, beliefs, shown: MissionTime::START }, agent_config)
     }
 }
 
@@ -48,10 +48,10 @@ impl StateMachine for Embodied {
     ) -> Result<Effects<Message>, ParticipantError> {
         let effects = self.agent.handle(now, event)?;
         if let Some(route) = &effects.route {
-            // Without a vehicle the robot is about to be told to stop.
+            // Without a vehicle the robot is about to stop.
             let _ = self.routes.send(route.clone());
         }
-        // A digest and a belief are of all cells, and messages are many.
+        // Copying a belief costs time proportional to the map, and messages are many.
         if now >= self.shown + SHOW {
             self.shown = now;
             if self.beliefs.borrow().digest() != self.agent.digest() {

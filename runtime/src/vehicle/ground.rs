@@ -1,4 +1,4 @@
-//! A map of the vehicle's network on the search's: what it costs to drive there, and whether the two are alike.
+//! A map of the vehicle's network compared with the search's: its costs, and whether the two match.
 
 use dragnet_lattice::costmap::{CostMap, OccupancyRule};
 use dragnet_lattice::plane::Pose;
@@ -8,15 +8,15 @@ use dragnet_search::terrain::Terrain;
 
 use super::place::posed;
 
-/// Of a map that the vehicle hears: what is at least so probably occupied is never driven on; what is not known is
-/// driven on as little as possible.
+/// Rule for received maps: cells at least this probably occupied are lethal; unknown cells have the highest cost.
 const RULE: OccupancyRule = OccupancyRule { lethal_percent: 65, unknown_cost: 50 };
-/// Axes that are less than this apart are the same, radians.
+/// Axes that differ by less than this are equal, radians.
 const SQUARE_RADIANS: f64 = 1e-3;
-/// Each cell of the search is looked at in so many places to a side.
+/// Sample points along the side of a cell.
 const SAMPLES: u32 = 8;
 
-/// Where the south-western corner of a network's map lies on the search's, which lies at `search` in the network's frame.
+/// Position of the south-western corner of a network's map on the search's, which has the pose `search` in the
+/// network's frame.
 fn corner(search: &Pose, map: &Occupancy) -> Result<Pose, String> {
     let corner = posed(map.origin).seen_from(search);
     if corner.heading_radians.abs() > SQUARE_RADIANS {
@@ -25,10 +25,10 @@ fn corner(search: &Pose, map: &Occupancy) -> Result<Pose, String> {
     Ok(corner)
 }
 
-/// What it costs to drive on a map.
+/// The cost map of a received map.
 ///
 /// # Errors
-/// If it is none to drive on.
+/// If it is not a valid cost map.
 pub(super) fn cost_map(search: &Pose, map: &Occupancy) -> Result<CostMap, String> {
     let corner = corner(search, map)?;
     let origin_meters = (corner.x_meters, corner.y_meters);
@@ -36,22 +36,22 @@ pub(super) fn cost_map(search: &Pose, map: &Occupancy) -> Result<CostMap, String
         .map_err(|error| error.to_string())
 }
 
-/// How a map fits what a search takes for free ground.
+/// The match between a map and the free cells of a search.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Likeness {
-    /// Cells that the search takes for free.
+    /// Number of the search's free cells.
     pub(crate) free: u32,
-    /// Those of them that lie outside of the map, for the most part.
+    /// Those of them that are mostly outside of the map.
     pub(crate) outside: u32,
-    /// Those that are occupied on it, for the most part.
+    /// Those that are mostly occupied on it.
     pub(crate) occupied: u32,
 }
 
 impl Likeness {
-    /// Holds a map of a network against that of a search, which lies at `search` in the network's frame.
+    /// Compares a map of a network with that of a search, which has the pose `search` in the network's frame.
     ///
     /// # Errors
-    /// If the two are turned against each other.
+    /// If the two are rotated against each other.
     pub(crate) fn of(search: &Pose, map: &Occupancy, terrain: &Terrain) -> Result<Self, String> {
         let corner = corner(search, map)?;
         let mut likeness = Self::default();
@@ -74,13 +74,13 @@ impl Likeness {
         Ok(likeness)
     }
 
-    /// Whether the search can go where it wants to, but for a place here and there.
+    /// Whether the search can drive almost everywhere.
     pub(crate) const fn will_do(&self) -> bool {
         20 * (self.outside + self.occupied) <= self.free
     }
 }
 
-/// Places spread evenly over a cell, meters on the search's map.
+/// Points spread evenly over a cell, meters on the search's map.
 fn samples(terrain: &Terrain, cell: Cell) -> impl Iterator<Item = (f64, f64)> {
     let Position { row, column } = terrain.grid().position(cell);
     let edge = terrain.cell_meters();
@@ -101,7 +101,7 @@ mod tests {
         Terrain::from_ascii("..#\n...\n", 10.0).unwrap()
     }
 
-    /// A map of 2 m squares, whose corner lies there; blocked is what the terrain says, moved by so many squares.
+    /// A map of 2 m squares with this corner; cells are blocked as in the terrain, moved by this many squares.
     fn map(corner: [f64; 2], moved: u32) -> Occupancy {
         let grid = Grid::new(10, 15).unwrap();
         let blocked = |row: u32, column: u32| row >= 5 && column >= 10 - moved && column < 15 - moved;
@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn a_map_is_held_against_what_the_search_takes_for_free() {
+    fn a_map_is_compared_with_the_searchs_free_cells() {
         let search = Pose::new(-4.0, 7.0, 0.0);
         let check = |map: &Occupancy, outside: u32, occupied: u32| {
             let found = Likeness::of(&search, map, &terrain()).unwrap();

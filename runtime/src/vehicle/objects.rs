@@ -1,5 +1,4 @@
-//! Objects as the vehicle's network is told of them: what is declared and what is followed, each with its place in meters
-//! and how sure that is.
+//! Objects for the vehicle's network: declared ones and tracks, each with its position in meters and covariance.
 
 use dragnet_lattice::plane::Pose;
 use dragnet_ros2::input::PlanarPose;
@@ -11,19 +10,19 @@ use nalgebra::{Matrix2, Vector2};
 
 use super::Vehicle;
 
-/// What all objects are called: a mission searches for one kind.
+/// The class of all objects: a mission searches for one.
 const CLASS: &str = "object";
-/// A track's box reaches so many standard deviations to each side.
+/// Standard deviations from a track to the sides of its box.
 const BOX_STD: f64 = 2.0;
 
 impl Vehicle {
-    /// Cells in which the robot believes an object, as sure as the mission asks.
+    /// Cells whose probability reaches the detection threshold.
     pub(crate) fn found<'a>(&'a self, belief: &'a Belief) -> impl Iterator<Item = Cell> + 'a {
         self.terrain.searched_cells().filter(|&cell| belief.is_found(cell, self.detection_threshold))
     }
 
-    /// Where the object is that is declared in a cell, in the frame of the vehicle's network: where this robot's cameras
-    /// have seen it, or anywhere in the cell if others found it.
+    /// The position of the object that is declared in a cell, in the frame of the vehicle's network: by this robot's
+    /// cameras, or uniform in the cell if others found it.
     pub(crate) fn place_of(&self, cell: Cell) -> PlanarEstimate {
         if let Some(find) = self.pilot.find(cell) {
             return self.estimate(find.position_meters, &find.position_covariance);
@@ -32,7 +31,7 @@ impl Vehicle {
         PlanarEstimate::in_square(middle.x_meters, middle.y_meters, self.terrain.cell_meters())
     }
 
-    /// What is declared: each in the box of its cell.
+    /// The declared objects, each in the box of its cell.
     pub(super) fn objects(&self, belief: &Belief) -> Vec<ObjectEstimate> {
         let object = |cell: Cell| ObjectEstimate {
             id: cell.number().to_string(),
@@ -45,7 +44,7 @@ impl Vehicle {
         self.found(belief).map(object).collect()
     }
 
-    /// What is followed and confirmed: each in a box along the axes of its covariance.
+    /// The confirmed tracks, each in a box along the axes of its covariance.
     pub(super) fn tracks(&self) -> Vec<ObjectEstimate> {
         let confirmed = self.pilot.tracks().iter().filter(|track| track.standing() == Standing::Confirmed);
         confirmed.map(|track| self.track(track)).collect()
@@ -64,7 +63,7 @@ impl Vehicle {
         }
     }
 
-    /// What is known of a place on the search's map, in the frame of the vehicle's network.
+    /// An estimate on the search's map, converted to the frame of the vehicle's network.
     fn estimate(&self, position_meters: Vector2<f64>, covariance: &Matrix2<f64>) -> PlanarEstimate {
         let PlanarPose { x_meters, y_meters, .. } =
             self.in_frame(&Pose::new(position_meters.x, position_meters.y, 0.0));
@@ -73,7 +72,7 @@ impl Vehicle {
         PlanarEstimate { x_meters, y_meters, covariance_square_meters }
     }
 
-    /// The middle of a cell, and how the map is turned.
+    /// The center of a cell, with the rotation of the map.
     fn cell_box(&self, cell: Cell) -> PlanarPose {
         let (x_meters, y_meters) = self.terrain.center_meters(cell);
         self.in_frame(&Pose::new(x_meters, y_meters, 0.0))

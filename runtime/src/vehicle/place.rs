@@ -1,12 +1,12 @@
-//! Where a vehicle is on the search's map, from what its own network says.
+//! A vehicle's pose on the search's map, from the messages of its own network.
 //!
-//! Three frames meet here: that of the search, whose origin is the map's south-western corner; that of the network's
-//! maps and poses, in which the corner is somewhere ([`MapOrigin`]); and that of odometry, which is smooth and drifts.
-//! A pose on the map, or a fix on the earth, is a correction: it tells where odometry's frame lies, as of its own time.
-//! In between odometry tells where the vehicle is, so that it is known as often as odometry comes.
+//! There are three frames: that of the search, with its origin at the map's south-western corner; that of the network's
+//! maps and poses, in which the corner has a pose ([`MapOrigin`]); and that of odometry, which is smooth and drifts. A
+//! pose on the map, or a GNSS fix, is a correction: it gives the pose of odometry's frame at its time. In between
+//! odometry gives the vehicle's pose, so that it is known at odometry's rate.
 //!
-//! Localization such as AMCL's speaks only when the vehicle moves. So its silence means nothing as long as the vehicle
-//! stands, and after a stated time and way it means that nobody knows any more where the vehicle is.
+//! Localization such as AMCL's publishes only when the vehicle moves. So its silence means nothing while the vehicle
+//! stands, and after a configured time and distance it means that the vehicle's pose is unknown.
 
 mod trail;
 
@@ -20,10 +20,10 @@ use dragnet_scenario::map_file::{Georeference, MapOrigin};
 use crate::ros::settings::{Localization, Uncorrected};
 use trail::Trail;
 
-/// So many corrections may wait for odometry of their time.
+/// Maximum number of corrections that wait for odometry of their time.
 const MOST_WAITING: usize = 64;
 
-/// Where a vehicle was.
+/// A pose of a vehicle with its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Located {
     /// Nanoseconds of mission time.
@@ -34,59 +34,59 @@ pub(super) struct Located {
     pub(super) heading_deviation_radians: f64,
 }
 
-/// When something was heard, and when it was so, both nanoseconds of mission time.
+/// The arrival time and the stamp of a message, both nanoseconds of mission time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Moment {
-    pub(super) heard_ns: u64,
+    pub(super) received_ns: u64,
     /// No earlier than the mission's start.
     pub(super) time_ns: u64,
-    /// How old it was when it was heard, however long the mission lasts.
+    /// Its age on arrival, even if it is older than the mission.
     pub(super) age: Duration,
 }
 
-/// How sure a place is: standard deviations, 0 if nobody says.
+/// The standard deviations of a pose, 0 if unknown.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sureness {
     meters: f64,
     radians: f64,
 }
 
-/// Where the vehicle was by localization.
+/// A pose by localization.
 #[derive(Clone, Copy, Debug)]
 struct Correction {
     at: Moment,
     x_meters: f64,
     y_meters: f64,
-    /// A fix says nothing of a heading: that is odometry's, whose frame then is turned as the earth is, x to the east.
+    /// A fix has no heading: that is odometry's, whose frame then has its x axis to the east.
     heading_radians: Option<f64>,
     sureness: Sureness,
 }
 
-/// Where odometry's frame lies on the search's map.
+/// The pose of odometry's frame on the search's map.
 #[derive(Clone, Copy, Debug)]
 struct Anchor {
     map_from_odometry: Pose,
     sureness: Sureness,
-    /// When the correction came that says so.
-    heard_ns: u64,
-    /// Where the vehicle was then, in odometry's frame.
+    /// When its correction arrived.
+    received_ns: u64,
+    /// The vehicle's pose then, in odometry's frame.
     odometry: Pose,
 }
 
-/// What is known of the three frames.
+/// The state of the three frames.
 #[derive(Clone, Debug)]
 pub(super) struct Places {
     source: Localization,
     limits: Uncorrected,
-    /// The search's map in the network's frame.
+    /// The pose of the search's map in the network's frame.
     map: Pose,
     earth: Option<Georeference>,
     /// Odometry, in its own frame.
     trail: Trail,
-    /// Corrections of times for which there is no odometry yet.
+    /// Corrections of times without odometry yet.
     waiting: VecDeque<Correction>,
     anchor: Option<Anchor>,
-    /// Why nobody knows where the vehicle is, if odometry is not what is missing.
+    /// Why the vehicle's pose is unknown, if not for lack of odometry.
     missing: Option<String>,
 }
 
@@ -99,27 +99,27 @@ impl Places {
     ) -> Self {
         let map = Pose::new(map.x_meters, map.y_meters, map.yaw_radians);
         let missing =
-            (source != Localization::Odometry).then(|| "nothing that can be used has come yet".to_owned());
+            (source != Localization::Odometry).then(|| "no valid message has arrived yet".to_owned());
         let (trail, waiting) = (Trail::default(), VecDeque::new());
         Self { source, limits, map, earth, trail, waiting, anchor: None, missing }
     }
 
-    /// Where the search's map lies in the network's frame.
+    /// The pose of the search's map in the network's frame.
     pub(super) const fn map(&self) -> &Pose {
         &self.map
     }
 
-    /// A pose of the network's frame on the search's map.
+    /// Converts a pose of the network's frame to the search's map.
     fn on_map(&self, pose: &Pose) -> Pose {
         pose.seen_from(&self.map)
     }
 
-    /// A pose on the search's map in the network's frame.
+    /// Converts a pose on the search's map to the network's frame.
     pub(super) fn in_frame(&self, pose: &Pose) -> Pose {
         self.map.of_part(pose)
     }
 
-    /// Why nobody knows where the vehicle is, as far as localization is the reason.
+    /// Why the vehicle's pose is unknown, if localization is the reason.
     pub(super) fn missing(&self) -> Option<&str> {
         self.missing.as_deref()
     }
@@ -143,8 +143,10 @@ impl Places {
         Some(located(at, anchor.map_from_odometry.of_part(&here), anchor.sureness))
     }
 
+    /// Adds a pose on the map.
+    ///
     /// # Errors
-    /// If the pose is too old to say where the vehicle is.
+    /// If it is too old to give the vehicle's position.
     pub(super) fn pose(&mut self, at: Moment, estimate: &PoseEstimate) -> Result<Option<Located>, String> {
         if self.source != Localization::Pose {
             return Ok(None);
@@ -159,8 +161,10 @@ impl Places {
         })
     }
 
+    /// Adds a GNSS fix.
+    ///
     /// # Errors
-    /// If the fix is too old to say where the vehicle is.
+    /// If it is too old to give the vehicle's position.
     pub(super) fn fix(&mut self, at: Moment, fix: &Fix) -> Result<Option<Located>, String> {
         let Some(earth) = self.earth.as_ref().filter(|_| self.source == Localization::Fix) else {
             return Ok(None);
@@ -171,7 +175,7 @@ impl Places {
         self.correct(Correction { at, x_meters, y_meters, heading_radians: None, sureness })
     }
 
-    /// Where odometry is, if there is any, is where the vehicle is; else it is known as often as it is corrected.
+    /// With odometry the vehicle's pose is known at odometry's rate; without, at that of corrections.
     fn correct(&mut self, correction: Correction) -> Result<Option<Located>, String> {
         self.check_age(&correction)?;
         if self.trail.latest_ns().is_some_and(|latest_ns| latest_ns >= correction.at.time_ns) {
@@ -190,8 +194,8 @@ impl Places {
         }))
     }
 
-    /// An old correction is as good as a new one where the vehicle has stood since. What was latched before this robot
-    /// began is all that there is, if the vehicle stands.
+    /// An old correction is as good as a new one if the vehicle has stood since. A latched one from before this robot's
+    /// start is the only one, if the vehicle stands.
     fn check_age(&self, correction: &Correction) -> Result<(), String> {
         let Moment { time_ns, age, .. } = correction.at;
         let Some((then, latest)) = self.trail.at(time_ns).zip(self.trail.latest()) else { return Ok(()) };
@@ -213,20 +217,20 @@ impl Places {
         let Some(odometry) = self.trail.at(at.time_ns) else { return };
         let pose = Pose::new(x_meters, y_meters, heading_radians.unwrap_or(odometry.heading_radians));
         let map_from_odometry = pose.of_part(&Pose::default().seen_from(&odometry));
-        self.anchor = Some(Anchor { map_from_odometry, sureness, heard_ns: at.heard_ns, odometry });
+        self.anchor = Some(Anchor { map_from_odometry, sureness, received_ns: at.received_ns, odometry });
         self.missing = None;
     }
 
-    /// Whether the vehicle has gone too far on odometry alone. Once it has, only a correction helps.
+    /// Checks whether the vehicle has moved too far on odometry alone. Once it has, only a correction helps.
     fn watch(&mut self, at: Moment, here: &Pose, anchor: &Anchor) {
-        let silence_ns = at.heard_ns.saturating_sub(anchor.heard_ns);
+        let silence_ns = at.received_ns.saturating_sub(anchor.received_ns);
         if self.missing.is_none()
             && silence_ns > self.limits.timeout_ns
             && self.limits.is_left(&anchor.odometry, here)
         {
             let (meters, radians) = trail::apart(&anchor.odometry, here);
             self.missing = Some(format!(
-                "nothing that can be used has come for {:.1} s, while the vehicle moved {meters:.1} m and turned {:.0} degrees",
+                "no valid message has arrived for {:.1} s, while the vehicle moved {meters:.1} m and turned {:.0} degrees",
                 silence_ns as f64 / 1e9,
                 radians.to_degrees(),
             ));

@@ -16,7 +16,7 @@ use crate::ros::node::Node;
 use crate::wall_clock::Report;
 use crate::{RuntimeError, unix_time};
 
-/// A vehicle, and all that it has to do with.
+/// A vehicle with its connections.
 struct Service {
     node: Node,
     vehicle: Vehicle,
@@ -24,17 +24,17 @@ struct Service {
     reports: mpsc::Sender<Report>,
 }
 
-/// Joins the vehicle's network, which may take until that is there, and serves a robot's mind until it is gone; then
-/// the vehicle stands still.
+/// Joins the vehicle's network, which may take until that is there, and serves an agent until it is gone; then the
+/// vehicle stops.
 ///
 /// # Errors
-/// If Zenoh refuses to let it in, or to say something.
+/// If Zenoh fails.
 pub(crate) async fn serve(
     body: Body,
     scenario: &Scenario,
     clock: Clock,
     detector: Option<Box<dyn Detector>>,
-    mut orders: AgentOutputs,
+    mut outputs: AgentOutputs,
     reports: mpsc::Sender<Report>,
 ) -> Result<(), RuntimeError> {
     let vehicle = Vehicle::new(body.pilot, &body.ros, scenario);
@@ -45,17 +45,17 @@ pub(crate) async fn serve(
     loop {
         let Service { node, vehicle, eyes, .. } = &mut service;
         let effects = tokio::select! {
-            (topic, heard) = node.hear_on() => vehicle.hear(now(clock), &topic, heard),
+            (topic, received) = node.receive_on() => vehicle.receive(now(clock), &topic, received),
             seen = eyes.see() => vehicle.see(now(clock), seen),
-            route = orders.routes.recv() => {
+            route = outputs.routes.recv() => {
                 let Some(route) = route else { break };
                 vehicle.follow(now(clock), route)
             }
             _ = tick.tick() => vehicle.tick(now(clock)),
             _ = show.tick() => {
-                // A mind that is gone has said its last.
-                let has_changed = orders.beliefs.has_changed().unwrap_or(false);
-                let belief = Arc::clone(&orders.beliefs.borrow_and_update());
+                // An agent that is gone has published its last belief.
+                let has_changed = outputs.beliefs.has_changed().unwrap_or(false);
+                let belief = Arc::clone(&outputs.beliefs.borrow_and_update());
                 vehicle.show(now(clock), &belief, has_changed)
             }
         };
@@ -74,11 +74,11 @@ impl Service {
         for effect in effects {
             match effect {
                 Effect::Sensed { cell, readings } => {
-                    // A mind that is gone hears nothing: the vehicle is about to be told so.
+                    // An agent that is gone receives nothing: the vehicle is about to be stopped.
                     let _ = self.reports.send((None, Event::Sensed { cell, readings })).await;
                 }
-                Effect::Publish(output) => self.node.say(unix_time::now_ns(), output).await?,
-                Effect::Look(look) => self.eyes.show(look),
+                Effect::Publish(output) => self.node.publish(unix_time::now_ns(), output).await?,
+                Effect::Detect(request) => self.eyes.show(request),
                 Effect::Tell(Diagnostic { level: Level::Ok, name, message, .. }) => {
                     tracing::info!("{name}: {message}");
                 }

@@ -1,4 +1,4 @@
-//! A vehicle without its network: what it is told, and what it says.
+//! A vehicle without its network: events in, effects out.
 
 use std::path::Path;
 
@@ -12,12 +12,12 @@ use crate::config::AgentSettings;
 
 const PATIENT: &str = "safety = { pose_timeout_seconds = 60.0, camera_timeout_seconds = 60.0 }";
 
-/// Robot 1 of a field of 4 x 4 cells of 20 m, moved by the lattice or by goals. Nothing is missed soon.
+/// Robot 1 of a field of 4 x 4 cells of 20 m, moved by the lattice or by goals, with long timeouts.
 fn vehicle(motion: &str) -> (Vehicle, Scenario) {
     vehicle_with(motion, PATIENT, "arrival")
 }
 
-/// The same, with this about its safety, and stamps that mean this.
+/// The same with these safety settings, and this meaning of stamps.
 fn vehicle_with(motion: &str, safety: &str, stamps: &str) -> (Vehicle, Scenario) {
     let text = "name = 'field'\nmap = { shape = 'all_traversable', rows = 4, columns = 4, cell_meters = 20.0 }\n\
                 objects.count = 1\nsensor.radius = 2\n[mission]\nbudget_seconds = 900.0\nspeed_meters_per_second = 10.0\n";
@@ -43,87 +43,89 @@ fn odometry(stamp_unix_ns: i64, x_meters: f64) -> Incoming {
     Incoming::Odometry(Odometry { place, robot_frame: String::new(), velocity: Velocity::default() })
 }
 
-/// Stands somewhere at so many seconds; what that brings about.
+/// A pose at this time; returns the effects.
 fn stand(vehicle: &mut Vehicle, seconds: u64, x_meters: f64) -> Vec<Effect> {
     let now = Now { mission: MissionTime::START + Duration::from_secs(seconds), unix_ns: 0 };
-    let mut effects = vehicle.hear(now, &topic("/odom"), odometry(0, x_meters));
+    let mut effects = vehicle.receive(now, &topic("/odom"), odometry(0, x_meters));
     effects.extend(vehicle.tick(now));
     effects
 }
 
-/// Where what is said leads, and what is told of it.
+/// Published paths and goals, and diagnostics.
 #[derive(Debug, Default, PartialEq)]
-struct Told {
-    /// Meters to the east of where each path begins and ends, of a goal twice the same; rounded.
-    ways: Vec<[i64; 2]>,
+struct Reported {
+    /// Meters to the east of the begin and the end of each path, for a goal twice the same; rounded.
+    paths: Vec<[i64; 2]>,
     levels: Vec<Level>,
 }
 
-fn told(effects: &[Effect]) -> Told {
+fn reported(effects: &[Effect]) -> Reported {
     #[expect(clippy::cast_possible_truncation, reason = "meters of a small map")]
     let rounded = |pose: &PlanarPose| pose.x_meters.round() as i64;
-    let mut told = Told::default();
+    let mut reported = Reported::default();
     for effect in effects {
         match effect {
             Effect::Publish(Output::Path(poses)) => {
-                told.ways.extend(poses.first().zip(poses.last()).map(|(from, to)| [from, to].map(rounded)));
+                reported
+                    .paths
+                    .extend(poses.first().zip(poses.last()).map(|(from, to)| [from, to].map(rounded)));
             }
-            Effect::Publish(Output::Goal(pose)) => told.ways.push([rounded(pose); 2]),
-            Effect::Tell(news) => told.levels.push(news.level),
+            Effect::Publish(Output::Goal(pose)) => reported.paths.push([rounded(pose); 2]),
+            Effect::Tell(news) => reported.levels.push(news.level),
             _ => {}
         }
     }
-    told
+    reported
 }
 
-/// Follows a route of two cells to the east from where it stands.
-fn set_out(vehicle: &mut Vehicle, scenario: &Scenario) -> Told {
+/// Follows a route of two cells to the east from its position.
+fn set_out(vehicle: &mut Vehicle, scenario: &Scenario) -> Reported {
     stand(vehicle, 0, 10.0);
     let grid = scenario.terrain().grid();
     let route = [1, 2].map(|column| grid.cell(Position { row: 0, column }).unwrap()).to_vec();
-    told(&vehicle.follow(Now { mission: MissionTime::START, unix_ns: 0 }, route))
+    reported(&vehicle.follow(Now { mission: MissionTime::START, unix_ns: 0 }, route))
 }
 
-fn way(from: i64, to: i64) -> Told {
-    Told { ways: vec![[from, to]], levels: Vec::new() }
+fn way(from: i64, to: i64) -> Reported {
+    Reported { paths: vec![[from, to]], levels: Vec::new() }
 }
 
-fn again(from: i64, to: i64) -> Told {
-    Told { levels: vec![Level::Warning], ..way(from, to) }
+fn again(from: i64, to: i64) -> Reported {
+    Reported { levels: vec![Level::Warning], ..way(from, to) }
 }
 
 #[test]
-fn what_is_left_of_a_path_is_told_again_to_a_vehicle_that_stands() {
+fn the_rest_of_a_path_is_published_again_to_a_standing_vehicle() {
     let (mut vehicle, scenario) = vehicle("lattice");
     assert_eq!(set_out(&mut vehicle, &scenario), way(10, 50));
-    // Whoever is to drive it was not there yet.
+    // The path follower was not there yet.
     for seconds in 1..=5 {
-        assert_eq!(told(&stand(&mut vehicle, seconds, 10.0)), Told::default());
+        assert_eq!(reported(&stand(&mut vehicle, seconds, 10.0)), Reported::default());
     }
-    assert_eq!(told(&stand(&mut vehicle, 6, 10.0)), again(10, 50));
+    assert_eq!(reported(&stand(&mut vehicle, 6, 10.0)), again(10, 50));
     // It drives, and stands again.
-    let well = Told { levels: vec![Level::Ok], ..Told::default() };
+    let well = Reported { levels: vec![Level::Ok], ..Reported::default() };
     for (seconds, expected) in
-        [(8, Told::default()), (11, well), (12, Told::default()), (13, Told::default())]
+        [(8, Reported::default()), (11, well), (12, Reported::default()), (13, Reported::default())]
     {
-        assert_eq!(told(&stand(&mut vehicle, seconds, 26.0)), expected);
+        assert_eq!(reported(&stand(&mut vehicle, seconds, 26.0)), expected);
     }
-    assert_eq!(told(&stand(&mut vehicle, 14, 26.0)), again(26, 50));
+    assert_eq!(reported(&stand(&mut vehicle, 14, 26.0)), again(26, 50));
     // At its end nothing is left to drive.
     stand(&mut vehicle, 16, 50.0);
     for seconds in 17..30 {
-        assert!(told(&stand(&mut vehicle, seconds, 50.0)).ways.is_empty());
+        assert!(reported(&stand(&mut vehicle, seconds, 50.0)).paths.is_empty());
     }
 }
 
 #[test]
-fn a_goal_that_nobody_takes_up_is_told_again() {
+fn a_goal_that_is_not_accepted_is_published_again() {
     let (mut vehicle, scenario) = vehicle("goal");
     assert_eq!(set_out(&mut vehicle, &scenario), way(50, 50));
     for seconds in 1..=5 {
-        assert_eq!(told(&stand(&mut vehicle, seconds, 10.0)), Told::default());
+        assert_eq!(reported(&stand(&mut vehicle, seconds, 10.0)), Reported::default());
     }
-    assert_eq!(told(&stand(&mut vehicle, 6, 10.0)), again(50, 50));
+    assert_eq!(reported(&stand(&mut vehicle, 6, 10.0)), again(50, 50));
 }
 
 #[test]
@@ -137,23 +139,26 @@ fn a_belief_that_stands_is_shown_again() {
     assert_eq!(shown, [true, false, false, false, false, true, true, true, false]);
 }
 
-/// A stamp that stands still, forty times a second for a minute.
+/// A constant stamp, forty times a second for a minute.
 #[test]
-fn stamps_that_stand_still_are_told_once_and_all_that_came_is_counted() {
+fn constant_stamps_are_reported_once_and_all_messages_counted() {
     let (mut vehicle, _) = vehicle_with("lattice", "", "clock");
     let mut news: Vec<Diagnostic> = Vec::new();
     for tick in 0..60 * 40 {
         let mission = MissionTime(1_000_000_000 + tick * 25_000_000);
         let now = Now { mission, unix_ns: 1_700_000_000_000_000_000_i64.saturating_add_unsigned(mission.0) };
-        let mut effects = vehicle.hear(now, &topic("/odom"), odometry(1_700_000_001_000_000_000, 10.0));
+        let mut effects = vehicle.receive(now, &topic("/odom"), odometry(1_700_000_001_000_000_000, 10.0));
         effects.extend(vehicle.tick(now));
         news.extend(effects.into_iter().filter_map(|effect| match effect {
             Effect::Tell(diagnostic) => Some(diagnostic),
             _ => None,
         }));
     }
-    let of_pose: Vec<&str> =
-        news.iter().filter(|told| told.name == "dragnet: pose").map(|told| told.message.as_str()).collect();
+    let of_pose: Vec<&str> = news
+        .iter()
+        .filter(|reported| reported.name == "dragnet: pose")
+        .map(|reported| reported.message.as_str())
+        .collect();
     let cause = "stamps stand still; set `stamps = \"arrival\"` if this computer's clock should count";
     assert_eq!(of_pose, [cause]);
     let refused = &vehicle.refused()[&topic("/odom")];
@@ -165,24 +170,24 @@ fn where_no_pose_comes_the_topic_is_named() {
     let (mut vehicle, _) = vehicle_with("lattice", "", "clock");
     let why = |vehicle: &mut Vehicle, seconds: u64| {
         let now = Now { mission: MissionTime(seconds * 1_000_000_000), unix_ns: 0 };
-        let told = vehicle.tick(now).into_iter().find_map(|effect| match effect {
+        let reported = vehicle.tick(now).into_iter().find_map(|effect| match effect {
             Effect::Tell(diagnostic) if diagnostic.name == "dragnet: pose" => Some(diagnostic.message),
             _ => None,
         });
-        told.unwrap_or_default()
+        reported.unwrap_or_default()
     };
     assert_eq!(why(&mut vehicle, 0), "");
     let now = Now { mission: MissionTime(500_000_000), unix_ns: 0 };
     let reason = "frame_id is \"odom\"".to_owned();
-    vehicle.hear(now, &topic("/odom"), Incoming::Rejected { topic: topic("/odom"), reason });
-    let expected = "no pose comes: /odom: nothing comes; the last was refused: frame_id is \"odom\"";
+    vehicle.receive(now, &topic("/odom"), Incoming::Rejected { topic: topic("/odom"), reason });
+    let expected = "no pose arrives: /odom: no message arrives; the last was rejected: frame_id is \"odom\"";
     assert_eq!(why(&mut vehicle, 2), expected);
 }
 
-/// The robot drives past a thing at (40, 25) and tells of it in meters, with the covariance; of what a teammate has found it
-/// knows the cell alone.
+/// The robot drives past an object at (40, 25) and publishes it in meters, with the covariance; of a teammate's find it
+/// knows the cell only.
 #[test]
-fn what_is_found_is_told_with_its_place_and_covariance() {
+fn finds_are_published_with_position_and_covariance() {
     let (mut vehicle, scenario) = vehicle("lattice");
     let (terrain, mut belief) = (scenario.terrain(), scenario.prior().clone());
     let thing = Pose::new(40.0, 25.0, 0.0);
@@ -191,7 +196,7 @@ fn what_is_found_is_told_with_its_place_and_covariance() {
     for tick in 0..90_u64 {
         let here = Pose::new(5.0 + tick as f64 / 2.0, 10.0, 0.0);
         let now = Now { mission: MissionTime(tick * 100_000_000), unix_ns: 0 };
-        let mut effects = vehicle.hear(now, &topic("/odom"), odometry(0, here.x_meters));
+        let mut effects = vehicle.receive(now, &topic("/odom"), odometry(0, here.x_meters));
         let bearing = bearing_radians(here.position_meters(), thing.position_meters());
         let boxes = lens.column_pixels(bearing).map(|x| DetectedBox {
             left: x - 5.0,
@@ -202,7 +207,7 @@ fn what_is_found_is_told_with_its_place_and_covariance() {
         });
         let boxes = boxes.into_iter().collect();
         let detections = Detections { stamp_unix_ns: 0, frame: String::new(), boxes };
-        effects.extend(vehicle.hear(
+        effects.extend(vehicle.receive(
             now,
             &topic("/camera"),
             Incoming::Detections { camera: camera.clone(), detections },
@@ -222,8 +227,8 @@ fn what_is_found_is_told_with_its_place_and_covariance() {
     let (mut objects, mut tracks) = (Vec::new(), Vec::new());
     for effect in vehicle.show(now, &belief, true) {
         match effect {
-            Effect::Publish(Output::Objects(said)) => objects = said,
-            Effect::Publish(Output::Tracks(said)) => tracks = said,
+            Effect::Publish(Output::Objects(estimates)) => objects = estimates,
+            Effect::Publish(Output::Tracks(estimates)) => tracks = estimates,
             _ => {}
         }
     }

@@ -1,4 +1,4 @@
-//! Which topic said what, so that what is missing can be told by its name.
+//! The topics of messages, so that diagnostics can name them.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -15,13 +15,13 @@ use crate::ros::settings::{Checked, Localization};
 #[derive(Clone, Debug)]
 pub(super) struct Topics {
     odometry: Option<TopicName>,
-    /// Of poses or fixes; none if odometry alone tells where the vehicle is.
+    /// That of poses or fixes; `None` if only odometry is used.
     localization: Option<TopicName>,
-    /// The last one that told where the vehicle is.
+    /// The topic of the last pose.
     located_by: Option<TopicName>,
     /// The last one of each camera.
     cameras: BTreeMap<Arc<str>, TopicName>,
-    /// Those whose last message was refused.
+    /// Those whose last message was invalid.
     bad: BTreeSet<TopicName>,
 }
 
@@ -42,14 +42,14 @@ impl Topics {
         }
     }
 
-    /// Something comes on a topic.
-    pub(super) fn hears(&mut self, topic: &TopicName, heard: &Incoming) {
-        if matches!(heard, Incoming::Rejected { .. }) {
+    /// A message arrives on a topic.
+    pub(super) fn on_message(&mut self, topic: &TopicName, received: &Incoming) {
+        if matches!(received, Incoming::Rejected { .. }) {
             self.bad.insert(topic.clone());
             return;
         }
         self.bad.remove(topic);
-        match heard {
+        match received {
             Incoming::Odometry(_) | Incoming::Pose(_) | Incoming::Fix(_) => {
                 self.located_by = Some(topic.clone());
             }
@@ -60,7 +60,7 @@ impl Topics {
         }
     }
 
-    /// Where something came from.
+    /// The topic of an input.
     pub(super) fn of(&self, source: &InputSource) -> Option<&TopicName> {
         match source {
             InputSource::Pose => self.located_by.as_ref(),
@@ -68,7 +68,7 @@ impl Topics {
         }
     }
 
-    /// Why no pose comes, if `missing` is what localization lacks.
+    /// Why there is no pose, if `missing` is localization's reason.
     pub(super) fn why_no_pose(
         &self,
         missing: Option<&str>,
@@ -76,11 +76,11 @@ impl Topics {
     ) -> String {
         let (topic, found) = match (&self.localization, missing, &self.odometry) {
             (Some(topic), Some(missing), _) => (topic, missing),
-            (_, _, Some(topic)) | (Some(topic), None, None) => (topic, "nothing comes"),
-            (None, _, None) => return "no topic of ros.subscribe tells where the vehicle is".to_owned(),
+            (_, _, Some(topic)) | (Some(topic), None, None) => (topic, "no message arrives"),
+            (None, _, None) => return "no topic of ros.subscribe gives the vehicle's pose".to_owned(),
         };
         match refused.get(topic).filter(|_| self.bad.contains(topic)) {
-            Some(RefusedInput { reason, .. }) => format!("{topic}: {found}; the last was refused: {reason}"),
+            Some(RefusedInput { reason, .. }) => format!("{topic}: {found}; the last was rejected: {reason}"),
             None => format!("{topic}: {found}"),
         }
     }

@@ -8,7 +8,7 @@ const fn robot(number: u16) -> Participant {
     Participant::Robot(RobotId::new(number).unwrap())
 }
 
-const LIAR: Sender = Sender::Known(robot(1));
+const FAULTY: Sender = Sender::Known(robot(1));
 const HONEST: Sender = Sender::Known(robot(2));
 
 fn raw(number: u64, bytes: usize) -> Raw {
@@ -19,7 +19,7 @@ fn raw(number: u64, bytes: usize) -> Raw {
     }
 }
 
-/// Takes all that waits: numbers of messages by sender, in order.
+/// Takes all pending messages: their numbers by sender, in order.
 fn taken(queues: &mut Queues) -> Vec<(Sender, u64)> {
     let arrivals = std::iter::from_fn(|| queues.take());
     arrivals
@@ -31,31 +31,31 @@ fn taken(queues: &mut Queues) -> Vec<(Sender, u64)> {
 }
 
 #[test]
-fn whoever_floods_loses_its_own_oldest_messages_and_memory_is_bounded() {
+fn a_flooding_sender_loses_its_own_oldest_messages_and_memory_is_bounded() {
     let max_bytes = 100_000;
     let mut queues = Queues { max_bytes, ..Queues::default() };
     for number in 0..50 {
         queues.put_message(HONEST, raw(number, 100));
         for flood in 0..100 {
-            queues.put_message(LIAR, raw(number * 100 + flood, 5000));
+            queues.put_message(FAULTY, raw(number * 100 + flood, 5000));
             assert!(queues.bytes <= max_bytes);
         }
         queues.put_message(Sender::Stranger, raw(number, 100));
     }
-    assert_eq!(queues.dropped.keys().copied().collect::<Vec<_>>(), [LIAR]);
+    assert_eq!(queues.dropped.keys().copied().collect::<Vec<_>>(), [FAULTY]);
     let taken = taken(&mut queues);
     let of = |who| taken.iter().filter(move |(from, _)| *from == who).map(|&(_, number)| number);
     assert!(of(HONEST).eq(0..50) && of(Sender::Stranger).eq(0..50));
-    let kept: Vec<u64> = of(LIAR).collect();
+    let kept: Vec<u64> = of(FAULTY).collect();
     assert!(!kept.is_empty() && kept[..] == (5000 - kept.len() as u64..5000).collect::<Vec<_>>());
-    assert_eq!(queues.dropped[&LIAR], 5000 - kept.len() as u64);
+    assert_eq!(queues.dropped[&FAULTY], 5000 - kept.len() as u64);
     assert_eq!(queues.bytes, 0);
 }
 
 #[test]
 fn turns_are_fair_by_bytes() {
     let mut queues = Queues { max_bytes: 1 << 20, ..Queues::default() };
-    (0..10).for_each(|number| queues.put_message(LIAR, raw(number, 10_000)));
+    (0..10).for_each(|number| queues.put_message(FAULTY, raw(number, 10_000)));
     (0..10).for_each(|number| queues.put_message(HONEST, raw(number, 100)));
     let order = taken(&mut queues);
     let last = order.iter().rposition(|&(from, _)| from == HONEST).unwrap();
@@ -63,13 +63,13 @@ fn turns_are_fair_by_bytes() {
 }
 
 #[test]
-fn who_says_nothing_saves_up_no_turns() {
+fn a_silent_sender_saves_up_no_turns() {
     let mut queues = Queues { max_bytes: 1 << 20, ..Queues::default() };
-    queues.put_message(LIAR, raw(0, 0));
+    queues.put_message(FAULTY, raw(0, 0));
     (0..100).for_each(|number| queues.put_message(HONEST, raw(number, 1000)));
     assert_eq!(taken(&mut queues).len(), 101);
     for number in 0..100 {
-        queues.put_message(LIAR, raw(number, 1000));
+        queues.put_message(FAULTY, raw(number, 1000));
         queues.put_message(HONEST, raw(number, 1000));
     }
     let order = taken(&mut queues);
@@ -78,14 +78,14 @@ fn who_says_nothing_saves_up_no_turns() {
 }
 
 #[test]
-fn who_is_there_is_known_however_often_it_comes_and_goes() {
+fn presence_is_known_however_often_a_process_comes_and_goes() {
     let mut queues = Queues { max_bytes: 10_000, ..Queues::default() };
-    queues.put_message(LIAR, raw(0, 0));
+    queues.put_message(FAULTY, raw(0, 0));
     for turn in 0..10_001 {
         queues.put_presence(robot(1), 7, turn % 2 == 0);
     }
-    // A flood takes nobody's presence.
-    (1..100).for_each(|number| queues.put_message(LIAR, raw(number, 1000)));
+    // A flood does not drop presence changes.
+    (1..100).for_each(|number| queues.put_message(FAULTY, raw(number, 1000)));
     let presence: Vec<bool> = std::iter::from_fn(|| queues.take())
         .filter_map(|arrival| match arrival {
             Arrival::Presence { who, is_here, .. } if who == robot(1) => Some(is_here),
@@ -96,18 +96,18 @@ fn who_is_there_is_known_however_often_it_comes_and_goes() {
 }
 
 #[test]
-fn what_one_sender_says_comes_in_its_order() {
+fn messages_of_one_sender_keep_their_order() {
     let mut queues = Queues { max_bytes: 10_000, ..Queues::default() };
-    queues.put_message(LIAR, raw(0, 10));
+    queues.put_message(FAULTY, raw(0, 10));
     queues.put_presence(robot(1), 7, false);
-    queues.put_message(LIAR, raw(1, 10));
+    queues.put_message(FAULTY, raw(1, 10));
     let is_message = |arrival| matches!(arrival, Arrival::Message { .. });
     let kinds: Vec<bool> = std::iter::from_fn(|| queues.take()).map(is_message).collect();
     assert_eq!(kinds, [true, false, true]);
 }
 
 #[tokio::test]
-async fn nothing_is_missed_and_the_end_is_told() {
+async fn no_record_is_missed_and_the_end_is_announced() {
     let (inlet, mut outlet) = waiting(MOST_BYTES);
     let sending = tokio::spawn(async move {
         for number in 0..1000 {
@@ -126,7 +126,7 @@ async fn nothing_is_missed_and_the_end_is_told() {
 }
 
 #[test]
-fn whoever_has_left_is_told_to_have_left_however_many_come_and_go_meanwhile() {
+fn departures_are_reported_however_many_come_and_go_meanwhile() {
     let mut queues = Queues { max_bytes: 1 << 20, ..Queues::default() };
     queues.put_presence(robot(1), 7, false);
     for identity in 100..100 + 10 * MOST_PRESENCE as u64 {
@@ -134,12 +134,12 @@ fn whoever_has_left_is_told_to_have_left_however_many_come_and_go_meanwhile() {
         queues.put_presence(robot(1), identity, false);
     }
     queues.put_presence(robot(1), 8, true);
-    let told: Vec<(u64, bool)> = std::iter::from_fn(|| queues.take())
+    let reported: Vec<(u64, bool)> = std::iter::from_fn(|| queues.take())
         .map(|arrival| match arrival {
             Arrival::Presence { identity, is_here, .. } => (identity, is_here),
             Arrival::Message { .. } => panic!("{arrival:?}"),
         })
         .collect();
-    assert_eq!((told.first(), told.last()), (Some(&(7, false)), Some(&(8, true))));
-    assert!(told.len() <= MOST_PRESENCE);
+    assert_eq!((reported.first(), reported.last()), (Some(&(7, false)), Some(&(8, true))));
+    assert!(reported.len() <= MOST_PRESENCE);
 }

@@ -9,10 +9,10 @@ use dragnet_search::evidence::{Digest, Reading};
 use super::*;
 use crate::session::{Endpoints, free_endpoints, open};
 
-/// A coordinator that tells when it hears a sign of life: its own time, and the robot's.
+/// A coordinator that reports each heartbeat: its own time, and the robot's.
 struct Listener {
     node: CoordinatorNode,
-    heard: mpsc::UnboundedSender<(MissionTime, MissionTime)>,
+    received: mpsc::UnboundedSender<(MissionTime, MissionTime)>,
 }
 
 impl StateMachine for Listener {
@@ -22,7 +22,7 @@ impl StateMachine for Listener {
         event: Event<Message>,
     ) -> Result<Effects<Message>, ParticipantError> {
         if let Event::Received { message: Message::Heartbeat(heartbeat), .. } = &event {
-            let _ = self.heard.send((now, MissionTime(heartbeat.time_ns)));
+            let _ = self.received.send((now, MissionTime(heartbeat.time_ns)));
         }
         self.node.handle(now, event)
     }
@@ -46,7 +46,7 @@ async fn join(scenario: &Scenario, me: Participant, endpoints: &Endpoints) -> Li
 
 /// The mission began long before this coordinator did.
 #[tokio::test(flavor = "multi_thread")]
-async fn a_coordinator_that_starts_late_is_told_at_once_and_takes_its_robots_time() {
+async fn a_coordinator_that_starts_late_adopts_its_robots_time() {
     let text = "name = 'late'\nmap = { shape = 'all_traversable', rows = 12, columns = 12 }\nobjects.count = 1\n\
                 mission = { budget_seconds = 1e6, heartbeat_seconds = 100.0, liveness_timeout_seconds = 200.0 }\n";
     let scenario = Scenario::from_text(std::path::Path::new("late.toml"), text.to_owned()).unwrap();
@@ -66,16 +66,18 @@ async fn a_coordinator_that_starts_late_is_told_at_once_and_takes_its_robots_tim
         run(&mut robot, &mut agent, Clock::new(1.0), None, reports, never).await
     });
 
-    // The channel holds one: when there is room for this, the robot has said what it saw.
+    // The channel holds one: when there is space for this, the robot has published its observation.
     for _ in 0..2 {
         sender.send((None, Event::Woke)).await.unwrap();
     }
 
     let endpoints = Endpoints { connect: listen, ..Endpoints::default() };
     let mut link = join(&scenario, Participant::Coordinator, &endpoints).await;
-    let (heard, mut times) = mpsc::unbounded_channel();
-    let mut listener =
-        Listener { node: CoordinatorNode::new(Mission::new(CoordinatorConfig::of(&scenario)), None), heard };
+    let (received, mut times) = mpsc::unbounded_channel();
+    let mut listener = Listener {
+        node: CoordinatorNode::new(Mission::new(CoordinatorConfig::of(&scenario)), None),
+        received,
+    };
     let (_, no_reports) = mpsc::channel(1);
     let never = std::future::pending::<()>();
     let listening = run(&mut link, &mut listener, Clock::new(1.0), None, no_reports, never);

@@ -1,4 +1,4 @@
-//! Map files: what others draw, survey or record, as the [`Terrain`] that is searched.
+//! Map files: drawn, surveyed or recorded maps, as the [`Terrain`] that is searched.
 //!
 //! | extension | format | read by |
 //! |---|---|---|
@@ -7,7 +7,7 @@
 //! | `.map` | `MovingAI` benchmark | `movingai` |
 //! | `.geojson`, `.json`, `.kml` | areas drawn on the earth | [`areas`], `outline` |
 //!
-//! Whatever a file holds, reading it gives a map or a [`MapFileError`] that says what is allowed instead.
+//! Reading any file gives a map or a [`MapFileError`] that says what is allowed instead.
 
 pub mod areas;
 mod earth;
@@ -40,18 +40,18 @@ pub use probabilities::load_probabilities;
 pub struct MapFile {
     /// The map. Row 0, column 0 is its south-western cell.
     pub terrain: Terrain,
-    /// Where on earth it lies, if the file says so.
+    /// Its position on the earth, if the file has one.
     pub georeference: Option<Georeference>,
-    /// Where it lies in the frame of its file.
+    /// Its pose in the frame of its file.
     pub origin: MapOrigin,
-    /// What its file draws beside the ground; of all other formats nothing.
+    /// The areas that its file draws, beside the ground; empty for all other formats.
     pub areas: Areas,
 }
 
-/// Pose of the map's south-western corner in the frame of its file: of a ROS map in the frame `map`. Zero for
-/// all others.
+/// Pose of the map's south-western corner in the frame of its file: for a ROS map in the frame `map`. Zero for all
+/// others.
 ///
-/// Whatever says where something is in that frame asks here: recordings, exports, and what a robot's own network is told.
+/// Used for all positions in that frame: in recordings, in exports, and on a robot's own network.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct MapOrigin {
     /// Meters along the frame's x axis.
@@ -63,8 +63,8 @@ pub struct MapOrigin {
 }
 
 impl MapOrigin {
-    /// Where in the frame, meters, a point of the map lies: so many meters along its rows and up its columns from the
-    /// corner.
+    /// The position of a point of the map in the frame, meters: from the corner this far along the map's rows and up
+    /// its columns.
     #[must_use]
     pub fn point(&self, (along_meters, up_meters): (f64, f64)) -> (f64, f64) {
         let (sine, cosine) = self.yaw_radians.sin_cos();
@@ -74,7 +74,7 @@ impl MapOrigin {
         )
     }
 
-    /// The middle of a cell in the frame, meters.
+    /// The center of a cell in the frame, meters.
     #[must_use]
     pub fn center(&self, terrain: &Terrain, cell: Cell) -> (f64, f64) {
         self.point(terrain.center_meters(cell))
@@ -92,7 +92,7 @@ impl MapFile {
     /// The largest file that is read.
     pub const MAX_BYTES: u64 = 1 << 28;
 
-    /// A map that no file places anywhere.
+    /// A map without a position.
     #[must_use]
     pub fn unplaced(terrain: Terrain) -> Self {
         Self { terrain, georeference: None, origin: MapOrigin::default(), areas: Areas::default() }
@@ -101,9 +101,8 @@ impl MapFile {
     /// Reads a map file into cells of an edge in meters, by its extension.
     ///
     /// # Errors
-    /// If the file, or an image that it names, cannot be read or does not hold what its format says; if the
-    /// edge is not a positive length or is shorter than the map's pixels; if there would be no cell, or too
-    /// many.
+    /// If the file, or an image that it names, cannot be read or is invalid; if the edge is not a positive length or is
+    /// shorter than the map's pixels; if there would be no cell, or too many.
     pub fn load(file: &Path, cell_meters: f64) -> Result<Self, MapFileError> {
         if !(cell_meters.is_finite() && cell_meters > 0.0) {
             return Err(MapFileError::value(

@@ -1,15 +1,15 @@
-//! Who takes part in a mission.
+//! Participants of a mission.
 
 use std::fmt;
 
 use dragnet_search::observation::RobotId;
 
-/// Somebody with a part in the mission.
+/// A participant of a mission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Participant {
     /// A robot of the team.
     Robot(RobotId),
-    /// Whoever sees the mission from outside, declares and records.
+    /// The coordinator, which declares finds and records.
     Coordinator,
 }
 

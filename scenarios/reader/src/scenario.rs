@@ -1,7 +1,7 @@
-//! Scenario files: what is searched, by whom, with what, for how long, and over which network.
+//! Scenario files: map, objects, sensor, robots, mission and network.
 //!
-//! [`mod@file`] mirrors the TOML as it is written; a [`Scenario`] is what it means, checked: in hand, it is a
-//! search that can be run. `scenarios/README.md` explains every key to those who write one.
+//! [`mod@file`] mirrors the TOML as it is written; a [`Scenario`] is checked and can be run. `scenarios/README.md`
+//! explains every key.
 
 mod check;
 mod drawn;
@@ -50,7 +50,7 @@ use prior::Prior;
 #[derive(Clone, Debug)]
 pub struct Scenario {
     source: Source,
-    /// What the parts below were made of; overrides change it and make them again.
+    /// The file that the parts below were made of; overrides change it and make them again.
     file: ScenarioFile,
     map: Arc<MapFile>,
     connectivity: Connectivity,
@@ -64,7 +64,7 @@ pub struct Scenario {
     zenoh_config: Option<PathBuf>,
 }
 
-/// Where a scenario came from.
+/// The source of a scenario.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Source {
     /// The file; files that it names are relative to its folder.
@@ -73,7 +73,7 @@ pub struct Source {
     pub text: String,
 }
 
-/// What is recorded.
+/// Settings of the recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Recording {
     /// The file, relative to the working directory; without it the caller names one.
@@ -83,13 +83,13 @@ pub struct Recording {
 }
 
 impl Scenario {
-    /// The longest text, bytes: room for 300,000 objects. Read, a text takes up to 125 times as much memory.
+    /// The maximum size of a text, bytes: enough for 300,000 objects. Parsing takes up to 125 times as much memory.
     pub const MAX_BYTES: usize = 1 << 22;
 
     /// Reads a scenario file and the files that it names.
     ///
     /// # Errors
-    /// If one cannot be read, is not what its format says, or a value is out of range or contradicts another.
+    /// If one cannot be read, is not valid in its format, or a value is out of range or contradicts another.
     pub fn load(path: &Path) -> Result<Self, ScenarioError> {
         let read = |source| ScenarioError::Read { file: path.to_owned(), source };
         Self::from_text(path, read_text_at_most(path, Self::MAX_BYTES as u64).map_err(read)?)
@@ -144,18 +144,19 @@ impl Scenario {
         })
     }
 
-    /// Every robot with this policy instead, as it is without parameters.
+    /// The same scenario with this policy, with default parameters, for every robot.
     ///
     /// # Errors
-    /// Never with a scenario whose files are still as they were read.
+    /// Never for a scenario whose files are unchanged.
     pub fn with_policy(&self, policy: impl Into<PolicyName>) -> Result<Self, ScenarioError> {
         self.deciding_by(PolicyField::Name(policy.into().as_str().to_owned()))
     }
 
-    /// Every robot with the policy `gnn` and these weights instead; the file is relative to the working directory.
+    /// The same scenario with the policy `gnn` and these weights for every robot; the file is relative to the working
+    /// directory.
     ///
     /// # Errors
-    /// If it is no weights file, or its path cannot be made absolute or is not UTF-8.
+    /// If it is not a weights file, or its path cannot be made absolute or is not UTF-8.
     pub fn with_weights(&self, file: &Path) -> Result<Self, ScenarioError> {
         let absolute = std::path::absolute(file).ok();
         let Some(weights) = absolute.as_deref().and_then(Path::to_str) else {
@@ -172,7 +173,7 @@ impl Scenario {
         }))
     }
 
-    /// Every robot decides so.
+    /// The same scenario with this policy for every robot.
     fn deciding_by(&self, policy: PolicyField) -> Result<Self, ScenarioError> {
         self.changed(|file| {
             file.robots.policy = policy;
@@ -182,7 +183,7 @@ impl Scenario {
         })
     }
 
-    /// So many robots instead.
+    /// The same scenario with this number of robots.
     ///
     /// # Errors
     /// If there are none, too many, or too few for a robot that the scenario names.
@@ -190,7 +191,7 @@ impl Scenario {
         self.changed(|file| file.robots.count = count.into())
     }
 
-    /// Objects of this density instead; the prior follows unless the scenario sets it.
+    /// The same scenario with objects of this density; the prior follows unless the scenario sets it.
     ///
     /// # Errors
     /// If it is not above 0 and below 1.
@@ -200,7 +201,7 @@ impl Scenario {
         })
     }
 
-    /// A budget of this way (cells) instead of all budgets of the scenario.
+    /// The same scenario with a budget of this path length (cells) instead of all its budgets.
     ///
     /// # Errors
     /// If it is 0.
@@ -224,13 +225,13 @@ impl Scenario {
         &self.file.name
     }
 
-    /// Where it came from.
+    /// Its source.
     #[must_use]
     pub const fn source(&self) -> &Source {
         &self.source
     }
 
-    /// The scenario as a file would say it, overrides included.
+    /// The scenario as a file, overrides included.
     #[must_use]
     pub const fn file(&self) -> &ScenarioFile {
         &self.file
@@ -242,49 +243,49 @@ impl Scenario {
         &self.map.terrain
     }
 
-    /// The map with where it lies, to be shared.
+    /// The map with its position, to be shared.
     #[must_use]
     pub const fn map(&self) -> &Arc<MapFile> {
         &self.map
     }
 
-    /// Where on earth the map lies, if its file says so.
+    /// The map's position on the earth, if its file has one.
     #[must_use]
     pub fn georeference(&self) -> Option<&Georeference> {
         self.map.georeference.as_ref()
     }
 
-    /// Where the map lies in the frame of its file.
+    /// The map's pose in the frame of its file.
     #[must_use]
     pub fn origin(&self) -> MapOrigin {
         self.map.origin
     }
 
-    /// To which neighbors robots move.
+    /// The neighbors that robots can move to.
     #[must_use]
     pub const fn connectivity(&self) -> Connectivity {
         self.connectivity
     }
 
-    /// What a robot sees with.
+    /// The robots' sensor.
     #[must_use]
     pub const fn sensor(&self) -> &Sensor {
         &self.sensor
     }
 
-    /// What is believed before the first look.
+    /// The belief before the first observation.
     #[must_use]
     pub fn prior(&self) -> &Belief {
         &self.prior.belief
     }
 
-    /// The regions that the prior was made of, if it was.
+    /// The regions that the prior was made of, if any.
     #[must_use]
     pub fn claims(&self) -> Option<&Claims> {
         self.prior.claims.as_ref()
     }
 
-    /// What is drawn on the earth, by the map and by the prior: what is used, and what is left out.
+    /// The areas of the map and of the prior, used and ignored ones.
     #[must_use]
     pub fn areas(&self) -> Areas {
         let (map, prior) = (&self.map.areas, &self.prior.areas);
@@ -294,14 +295,14 @@ impl Scenario {
         }
     }
 
-    /// Where on earth the search takes place, if that is known.
+    /// The search's position on the earth, if known.
     #[must_use]
     pub fn earth(&self) -> Option<Earth> {
         let expected_objects = self.objects.expected_count(self.terrain());
         self.georeference().map(|&frame| Earth { frame, areas: self.areas().areas, expected_objects })
     }
 
-    /// What is there to be found.
+    /// The objects.
     #[must_use]
     pub const fn objects(&self) -> &Objects {
         &self.objects
@@ -313,29 +314,30 @@ impl Scenario {
         &self.robots
     }
 
-    /// For how long, and when an object counts as found.
+    /// Budget, detection threshold and communication.
     #[must_use]
     pub const fn mission(&self) -> &Mission {
         &self.mission
     }
 
-    /// Way that each robot may cover, cells: the budget of way, or else what it covers in the budget of time.
+    /// Path length that each robot may drive, cells: the budget of path length, or else what it can drive in the budget
+    /// of time.
     #[must_use]
     pub fn budget_cells(&self) -> f64 {
         let seconds = self.mission.budget.time().map_or(0.0, |time| time.as_secs_f64());
         let in_time = seconds * self.mission.speed_meters_per_second;
         let meters = self.mission.budget.meters().unwrap_or(in_time);
-        // Cells that were turned into meters come back as the whole number that they were.
+        // Cells that were converted to meters become the same whole number again.
         (meters / self.terrain().cell_meters() * 1e6).round() / 1e6
     }
 
-    /// What goes wrong between the robots, in simulation.
+    /// Faults of the simulated network.
     #[must_use]
     pub const fn network(&self) -> &Network {
         &self.network
     }
 
-    /// What is recorded.
+    /// Settings of the recording.
     #[must_use]
     pub const fn recording(&self) -> &Recording {
         &self.recording

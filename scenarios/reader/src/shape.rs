@@ -1,25 +1,25 @@
-//! Whether a TOML text has the shape of what was read of it. Serde takes a list for a table, value by value, and of a list
-//! that is longer than it asks for it leaves the rest unread; whoever wrote that meant something else.
+//! Checks that a TOML text has the shape of what was read of it. Serde accepts a list for a table, value by value, and
+//! ignores the rest of a list that is too long, which is most likely a mistake.
 
 use serde::Serialize;
 use toml::{Table, Value};
 
-/// A list in a text that says more, or something else, than was read of it.
+/// A list in a text that is longer than, or different from, what was read of it.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{key} is {found}; allowed is {allowed}")]
 pub struct WrongShape {
     /// Path of the key, such as `objects.cells[1]`.
     pub key: String,
-    /// What stands there.
+    /// The value.
     pub found: String,
-    /// What could.
+    /// The allowed values.
     pub allowed: String,
 }
 
-/// Holds a text that could be read against what was read of it, which is written with the same names.
+/// Compares a text with what was read of it, serialized under the same names.
 ///
 /// # Errors
-/// The first list that stands where a table was read, or is longer than what was read of it.
+/// The first list that was read as a table, or is longer than what was read of it.
 pub fn check(text: &str, read: &impl Serialize) -> Result<(), WrongShape> {
     let (Ok(written), Ok(read)) = (text.parse::<Table>(), Table::try_from(read)) else { return Ok(()) };
     tables("", &written, &read)
@@ -71,15 +71,15 @@ mod tests {
     }
 
     #[test]
-    fn a_list_says_no_more_than_is_read_of_it() {
-        let told = |text: &str| {
+    fn a_list_is_no_longer_than_what_is_read_of_it() {
+        let reported = |text: &str| {
             let read: Drawn = toml::from_str(text).unwrap();
             check(text, &read).map_err(|error| error.to_string())
         };
-        assert_eq!(told("corners = [[1, 2], [3, 4]]\norigin = { north = 1, east = 2 }"), Ok(()));
-        let long = told("corners = [[1, 2], [3, 4, 5]]").unwrap_err();
+        assert_eq!(reported("corners = [[1, 2], [3, 4]]\norigin = { north = 1, east = 2 }"), Ok(()));
+        let long = reported("corners = [[1, 2], [3, 4, 5]]").unwrap_err();
         assert_eq!(long, "corners[1] is a list of 3 values; allowed is a list of 2");
-        let list = told("corners = []\norigin = [1, 2]").unwrap_err();
+        let list = reported("corners = []\norigin = [1, 2]").unwrap_err();
         assert_eq!(list, "origin is a list; allowed is a table with keys such as east, north");
     }
 }

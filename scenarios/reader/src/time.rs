@@ -1,4 +1,4 @@
-//! Mission time: what clocks count, real or simulated.
+//! Mission time, real or simulated.
 
 use std::ops::Add;
 use std::time::Duration;
@@ -17,7 +17,7 @@ impl MissionTime {
         Duration::from_nanos(self.0).as_secs_f64()
     }
 
-    /// How long after an earlier time this is; nothing if it is not later.
+    /// The duration since an earlier time; zero if it is not earlier.
     #[must_use]
     pub fn since(self, earlier: Self) -> Duration {
         Duration::from_nanos(self.0.saturating_sub(earlier.0))

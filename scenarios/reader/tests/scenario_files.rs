@@ -1,5 +1,5 @@
-//! The scenarios of the repository: all can be run, the schema is the one of the code, and the README
-//! explains every key.
+//! The scenarios of the repository: all can be run, the schema is the one of the code, and the README explains every
+//! key.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -28,7 +28,7 @@ fn every_scenario_loads_without_a_warning() {
     assert!(files.len() >= 13, "{files:?}");
     for file in files {
         let scenario = Scenario::load(&file).unwrap_or_else(|error| panic!("{error}"));
-        // A place that people drew for themselves, and that a run says it makes nothing of.
+        // A place that is drawn for people, and that `run` reports as ignored.
         let post = Warning::LeftOut { name: "Command post".to_owned() };
         let is_drawn = file.ends_with("missing_person.toml");
         assert_eq!(scenario.warnings(), if is_drawn { vec![post] } else { vec![] }, "{}", file.display());
@@ -50,7 +50,7 @@ fn every_scenario_is_named_after_its_file_and_begins_with_its_schema() {
 }
 
 #[test]
-fn the_paper_is_searched_as_the_paper_says() {
+fn the_papers_setup_is_reproduced() {
     for side in [30, 60] {
         for shape in ["ice_cream_cone", "all_traversable", "open_asterisk", "figure_four"] {
             let suffix = if side == 60 { "_60" } else { "" };
@@ -61,7 +61,7 @@ fn the_paper_is_searched_as_the_paper_says() {
     }
 }
 
-/// If this fails, write the new one: `BLESS=1 cargo test -p dragnet-scenario --test scenario_files`.
+/// To update the schema: `BLESS=1 cargo test -p dragnet-scenario --test scenario_files`.
 #[test]
 fn the_committed_schema_is_the_one_of_the_code() {
     let file = folder().join("scenario.schema.json");

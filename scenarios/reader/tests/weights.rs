@@ -52,7 +52,7 @@ impl Place {
         Scenario::load(&self.path("a.toml"))
     }
 
-    /// Robots that cannot be, and why.
+    /// The robots are rejected with this message.
     fn refuse(&self, robots: &str, said: &[&str]) {
         let error = self.load(robots).unwrap_err().to_string();
         assert!(said.iter().all(|said| error.contains(said)), "{error}\n{robots}");
@@ -88,7 +88,7 @@ fn weights_are_relative_to_the_scenario_and_each_robot_may_have_its_own() {
 }
 
 #[test]
-fn weights_that_cannot_be_read_name_the_key_the_file_and_what_is_wrong() {
+fn unreadable_weights_name_the_key_the_file_and_the_reason() {
     let place = Place::new();
     let policy = |file: &str| format!("policy = {{ name = 'gnn', weights = '{file}' }}");
     let key = "a.toml, line 9: robots.policy.weights: ";
@@ -129,7 +129,7 @@ fn weights_of_the_command_line_are_those_of_every_robot() {
     let changed = scenario.with_weights(&place.path("nets/mine.safetensors")).unwrap();
     assert_eq!(networks(&changed), [Some(network(0.1)), Some(network(0.1))]);
     assert!(changed.robots().iter().all(|robot| robot.policy.name == GNN));
-    // Other processes get the scenario as text: it says all, wherever they read it.
+    // Other processes receive the scenario as text, which must be complete wherever they read it.
     let text = toml::to_string(changed.file()).unwrap();
     let elsewhere = Scenario::from_text(Path::new("elsewhere/b.toml"), text).unwrap();
     assert_eq!((elsewhere.robots(), elsewhere.file()), (changed.robots(), changed.file()));

@@ -1,6 +1,6 @@
-//! Back and forth over all that is in reach, in an order fixed at the first decision.
+//! Parallel lanes over all cells in reach, in an order fixed at the first decision.
 
-use super::worth::without_promises;
+use super::worth::without_plans;
 use super::{Decision, Policy};
 use crate::cell::Cell;
 use crate::intent::PlannedPrecision;
@@ -8,7 +8,7 @@ use crate::route::ShortestPathTree;
 use crate::seed::Stream;
 use crate::situation::{Place, Situation};
 
-/// Boustrophedon over lanes from west to east and back, south to north. A team shares the order: each robot takes an
+/// A boustrophedon over lanes from west to east and back, south to north. A team shares the order: each robot takes an
 /// equal, contiguous part.
 pub(super) struct Coverage {
     lane_spacing_cells: u32,
@@ -35,7 +35,7 @@ impl Policy for Coverage {
             self.next += 1;
         }
         if self.next >= order.len() {
-            // All is covered: once more from the start.
+            // All is covered: start again.
             self.next = order.iter().position(|&cell| cell != situation.robot).unwrap_or(0);
         }
         if let Some(&waypoint) = order.get(self.next)
@@ -45,7 +45,7 @@ impl Policy for Coverage {
             self.next += 1;
         }
         let nothing = PlannedPrecision::nothing(situation.terrain);
-        Decision::best(&routes, scores).unless_all_is_known(&without_promises(situation, &nothing), &routes)
+        Decision::best(&routes, scores).unless_all_is_known(&without_plans(situation, &nothing), &routes)
     }
 }
 

@@ -1,7 +1,7 @@
-//! One-step lookahead: the waypoint from which one look is expected to remove the most entropy.
+//! One-step lookahead: the waypoint from which one observation is expected to remove the most entropy.
 //!
-//! Paper, Eq. 1 and 2. The look at the waypoint is all that counts, and it counts beyond what teammates have promised
-//! to see. The robot's own cell is no waypoint.
+//! Paper, Eq. 1 and 2. Only the observation at the waypoint counts, beyond what teammates plan to observe. The robot's
+//! own cell is not a candidate.
 
 use super::{Decision, Policy};
 use crate::information_gain::InformationGain;
@@ -14,7 +14,7 @@ pub(super) struct Greedy;
 impl Policy for Greedy {
     fn decide(&mut self, situation: &Situation<'_>, _: &mut Stream) -> Decision {
         let routes = ShortestPathTree::from(situation.terrain, situation.connectivity, situation.robot);
-        let scores = InformationGain::new(situation).look_gains(situation, &routes);
+        let scores = InformationGain::new(situation).observation_gains(situation, &routes);
         Decision::most_informative(&routes, scores)
     }
 }

@@ -1,10 +1,10 @@
-//! What all looks along the path yield together.
+//! The joint information of all observations along a path.
 //!
-//! Paper, Eq. 3 read with its text ("after assimilating all en-route observations"), weighted by Eq. 4. Looks of one
-//! cell are independent given what it holds, so the joint information of a path is exactly
-//! `U(x) = sum_c I(L_c, k_c(path))` with `k_c` the summed precision. One depth-first walk over the tree of shortest
-//! paths adds precision on the way down and restores it on the way up: every candidate is weighed exactly, none is
-//! walked anew or skipped. Departure: the look from the robot's own cell is not part of the path, for it has been taken.
+//! Paper, Eq. 3 read with its text ("after assimilating all en-route observations"), weighted by Eq. 4. Readings of one
+//! cell are independent given its state, so the joint information of a path is exactly `U(x) = sum_c I(L_c, k_c(path))`
+//! with `k_c` the summed precision. One depth-first traversal of the tree of shortest paths adds precision on descent
+//! and restores it on return: every candidate is scored exactly, and no path is traversed twice. Departure: the
+//! observation from the robot's own cell is not part of the path, since it has already been made.
 
 use super::{Decision, Policy, path_length_weight};
 use crate::cell::Cell;
@@ -43,7 +43,7 @@ impl Policy for Path {
 #[derive(Clone, Copy)]
 struct Visit {
     cell: Cell,
-    /// Connectivity from the root, from 1.
+    /// Moves from the root, from 1.
     depth: usize,
 }
 
@@ -53,7 +53,7 @@ fn depth_first(routes: &ShortestPathTree, cell_count: usize) -> Vec<Visit> {
     for &cell in routes.candidates().iter().rev() {
         size[routes.parent(cell).index()] += size[cell.index()];
     }
-    // Where the next child of a cell goes: after the subtrees of the children before it.
+    // The position of a cell's next child: after the subtrees of its earlier children.
     let mut next = vec![0_usize; cell_count];
     let mut depth = vec![0_usize; cell_count];
     let mut visits = vec![Visit { cell: routes.root(), depth: 0 }; routes.candidates().len()];
@@ -68,11 +68,11 @@ fn depth_first(routes: &ShortestPathTree, cell_count: usize) -> Vec<Visit> {
     visits
 }
 
-/// The state of the walk: precision of every cell, and what to restore on the way up.
+/// The state of the traversal: precision of every cell, and what to restore on return.
 struct Walk {
-    outlook: Vec<CellGain>,
+    gains: Vec<CellGain>,
     frame: Frame,
-    looks: Vec<(isize, i32)>,
+    observations: Vec<(isize, i32)>,
     changed: Vec<(u32, CellGain)>,
     /// Of each cell on the path: changes made before it, and information of the path up to it.
     path: Vec<(usize, f32)>,
@@ -80,15 +80,15 @@ struct Walk {
 
 impl Walk {
     fn new(situation: &Situation<'_>) -> Self {
-        let outlook = InformationGain::new(situation);
-        let frame = outlook.frame();
-        let looks = situation
+        let gains = InformationGain::new(situation);
+        let frame = gains.frame();
+        let observations = situation
             .sensor
             .footprint()
             .iter()
-            .map(|look| (frame.stride_of(look.offset), saturated(look.precision)))
+            .map(|observation| (frame.stride_of(observation.offset), saturated(observation.precision)))
             .collect();
-        Self { outlook: outlook.into_cells(), frame, looks, changed: Vec::new(), path: vec![] }
+        Self { gains: gains.into_cells(), frame, observations, changed: Vec::new(), path: vec![] }
     }
 
     /// Information of the path to the next cell of a depth-first walk, nats.
@@ -98,19 +98,19 @@ impl Walk {
         }
         let before = self.path.last().map_or(0.0, |&(_, information)| information);
         self.path.push((self.changed.len(), 0.0));
-        let information = before + self.look(self.frame.index(visit.cell));
+        let information = before + self.observation(self.frame.index(visit.cell));
         if let Some(last) = self.path.last_mut() {
             last.1 = information;
         }
         information
     }
 
-    fn look(&mut self, from: usize) -> f32 {
+    fn observation(&mut self, from: usize) -> f32 {
         let table = InformationTable::shared();
         let mut gain = 0.0;
-        for &(offset, precision) in &self.looks {
+        for &(offset, precision) in &self.observations {
             let index = from.wrapping_add_signed(offset);
-            let cell = &mut self.outlook[index];
+            let cell = &mut self.gains[index];
             if cell.precision >= SATURATION {
                 continue;
             }
@@ -128,7 +128,7 @@ impl Walk {
         if let Some((changes, _)) = self.path.pop() {
             while self.changed.len() > changes {
                 if let Some((index, before)) = self.changed.pop() {
-                    self.outlook[index as usize] = before;
+                    self.gains[index as usize] = before;
                 }
             }
         }

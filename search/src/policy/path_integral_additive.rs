@@ -1,8 +1,9 @@
-//! The sum of the looks along the path, each valued at the belief before the first of them.
+//! The sum over the observations along a path, each scored with the belief before the first of them.
 //!
-//! Paper, Eq. 3 as printed, weighted by Eq. 4. A cell that two looks of the path cover counts twice. On the tree of
-//! shortest paths the sum is that of the cell before plus one look, so all candidates cost little more than greedy.
-//! Departure: the look from the robot's own cell is not part of the path, for it has been taken.
+//! Paper, Eq. 3 as printed, weighted by Eq. 4. A cell that two observations of the path cover counts twice. On the tree
+//! of shortest paths the sum is that of the parent cell plus one observation, so all candidates cost little more than
+//! greedy. Departure: the observation from the robot's own cell is not part of the path, since it has already been
+//! made.
 
 use super::worth::path_information;
 use super::{Decision, Policy, path_length_weight};

@@ -1,7 +1,7 @@
-//! [`Path`](super::path) by its definition: every candidate's path walked and summed anew.
+//! [`Path`](super::path) by its definition: every candidate's path is traversed and summed separately.
 //!
-//! The same scores, up to rounding, at the cost that the one walk of `path` saves. It is what that policy is measured and
-//! tested against; no scenario can name it.
+//! The same scores as `path`, up to rounding, at the cost that its single traversal avoids. It is the reference of
+//! tests and benchmarks; no scenario can name it.
 
 use super::{Decision, Policy, path_length_weight};
 use crate::cell::Cell;
@@ -11,8 +11,8 @@ use crate::route::ShortestPathTree;
 use crate::seed::Stream;
 use crate::situation::Situation;
 
-/// `path` as Eq. 3 and 4 of the paper write it down: nothing is shared between candidates but the tree of paths, the
-/// table, and where each cell falls on it.
+/// `path` as Eq. 3 and 4 of the paper define it: candidates share nothing but the tree of paths, the table, and each
+/// cell's row in it.
 #[derive(Clone, Copy, Debug)]
 pub struct PathIntegralReference {
     path_length_weight: f64,
@@ -43,9 +43,9 @@ struct PathSum<'a> {
     situation: &'a Situation<'a>,
     /// Shape `[cells]`.
     rows: Vec<Row>,
-    /// What the path under way adds to the precision of each cell, units of evidence, shape `[cells]`.
+    /// Precision that the current path adds to each cell, units of evidence, shape `[cells]`.
     added: Vec<i64>,
-    /// Cells that the path under way sees.
+    /// Cells that the current path observes.
     seen: Vec<Cell>,
 }
 
@@ -57,29 +57,29 @@ impl<'a> PathSum<'a> {
         Self { situation, rows, added: vec![0; grid.cell_count()], seen: Vec::new() }
     }
 
-    /// Information of looks from all cells of a path, nats.
+    /// Information of observations from all cells of a path, nats.
     fn of(&mut self, path: &[Cell]) -> f64 {
         for &from in path {
-            self.look(from);
+            self.observation(from);
         }
         let mut sum = 0.0;
         for cell in self.seen.drain(..) {
-            let promised = self.situation.promised.precision(cell);
+            let planned_precision = self.situation.planned_precision.precision(cell);
             let added = std::mem::take(&mut self.added[cell.index()]);
             let row = self.rows[cell.index()];
-            sum += information(row, promised + added) - information(row, promised);
+            sum += information(row, planned_precision + added) - information(row, planned_precision);
         }
         sum
     }
 
-    fn look(&mut self, from: Cell) {
-        for look in self.situation.sensor.footprint() {
-            if let Some(cell) = self.situation.terrain.grid().step(from, look.offset) {
+    fn observation(&mut self, from: Cell) {
+        for observation in self.situation.sensor.footprint() {
+            if let Some(cell) = self.situation.terrain.grid().step(from, observation.offset) {
                 let added = &mut self.added[cell.index()];
                 if *added == 0 {
                     self.seen.push(cell);
                 }
-                *added += look.precision;
+                *added += observation.precision;
             }
         }
     }

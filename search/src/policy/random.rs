@@ -2,7 +2,7 @@
 
 use rand::RngExt;
 
-use super::worth::without_promises;
+use super::worth::without_plans;
 use super::{Decision, Policy};
 use crate::intent::PlannedPrecision;
 use crate::route::ShortestPathTree;
@@ -25,6 +25,6 @@ impl Policy for Random {
         let chosen = candidates[random.random_range(0..candidates.len())];
         scores[chosen.index()] = 1.0;
         let nothing = PlannedPrecision::nothing(situation.terrain);
-        Decision::best(&routes, scores).unless_all_is_known(&without_promises(situation, &nothing), &routes)
+        Decision::best(&routes, scores).unless_all_is_known(&without_plans(situation, &nothing), &routes)
     }
 }

@@ -5,19 +5,20 @@
 //!
 //! - the belief is Gaussian, `theta_i ~ N(0, gamma_i)`, `gamma_i ~ InvGamma(a, b)`, fitted by EM from `gamma = 1e8`:
 //!   `V = 1 / (precision + 1/gamma)`, `mu = V weighted_sum`, `gamma <- (2b + mu^2 + V) / (1 + 2a)`;
-//! - a robot draws one sample `s` of it, pretends that each candidate would show it `s`, and goes where the estimate
-//!   after that look, `mu+`, would come closest to `s`. Only the final waypoint counts, and no plan is shared.
+//! - a robot draws one sample `s` of it, assumes that an observation from each candidate would return `s`, and goes
+//!   where the estimate after it, `mu+`, would come closest to `s`. Only the final waypoint counts, and no plan is
+//!   shared.
 //!
-//! Since a reading concerns one cell, every matrix is diagonal and a decision takes one footprint a candidate.
-//! Departures: our sensor sees all around (theirs has headings), so a candidate is a cell; candidates are the cells
+//! Since a reading is of one cell, every matrix is diagonal and a decision takes one footprint per candidate.
+//! Departures: our sensor is omnidirectional (theirs has headings), so a candidate is a cell; candidates are the cells
 //! in reach but the robot's own; cells outside the search area are left out of belief and loss, which is GUTS's prior
-//! of 0 there (of its prior of 0.05 inside, its released estimate makes no use); and cells on whose path there is nothing
-//! left to be seen are passed over, which the released code visits again and again. That makes both better baselines.
+//! of 0 there (of its prior of 0.05 inside, its released estimate makes no use); and cells whose path yields no
+//! information are skipped, while the released code visits them repeatedly. That makes both better baselines.
 
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::worth::without_promises;
+use super::worth::without_plans;
 use super::{Decision, Policy};
 use crate::cell::Cell;
 use crate::evidence::{CellEvidence, UNITS};
@@ -48,7 +49,7 @@ enum Norm {
 /// Shape and scale of the inverse Gamma prior of each variance.
 const A: f64 = 0.1;
 const B: f64 = 1.0;
-/// Where EM starts.
+/// Initial `gamma` of EM.
 const FIRST_GAMMA: f64 = 1e8;
 /// Prior variance and scale of the Laplace sample of a first move, before any reading.
 const BLIND_GAMMA: f64 = 1e3;
@@ -75,7 +76,7 @@ impl Policy for Thompson {
             scores[cell.index()] = reward;
         }
         let nothing = PlannedPrecision::nothing(situation.terrain);
-        Decision::best_of_informative(&without_promises(situation, &nothing), &routes, scores)
+        Decision::best_of_informative(&without_plans(situation, &nothing), &routes, scores)
     }
 }
 
@@ -86,7 +87,7 @@ struct Sampled {
     weighted_sum: f64,
     /// `1 / gamma`.
     prior_precision: f64,
-    /// Estimate without a further look.
+    /// Estimate without a further observation.
     mean: f64,
     sample: f64,
     /// Whether the sample points to this cell.
@@ -208,10 +209,11 @@ struct CandidateLoss<'a> {
     situation: &'a Situation<'a>,
     cells: &'a [Option<Sampled>],
     norm: Norm,
-    looked: Looked,
+    observed: Observed,
     /// Searched cells by falling estimate.
     by_mean: Vec<Cell>,
-    /// Cells of the sample's support by rising rounded estimate, the others by falling: those that first contradict.
+    /// Cells of the sample's support by rising rounded estimate, the others by falling: the first ones contradict the
+    /// sample first.
     support: Vec<Cell>,
     others: Vec<Cell>,
 }
@@ -225,8 +227,8 @@ impl<'a> CandidateLoss<'a> {
         let (mut support, others): (Vec<Cell>, Vec<Cell>) =
             by_mean.iter().partition(|&&cell| is_support(cell));
         support.reverse();
-        let looked = Looked::new(situation, cells, norm);
-        Self { situation, cells, norm, looked, by_mean, support, others }
+        let observed = Observed::new(situation, cells, norm);
+        Self { situation, cells, norm, observed, by_mean, support, others }
     }
 
     /// `|mu+ - s|`, and [`SUPPORT_LOSS`] if `mu+` points to other cells than `s`: those whose rounded value is above
@@ -234,16 +236,17 @@ impl<'a> CandidateLoss<'a> {
     fn of(&self, candidate: Cell) -> f64 {
         let place = candidate.index();
         let unseen_mean = |cells| self.first_unseen(candidate, cells).map(|cell| cell.mean);
-        let highest = self.looked.highest[place].max(unseen_mean(&self.by_mean).unwrap_or(f64::NEG_INFINITY));
+        let highest =
+            self.observed.highest[place].max(unseen_mean(&self.by_mean).unwrap_or(f64::NEG_INFINITY));
         let half = highest / 2.0;
-        let is_same = self.looked.least_support[place] > half
-            && self.looked.highest_other[place] <= half
+        let is_same = self.observed.least_support[place] > half
+            && self.observed.highest_other[place] <= half
             && unseen_mean(&self.support).is_none_or(|mean| mean.round() > half)
             && unseen_mean(&self.others).is_none_or(|mean| mean.round() <= half);
-        self.norm.whole(self.looked.distance[place]) + if is_same { 0.0 } else { SUPPORT_LOSS }
+        self.norm.whole(self.observed.distance[place]) + if is_same { 0.0 } else { SUPPORT_LOSS }
     }
 
-    /// The first of these cells that a look from the candidate does not cover.
+    /// The first of these cells that an observation from the candidate does not cover.
     fn first_unseen(&self, candidate: Cell, cells: &[Cell]) -> Option<Sampled> {
         let grid = self.situation.terrain.grid();
         let radius = self.situation.sensor.radius();
@@ -252,11 +255,11 @@ impl<'a> CandidateLoss<'a> {
     }
 }
 
-/// Estimates after a look from each cell that showed the sample: shape `[cells]` each.
-struct Looked {
+/// Estimates after an observation from each cell that returned the sample: shape `[cells]` each.
+struct Observed {
     /// Of all estimates from the sample, absolute or squared.
     distance: Vec<f64>,
-    /// Of the estimates of the cells that the look covers.
+    /// Of the estimates of the cells that the observation covers.
     highest: Vec<f64>,
     /// Of these, rounded, those of the sample's support.
     least_support: Vec<f64>,
@@ -264,44 +267,44 @@ struct Looked {
     highest_other: Vec<f64>,
 }
 
-impl Looked {
-    /// All cells at one distance are seen with one precision, so a cell's estimate is computed once a ring; the rest is
-    /// sums and extremes, row by row.
+impl Observed {
+    /// All cells at one distance are observed with one precision, so a cell's estimate is computed once per ring; the
+    /// rest is sums and extremes, row by row.
     fn new(situation: &Situation<'_>, cells: &[Option<Sampled>], norm: Norm) -> Self {
         let grid = situation.terrain.grid();
         let columns = grid.columns() as usize;
         let frame = Frame::new(grid, situation.sensor.radius());
         let before: f64 = cells.iter().flatten().map(|cell| norm.part(cell.mean - cell.sample)).sum();
         let all = |value: f64| vec![value; grid.cell_count()];
-        let mut looked = Self {
+        let mut observed = Self {
             distance: all(before),
             highest: all(f64::NEG_INFINITY),
             least_support: all(f64::INFINITY),
             highest_other: all(f64::NEG_INFINITY),
         };
         let mut ring = Ring::nothing(frame);
-        for looks in situation.sensor.rings() {
-            let precision = 1.0 / f64::from(looks[0].variance);
+        for observations in situation.sensor.rings() {
+            let precision = 1.0 / f64::from(observations[0].variance);
             for (cell, sampled) in grid.cells().zip(cells) {
                 if let Some(sampled) = sampled {
                     ring.set(frame.index(cell), sampled, precision, norm);
                 }
             }
-            for look in looks {
-                for (row, seen) in frame.rows_at(look.offset).enumerate() {
+            for observation in observations {
+                for (row, seen) in frame.rows_at(observation.offset).enumerate() {
                     let row = row * columns..(row + 1) * columns;
-                    each(&mut looked.distance[row.clone()], &ring.change[seen.clone()], |a, b| a + b);
-                    each(&mut looked.highest[row.clone()], &ring.estimate[seen.clone()], greater);
-                    each(&mut looked.least_support[row.clone()], &ring.support[seen.clone()], lesser);
-                    each(&mut looked.highest_other[row], &ring.other[seen], greater);
+                    each(&mut observed.distance[row.clone()], &ring.change[seen.clone()], |a, b| a + b);
+                    each(&mut observed.highest[row.clone()], &ring.estimate[seen.clone()], greater);
+                    each(&mut observed.least_support[row.clone()], &ring.support[seen.clone()], lesser);
+                    each(&mut observed.highest_other[row], &ring.other[seen], greater);
                 }
             }
         }
-        looked
+        observed
     }
 }
 
-/// What a look from one distance makes of each cell, on a framed map; nothing outside of it.
+/// The effect of an observation from one distance on each cell, on a framed map; nothing outside of it.
 struct Ring {
     /// Of the distance to the sample.
     change: Vec<f64>,

@@ -1,4 +1,4 @@
-//! Whether anything is worth a look: for all policies, whatever they score.
+//! Whether any path is informative enough to drive, for all policies.
 
 use super::Decision;
 use crate::cell::Cell;
@@ -8,18 +8,19 @@ use crate::intent::PlannedPrecision;
 use crate::route::ShortestPathTree;
 use crate::situation::Situation;
 
-/// What looks must yield to be worth driving for, nats: where no score of a policy that scores information is above this,
-/// the robot is to rest.
+/// Information that a path must yield to be driven, nats: if no score of an information policy is above this, the robot
+/// is to rest.
 ///
-/// A look that would tell all is worth so little where its footprint holds an object with a probability of `6e-8`
-/// (`H(6e-8) = 1e-6` nats). With the default sensor 2^24 cells, the largest map, are 275,000 footprints: what is left in
-/// all of them is far below the default of `mission.stop_when_expected_remaining`. So it is that key which ends a search, unless it
-/// is 0 or cannot be reached. What rounding adds to a score lies below the threshold too.
+/// An observation that would reveal everything yields this little where its footprint holds an object with a
+/// probability of `6e-8` (`H(6e-8) = 1e-6` nats). With the default sensor 2^24 cells, the largest map, are 275,000
+/// footprints: the expected number of objects left in all of them is far below the default of
+/// `mission.stop_when_expected_remaining`. So that key ends a search, unless it is 0 or cannot be reached. Rounding
+/// errors of a score are below the threshold too.
 pub const LEAST_NATS: f64 = 1e-6;
 
 impl Decision {
-    /// The candidate of the highest score; of equal ones the nearest by path, and of these the smallest cell index.
-    /// Scores have the shape `[cells]`.
+    /// The candidate of the highest score; of equal ones the nearest by path, then the one with the smallest cell
+    /// index. Scores have the shape `[cells]`.
     #[must_use]
     pub fn best(routes: &ShortestPathTree, scores: Vec<f64>) -> Self {
         match highest(routes, &scores, routes.candidates().iter().copied()) {
@@ -28,15 +29,15 @@ impl Decision {
         }
     }
 
-    /// The same of scores that are information, nats; to rest if none is above [`LEAST_NATS`].
+    /// The same for scores that are information, nats; to rest if none is above [`LEAST_NATS`].
     #[must_use]
     pub fn most_informative(routes: &ShortestPathTree, scores: Vec<f64>) -> Self {
         let best = Self::best(routes, scores);
         if best.scores[best.chosen.index()] > LEAST_NATS { best } else { Self::rest(routes, best.scores) }
     }
 
-    /// The best, by scores that are no information, of those candidates whose path yields any: the looks along it, each
-    /// taken alone, add up to more than [`LEAST_NATS`]. To rest if there is none.
+    /// The best candidate by scores that are not information, of those whose path is informative: the observations
+    /// along it, each taken alone, add up to more than [`LEAST_NATS`]. To rest if there is none.
     #[must_use]
     pub fn best_of_informative(
         situation: &Situation<'_>,
@@ -44,7 +45,7 @@ impl Decision {
         scores: Vec<f64>,
     ) -> Self {
         let best = Self::best(routes, scores);
-        // Nearly always so, and at the price of a look or two.
+        // Nearly always so, at the cost of one or two observations.
         if is_path_informative(situation, &best.path) {
             return best;
         }
@@ -57,7 +58,7 @@ impl Decision {
         }
     }
 
-    /// The decision of a policy that goes its way whatever there is to be seen; to rest if no path yields information.
+    /// The decision of a policy that follows a fixed order; to rest if no path yields information.
     pub(super) fn unless_all_is_known(self, situation: &Situation<'_>, routes: &ShortestPathTree) -> Self {
         let is_anything_left =
             || path_information(situation, routes).iter().any(|&information| information > LEAST_NATS);
@@ -72,31 +73,28 @@ impl Decision {
         Self { chosen: routes.root(), path: Vec::new(), scores }
     }
 
-    /// Whether the robot is to stay where it is.
+    /// Whether the robot is to stay in its cell.
     #[must_use]
     pub const fn is_rest(&self) -> bool {
         self.path.is_empty()
     }
 
-    /// Whether there was anywhere to go.
+    /// Whether there was any candidate.
     #[must_use]
     pub fn had_candidates(&self) -> bool {
         self.scores.iter().any(|&score| score > f64::NEG_INFINITY)
     }
 }
 
-/// What a policy sees that does not know of its teammates' plans.
-pub(super) fn without_promises<'a>(
-    situation: &Situation<'a>,
-    nothing: &'a PlannedPrecision,
-) -> Situation<'a> {
-    Situation { promised: nothing, ..*situation }
+/// The situation without teammates' plans, for policies that do not use them.
+pub(super) fn without_plans<'a>(situation: &Situation<'a>, nothing: &'a PlannedPrecision) -> Situation<'a> {
+    Situation { planned_precision: nothing, ..*situation }
 }
 
-/// Information of the looks along the path to each candidate, each taken alone, nats, shape `[cells]`; `-inf` for cells that
-/// are no candidates. On the tree of shortest paths it is that of the cell before plus one look.
+/// Information of the observations along the path to each candidate, each taken alone, nats, shape `[cells]`; `-inf`
+/// for cells that are not candidates. On the tree of shortest paths it is that of the parent cell plus one observation.
 pub(super) fn path_information(situation: &Situation<'_>, routes: &ShortestPathTree) -> Vec<f64> {
-    let mut information = InformationGain::new(situation).look_gains(situation, routes);
+    let mut information = InformationGain::new(situation).observation_gains(situation, routes);
     information[routes.root().index()] = 0.0;
     for &cell in routes.candidates() {
         information[cell.index()] += information[routes.parent(cell).index()];
@@ -109,21 +107,23 @@ pub(super) fn path_information(situation: &Situation<'_>, routes: &ShortestPathT
 fn is_path_informative(situation: &Situation<'_>, path: &[Cell]) -> bool {
     let mut information = 0.0;
     path.iter().any(|&from| {
-        information += look_information(situation, from);
+        information += observation_information(situation, from);
         information > LEAST_NATS
     })
 }
 
-fn look_information(situation: &Situation<'_>, from: Cell) -> f64 {
+fn observation_information(situation: &Situation<'_>, from: Cell) -> f64 {
     let (table, grid) = (InformationTable::shared(), situation.terrain.grid());
     let gain = |(cell, look_precision): (Cell, i64)| {
         let row = table.row(situation.belief.log_odds_nats(cell));
-        let promised = situation.promised.precision(cell);
+        let planned_precision = situation.planned_precision.precision(cell);
         let at = |precision: i64| f64::from(table.information(row, saturated(precision)));
-        at(promised.saturating_add(look_precision)) - at(promised)
+        at(planned_precision.saturating_add(look_precision)) - at(planned_precision)
     };
     let seen = situation.sensor.footprint().iter();
-    seen.filter_map(|look| Some((grid.step(from, look.offset)?, look.precision))).map(gain).sum()
+    seen.filter_map(|observation| Some((grid.step(from, observation.offset)?, observation.precision)))
+        .map(gain)
+        .sum()
 }
 
 fn highest(
@@ -152,7 +152,7 @@ mod tests {
         terrain: Terrain,
         sensor: Sensor,
         belief: Belief,
-        promised: PlannedPrecision,
+        planned_precision: PlannedPrecision,
     }
 
     impl Case {
@@ -160,7 +160,7 @@ mod tests {
             let terrain = Terrain::from_ascii(drawing, 1.0).unwrap();
             let belief = Belief::from_log_odds(&terrain, log_odds_nats.to_vec()).unwrap();
             let sensor = Sensor::new(1, 0.005, Noise::Gaussian).unwrap();
-            Self { promised: PlannedPrecision::nothing(&terrain), terrain, sensor, belief }
+            Self { planned_precision: PlannedPrecision::nothing(&terrain), terrain, sensor, belief }
         }
 
         fn decide(&self, name: PolicyName, robot: usize) -> Decision {
@@ -169,7 +169,7 @@ mod tests {
                 connectivity: Connectivity::Four,
                 sensor: &self.sensor,
                 belief: &self.belief,
-                promised: &self.promised,
+                planned_precision: &self.planned_precision,
                 robot: self.terrain.grid().cells().nth(robot).unwrap(),
                 place: Place::ALONE,
             };
@@ -220,10 +220,10 @@ mod tests {
     }
 
     #[test]
-    fn what_teammates_promise_is_left_to_them_by_those_who_know_their_plans() {
+    fn cells_in_teammates_plans_are_left_to_them_by_policies_that_use_plans() {
         let mut case = Case::new(".....", &[KNOWN, KNOWN, KNOWN, KNOWN, -3.0]);
         let cells: Vec<Cell> = case.terrain.grid().cells().collect();
-        case.promised.add_path(&case.terrain, &case.sensor, &cells[4..]);
+        case.planned_precision.add_path(&case.terrain, &case.sensor, &cells[4..]);
         for name in PolicyName::ALL {
             assert_eq!(case.decide(name, 0).is_rest(), INFORMED.contains(&name), "{name}");
         }

@@ -1,4 +1,4 @@
-//! The information policies against the definition: every candidate's path walked and summed anew.
+//! The information policies against their definition: every candidate's path is traversed and summed separately.
 
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::UNITS;
@@ -8,7 +8,7 @@ use dragnet_search::seed::{Purpose, stream};
 
 use super::{Case, check};
 
-/// Information of looks from these cells, beyond what is promised, nats.
+/// Information of observations from these cells, beyond the planned precision, nats.
 fn information(case: &Case, from: &[Cell]) -> f64 {
     let table = InformationTable::shared();
     let grid = case.terrain.grid();
@@ -22,10 +22,10 @@ fn information(case: &Case, from: &[Cell]) -> f64 {
             }
         }
         let row = table.row(case.belief.log_odds_nats(cell));
-        let promised = case.promised.precision(cell);
+        let planned_precision = case.planned_precision.precision(cell);
         let at = |units: i64| f64::from(table.information(row, i32::try_from(units).unwrap()));
-        assert!((promised + precision) as f64 / UNITS < 30_000.0);
-        sum += at(promised + precision) - at(promised);
+        assert!((planned_precision + precision) as f64 / UNITS < 30_000.0);
+        sum += at(planned_precision + precision) - at(planned_precision);
     }
     sum
 }
@@ -35,7 +35,7 @@ fn weight(case: &Case, to: Cell) -> f64 {
 }
 
 #[test]
-fn greedy_values_the_look_at_the_waypoint() {
+fn greedy_scores_the_observation_at_the_waypoint() {
     for seed in 0..100 {
         let case = Case::new(seed);
         check(&case, &case.decide(PolicyName::Greedy, seed), |to| information(&case, &[to]), 1e-4);
@@ -43,7 +43,7 @@ fn greedy_values_the_look_at_the_waypoint() {
 }
 
 #[test]
-fn path_additive_sums_the_looks_one_by_one() {
+fn path_additive_sums_observations_one_by_one() {
     for seed in 0..100 {
         let case = Case::new(seed);
         let sum = |to: Cell| -> f64 {
@@ -55,7 +55,7 @@ fn path_additive_sums_the_looks_one_by_one() {
 }
 
 #[test]
-fn path_values_all_looks_together() {
+fn path_scores_all_observations_jointly() {
     let mut overlaps = 0;
     for seed in 0..100 {
         let case = Case::new(seed);
@@ -70,7 +70,7 @@ fn path_values_all_looks_together() {
 }
 
 #[test]
-fn path_is_what_its_definition_says() {
+fn path_equals_its_definition() {
     for seed in 0..100 {
         let case = Case::new(seed);
         let mut random = stream(seed, Purpose::Decision, 1);

@@ -1,4 +1,4 @@
-//! Every policy against a slow reference of its own, on random situations.
+//! Every policy against a slow reference implementation, on random situations.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -22,7 +22,7 @@ struct Case {
     terrain: Terrain,
     sensor: Sensor,
     belief: Belief,
-    promised: PlannedPrecision,
+    planned_precision: PlannedPrecision,
     connectivity: Connectivity,
     robot: Cell,
 }
@@ -38,15 +38,15 @@ impl Case {
         let belief = Belief::uniform(&terrain, random.random_range(0.01..0.5)).unwrap();
         let area: Vec<Cell> = terrain.largest_area();
         let robot = area[random.random_range(0..area.len())];
-        let promised = PlannedPrecision::nothing(&terrain);
+        let planned_precision = PlannedPrecision::nothing(&terrain);
         let connectivity = if seed.is_multiple_of(2) { Connectivity::Four } else { Connectivity::Eight };
-        let mut case = Self { terrain, sensor, belief, promised, connectivity, robot };
-        case.look_around(&mut random);
+        let mut case = Self { terrain, sensor, belief, planned_precision, connectivity, robot };
+        case.observe_around(&mut random);
         case
     }
 
     /// Readings of some cells, near and far, and a plan of a teammate.
-    fn look_around(&mut self, random: &mut Stream) {
+    fn observe_around(&mut self, random: &mut Stream) {
         let grid = self.terrain.grid();
         let any_cell =
             |random: &mut Stream| grid.cells().nth(random.random_range(0..grid.cell_count())).unwrap();
@@ -55,7 +55,7 @@ impl Case {
             self.belief.add(&Reading { cell, value, variance: random.random_range(0.01..0.4) });
         }
         let plan: Vec<Cell> = (0..random.random_range(0..4)).map(|_| any_cell(random)).collect();
-        self.promised.add_path(&self.terrain, &self.sensor, &plan);
+        self.planned_precision.add_path(&self.terrain, &self.sensor, &plan);
     }
 
     fn situation(&self) -> Situation<'_> {
@@ -64,7 +64,7 @@ impl Case {
             connectivity: self.connectivity,
             sensor: &self.sensor,
             belief: &self.belief,
-            promised: &self.promised,
+            planned_precision: &self.planned_precision,
             robot: self.robot,
             place: Place::ALONE,
         }
@@ -90,7 +90,7 @@ fn any_ground(random: &mut Stream) -> Ground {
 }
 
 /// The scores agree on every candidate, and the decision is the best of them with its shortest path, of equal ones the
-/// nearest and then the first; or it is to rest, and none is above what a look must be worth.
+/// nearest and then the first; or it is to rest, and none is above the least information of a path.
 fn check(case: &Case, decision: &Decision, expected: impl Fn(Cell) -> f64, tolerance: f64) {
     let routes = case.routes();
     let is_candidate = |cell| routes.length(cell).is_finite() && cell != case.robot;
@@ -151,7 +151,7 @@ fn coverage_visits_every_cell_in_reach_once_around() {
 fn a_coverage_team_shares_the_cells() {
     let terrain = Terrain::from_ascii("....\n....\n....\n", 1.0).unwrap();
     let (sensor, belief) = (Sensor::default(), Belief::uniform(&terrain, 0.1).unwrap());
-    let promised = PlannedPrecision::nothing(&terrain);
+    let planned_precision = PlannedPrecision::nothing(&terrain);
     let mut visited = Vec::new();
     for member in 0..3 {
         let mut policy = build(PolicyName::Coverage, Parameters::default());
@@ -162,7 +162,7 @@ fn a_coverage_team_shares_the_cells() {
                 connectivity: Connectivity::Four,
                 sensor: &sensor,
                 belief: &belief,
-                promised: &promised,
+                planned_precision: &planned_precision,
                 robot,
                 place: Place { member, team: 3 },
             };
@@ -182,7 +182,7 @@ fn with_nowhere_to_go_every_policy_stays() {
     let case = Case {
         sensor: Sensor::default(),
         belief: Belief::uniform(&terrain, 0.2).unwrap(),
-        promised: PlannedPrecision::nothing(&terrain),
+        planned_precision: PlannedPrecision::nothing(&terrain),
         connectivity: Connectivity::Four,
         terrain,
         robot,

@@ -1,4 +1,4 @@
-//! How long decisions took.
+//! Computing times of decisions.
 
 use std::time::Duration;
 
@@ -8,20 +8,20 @@ pub struct Latencies {
 }
 
 impl Latencies {
-    /// Of these decisions.
+    /// Sorts the times of decisions.
     #[must_use]
     pub fn new(mut times: Vec<Duration>) -> Self {
         times.sort_unstable();
         Self { sorted: times }
     }
 
-    /// How many decisions there were.
+    /// Number of decisions.
     #[must_use]
     pub fn count(&self) -> usize {
         self.sorted.len()
     }
 
-    /// The least time that so many of a hundred decisions took no longer than, milliseconds; `None` without a decision.
+    /// The given percentile of the times, milliseconds; `None` without a decision.
     #[must_use]
     pub fn percentile_ms(&self, percent: usize) -> Option<f64> {
         let rank = (self.sorted.len() * percent).div_ceil(100).max(1);

@@ -1,4 +1,4 @@
-//! What the episodes of one policy on one scenario come to together.
+//! The summary of all episodes of one policy on one scenario.
 
 use std::time::Duration;
 
@@ -13,23 +13,24 @@ pub struct Row {
     pub scenario: String,
     /// The built-in shape, or the map's file without folder and extension.
     pub map: String,
-    /// As the robots decide.
+    /// Label of the robots' policy.
     pub policy: String,
     /// Robots in the team.
     pub robots: usize,
-    /// How many.
+    /// Number of seeds.
     pub seeds: usize,
-    /// Way that each robot may cover.
+    /// Path length that each robot may drive.
     pub budget_cells: f64,
-    /// Mean of F1 over the way up to the budget, `0..=1`.
+    /// Mean of F1 over path lengths up to the budget, `0..=1`.
     pub auc_f1: Estimate,
-    /// Mean of recall over the way up to the budget, `0..=1`.
+    /// Mean of recall over path lengths up to the budget, `0..=1`.
     pub average_recall: Estimate,
-    /// Way of the farthest robot until every object was found, cells.
+    /// Path length of the farthest robot until every object was found, cells.
     pub cells_to_full_recall: FullRecall,
     /// Objects in reach that were not found at the end of an episode.
     pub remaining: Estimate,
-    /// How many of them the belief expected then. Where episodes end by it, the two have the same mean.
+    /// Expected number of remaining objects by the belief at that time. If episodes end by it, the two have the same
+    /// mean.
     pub expected_remaining: Estimate,
     /// Episodes that ended with an object not found.
     pub seeds_with_remaining: usize,
@@ -37,13 +38,13 @@ pub struct Row {
     pub tail_s: Estimate,
     /// Computing time of a decision.
     pub decision_ms: DecisionTimes,
-    /// F1 by way.
+    /// F1 by path length.
     pub curve: MeanCurve,
-    /// What is there to be found, in words.
+    /// The objects, in words.
     #[serde(skip)]
     pub objects: String,
     #[serde(skip)]
-    /// The episodes, by seed; without their computing times.
+    /// The episodes, by seed; without computing times.
     pub trials: Vec<Trial>,
 }
 
@@ -56,7 +57,7 @@ pub struct Estimate {
     pub sem: Option<f64>,
 }
 
-/// Way until every object was found, over the seeds that came so far.
+/// Path length until every object was found, over the seeds that reached this.
 #[derive(Serialize)]
 pub struct FullRecall {
     /// Unknown if none did.
@@ -67,7 +68,7 @@ pub struct FullRecall {
     pub reached: usize,
 }
 
-/// Milliseconds, over all decisions; nothing without one.
+/// Milliseconds, over all decisions; `None` without one.
 #[derive(Serialize)]
 pub struct DecisionTimes {
     /// Half of them took no longer.
@@ -76,10 +77,10 @@ pub struct DecisionTimes {
     pub p99: Option<f64>,
 }
 
-/// F1 by way, shape `[lengths]` each.
+/// F1 by path length, shape `[lengths]` each.
 #[derive(Serialize)]
 pub struct MeanCurve {
-    /// Way of the farthest robot.
+    /// Path length of the farthest robot.
     pub cells: Vec<f64>,
     /// Mean F1.
     pub mean: Vec<f64>,
@@ -88,7 +89,7 @@ pub struct MeanCurve {
 }
 
 impl Row {
-    /// Of the trials of a setting, by seed; at least one.
+    /// The summary of a setting's trials, by seed; at least one.
     #[must_use]
     pub fn new(setting: &Setting, mut trials: Vec<Trial>) -> Self {
         let decisions: Vec<Duration> =
@@ -116,7 +117,7 @@ impl Row {
 }
 
 impl Estimate {
-    /// Of at least one value; the standard error is that of a sample, `sqrt(sum (x - mean)^2 / (n - 1) / n)`.
+    /// Estimate of at least one value; the standard error is that of a sample, `sqrt(sum (x - mean)^2 / (n - 1) / n)`.
     #[must_use]
     pub fn of(values: impl Iterator<Item = f64> + Clone) -> Self {
         let count = values.clone().count() as f64;

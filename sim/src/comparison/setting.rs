@@ -1,4 +1,4 @@
-//! What is run, as tables name it.
+//! The settings of episodes, as named in tables.
 
 use std::fmt;
 use std::path::Path;
@@ -12,10 +12,10 @@ use xxhash_rust::xxh3::Xxh3;
 
 use crate::simulation::End;
 
-/// A curve has about so many points at most.
+/// Approximate maximum number of points of a curve.
 const MAX_POINTS: f64 = 1000.0;
 
-/// One policy on one scenario, as tables name it.
+/// One policy on one scenario, as named in tables.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Setting {
@@ -23,23 +23,23 @@ pub struct Setting {
     pub scenario: String,
     /// The built-in shape, or the map's file without folder and extension.
     pub map: String,
-    /// As the robots decide.
+    /// Label of the robots' policy.
     pub policy: String,
     /// Robots in the team.
     pub robots: usize,
-    /// What is there to be found, in words.
+    /// The objects, in words.
     pub objects: String,
-    /// Way that each robot may cover.
+    /// Path length that each robot may drive.
     pub budget_cells: f64,
     /// When an episode ends.
     pub end: End,
-    /// Of all that decides an episode, but for its seed and the program: 32 hexadecimal digits.
+    /// Digest of everything that determines an episode, except its seed and the program: 32 hexadecimal digits.
     pub digest: String,
 }
 
 impl Setting {
-    /// That of a scenario whose robots decide as the label says; an episode ends when every object is found, as the paper's
-    /// trials do.
+    /// The setting of a scenario whose robots use the policy of the label; an episode ends when every object is found,
+    /// as the paper's trials do.
     #[must_use]
     pub fn new(scenario: &Scenario, policy: String) -> Self {
         Self {
@@ -54,8 +54,8 @@ impl Setting {
         }
     }
 
-    /// Ways (cells) at which curves are read: from 0 on every cell of the budget, or every so many of a large one; the
-    /// budget last.
+    /// Path lengths (cells) at which curves are sampled: from 0 on every cell of the budget, or every few of a large
+    /// one; the budget last.
     #[must_use]
     pub fn lengths(&self) -> Vec<f64> {
         let step = (self.budget_cells / MAX_POINTS).ceil().max(1.0);
@@ -77,7 +77,7 @@ fn map_name(file: &ScenarioFile) -> String {
     file.map.shape.clone().or_else(|| stem().map(Into::into)).unwrap_or_default()
 }
 
-/// XXH3-128 of the scenario with its overrides, and of the map, the prior and the networks that it may have from files.
+/// XXH3-128 of the scenario with its overrides, and of the map, the prior and the networks that it may read from files.
 #[must_use]
 pub fn digest(scenario: &Scenario) -> Digest {
     let mut file = ScenarioFile {
@@ -88,11 +88,11 @@ pub fn digest(scenario: &Scenario) -> Digest {
     forget_places_of_weights(&mut file.robots);
     let (terrain, prior) = (scenario.terrain(), scenario.prior());
     let mut hash = Xxh3::new();
-    // It names every field, in the same way as long as the program is the same.
+    // It names every field, in the same way for the same program.
     hash.update(format!("{file:?}").as_bytes());
     for cell in terrain.grid().cells() {
         hash.update(&[u8::from(terrain.is_traversable(cell)), u8::from(terrain.is_searched(cell))]);
-        // In f32, where the last bit of a machine's logarithm does not show.
+        // In f32, where rounding differences of a machine's logarithm disappear.
         #[expect(clippy::cast_possible_truncation, reason = "that is what it is for")]
         hash.update(&(prior.log_odds_nats(cell) as f32).to_le_bytes());
     }
@@ -106,7 +106,7 @@ pub fn digest(scenario: &Scenario) -> Digest {
     Digest(hash.digest128())
 }
 
-/// What weights are counts, not where each machine keeps them.
+/// The content of weights counts, not their paths.
 fn forget_places_of_weights(robots: &mut RobotsTable) {
     let own = robots.robot.iter_mut().filter_map(|robot| robot.policy.as_mut());
     for policy in own.chain([&mut robots.policy]) {
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn a_digest_tells_apart_what_decides_an_episode_and_nothing_else() {
+    fn a_digest_depends_on_what_determines_an_episode_and_nothing_else() {
         let digest = |objects: &str, rest: &str| of(objects, rest).digest;
         let first = digest("count = 2", "");
         assert_eq!(first, digest("count = 2", "# a remark\nrecording.belief_period_seconds = 3.0\n"));
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn what_weights_are_counts_and_not_where_they_lie() {
+    fn the_content_of_weights_counts_and_not_their_path() {
         let folder = tempfile::tempdir().unwrap();
         let digest = |file: &str, value: f32| {
             let fill = |_: &str, shape: &[usize]| vec![value; shape.iter().product()];

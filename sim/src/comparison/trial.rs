@@ -1,4 +1,4 @@
-//! What is kept of an episode.
+//! The results of an episode.
 
 use std::time::Duration;
 
@@ -7,27 +7,27 @@ use serde::{Deserialize, Serialize};
 use super::Setting;
 use crate::episode::Episode;
 
-/// What is kept of an episode: all that tables and curves are made of.
+/// The results of an episode from which tables and curves are made.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Trial {
     /// Of the episode.
     pub seed: u64,
-    /// Mean of F1 over the way up to the budget.
+    /// Mean of F1 over path lengths up to the budget.
     pub auc_f1: f64,
-    /// Mean of recall over the way up to the budget.
+    /// Mean of recall over path lengths up to the budget.
     pub average_recall: f64,
-    /// Way of the farthest robot until every object was found, cells; nothing if that was never.
+    /// Path length of the farthest robot until every object was found, cells; `None` if that was never.
     pub cells_to_full_recall: Option<f64>,
     /// F1 at the end.
     pub f1: f64,
     /// Recall at the end.
     pub recall: f64,
-    /// Way of the farthest robot at the end, cells.
+    /// Path length of the farthest robot at the end, cells.
     pub farthest_cells: f64,
     /// Objects in reach that were not found at the end.
     pub remaining: u32,
-    /// How many of them the merged belief expected.
+    /// Expected number of remaining objects by the merged belief.
     pub expected_remaining: f64,
     /// From the last find to the end, seconds of mission time.
     pub tail_seconds: f64,
@@ -39,7 +39,7 @@ pub struct Trial {
 }
 
 impl Trial {
-    /// What is kept of an episode of a setting.
+    /// The results of an episode of a setting.
     #[must_use]
     pub fn new(setting: &Setting, seed: u64, episode: Episode) -> Self {
         let Episode { score, expected_remaining, path_cells, outcome, .. } = episode;

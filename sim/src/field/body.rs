@@ -1,8 +1,8 @@
-//! The vehicle's body: it follows a path as well as its steering lets it.
+//! The vehicle's body, which follows a path within the limits of its steering.
 //!
-//! Pure pursuit (Coulter, "Implementation of the Pure Pursuit Path Tracking Algorithm", 1992): it steers along
-//! the circle to a point of the path a little ahead, no tighter than its turning radius, and speeds up and
-//! slows down evenly. Where a path goes on backwards, it stops, and follows it so, looking the other way.
+//! Pure pursuit (Coulter, "Implementation of the Pure Pursuit Path Tracking Algorithm", 1992): it steers along the
+//! circle to a point of the path a little ahead, no tighter than its turning radius, and accelerates and brakes evenly.
+//! Where a path changes gear, it stops, and follows the next part in the other direction.
 
 use std::collections::VecDeque;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -12,23 +12,23 @@ use nalgebra::Vector2;
 
 use super::site::TURNING_RADIUS_METERS;
 
-/// The point that is steered for lies so far ahead.
+/// Distance to the target point on the path.
 const LOOKAHEAD_METERS: f64 = 3.0;
-/// Speeding up, m/s^2; it slows down twice as fast.
+/// Acceleration, m/s^2; braking is twice as strong.
 const ACCELERATION: f64 = 1.0;
-/// The wheels are turned so often.
+/// Period of steering.
 const STEP_SECONDS: f64 = 0.05;
-/// So near to its end a part of a path is driven.
+/// Distance to its end at which a part of a path counts as driven.
 const CLOSE_METERS: f64 = 0.05;
 
-/// Where a vehicle is and what it follows.
+/// The pose of a vehicle, and the path that it follows.
 #[derive(Clone, Debug)]
 pub(super) struct Body {
     pose: Pose,
     full_speed: f64,
     speed: f64,
     driven_meters: f64,
-    /// What is left of the path, each part in one gear.
+    /// The remaining parts of the path, each in one gear.
     parts: VecDeque<Part>,
 }
 
@@ -37,7 +37,7 @@ pub(super) struct Body {
 struct Part {
     gear: Gear,
     points: Vec<Vector2<f64>>,
-    /// The point that was nearest last.
+    /// Index of the last nearest point.
     passed: usize,
 }
 
@@ -60,7 +60,7 @@ impl Body {
         self.driven_meters
     }
 
-    /// Follows another path; an empty one is none, and it stops.
+    /// Follows another path; with an empty one it stops.
     pub(super) fn follow(&mut self, path: &[Pose]) {
         let before = self.parts.front().map(|part| part.gear);
         self.parts = parts(path);
@@ -83,12 +83,12 @@ impl Body {
             self.speed = 0.0;
             return;
         };
-        // What it can still stop in: v^2 = 2 a s.
+        // The speed from which it can still stop: v^2 = 2 a s.
         let allowed = (2.0 * ACCELERATION * left_meters).sqrt().min(self.full_speed);
         let change = (allowed - self.speed).clamp(-2.0 * ACCELERATION * seconds, ACCELERATION * seconds);
         self.speed = (self.speed + change).max(0.0);
         let way = self.speed * seconds;
-        // In reverse gear all is as if it drove forward with its back to the front.
+        // In reverse gear everything is as if it drove forward with its back to the front.
         let front = match gear {
             Gear::Forward => 0.0,
             Gear::Reverse => PI,
@@ -104,7 +104,7 @@ impl Body {
         self.driven_meters += way;
     }
 
-    /// The gear, the point to steer for, and the way that is left in this gear, meters.
+    /// The gear, the target point, and the remaining length in this gear, meters.
     fn target(&mut self) -> Option<(Gear, Vector2<f64>, f64)> {
         let here = self.pose.position_meters();
         while let Some(part) = self.parts.front_mut() {
@@ -122,8 +122,8 @@ impl Body {
 }
 
 impl Part {
-    /// Notes how far the vehicle has come along it; the way that is left, meters. It only goes on, and no
-    /// farther than to the first point that is nearest.
+    /// Updates the vehicle's progress; returns the remaining length, meters. Progress never decreases, and goes no
+    /// farther than the first nearest point.
     fn advance(&mut self, here: Vector2<f64>) -> f64 {
         while let [at, next, ..] = &self.points[self.passed..]
             && (next - here).norm() <= (at - here).norm()
@@ -135,7 +135,7 @@ impl Part {
                 let points = before.iter().chain([a, b]);
                 points.clone().zip(points.skip(1)).map(|(a, b)| (b - a).norm()).sum()
             }
-            // Past its last point but one: what is left along the last piece.
+            // Past its last point but one: the remainder of the last segment.
             [last] => match self.passed.checked_sub(1).map(|index| self.points[index]) {
                 Some(before) if last != &before => (last - here).dot(&(last - before).normalize()).max(0.0),
                 _ => 0.0,
@@ -145,7 +145,7 @@ impl Part {
     }
 }
 
-/// A path, cut where the gear changes.
+/// Splits a path where the gear changes.
 fn parts(path: &[Pose]) -> VecDeque<Part> {
     let mut parts: VecDeque<Part> = VecDeque::new();
     for pair in path.windows(2) {
@@ -163,14 +163,14 @@ fn parts(path: &[Pose]) -> VecDeque<Part> {
     parts
 }
 
-/// Of the circle through a point that the heading touches, 1/m, as tight as can be; counter-clockwise is
-/// positive.
+/// Curvature of the circle through a point that the heading touches, 1/m, limited by the turning radius;
+/// counter-clockwise is positive.
 fn curvature(here: Vector2<f64>, heading_radians: f64, point: Vector2<f64>) -> f64 {
     let range_meters = (point - here).norm().max(0.1);
     let bearing = wrapped_radians(bearing_radians(here, point) - heading_radians);
     let tightest = 1.0 / TURNING_RADIUS_METERS;
     let wanted = 2.0 * bearing.sin() / range_meters;
-    // What lies behind is turned to as fast as can be.
+    // It turns as tightly as possible to points behind it.
     if bearing.abs() > FRAC_PI_2 { tightest.copysign(bearing) } else { wanted.clamp(-tightest, tightest) }
 }
 
@@ -178,7 +178,7 @@ fn curvature(here: Vector2<f64>, heading_radians: f64, point: Vector2<f64>) -> f
 mod tests {
     use super::*;
 
-    /// How far a body strays from a path that it follows, meters, and where it stops.
+    /// The maximum distance of a body from the path that it follows, meters, and its final state.
     fn follow(start: Pose, path: &[Pose]) -> (f64, Body) {
         let mut body = Body::new(start, 2.0);
         body.follow(path);

@@ -1,9 +1,9 @@
-//! What a vehicle's cameras and its localization tell: with noise, misses and things that are not there.
+//! A vehicle's cameras, detector and localization: with noise, misses and false alarms.
 //!
-//! Both cameras of the paper (section IV) look the same way from a head that turns all the time, so that they
-//! see all around, as the paper's robot does (Fig. 3). The detector finds a thing by its size in the image: a
-//! person's height in pixels, a logistic curve around [`HALF_FOUND_PIXELS`]. False alarms come at any column,
-//! independently in each image.
+//! Both cameras of the paper (section IV) face the same direction from a head that turns all the time, so that they see
+//! all around, as the paper's robot does (Fig. 3). The detector finds an object by its size in the image: a person's
+//! height in pixels, a logistic curve around [`HALF_FOUND_PIXELS`]. False alarms occur at any column, independently in
+//! each image.
 
 use std::f64::consts::TAU;
 
@@ -18,32 +18,32 @@ use nalgebra::Vector2;
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 
-/// Speed of the head: once around in 3 s.
+/// Speed of the head: one turn in 3 s.
 pub const HEAD_RADIANS_PER_SECOND: f64 = TAU / 3.0;
 
 /// Of a mannequin, meters.
-const THING_HEIGHT_METERS: f64 = 1.7;
-const THING_WIDTH_METERS: f64 = 0.5;
-/// Of this height in the image every other one is found, pixels.
+const OBJECT_HEIGHT_METERS: f64 = 1.7;
+const OBJECT_WIDTH_METERS: f64 = 0.5;
+/// Height in the image at which half of the objects are detected, pixels.
 const HALF_FOUND_PIXELS: f64 = 50.0;
-/// And by so much more the odds grow by a factor of e, pixels.
+/// Increase of the height that multiplies the odds by e, pixels.
 const SLOPE_PIXELS: f64 = 10.0;
-/// However large it is in the image, it may be missed: trees stand in between.
+/// Maximum detection probability, since trees may be in between.
 const MOST_FOUND: f64 = 0.95;
-/// An image holds something that is not there.
+/// Probability of a false alarm in an image.
 const FALSE_ALARM: f64 = 0.005;
 
-/// Standard deviation of what the localization tells, meters and radians.
+/// Standard deviation of the simulated localization, meters and radians.
 const PLACE_DEVIATION_METERS: f64 = 0.1;
 const HEADING_DEVIATION_RADIANS: f64 = 0.005;
 
-/// Probability that a thing so high in the image is found in it.
+/// Probability that an object of this height in the image is detected.
 #[must_use]
 pub fn detection_probability(height_pixels: f64) -> f64 {
     MOST_FOUND / (1.0 + ((HALF_FOUND_PIXELS - height_pixels) / SLOPE_PIXELS).exp())
 }
 
-/// The senses of one vehicle.
+/// The simulated sensors of one vehicle.
 #[derive(Clone, Debug)]
 pub(super) struct SimulatedCameras {
     cameras: Vec<(Camera, f64)>,
@@ -55,7 +55,7 @@ impl SimulatedCameras {
         Self { cameras: settings.cameras.clone(), noise: stream(seed, Purpose::Noise, robot.number()) }
     }
 
-    /// Where the vehicle takes itself to be.
+    /// The vehicle's pose estimate.
     pub(super) fn fix(&mut self, now: MissionTime, pose: &Pose) -> PoseEstimate {
         let mut error = |deviation: f64| self.normal() * deviation;
         PoseEstimate {
@@ -70,27 +70,27 @@ impl SimulatedCameras {
         }
     }
 
-    /// An image of each camera, as its detector tells it.
-    pub(super) fn look(
+    /// An image of each camera, as detected boxes.
+    pub(super) fn observe(
         &mut self,
         now: MissionTime,
         pose: &Pose,
-        things_meters: &[Vector2<f64>],
+        objects_meters: &[Vector2<f64>],
     ) -> Vec<CameraFrame> {
         let head_radians = wrapped_radians(now.as_seconds() * HEAD_RADIANS_PER_SECOND);
         let head = Pose { heading_radians: wrapped_radians(pose.heading_radians + head_radians), ..*pose };
         let cameras = self.cameras.clone();
         let frame = |(camera, column_deviation): &(Camera, f64)| {
-            let mut boxes: Vec<DetectionBox> = things_meters
+            let mut boxes: Vec<DetectionBox> = objects_meters
                 .iter()
-                .filter_map(|&thing| self.detect(camera, *column_deviation, &head, thing))
+                .filter_map(|&object| self.detect(camera, *column_deviation, &head, object))
                 .collect();
             boxes.extend(self.imagine(camera));
             CameraFrame {
                 time_ns: now.0,
                 camera: camera.settings().name.clone(),
                 head_radians,
-                sights: CameraDetections::Boxes(boxes),
+                detections: CameraDetections::Boxes(boxes),
             }
         };
         cameras.iter().map(frame).collect()
@@ -101,22 +101,22 @@ impl SimulatedCameras {
         camera: &Camera,
         column_deviation: f64,
         head: &Pose,
-        thing: Vector2<f64>,
+        object: Vector2<f64>,
     ) -> Option<DetectionBox> {
         let eye = head.of_part(&camera.settings().mounting);
-        let range_meters = (thing - eye.position_meters()).norm();
-        let bearing = wrapped_radians(bearing_radians(eye.position_meters(), thing) - head.heading_radians);
-        // All are drawn, seen or not: a thing out of view moves no other one's noise.
+        let range_meters = (object - eye.position_meters()).norm();
+        let bearing = wrapped_radians(bearing_radians(eye.position_meters(), object) - head.heading_radians);
+        // All are drawn, in view or not: an object out of view changes no other one's noise.
         let (luck, error) = (self.noise.random::<f64>(), self.normal() * column_deviation);
         if !camera.sees(bearing, range_meters) {
             return None;
         }
         let pixels = |meters: f64| camera.focal_length_pixels() * meters / range_meters;
-        if luck >= detection_probability(pixels(THING_HEIGHT_METERS)) {
+        if luck >= detection_probability(pixels(OBJECT_HEIGHT_METERS)) {
             return None;
         }
         let column = camera.column_pixels(bearing)? + error;
-        boxed(camera, column, pixels(THING_WIDTH_METERS), pixels(THING_HEIGHT_METERS))
+        boxed(camera, column, pixels(OBJECT_WIDTH_METERS), pixels(OBJECT_HEIGHT_METERS))
     }
 
     fn imagine(&mut self, camera: &Camera) -> Option<DetectionBox> {
@@ -130,7 +130,7 @@ impl SimulatedCameras {
     }
 }
 
-/// A box around a column, cut at the edges of the image to both sides alike.
+/// A box around a column, cut symmetrically at the edges of the image.
 fn boxed(camera: &Camera, column: f64, width: f64, height: f64) -> Option<DetectionBox> {
     let (columns, rows) =
         (f64::from(camera.settings().width_pixels), f64::from(camera.settings().height_pixels));
@@ -150,16 +150,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn things_are_found_as_often_as_their_size_in_the_image_says() {
+    fn objects_are_detected_as_often_as_their_size_in_the_image_implies() {
         let checked = super::super::settings(2.0).check(None).unwrap();
         let mut eyes = SimulatedCameras::new(&checked, 1, RobotId::FIRST);
         let wide = checked.cameras[0].0.clone();
         let head = Pose::new(0.0, 0.0, 0.0);
         let mut shares = Vec::new();
         for range in [20.0, 60.0, 75.0] {
-            let thing = Vector2::new(range, 1.0);
-            let found = (0..4000).filter(|_| eyes.detect(&wide, 4.0, &head, thing).is_some()).count();
-            let height = wide.focal_length_pixels() * THING_HEIGHT_METERS / range;
+            let object = Vector2::new(range, 1.0);
+            let found = (0..4000).filter(|_| eyes.detect(&wide, 4.0, &head, object).is_some()).count();
+            let height = wide.focal_length_pixels() * OBJECT_HEIGHT_METERS / range;
             let share = found as f64 / 4000.0;
             assert!((share - detection_probability(height)).abs() < 0.03, "{range} {share}");
             shares.push(share);

@@ -1,4 +1,4 @@
-//! The site: where things lie, where vehicles start, and the ground between the trees.
+//! The site: positions of objects, start poses of vehicles, and the ground between the trees.
 
 use std::f64::consts::{PI, TAU};
 
@@ -16,36 +16,35 @@ use rand::RngExt;
 use super::cameras::HEAD_RADIANS_PER_SECOND;
 use crate::world;
 
-/// The vehicle's tightest turn.
+/// The turning radius of the vehicle.
 pub(super) const TURNING_RADIUS_METERS: f64 = 3.0;
-/// Between the trees nothing is seen that is farther away.
+/// Maximum distance of sight between the trees.
 const SIGHT_METERS: f64 = 100.0;
-/// A cell of the search is cut into so many squares a side for the lattice.
+/// Squares of the lattice along the side of a cell.
 const PARTS: u32 = 15;
 /// Share of these squares with a tree.
 const TREES: f64 = 0.02;
-/// Around a start no tree stands, squares.
+/// Distance from a start without trees, squares.
 const CLEARING: u32 = 4;
-/// Things lie so far from the edge of their cell: what lies across a border is in both, and neither answer
-/// would be wrong.
+/// Distance of objects from the edge of their cell: an object on a border would be in both cells.
 const MARGIN_METERS: f64 = 1.0;
-/// Vehicles that start in one cell stand so far from each other.
+/// Distance between vehicles that start in one cell.
 const APART_METERS: f64 = 2.0;
 
-/// A site that cannot be.
+/// An invalid site.
 #[derive(Debug, thiserror::Error)]
 pub enum SiteError {
-    /// Of the ground.
+    /// Error of the ground.
     #[error(transparent)]
     Ground(#[from] CostMapError),
-    /// Cells of nothing but margin.
-    #[error("cells of {0} m: needed are more than 4 m, so that a thing can lie inside one")]
+    /// Cells that are too small for the margin.
+    #[error("cells of {0} m: needed are more than 4 m, so that an object can lie inside one")]
     Cells(f64),
 }
 
-/// The vehicle of the field test: the paper's two cameras on a head that turns all the time. Things lie
-/// still, so that tracks are as good as still; between two turns of the head the bearing to a near thing
-/// changes by many degrees, and its range is not known: the gate is wide.
+/// The vehicle of the field test: the paper's two cameras on a head that turns all the time. Objects do not move, so
+/// tracks hardly do; between two turns of the head the bearing to a near object changes by many degrees, and its range
+/// is unknown: the gate is wide.
 #[must_use]
 pub fn settings(speed_meters_per_second: f64) -> Settings {
     Settings {
@@ -75,26 +74,26 @@ pub fn settings(speed_meters_per_second: f64) -> Settings {
     }
 }
 
-/// Where everything is.
+/// The objects, the start poses and the ground.
 #[derive(Clone, Debug)]
 pub(super) struct Site {
     truth: Truth,
-    things_meters: Vec<Vector2<f64>>,
+    objects_meters: Vec<Vector2<f64>>,
     starts: Vec<Pose>,
     ground: CostMap,
 }
 
 impl Site {
-    /// The site of a seed, whoever searches it.
+    /// The site of a seed, independent of the policies.
     pub(super) fn new(scenario: &Scenario, seed: u64) -> Result<Self, SiteError> {
         let terrain = scenario.terrain();
         if terrain.cell_meters() <= 4.0 * MARGIN_METERS {
             return Err(SiteError::Cells(terrain.cell_meters()));
         }
-        let (truth, things_meters) = things(terrain, scenario.objects(), seed);
+        let (truth, objects_meters) = things(terrain, scenario.objects(), seed);
         let starts = starts(scenario, seed);
         let ground = ground(terrain, &starts, seed)?;
-        Ok(Self { truth, things_meters, starts, ground })
+        Ok(Self { truth, objects_meters, starts, ground })
     }
 
     pub(super) const fn truth(&self) -> &Truth {
@@ -102,11 +101,11 @@ impl Site {
     }
 
     /// Meters east and north, one for each object.
-    pub(super) fn things_meters(&self) -> &[Vector2<f64>] {
-        &self.things_meters
+    pub(super) fn objects_meters(&self) -> &[Vector2<f64>] {
+        &self.objects_meters
     }
 
-    /// Of each robot.
+    /// The start pose of each robot.
     pub(super) fn starts(&self) -> &[Pose] {
         &self.starts
     }
@@ -135,14 +134,14 @@ fn starts(scenario: &Scenario, seed: u64) -> Vec<Pose> {
     let pose = |(index, (cell, robot)): (usize, (Cell, &Robot))| {
         let (east, north) = terrain.center_meters(cell);
         let beside = (index as f64 - (count - 1.0) / 2.0) * APART_METERS;
-        // That of robot 0 is for the trees.
+        // The stream of robot 0 is for the trees.
         let heading = stream(seed, Purpose::Map, robot.id.number()).random_range(-PI..PI);
         Pose::new(east + beside, north, heading)
     };
     cells.into_iter().zip(scenario.robots()).enumerate().map(pose).collect()
 }
 
-/// Free where the terrain can be crossed and no tree stands.
+/// Free where the terrain is traversable and there is no tree.
 fn ground(terrain: &Terrain, starts: &[Pose], seed: u64) -> Result<CostMap, CostMapError> {
     let mut map = CostMap::from_terrain(terrain, PARTS)?;
     let mut random = stream(seed, Purpose::Map, 0);

@@ -12,7 +12,7 @@ fn field(policy: impl Into<PolicyName>) -> Scenario {
     Scenario::load(&path).unwrap().with_policy(policy).unwrap()
 }
 
-/// A trial, and all of it but what was measured with a clock.
+/// A trial, and all of its results except measured times.
 fn trial(scenario: &Scenario, seed: u64, thinking: DecisionTime) -> (Trial, String) {
     let trial = run(scenario, seed, thinking).unwrap();
     let text = format!("{:?}", Trial { decisions: Vec::new(), ..trial.clone() });
@@ -26,28 +26,28 @@ fn the_site_is_that_of_the_paper() {
     let area = terrain.searched_cells().count() as f64 * terrain.cell_meters().powi(2);
     assert!((area - 75_000.0).abs() < 500.0, "{area}");
     let site = Site::new(&scenario, 1).unwrap();
-    assert_eq!(site.things_meters().len(), 5);
-    for (cell, thing) in site.truth().objects().iter().zip(site.things_meters()) {
+    assert_eq!(site.objects_meters().len(), 5);
+    for (cell, object) in site.truth().objects().iter().zip(site.objects_meters()) {
         assert_eq!(
-            terrain.grid().cell_at(thing.x / terrain.cell_meters(), thing.y / terrain.cell_meters()),
+            terrain.grid().cell_at(object.x / terrain.cell_meters(), object.y / terrain.cell_meters()),
             Some(*cell)
         );
     }
 }
 
 #[test]
-fn a_vehicle_finds_what_lies_there_and_nobody_refuses_what_it_saw() {
+fn a_vehicle_finds_the_objects_and_its_observations_are_accepted() {
     let scenario = field(Exact::Path);
     let mut found = 0;
     for seed in [1, 2, 7, 10] {
         let (trial, _) = trial(&scenario, seed, DecisionTime::NONE);
         assert_eq!((trial.refused, trial.decisions.is_empty()), (0, false), "seed {seed}");
         assert!(trial.score.false_positives <= 1, "{:?}", trial.score);
-        // It drove as fast as it can, and looked in every cell of its ways.
+        // It drove at full speed, and observed in every cell of its paths.
         let seconds = trial.ended.as_seconds();
         let meters = trial.driven_meters[0];
         assert!((1.5 * seconds..2.0 * seconds).contains(&meters), "{meters} m in {seconds} s");
-        assert!(trial.looks as f64 > meters / 25.0, "{} looks on {meters} m", trial.looks);
+        assert!(trial.observations as f64 > meters / 25.0, "{} looks on {meters} m", trial.observations);
         found += u32::from(trial.found.is_some());
     }
     assert!(found >= 3, "{found} of 4");
@@ -68,7 +68,7 @@ fn the_same_seed_gives_the_same_trial_to_the_byte() {
 }
 
 #[test]
-fn three_vehicles_share_what_they_see_and_are_done_sooner() {
+fn three_vehicles_share_observations_and_are_done_sooner() {
     let (alone, team) = (field(Exact::Path), field(Exact::Path).with_robots(3).unwrap());
     let seconds = |scenario: &Scenario| -> f64 {
         let times = [1, 2, 3].map(|seed| trial(scenario, seed, DecisionTime::NONE).0);
@@ -86,6 +86,6 @@ fn time_to_think_is_time_of_the_mission() {
     let (slow, _) = trial(&scenario, 2, DecisionTime { time: Duration::from_secs(30) });
     let still = |trial: &Trial| trial.trace.windows(2).filter(|pair| pair[0] == pair[1]).count();
     let stops = slow.decisions.len() - 1;
-    // From the edge of a cell it takes about 5 s to the middle; the rest it stands.
+    // From the edge of a cell it takes about 5 s to the middle; the rest of the time it stands.
     assert!(still(&slow) > still(&at_once) + 100 * stops, "{} {}", still(&slow), still(&at_once));
 }

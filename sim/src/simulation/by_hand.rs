@@ -1,4 +1,4 @@
-//! A simulation whose robots are sent by whoever holds it, between two of its events.
+//! A simulation whose robots are moved by the caller, between two of its events.
 
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
@@ -9,24 +9,24 @@ use crate::participants::Participants;
 use crate::world::World;
 
 impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
-    /// Lets every robot look around where it starts.
+    /// Every robot observes from its start cell.
     pub(crate) fn begin(&mut self) -> Result<(), C::Error> {
         self.start()
     }
 
-    /// Sends a robot to a neighboring cell; it looks around when it arrives.
+    /// Sends a robot to a neighboring cell; it observes when it arrives.
     pub(crate) fn send_off(&mut self, now: MissionTime, robot: RobotId, to: Cell) {
         self.world.set_route(robot, vec![to]);
         self.depart(now, robot);
     }
 
-    /// Lets happen all that is due until a time, and after it all until no robot moves. Returns when that is.
+    /// Runs all events that are due until a time, and then until no robot moves. Returns the time reached.
     pub(crate) fn run_on(&mut self, until: MissionTime) -> Result<MissionTime, C::Error> {
         let mut now = until;
         while self.is_any_moving() || self.queue.due().is_some_and(|due| due <= until) {
-            let Some((due, happening)) = self.queue.next() else { break };
+            let Some((due, sim_event)) = self.queue.next() else { break };
             now = now.max(due);
-            self.happen(due, happening)?;
+            self.happen(due, sim_event)?;
         }
         Ok(now)
     }

@@ -1,4 +1,4 @@
-//! What a learner sees of a search, in arrays of its own: written once in full, then only where something changed.
+//! Arrays with a learner's observation of a search: written once in full, then only where something changed.
 
 use dragnet_search::belief::{Belief, probability};
 use dragnet_search::cell::Cell;
@@ -6,7 +6,7 @@ use dragnet_search::evidence::UNITS;
 
 use super::{Field, SingleRobotEnv};
 
-/// A learner's arrays, each of shape `[cells]` by index but for the last two.
+/// A learner's arrays, each of shape `[cells]` by index except for the last two.
 pub struct ObservationBuffers<'a> {
     /// `ln(p / (1 - p))`; `-inf` where nothing is searched.
     pub log_odds_nats: &'a mut [f64],
@@ -20,37 +20,37 @@ pub struct ObservationBuffers<'a> {
     pub distance_cells: &'a mut [f32],
     /// Row and column of the robot, shape `[2]`.
     pub position: &'a mut [i32],
-    /// 1 where an action can be taken, or else 0: shape `[cells]` if actions are waypoints, `[steps]` if they are steps.
+    /// 1 if an action is available, else 0: shape `[cells]` if actions are waypoints, `[steps]` if they are steps.
     pub action_mask: &'a mut [i8],
 }
 
-/// What an action names.
+/// The meaning of an action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Control {
     /// A cell to go to, by index.
     Waypoint,
-    /// A step to a neighbor, by its place in the offsets of the moves.
+    /// A step to a neighbor, by its index in the offsets of the moves.
     Step,
 }
 
 impl SingleRobotEnv {
-    /// Draws everything.
-    pub fn draw(&mut self, canvas: &mut ObservationBuffers<'_>, control: Control) {
+    /// Writes everything.
+    pub fn draw(&mut self, buffers: &mut ObservationBuffers<'_>, control: Control) {
         self.seen.clear();
-        canvas.draw_belief(self.world.merged(), self.field.scenario().terrain().grid().cells());
-        canvas.draw_robot(&self.field, self.cell(), control);
+        buffers.draw_belief(self.world.merged(), self.field.scenario().terrain().grid().cells());
+        buffers.draw_robot(&self.field, self.cell(), control);
     }
 
-    /// Draws what changed since the last drawing.
-    pub fn redraw(&mut self, canvas: &mut ObservationBuffers<'_>, control: Control) {
-        canvas.draw_belief(self.world.merged(), self.seen.iter().copied());
+    /// Writes what changed since the last call.
+    pub fn redraw(&mut self, buffers: &mut ObservationBuffers<'_>, control: Control) {
+        buffers.draw_belief(self.world.merged(), self.seen.iter().copied());
         self.seen.clear();
-        canvas.draw_robot(&self.field, self.cell(), control);
+        buffers.draw_robot(&self.field, self.cell(), control);
     }
 }
 
 impl ObservationBuffers<'_> {
-    /// Draws what is believed of these cells.
+    /// Writes the belief of these cells.
     pub fn draw_belief(&mut self, belief: &Belief, cells: impl Iterator<Item = Cell>) {
         for cell in cells {
             let (index, evidence) = (cell.index(), belief.evidence().of(cell));
@@ -62,7 +62,7 @@ impl ObservationBuffers<'_> {
         }
     }
 
-    /// Draws where a robot stands, and where it can go from there.
+    /// Writes a robot's position and its available actions.
     #[expect(clippy::cast_possible_wrap, reason = "a map has at most 2^24 rows or columns")]
     pub fn draw_robot(&mut self, field: &Field, cell: Cell, control: Control) {
         let position = field.scenario().terrain().grid().position(cell);
@@ -83,7 +83,8 @@ impl ObservationBuffers<'_> {
     }
 }
 
-/// Probability of log-odds (nats), in 32 bits. What is certain in 32 bits needs no exponential, and most cells are.
+/// Probability of log-odds (nats), in 32 bits. Values that are certain in 32 bits need no exponential, and most cells
+/// are.
 #[expect(clippy::cast_possible_truncation, reason = "a probability for networks")]
 fn short_probability(log_odds_nats: f64) -> f32 {
     if log_odds_nats > 18.0 {

@@ -1,20 +1,20 @@
-//! What all searches of a scenario share: its map, and what follows from the map alone.
+//! What all searches of a scenario share: its map, and what follows from it.
 
 use dragnet_scenario::Scenario;
 use dragnet_search::cell::Cell;
 use dragnet_search::route::{Connectivity, ShortestPathTree};
 
-/// Lengths of shortest paths are kept for all pairs of cells if there are no more than so many: 16 MiB.
+/// Lengths of shortest paths are stored for all pairs of cells up to this number of pairs: 16 MiB.
 const MOST_PAIRS: usize = 1 << 22;
 
-/// A scenario, and the ways on its map.
+/// A scenario, and the paths on its map.
 #[derive(Clone, Debug)]
 pub struct Field {
     scenario: Scenario,
     /// The cell that each step leads to, shape `[cells, steps]`.
     neighbors: Vec<Option<Cell>>,
-    /// Which connected area a cell lies in, by the index of one of its cells; of cells where no robot can be, none. Shape
-    /// `[cells]`.
+    /// The connected area of a cell, named by the index of one of its cells; `None` for cells that are not traversable.
+    /// Shape `[cells]`.
     area: Vec<Option<Cell>>,
     /// Lengths of shortest paths, cells, shape `[cells, cells]` by start and end; empty on large maps.
     distances: Vec<f32>,
@@ -61,13 +61,13 @@ impl Field {
         &self.scenario
     }
 
-    /// How many steps there are in the scenario's moves: 4 or 8.
+    /// Number of steps in the scenario's moves: 4 or 8.
     #[must_use]
     pub const fn step_count(&self) -> usize {
         self.scenario.connectivity().offsets().len()
     }
 
-    /// The cell that a step leads to, by its place in [`Connectivity::offsets`], if it can be taken.
+    /// The cell that a step leads to, by its index in [`Connectivity::offsets`], if it can be taken.
     #[must_use]
     pub fn neighbor(&self, from: Cell, step: usize) -> Option<Cell> {
         let steps = self.step_count();
@@ -80,7 +80,7 @@ impl Field {
         from != to && self.area[from.index()].is_some() && self.area[from.index()] == self.area[to.index()]
     }
 
-    /// Lengths of the shortest paths from a cell, cells, to shape `[cells]`; infinite out of reach.
+    /// Writes the lengths of the shortest paths from a cell, cells, to shape `[cells]`; infinite out of reach.
     pub fn draw_distances(&self, from: Cell, lengths: &mut [f32]) {
         let count = lengths.len();
         match self.distances.get(from.index() * count..(from.index() + 1) * count) {

@@ -19,44 +19,44 @@ fn at_hand(scenario: &Scenario, end: End, seed: u64) -> SingleRobotEnv {
     SingleRobotEnv::new(Arc::new(Field::new(scenario.clone())), Terms { end, reward: Reward::Entropy }, seed)
 }
 
-/// Searches as the scenario's robot would.
+/// Searches with the policy of the scenario's robot.
 fn search(scenario: &Scenario, end: End, seed: u64) -> SingleRobotEnv {
-    let mut solo = at_hand(scenario, end, seed);
+    let mut env = at_hand(scenario, end, seed);
     let robot = &scenario.robots()[0];
     let mut policy = policy::build(robot.policy.name, robot.policy.parameters, None);
     let mut random = stream(seed, Purpose::Decision, robot.id.number());
-    let promised = PlannedPrecision::nothing(scenario.terrain());
-    while solo.ended().is_none() {
+    let planned_precision = PlannedPrecision::nothing(scenario.terrain());
+    while env.ended().is_none() {
         let situation = Situation {
             terrain: scenario.terrain(),
             connectivity: scenario.connectivity(),
             sensor: scenario.sensor(),
-            belief: solo.belief(),
-            promised: &promised,
-            robot: solo.cell(),
+            belief: env.belief(),
+            planned_precision: &planned_precision,
+            robot: env.cell(),
             place: Place::ALONE,
         };
         let decision = policy.decide(&situation, &mut random);
         if decision.is_rest() {
-            solo.wait();
+            env.wait();
         } else {
-            solo.go(decision.chosen);
+            env.go(decision.chosen);
         }
     }
-    solo
+    env
 }
 
 fn check(rest: &str, end: End, expected: Ended) {
     let scenario = scenario(rest);
     let mut met = 0;
     for seed in 0..12 {
-        let solo = search(&scenario, end, seed);
+        let env = search(&scenario, end, seed);
         let episode = episode::run(&scenario, seed, end).unwrap();
-        assert_eq!(solo.belief().digest(), episode.outcome.digest, "{rest}, seed {seed}");
-        assert_eq!(solo.score(), episode.score);
-        assert_eq!(vec![solo.path_cells()], episode.path_cells, "{rest}, seed {seed}");
-        assert_eq!(solo.track().len() as u64, episode.outcome.observations);
-        met += u32::from(solo.ended() == Some(expected));
+        assert_eq!(env.belief().digest(), episode.outcome.digest, "{rest}, seed {seed}");
+        assert_eq!(env.score(), episode.score);
+        assert_eq!(vec![env.path_cells()], episode.path_cells, "{rest}, seed {seed}");
+        assert_eq!(env.track().len() as u64, episode.outcome.observations);
+        met += u32::from(env.ended() == Some(expected));
     }
     assert!(met > 0, "{rest}: never {expected:?}");
 }
@@ -95,33 +95,33 @@ fn time_ends_a_search_where_it_ends_the_episode_beats_and_arrivals_at_once_too()
 }
 
 #[test]
-fn rewards_add_up_to_what_they_say() {
+fn rewards_add_up_to_their_definition() {
     let scenario = scenario(&format!("{MAP}mission.budget_meters = 3000.0\n"));
     let field = Arc::new(Field::new(scenario.clone()));
     for reward in [Reward::Entropy, Reward::Found, Reward::F1] {
-        let mut solo = SingleRobotEnv::new(Arc::clone(&field), Terms { end: End::AllFound, reward }, 3);
-        let measure = |solo: &SingleRobotEnv| match reward {
-            Reward::Entropy => -solo.belief().entropy_nats(scenario.terrain()),
-            Reward::Found => f64::from(solo.score().true_positives),
-            Reward::F1 => solo.score().f1(),
+        let mut env = SingleRobotEnv::new(Arc::clone(&field), Terms { end: End::AllFound, reward }, 3);
+        let measure = |env: &SingleRobotEnv| match reward {
+            Reward::Entropy => -env.belief().entropy_nats(scenario.terrain()),
+            Reward::Found => f64::from(env.score().true_positives),
+            Reward::F1 => env.score().f1(),
         };
-        let (start, mut sum) = (measure(&solo), 0.0);
+        let (start, mut sum) = (measure(&env), 0.0);
         let mut way = 0_usize;
-        while solo.ended().is_none() {
-            let open = (0..4).map(|step| (step + way) % 4).find_map(|step| field.neighbor(solo.cell(), step));
-            sum += solo.step(open.unwrap());
+        while env.ended().is_none() {
+            let open = (0..4).map(|step| (step + way) % 4).find_map(|step| field.neighbor(env.cell(), step));
+            sum += env.step(open.unwrap());
             way += 1;
         }
-        assert!((measure(&solo) - start - sum).abs() < 1e-9, "{reward:?}");
+        assert!((measure(&env) - start - sum).abs() < 1e-9, "{reward:?}");
         assert!(sum.abs() > 0.0, "{reward:?}");
-        assert!(solo.step(solo.cell()).abs() < f64::MIN_POSITIVE);
+        assert!(env.step(env.cell()).abs() < f64::MIN_POSITIVE);
     }
 }
 
 #[test]
-fn a_canvas_that_is_kept_up_is_one_drawn_anew() {
+fn updated_buffers_equal_new_ones() {
     struct Arrays(Vec<f64>, Vec<f32>, Vec<f64>, Vec<f64>, Vec<f32>, Vec<i32>, Vec<i8>);
-    fn canvas(arrays: &mut Arrays) -> ObservationBuffers<'_> {
+    fn buffer(arrays: &mut Arrays) -> ObservationBuffers<'_> {
         let Arrays(
             log_odds_nats,
             probability,
@@ -156,16 +156,16 @@ fn a_canvas_that_is_kept_up_is_one_drawn_anew() {
             )
         };
         let (mut kept, mut anew) = (blank(), blank());
-        let mut solo = at_hand(&scenario, End::AllFound, 5);
-        solo.draw(&mut canvas(&mut kept), control);
+        let mut env = at_hand(&scenario, End::AllFound, 5);
+        env.draw(&mut buffer(&mut kept), control);
         let goal = kept.4.iter().position(|&length| (8.5..9.5).contains(&length)).unwrap();
-        solo.go(scenario.terrain().grid().cells().nth(goal).unwrap());
-        solo.redraw(&mut canvas(&mut kept), control);
-        solo.draw(&mut canvas(&mut anew), control);
+        env.go(scenario.terrain().grid().cells().nth(goal).unwrap());
+        env.redraw(&mut buffer(&mut kept), control);
+        env.draw(&mut buffer(&mut anew), control);
         assert_eq!(kept.0, anew.0);
         assert_eq!(kept.1, anew.1);
         assert_eq!((kept.2, kept.3), (anew.2, anew.3));
         assert_eq!((kept.4, kept.5, kept.6), (anew.4, anew.5, anew.6));
-        assert!(solo.path_cells() > 8.0);
+        assert!(env.path_cells() > 8.0);
     }
 }

@@ -1,4 +1,4 @@
-//! What must hold after every step of every participant.
+//! The invariants of every participant, checked after every step.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -17,15 +17,15 @@ use dragnet_search::observation::{Observation, Origin};
 use super::Violation;
 use crate::faults::Faults;
 
-/// Under this probability a declaration may be withdrawn.
+/// Below this probability a declaration may be withdrawn.
 const WITHDRAWN_BELOW: f64 = 0.5;
 
 type Name = (Origin, u64);
 
-/// What is known of all participants, computed apart from them.
+/// The expected state of all participants, computed independently of them.
 pub(super) struct Checks<'a> {
     scenario: &'a Scenario,
-    /// Longest time that a robot may stand in one cell while it searches.
+    /// Longest time that a robot may stay in one cell while it searches.
     patience: Duration,
     shadows: BTreeMap<Participant, Shadow>,
     /// Every observation that was ever published, by name.
@@ -33,15 +33,15 @@ pub(super) struct Checks<'a> {
     count: u64,
 }
 
-/// One participant, as it must be.
+/// The expected state of one participant.
 struct Shadow {
-    /// Of what it kept, each observation once.
+    /// Of its stored observations, each counted once.
     belief: Belief,
     names: BTreeSet<Name>,
     declared: BTreeSet<Cell>,
     /// When it entered its cell, or began to search.
     moved: MissionTime,
-    /// When something happened to it last: it is to be woken for every sign of life.
+    /// The time of its last event: it is woken for every heartbeat.
     awake: MissionTime,
 }
 
@@ -62,12 +62,12 @@ impl<'a> Checks<'a> {
         }
     }
 
-    /// Steps that were checked.
+    /// Number of checked steps.
     pub(super) const fn count(&self) -> u64 {
         self.count
     }
 
-    /// A participant starts again, and knows only these observations.
+    /// A participant restarts with only these observations.
     pub(super) fn restart(&mut self, who: Participant, now: MissionTime, known: &[Arc<Observation>]) {
         self.shadows.remove(&who);
         let shadow = self.shadow(who, now);
@@ -87,7 +87,7 @@ impl<'a> Checks<'a> {
         })
     }
 
-    /// Something is about to happen to a participant.
+    /// Records an event before it is handled.
     pub(super) fn before(&mut self, who: Participant, now: MissionTime, event: &Event<Message>) {
         let shadow = self.shadow(who, now);
         if matches!(event, Event::Start | Event::Sensed { .. }) {
@@ -95,7 +95,7 @@ impl<'a> Checks<'a> {
         }
     }
 
-    /// It has happened, and this is what the participant did, holds and knows.
+    /// Checks a participant's effects, belief and observations after an event.
     pub(super) fn after(
         &mut self,
         who: Participant,
@@ -120,7 +120,7 @@ impl<'a> Checks<'a> {
         self.check_published(who, now, effects)
     }
 
-    /// A robot is woken for every sign of life, goes on while it searches, and does not while it is paused.
+    /// A robot is woken for every heartbeat, makes progress while it searches, and does not move while it is paused.
     fn check_awake(
         &mut self,
         who: Participant,
@@ -189,7 +189,7 @@ impl<'a> Checks<'a> {
         Ok(())
     }
 
-    /// What each participant knows: of every origin, the numbers of its observations.
+    /// The observations of each participant, as numbers of every origin.
     pub(super) fn known(&self) -> String {
         let of = |(who, shadow): (&Participant, &Shadow)| {
             let mut runs: Vec<(Origin, u64, u64)> = Vec::new();
@@ -207,10 +207,10 @@ impl<'a> Checks<'a> {
         self.shadows.iter().map(of).collect::<Vec<_>>().join("; ")
     }
 
-    /// The search is over.
+    /// Checks the state at the end of the search.
     pub(super) fn end(&self, ended: MissionTime) -> Result<(), Violation> {
         let Some(budget) = self.scenario.mission().budget.time() else { return Ok(()) };
-        // Who returns late rests at once.
+        // A robot that returns late rests at once.
         let most = MissionTime::START + budget + self.patience + Duration::from_secs(200);
         if ended > most {
             let who = Participant::Coordinator;
@@ -222,7 +222,7 @@ impl<'a> Checks<'a> {
 }
 
 impl Shadow {
-    /// Whether an observation had not counted before.
+    /// Whether an observation had not been counted before.
     fn count(&mut self, observation: &Observation) -> bool {
         for reading in &observation.readings {
             self.belief.add(reading);
@@ -276,7 +276,7 @@ mod tests {
         }
     }
 
-    /// What is said of a robot that holds the evidence of `held`, after these reactions at these times.
+    /// The result of the checks for a robot with the evidence of `held`, after these effects at these times.
     fn verdict(held: &[f32], steps: &[(MissionTime, Effects<Message>)]) -> String {
         let scenario = scenario();
         let mut belief = scenario.prior().clone();
@@ -294,11 +294,11 @@ mod tests {
     }
 
     #[test]
-    fn what_breaks_a_rule_is_found() {
+    fn violated_invariants_are_found() {
         let scenario = scenario();
         let seen = |value| observation(&scenario, value);
-        let told = |value| Message::Observation(seen(value));
-        let good = (NOW, effects(vec![seen(0.5)], vec![told(0.5)]));
+        let reported = |value| Message::Observation(seen(value));
+        let good = (NOW, effects(vec![seen(0.5)], vec![reported(0.5)]));
         let check = |held: &[f32], steps: &[(MissionTime, Effects<Message>)], expected: &str| {
             let found = verdict(held, steps);
             assert!(found.contains(expected), "{found}");
@@ -306,8 +306,8 @@ mod tests {
         check(&[0.5], std::slice::from_ref(&good), "held");
         check(&[0.5], &[good.clone(), good.clone()], "observation 0 of robot 1, incarnation 0 counts twice");
         check(&[0.5, 0.5], std::slice::from_ref(&good), "its evidence is not that of the 1 observations");
-        check(&[], &[(NOW, effects(Vec::new(), vec![told(0.5)]))], "and did not keep it");
-        let another = (NOW, effects(Vec::new(), vec![told(0.7)]));
+        check(&[], &[(NOW, effects(Vec::new(), vec![reported(0.5)]))], "and did not keep it");
+        let another = (NOW, effects(Vec::new(), vec![reported(0.7)]));
         check(&[0.5], &[good.clone(), another], "it published another observation 0");
         let cell = scenario.terrain().grid().cells().next();
         let paused =

@@ -1,4 +1,4 @@
-//! A robot's disk, as the journal of a real robot uses it.
+//! A robot's disk, as used by the journal of a real robot.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -8,22 +8,22 @@ use dragnet_proto::state_machine::Effects;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::observation::Observation;
 
-/// What a robot was to keep, in order.
+/// A robot's stored observations, in order.
 pub(super) struct Disk {
     full: Range<MissionTime>,
     written: Vec<Arc<Observation>>,
-    /// What is in the robot's memory alone.
+    /// Observations in the robot's memory only.
     waiting: Vec<Arc<Observation>>,
 }
 
 impl Disk {
-    /// One that takes nothing for some time, if it ever does not.
+    /// A disk that is full for some time, if given.
     pub(super) fn new(full: Option<Range<MissionTime>>) -> Self {
         let never = MissionTime::START..MissionTime::START;
         Self { full: full.unwrap_or(never), written: Vec::new(), waiting: Vec::new() }
     }
 
-    /// What is kept is written before anything is said.
+    /// Observations are written before anything is published.
     pub(super) fn keep(&mut self, now: MissionTime, effects: &Effects<Message>) {
         self.waiting.extend(effects.kept.iter().cloned());
         if !effects.published.is_empty() && !self.full.contains(&now) {
@@ -31,12 +31,12 @@ impl Disk {
         }
     }
 
-    /// Whether all that was to be kept is written.
+    /// Whether everything is written.
     pub(super) fn is_level(&self) -> bool {
         self.waiting.is_empty()
     }
 
-    /// What its robot answers who asks for what it has released.
+    /// The robot's answer to a request for released observations.
     pub(super) fn answer(&self, request: SyncRequest) -> Message {
         let asked = |observation: &&Arc<Observation>| {
             observation.origin == request.of && observation.sequence >= request.first
@@ -45,12 +45,12 @@ impl Disk {
         Message::SyncReply(SyncReply { observations: found.cloned().collect() })
     }
 
-    /// Its robot starts again: so many observations are lost.
+    /// The robot restarts; returns how many observations are lost.
     pub(super) fn restart(&mut self) -> usize {
         std::mem::take(&mut self.waiting).len()
     }
 
-    /// It is another disk.
+    /// Replaces the disk by an empty one.
     pub(super) fn clear(&mut self) {
         self.written.clear();
         self.waiting.clear();

@@ -1,15 +1,15 @@
-//! What a robot says that lies: each of its lies is one that can be told from the truth.
+//! False readings of a faulty robot, each of which validation can detect.
 
 use std::sync::Arc;
 
 use dragnet_proto::message::Message;
 use dragnet_search::observation::Observation;
 
-/// One observation of so many is a lie.
+/// One of this many observations is false.
 const ONE_OF: u64 = 5;
 
-/// A message as a liar tells it. What it says under one name it says to all, whenever it is asked.
-pub(super) fn told(message: &mut Message) {
+/// Falsifies a message. An observation is falsified in the same way for all receivers and at every time.
+pub(super) fn reported(message: &mut Message) {
     match message {
         Message::Observation(observation) => lie(observation),
         Message::SyncReply(reply) => reply.observations.iter_mut().for_each(lie),
@@ -17,7 +17,7 @@ pub(super) fn told(message: &mut Message) {
     }
 }
 
-/// Every kind of lie has its turn.
+/// All kinds of false readings take turns.
 fn lie(observation: &mut Arc<Observation>) {
     if observation.sequence % ONE_OF != ONE_OF - 1 {
         return;

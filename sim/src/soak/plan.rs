@@ -1,4 +1,4 @@
-//! The search of a seed, and what goes wrong in it.
+//! The search of a seed, and its faults.
 
 use std::fmt::Write;
 use std::ops::Range;
@@ -60,7 +60,7 @@ fn scenario(random: &mut Stream, robots: u16, budget: u64) -> String {
     );
     let mut fault = |key: &str, most: f64| {
         if random.random_bool(0.7) {
-            // A string takes all that is written to it.
+            // Writing to a string cannot fail.
             let _ = writeln!(text, "{key} = {:?}", random.random_range(0.0..most));
         }
     };
@@ -81,7 +81,7 @@ fn scenario(random: &mut Stream, robots: u16, budget: u64) -> String {
     text
 }
 
-/// Some part of a mission, seconds.
+/// An interval of a mission, seconds.
 fn interval(random: &mut Stream, budget: u64) -> (f64, f64) {
     let from = budget as f64 * random.random_range(0.0..0.6);
     (from, from + budget as f64 * random.random_range(0.05..0.4))
@@ -99,7 +99,7 @@ impl Draw<'_> {
         for robot in RobotId::first(self.robots) {
             let who = Participant::Robot(robot);
             if self.random.random_bool(0.4) {
-                // One robot at least comes back, so that there is a search to the end.
+                // At least one robot restarts, so that there is a search to the end.
                 let crash = self.crash(robot == RobotId::FIRST);
                 faults.crashes.insert(who, crash);
             }
@@ -126,7 +126,7 @@ impl Draw<'_> {
         faults
     }
 
-    /// A person who pauses the search for a while, marks cells and adds some, or does nothing at all.
+    /// An operator who pauses the search for a while, marks cells and adds some, or does nothing.
     fn commands(&mut self, grid: Grid) -> Vec<(MissionTime, Command)> {
         let mut commands = Vec::new();
         if self.random.random_bool(0.5) {
@@ -149,7 +149,7 @@ impl Draw<'_> {
         commands.into_iter().map(|(seconds, command)| (at(seconds), command)).collect()
     }
 
-    /// Some time of a mission, seconds.
+    /// A time of a mission, seconds.
     fn time(&mut self) -> f64 {
         interval(self.random, self.budget.as_secs()).0
     }

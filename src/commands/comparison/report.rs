@@ -1,4 +1,4 @@
-//! What a comparison prints.
+//! The printed report of a comparison.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -11,24 +11,24 @@ use serde::Serialize;
 use crate::terminal::table::Table;
 use crate::terminal::{self, counted};
 
-/// A comparison that is done; a row at least.
+/// A completed comparison; at least one row.
 pub(super) struct Report<'a> {
     pub(super) rows: &'a [Row],
     pub(super) seeds: Seeds,
     pub(super) origin: Origin,
 }
 
-/// Where its episodes were run.
+/// Where its episodes ran.
 pub(crate) enum Origin {
     /// In this process.
     Here(Effort),
-    /// They come from so many parts.
+    /// In this many shards.
     Parts(usize),
 }
 
 #[derive(Serialize)]
 pub(super) struct Json<'a> {
-    /// How episodes end, in words.
+    /// When episodes end, in words.
     note: &'static str,
     rows: &'a [Row],
 }

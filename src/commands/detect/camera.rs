@@ -1,4 +1,4 @@
-//! A camera as a table of settings, `[[vehicle.cameras]]` by itself in a file.
+//! A camera in a file of its own, with the keys of `[[vehicle.cameras]]`.
 
 use std::path::Path;
 
@@ -19,7 +19,7 @@ pub(super) fn read(path: &Path) -> Result<CameraTable, Failure> {
     Ok(table)
 }
 
-/// The camera of an image, which may be larger or smaller than those that the table describes.
+/// The camera at the size of an image, which may differ from that of the table.
 pub(super) fn sized(
     table: &CameraTable,
     width_pixels: u32,

@@ -5,7 +5,7 @@ use std::io::Cursor;
 use dragnet_detector::{Detection, Found};
 use image::{ImageError, ImageFormat, Rgb, RgbImage};
 
-/// By class, and again from the first; those of Okabe and Ito that people tell apart who see fewer colors.
+/// By class, repeating; the colors of Okabe and Ito that can be told apart with color blindness.
 const COLORS: [[u8; 3]; 6] =
     [[230, 159, 0], [86, 180, 233], [240, 228, 66], [213, 94, 0], [204, 121, 167], [0, 158, 115]];
 
@@ -35,7 +35,7 @@ fn frame(image: &mut RgbImage, detection: &Detection) {
     }
 }
 
-/// The first pixel that a box touches, and the one behind its last.
+/// The first pixel that a box covers, and the one after its last.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "boxes lie within their image")]
 fn pixels(low: f64, high: f64, side: u32) -> (u32, u32) {
     (low.floor() as u32, (high.ceil() as u32).min(side))

@@ -1,4 +1,4 @@
-//! Images from files, upright as people see them.
+//! Images from files, upright.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -7,10 +7,10 @@ use image::{DynamicImage, ImageDecoder, ImageError, ImageReader, RgbImage};
 
 use crate::commands::Failure;
 
-/// More than files of photographs have.
+/// Larger than any photograph's file.
 const MOST_BYTES: u64 = 1 << 30;
 
-/// An image as red, green and blue of 8 bits, turned as its file says that the camera was held.
+/// An image as red, green and blue of 8 bits, rotated by the orientation in its file.
 pub(super) fn read(path: &Path) -> Result<RgbImage, Failure> {
     decode(path)
         .map_err(|error| Failure::Input(format!("{}: no image that can be read: {error}", path.display())))

@@ -1,4 +1,4 @@
-//! What was found, as text, as a table and as an object.
+//! The detections as text, as a table and as JSON.
 
 use std::path::Path;
 
@@ -15,20 +15,20 @@ use crate::commands::Failure;
 use crate::terminal::counted;
 use crate::terminal::table::Table;
 
-/// What was found in an image.
+/// The detections of an image.
 pub(super) struct Seen<'a> {
     pub(super) path: &'a Path,
     pub(super) width_pixels: u32,
     pub(super) height_pixels: u32,
     pub(super) found: Found,
-    /// That it took, from pixels to boxes.
+    /// Duration from pixels to boxes.
     pub(super) seconds: f64,
 }
 
 #[derive(Serialize)]
 pub(super) struct Report<'a> {
     module: String,
-    /// Of the network, pixels.
+    /// Input of the network, pixels.
     input_columns: u32,
     input_rows: u32,
     classes: u32,
@@ -47,7 +47,7 @@ struct Image {
     width_pixels: u32,
     height_pixels: u32,
     seconds: f64,
-    /// Anchors of which the network said what cannot be.
+    /// Anchors with invalid output.
     refused_anchors: usize,
     boxes: Vec<Row>,
 }
@@ -61,7 +61,7 @@ struct Row {
     top_pixels: f64,
     right_pixels: f64,
     bottom_pixels: f64,
-    /// Of the middle of the box in the vehicle's frame, counter-clockwise from forward.
+    /// Of the box's center in the vehicle's frame, counter-clockwise from forward.
     bearing_radians: Option<f64>,
 }
 
@@ -110,7 +110,7 @@ impl<'a> Report<'a> {
         Ok(())
     }
 
-    /// A row a box.
+    /// A row for each box.
     pub(super) fn csv(&self) -> Result<Vec<u8>, csv::Error> {
         let mut writer = WriterBuilder::new().has_headers(false).from_writer(Vec::new());
         writer.write_record([
@@ -155,12 +155,12 @@ impl<'a> Report<'a> {
                     .map_or_else(|| "-".to_owned(), |bearing| format!("{:.2}", bearing.to_degrees())),
             ]);
         }
-        let told: Vec<String> = self.images.iter().map(|image| self.told(image)).collect();
-        format!("{}\n{}", table.draw(2), told.concat())
+        let reported: Vec<String> = self.images.iter().map(|image| self.reported(image)).collect();
+        format!("{}\n{}", table.draw(2), reported.concat())
     }
 
-    /// A line an image.
-    fn told(&self, image: &Image) -> String {
+    /// A line for each image.
+    fn reported(&self, image: &Image) -> String {
         let Image { file, width_pixels, height_pixels, seconds, refused_anchors, boxes } = image;
         let reduced = match self.factor {
             1 => String::new(),
@@ -168,10 +168,7 @@ impl<'a> Report<'a> {
         };
         let refused = match refused_anchors {
             0 => String::new(),
-            count => format!(
-                "; {} left out, for the network said of them what cannot be",
-                counted(*count, "anchor")
-            ),
+            count => format!("; {} ignored because of invalid output", counted(*count, "anchor")),
         };
         let boxes = match boxes.len() {
             1 => "1 box".to_owned(),

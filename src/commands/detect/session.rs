@@ -1,4 +1,4 @@
-//! From files to what is found in them.
+//! Runs the detector over the files.
 
 use std::fmt;
 use std::path::Path;
@@ -75,7 +75,7 @@ fn settings(arguments: &Arguments) -> detector::Settings {
     }
 }
 
-/// What the module did is no fault of the command line.
+/// A failure of the module is not a mistake in the command line.
 fn failed(path: &Path, error: &NetworkError) -> Failure {
     let message = of(path, error);
     match error {

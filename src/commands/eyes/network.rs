@@ -1,4 +1,4 @@
-//! A network from its file, with its settings checked against what it knows.
+//! A network loaded from its file, and its settings checked against it.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -11,31 +11,31 @@ use dragnet_ros2::input::Image;
 use dragnet_runtime::vehicle::detector::{self, Detector};
 use dragnet_vehicle::camera::DetectionBox;
 
-/// The largest networks of the family have a quarter of it.
+/// Four times the size of the largest networks of the family.
 const MOST_BYTES: u64 = 1 << 30;
-/// So many classes are named to whoever asks for one that is none.
+/// Number of class names that an error message lists.
 const MOST_NAMES: u32 = 20;
 
-/// A network, and what of its output counts.
+/// A network and its detection settings.
 pub(in crate::commands) struct YoloDetector {
     pub(in crate::commands) network: Network,
     pub(in crate::commands) settings: Settings,
 }
 
-/// Why there is no detector.
+/// Why a detector could not be made.
 pub(in crate::commands) enum Problem {
     /// The file cannot be read.
     File(PathBuf, std::io::Error),
-    /// It is no detector's.
+    /// The file is not a detector.
     Module(PathBuf, NetworkError),
-    /// It knows no such class.
+    /// The network has no such class.
     Class { asked: String, allowed: String },
-    /// No processor has so many.
+    /// More threads than any processor has.
     Threads(u16),
 }
 
 impl Problem {
-    /// What is wrong, keys and options called as whoever set them knows them.
+    /// The message, with keys or options named with this prefix.
     pub(in crate::commands) fn with_keys(&self, prefix: &str) -> String {
         match self {
             Self::File(path, error) => format!("{}: cannot read it: {error}", path.display()),
@@ -77,12 +77,12 @@ impl YoloDetector {
             },
         };
         let eyes = Self { network, settings };
-        // Whether it can be asked so at all is known before the first image comes.
+        // Unusable modules are detected before the first image arrives.
         eyes.find(2, 2, &[114; 12]).map_err(|error| Problem::Module(path(), error))?;
         Ok(eyes)
     }
 
-    /// What it finds in an image: red, green and blue of each pixel, row by row.
+    /// The detections of an image: red, green and blue of each pixel, row by row.
     pub(in crate::commands) fn find(
         &self,
         width_pixels: u32,
@@ -102,7 +102,7 @@ impl Detector for YoloDetector {
     }
 }
 
-/// By its name in the module's file or, where no class is called that, by its number.
+/// The class with this name in the module's file or, if there is none, with this number.
 fn class(text: &str, network: &Network) -> Result<u32, Problem> {
     let number = || text.parse().ok().filter(|class| *class < network.classes());
     network.class_named(text).or_else(number).ok_or_else(|| {

@@ -1,4 +1,4 @@
-//! Tells what the robots do, as they do it.
+//! Prints the robots' decisions and finds as they happen.
 
 use std::io;
 
@@ -12,18 +12,18 @@ use indicatif::ProgressBar;
 
 use crate::terminal::{self, counted};
 
-/// Watches a search, and prints a line for each decision and each find.
+/// Observes a search, and prints a line for each decision and each find.
 pub(super) struct Narrator {
     grid: Grid,
     bar: ProgressBar,
     watched: Watched,
-    /// Cells that were called found at some time, shape `[cells]`.
+    /// Cells that were found at some time, shape `[cells]`.
     was_found: Vec<bool>,
-    /// Why nothing more is printed.
+    /// Why printing stopped.
     silenced: Option<io::Error>,
 }
 
-/// What was seen on the way.
+/// Tracks and finds of a search.
 #[derive(Default)]
 pub(super) struct Watched {
     /// Cells that each robot was in, in order; robots by number.
@@ -32,7 +32,7 @@ pub(super) struct Watched {
     pub(super) finds: Vec<Find>,
 }
 
-/// The first time that a cell was called found.
+/// The first time that a cell was found.
 pub(super) struct Find {
     pub(super) cell: Cell,
     pub(super) robot: RobotId,
@@ -51,7 +51,7 @@ impl Narrator {
         }
     }
 
-    /// Something happens.
+    /// Handles a simulated event.
     pub(super) fn see(&mut self, now: MissionTime, scene: &StepContext) {
         match *scene {
             StepContext::Departs { robot, ref route, activity } => {
@@ -65,7 +65,7 @@ impl Narrator {
         }
     }
 
-    /// The search is over. Fails if a line could not be printed.
+    /// Ends the output. Fails if a line could not be printed.
     pub(super) fn finish(self) -> io::Result<Watched> {
         self.bar.finish_and_clear();
         self.silenced.map_or(Ok(self.watched), Err)

@@ -1,4 +1,4 @@
-//! What a search came to: one JSON object, or text with a map.
+//! The report of a search: one JSON object, or text with a map.
 
 use dragnet_scenario::Scenario;
 use dragnet_search::cell::Cell;
@@ -12,7 +12,7 @@ use crate::commands::scenario;
 use crate::terminal::map::Picture;
 use crate::terminal::{self, counted};
 
-/// More objects than this are counted and not listed.
+/// The maximum number of objects that are listed.
 const MAX_LISTED: usize = 20;
 
 /// The measures of a search. Names are those of the JSON object.
@@ -23,23 +23,23 @@ pub(super) struct Report {
     policy: String,
     robots: usize,
     objects: usize,
-    /// Of these, objects that no robot can see from anywhere: they count in no measure.
+    /// Of these, objects that no robot can observe: they do not count in any measure.
     objects_out_of_reach: usize,
     found: u32,
     false_positives: u32,
     recall: f64,
     precision: f64,
     f1: f64,
-    /// Mean of F1 over the way up to the budget.
+    /// Mean of F1 over path lengths up to the budget.
     auc_f1: f64,
-    /// Way of each robot, by number.
+    /// Path length of each robot, by number.
     path_cells: Vec<f64>,
     mission_time_s: f64,
-    /// Objects beyond those found that the belief expects where robots can see.
+    /// Expected number of objects in reach beyond those found.
     expected_remaining: f64,
-    /// When a cell was last found; nothing if none was.
+    /// When a cell was last found; absent if none was.
     last_find_s: Option<f64>,
-    /// From then, or else from the start, to the end.
+    /// Duration from then, or else from the start, to the end.
     tail_s: f64,
     decisions: usize,
     decision_ms: DecisionTimes,
@@ -50,7 +50,7 @@ pub(super) struct Report {
     recording: Option<String>,
 }
 
-/// Milliseconds; nothing without a decision.
+/// Milliseconds; absent without a decision.
 #[derive(Serialize)]
 struct DecisionTimes {
     p50: Option<f64>,
@@ -136,8 +136,8 @@ impl Report {
         let total: f64 = self.path_cells.iter().sum();
         let farthest = self.path_cells.iter().copied().fold(0.0, f64::max);
         match self.robots {
-            1 => format!("{total:.0} cells of way"),
-            robots => format!("{total:.0} cells of way by {robots} robots, {farthest:.0} by the farthest"),
+            1 => format!("{total:.0} cells driven"),
+            robots => format!("{total:.0} cells driven by {robots} robots, {farthest:.0} by the farthest"),
         }
     }
 
@@ -155,7 +155,7 @@ impl Report {
     }
 }
 
-/// What was found at the end, when and by whom, what was missed, and what was found and is not there.
+/// The objects found at the end, when and by which robot, the missed ones, and the false finds.
 fn objects(scenario: &Scenario, episode: &Episode, finds: &[Find]) -> String {
     let (belief, truth) = (&episode.belief, &episode.truth);
     let (grid, detection_threshold) = (scenario.terrain().grid(), scenario.mission().detection_threshold);
@@ -183,15 +183,15 @@ fn objects(scenario: &Scenario, episode: &Episode, finds: &[Find]) -> String {
     .concat()
 }
 
-/// Things under a title, if there is one of them.
-fn section(title: &str, things: impl Iterator<Item = String>) -> String {
-    let lines = listed(things);
+/// A titled list, or nothing if it is empty.
+fn section(title: &str, lines_of: impl Iterator<Item = String>) -> String {
+    let lines = listed(lines_of);
     if lines.is_empty() { lines } else { format!("{title}\n{lines}") }
 }
 
-/// A line for each of the first things.
-fn listed(things: impl Iterator<Item = String>) -> String {
-    let mut lines: Vec<String> = things.map(|thing| format!("  {thing}\n")).collect();
+/// A line for each entry, up to the maximum.
+fn listed(lines_of: impl Iterator<Item = String>) -> String {
+    let mut lines: Vec<String> = lines_of.map(|object| format!("  {object}\n")).collect();
     if lines.len() > MAX_LISTED {
         let rest = lines.split_off(MAX_LISTED);
         lines.push(format!("  and {} more\n", rest.len()));

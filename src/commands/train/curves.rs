@@ -1,10 +1,10 @@
-//! How a training went, as a table and as a drawing.
+//! The progress of a training as a table and as a plot.
 
 use csv::Writer;
-use dragnet_experiments::plot::{Figure, Line, Look};
+use dragnet_experiments::plot::{Figure, Line, LineStyle};
 use dragnet_train::Epoch;
 
-/// A row an epoch.
+/// A row for each epoch.
 pub(super) fn table(history: &[Epoch]) -> Result<Vec<u8>, String> {
     let mut writer = Writer::from_writer(Vec::new());
     let titles = ["epoch", "loss", "held_out_loss", "held_out_accuracy", "held_out_regret", "seconds"];
@@ -25,7 +25,7 @@ pub(super) fn draw(history: &[Epoch]) -> Result<String, String> {
     let unknown = vec![None; history.len()];
     let line = |label, color, mean| Line {
         label,
-        look: Look { color, dashes: 0 },
+        line_style: LineStyle { color, dashes: 0 },
         lengths: &epochs,
         mean,
         standard_error: &unknown,

@@ -1,4 +1,4 @@
-//! A training from its files to its files.
+//! A training run, from demonstrations to weights.
 
 use std::ffi::OsString;
 use std::fs;
@@ -53,7 +53,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let weights = trainer.best().to_bytes().map_err(Failure::Run)?;
     output::write(&arguments.out, &weights)?;
-    // What it held is in the weights now, and a checkpoint that stays is only in the way of the next training.
+    // Its contents are in the weights now, and a remaining checkpoint would block the next training.
     let _ = fs::remove_file(&files.checkpoint);
     let best = trainer.best().recipe();
     terminal::print(&format!(
@@ -146,13 +146,13 @@ fn failure(path: &Path, error: &impl ToString) -> Failure {
     Failure::Run(format!("{}: cannot write: {}", path.display(), error.to_string()))
 }
 
-/// Replaces this process by itself with the allocator set: glibc reads the settings once, when a process starts.
+/// Restarts this process with the allocator configured: glibc reads the settings once, when a process starts.
 fn start_anew_with_allocator() {
     if std::env::var_os(ALLOCATOR[0].0).is_some() {
         return;
     }
     if let Ok(program) = std::env::current_exe() {
-        // Where that fails the training is slower, and otherwise the same.
+        // If that fails the training is slower, and otherwise the same.
         let _ = Command::new(program).args(std::env::args_os().skip(1)).envs(ALLOCATOR).exec();
     }
 }

@@ -1,4 +1,4 @@
-//! What honest robots, and the coordinator, might say now; a few of them are careless.
+//! Messages of honest robots and of the coordinator; some robots are careless.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use rand::seq::IndexedRandom;
 
 use super::{Said, World};
 
-/// What a person has marked so far is numbered under this.
+/// The origin of the operator's marks.
 const BY_HAND: Origin = Origin { source: Source::Operator, incarnation: 0 };
 
 fn origin((robot, incarnation): (RobotId, u64)) -> Origin {
@@ -30,7 +30,7 @@ impl World {
             MessageKind::Observation if self.random.random_ratio(1, 8) => {
                 (Participant::Coordinator, Message::Observation(self.mark()))
             }
-            MessageKind::Observation => (robot, Message::Observation(self.some_look(origin))),
+            MessageKind::Observation => (robot, Message::Observation(self.some_observation(origin))),
             MessageKind::Intent => (robot, Message::Intent(self.intent(mate))),
             MessageKind::Heartbeat => (robot, Message::Heartbeat(self.heartbeat(mate))),
             MessageKind::SyncRequest => (robot, Message::SyncRequest(self.request(robot))),
@@ -44,19 +44,19 @@ impl World {
         Said { from, kind, bytes: convert::encode(&message) }
     }
 
-    /// Mostly the next one; sometimes one that is known, or early.
-    fn some_look(&mut self, of: Origin) -> Arc<Observation> {
+    /// Usually the next one; sometimes a known or an early one.
+    fn some_observation(&mut self, of: Origin) -> Arc<Observation> {
         let next = self.agent.replica().log().next(of);
         let sequence = match self.random.random_range(0..8) {
             0 => next.saturating_sub(1),
             1 => next + self.random.random_range(1..4),
             _ => next,
         };
-        self.look(of, sequence)
+        self.observed(of, sequence)
     }
 
-    /// What the robot that hears all this knows, or what follows. Few robots are where they cannot be so soon.
-    fn look(&mut self, origin: Origin, sequence: u64) -> Arc<Observation> {
+    /// An observation that the receiving robot knows, or the next one. Few are from impossible cells.
+    fn observed(&mut self, origin: Origin, sequence: u64) -> Arc<Observation> {
         if let Some(known) = self.agent.replica().log().since(origin, sequence).first() {
             return Arc::clone(known);
         }
@@ -77,7 +77,7 @@ impl World {
         Arc::new(Observation { origin: BY_HAND, sequence, time_ns: self.now.0, from, readings })
     }
 
-    /// Of all cells in sight: nothing is there but noise.
+    /// Of all cells in the footprint: empty with noise.
     pub(super) fn readings(&mut self, from: Cell) -> Vec<Reading> {
         let (grid, sensor) = (self.scenario.terrain().grid(), self.scenario.sensor());
         let in_sight = grid.cells().filter(|&cell| grid.manhattan(from, cell) <= sensor.radius());
@@ -108,7 +108,7 @@ impl World {
         }
     }
 
-    /// What the coordinator has told; sometimes another one has told more.
+    /// The coordinator's directive; sometimes another one has more orders.
     fn directive(&mut self) -> Directive {
         let mut directive = self.node.mission().directive().clone();
         if self.random.random_ratio(1, 20) {
@@ -118,7 +118,7 @@ impl World {
         directive
     }
 
-    /// Of a few origins, some of which somebody knows more of.
+    /// Of a few origins, some of which are claimed to have more observations.
     fn versions(&mut self) -> Vec<Version> {
         let mut versions: Vec<Version> = self.agent.replica().log().versions().take(6).collect();
         for version in &mut versions {
@@ -133,7 +133,7 @@ impl World {
         SyncRequest { from, of, first: self.random.random_range(0..=next) }
     }
 
-    /// The last looks of a robot and what follows; sometimes a full reply, or more than it can have seen.
+    /// The last observations of a robot and what follows; sometimes a full reply, or more than it can have.
     fn reply(&mut self, of: Origin) -> SyncReply {
         let next = self.agent.replica().log().next(of);
         let (known, new) = match self.random.random_range(0..30) {
@@ -142,6 +142,6 @@ impl World {
             _ => (self.random.random_range(0..4), self.random.random_range(1..3)),
         };
         let sequences = next.saturating_sub(known)..next + new;
-        SyncReply { observations: sequences.map(|sequence| self.look(of, sequence)).collect() }
+        SyncReply { observations: sequences.map(|sequence| self.observed(of, sequence)).collect() }
     }
 }

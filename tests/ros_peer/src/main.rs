@@ -1,8 +1,8 @@
-//! A robot's node by hiroz, a ROS 2 client that is not ours and has its own messages, hashes, keys and CDR.
+//! A robot's node by hiroz, an independent ROS 2 client with its own messages, hashes, keys and CDR.
 //!
-//! Usage: `ros_peer ENDPOINT DOMAIN NAMESPACE`, with the endpoint of a Zenoh router. Until its standard input closes it says
-//! over and over what a robot's sensors, detector and navigation would say, and tells as JSON, a line each, what it hears:
-//! `{"topic": "goal", ...}`. Its first line is `{"hashes": {"nav_msgs/msg/Odometry": "RIHS01_...", ...}}`.
+//! Usage: `ros_peer ENDPOINT DOMAIN NAMESPACE`, with the endpoint of a Zenoh router. Until its standard input closes it
+//! publishes repeatedly as a robot's sensors, detector and navigation would, and prints received messages as JSON, a
+//! line each: `{"topic": "goal", ...}`. Its first line is `{"hashes": {"nav_msgs/msg/Odometry": "RIHS01_...", ...}}`.
 
 mod robot;
 mod vision;

@@ -1,4 +1,4 @@
-//! What the robot says, and what it tells of what it hears.
+//! The robot's published and received messages.
 
 use hiroz::msg::ZMessage;
 use hiroz::node::ZNode;
@@ -31,7 +31,7 @@ fn latched() -> QosProfile {
     }
 }
 
-/// Type hashes as hiroz has them.
+/// Type hashes as computed by hiroz.
 pub fn hashes() -> Value {
     fn entry<T: MessageTypeInfo>() -> (String, Value) {
         let name = T::type_name().replace("::dds_::", "::").replace("::", "/");
@@ -56,24 +56,24 @@ pub fn hashes() -> Value {
     json!({ "hashes": hashes })
 }
 
-/// A subscriber of each topic that Dragnet speaks on. It lives as long as it is held.
+/// A subscriber of each topic that Dragnet publishes. It lives as long as it is held.
 pub fn listen(node: &ZNode) -> Result<Vec<Box<dyn std::any::Any>>> {
     Ok(vec![
-        Box::new(hear::<PoseStamped>(node, "goal_pose", QosProfile::default(), |goal| {
+        Box::new(receive::<PoseStamped>(node, "goal_pose", QosProfile::default(), |goal| {
             let place = &goal.pose.position;
             json!({"topic": "goal", "x": place.x, "y": place.y, "z": goal.pose.orientation.z, "frame": goal.header.frame_id})
         })?),
-        Box::new(hear::<Path>(node, "dragnet/path", QosProfile::default(), |path| {
+        Box::new(receive::<Path>(node, "dragnet/path", QosProfile::default(), |path| {
             let places = path.poses.iter().map(|pose| json!([pose.pose.position.x, pose.pose.position.y]));
             json!({"topic": "path", "places": places.collect::<Value>()})
         })?),
-        Box::new(hear::<OccupancyGrid>(
+        Box::new(receive::<OccupancyGrid>(
             node,
             "dragnet/belief",
             latched(),
             |belief| json!({"topic": "belief", "width": belief.info.width, "data": belief.data, "sec": belief.header.stamp.sec}),
         )?),
-        Box::new(hear::<Detection3DArray>(node, "dragnet/objects", latched(), |objects| {
+        Box::new(receive::<Detection3DArray>(node, "dragnet/objects", latched(), |objects| {
             let objects = objects.detections.iter().map(|object| {
                 let result = &object.results[0].hypothesis;
                 let place = &object.results[0].pose;
@@ -89,14 +89,14 @@ pub fn listen(node: &ZNode) -> Result<Vec<Box<dyn std::any::Any>>> {
             });
             json!({"topic": "objects", "objects": objects.collect::<Value>()})
         })?),
-        Box::new(hear::<DiagnosticArray>(node, "/diagnostics", QosProfile::default(), |array| {
+        Box::new(receive::<DiagnosticArray>(node, "/diagnostics", QosProfile::default(), |array| {
             let status = &array.status[0];
             json!({"topic": "diagnostics", "level": status.level, "name": status.name, "value": status.values[0].value})
         })?),
     ])
 }
 
-fn hear<T>(
+fn receive<T>(
     node: &ZNode,
     topic: &str,
     qos: QosProfile,
@@ -109,13 +109,13 @@ where
     let subscriber: ZSub<T, (), T::Serdes> = node
         .create_sub::<T>(topic)
         .with_qos(qos)
-        .build_with_callback(move |heard: T| println!("{}", tell(&heard)))?;
+        .build_with_callback(move |received: T| println!("{}", tell(&received)))?;
     Ok(subscriber)
 }
 
 type Voice<T> = ZPub<T, <T as ZMessage>::Serdes>;
 
-/// A publisher of each topic that Dragnet listens to.
+/// A publisher of each topic that Dragnet subscribes to.
 pub struct Voices {
     odometry: Voice<Odometry>,
     pose: Voice<PoseWithCovarianceStamped>,
@@ -123,7 +123,7 @@ pub struct Voices {
     goals: Voice<GoalStatusArray>,
     detections: Voice<Detection2DArray>,
     image: Voice<Image>,
-    /// Said once: whoever comes late hears it all the same.
+    /// Published once: late subscribers receive it all the same.
     _map: Voice<OccupancyGrid>,
     /// On a topic where images are expected.
     _wrong: Voice<Text>,

@@ -1,4 +1,4 @@
-//! `vision_msgs` 4, which hiroz has no messages of for Jazzy: it derives their hashes from these structs.
+//! `vision_msgs` 4, which hiroz does not have for Jazzy: it derives their hashes from these structs.
 
 use hiroz::MessageTypeInfo;
 use hiroz::msg::{SerdeCdrSerdes, ZMessage};

@@ -1,4 +1,4 @@
-//! A detector without its network: the pixels of an image of the paper's size for it, and boxes of its output.
+//! A detector without its network: preparing an image of the paper's size, and boxes of its output.
 //!
 //! `cargo bench -p dragnet-vehicle --features detector --bench detector`
 #![expect(clippy::unwrap_used, reason = "a benchmark fails by panicking")]
@@ -34,7 +34,7 @@ fn pixels(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Anchors of strides 8, 16 and 32, each with a box of its own; some of them see 20 objects, many see none.
+/// Anchors of strides 8, 16 and 32, each with its own box; some of them contain 20 objects, many none.
 fn output(seeing: usize) -> Vec<f32> {
     let mut random = stream(2, Purpose::Truth, 0);
     let mut values = vec![0.0; (4 + CLASSES) * ANCHORS];

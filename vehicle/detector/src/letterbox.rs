@@ -1,7 +1,7 @@
-//! How an image lies in the one that a network takes: scaled alike in both directions, in the middle, the rest padded.
+//! The position of an image in a network's input: scaled by one factor, centered, and padded.
 //!
-//! Sizes and edges are those of ultralytics' `LetterBox`, for a network finds best what looks as in its training: halves
-//! are rounded to even, and of an odd number of padded rows the lower side has one more.
+//! Sizes and edges are those of ultralytics' `LetterBox`, since a network works best on images as in its training:
+//! halves are rounded to even, and of an odd number of padded rows the lower side has one more.
 
 use nalgebra::Vector2;
 
@@ -9,8 +9,8 @@ use crate::picture::{PictureError, Size};
 use crate::settings::Resolution;
 use dragnet_vehicle::camera::DetectionBox;
 
-/// How an image lies in another. Points are `[column, row]` in pixels from the left and upper edge, so that whole numbers
-/// are edges of pixels.
+/// The position of an image in another. Points are `[column, row]` in pixels from the left and upper edge, so that
+/// whole numbers are edges of pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Letterbox {
     image: Size,
@@ -23,10 +23,10 @@ pub struct Letterbox {
 }
 
 impl Letterbox {
-    /// Of an image of this size in an input of that.
+    /// For an image and an input of these sizes.
     ///
     /// # Errors
-    /// If one of them is no size, or nothing is left of the image once it is taken down.
+    /// If a size is invalid, or nothing is left of the image after reduction.
     pub fn new(image: Size, resolution: Resolution, input: Size) -> Result<Self, PictureError> {
         if let Some(size) = [image, input].into_iter().find(|size| !size.is_valid()) {
             return Err(PictureError::Size(size));
@@ -55,32 +55,31 @@ impl Letterbox {
         })
     }
 
-    /// Of the camera's image.
+    /// Size of the camera's image.
     #[must_use]
     pub const fn image(&self) -> Size {
         self.image
     }
 
-    /// How the image is taken down first.
+    /// The reduction before scaling.
     #[must_use]
     pub const fn resolution(&self) -> Resolution {
         self.resolution
     }
 
-    /// Of the image once it is taken down. The last column of an odd number of them is lost to a half, and so is the
-    /// last row.
+    /// Size of the reduced image. With an odd number of columns or rows the last one is lost when halved.
     #[must_use]
     pub const fn reduced(&self) -> Size {
         self.reduced
     }
 
-    /// Of the part of the input that is no padding.
+    /// Size of the part of the input without padding.
     #[must_use]
     pub const fn scaled(&self) -> Size {
         self.scaled
     }
 
-    /// Of what the network takes.
+    /// Size of the network's input.
     #[must_use]
     pub const fn input(&self) -> Size {
         self.input
@@ -98,19 +97,19 @@ impl Letterbox {
         self.top_pixels
     }
 
-    /// Where a point of the image lies in the input.
+    /// The point of the input for a point of the image.
     #[must_use]
     pub fn in_input(&self, in_image: Vector2<f64>) -> Vector2<f64> {
         in_image.component_mul(&self.scale()) + self.corner()
     }
 
-    /// Where a point of the input lies in the image; outside it, if it is one of the padding.
+    /// The point of the image for a point of the input; outside it, if it is in the padding.
     #[must_use]
     pub fn in_image(&self, in_input: Vector2<f64>) -> Vector2<f64> {
         (in_input - self.corner()).component_div(&self.scale())
     }
 
-    /// A box of the input as one of the image, cut at its edges; none if nothing of it lies in the image.
+    /// A box of the input in the image, clipped to it; `None` if no part of it lies in the image.
     #[must_use]
     pub fn bounds_in_image(&self, in_input: &DetectionBox) -> Option<DetectionBox> {
         let upper_left = self.in_image(Vector2::new(in_input.left, in_input.top));
@@ -126,7 +125,7 @@ impl Letterbox {
         (bounds.left < bounds.right && bounds.top < bounds.bottom).then_some(bounds)
     }
 
-    /// Pixels of the input a pixel of the image. Sides are whole pixels, so that the two directions differ a little.
+    /// Pixels of the input per pixel of the image. Sides are whole pixels, so that the two directions differ slightly.
     fn scale(&self) -> Vector2<f64> {
         let factor = f64::from(self.resolution.factor());
         let scale = |scaled: u32, reduced: u32| f64::from(scaled) / f64::from(reduced) / factor;

@@ -1,4 +1,4 @@
-//! What the file of a module says of it: ultralytics' export leaves a JSON object in the archive that TorchScript is.
+//! The metadata of a module's file: ultralytics' export writes a JSON object into the TorchScript archive.
 
 use std::collections::BTreeMap;
 use std::io::{Cursor, Read};
@@ -8,16 +8,16 @@ use zip::ZipArchive;
 
 use crate::picture::Size;
 
-/// Where it lies, below a folder that is named as the module.
+/// Its path, below a folder with the module's name.
 const ENTRY: &str = "/extra/config.txt";
 /// Far more than the names of ten thousand classes.
 const MOST_BYTES: u64 = 1 << 20;
 
-/// What is said; nothing of it needs to be.
+/// The metadata, all optional.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(default)]
 pub(super) struct Metadata {
-    /// What the network was made for; `detect` is what is understood.
+    /// The task of the network; only `detect` is supported.
     pub(super) task: Option<String>,
     /// Rows and columns of its input.
     imgsz: Option<[u32; 2]>,
@@ -26,7 +26,7 @@ pub(super) struct Metadata {
 }
 
 impl Metadata {
-    /// Of a module's file. Of one that says nothing, or in other words than these, nothing is known.
+    /// Reads a module's file. Without metadata, or with other ones, all fields are empty.
     pub(super) fn of(module: &[u8]) -> Self {
         text(module).and_then(|text| serde_json::from_str(&text).ok()).unwrap_or_default()
     }

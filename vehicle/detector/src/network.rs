@@ -1,6 +1,6 @@
 //! The network: a TorchScript module that libtorch runs.
 //!
-//! A module is a program. Load none of which you do not know who made it: nothing here keeps it from running for ever.
+//! A module is a program. Load only modules from sources that you trust: nothing here keeps one from running for ever.
 
 use std::collections::BTreeMap;
 use std::io::Cursor;
@@ -15,7 +15,7 @@ use crate::prepare::{PrepareError, Prepared, prepare};
 use crate::settings::{Classes, Resolution, Settings};
 use crate::{FindError, Found, find};
 
-/// A network that finds objects in images.
+/// A network that detects objects in images.
 #[derive(Debug)]
 pub struct Network {
     module: CModule,
@@ -25,76 +25,76 @@ pub struct Network {
     class_count: u32,
 }
 
-/// Why a network cannot be used, or says nothing of an image.
+/// Why a network cannot be used, or failed on an image.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NetworkError {
     /// Not a module.
     #[error("not a TorchScript module that can be read: {0}")]
     Unreadable(String),
-    /// Made for something else.
+    /// Made for another task.
     #[error("a module for the task {0:?}: understood is \"detect\"")]
     Task(String),
-    /// Nobody says how large its images are.
+    /// The size of its input is unknown.
     #[error("the module does not say the size of its input, as those of ultralytics do: it has to be given")]
     NoInput,
-    /// Larger than any network's, or nothing at all.
+    /// An impossible input size.
     #[error("an input of {0} pixels: allowed are 1 to {max} columns and rows", max = Network::MAX_INPUT_PIXELS)]
     Input(Size),
-    /// What it says of itself and what it does differ.
+    /// Its metadata and its output differ.
     #[error("the module names {named} classes, and its output has {given}")]
     Names {
-        /// In its file.
+        /// Number of classes in its file.
         named: usize,
-        /// In its output.
+        /// Number of classes in its output.
         given: u32,
     },
-    /// A class that it does not know.
-    #[error("class {class}: the module knows {known}, from 0 on")]
+    /// An unknown class.
+    #[error("class {class}: the module has {known}, from 0 on")]
     Class {
-        /// As asked for.
+        /// The given class.
         class: u32,
-        /// As many as there are.
+        /// Number of classes.
         known: u32,
     },
-    /// The image cannot be shown to it.
+    /// The image cannot be prepared for it.
     #[error(transparent)]
     Prepare(#[from] PrepareError),
-    /// It came to no end of its own.
+    /// It failed.
     #[error("the module failed on an image of {input} pixels: {reason}")]
     Run {
         /// Columns and rows.
         input: Size,
-        /// As libtorch says it.
+        /// libtorch's message.
         reason: String,
     },
-    /// What it said says nothing of the image.
+    /// Its output is invalid.
     #[error(transparent)]
     Find(#[from] FindError),
 }
 
-/// Lets libtorch use so many threads of the CPU.
+/// Sets the number of CPU threads of libtorch.
 pub fn set_threads(threads: u16) {
     tch::set_num_threads(threads.into());
 }
 
-/// What came out of it.
+/// Its output.
 struct Numbers {
     values: Vec<f32>,
     shape: Vec<i64>,
 }
 
 impl Network {
-    /// So many columns or rows may its input have: before it is known to be a network, an image is made for it.
+    /// Maximum number of columns or rows of its input: an image of this size is allocated before the network is known
+    /// to work.
     pub const MAX_INPUT_PIXELS: u32 = 4096;
 
-    /// A module, as the bytes of its file, on this device; `input` where the file does not say how large its images are, or
-    /// it takes other sizes too. It is shown a gray image, so that one that cannot work is found out here.
+    /// Loads a module from the bytes of its file, on this device; `input` is needed if the file does not give the input
+    /// size, or to use another one. It is run on a gray image, so that errors are found here.
     ///
-    /// From here on libtorch does not watch how modules run in order to run them in another way: the same image gives
-    /// the same boxes the first time and the last.
+    /// From here on libtorch does not optimize modules at run time: the same image always gives the same boxes.
     ///
     /// # Errors
-    /// If it is no module, or what comes out of it is not the output of a detector.
+    /// If it is not a module, or its output is not that of a detector.
     pub fn load(module: &[u8], input: Option<Size>, device: Device) -> Result<Self, NetworkError> {
         let unreadable = |error: TchError| NetworkError::Unreadable(gist(&error));
         tch::jit::f_set_profiling_mode(false).map_err(unreadable)?;
@@ -121,35 +121,35 @@ impl Network {
         Ok(network)
     }
 
-    /// Of the images that it takes.
+    /// The size of its input.
     #[must_use]
     pub const fn input(&self) -> Size {
         self.input
     }
 
-    /// So many classes does it tell apart, from 0 on.
+    /// Number of its classes, from 0 on.
     #[must_use]
     pub const fn classes(&self) -> u32 {
         self.class_count
     }
 
-    /// What a class is called, if the module's file says it.
+    /// The name of a class, if the module's file has it.
     #[must_use]
     pub fn name(&self, class: u32) -> Option<&str> {
         self.names.get(&class).map(String::as_str)
     }
 
-    /// The class of this name, the first of them.
+    /// The first class with this name.
     #[must_use]
     pub fn class_named(&self, name: &str) -> Option<u32> {
         self.names.iter().find(|(_, known)| *known == name).map(|(&class, _)| class)
     }
 
-    /// What it finds in an image.
+    /// The detections in an image.
     ///
     /// # Errors
-    /// If the settings ask for what cannot be, the image cannot be shown to it, or it fails on it. It can be asked of
-    /// the next image all the same.
+    /// If the settings are invalid, the image cannot be prepared, or the network fails. It can be used on the next
+    /// image all the same.
     pub fn detect(&self, picture: &Picture<'_>, settings: &Settings) -> Result<Found, NetworkError> {
         settings.check().map_err(FindError::Settings)?;
         self.check_classes(&settings.classes)?;
@@ -168,7 +168,7 @@ impl Network {
         }
     }
 
-    /// As many as its output has, of a gray image.
+    /// Number of classes in its output for a gray image.
     fn class_count(&self) -> Result<u32, NetworkError> {
         let size = Size { width_pixels: 1, height_pixels: 1 };
         let gray = Picture::new(size, PixelFormat::Mono8, &[114]).map_err(PrepareError::Picture)?;
@@ -177,7 +177,7 @@ impl Network {
         Ok(u32::try_from(classes).unwrap_or(u32::MAX))
     }
 
-    /// Of an input of shape `[3, rows, columns]`.
+    /// Runs it on an input of shape `[3, rows, columns]`.
     fn run(&self, values: &[f32]) -> Result<Numbers, NetworkError> {
         let (rows, columns) = (i64::from(self.input.height_pixels), i64::from(self.input.width_pixels));
         let failed = |error: TchError| NetworkError::Run { input: self.input, reason: gist(&error) };
@@ -201,19 +201,19 @@ impl Network {
     }
 }
 
-/// `Tensor::size` panics of tensors that have none.
+/// `Tensor::size` panics on undefined tensors.
 fn shape(tensor: &Tensor) -> Result<Vec<i64>, TchError> {
     Vec::<i64>::try_from(&tensor.f_internal_shape_as_tensor()?)
 }
 
-/// What an error of libtorch says, without where in libtorch or the module it happened.
+/// The message of a libtorch error, without its place in libtorch or the module.
 fn gist(error: &TchError) -> String {
     const MOST_CHARACTERS: usize = 300;
     let text = match error {
         TchError::Torch(text) => text.clone(),
         other => other.to_string(),
     };
-    // An exception of TorchScript stands below where it came from, one of libtorch's own above.
+    // The message of a TorchScript exception follows its stack, that of libtorch precedes it.
     let raised =
         text.lines().rev().find(|line| line.split_once(':').is_some_and(|(name, _)| is_exception(name)));
     let line = raised.or_else(|| text.lines().find(|line| !line.trim().is_empty())).unwrap_or_default();

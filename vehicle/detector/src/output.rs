@@ -1,31 +1,31 @@
-//! What the numbers of a network say, as YOLO from version 8 on has them.
+//! The output of a network, in the format of YOLO from version 8 on.
 
 use crate::settings::Settings;
 use dragnet_vehicle::camera::DetectionBox;
 
-/// The numbers of one image, shape `[4 + classes, anchors]`: middle column, middle row, width and height of an anchor's
-/// box in pixels of the input, then how probable each class is, 0 to 1.
+/// The output for one image, shape `[4 + classes, anchors]`: center column, center row, width and height of an anchor's
+/// box in pixels of the input, then the probability of each class, 0 to 1.
 #[derive(Clone, Copy, Debug)]
 pub struct Output<'a> {
     values: &'a [f32],
     anchors: usize,
 }
 
-/// An object as an anchor sees it.
+/// A detection of an anchor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Candidate {
-    /// Where, in pixels of the input.
+    /// Its box, in pixels of the input.
     pub bounds: DetectionBox,
     /// Its most probable class, the first of equals.
     pub class: u32,
-    /// How probable that is.
+    /// The probability of that class.
     pub confidence: f32,
 }
 
-/// An output that is not understood.
+/// An unsupported output.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum OutputError {
-    /// Numbers for something else.
+    /// An unsupported shape.
     #[error(
         "an output of shape {0:?}: understood is [1, 4 + classes, anchors] of YOLO from version 8 on, without suppression, \
          with up to {max_classes} classes and {max_anchors} anchors",
@@ -33,24 +33,24 @@ pub enum OutputError {
         max_anchors = Output::MAX_ANCHORS
     )]
     Shape(Vec<i64>),
-    /// A caller's mistake.
+    /// The number of values does not match the shape.
     #[error("an output of shape {shape:?} with {given} numbers")]
     Count {
-        /// As given.
+        /// The given shape.
         shape: Vec<i64>,
-        /// As many numbers as there are.
+        /// The number of values.
         given: usize,
     },
-    /// Every anchor is refused.
+    /// Every anchor is invalid.
     #[error(
         "none of {anchors} anchors is a box with probabilities: the first has {value} where {wanted} belongs"
     )]
     NoAnchor {
-        /// As many as there are.
+        /// Number of anchors.
         anchors: usize,
-        /// The first number that cannot be, of the first of them.
+        /// The first invalid value of the first one.
         value: f32,
-        /// What could be.
+        /// The allowed values.
         wanted: &'static str,
     },
 }
@@ -59,7 +59,7 @@ const A_PLACE: &str = "a number of pixels";
 const A_SIDE: &str = "a positive number of pixels";
 const A_PROBABILITY: &str = "a probability from 0 to 1";
 
-/// How probable the most probable class of an anchor is.
+/// The most probable class of an anchor.
 #[derive(Clone, Copy)]
 struct Best {
     class: u32,
@@ -69,12 +69,12 @@ struct Best {
 }
 
 impl<'a> Output<'a> {
-    /// So many classes may a network tell apart.
+    /// The maximum number of classes.
     pub const MAX_CLASSES: usize = 10_000;
-    /// So many anchors may it have: those of an input of 7000 x 7000 pixels.
+    /// The maximum number of anchors: those of an input of 7000 x 7000 pixels.
     pub const MAX_ANCHORS: usize = 1 << 20;
 
-    /// How many classes and anchors an output of shape `[1, 4 + classes, anchors]` has.
+    /// Number of classes and anchors of an output of shape `[1, 4 + classes, anchors]`.
     ///
     /// # Errors
     /// If it has another shape.
@@ -91,10 +91,10 @@ impl<'a> Output<'a> {
             .ok_or_else(|| OutputError::Shape(shape.to_vec()))
     }
 
-    /// Numbers in the order of this shape, `[1, 4 + classes, anchors]`.
+    /// Values in the order of this shape, `[1, 4 + classes, anchors]`.
     ///
     /// # Errors
-    /// If it is another shape, or not as many numbers.
+    /// If the shape is another one, or does not match the number of values.
     pub fn new(values: &'a [f32], shape: &[i64]) -> Result<Self, OutputError> {
         let (classes, anchors) = Self::classes_and_anchors(shape)?;
         if values.len() != (4 + classes) * anchors {
@@ -103,11 +103,10 @@ impl<'a> Output<'a> {
         Ok(Self { values, anchors })
     }
 
-    /// What counts by the settings, in the order of anchors; and how many anchors were left out since what they say cannot
-    /// be.
+    /// The candidates that the settings select, in the order of anchors; and the number of invalid anchors.
     ///
     /// # Errors
-    /// If that are all of them.
+    /// If all of them are invalid.
     pub fn candidates(&self, settings: &Settings) -> Result<(Vec<Candidate>, usize), OutputError> {
         let mut candidates = Vec::new();
         let mut refused = 0;
@@ -123,7 +122,7 @@ impl<'a> Output<'a> {
         if refused == self.anchors { Err(self.refusal()) } else { Ok((candidates, refused)) }
     }
 
-    /// Of each anchor. Class by class, for so the numbers lie.
+    /// For each anchor. Iterates class by class, in memory order.
     fn best(&self) -> Vec<Best> {
         let none = Best { class: 0, confidence: f32::NEG_INFINITY, are_probabilities: true };
         let mut best = vec![none; self.anchors];
@@ -157,7 +156,7 @@ impl<'a> Output<'a> {
         })
     }
 
-    /// Of the first anchor, all being refused.
+    /// The error if all anchors are invalid.
     fn refusal(&self) -> OutputError {
         let rows = self.values.len() / self.anchors;
         let wrong = (0..rows).map(|row| (row, self.row(row, 0))).find_map(|(row, value)| {
@@ -168,7 +167,7 @@ impl<'a> Output<'a> {
             };
             (!is_right).then_some((value, wanted))
         });
-        debug_assert!(wrong.is_some(), "it was refused");
+        debug_assert!(wrong.is_some(), "it was rejected");
         let (value, wanted) = wrong.unwrap_or((f32::NAN, A_PLACE));
         OutputError::NoAnchor { anchors: self.anchors, value, wanted }
     }

@@ -1,4 +1,4 @@
-//! An image as a camera gives it: bytes, and what they are.
+//! An image of a camera: bytes and their format.
 
 use std::fmt;
 use std::str::FromStr;
@@ -12,7 +12,7 @@ pub struct Size {
     pub height_pixels: u32,
 }
 
-/// What the bytes of a pixel are, one a channel. Names are those of ROS's `sensor_msgs/Image`.
+/// The channels of a pixel, one byte each. Names are those of ROS's `sensor_msgs/Image`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PixelFormat {
     /// Red, green, blue.
@@ -23,7 +23,7 @@ pub enum PixelFormat {
     Mono8,
 }
 
-/// An image that can be.
+/// A valid image.
 #[derive(Clone, Copy, Debug)]
 pub struct Picture<'a> {
     size: Size,
@@ -31,31 +31,31 @@ pub struct Picture<'a> {
     bytes: &'a [u8],
 }
 
-/// An image that cannot be.
+/// Why an image is invalid.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PictureError {
-    /// Bytes of something that is not understood.
+    /// An unsupported format.
     #[error("pixels of format {0}: understood are rgb8, bgr8 and mono8")]
     Format(String),
     /// Too small or too large.
     #[error("an image of {0} pixels: allowed are 1 to {max} columns and rows", max = Size::MAX_SIDE_PIXELS)]
     Size(Size),
-    /// Not as many bytes as pixels ask for.
+    /// The number of bytes does not match the size.
     #[error("an image of {size} pixels of format {format} has {wanted} bytes, and this one {given}")]
     Bytes {
         /// Columns and rows.
         size: Size,
-        /// Of its pixels.
+        /// The format of its pixels.
         format: PixelFormat,
-        /// As many as there should be.
+        /// The right number of bytes.
         wanted: usize,
-        /// As many as there are.
+        /// The given number of bytes.
         given: usize,
     },
 }
 
 impl Size {
-    /// So many columns or rows may an image have.
+    /// The maximum number of columns or rows of an image.
     pub const MAX_SIDE_PIXELS: u32 = 1 << 15;
 
     /// Whether an image can have this size.
@@ -77,7 +77,7 @@ impl fmt::Display for Size {
 }
 
 impl PixelFormat {
-    /// Bytes a pixel.
+    /// Bytes per pixel.
     #[must_use]
     pub const fn channel_count(self) -> usize {
         match self {
@@ -86,7 +86,7 @@ impl PixelFormat {
         }
     }
 
-    /// Which byte of a pixel is its red, its green and its blue.
+    /// The indices of red, green and blue among a pixel's bytes.
     pub(super) const fn rgb_channels(self) -> [usize; 3] {
         match self {
             Self::Rgb8 => [0, 1, 2],
@@ -120,10 +120,11 @@ impl FromStr for PixelFormat {
 }
 
 impl<'a> Picture<'a> {
-    /// An image of this size: `bytes` in shape `[rows, columns, channels]`, the upper row first, nothing between rows.
+    /// An image of this size: `bytes` in shape `[rows, columns, channels]`, the upper row first, no padding between
+    /// rows.
     ///
     /// # Errors
-    /// If no image has this size, or one of this size and format another number of bytes.
+    /// If the size is invalid, or does not match the number of bytes.
     pub fn new(size: Size, format: PixelFormat, bytes: &'a [u8]) -> Result<Self, PictureError> {
         if !size.is_valid() {
             return Err(PictureError::Size(size));
@@ -141,7 +142,7 @@ impl<'a> Picture<'a> {
         self.size
     }
 
-    /// What a pixel is.
+    /// The pixel format.
     #[must_use]
     pub const fn format(&self) -> PixelFormat {
         self.format

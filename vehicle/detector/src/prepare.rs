@@ -1,7 +1,7 @@
-//! The pixels of a letterboxed image, as a network takes them.
+//! The pixels of a letterboxed image, as the input of a network.
 //!
-//! Both steps, to half and to the input, are bilinear between the four pixels next to each place, as OpenCV's
-//! `INTER_LINEAR` is and so ultralytics' training and prediction. To half this is the mean of two by two pixels.
+//! Both steps, halving and scaling to the input, are bilinear between the four nearest pixels, like OpenCV's
+//! `INTER_LINEAR` and so ultralytics' training and prediction. Halving is the mean of two by two pixels.
 
 use fast_image_resize::images::{Image, ImageRef};
 use fast_image_resize::{FilterType, IntoImageView, PixelType, ResizeAlg, ResizeOptions, Resizer};
@@ -10,40 +10,40 @@ use crate::letterbox::Letterbox;
 use crate::picture::{Picture, PictureError, PixelFormat, Size};
 use crate::settings::Resolution;
 
-/// What YOLO is trained to see around images.
+/// The padding in YOLO's training.
 const PADDING: f32 = 114.0 / 255.0;
 
-/// What a network takes, and how the image lies in it.
+/// The input of a network, and the position of the image in it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prepared {
     /// 0 to 1, shape `[3, rows, columns]` of the input: red, green, blue.
     pub values: Vec<f32>,
-    /// How the image lies in them.
+    /// The position of the image in them.
     pub letterbox: Letterbox,
 }
 
-/// An image that cannot be prepared.
+/// Why an image cannot be prepared.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PrepareError {
-    /// Of a size that cannot be.
+    /// An invalid size.
     #[error(transparent)]
     Picture(#[from] PictureError),
-    /// As the library that scales says it.
+    /// The message of the scaling library.
     #[error("an image cannot be scaled: {0}")]
     Scale(String),
 }
 
-/// An image for a network that takes one of `input`.
+/// Prepares an image for a network with this input size.
 ///
 /// # Errors
-/// If nothing is left of it at this resolution, or `input` is no size.
+/// If nothing is left of it at this resolution, or `input` is invalid.
 pub fn prepare(picture: &Picture<'_>, resolution: Resolution, input: Size) -> Result<Prepared, PrepareError> {
     let letterbox = Letterbox::new(picture.size(), resolution, input)?;
     let mut resizer = Resizer::new();
     let scaled = match resolution {
         Resolution::Full => scale(&mut resizer, &whole(picture)?, picture.size(), letterbox.scaled())?,
         Resolution::Half => {
-            // Of an odd number of columns the last is left out, so that two are always one.
+            // Of an odd number of columns the last is dropped, so that two always become one.
             let Size { width_pixels, height_pixels } = letterbox.reduced();
             let even = Size { width_pixels: 2 * width_pixels, height_pixels: 2 * height_pixels };
             let half = scale(&mut resizer, &whole(picture)?, even, letterbox.reduced())?;
@@ -60,7 +60,7 @@ fn whole<'a>(picture: &Picture<'a>) -> Result<ImageRef<'a>, PrepareError> {
     ImageRef::new(width_pixels, height_pixels, picture.bytes(), kind).map_err(|error| scale_error(&error))
 }
 
-/// The upper left part of an image, of size `part`, as one of size `to`.
+/// Scales the upper left part of an image, of size `part`, to size `to`.
 fn scale(
     resizer: &mut Resizer,
     from: &impl IntoImageView,

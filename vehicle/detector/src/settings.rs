@@ -1,19 +1,19 @@
-//! What counts as a detection.
+//! Settings of a detector.
 
 use std::collections::BTreeSet;
 
-/// How outputs are read.
+/// Settings for reading outputs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// Candidates above this probability count, 0 to 1.
+    /// Probability above which a candidate counts, 0 to 1.
     pub confidence: f32,
-    /// Two boxes whose common area is more than this part of the area that they cover together are one object, 0 to 1.
+    /// Intersection over union above which two boxes count as one object, 0 to 1.
     pub iou: f32,
     /// Classes that count.
     pub classes: Classes,
-    /// Which boxes are held against each other.
+    /// Which boxes are compared with each other.
     pub suppression: Suppression,
-    /// How images are taken down before they are letterboxed.
+    /// The reduction of images before they are letterboxed.
     pub resolution: Resolution,
 }
 
@@ -22,11 +22,11 @@ pub struct Settings {
 pub enum Classes {
     /// Any.
     All,
-    /// These, in the network's order from 0. What is more probably of another class is none of them.
+    /// These, in the network's order from 0. An anchor with a more probable other class does not count.
     Only(BTreeSet<u32>),
 }
 
-/// Which boxes are held against each other.
+/// Which boxes are compared with each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Suppression {
     /// Those of the same class.
@@ -35,10 +35,10 @@ pub enum Suppression {
     Agnostic,
 }
 
-/// How images are taken down before they are letterboxed.
+/// The reduction of images before they are letterboxed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Resolution {
-    /// Not at all.
+    /// None.
     Full,
     /// To half as many columns and rows, as in the paper's Section IV: 5320 x 3032 pixels to 2660 x 1516.
     Half,
@@ -47,19 +47,19 @@ pub enum Resolution {
 /// A setting out of its range.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SettingsError {
-    /// Not a probability.
+    /// The confidence is not a probability.
     #[error("a confidence of {0}: allowed is 0 to 1")]
     Confidence(f32),
-    /// Not a part.
+    /// The `IoU` is not within 0 to 1.
     #[error("an IoU of {0}: allowed is 0 to 1")]
     Iou(f32),
-    /// Nothing could ever be found.
+    /// No class is selected.
     #[error("no class counts: needed is at least one, or all")]
     NoClass,
 }
 
 impl Default for Settings {
-    /// The usual confidence and overlap of YOLO, and the paper's resolution.
+    /// The usual confidence and `IoU` of YOLO, and the paper's resolution.
     fn default() -> Self {
         Self {
             confidence: 0.25,
@@ -88,7 +88,7 @@ impl Settings {
 }
 
 impl Classes {
-    /// Whether one of them is this.
+    /// Whether a class is selected.
     #[must_use]
     pub fn contains(&self, class: u32) -> bool {
         match self {
@@ -99,7 +99,7 @@ impl Classes {
 }
 
 impl Resolution {
-    /// So many columns of an image are one of what is letterboxed, and so many rows.
+    /// Columns of an image per column after the reduction, and rows per row.
     #[must_use]
     pub const fn factor(self) -> u32 {
         match self {

@@ -1,14 +1,14 @@
-//! Non-maximum suppression: of boxes that overlap much, the most confident stays.
+//! Non-maximum suppression: of boxes that overlap strongly, the most confident stays.
 
 use crate::output::Candidate;
 use crate::settings::{Settings, Suppression};
 use dragnet_vehicle::camera::DetectionBox;
 
-/// The candidates that stay, most confident first; of equals the first. None if there are more than `most` of them.
+/// The candidates that stay, most confident first; of equals the first. `None` if there are more than `most` of them.
 ///
-/// Greedy, as everybody does it: in this order a candidate stays unless one that stays already overlaps it by more than
-/// [`Settings::iou`]. Each is held against those that stay only, so that it takes `most` times the candidates at
-/// most.
+/// The usual greedy algorithm: in this order a candidate stays unless one that stays already overlaps it by more than
+/// [`Settings::iou`]. Each is compared only with those that stay, so that the work is at most `most` times the number
+/// of candidates.
 #[must_use]
 pub fn suppress(mut candidates: Vec<Candidate>, settings: &Settings, most: usize) -> Option<Vec<Candidate>> {
     // Stable, so that equals keep their order.
@@ -30,7 +30,7 @@ pub fn suppress(mut candidates: Vec<Candidate>, settings: &Settings, most: usize
     Some(kept)
 }
 
-/// The area that two boxes have in common, over that which they cover together: 0 to 1.
+/// Intersection over union of two boxes: 0 to 1.
 fn iou(one: &DetectionBox, other: &DetectionBox) -> f64 {
     let common = |low: fn(&DetectionBox) -> f64, high: fn(&DetectionBox) -> f64| {
         (high(one).min(high(other)) - low(one).max(low(other))).max(0.0)

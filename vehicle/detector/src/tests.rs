@@ -53,7 +53,7 @@ fn a_box_is_cut_at_the_edges_of_the_image_and_none_of_the_padding_is_left() {
 }
 
 #[test]
-fn images_that_cannot_be_are_refused() {
+fn invalid_images_are_rejected() {
     let bytes = [0; 12];
     let picture = |size, format| Picture::new(size, format, &bytes).map(|picture| picture.size());
     assert_eq!(picture(size(2, 2), PixelFormat::Rgb8), Ok(size(2, 2)));
@@ -86,7 +86,7 @@ fn resolutions() -> impl Strategy<Value = Resolution> {
 }
 
 proptest! {
-    /// Through whole pixels of the input, as a network that is right to the pixel would say it.
+    /// Through whole pixels of the input, as a network with pixel resolution.
     #[test]
     fn a_point_comes_back_within_a_pixel(
         image in sizes(),
@@ -100,12 +100,12 @@ proptest! {
         let in_input = letterbox.in_input(point);
         prop_assert!((letterbox.in_image(in_input) - point).norm() < 1e-6);
         let back = letterbox.in_image(in_input.map(f64::round)) - point;
-        // A side of a pixel of the input, in the image; half of it, were the rounding free of dust.
+        // The size of an input pixel in the image; half of it, with a tolerance for rounding.
         let side = letterbox.in_image(Vector2::new(1.0, 1.0)) - letterbox.in_image(Vector2::zeros());
         prop_assert!(back.x.abs() <= 0.501 * side.x && back.y.abs() <= 0.501 * side.y, "{back} {side}");
     }
 
-    /// It fills the input in one direction, lies in its middle in the other, and keeps its proportions but for the rounding.
+    /// It fills the input in one direction, is centered in the other, and keeps its proportions up to rounding.
     #[test]
     fn an_image_lies_in_its_input(image in sizes(), resolution in resolutions()) {
         let letterbox = letterbox(image, resolution);
@@ -121,9 +121,9 @@ proptest! {
         prop_assert!((across - down).abs() <= rounding || scaled.width_pixels == 1 || scaled.height_pixels == 1);
     }
 
-    /// However wild its numbers, an output is read or refused.
+    /// Any output is read or rejected.
     #[test]
-    fn any_numbers_are_read_or_refused(
+    fn any_numbers_are_read_or_rejected(
         values in prop::collection::vec(prop_oneof![
             4 => -1.0_f32..2.0, 2 => 0.0_f32..700.0, 1 => any::<f32>(), 1 => Just(f32::NAN), 1 => Just(f32::INFINITY)
         ], 6 * 12),
@@ -142,26 +142,27 @@ proptest! {
     }
 }
 
-/// An output of three classes, from its anchors: middle column, middle row, width, height, three probabilities.
+/// An output of three classes, from its anchors: center column, center row, width, height, three probabilities.
 fn values(anchors: &[[f32; 7]]) -> (Vec<f32>, [i64; 3]) {
     let values = (0..7).flat_map(|row| anchors.iter().map(move |anchor| anchor[row])).collect();
     (values, [1, 7, i64::try_from(anchors.len()).unwrap()])
 }
 
-/// Class and left edge of what is found in an image that is as large as the input, and how many anchors are refused.
+/// Class and left edge of the detections in an image of the input's size, and the number of invalid anchors.
 fn check(anchors: &[[f32; 7]], settings: &Settings) -> Result<(Vec<(u32, f64)>, usize), FindError> {
     let (values, shape) = values(anchors);
     let output = Output::new(&values, &shape).unwrap();
     let found = find(&output, &letterbox(INPUT, Resolution::Full), settings)?;
-    let told = found.detections.iter().map(|detection| (detection.class, detection.bounds.left)).collect();
-    Ok((told, found.refused_anchors))
+    let reported =
+        found.detections.iter().map(|detection| (detection.class, detection.bounds.left)).collect();
+    Ok((reported, found.refused_anchors))
 }
 
 const NEAR: [[f32; 7]; 4] = [
     [100.0, 100.0, 40.0, 80.0, 0.1, 0.7, 0.2],
     // Overlaps the first by 0.9.
     [102.0, 100.0, 40.0, 80.0, 0.1, 0.9, 0.2],
-    // And so does this one, which is of another class.
+    // And so does this one, of another class.
     [104.0, 100.0, 40.0, 80.0, 0.8, 0.0, 0.0],
     [300.0, 100.0, 40.0, 80.0, 0.0, 0.0, 0.25],
 ];
@@ -220,7 +221,7 @@ fn anchors_that_cannot_be_are_left_out_and_counted() {
     for anchor in wrong {
         assert_eq!(check(&[anchor, good], &Settings::default()).unwrap(), (vec![(1, 80.0)], 1), "{anchor:?}");
     }
-    // They count also where nothing is found.
+    // They count also without detections.
     assert_eq!(check(&[wrong[0], spoiled(5, 0.2)], &Settings::default()).unwrap(), (vec![], 1));
     let all = |anchor| check(&[anchor], &Settings::default()).unwrap_err().to_string();
     let head = "none of 1 anchors is a box with probabilities: the first has ";
@@ -230,7 +231,7 @@ fn anchors_that_cannot_be_are_left_out_and_counted() {
 }
 
 #[test]
-fn outputs_of_another_shape_are_refused() {
+fn outputs_of_another_shape_are_rejected() {
     let shapes: [&[i64]; 7] =
         [&[], &[7, 4], &[2, 7, 4], &[1, 4, 10], &[1, 84, 0], &[1, 84, 1 << 40], &[1, -3, 5]];
     for shape in shapes {
@@ -243,7 +244,7 @@ fn outputs_of_another_shape_are_refused() {
 }
 
 #[test]
-fn more_boxes_than_there_can_be_objects_are_refused() {
+fn more_boxes_than_there_can_be_objects_are_rejected() {
     let row = |count: u16| -> Vec<[f32; 7]> {
         (0..count).map(|number| [2.0 * f32::from(number), 100.0, 1.0, 80.0, 0.9, 0.0, 0.0]).collect()
     };
@@ -254,7 +255,7 @@ fn more_boxes_than_there_can_be_objects_are_refused() {
 }
 
 #[test]
-fn settings_out_of_their_ranges_are_refused() {
+fn settings_out_of_their_ranges_are_rejected() {
     let refused = |settings: &Settings| check(&NEAR, settings).unwrap_err().to_string();
     let usual = Settings::default;
     assert_eq!(
@@ -266,7 +267,8 @@ fn settings_out_of_their_ranges_are_refused() {
 }
 
 proptest! {
-    /// What stays does not overlap, and what goes overlaps a more confident one that stays. Pixels are counted.
+    /// The remaining boxes do not overlap, and each removed one overlaps a more confident remaining one. Pixels are
+    /// counted.
     #[test]
     fn suppression_leaves_a_greedy_cover(
         boxes in prop::collection::vec((0..12, 0..12, 1..12, 1..12, 0.0_f32..1.0, 0_u32..2), 0..40),

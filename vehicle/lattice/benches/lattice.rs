@@ -1,7 +1,6 @@
-//! Plans over 300 m at 10 cm: how soon there is a first way, and how good it is after a second.
+//! Plans over 300 m at 10 cm: the time to the first path, and its cost after a second.
 //!
-//! A plain program, since what counts is one plan from a clean start: `cargo bench -p dragnet-vehicle --bench
-//! lattice`.
+//! A plain program, since what counts is one plan from a clean start: `cargo bench -p dragnet-vehicle --bench lattice`.
 
 #![expect(clippy::unwrap_used, reason = "a benchmark that cannot run should say so and end")]
 
@@ -28,7 +27,7 @@ const MANEUVERS: Maneuvers = Maneuvers {
     turn_in_place: None,
 };
 
-/// What stands in the way.
+/// The obstacles of a map.
 #[derive(Clone, Copy, Debug)]
 enum Obstacles {
     /// Nothing.
@@ -87,8 +86,8 @@ fn map(obstacles: Obstacles, seed: u64) -> CostMap {
     CostMap::new(Grid::new(SIDE, SIDE).unwrap(), RESOLUTION_METERS, (0.0, 0.0), costs).unwrap()
 }
 
-/// Time that this program, of one thread, has had a core: other programs on the machine do not count. By the
-/// wall clock where the system does not tell.
+/// CPU time of this program, which has one thread, so that other programs do not count. Wall-clock time if the system
+/// does not provide it.
 fn computed() -> Duration {
     static BEGIN: OnceLock<Instant> = OnceLock::new();
     let text = std::fs::read_to_string("/proc/self/schedstat").ok();
@@ -100,7 +99,7 @@ fn milliseconds(duration: Duration) -> f64 {
     duration.as_secs_f64() * 1e3
 }
 
-/// A box appears halfway along; the vehicle hears of it after a tenth of the way. Time to a new first way.
+/// A box appears halfway along; the vehicle receives it after a tenth of the path. Time to a new first path.
 fn replan(planner: &mut Planner, plan: &Plan, goal: &Goal) -> Duration {
     let middle = plan.poses[plan.poses.len() / 2];
     let now = plan.poses[plan.poses.len() / 10];
@@ -126,14 +125,14 @@ fn report(obstacles: Obstacles, seed: u64, from: (f64, f64), to: (f64, f64)) {
     let start = Pose { x_meters: from.0, y_meters: from.1, heading_radians: 0.0 };
     let goal = Goal { x_meters: to.0, y_meters: to.1, heading_radians: Some(0.0), tolerance_meters: 0.0 };
     let begin = computed();
-    let (mut first, mut heard) = (None, begin);
+    let (mut first, mut received) = (None, begin);
     let plan = planner
         .plan(start, &goal, Effort::default(), &mut |progress| {
-            heard = computed();
+            received = computed();
             if first.is_none() && progress.solution.is_some() {
-                first = Some(heard.saturating_sub(begin));
+                first = Some(received.saturating_sub(begin));
             }
-            heard.saturating_sub(begin) < Duration::from_secs(1)
+            received.saturating_sub(begin) < Duration::from_secs(1)
         })
         .unwrap();
     let whole = computed().saturating_sub(begin);
@@ -158,7 +157,7 @@ fn main() {
         "                making     first        first /    plan,                                 memory    replan"
     );
     println!(
-        "map      seed       ms  way,  ms  bound       last  <= 1 s     bound  expanded length m        MB  first, ms"
+        "map      seed       ms  path, ms  bound       last  <= 1 s     bound  expanded length m        MB  first, ms"
     );
     for obstacles in [Obstacles::None, Obstacles::Boxes, Obstacles::Rooms, Obstacles::Terrain] {
         for (seed, from, to) in [

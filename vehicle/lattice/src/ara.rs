@@ -1,11 +1,10 @@
-//! ARA*: weighted A* that is repeated with less and less inflation, and reuses what it knows.
+//! ARA*: weighted A* that is repeated with decreasing inflation, and reuses earlier results.
 //!
-//! Likhachev, Gordon and Thrun (2003), "ARA*: Anytime A* with Provable Bounds on Sub-Optimality". OPEN,
-//! CLOSED and INCONS are theirs. Departures:
-//! - The goal is not a state: it may be several, and none is expanded. Its cost is that of the best way
-//!   found.
-//! - Once a way is known, states from which no cheaper one can lead to the goal are left out.
-//! - OPEN holds entries of states rather than states; those that no longer hold are skipped when they come.
+//! Likhachev, Gordon and Thrun (2003), "ARA*: Anytime A* with Provable Bounds on Sub-Optimality". OPEN, CLOSED and
+//! INCONS are theirs. Departures:
+//! - The goal is not a state: it may be several, and none is expanded. Its cost is that of the best path found.
+//! - Once a path is known, states from which no cheaper one can lead to the goal are pruned.
+//! - OPEN holds entries of states rather than states; outdated ones are skipped.
 
 use dragnet_search::cell::Position;
 
@@ -18,7 +17,7 @@ use super::queue::{Entry, Queue};
 use super::states::States;
 use super::stopped::Stopped;
 
-/// Expansions between two questions whether to go on.
+/// Expansions between two calls of `go_on`.
 pub(super) const EXPANSIONS_PER_QUESTION: u64 = 1 << 10;
 
 /// What a search keeps between plans: memory only.
@@ -26,7 +25,7 @@ pub(super) const EXPANSIONS_PER_QUESTION: u64 = 1 << 10;
 pub(super) struct Space {
     pub(super) states: States,
     queue: Queue,
-    /// Expanded states to which a cheaper way was found since, with its cost.
+    /// Expanded states to which a cheaper path was found since, with its cost.
     inconsistent: Vec<(u32, u32)>,
 }
 
@@ -40,7 +39,7 @@ impl Space {
     }
 }
 
-/// The best way found.
+/// The best path found.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Best {
     pub(super) cost: u32,
@@ -55,12 +54,12 @@ pub(super) struct Search<'a> {
     pub(super) goal: &'a GoalStates,
     pub(super) space: &'a mut Space,
     pub(super) best: Option<Best>,
-    /// No way can cost less.
+    /// No path can cost less.
     pub(super) lower_bound: u64,
     pub(super) expansions: u64,
-    /// A way was left because its cost is no 32-bit number.
+    /// A path was dropped because its cost exceeds 32 bits.
     pub(super) too_costly: bool,
-    /// Searches begun: the mark of the states closed in this one.
+    /// Number of searches begun: the mark of the states closed in this one.
     iteration: u8,
     /// Inflation in 1024ths.
     inflation: u64,
@@ -69,11 +68,11 @@ pub(super) struct Search<'a> {
 /// When a search is done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Until {
-    /// When it has the first way.
+    /// At the first path.
     First,
-    /// When no state in OPEN can lead to a cheaper way, as far as the inflation tells.
+    /// When no state in OPEN can lead to a cheaper path, as far as the inflation guarantees.
     Proven,
-    /// Likewise, and at the latest when so many states have been expanded in all.
+    /// Likewise, and at the latest after this total number of expansions.
     Expanded(u64),
 }
 
@@ -103,7 +102,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The start: a way that costs nothing.
+    /// Adds the start with cost 0.
     pub(super) fn begin(&mut self, at: Position, heading: u8) {
         let state = self.space.states.make(at, heading);
         self.space.states.record_mut(state).cost = 0;
@@ -122,7 +121,7 @@ impl<'a> Search<'a> {
                     .then(|| self.entry(state, cost, ahead))
             })
             .collect();
-        // The order of the old queue is no part of the result.
+        // The order of the old queue must not affect the result.
         entries.sort_unstable_by_key(|entry| entry.state);
         let largest = entries.iter().map(|entry| entry.key).max().unwrap_or(0);
         self.space.inconsistent.clear();
@@ -143,8 +142,8 @@ impl<'a> Search<'a> {
         open.chain(inconsistent.filter(move |&(state, cost)| states.record(state).cost == cost))
     }
 
-    /// Raises the lower bound to what this guidance, which must never estimate too much, says of OPEN and
-    /// INCONS: the best way leads through one of them, reached as cheaply as can be.
+    /// Raises the lower bound by this guidance, which must never overestimate, over OPEN and INCONS: the best path
+    /// leads through one of them at its minimum cost.
     pub(super) fn raise_lower_bound<G: Guidance>(&mut self, guidance: &G) {
         debug_assert!(G::IS_LOWER_BOUND);
         let least = self
@@ -159,7 +158,7 @@ impl<'a> Search<'a> {
         self.lower_bound = self.lower_bound.max(least.min(best));
     }
 
-    /// How many times more than the cheapest way the best one found costs, at most.
+    /// Upper bound on the ratio of the best path's cost to the minimum.
     pub(super) fn bound(&self) -> f64 {
         let Some(best) = self.best else { return f64::INFINITY };
         if u64::from(best.cost) <= self.lower_bound {
@@ -168,7 +167,7 @@ impl<'a> Search<'a> {
         f64::from(best.cost) / self.lower_bound as f64
     }
 
-    /// Expands states until done. If OPEN becomes empty, that was all.
+    /// Expands states until done. If OPEN becomes empty, the search is complete.
     pub(super) fn improve(
         &mut self,
         guidance: &impl Guidance,
@@ -221,7 +220,7 @@ impl<'a> Search<'a> {
             {
                 continue;
             }
-            // Cheap questions first: most motions lead to where a better way leads already.
+            // Cheap tests first: most motions lead to states that already have a better path.
             let known = self.space.states.cost_at(to, motion.end_heading);
             if from.cost.saturating_add(motion.cost) >= known {
                 continue;
@@ -267,7 +266,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// No cheaper way than the best leads through a state of this cost, this far from the goal.
+    /// Whether no path cheaper than the best leads through a state of this cost and distance to the goal.
     fn is_useless<G: Guidance>(&self, _: &G, cost: u32, ahead: u32) -> bool {
         G::IS_LOWER_BOUND
             && self.best.is_some_and(|best| u64::from(cost) + u64::from(ahead) >= u64::from(best.cost))
@@ -277,7 +276,7 @@ impl<'a> Search<'a> {
         Entry { key: ((cost as u64) << 10) + self.inflation * ahead as u64, cost, state }
     }
 
-    /// The state before one on the best way to it, and what the motion between them costs there.
+    /// The state before one on the best path to it, and the cost of the motion between them there.
     pub(super) fn before(&self, state: u32) -> (u32, u64) {
         let (at, _) = self.space.states.place(state);
         let motion = self.motions.of_primitive(self.space.states.record(state).primitive);
@@ -289,16 +288,15 @@ impl<'a> Search<'a> {
     }
 }
 
-/// What a motion costs where it starts in a cell: one more than the largest cost on its way, times its cost
-/// over free ground. Departure from SBPL: the cells are those that the reference point crosses, not all that
-/// are swept.
+/// The cost of a motion that starts in a cell: one more than the largest cost along it, times its cost over free
+/// ground. Departure from SBPL: the cells are those that the reference point crosses, not all that are swept.
 fn costly(map: &CostMap, motions: &Motions, motion: &Motion, at: Position) -> u64 {
     let columns = map.grid().columns() as usize;
     let cell = |&(north, east): &(i32, i32)| {
         let row = (at.row as usize).wrapping_add_signed(north as isize);
         map.costs()[row * columns + (at.column as usize).wrapping_add_signed(east as isize)]
     };
-    let largest = motions.way(motion).iter().map(cell).max().unwrap_or(0);
+    let largest = motions.path(motion).iter().map(cell).max().unwrap_or(0);
     u64::from(motion.cost) * (1 + u64::from(largest))
 }
 

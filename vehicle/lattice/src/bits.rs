@@ -1,4 +1,4 @@
-//! A rectangle of bits, of which a run within a row is read at once.
+//! A rectangle of bits with fast access to runs within a row.
 
 /// Bits by row and column, each row a whole number of words.
 #[derive(Clone, Debug, Default)]
@@ -53,7 +53,7 @@ impl Bits {
     }
 }
 
-/// `out[i] |= row[i + by]` for each bit; beyond the row's ends stand zeros.
+/// `out[i] |= row[i + by]` for each bit; bits beyond the row's ends are zero.
 pub(super) fn or_shifted(out: &mut [u64], row: &[u64], by: isize) {
     let (words, bits) = (by.unsigned_abs() / 64, by.unsigned_abs() % 64);
     let count = row.len();

@@ -1,15 +1,14 @@
-//! Dijkstra's queue for whole numbers, without a heap.
+//! A bucket queue for Dijkstra with whole numbers, without a heap.
 
-/// A cell, and the step by which the way to it enters it.
+/// A cell, and the step by which its path enters it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Waiting {
     pub(super) cell: u32,
     pub(super) entered: u8,
 }
 
-/// Cells by their distance, in buckets no wider than the shortest edge: within a bucket no cell can shorten
-/// the way of another, so that any order among them is right (Dinitz 1978). The buckets form a ring longer
-/// than the longest edge.
+/// Cells by their distance, in buckets no wider than the shortest edge: within a bucket no cell can shorten the path to
+/// another, so that any order among them is right (Dinitz 1978). The buckets form a ring longer than the longest edge.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Ring {
     shift: u32,
@@ -19,7 +18,7 @@ pub(super) struct Ring {
 }
 
 impl Ring {
-    /// Made ready for edges of these lengths, above 0.
+    /// Prepares the queue for edges of these lengths, above 0.
     pub(super) fn reset(&mut self, shortest: u32, longest: u32) {
         self.shift = shortest.max(1).ilog2();
         let count = ((longest >> self.shift) as usize + 2).next_power_of_two();
@@ -36,8 +35,7 @@ impl Ring {
         self.waiting += 1;
     }
 
-    /// The next cell. A cell that was pushed more than once comes more than once, first with its smallest
-    /// distance.
+    /// The next cell. A cell that was pushed repeatedly comes repeatedly, first with its smallest distance.
     #[inline]
     pub(super) fn pop(&mut self) -> Option<Waiting> {
         if self.waiting == 0 {
@@ -53,7 +51,7 @@ impl Ring {
         }
     }
 
-    /// No cell that waits is nearer.
+    /// A lower bound on the distance of all queued cells.
     #[inline]
     pub(super) fn least(&self) -> u32 {
         u32::try_from(self.current << self.shift).unwrap_or(u32::MAX)

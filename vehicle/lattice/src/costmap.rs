@@ -1,13 +1,12 @@
-//! What the ground costs at each place, and where a vehicle cannot be.
+//! The cost of the ground, and where a vehicle cannot be.
 
 use dragnet_search::cell::{Cell, Grid, GridSizeError, Position};
 use dragnet_search::terrain::Terrain;
 
-/// From this cost on nothing of the vehicle may be in a cell.
+/// Cost from which on no part of the vehicle may be in a cell.
 pub const LETHAL: u8 = 253;
 
-/// The cost of each cell of a rectangle of ground. A way of length `l` through cells of cost `c` costs
-/// `l (1 + c)`.
+/// The cost of each cell of a rectangle of ground. A path of length `l` through cells of cost `c` costs `l (1 + c)`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CostMap {
     grid: Grid,
@@ -18,16 +17,16 @@ pub struct CostMap {
     costs: Vec<u8>,
 }
 
-/// What the bytes of an occupancy grid mean.
+/// Interpretation of an occupancy grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OccupancyRule {
     /// From this percentage on a cell is [`LETHAL`]; below it costs its percentage. 1 to 100.
     pub lethal_percent: u8,
-    /// Cost of cells of which nothing is known, 0 to 255.
+    /// Cost of unknown cells, 0 to 255.
     pub unknown_cost: u8,
 }
 
-/// Why a cost map cannot be.
+/// Why a cost map is invalid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CostMapError {
     /// No cell, or too many.
@@ -47,18 +46,18 @@ pub enum CostMapError {
         /// Cells of the grid.
         expected: usize,
     },
-    /// A terrain's cells cut into nothing.
+    /// Terrain cells divided into 0 parts.
     #[error("each cell of the terrain cut into {0} x {0}: allowed is 1 or more")]
     Parts(u32),
-    /// A percentage of no meaning.
+    /// An invalid percentage.
     #[error("lethal from {0} % on: allowed are 1 to 100")]
     LethalPercent(u8),
-    /// A byte that is no occupancy.
+    /// An invalid occupancy.
     #[error("occupancy {value} of cell {index}: allowed are 0 to 100, and -1 for unknown")]
     Occupancy {
         /// Row-major index.
         index: usize,
-        /// As given.
+        /// The given value.
         value: i8,
     },
     /// A cell that is not on this map.
@@ -72,11 +71,10 @@ pub enum CostMapError {
 }
 
 impl CostMap {
-    /// A map from the cost of each cell, shape `[cells]`, by index: rows from south to north, each from west
-    /// to east.
+    /// A map from the cost of each cell, shape `[cells]`, by index: rows from south to north, each from west to east.
     ///
     /// # Errors
-    /// If the list does not fit the grid, or resolution or origin are no numbers.
+    /// If the list does not fit the grid, or resolution or origin are invalid.
     pub fn new(
         grid: Grid,
         resolution_meters: f64,
@@ -95,8 +93,8 @@ impl CostMap {
         Ok(Self { grid, resolution_meters, origin_meters, costs })
     }
 
-    /// The map of a terrain, each of its cells cut into `parts x parts`: free where it can be crossed, else
-    /// lethal. Its origin is the terrain's south-western corner.
+    /// The map of a terrain, each of its cells divided into `parts x parts`: free if traversable, else lethal. Its
+    /// origin is the terrain's south-western corner.
     ///
     /// # Errors
     /// If `parts` is 0, or the map had too many cells.
@@ -115,7 +113,7 @@ impl CostMap {
         Self::new(grid, terrain.cell_meters() / f64::from(parts), (0.0, 0.0), costs)
     }
 
-    /// The map of an occupancy grid as ROS has it: percent, -1 where unknown, rows from south to north.
+    /// The map of a ROS occupancy grid: percent, -1 where unknown, rows from south to north.
     ///
     /// # Errors
     /// As [`CostMap::new`], and if a byte or the rule is out of its range.
@@ -164,7 +162,7 @@ impl CostMap {
         &self.costs
     }
 
-    /// Whether nothing of a vehicle may be there.
+    /// Whether no part of a vehicle may be there.
     #[must_use]
     pub fn is_lethal(&self, cell: Cell) -> bool {
         self.costs[cell.index()] >= LETHAL
@@ -190,7 +188,7 @@ impl CostMap {
     /// Sets the cost of one cell.
     ///
     /// # Errors
-    /// If the cell is of a larger map.
+    /// If the cell is not on this map.
     pub fn set(&mut self, cell: Cell, cost: u8) -> Result<(), CostMapError> {
         let cells = self.costs.len();
         let known = self.costs.get_mut(cell.index());

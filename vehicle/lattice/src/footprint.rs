@@ -2,15 +2,15 @@
 
 use crate::plane::Pose;
 
-/// Squares that are only touched are not covered; without this, rounding would decide.
+/// Squares that are only touched are not covered; without this tolerance, rounding would decide.
 const TOUCH: f64 = 1e-6;
 
 /// Most corners of a polygon.
 pub const MAX_CORNERS: usize = 64;
-/// How far a footprint may reach from the reference point, in cells of the map.
+/// Maximum distance of a footprint's points from the reference point, in cells of the map.
 pub const MAX_FOOTPRINT_CELLS: f64 = 128.0;
 
-/// A vehicle's outline as it stands at the reference point, x forward and y to the left, meters.
+/// A vehicle's outline at the reference point, x forward and y to the left, meters.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Footprint {
     /// A disc around the reference point; of radius 0 it covers the cell of the reference point.
@@ -18,17 +18,17 @@ pub enum Footprint {
         /// Meters, 0 or more.
         radius_meters: f64,
     },
-    /// A simple polygon, convex or not, its corners in order, either way round.
+    /// A simple polygon, convex or not, its corners in either order.
     Polygon {
         /// At least 3, at most [`MAX_CORNERS`].
         corners_meters: Vec<(f64, f64)>,
     },
 }
 
-/// Why an outline cannot be.
+/// Why an outline is invalid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FootprintError {
-    /// NaN, infinite, negative or enormous.
+    /// NaN, infinite, negative or too large.
     #[error(
         "a footprint with {0} m: allowed are finite lengths, within {MAX_FOOTPRINT_CELLS} cells of the map"
     )]
@@ -36,7 +36,7 @@ pub enum FootprintError {
     /// Too few or too many corners.
     #[error("a footprint of {0} corners: allowed are 3 to {MAX_CORNERS}")]
     CornerCount(usize),
-    /// Its inside would not be defined.
+    /// Its edges cross.
     #[error("edges {0} and {1} of the footprint cross or touch: allowed is a simple polygon")]
     Crossing(usize, usize),
 }
@@ -49,7 +49,7 @@ impl Footprint {
         Self::Polygon { corners_meters: vec![(x, y), (-x, y), (-x, -y), (x, -y)] }
     }
 
-    /// Whether it can be, on a map of that resolution.
+    /// Checks the outline for a map of that resolution.
     pub(super) fn check(&self, resolution_meters: f64) -> Result<(), FootprintError> {
         let max_meters = MAX_FOOTPRINT_CELLS * resolution_meters;
         let corners = match self {
@@ -131,13 +131,13 @@ pub(super) fn nearest(cells: f64) -> i32 {
 
 type Point = (f64, f64);
 
-/// Whether a polygon and the unit square around a point have more than a border in common: an edge enters the
-/// square, or the square lies wholly inside.
+/// Whether a polygon and the unit square around a point share more than a border: an edge enters the square, or the
+/// square lies inside.
 fn covers(corners: &[Point], east: f64, north: f64) -> bool {
     let half = 0.5 - TOUCH;
     let edges = || corners.iter().zip(corners.iter().cycle().skip(1));
     let enters = |(a, b): (&Point, &Point)| {
-        // Liang and Barsky (1984): the part of the edge that lies between both pairs of parallel sides.
+        // Liang and Barsky (1984): the part of the edge between both pairs of parallel sides.
         let (mut begin, mut end) = (0.0_f64, 1.0_f64);
         for (from, to, center) in [(a.0, b.0, east), (a.1, b.1, north)] {
             let (low, high, along) = (center - half - from, center + half - from, to - from);
@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn outlines_that_cannot_be_are_told() {
+    fn invalid_outlines_are_reported() {
         let polygon = |corners: &[Point]| Footprint::Polygon { corners_meters: corners.to_vec() }.check(0.1);
         assert_eq!(polygon(&[(0.0, 0.0), (1.0, 0.0)]), Err(FootprintError::CornerCount(2)));
         let bow = [(0.0, 0.0), (1.0, 1.0), (1.0, 0.0), (0.0, 1.0)];
@@ -217,7 +217,7 @@ mod tests {
     }
 
     proptest! {
-        /// Points of the outline's inside lie in covered cells: nothing is missed.
+        /// Points inside the outline lie in covered cells.
         #[test]
         fn every_point_of_a_vehicle_lies_in_a_covered_cell(
             x in -0.1_f64..0.1, y in -0.1_f64..0.1, heading in -7.0_f64..7.0,

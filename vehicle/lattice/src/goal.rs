@@ -1,4 +1,4 @@
-//! Where a plan may end.
+//! The goal states of a plan.
 
 use dragnet_search::cell::{Cell, Grid, Position};
 
@@ -7,11 +7,11 @@ use super::layers::Layers;
 use super::metric::Metric;
 use super::motions::Motions;
 
-/// The states that count as the goal: the goal's cell, and those whose centers lie near enough.
+/// The goal states: the goal's cell, and those whose centers are within the tolerance.
 #[derive(Clone, Debug)]
 pub(super) struct GoalStates {
     cell: Position,
-    /// The goal in cells, east and north of the middle of cell (0, 0).
+    /// The goal in cells, east and north of the center of cell (0, 0).
     east_north_cells: (f64, f64),
     tolerance_cells: f64,
     heading: Option<u8>,
@@ -54,7 +54,7 @@ impl GoalStates {
         self.heading.is_none_or(|goal| goal == heading) && self.is_near(at)
     }
 
-    /// Cells that count, by index, over which a motion can lead.
+    /// Goal cells, by index, over which a motion can lead.
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
@@ -79,7 +79,7 @@ impl GoalStates {
         cells
     }
 
-    /// Whether the vehicle can stand in one of these cells as it should.
+    /// Whether the vehicle can stand in one of these cells with the goal's heading.
     pub(super) fn has_room(&self, cells: &[Position], layers: &Layers, motions: &Motions) -> bool {
         let headings = match self.heading {
             Some(heading) => usize::from(heading)..usize::from(heading) + 1,

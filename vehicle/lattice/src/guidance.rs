@@ -1,28 +1,27 @@
-//! What tells a search where to look first.
+//! Guidance of a search.
 
 use dragnet_search::cell::Position;
 
 use super::metric::Metric;
 
-/// No way leads from there to the goal, or none that is of use.
+/// No path leads from there to the goal, or none that is useful.
 pub(super) const OUT_OF_REACH: u32 = u32::MAX;
 
 /// An estimate of the cost from a cell to the goal.
 pub(super) trait Guidance {
-    /// It never estimates too much.
+    /// Whether it never overestimates.
     const IS_LOWER_BOUND: bool;
 
-    /// In units; [`OUT_OF_REACH`] where a search need not look.
+    /// In units; [`OUT_OF_REACH`] where a search need not go.
     fn at(&self, at: Position) -> u32;
 }
 
-/// Distance over free ground, to the nearest place around the goal that counts as the goal. It is consistent,
-/// and needs no map: a lower bound before there is a better one.
+/// Distance over free ground, to the nearest goal cell. It is consistent, and needs no map: the first lower bound.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FreeGround {
     pub(super) metric: Metric,
     pub(super) goal: Position,
-    /// Distance over free ground between the goal and the farthest cell that counts as the goal.
+    /// Distance over free ground between the goal and the farthest goal cell.
     pub(super) tolerance: u64,
 }
 

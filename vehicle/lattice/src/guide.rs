@@ -1,9 +1,8 @@
-//! A coarse map of a large one, for a first way soon.
+//! A coarse map of a large one, for a fast first path.
 //!
-//! Blocks of 4 x 4 cells are neighbors if a step leads from a free cell of one to a free cell of the other,
-//! so that no wall of three cells or more is seen through, and every way that there is leads from neighbor to
-//! neighbor. The distances are no lower bound: they tell a search where to look, and are never part of a
-//! bound.
+//! Blocks of 4 x 4 cells are neighbors if a step leads from a free cell of one to a free cell of the other, so that
+//! walls of three cells or more block, and every path leads from neighbor to neighbor. The distances are not lower
+//! bounds: they guide a search, and are never part of a bound.
 
 use std::ops::Range;
 
@@ -60,9 +59,9 @@ impl Guide {
         guide
     }
 
-    /// Takes in rows of cells that have changed; the distances are those of before.
+    /// Updates rows of cells that have changed; the distances stay those of before.
     pub(super) fn refresh(&mut self, map: &CostMap, layers: &Layers, changed: Range<usize>) {
-        // The row to the south looks over its border.
+        // The row to the south depends on its border.
         let first = (changed.start / EDGE).saturating_sub(1);
         for row in first..changed.end.div_ceil(EDGE).min(self.rows) {
             for column in 0..self.columns {
@@ -75,7 +74,7 @@ impl Guide {
         }
     }
 
-    /// Joins the blocks of a row to those of this row and of the one to the north.
+    /// Connects the blocks of a row to each other and to those of the row to the north.
     fn join_row(&mut self, map: &CostMap, layers: &Layers, row: usize) {
         let mut here = vec![[0_u8; EDGE]; self.columns];
         let mut north = vec![0_u8; self.columns];
@@ -86,7 +85,7 @@ impl Guide {
             north[column] = free_cells(layers, (row + 1) * EDGE, column * EDGE);
             self.costs[row * self.columns + column] = mean_cost(map, row * EDGE, column * EDGE);
         }
-        // A step may be a diagonal one, and then enters beside.
+        // A step may be diagonal, and then enters beside.
         let near = |bits: u8| bits | bits << 1 | bits >> 1;
         let side = |cells: [u8; EDGE], bit: usize| {
             (0..EDGE).fold(0, |all, line| all | (cells[line] >> bit & 1) << line)
@@ -157,7 +156,7 @@ impl Guide {
     }
 }
 
-/// Of the four cells from one on to the east, which are free; the lowest bit for the first.
+/// The free ones of four cells from this one to the east; the lowest bit for the first.
 fn free_cells(layers: &Layers, row: usize, column: usize) -> u8 {
     let is_free = |column: &usize| {
         row < layers.rows() && *column < layers.columns() && !layers.is_blocked(row, *column)

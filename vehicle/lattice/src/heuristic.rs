@@ -1,23 +1,21 @@
-//! How far it is at least to the goal, by way of the ground.
+//! A lower bound on the cost to the goal, over the grid.
 //!
-//! Cells whose core is free ([`super::motions::Motions::core`]) are joined by the 32 steps of
-//! [`super::metric`]; a step costs its weight times one more than the larger cost of the two cells. Dijkstra
-//! from the goal gives `h`.
+//! Cells whose core is free ([`super::motions::Motions::core`]) are joined by the 32 steps of [`super::metric`]; a step
+//! costs its weight times one more than the larger cost of the two cells. Dijkstra from the goal gives `h`.
 //!
 //! It is consistent, hence admissible. Let a motion lead from state `s` to `t`. Its weights were chosen
-//! ([`super::motions::Motions::metric`]) so that a chain of steps over cells that its reference point crosses
-//! costs at most as much over free ground. If the motion is free, the core is free around each of those
-//! cells, so the chain is in this graph; and the motion's cost counts the largest cost of all of them, each
-//! step's only that of two of them. So `h(s) <= chain + h(t) <= cost(s, t) + h(t)`. At a goal `h` is 0.
+//! ([`super::motions::Motions::metric`]) so that a chain of steps over cells that its reference point crosses costs at
+//! most as much over free ground. If the motion is free, the core is free around each of those cells, so the chain is
+//! in this graph; and the motion's cost counts the largest cost of all of them, each step's only that of two of them.
+//! So `h(s) <= chain + h(t) <= cost(s, t) + h(t)`. At a goal `h` is 0.
 //!
-//! On plain ground, free and of one cost, a way that enters a cell by one step leaves it by the same or by
-//! one of the two beside it: any other pair of steps is longer than the way straight across, by steps between
-//! them. So only three of the 32 are followed there, whichever of several best ways was the first to be
-//! found.
+//! On plain ground, free and of one cost, a shortest path that enters a cell by one step leaves it by the same or by
+//! one of the two adjacent ones: any other pair of steps is longer than the direct path, by steps between them. So only
+//! three of the 32 are followed there, for any of several best paths.
 //!
-//! If a way of known cost is at hand, only cells over which a cheaper one could lead are looked at: those
-//! whose distance to the goal and whose distance over free ground from the start are together less. A state
-//! elsewhere need not be looked at either.
+//! If the cost of a path is known, only cells over which a cheaper one could lead are visited: those whose distance to
+//! the goal and whose distance over free ground from the start add up to less. States elsewhere need not be visited
+//! either.
 
 use dragnet_search::cell::Position;
 
@@ -30,28 +28,28 @@ use super::metric::{Metric, STEP_REACH, steps};
 use super::motions::Motions;
 use super::stopped::Stopped;
 
-/// Cells looked at between two questions whether to go on.
+/// Cells visited between two calls of `go_on`.
 const CELLS_PER_QUESTION: u64 = 1 << 14;
 
 /// A goal is entered by no step.
 const ANY: u8 = u8::MAX;
 
-/// A way that is known: only what could be cheaper counts.
+/// The cost of a known path: only cheaper ones count.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limit {
     pub(super) start: Position,
     pub(super) cost: u32,
 }
 
-/// `distance[cell]`: cost to the goal at least, in units, in a frame of blocked cells.
+/// `distance[cell]`: lower bound on the cost to the goal, in units, in a frame of blocked cells.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Heuristic {
     stride: usize,
-    /// 0 in blocked cells while it is computed: nothing is nearer.
+    /// 0 in blocked cells during the computation, so that they are never improved.
     distance: Vec<u32>,
     /// Cells whose distance is final.
     done: Bits,
-    /// All cells that are nearer are done.
+    /// All nearer cells are done.
     reached: u32,
     ring: Ring,
 }
@@ -105,7 +103,7 @@ impl Heuristic {
             }
             let index = cell as usize;
             let here = self.distance[index];
-            // A cell waits once for each time that its distance fell; the lowest, pushed last, comes first.
+            // A cell is queued once for each decrease of its distance; the lowest comes first.
             if self.done.replace(index) {
                 continue;
             }
@@ -123,13 +121,12 @@ impl Heuristic {
         Ok(())
     }
 
-    /// What is certain of a cell's distance when computing was stopped: it is at least this, or as cheap as
-    /// can be.
+    /// The guaranteed lower bound of a cell's distance when computing was stopped.
     pub(super) fn at_least(&self, at: Position) -> u32 {
         self.at(at).min(self.reached)
     }
 
-    /// Follows the steps that go on from plain ground.
+    /// Follows the steps that continue on plain ground.
     #[inline]
     fn cross(&mut self, map: &CostMap, index: usize, at: Position, entered: usize, steps: &[(isize, u32)]) {
         let own =
@@ -150,7 +147,7 @@ impl Heuristic {
         let own = 1 + cost(at.row as usize, at.column as usize);
         for (kind, &(by, weight)) in steps.iter().enumerate() {
             let next = index.wrapping_add_signed(by);
-            // What the other cell costs is looked up only where it could matter.
+            // The other cell's cost is read only where it could matter.
             if here.saturating_add(weight * own) >= self.distance[next] {
                 continue;
             }
@@ -202,11 +199,11 @@ impl Heuristic {
 impl Limit {
     #[inline]
     fn excludes(self, at: Position, distance: u32, metric: Metric) -> bool {
-        let way = metric.cost(
+        let path = metric.cost(
             at.column.cast_signed() - self.start.column.cast_signed(),
             at.row.cast_signed() - self.start.row.cast_signed(),
         );
-        way + u64::from(distance) >= u64::from(self.cost)
+        path + u64::from(distance) >= u64::from(self.cost)
     }
 }
 
@@ -225,7 +222,7 @@ mod tests {
 
     const SIDE: u32 = 90;
 
-    /// A few boxes of cost or of nothing that can be crossed.
+    /// Some boxes of cost or of lethal ground.
     fn boxes(draw: &mut ChaCha8Rng) -> CostMap {
         let mut costs = vec![draw.random_range(0..3_u8); (SIDE * SIDE) as usize];
         for _ in 0..draw.random_range(0..6) {
@@ -303,7 +300,7 @@ mod tests {
             let limit = Limit { start, cost: of(&start).saturating_add(3_000) };
             heuristic.compute(&map, &layers, &motions, &[goal], Some(limit), &mut || true).unwrap();
             for at in &open {
-                // What is left out is so far away that it does not matter.
+                // Excluded cells are too far away to matter.
                 let is_out = limit.excludes(*at, of(at), motions.metric());
                 assert!(heuristic.at(*at) == of(at) || is_out && heuristic.at(*at) > of(at), "seed {seed}");
                 excluded += usize::from(is_out);

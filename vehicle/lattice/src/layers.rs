@@ -1,5 +1,4 @@
-//! What a cost map means for a set of motions, as bits: where nothing may be, where no motion leads, and
-//! where there is nothing to look at.
+//! Properties of a cost map for a set of motions, as bits: lethal cells, blocked cells, and plain ground.
 
 use std::ops::Range;
 
@@ -9,7 +8,7 @@ use super::bits::{Bits, or_shifted};
 use super::costmap::{CostMap, LETHAL};
 use super::motions::{Motions, Run};
 
-/// Bits in a frame as wide as motions reach, so that what lies beside the map can be asked for: it is lethal.
+/// Bits in a frame as wide as motions reach, so that cells beside the map can be read: they are lethal.
 #[derive(Clone, Debug)]
 pub(super) struct Layers {
     frame: usize,
@@ -48,7 +47,7 @@ impl Layers {
         layers
     }
 
-    /// Takes in rows of the map that have changed.
+    /// Updates rows of the map that have changed.
     pub(super) fn refresh(&mut self, map: &CostMap, motions: &Motions, changed: Range<usize>) {
         let frame = self.frame;
         // The row to the north is compared with the last of them.
@@ -129,7 +128,7 @@ impl Layers {
         self.blocked.get(row + self.frame, column + self.frame)
     }
 
-    /// Calls with each blocked column of a row.
+    /// Calls `call` for each blocked column of a row.
     pub(super) fn for_blocked(&self, row: usize, mut call: impl FnMut(usize)) {
         let words = self.blocked.row(row + self.frame).iter().enumerate();
         for (index, &word) in words.filter(|(_, word)| **word != 0) {
@@ -142,7 +141,7 @@ impl Layers {
         }
     }
 
-    /// Whether none of these cells around one is lethal. They are of a motion, so that the frame holds them.
+    /// Whether none of these cells around one is lethal. They are of a motion, so that the frame contains them.
     #[inline]
     pub(super) fn is_free(&self, at: Position, runs: &[Run]) -> bool {
         let (row, column) = (at.row as usize + self.frame, at.column as usize + self.frame);
@@ -157,8 +156,7 @@ impl Layers {
     }
 }
 
-/// `out[i]`: whether a bit of `row[i + from..i + from + width]` is set. Doubling, as the sum of a window is
-/// found.
+/// `out[i]`: whether a bit of `row[i + from..i + from + width]` is set. By doubling, like a windowed sum.
 fn window(row: &[u64], from: isize, width: usize) -> Vec<u64> {
     let mut all = row.to_vec();
     let mut covered = 1;

@@ -1,15 +1,15 @@
-//! Motion planning on a state lattice: from a pose to a pose by motions that the vehicle can drive.
+//! Motion planning on a state lattice: paths between poses from motions that the vehicle can drive.
 //!
-//! A state is a cell of the cost map and one of the primitives' headings; a [`primitives::Primitive`] leads
-//! from one state to another. [`planner::Planner`] finds the cheapest chain of them that the footprint can
-//! follow, by ARA* (Likhachev, Gordon and Thrun 2003). Primitives come from SBPL's `.mprim` text ([`mprim`])
-//! or are made for a turning radius ([`maneuvers`]).
+//! A state is a cell of the cost map and one of the primitives' headings; a [`primitives::Primitive`] leads from one
+//! state to another. [`planner::Planner`] finds the cheapest chain of them that the footprint can follow, by ARA*
+//! (Likhachev, Gordon and Thrun 2003). Primitives come from SBPL's `.mprim` text ([`mprim`]) or are made for a turning
+//! radius ([`maneuvers`]).
 //!
-//! Memory: about 8 bytes for each cell of the map, and 8 more for each state near to where a search has
-//! looked: 60 to 135 MB on 3000 x 3000 cells.
+//! Memory: about 8 bytes for each cell of the map, and 8 more for each state near visited ones: 60 to 135 MB on 3000 x
+//! 3000 cells.
 //!
-//! The library reads no clock and no file: the caller hands over the text, and says before each batch of work
-//! whether there is time for it.
+//! The library reads no clock and no file: the caller passes the text, and says before each batch of work whether there
+//! is time for it.
 
 mod ara;
 mod bits;

@@ -1,33 +1,32 @@
-//! Primitives made for a vehicle: forward, and to either side in arcs that it can drive.
+//! Motion primitives generated for a vehicle: forward, and arcs to either side.
 //!
-//! Each heading points at a cell, as in Pivtoraiko, Knepper and Kelly (2009), so that driving straight on
-//! leads from center to center exactly; the steps between headings are therefore unequal. A turn from one
-//! heading to the next is straight, an arc, straight: `n` steps along the old heading and `m` along the new
-//! one meet in a corner, and the arc rounds it, as wide as both legs allow. Nothing is fitted or rounded: the
-//! radius holds exactly.
+//! Each heading points at a cell, as in Pivtoraiko, Knepper and Kelly (2009), so that driving straight on leads from
+//! center to center exactly; the steps between headings are therefore unequal. A turn from one heading to the next is
+//! straight, an arc, straight: `n` steps along the old heading and `m` along the new one meet in a corner, and the arc
+//! rounds it, as widely as both legs allow. Nothing is fitted or rounded: the radius holds exactly.
 
 use std::f64::consts::TAU;
 
 use super::primitives::{MAX_COST_MULTIPLIER, MAX_REACH_CELLS, Primitive, PrimitiveSet, Unsound};
 use crate::plane::{Pose, turn_radians};
 
-/// How long the long straight primitives are at least, in cells.
+/// Minimum length of the long straight primitives, in cells.
 const LONG_CELLS: f64 = 8.0;
 
-/// How many headings a vehicle's lattice has.
+/// Number of headings of a vehicle's lattice.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Headings {
     /// Along axes and diagonals.
     Eight,
-    /// Also along (2, 1) and its kin.
+    /// Also along (2, 1) and its mirror images.
     #[default]
     Sixteen,
-    /// Also along (4, 1), (3, 2) and their kin.
+    /// Also along (4, 1), (3, 2) and their mirror images.
     ThirtyTwo,
 }
 
 impl Headings {
-    /// Cells east and north that the headings of the first eighth of the circle point at, both ends included.
+    /// Directions of the headings of the first eighth of the circle as cells east and north, both ends included.
     const fn eighth(self) -> &'static [(i32, i32)] {
         match self {
             Self::Eight => &[(1, 0), (1, 1)],
@@ -36,7 +35,7 @@ impl Headings {
         }
     }
 
-    /// Cells that the headings point at, counterclockwise from east.
+    /// Directions of the headings as cells, counterclockwise from east.
     fn all(self) -> Vec<(i32, i32)> {
         let eighth = self.eighth();
         let mirrored = eighth[1..eighth.len() - 1].iter().rev().map(|&(east, north)| (north, east));
@@ -49,47 +48,47 @@ impl Headings {
     }
 }
 
-/// What a vehicle can do.
+/// The maneuvers of a vehicle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Maneuvers {
     /// Edge of a cell of the map, meters, above 0.
     pub resolution_meters: f64,
     /// Headings of the lattice.
     pub headings: Headings,
-    /// The tightest turn, meters, above 0.
+    /// The turning radius, meters, above 0.
     pub turning_radius_meters: f64,
-    /// If it drives backwards: how often a way counts then, 1 to [`MAX_COST_MULTIPLIER`].
+    /// Cost factor of driving backward, 1 to [`MAX_COST_MULTIPLIER`]; `None`: it does not.
     pub reverse: Option<u32>,
-    /// If it turns on the spot: how often that counts, 1 to [`MAX_COST_MULTIPLIER`].
+    /// Cost factor of turning on the spot, 1 to [`MAX_COST_MULTIPLIER`]; `None`: it does not.
     pub turn_in_place: Option<u32>,
 }
 
-/// Why there are no primitives for a vehicle.
+/// Why primitives cannot be generated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ManeuversError {
-    /// Of the resolution or a cost multiplier.
+    /// Invalid resolution or cost multiplier.
     #[error(transparent)]
     Unsound(#[from] Unsound),
-    /// Not a radius, or one that no primitive can hold.
+    /// Not a radius, or too large for primitives.
     #[error(
         "a turning radius of {given_meters} m: allowed are lengths above 0, and at a resolution of \
          {resolution_meters} m at most about {max_meters} m, for which a turn is {MAX_REACH_CELLS} cells \
          long"
     )]
     TurningRadius {
-        /// As given.
+        /// The given value.
         given_meters: f64,
         /// Edge of a cell.
         resolution_meters: f64,
-        /// What fits.
+        /// The maximum.
         max_meters: f64,
     },
 }
 
 impl Maneuvers {
-    /// The primitives: for each heading a short and a long one straight on, and an arc to either side; with
-    /// `reverse` the short one and the arcs backwards; with `turn_in_place` a turn to either side.
-    /// [`super::mprim::write`] makes the text of them.
+    /// The primitives: for each heading a short and a long one straight on, and an arc to either side; with `reverse`
+    /// the short one and the arcs backward; with `turn_in_place` a turn to either side. [`super::mprim::write`]
+    /// converts them to text.
     ///
     /// # Errors
     /// If a number is out of its range.
@@ -140,7 +139,7 @@ impl Maneuvers {
                 return Err(Unsound::CostMultiplier(multiplier.into()).into());
             }
         }
-        // Beyond this the count of steps of a leg would no longer be a number of cells.
+        // Beyond this the number of steps of a leg would not fit.
         let max_cells = 16.0 * f64::from(MAX_REACH_CELLS);
         if !is_length(self.turning_radius_meters)
             || self.turning_radius_meters > max_cells * self.resolution_meters
@@ -177,7 +176,7 @@ impl Maneuvers {
         }
     }
 
-    /// Along `from`, round the corner, along `to`.
+    /// Along `from`, around the corner, along `to`.
     fn turn(&self, from: Leg, to: Leg) -> Primitive {
         let turn_radians = turn_radians(from.radians, to.radians);
         let half_tangent = (turn_radians.abs() / 2.0).tan();
@@ -228,21 +227,21 @@ impl Maneuvers {
         }
     }
 
-    /// Into how many parts a way is cut: each at most half a cell.
+    /// Number of parts of a path: each at most half a cell.
     #[expect(clippy::cast_possible_truncation, reason = "primitives are shorter than a thousand cells")]
     fn samples(&self, length_meters: f64) -> i32 {
         (2.0 * length_meters / self.resolution_meters).ceil().clamp(2.0, 900.0) as i32
     }
 }
 
-/// Whole steps that are at least so many, and at least one.
+/// The least number of whole steps of at least this length, and at least one.
 #[expect(clippy::cast_possible_truncation, reason = "the radius was checked")]
 fn steps(least: f64) -> i32 {
-    // Less than rounding moves it.
+    // A tolerance for rounding.
     (least - 1e-9).ceil().max(1.0) as i32
 }
 
-/// Straight on along one heading.
+/// A straight segment along one heading.
 #[derive(Clone, Copy)]
 struct Leg {
     heading: usize,
@@ -269,7 +268,7 @@ impl Leg {
     }
 }
 
-/// The same way from its end to its start.
+/// The same path from its end to its start.
 fn backwards(forward: &Primitive, cost_multiplier: u32) -> Primitive {
     let end =
         forward.poses.last().copied().unwrap_or(Pose { x_meters: 0.0, y_meters: 0.0, heading_radians: 0.0 });
@@ -330,7 +329,7 @@ mod tests {
         )
     }
 
-    /// Each part of the way goes where the vehicle points (or backwards), and turns no tighter than it can.
+    /// Each part of the path goes along the heading (or backward), and turns no tighter than the radius.
     fn assert_drivable(primitive: &Primitive, radius_meters: f64) {
         for pair in primitive.poses.windows(2) {
             let (dx, dy) = (pair[1].x_meters - pair[0].x_meters, pair[1].y_meters - pair[0].y_meters);
@@ -388,7 +387,7 @@ mod tests {
     }
 
     #[test]
-    fn a_radius_that_fits_no_primitive_is_told() {
+    fn a_radius_that_fits_no_primitive_is_reported() {
         let error = Maneuvers { turning_radius_meters: 300.0, ..CAR }.primitives().unwrap_err().to_string();
         assert!(error.starts_with("a turning radius of 300 m: allowed are lengths above 0"), "{error}");
         assert!(Maneuvers { turning_radius_meters: f64::NAN, ..CAR }.primitives().is_err());

@@ -1,10 +1,10 @@
-//! Ways over a plain grid, and what they cost at least.
+//! Lower bounds of path costs over a plain grid.
 
-/// Costs are whole numbers: so many units for the length of a cell's edge over free ground.
+/// Costs are whole numbers: this many units for the length of a cell's edge over free ground.
 pub const UNITS_PER_CELL: u32 = 1_000;
 
-/// Kinds of steps: all others are their mirror images. Neighboring directions span a unit area each, so that
-/// between them every cell is reached by a whole number of both.
+/// Kinds of steps: all others are their mirror images. Neighboring directions span a unit area each, so that every cell
+/// between them is reached by a whole number of both.
 const KINDS: [(i32, i32); 5] = [(1, 0), (3, 1), (2, 1), (3, 2), (1, 1)];
 
 /// A step to a cell, and its kind.
@@ -15,7 +15,7 @@ pub(super) struct Step {
     pub(super) kind: usize,
 }
 
-/// How far steps reach along an axis, in cells.
+/// Maximum reach of steps along an axis, in cells.
 pub(super) const STEP_REACH: usize = 3;
 
 /// The 32 steps, counterclockwise.
@@ -54,7 +54,7 @@ impl Metric {
         Self { weights: std::array::from_fn(weight) }
     }
 
-    /// The cheapest way over free ground: by the two directions between which the goal lies.
+    /// The cheapest path over free ground: by the two directions between which the goal lies.
     #[inline]
     pub(super) fn cost(&self, east: i32, north: i32) -> u64 {
         let (east, north) = (u64::from(east.unsigned_abs()), u64::from(north.unsigned_abs()));
@@ -78,7 +78,7 @@ mod tests {
 
     /// Bellman and Ford over all 32 steps.
     #[test]
-    fn the_cost_over_free_ground_is_that_of_the_cheapest_way() {
+    fn the_cost_over_free_ground_is_that_of_the_cheapest_path() {
         let metric = Metric::scaled(0.98);
         let side = 41_usize;
         let middle = i32::try_from(side / 2).unwrap();

@@ -1,4 +1,4 @@
-//! Primitives made ready for a map: what each costs, what ground it sweeps, and over which cells it leads.
+//! Primitives prepared for a map: their costs, the ground that they sweep, and the cells that they cross.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -8,13 +8,13 @@ use super::metric::{Metric, STEP_REACH, UNITS_PER_CELL, length_cells, steps};
 use super::primitives::{Primitive, PrimitiveSet};
 use crate::plane::{Pose, turn_radians};
 
-/// Between two samples of a motion no point of the vehicle moves farther than this, in cells.
+/// Maximum movement of any point of the vehicle between two samples of a motion, in cells.
 const SAMPLE_CELLS: f64 = 0.25;
 
 /// A cell relative to another, as (north, east).
 pub(super) type Shift = (i32, i32);
 
-/// Neighboring cells of one row, at most 64.
+/// Adjacent cells of one row, at most 64.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Run {
     pub(super) north: i32,
@@ -35,7 +35,7 @@ pub(super) struct Motion {
     /// Over free ground, in units.
     pub(super) cost: u32,
     swept: Range<usize>,
-    way: Range<usize>,
+    path: Range<usize>,
 }
 
 /// All primitives of a set, for one footprint.
@@ -52,7 +52,7 @@ pub(super) struct Motions {
     standing: Vec<Vec<Run>>,
     /// Cells covered wherever the vehicle is in a cell, relative to that cell: see [`Motions::core`].
     core: Vec<Shift>,
-    /// How far swept cells lie from the first, along an axis.
+    /// Maximum distance of swept cells from the first, along an axis.
     reach_cells: usize,
     metric: Metric,
 }
@@ -78,8 +78,8 @@ impl Motions {
             for (index, primitive) in (0_u16..).zip(set.primitives()) {
                 if primitive.start_heading == heading {
                     let cost = cost(primitive, footprint, resolution_meters);
-                    let way = made.add(index, primitive, cost, footprint, resolution_meters, &mut core);
-                    let length = chain_cells(&way, (primitive.north_cells, primitive.east_cells));
+                    let path = made.add(index, primitive, cost, footprint, resolution_meters, &mut core);
+                    let length = chain_cells(&path, (primitive.north_cells, primitive.east_cells));
                     if length > 0.0 {
                         scale = scale.min(f64::from(cost) / (f64::from(UNITS_PER_CELL) * length));
                     }
@@ -97,7 +97,7 @@ impl Motions {
         made
     }
 
-    /// Adds one; returns the cells that its reference point crosses.
+    /// Adds a primitive; returns the cells that its reference point crosses.
     fn add(
         &mut self,
         index: u16,
@@ -108,7 +108,7 @@ impl Motions {
         core: &mut Option<BTreeSet<Shift>>,
     ) -> BTreeSet<Shift> {
         let mut swept = BTreeSet::new();
-        let mut way = BTreeSet::new();
+        let mut path = BTreeSet::new();
         for pose in samples(primitive, footprint, resolution_meters) {
             let at = (nearest(pose.y_meters / resolution_meters), nearest(pose.x_meters / resolution_meters));
             let mut covered = footprint.cells(pose, resolution_meters);
@@ -120,13 +120,13 @@ impl Motions {
                 None => *core = Some(around),
             }
             swept.extend(covered);
-            way.insert(at);
+            path.insert(at);
         }
         self.reach_cells = self.reach_cells.max(reach(&swept));
         let first_run = self.runs.len();
         self.runs.extend(runs(&swept));
         let first_cell = self.cells.len();
-        self.cells.extend(&way);
+        self.cells.extend(&path);
         self.of_primitive[usize::from(index)] = self.all.len();
         self.all.push(Motion {
             primitive: index,
@@ -136,9 +136,9 @@ impl Motions {
             north: primitive.north_cells,
             cost,
             swept: first_run..self.runs.len(),
-            way: first_cell..self.cells.len(),
+            path: first_cell..self.cells.len(),
         });
-        way
+        path
     }
 
     pub(super) fn heading_count(&self) -> usize {
@@ -153,23 +153,23 @@ impl Motions {
         &self.all[self.of_primitive[usize::from(primitive)]]
     }
 
-    /// The ground that it sweeps, from the cell it starts in.
+    /// The ground that it sweeps, relative to its first cell.
     pub(super) fn swept(&self, motion: &Motion) -> &[Run] {
         &self.runs[motion.swept.clone()]
     }
 
-    /// Cells that its reference point crosses, from the cell it starts in.
-    pub(super) fn way(&self, motion: &Motion) -> &[Shift] {
-        &self.cells[motion.way.clone()]
+    /// Cells that its reference point crosses, relative to its first cell.
+    pub(super) fn path(&self, motion: &Motion) -> &[Shift] {
+        &self.cells[motion.path.clone()]
     }
 
     pub(super) fn standing(&self, heading: usize) -> &[Run] {
         &self.standing[heading]
     }
 
-    /// Cells that the footprint covers at every sample of every motion, relative to the cell that the
-    /// reference point is in then: the inscribed circle as it is on this grid. If one of them is lethal
-    /// around a cell, no motion leads over that cell.
+    /// Cells that the footprint covers at every sample of every motion, relative to the cell that the reference point
+    /// is in then: the inscribed circle on this grid. If one of them is lethal around a cell, no motion leads over that
+    /// cell.
     pub(super) fn core(&self) -> &[Shift] {
         &self.core
     }
@@ -184,8 +184,8 @@ impl Motions {
         self.core.iter().map(far).max().unwrap_or(0) + STEP_REACH <= self.reach_cells
     }
 
-    /// Steps over the grid that no motion undercuts: each motion costs at least as much as some chain of
-    /// steps from its start to its end, over cells that its reference point crosses.
+    /// The grid metric that no motion undercuts: each motion costs at least as much as some chain of steps from its
+    /// start to its end, over cells that its reference point crosses.
     pub(super) const fn metric(&self) -> Metric {
         self.metric
     }
@@ -197,9 +197,8 @@ impl Motions {
     }
 }
 
-/// What it costs over free ground: its length in cells times [`UNITS_PER_CELL`] and its multiplier. Its
-/// length is at least the distance from center to center; of a turn on the spot, it is how far the
-/// footprint's farthest point moves.
+/// Its cost over free ground: its length in cells times [`UNITS_PER_CELL`] and its multiplier. Its length is at least
+/// the distance from center to center; for a turn on the spot, it is the movement of the footprint's farthest point.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -215,7 +214,7 @@ fn cost(primitive: &Primitive, footprint: &Footprint, resolution_meters: f64) ->
     units.max(1).saturating_mul(primitive.cost_multiplier)
 }
 
-/// Poses so near to each other that nothing of a cell's size slips between them.
+/// Poses so close to each other that no cell is missed in between.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "poses are finite and near")]
 fn samples(primitive: &Primitive, footprint: &Footprint, resolution_meters: f64) -> Vec<Pose> {
     let mut samples: Vec<Pose> = primitive.poses.first().copied().into_iter().collect();
@@ -279,7 +278,7 @@ mod tests {
     use crate::maneuvers::{Headings, Maneuvers};
 
     #[test]
-    fn motions_of_a_car_cost_their_length_and_sweep_what_it_covers() {
+    fn motions_of_a_car_cost_their_length_and_sweep_its_footprint() {
         let maneuvers = Maneuvers {
             resolution_meters: 0.1,
             headings: Headings::Sixteen,
@@ -299,7 +298,7 @@ mod tests {
         // From a cell to the next: six cells long, three wide.
         let row = |north| Run { north, east: -2, mask: 0b11_1111 };
         assert_eq!(motions.swept(&forward[0]), [row(-1), row(0), row(1)]);
-        assert_eq!(motions.way(&forward[0]), [(0, 0), (0, 1)]);
+        assert_eq!(motions.path(&forward[0]), [(0, 0), (0, 1)]);
         assert!(motions.core().contains(&(0, 0)) && motions.core().len() >= 5, "{:?}", motions.core());
         let weights = motions.metric().weights;
         assert!(weights[0] > 980 && weights[0] <= 1_000, "{weights:?}");

@@ -1,4 +1,4 @@
-//! SBPL's `.mprim` text: primitives as its users have them, read and written.
+//! SBPL's `.mprim` text: reading and writing of motion primitives.
 //!
 //! ```text
 //! resolution_m: 0.1
@@ -27,25 +27,25 @@ use super::primitives::{
 };
 use crate::plane::Pose;
 
-/// Where a text is no set of primitives, and why.
+/// Where a text is invalid, and why.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("line {line}: {problem}")]
 pub struct MprimError {
     /// From 1.
     pub line: usize,
-    /// What is wrong there.
+    /// The problem.
     pub problem: MprimProblem,
 }
 
-/// What is wrong with a text.
+/// A problem with a text.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MprimProblem {
-    /// Something else stands there.
+    /// Unexpected text.
     #[error("{found:?} where {expected} should stand")]
     Found {
-        /// What should stand there.
+        /// The expected text.
         expected: &'static str,
-        /// What does.
+        /// The text found.
         found: String,
     },
     /// The text is too short.
@@ -54,12 +54,12 @@ pub enum MprimProblem {
     /// There are more primitives than were announced.
     #[error("{found:?} after the last of {announced} primitives, which `totalnumberofprimitives` announced")]
     TooMany {
-        /// As announced.
+        /// The announced number.
         announced: usize,
-        /// What follows.
+        /// The following text.
         found: String,
     },
-    /// It can be read, but not driven.
+    /// Primitives that cannot be driven.
     #[error(transparent)]
     Unsound(#[from] Unsound),
 }
@@ -67,8 +67,8 @@ pub enum MprimProblem {
 /// Reads a set.
 ///
 /// # Errors
-/// If a field is missing or out of its range, a count is not what follows, a primitive's poses do not lead
-/// from its start to its end, or a heading has no primitive: with the line.
+/// If a field is missing or out of its range, a count is wrong, a primitive's poses do not lead from its start to its
+/// end, or a heading has no primitive: with the line.
 pub fn read(text: &str) -> Result<PrimitiveSet, MprimError> {
     let mut reader = Reader::new(text);
     let resolution_meters = reader.float("resolution_m:")?;
@@ -95,7 +95,7 @@ pub fn read(text: &str) -> Result<PrimitiveSet, MprimError> {
         .map_err(|unsound| reader.error(unsound))
 }
 
-/// Writes a set. Numbers stand as short as they read back to the bit, so that [`read`] returns the same set.
+/// Writes a set. Numbers are as short as they can be read back exactly, so that [`read`] returns the same set.
 #[must_use]
 pub fn write(set: &PrimitiveSet) -> String {
     let mut text = format!(
@@ -125,7 +125,7 @@ pub fn write(set: &PrimitiveSet) -> String {
 struct Reader<'a> {
     lines: std::iter::Enumerate<std::str::Lines<'a>>,
     words: std::str::SplitAsciiWhitespace<'a>,
-    /// Of the last word, from 1.
+    /// Line of the last word, from 1.
     line: usize,
 }
 
@@ -251,7 +251,7 @@ mod tests {
 
     use super::*;
 
-    /// Four headings, one step forward each. As SBPL's generators write: headings backwards from 0, rounded
+    /// Four headings, one step forward each. As SBPL's generators write: headings counted backward from 0, rounded
     /// numbers.
     fn cross() -> String {
         let mut text = "resolution_m: 0.100000\nnumberofangles: 4\ntotalnumberofprimitives: 4\n".to_owned();
@@ -280,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bad_text_names_its_line_and_what_is_allowed() {
+    fn a_bad_text_names_its_line_and_the_allowed_values() {
         let check = |from: &str, to: &str, message: &str| {
             let text = cross().replacen(from, to, 1);
             assert_ne!(text, cross(), "{from} is not there");
@@ -358,7 +358,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_that_stands_twice_is_told() {
+    fn a_repeated_number_is_reported() {
         let first: String = cross().lines().skip(3).take(7).flat_map(|line| [line, "\n"]).collect();
         let text = cross().replacen("primitives: 4", "primitives: 5", 1) + &first;
         assert_eq!(read(&text).unwrap_err().problem, Unsound::Twice { number: 0, heading: 0 }.into());
@@ -370,7 +370,7 @@ mod tests {
             let _ = read(&text);
         }
 
-        /// Near to a good text more of the checks are reached.
+        /// A valid text with small damage reaches more of the checks.
         #[test]
         fn no_damaged_text_panics(
             word in 0_usize..100,

@@ -1,4 +1,4 @@
-//! What a plan is asked for, and what it says: the path, what it costs, and how much better another could be.
+//! The input and the result of planning: goal, effort, path, cost and bound.
 
 use std::ops::Range;
 
@@ -11,26 +11,26 @@ pub const MAX_INFLATION: f64 = 100.0;
 /// Smallest step between inflations.
 pub const MIN_INFLATION_STEP: f64 = 0.5;
 
-/// Where a plan should end.
+/// The end of a plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Goal {
     /// Meters to the east, on the map.
     pub x_meters: f64,
     /// Meters to the north, on the map.
     pub y_meters: f64,
-    /// Counterclockwise from east, radians; the nearest heading of the lattice counts. Without it any does.
+    /// Counterclockwise from east, radians; rounded to the nearest heading of the lattice. `None`: any heading.
     pub heading_radians: Option<f64>,
-    /// Cells whose centers lie within it count too; 0 or more. The goal's own cell always does.
+    /// Cells whose centers are within it count too; 0 or more. The goal's own cell always does.
     pub tolerance_meters: f64,
 }
 
-/// How a plan is improved.
+/// The improvement of a plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Effort {
-    /// Of the first search, 1 to [`MAX_INFLATION`].
+    /// Inflation of the first search, 1 to [`MAX_INFLATION`].
     pub first_inflation: f64,
-    /// How much less each next search has, [`MIN_INFLATION_STEP`] or more. If the bound is better than that
-    /// already, the next inflation is halfway between the bound and 1.
+    /// Decrease of the inflation with each search, [`MIN_INFLATION_STEP`] or more. If the bound is already better than
+    /// that, the next inflation is halfway between the bound and 1.
     pub inflation_step: f64,
 }
 
@@ -40,25 +40,25 @@ impl Default for Effort {
     }
 }
 
-/// A way as it was found or proven better.
+/// A path, when it was found or its bound improved.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solution {
-    /// Of the search that found it; `None` if a coarse map led there, which promises nothing by itself.
+    /// Inflation of the search that found it; `None` if it came from a coarse map, which gives no guarantee by itself.
     pub inflation: Option<f64>,
     /// In units: [`super::UNITS_PER_CELL`] for a cell's edge over free ground.
     pub cost: u32,
-    /// No way costs less than `cost / bound`; 1 if none is cheaper.
+    /// No path costs less than `cost / bound`; 1 if none is cheaper.
     pub bound: f64,
-    /// States expanded until then.
+    /// States expanded so far.
     pub expansions: u64,
 }
 
-/// What a caller hears whenever it is asked whether there is time to go on.
+/// The progress of planning, passed to the caller's `go_on`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress {
     /// States expanded so far.
     pub expansions: u64,
-    /// The best way so far.
+    /// The best path so far.
     pub solution: Option<Solution>,
 }
 
@@ -69,8 +69,7 @@ pub struct Step {
     pub primitive: usize,
     /// In units.
     pub cost: u64,
-    /// Which of the plan's poses it leads along, both ends included: the end of a step is the start of the
-    /// next.
+    /// The plan's poses along it, both ends included: the end of a step is the start of the next.
     pub poses: Range<usize>,
 }
 
@@ -85,32 +84,32 @@ pub struct Plan {
     pub cost: u64,
     /// Of the polyline of the poses.
     pub length_meters: f64,
-    /// No way costs less than `cost / bound`; 1 if none is cheaper.
+    /// No path costs less than `cost / bound`; 1 if none is cheaper.
     pub bound: f64,
-    /// How it came about: bounds and costs never rise.
+    /// The history of solutions: bounds and costs never increase.
     pub solutions: Vec<Solution>,
-    /// States expanded in all.
+    /// Total number of expanded states.
     pub expansions: u64,
 }
 
-/// Why there is no planner.
+/// Why a planner cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PlannerError {
-    /// Of the outline.
+    /// An invalid footprint.
     #[error(transparent)]
     Footprint(#[from] FootprintError),
-    /// Of a change of the map.
+    /// An invalid change of the map.
     #[error(transparent)]
     Map(#[from] CostMapError),
-    /// Primitives for other cells.
+    /// Primitives of another resolution.
     #[error(
         "primitives for cells of {primitives_meters} m on a map with cells of {map_meters} m: both must be \
          equal"
     )]
     Resolution {
-        /// Of the primitives.
+        /// Resolution of the primitives.
         primitives_meters: f64,
-        /// Of the map.
+        /// Resolution of the map.
         map_meters: f64,
     },
 }
@@ -121,15 +120,15 @@ pub enum PlanError {
     /// NaN or infinite.
     #[error("start or goal with a number that is not finite, or a tolerance below 0")]
     NotFinite,
-    /// The inflation cannot be.
+    /// Invalid inflation.
     #[error(
         "inflation from {first} down in steps of {step}: allowed are 1 to {MAX_INFLATION}, in steps of \
          {MIN_INFLATION_STEP} or more"
     )]
     Effort {
-        /// As given.
+        /// The given value.
         first: f64,
-        /// As given.
+        /// The given value.
         step: f64,
     },
     /// The vehicle is not on the map.
@@ -141,30 +140,30 @@ pub enum PlanError {
     /// The goal is not on the map.
     #[error("the goal ({0} m, {1} m) is not on the map")]
     GoalOutside(f64, f64),
-    /// The vehicle could not stand there.
+    /// The vehicle cannot stand there.
     #[error(
         "at the goal ({0} m, {1} m), everywhere within its tolerance, the footprint covers a lethal cell, or \
          ground beside the map"
     )]
     GoalBlocked(f64, f64),
-    /// All that can be reached was looked at.
-    #[error("no way leads from the start to the goal ({expansions} states were looked at)")]
+    /// No path exists.
+    #[error("no path leads from the start to the goal ({expansions} states were expanded)")]
     NoWay {
         /// States expanded.
         expansions: u64,
     },
-    /// Costs are 32-bit numbers.
-    #[error("every way to the goal costs more than {} units", u32::MAX)]
+    /// The cost exceeds 32 bits.
+    #[error("every path to the goal costs more than {} units", u32::MAX)]
     TooCostly,
-    /// The caller said so before there was a first way.
-    #[error("stopped before a first way was found ({expansions} states were looked at)")]
+    /// The caller stopped before there was a first path.
+    #[error("stopped before a first path was found ({expansions} states were expanded)")]
     Stopped {
         /// States expanded.
         expansions: u64,
     },
 }
 
-/// Whether these numbers are a question at all.
+/// Checks the numbers of a request.
 pub(super) fn check_numbers(start: Pose, goal: &Goal, effort: Effort) -> Result<(), PlanError> {
     let heading_radians = goal.heading_radians.unwrap_or(0.0);
     let is_goal = Pose { x_meters: goal.x_meters, y_meters: goal.y_meters, heading_radians }.is_finite();

@@ -1,13 +1,13 @@
-//! The plane that a robot drives on: angles, and where something stands on the map.
+//! The plane that a robot drives on: angles and poses.
 //!
-//! Map frame: meters east and north of the map's south-western corner. Angles are radians, counter-clockwise
-//! from east. A vehicle's own frame has x forward and y to the left, angles counter-clockwise from forward.
+//! Map frame: meters east and north of the map's south-western corner. Angles are radians, counter-clockwise from east.
+//! A vehicle's own frame has x forward and y to the left, angles counter-clockwise from forward.
 
 use std::f64::consts::{PI, TAU};
 
 use nalgebra::{Matrix2, Vector2};
 
-/// The same angle within `-pi..=pi`, radians. What is there already is returned to the bit.
+/// The same angle within `-pi..=pi`, radians. An angle in this range is returned unchanged.
 #[must_use]
 pub fn wrapped_radians(angle_radians: f64) -> f64 {
     if angle_radians.abs() <= PI {
@@ -16,13 +16,13 @@ pub fn wrapped_radians(angle_radians: f64) -> f64 {
     angle_radians - TAU * (angle_radians / TAU).round()
 }
 
-/// The turn from one heading to another by the shorter way, in `-pi..=pi`; counter-clockwise is positive.
+/// The shorter turn from one heading to another, in `-pi..=pi`; counter-clockwise is positive.
 #[must_use]
 pub fn turn_radians(from_radians: f64, to_radians: f64) -> f64 {
     wrapped_radians(to_radians - from_radians)
 }
 
-/// Where something stands on the map, and where it looks.
+/// A position and a heading on the map.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pose {
     /// Meters east of the map's south-western corner.
@@ -46,13 +46,13 @@ impl Pose {
         Vector2::new(self.x_meters, self.y_meters)
     }
 
-    /// Whether all of it are numbers.
+    /// Whether all numbers are finite.
     #[must_use]
     pub const fn is_finite(&self) -> bool {
         self.x_meters.is_finite() && self.y_meters.is_finite() && self.heading_radians.is_finite()
     }
 
-    /// The pose of what stands at `part` in this one's own frame.
+    /// The pose on the map of a part with this pose in the vehicle's frame.
     #[must_use]
     pub fn of_part(&self, part: &Self) -> Self {
         let (sin, cos) = self.heading_radians.sin_cos();
@@ -64,7 +64,7 @@ impl Pose {
         }
     }
 
-    /// The covariance of a position in this pose's own frame, in the frame that the pose is told in.
+    /// The covariance of a position in this pose's own frame, rotated to the frame of the pose.
     #[must_use]
     pub fn covariance_of_part(&self, covariance: &Matrix2<f64>) -> Matrix2<f64> {
         let (sin, cos) = self.heading_radians.sin_cos();
@@ -72,7 +72,7 @@ impl Pose {
         turn * covariance * turn.transpose()
     }
 
-    /// The same pose in the frame of another one, which stands still.
+    /// The same pose relative to another one.
     #[must_use]
     pub fn seen_from(&self, frame: &Self) -> Self {
         let (sin, cos) = frame.heading_radians.sin_cos();

@@ -1,12 +1,11 @@
-//! Plans: from where a vehicle stands to where it should be.
+//! Planning from a vehicle's pose to a goal.
 //!
-//! On a large map a coarse `guide` leads to first ways; the cost of the best then limits where the
-//! `heuristic` need be known. From there on, and on small maps from the start, it is ARA* (`ara`; Likhachev,
-//! Gordon and Thrun 2003).
+//! On a large map a coarse `guide` leads to first paths; the cost of the best then limits where the `heuristic` is
+//! needed. From there on, and on small maps from the start, it is ARA* (`ara`; Likhachev, Gordon and Thrun 2003).
 //!
-//! After the map has changed, or from another start, a plan is made anew. What is kept: the motions with the
-//! ground that they sweep; the bits of rows that have not changed; all memory; and, for the same goal on the
-//! same map, the guide's distances and those of a small map's heuristic.
+//! After the map or the start has changed, a plan is made anew. Kept are: the motions with the ground that they sweep;
+//! the bits of rows that have not changed; all memory; and, for the same goal on the same map, the guide's distances
+//! and those of a small map's heuristic.
 
 use dragnet_search::cell::{Cell, Position};
 
@@ -25,8 +24,7 @@ use super::run::{Run, pose};
 use super::stopped::Stopped;
 use crate::plane::Pose;
 
-/// From so many cells on a guide pays for itself: below, the whole heuristic is computed in a few
-/// milliseconds.
+/// Number of cells from which on a guide is worth it: below, the whole heuristic is computed in a few milliseconds.
 const GUIDED_CELLS: usize = 1 << 18;
 
 /// A vehicle on a map.
@@ -41,7 +39,7 @@ pub struct Planner {
     /// The goal cells that the guide's distances are for.
     guide_goals: Vec<Position>,
     heuristic: Heuristic,
-    /// The goal cells that the heuristic is for, if it is known everywhere.
+    /// The goal cells that the heuristic is for, if it is computed for the whole map.
     heuristic_goals: Vec<Position>,
     space: Space,
 }
@@ -50,7 +48,7 @@ impl Planner {
     /// A planner for this vehicle on this map.
     ///
     /// # Errors
-    /// If the footprint cannot be, or primitives and map differ in resolution.
+    /// If the footprint is invalid, or primitives and map differ in resolution.
     pub fn new(set: PrimitiveSet, footprint: &Footprint, map: CostMap) -> Result<Self, PlannerError> {
         footprint.check(set.resolution_meters())?;
         check_resolution(&set, &map)?;
@@ -84,7 +82,7 @@ impl Planner {
         &self.set
     }
 
-    /// Memory that the planner holds, bytes: it grows with the states that a plan has looked at, and is kept.
+    /// Memory that the planner holds, bytes: it grows with the visited states, and is kept.
     #[must_use]
     pub fn memory_bytes(&self) -> usize {
         self.motions.bytes()
@@ -95,12 +93,10 @@ impl Planner {
             + self.space.bytes()
     }
 
-    /// Sets costs of cells. Work grows with the rows between the first and the last of them, and the reach of
-    /// motions.
+    /// Sets costs of cells. Work grows with the rows between the first and the last of them, and the reach of motions.
     ///
     /// # Errors
-    /// If a cell is not on the map: then none is set. A map of another size is a whole new one
-    /// ([`Planner::replace_map`]).
+    /// If a cell is not on the map: then none is set. For a map of another size use [`Planner::replace_map`].
     pub fn set_costs(&mut self, costs: &[(Cell, u8)]) -> Result<(), PlannerError> {
         let cells = self.map.grid().cell_count();
         if let Some((cell, _)) = costs.iter().find(|(cell, _)| cell.index() >= cells) {
@@ -123,7 +119,7 @@ impl Planner {
         Ok(())
     }
 
-    /// A whole new map, of any size.
+    /// Replaces the map, by one of any size.
     ///
     /// # Errors
     /// If its resolution is not that of the primitives.
@@ -135,7 +131,7 @@ impl Planner {
         Ok(())
     }
 
-    /// Uses a guide from so many cells on.
+    /// Uses a guide from this number of cells on.
     #[cfg(test)]
     pub(super) fn guide_from(&mut self, cells: usize) {
         self.guided_cells = cells;
@@ -149,15 +145,15 @@ impl Planner {
         self.heuristic_goals.clear();
     }
 
-    /// The cheapest path from a pose to a goal, or the best one found while there was time. `go_on` is asked
-    /// about every millisecond of work whether there is more, on large maps with some tens of milliseconds
-    /// between one search and the next; what it hears tells how far the plan is.
+    /// The cheapest path from a pose to a goal, or the best one found in time. `go_on` is called about every
+    /// millisecond of work and returns whether to continue, on large maps with some tens of milliseconds between one
+    /// search and the next; its argument is the progress.
     ///
-    /// The start counts as the center of its cell and the nearest heading of the lattice.
+    /// The start is rounded to the center of its cell and the nearest heading of the lattice.
     ///
     /// # Errors
-    /// If the start or the goal is off the map or blocked, or no way leads there; or if `go_on` said no
-    /// before there was a first way.
+    /// If the start or the goal is off the map or blocked, or no path exists; or if `go_on` returned false before there
+    /// was a first path.
     pub fn plan(
         &mut self,
         start: Pose,
@@ -248,7 +244,7 @@ impl Planner {
 
 fn check_resolution(set: &PrimitiveSet, map: &CostMap) -> Result<(), PlannerError> {
     let (primitives_meters, map_meters) = (set.resolution_meters(), map.resolution_meters());
-    // Files round.
+    // Numbers in files are rounded.
     let is_same = (primitives_meters - map_meters).abs() <= 1e-6 * map_meters;
     if is_same { Ok(()) } else { Err(PlannerError::Resolution { primitives_meters, map_meters }) }
 }

@@ -1,37 +1,37 @@
-//! Motion primitives: short motions between lattice states, from which every path is put together.
+//! Motion primitives: short motions between lattice states, of which every path is composed.
 
 use std::f64::consts::TAU;
 
 use crate::plane::{Pose, turn_radians};
 
-/// Most headings of a set.
+/// The maximum number of headings of a set.
 pub const MAX_HEADINGS: usize = 256;
-/// How far a primitive may reach along an axis, in cells.
+/// Maximum reach of a primitive along an axis, in cells.
 pub const MAX_REACH_CELLS: i32 = 256;
-/// Most intermediate poses of a primitive.
+/// The maximum number of intermediate poses of a primitive.
 pub const MAX_POSES: usize = 1_000;
 /// Largest cost multiplier.
 pub const MAX_COST_MULTIPLIER: u32 = 1_000;
-/// Most primitives of a set: their numbers fit 16 bits.
+/// The maximum number of primitives of a set: their indices fit 16 bits.
 pub const MAX_PRIMITIVES: usize = u16::MAX as usize;
 
 /// A motion from a heading in one cell to a heading in another. It may start in any cell.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Primitive {
-    /// `primID`: which of the primitives of its start heading it is.
+    /// `primID`: the number of the primitive among those of its start heading.
     pub number: u32,
-    /// Index of the heading it starts with, `0..heading_count`.
+    /// Index of its start heading, `0..heading_count`.
     pub start_heading: usize,
-    /// Index of the heading it ends with, `0..heading_count`.
+    /// Index of its end heading, `0..heading_count`.
     pub end_heading: usize,
     /// Cells to the east, from start to end.
     pub east_cells: i32,
     /// Cells to the north, from start to end.
     pub north_cells: i32,
-    /// Its cost counts this often, 1 to [`MAX_COST_MULTIPLIER`].
+    /// Factor of its cost, 1 to [`MAX_COST_MULTIPLIER`].
     pub cost_multiplier: u32,
-    /// Poses along the motion, the first at its start, the last at its end, positions relative to the center
-    /// of the cell it starts in; at least 2.
+    /// Poses along the motion, the first at its start, the last at its end, positions relative to the center of its
+    /// first cell; at least 2.
     pub poses: Vec<Pose>,
 }
 
@@ -42,7 +42,7 @@ impl Primitive {
         self.poses.windows(2).map(|pair| distance_meters(pair[0], pair[1])).sum()
     }
 
-    /// All turns between its poses together, radians, without sign.
+    /// Sum of the absolute turns between its poses, radians.
     #[must_use]
     pub fn turned_radians(&self) -> f64 {
         let turn = |pair: &[Pose]| turn_radians(pair[0].heading_radians, pair[1].heading_radians).abs();
@@ -54,8 +54,7 @@ fn distance_meters(a: Pose, b: Pose) -> f64 {
     (b.x_meters - a.x_meters).hypot(b.y_meters - a.y_meters)
 }
 
-/// Primitives for all headings, at one resolution. Every one of them is sound: [`Unsound`] says what that
-/// means.
+/// Primitives for all headings, at one resolution, all of them valid: see [`Unsound`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct PrimitiveSet {
     resolution_meters: f64,
@@ -63,7 +62,7 @@ pub struct PrimitiveSet {
     primitives: Vec<Primitive>,
 }
 
-/// What is wrong with a set of primitives.
+/// Why a set of primitives is invalid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Unsound {
     /// Not a cell edge.
@@ -78,9 +77,9 @@ pub enum Unsound {
     /// A heading that is not one of the set's.
     #[error("heading {given}: allowed are {least} to {most}", most = heading_count - 1)]
     Heading {
-        /// As given.
+        /// The given value.
         given: i64,
-        /// 0, or the negative heading from which counting still makes sense.
+        /// 0, or the smallest negative heading, which counts backward from 0.
         least: i64,
         /// Headings of the set.
         heading_count: i64,
@@ -88,13 +87,13 @@ pub enum Unsound {
     /// An end too far away.
     #[error("an end {given} cells away: allowed are -{MAX_REACH_CELLS} to {MAX_REACH_CELLS}")]
     Reach {
-        /// As given.
+        /// The given value.
         given: i64,
     },
     /// It ends in the state in which it starts.
     #[error("the primitive ends where it starts, with the same heading: it leads nowhere")]
     Nowhere,
-    /// A cost that would be nothing, or too much.
+    /// A cost multiplier out of range.
     #[error("a cost multiplier of {0}: allowed are 1 to {MAX_COST_MULTIPLIER}")]
     CostMultiplier(i64),
     /// Too few or too many poses.
@@ -134,8 +133,8 @@ pub enum Unsound {
         /// Radians.
         expected_heading: f64,
     },
-    /// It winds too long.
-    #[error("{0} cells of way between start and end: allowed are at most {most}", most = 4 * MAX_REACH_CELLS)]
+    /// Its path is too long.
+    #[error("{0} cells of path between start and end: allowed are at most {most}", most = 4 * MAX_REACH_CELLS)]
     Length(f64),
     /// Two primitives of one heading with the same number.
     #[error("number {number} stands twice among the primitives of heading {heading}")]
@@ -145,12 +144,12 @@ pub enum Unsound {
         /// Start heading.
         heading: usize,
     },
-    /// A vehicle with that heading could not move.
+    /// A heading without a primitive.
     #[error("no primitive starts with heading {0}: each needs one at least")]
     NoPrimitive(usize),
 }
 
-/// Which part of a primitive is unsound.
+/// The invalid part of a primitive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Part {
     Number,
@@ -159,7 +158,7 @@ pub(crate) enum Part {
 }
 
 impl PrimitiveSet {
-    /// A set whose primitives were each checked by [`check`]; what they must be together is checked here.
+    /// Assembles a set of primitives that were each checked by [`check`]; checks their combination.
     pub(crate) fn assemble(
         resolution_meters: f64,
         heading_count: usize,
@@ -167,7 +166,7 @@ impl PrimitiveSet {
     ) -> Result<Self, Unsound> {
         let mut headings_radians = Vec::with_capacity(heading_count);
         for heading in 0..heading_count {
-            // The poses tell the true angle: a lattice whose headings point at cells has unequal steps.
+            // The poses give the exact angle: a lattice whose headings point at cells has unequal steps.
             let first = primitives.iter().find(|primitive| primitive.start_heading == heading);
             let pose =
                 first.and_then(|primitive| primitive.poses.first()).ok_or(Unsound::NoPrimitive(heading))?;
@@ -194,7 +193,7 @@ impl PrimitiveSet {
         &self.primitives
     }
 
-    /// The heading nearest to an angle; of two equally near the smaller index.
+    /// The heading nearest to an angle; of two equally near ones the smaller index.
     #[must_use]
     pub fn nearest_heading(&self, heading_radians: f64) -> usize {
         let off = |index: usize| turn_radians(self.headings_radians[index], heading_radians).abs();
@@ -202,7 +201,7 @@ impl PrimitiveSet {
     }
 }
 
-/// Whether one primitive is sound by itself, and which part of it is not.
+/// Checks one primitive by itself; the error names its invalid part.
 pub(crate) fn check(
     primitive: &Primitive,
     resolution_meters: f64,

@@ -1,9 +1,9 @@
-//! OPEN: the states that wait to be expanded, the smallest key first.
+//! OPEN: the queue of states to be expanded, the smallest key first.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-/// A state as it was when it came in. If its cost is another now, the entry counts no more.
+/// A state with its cost when it was queued. If its cost has changed, the entry is outdated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Entry {
     pub(super) key: u64,
@@ -12,8 +12,7 @@ pub(super) struct Entry {
 }
 
 impl Ord for Entry {
-    /// The best is the greatest: small keys, of equal keys the one farther from the start, then the older
-    /// state.
+    /// The greatest entry comes first: small keys, of equal keys the one farther from the start, then the older state.
     fn cmp(&self, other: &Self) -> Ordering {
         (other.key, self.cost, other.state).cmp(&(self.key, other.cost, self.state))
     }
@@ -42,7 +41,7 @@ impl Queue {
         Self { shift: 0, buckets: vec![Vec::new(); BUCKETS], current: 0, heap: BinaryHeap::new() }
     }
 
-    /// Empty, for keys of about this size: larger ones are in order too, only slower.
+    /// Clears the queue, for keys up to about this size: larger ones work too, only slower.
     pub(super) fn reset(&mut self, largest_key: u64) {
         self.shift = (largest_key / BUCKETS as u64 + 1).ilog2() + 1;
         self.heap.clear();
@@ -62,7 +61,7 @@ impl Queue {
             return;
         }
         if bucket < self.current {
-            // Keys may fall: the heap goes back to its bucket.
+            // Keys may decrease: the heap goes back to its bucket.
             let mut entries = std::mem::take(&mut self.heap).into_vec();
             std::mem::swap(&mut entries, &mut self.buckets[self.current]);
             self.heap = entries.into();

@@ -1,4 +1,4 @@
-//! One plan in the making: which searches are run, and what is noted of each.
+//! One planning run: its searches, and their solutions.
 
 use dragnet_search::cell::Position;
 
@@ -12,12 +12,12 @@ use super::primitives::PrimitiveSet;
 use super::stopped::Stopped;
 use crate::plane::Pose;
 
-/// Below this the next search is the last one: nothing is gained by stopping so near to 1.
+/// Inflation below which the next search is the last one: stopping so near to 1 gains nothing.
 const LAST_INFLATION: f64 = 1.002;
 
-/// With a guide: it estimates a little too much, so that little inflation finds good ways already.
+/// Inflations with a guide: it overestimates slightly, so that little inflation finds good paths already.
 const GUIDED_INFLATIONS: [f64; 2] = [1.1, 1.0];
-/// States expanded at most with each of them: some tens of milliseconds.
+/// Maximum number of expansions with each of them: some tens of milliseconds.
 const GUIDED_EXPANSIONS: u64 = 1 << 15;
 
 /// The center of a state's cell, and its heading.
@@ -27,7 +27,7 @@ pub(super) fn pose(map: &CostMap, set: &PrimitiveSet, at: Position, heading: u8)
     Pose { x_meters: center.0, y_meters: center.1, heading_radians }
 }
 
-/// One plan in the making.
+/// A planning run.
 pub(super) struct Run<'a, 'b> {
     pub(super) search: Search<'a>,
     pub(super) solutions: Vec<Solution>,
@@ -48,7 +48,7 @@ impl Run<'_, '_> {
             .improve(guidance, until, &mut |expansions| (self.go_on)(&Progress { expansions, solution }))
     }
 
-    /// First ways, by a guide: one soon, then better ones as long as they come fast.
+    /// First paths, by a guide: one soon, then better ones as long as they come fast.
     pub(super) fn follow(
         &mut self,
         guide: &Guide,
@@ -78,7 +78,7 @@ impl Run<'_, '_> {
         Ok(ended)
     }
 
-    /// ARA*: searches with less and less inflation.
+    /// ARA*: searches with decreasing inflation.
     pub(super) fn improve(
         &mut self,
         heuristic: &Heuristic,
@@ -89,7 +89,7 @@ impl Run<'_, '_> {
             return Err(self.none());
         }
         let mut inflation = effort.first_inflation;
-        // The heuristic says more than what the guided way was judged by.
+        // The heuristic gives a better bound than that of the guided path.
         self.search.raise_lower_bound(heuristic);
         self.bound = self.bound.min(self.search.bound());
         if self.search.best.is_some() {
@@ -113,21 +113,21 @@ impl Run<'_, '_> {
         Ok(())
     }
 
-    /// At most `most`; in 1024ths, so that the search's inflation is exactly what is reported.
+    /// At most `most`; in 1024ths, so that the search's inflation is exactly the reported one.
     fn next_inflation(&self, most: f64) -> f64 {
         let next = most.min(1.0 + (self.bound - 1.0) / 2.0);
         if next < LAST_INFLATION { 1.0 } else { (next * 1024.0).ceil() / 1024.0 }
     }
 
-    /// Notes the best way and its bound, and asks whether to go on.
+    /// Records the best path and its bound, and asks whether to go on.
     pub(super) fn solved<G: Guidance>(
         &mut self,
         lower_bound: &G,
         inflation: Option<f64>,
     ) -> Result<(), Stopped> {
         if let Some(best) = self.search.best {
-            // Cheaper ways to states on the path may have been found since.
-            let cost = u32::try_from(self.way(best).1).unwrap_or(best.cost).min(best.cost);
+            // Cheaper paths to states on the path may have been found since.
+            let cost = u32::try_from(self.path(best).1).unwrap_or(best.cost).min(best.cost);
             self.search.best = Some(Best { cost, ..best });
             self.search.raise_lower_bound(lower_bound);
             self.note(cost, inflation);
@@ -135,8 +135,8 @@ impl Run<'_, '_> {
         if self.ask() { Ok(()) } else { Err(Stopped) }
     }
 
-    /// Primitives of the best way with their costs, and what they cost together.
-    fn way(&self, best: Best) -> (Vec<(u16, u64)>, u64) {
+    /// Primitives of the best path with their costs, and their sum.
+    fn path(&self, best: Best) -> (Vec<(u16, u64)>, u64) {
         let mut steps = Vec::new();
         let (mut state, mut cost) = (best.state, 0);
         while self.search.space.states.record(state).cost > 0 {
@@ -158,7 +158,7 @@ impl Run<'_, '_> {
         }
     }
 
-    /// Stopped while the heuristic was computed: the start is at least so far from the goal.
+    /// Stopped while the heuristic was computed: this is a lower bound of the start's distance to the goal.
     pub(super) fn stopped(&mut self, at_least: u32) -> Result<(), PlanError> {
         let Some(best) = self.search.best else {
             return Err(PlanError::Stopped { expansions: self.search.expansions });
@@ -176,11 +176,11 @@ impl Run<'_, '_> {
 
     pub(super) fn plan(&self, set: &PrimitiveSet, from: Position, heading: u8) -> Plan {
         let map = self.search.map;
-        let (way, cost) = self.search.best.map(|best| self.way(best)).unwrap_or_default();
+        let (path, cost) = self.search.best.map(|best| self.path(best)).unwrap_or_default();
         let mut poses = vec![pose(map, set, from, heading)];
-        let mut steps = Vec::with_capacity(way.len());
+        let mut steps = Vec::with_capacity(path.len());
         let mut at = from;
-        for (index, step_cost) in way {
+        for (index, step_cost) in path {
             let primitive = &set.primitives()[usize::from(index)];
             let begin = poses.len() - 1;
             let corner = pose(map, set, at, 0);

@@ -1,4 +1,4 @@
-//! What a search knows of each state: memory only where it has looked.
+//! The states of a search: memory is allocated only where it has been.
 
 use dragnet_search::cell::Position;
 
@@ -9,9 +9,9 @@ const NO_TILE: u32 = u32::MAX;
 /// One state.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Record {
-    /// Cost from the start, in units; `u32::MAX` if no way is known.
+    /// Cost from the start, in units; `u32::MAX` without a path.
     pub(super) cost: u32,
-    /// The primitive that leads here on that way.
+    /// The last primitive of that path.
     pub(super) primitive: u16,
     /// The search in which it was last expanded; 0 for none.
     pub(super) closed: u8,
@@ -19,13 +19,13 @@ pub(super) struct Record {
 
 const FRESH: Record = Record { cost: u32::MAX, primitive: 0, closed: 0 };
 
-/// States in tiles of 8 x 8 cells with all their headings, in the order in which the search came to them. A
-/// state's name holds its tile, its cell in the tile and its heading as bits.
+/// States in tiles of 8 x 8 cells with all their headings, in order of first visit. A state's name consists of its
+/// tile, its cell in the tile and its heading as bits.
 #[derive(Clone, Debug, Default)]
 pub(super) struct States {
     heading_bits: u32,
     tiles_per_row: usize,
-    /// Of each tile of the map its number, or [`NO_TILE`].
+    /// The number of each tile of the map, or [`NO_TILE`].
     table: Vec<u32>,
     tiles: Vec<Box<[Record]>>,
     /// South-western corner of each tile.
@@ -62,7 +62,7 @@ impl States {
         tile << self.tile_bits() | cell << self.heading_bits | heading as u32
     }
 
-    /// Cost from the start of a state, without making room for it.
+    /// Cost from the start of a state, without allocating it.
     #[inline]
     pub(super) fn cost_at(&self, at: Position, heading: u8) -> u32 {
         match self.table[self.entry(at)] {
@@ -71,7 +71,7 @@ impl States {
         }
     }
 
-    /// The name of a state that was made.
+    /// The name of an allocated state.
     pub(super) fn name_at(&self, at: Position, heading: u8) -> u32 {
         self.name(self.table[self.entry(at)], at, heading)
     }
@@ -98,7 +98,7 @@ impl States {
         number as u32
     }
 
-    /// Where a state is, and its heading.
+    /// Cell and heading of a state.
     #[inline]
     #[expect(clippy::cast_possible_truncation, reason = "headings fit 8 bits")]
     pub(super) fn place(&self, state: u32) -> (Position, u8) {

@@ -1,5 +1,4 @@
-//! Plans on many small maps, against an exhaustive search that shares nothing with the planner but the
-//! primitives.
+//! Plans on many small maps, compared with an exhaustive search that shares only the primitives with the planner.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -18,7 +17,7 @@ use crate::plane::{Pose, turn_radians};
 
 const RESOLUTION_METERS: f64 = 0.5;
 
-/// A small world: costs, a vehicle, where it is and where it should be.
+/// A small map with a vehicle and a goal.
 #[derive(Debug)]
 struct World {
     map: CostMap,
@@ -26,7 +25,7 @@ struct World {
     footprint: Footprint,
     start: Pose,
     goal: Goal,
-    /// From so many cells on there is a guide.
+    /// Number of cells from which on there is a guide.
     guided_cells: usize,
     /// Shape `[primitives]`.
     drawn: Vec<Drawn>,
@@ -36,13 +35,13 @@ struct World {
 #[derive(Debug)]
 struct Drawn {
     swept: BTreeSet<(i32, i32)>,
-    way: BTreeSet<(i32, i32)>,
+    path: BTreeSet<(i32, i32)>,
     units: u64,
 }
 
 impl Drawn {
     fn new(primitive: &Primitive, footprint: &Footprint) -> Self {
-        let (mut swept, mut way) = (BTreeSet::new(), BTreeSet::new());
+        let (mut swept, mut path) = (BTreeSet::new(), BTreeSet::new());
         let cell = |meters: f64| nearest(meters / RESOLUTION_METERS);
         for pair in primitive.poses.windows(2) {
             let turn = turn_radians(pair[0].heading_radians, pair[1].heading_radians);
@@ -57,19 +56,19 @@ impl Drawn {
                     y_meters: pair[0].y_meters + part * (pair[1].y_meters - pair[0].y_meters),
                     heading_radians: pair[0].heading_radians + part * turn,
                 };
-                way.insert((cell(pose.y_meters), cell(pose.x_meters)));
+                path.insert((cell(pose.y_meters), cell(pose.x_meters)));
                 swept.extend(footprint.cells(pose, RESOLUTION_METERS));
                 index += 1.0;
             }
         }
-        swept.extend(&way);
+        swept.extend(&path);
         let straight = f64::from(primitive.east_cells).hypot(f64::from(primitive.north_cells));
         let length = (primitive.length_meters() / RESOLUTION_METERS).max(straight);
         let turn = primitive.turned_radians() * footprint.circumscribed_meters() / RESOLUTION_METERS;
         let cells = if straight > 0.0 { length } else { turn };
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "short")]
         let units = ((1_000.0 * cells).round() as u64).max(1);
-        Self { swept, way, units: units * u64::from(primitive.cost_multiplier) }
+        Self { swept, path, units: units * u64::from(primitive.cost_multiplier) }
     }
 }
 
@@ -146,14 +145,14 @@ impl World {
         cells.iter().all(|&(n, e)| self.cost(north + i64::from(n), east + i64::from(e)).is_some())
     }
 
-    /// What a primitive costs from a cell, if the vehicle can drive it.
+    /// The cost of a primitive from a cell, if the vehicle can drive it.
     fn drive(&self, from: (i64, i64), primitive: usize) -> Option<u64> {
         let drawn = &self.drawn[primitive];
         let cost = |&(n, e): &(i32, i32)| self.cost(from.0 + i64::from(n), from.1 + i64::from(e));
         if !drawn.swept.iter().all(|cell| cost(cell).is_some()) {
             return None;
         }
-        let largest = drawn.way.iter().map(cost).max()??;
+        let largest = drawn.path.iter().map(cost).max()??;
         Some(drawn.units * (1 + u64::from(largest)))
     }
 
@@ -200,7 +199,7 @@ impl World {
         None
     }
 
-    /// The path is one: its steps join, each is free and costs what it says, and it ends at the goal.
+    /// The path is valid: its steps join, each is free and has the right cost, and it ends at the goal.
     fn assert_path(&self, plan: &Plan) {
         let mut state = self.state(self.start);
         let mut cost = 0;
@@ -233,7 +232,7 @@ impl World {
     }
 }
 
-/// Every solution is as good as it claims, and each at least as good as the one before.
+/// Every solution meets its bound, and each is at least as good as the one before.
 fn assert_solutions(plan: &Plan, cheapest: u64) {
     let mut before: Option<Solution> = None;
     for solution in &plan.solutions {
@@ -289,7 +288,7 @@ fn plans_to_the_end_are_as_cheap_as_dijkstra_finds() {
 }
 
 #[test]
-fn a_plan_that_is_stopped_at_any_time_keeps_its_promises() {
+fn a_plan_that_is_stopped_at_any_time_keeps_its_bounds() {
     let mut between = 0;
     for seed in 0..60 {
         let world = World::drawn(seed);
@@ -336,7 +335,7 @@ fn a_plan_on_a_changed_map_is_that_of_a_new_planner() {
 }
 
 #[test]
-fn bad_starts_and_goals_are_told() {
+fn bad_starts_and_goals_are_reported() {
     let seed = (0..100).find(|&seed| World::drawn(seed).cheapest().is_some_and(|cost| cost > 0)).unwrap();
     let world = World::drawn(seed);
     let mut planner = world.planner();

@@ -1,11 +1,10 @@
-//! From a detector's boxes to bearings: what is no box is left out and counted.
+//! Conversion of a detector's boxes to bearings; invalid boxes are ignored and counted.
 
 use std::collections::BTreeSet;
 
 use super::Camera;
 
-/// What a detector marks in an image. Pixels count from the left and upper edge; edges lie within `0..=width`
-/// and `0..=height`.
+/// A box of a detector. Pixels count from the left and upper edge; edges lie within `0..=width` and `0..=height`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DetectionBox {
     /// Left edge, pixels.
@@ -25,37 +24,34 @@ pub enum BoxRefusal {
     NotANumber,
     /// It has no area.
     Empty,
-    /// An edge lies outside the image. Detectors cut their boxes at the edge, so this one is of another image
-    /// size.
+    /// An edge lies outside the image. Detectors clip their boxes, so this one is of another image size.
     OutsideImage,
-    /// Another box before it has its middle in the very same column: one bearing says no more when it is told
-    /// twice.
+    /// An earlier box has its center in exactly the same column: a repeated bearing adds nothing.
     SameColumn,
 }
 
-/// What the boxes of one image say.
+/// The bearings of the boxes of one image.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Detections {
-    /// Where the boxes' middles are: radians in the vehicle's frame, from where the camera is, in the boxes'
-    /// order.
+    /// Bearings of the boxes' centers: radians in the vehicle's frame, from the camera's position, in the boxes' order.
     pub bearings_radians: Vec<f64>,
-    /// Boxes that were left out: their number in the image, and why.
+    /// Ignored boxes: their index in the image, and the reason.
     pub refused: Vec<(usize, BoxRefusal)>,
 }
 
-/// More boxes than an image can hold objects: the detector is at fault, and none of its boxes counts.
+/// Too many boxes in an image: the detector is at fault, and none of its boxes counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0} boxes in one image: at most {max} can be objects", max = Camera::MAX_BOXES)]
 pub struct TooManyBoxes(pub usize);
 
 impl Camera {
-    /// So many boxes may one image have.
+    /// The maximum number of boxes in one image.
     pub const MAX_BOXES: usize = 256;
 
-    /// Where the middles of boxes are.
+    /// The bearings of the centers of boxes.
     ///
     /// # Errors
-    /// If there are more than [`Camera::MAX_BOXES`]. Single boxes that cannot be are left out and counted.
+    /// If there are more than [`Camera::MAX_BOXES`]. Single invalid boxes are ignored and counted.
     pub fn detections(&self, boxes: &[DetectionBox]) -> Result<Detections, TooManyBoxes> {
         if boxes.len() > Self::MAX_BOXES {
             return Err(TooManyBoxes(boxes.len()));

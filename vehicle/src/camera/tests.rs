@@ -1,4 +1,4 @@
-//! The paper's two cameras, and what is none.
+//! The paper's two cameras, and invalid ones.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -117,13 +117,13 @@ fn boxes_that_cannot_be_are_left_out_and_counted() {
 }
 
 #[test]
-fn ten_thousand_boxes_are_refused_as_one() {
+fn ten_thousand_boxes_are_rejected_as_one() {
     let error = wide().detections(&vec![upright(700.0); 10_000]).unwrap_err();
     assert_eq!(error.to_string(), "10000 boxes in one image: at most 256 can be objects");
 }
 
 #[test]
-fn cameras_that_cannot_be_say_why() {
+fn invalid_cameras_give_the_reason() {
     let check = |change: fn(&mut CameraSettings), message: &str| {
         let mut settings = settings("wide", 63.0);
         change(&mut settings);

@@ -1,4 +1,4 @@
-//! What a camera sees of the map: a sector of a ring.
+//! A camera's view of the map: a sector of a ring.
 
 use std::f64::consts::PI;
 
@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 
 use dragnet_lattice::plane::{Pose, bearing_radians, wrapped_radians};
 
-/// A sector of a ring on the map, around where a camera is.
+/// A sector of a ring on the map, around a camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     camera: Pose,
@@ -17,35 +17,35 @@ pub struct View {
     ground_meters: f64,
 }
 
-/// A view that cannot be.
+/// Why a view is invalid.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ViewError {
-    /// Where the camera is was not told.
+    /// The camera's pose is not finite.
     #[error("the camera's pose is not a number: {0:?}")]
     Pose(Pose),
-    /// No angle.
+    /// Invalid angle.
     #[error("half a field of view of {0} radians: allowed is above 0, up to pi")]
     Angle(f64),
-    /// No ranges.
+    /// Invalid ranges.
     #[error("a view from {nearest} m to {farthest} m: needed is 0 < nearest < farthest")]
     Ranges {
-        /// As given, meters.
+        /// The given value, meters.
         nearest: f64,
-        /// As given, meters.
+        /// The given value, meters.
         farthest: f64,
     },
 }
 
-/// Whether a view can reach from here to there, meters.
+/// Whether ranges are valid, meters.
 pub(super) fn are_ranges(min_range_meters: f64, max_range_meters: f64) -> bool {
     min_range_meters > 0.0 && min_range_meters < max_range_meters && max_range_meters.is_finite()
 }
 
 impl View {
-    /// The view of a camera at a pose on the map, to both sides of its heading.
+    /// The view of a camera at a pose on the map, symmetric to its heading.
     ///
     /// # Errors
-    /// If the pose is no number, the angle is not above 0 and at most pi, or the ranges are not
+    /// If the pose is not finite, the angle is not above 0 and at most pi, or the ranges are not
     /// `0 < nearest < farthest`.
     pub fn new(
         camera: Pose,
@@ -66,13 +66,13 @@ impl View {
         Ok(Self { camera, half_radians, min_range_meters, max_range_meters, ground_meters: 0.0 })
     }
 
-    /// The same of a camera that sees the ground from so many meters on.
+    /// The same for a camera with the ground in view from this range on, meters.
     #[must_use]
     pub const fn with_ground_from(self, ground_meters: f64) -> Self {
         Self { ground_meters, ..self }
     }
 
-    /// Where the camera is on the map.
+    /// The pose of the camera on the map.
     #[must_use]
     pub const fn camera(&self) -> Pose {
         self.camera
@@ -84,27 +84,27 @@ impl View {
         2.0 * self.half_radians
     }
 
-    /// Objects are detected from here on, meters.
+    /// Shortest range of a detection, meters.
     #[must_use]
     pub const fn min_range_meters(&self) -> f64 {
         self.min_range_meters
     }
 
-    /// And up to here, meters.
+    /// Longest range of a detection, meters.
     #[must_use]
     pub const fn max_range_meters(&self) -> f64 {
         self.max_range_meters
     }
 
-    /// How far a direction, radians counter-clockwise from east, lies beyond the nearer edge, radians; not
-    /// above 0 in view.
+    /// The angle of a direction, radians counter-clockwise from east, beyond the nearer edge, radians; not above 0 in
+    /// view.
     #[must_use]
     pub fn radians_beyond(&self, bearing_radians: f64) -> f64 {
         wrapped_radians(bearing_radians - self.camera.heading_radians).abs() - self.half_radians
     }
 
-    /// The same, wider by an angle to both sides and by a factor in its ranges; narrower for an angle below 0 and
-    /// a factor below 1.
+    /// The same, widened by an angle on both sides and by a factor in its ranges; narrowed for an angle below 0 and a
+    /// factor below 1.
     #[must_use]
     pub(crate) fn widened(self, beyond_radians: f64, times: f64) -> Self {
         Self {
@@ -115,7 +115,7 @@ impl View {
         }
     }
 
-    /// Whether what lies on the ground at a point of the map would be in view.
+    /// Whether an object on the ground at a point of the map would be in view.
     #[must_use]
     pub fn shows_ground(&self, point_meters: Vector2<f64>) -> bool {
         let range_meters = (point_meters - self.camera.position_meters()).norm();

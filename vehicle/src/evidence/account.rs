@@ -1,12 +1,12 @@
-//! What a robot's cameras have shown of a cell, and what the robot has told of it: an account for each cell.
+//! The evidence that a robot's cameras have collected for each cell, and the part that it has published.
 //!
-//! A cell is cut into `PARTS` parts. In each frame whose view holds a part, a thing that lies there would have
-//! been missed with a probability; what all frames together leave is the probability that it was missed so far.
-//! If nothing was found, the cell's evidence of being empty is `-ln(mean over its parts)`: a cell of which a
-//! tenth was never in view is never emptier than `ln 10`, however often the rest was seen.
+//! A cell is divided into `PARTS` parts. In each frame with a part in view, an object there would have been missed with
+//! some probability; the product over all frames is the probability that it was missed so far. If nothing was found,
+//! the cell's evidence of being empty is `-ln(mean over its parts)`: a cell of which a tenth was never in view is never
+//! emptier than `ln 10`, however often the rest was in view.
 //!
-//! Evidence adds up over all readings of a cell, and the frames of a robot are one experience. So a robot tells
-//! what its evidence has grown by since it told of the cell last, and takes back what has turned out not to be.
+//! Evidence adds up over all readings of a cell, and the frames of a robot are one experiment. So a robot publishes the
+//! growth of its evidence since its last reading of the cell, and withdraws what has turned out to be wrong.
 
 use std::collections::BTreeMap;
 
@@ -18,45 +18,45 @@ use nalgebra::Vector2;
 use super::{sight, spread};
 use crate::camera::View;
 
-/// A cell is cut into so many parts to each side.
+/// Parts along the side of a cell.
 const SIDE: u32 = 4;
 /// Parts of a cell.
 const PARTS: usize = (SIDE * SIDE) as usize;
-/// However many frames of one look hold a part, a thing there was missed in all of them with at least this
-/// probability: whatever hides it hides it in all.
-const LEAST_MISSED_IN_A_LOOK: f32 = 1e-3;
-/// Of the detector's range, to here a thing is missed as seldom as the settings say,
+/// Minimum probability that an object is missed in all frames of one observation, however many: whatever hides it hides
+/// it in all.
+const LEAST_MISSED_IN_AN_OBSERVATION: f32 = 1e-3;
+/// Share of the detector's range up to which the miss probability is that of the settings,
 const SURE_SHARE: f64 = 0.5;
-/// and at its end it is found with this share of the probability.
+/// and the share of the detection probability at the end of the range.
 const SHARE_AT_THE_END: f64 = 0.1;
 
-/// The accounts of all cells that were in view or told of.
+/// The accounts of all cells that were in view or published.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Accounts {
     cells: BTreeMap<Cell, Account>,
 }
 
-/// Of one cell. All but the distance are nats.
+/// The account of one cell. All but the distance are nats.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Account {
-    /// By part: the logarithm of the probability that a thing there was missed before this look.
+    /// By part: the logarithm of the probability that an object there was missed before this observation.
     missed: [f32; PARTS],
-    /// And in this look.
+    /// And in this observation.
     missed_now: [f32; PARTS],
-    /// Manhattan distance of the nearest camera in this look, cells.
+    /// Manhattan distance of the nearest camera in this observation, cells.
     nearest: u32,
-    /// Evidence of being empty that was seen from too far away to be told.
+    /// Evidence of being empty that was collected from too far away to be published.
     untold: f64,
-    /// Told of its being empty, at least 0.
+    /// Published evidence of being empty, at least 0.
     pub(super) empty: f64,
-    /// Told of an object in it, at least 0.
+    /// Published evidence of an object in it, at least 0.
     pub(super) object: f64,
 }
 
 impl Accounts {
-    /// Takes in what one frame could see: parts of cells in view with no wall between, up to one cell farther
-    /// than the sensor's radius, since a look ends in the next cell. A camera that is not over the map shows
-    /// nothing. A thing at hand is missed with this probability.
+    /// Adds one frame: parts of cells in view without a wall in between, up to one cell farther than the sensor's
+    /// radius, since an observation ends in the next cell. A camera that is not over the map adds nothing. A near
+    /// object is missed with this probability.
     pub fn add(&mut self, terrain: &Terrain, sensor: &Sensor, view: &View, miss_probability: f64) {
         let camera_meters = view.camera().position_meters();
         let Some(from) = spread::cell_at(terrain, camera_meters) else { return };
@@ -82,7 +82,7 @@ impl Accounts {
         }
     }
 
-    /// Probability that a thing at a place, meters east and north, would have been missed by now.
+    /// Probability that an object at a position, meters east and north, would have been missed so far.
     #[must_use]
     pub fn missed_at(&self, terrain: &Terrain, point_meters: Vector2<f64>) -> f64 {
         let Some(cell) = spread::cell_at(terrain, point_meters) else { return 1.0 };
@@ -108,12 +108,12 @@ impl Accounts {
         self.cells.keys().copied().collect()
     }
 
-    /// Whether a cell was in view, or told of.
+    /// Whether a cell was in view, or published.
     pub(super) fn has(&self, cell: Cell) -> bool {
         self.cells.contains_key(&cell)
     }
 
-    /// Cells with an account.
+    /// Number of cells with an account.
     #[must_use]
     pub fn cell_count(&self) -> usize {
         self.cells.len()
@@ -128,69 +128,69 @@ impl Default for Account {
 }
 
 impl Account {
-    /// Whether one look can show no more of it.
+    /// Whether further frames of this observation add nothing.
     fn is_seen(&self) -> bool {
-        let least = LEAST_MISSED_IN_A_LOOK.ln();
+        let least = LEAST_MISSED_IN_AN_OBSERVATION.ln();
         self.missed_now.iter().all(|&missed| missed <= least)
     }
 
     #[expect(clippy::cast_possible_truncation, reason = "a logarithm of a probability")]
     fn note(&mut self, part: usize, missed: f64, distance: u32) {
         let sum = self.missed_now[part] + missed.max(1e-6).ln() as f32;
-        self.missed_now[part] = sum.max(LEAST_MISSED_IN_A_LOOK.ln());
+        self.missed_now[part] = sum.max(LEAST_MISSED_IN_AN_OBSERVATION.ln());
         self.nearest = self.nearest.min(distance);
     }
 
-    /// Nothing was found here in this look: it counts.
+    /// Nothing was found here in this observation: it counts.
     pub(super) fn settle(&mut self) {
         for (before, now) in self.missed.iter_mut().zip(&mut self.missed_now) {
             *before += std::mem::take(now);
         }
     }
 
-    /// Something may be here: what was not seen of it in this look means nothing.
+    /// An object may be here: the frames of this observation are discarded.
     pub(super) fn discard(&mut self) {
         self.missed_now = [0.0; PARTS];
         self.nearest = u32::MAX;
     }
 
-    /// From how near it was seen last, cells, if it was seen since it was told of.
+    /// The least distance of its last frames, cells, if there are any since its last reading.
     pub(super) fn nearest(&self) -> Option<u32> {
         (self.nearest < u32::MAX).then_some(self.nearest)
     }
 
-    /// How much emptier it is than was told.
+    /// The unpublished growth of its evidence of being empty.
     pub(super) fn growth(&self) -> f64 {
         let sum: f64 = self.missed.iter().map(|&missed| f64::from(missed).exp()).sum();
         let empty = -(sum / PARTS as f64).max(f64::MIN_POSITIVE).ln();
         empty - self.empty - self.untold
     }
 
-    /// Some of its growth was told, and the rest was seen from too far away.
-    pub(super) fn tell_empty(&mut self, told: f64) {
-        self.untold += (self.growth() - told).max(0.0);
-        self.empty += told;
+    /// Marks a part of the growth as published; the rest was collected from too far away.
+    pub(super) fn publish_empty(&mut self, reported: f64) {
+        self.untold += (self.growth() - reported).max(0.0);
+        self.empty += reported;
         self.nearest = u32::MAX;
     }
 
-    /// It was told that an object is here: first what was told of its being empty is taken back.
-    pub(super) fn tell_object(&mut self, told: f64) {
-        let back = told.min(self.empty);
+    /// Marks evidence of an object as published: it first withdraws the evidence of being empty.
+    pub(super) fn publish_object(&mut self, reported: f64) {
+        let back = reported.min(self.empty);
         self.empty -= back;
-        self.object += told - back;
+        self.object += reported - back;
         if self.empty <= 0.0 {
             (self.missed, self.untold, self.empty) = ([0.0; PARTS], 0.0, 0.0);
         }
     }
 }
 
-/// Probability that a thing is missed in a frame at a share of the detector's range.
+/// Probability that an object at a share of the detector's range is missed in a frame.
 fn missed(range_share: f64, miss_probability: f64) -> f64 {
     let beyond = ((range_share - SURE_SHARE) / (1.0 - SURE_SHARE)).clamp(0.0, 1.0);
     1.0 - (1.0 - miss_probability) * (1.0 - beyond * (1.0 - SHARE_AT_THE_END))
 }
 
-/// The middles of a cell's parts.
+/// The centers of a cell's parts.
 fn parts(middle: Vector2<f64>, cell_meters: f64) -> impl Iterator<Item = Vector2<f64>> {
     let step = cell_meters / f64::from(SIDE);
     let at = move |index: u32| (f64::from(index) + 0.5) * step - cell_meters / 2.0;
@@ -211,19 +211,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_never_in_view_bounds_what_can_be_told() {
+    fn parts_out_of_view_bound_the_evidence() {
         let mut account = Account::default();
         for _ in 0..50 {
             (0..PARTS - 1).for_each(|part| (0..40).for_each(|_| account.note(part, 0.2, 1)));
             account.settle();
         }
         assert!((account.growth() - 16.0_f64.ln()).abs() < 1e-6, "{}", account.growth());
-        account.tell_empty(2.0);
+        account.publish_empty(2.0);
         assert!(account.growth().abs() < 1e-9, "the rest was too far away");
     }
 
     #[test]
-    fn one_look_tells_no_more_than_a_thousand_to_one() {
+    fn one_observation_gives_no_more_than_a_thousand_to_one() {
         let mut account = Account::default();
         (0..PARTS).for_each(|part| (0..400).for_each(|_| account.note(part, 0.2, 1)));
         assert!(account.is_seen());
@@ -232,16 +232,16 @@ mod tests {
     }
 
     #[test]
-    fn what_was_told_of_emptiness_is_taken_back_first() {
+    fn evidence_of_emptiness_is_withdrawn_first() {
         let mut account = Account::default();
         (0..PARTS).for_each(|part| account.note(part, 0.1, 1));
         account.settle();
-        account.tell_empty(account.growth());
+        account.publish_empty(account.growth());
         let empty = account.empty;
         assert!((empty - 10.0_f64.ln()).abs() < 1e-6);
-        account.tell_object(1.0);
+        account.publish_object(1.0);
         assert!((account.empty - (empty - 1.0)).abs() < 1e-12 && account.object == 0.0);
-        account.tell_object(empty);
+        account.publish_object(empty);
         assert!(account.empty == 0.0 && (account.object - 1.0).abs() < 1e-12);
         assert!(account.growth().abs() < 1e-12, "it was not seen to be empty after all");
     }

@@ -1,8 +1,8 @@
-//! Which tracks have a cell, and where others may be.
+//! Assigns tracks to cells.
 //!
-//! A confirmed track has a cell once it is nearly certain to be there, or once its place is known so well that
-//! the cell next to it would be no more wrong: a thing may lie on a border. It keeps that cell while it may
-//! be there. So a thing is told in one cell, with the place and its error, and not in two by turns.
+//! A confirmed track is assigned to a cell once it is nearly certain to be there, or once its position is known so well
+//! that an adjacent cell would be equally right, since an object may lie on a border. It keeps that cell while it may
+//! be there. So an object is reported in one cell, with its position and error, and does not alternate between two.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,46 +14,47 @@ use super::spread::{cell_at, over_cells};
 use crate::tracker::seconds_between;
 use crate::tracker::track::{Standing, Track, TrackId};
 
-/// With at most this probability of a track a cell reads as if the track were not there.
+/// Probability of a track in a cell up to which the cell counts as empty.
 pub const NEGLIGIBLE: f64 = 1e-3;
-/// With at least this probability a track is in a cell.
+/// Probability from which a track is in a cell.
 pub const CERTAIN: f64 = 0.99;
-/// A track is told as an object if so much speaks for it, nats.
+/// Score from which a track is reported as an object, nats.
 const SURE_NATS: f64 = 20.0;
-/// A track that is in its cell with less has left it.
+/// Probability below which a track has left its cell.
 const LEFT: f64 = 0.01;
-/// A place is known well enough if its standard deviation is at most so many meters,
+/// Standard deviation up to which a position is known well enough, meters,
 const GOOD_METERS: f64 = 0.2;
-/// or this share of a cell, once it has not been seen for so long, seconds, and will hardly be known better.
+/// or share of a cell, once the track has not been detected for this time, seconds, and its position will hardly
+/// improve.
 const PASSED_SHARE: f64 = 0.25;
 const PASSED_SECONDS: f64 = 5.0;
-/// Two tracks are of one thing if their places are so near, in standard deviations of both.
+/// Distance, in standard deviations of both, up to which two tracks are of the same object.
 const SAME: f64 = 3.0;
 
-/// A confirmed track that has a cell.
+/// A confirmed track that is assigned to a cell.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Find {
-    /// Its track, which may be lost by now.
+    /// Its track, which may be lost meanwhile.
     pub track: TrackId,
-    /// The cell that it is told in.
+    /// The cell.
     pub cell: Cell,
-    /// Where it is expected, meters east and north.
+    /// Expected position, meters east and north.
     pub position_meters: Vector2<f64>,
-    /// Covariance of that, square meters.
+    /// Covariance of the position, square meters.
     pub position_covariance: Matrix2<f64>,
-    /// When it was last seen, nanoseconds of mission time.
+    /// Time of its last detection, nanoseconds of mission time.
     pub seen_ns: u64,
 }
 
-/// All finds, and where there may be more.
+/// All finds, and cells of unassigned tracks.
 #[derive(Clone, Debug, Default)]
 pub struct Finds {
     by_track: BTreeMap<TrackId, Find>,
-    /// Where confirmed tracks may be that have no cell, and how probably one is.
+    /// Cells in which confirmed unassigned tracks may be, with the probability that one is.
     pub(super) open: BTreeMap<Cell, f64>,
-    /// Where tentative tracks may be.
+    /// Cells in which tentative tracks may be.
     pub(super) doubtful: BTreeSet<Cell>,
-    /// Cells that finds have left and that were not told so yet.
+    /// Cells that finds have left and for which this was not published yet.
     pub(super) left: BTreeSet<Cell>,
     /// Cells in which the team has declared objects.
     declared: BTreeSet<Cell>,
@@ -65,7 +66,7 @@ impl Finds {
         self.by_track.values()
     }
 
-    /// The find that is told in a cell, the one seen last if there are several.
+    /// The find in a cell, the latest one if there are several.
     #[must_use]
     pub fn in_cell(&self, cell: Cell) -> Option<&Find> {
         self.by_track.values().filter(|find| find.cell == cell).max_by_key(|find| (find.seen_ns, find.track))
@@ -81,7 +82,7 @@ impl Finds {
         *self = Self { declared: std::mem::take(&mut self.declared), ..Self::default() };
     }
 
-    /// Takes in where tracks are by now.
+    /// Updates the finds by the tracks.
     pub fn update(&mut self, tracks: &[Track], now_ns: u64, terrain: &Terrain) {
         self.open.clear();
         self.doubtful.clear();
@@ -119,15 +120,15 @@ impl Finds {
             position_covariance: track.position_covariance(),
             seen_ns: track.seen_ns(),
         };
-        // Of a track that was lost the new one is the sequel.
+        // A new track may continue a lost one.
         let is_alive = |id: TrackId| tracks.iter().any(|track| track.id() == id);
         self.by_track.retain(|&id, find| find.cell != cell || is_alive(id));
         self.left.extend(before.filter(|&before| before != cell));
         self.by_track.insert(track.id(), find);
     }
 
-    /// The cell that a track is to be told in, if it can be told by now: the likeliest one, but on a border that of the
-    /// same object as this robot or a teammate has declared it.
+    /// The cell to which a track can be assigned now, if any: the likeliest one, but on a border the one in which this
+    /// robot or a teammate has declared the same object.
     fn cell_of(
         &self,
         track: &Track,

@@ -1,11 +1,11 @@
-//! Whether a wall stands between two cells.
+//! Line of sight between two cells.
 
 use dragnet_search::cell::{Cell, Offset};
 use dragnet_search::terrain::Terrain;
 
-/// Whether no cell on the straight line between two cells is a wall: neither crossed nor searched. Water and
-/// roads hide nothing. The line goes from middle to middle, by the cells nearest to it, one for each step of
-/// the longer side.
+/// Whether no cell on the straight line between two cells is a wall: neither traversable nor searched. Water and roads
+/// hide nothing. The line goes from center to center, through the cells nearest to it, one for each step of the longer
+/// side.
 pub(super) fn is_clear(terrain: &Terrain, from: Cell, offset: Offset) -> bool {
     let steps = offset.north.abs().max(offset.east.abs());
     (1..steps).all(|step| {
@@ -27,8 +27,8 @@ mod tests {
 
     use super::*;
 
-    /// What is seen from the cell in the south-west, as a drawing: `o` seen, `x` not; its first line is the
-    /// northern edge.
+    /// The cells in sight of the south-western one, as a drawing: `o` in sight, `x` not; its first line is the northern
+    /// edge.
     fn seen(drawing: &str) -> String {
         let terrain = Terrain::from_ascii(drawing, 1.0).unwrap();
         let grid = terrain.grid();

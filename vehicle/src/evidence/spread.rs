@@ -1,9 +1,8 @@
-//! How likely a track is in a cell: the normal distributions of its members over the cells of a map.
+//! The probability of a track in each cell: the normal distributions of its range hypotheses over the cells of a map.
 //!
-//! Each distribution is laid out as points of equal weight, a sunflower (Vogel, Mathematical Biosciences
-//! 44, 1979): of `n` points, point `i` at angle `i` times the golden angle and at the radius that holds
-//! `(i + 1/2) / n` of a normal distribution. So a probability is a share of points; what lies beyond 3.7
-//! standard deviations is nothing.
+//! Each distribution is represented by points of equal weight, a sunflower (Vogel, Mathematical Biosciences 44, 1979):
+//! of `n` points, point `i` at angle `i` times the golden angle and at the radius that holds `(i + 1/2) / n` of a
+//! normal distribution. So a probability is a share of points, and nothing lies beyond 3.7 standard deviations.
 
 use std::collections::BTreeMap;
 
@@ -13,9 +12,9 @@ use nalgebra::{Matrix2, Vector2};
 
 use crate::tracker::track::Track;
 
-/// Points of a member, if there are few of them.
+/// Points of a hypothesis, if there are few of them.
 const POINTS: u32 = 512;
-/// And if there are many, each of which is narrow.
+/// And if there are many narrow ones.
 const FEW_POINTS: u32 = 96;
 const FEW_MEMBERS: usize = 8;
 const GOLDEN_ANGLE_RADIANS: f64 = 2.399_963_229_728_653;
@@ -38,7 +37,7 @@ fn sunflower(count: u32) -> Vec<Vector2<f64>> {
     (0..count).map(point).collect()
 }
 
-/// The probability of each cell to hold a track's thing; what may lie beyond the map is left out.
+/// The probability that a track's object is in each cell; the part beyond the map is ignored.
 pub(super) fn over_cells(track: &Track, terrain: &Terrain) -> BTreeMap<Cell, f64> {
     let members = track.mixture().members();
     let count = if members.len() > FEW_MEMBERS { FEW_POINTS } else { POINTS };
@@ -46,11 +45,10 @@ pub(super) fn over_cells(track: &Track, terrain: &Terrain) -> BTreeMap<Cell, f64
     let lasting = Matrix2::identity() * track.lasting_std_meters().powi(2);
     let mut cells = BTreeMap::new();
     for member in members {
-        // Positive definite, as every member of a mixture after a bearing; a long wait may have rounded it
-        // away.
+        // Positive definite, like every hypothesis after a bearing; a long prediction may have lost this by rounding.
         let place = member.state.place_covariance() + lasting;
         let Some(root) = place.cholesky().map(|root| root.l()) else { continue };
-        // A member lies in a few cells: looking those through is faster than a tree for each point.
+        // A hypothesis covers few cells: scanning them is faster than a tree lookup for each point.
         let mut counts: Vec<(Cell, u32)> = Vec::new();
         for point in &sunflower {
             let Some(cell) = cell_at(terrain, member.state.position_meters() + root * point) else {
@@ -82,7 +80,7 @@ mod tests {
                 points.iter().map(|point| point * point.transpose()).sum::<Matrix2<f64>>() / count;
             assert!(mean.norm() < 0.04, "{mean}");
             assert!((covariance - Matrix2::identity()).norm() < 0.1, "{covariance}");
-            // Within one standard deviation of the middle to both sides: 0.6827 squared.
+            // Within one standard deviation of the center along both axes: 0.6827 squared.
             let inside = points.iter().filter(|point| point.amax() < 1.0).count() as f64 / count;
             assert!((inside - 0.466).abs() < 0.03, "{inside}");
         }

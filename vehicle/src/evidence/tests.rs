@@ -1,4 +1,4 @@
-//! Looks over small maps, as drawings.
+//! Observations on small maps, as drawings.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -34,7 +34,7 @@ fn camera(degrees: f64, yaw: f64) -> Camera {
     .unwrap()
 }
 
-/// Three wide cameras that together see all around.
+/// Three wide cameras that together see in all directions.
 fn all_around() -> Vec<Camera> {
     [0.0, 2.1, -2.1].map(|yaw| camera(125.0, yaw)).to_vec()
 }
@@ -47,7 +47,7 @@ fn sensor() -> Sensor {
     Sensor::new(8, 0.005, Noise::Gaussian).unwrap()
 }
 
-/// The readings as a drawing: `0`, `1`, `?` if it is not decided, and `-` without one; its first line is the northern edge.
+/// The readings as a drawing: `0`, `1`, `?` if undecided, and `-` without one; its first line is the northern edge.
 fn drawn(terrain: &Terrain, seen: &Seen) -> String {
     let grid = terrain.grid();
     let mark = |row, column| {
@@ -63,9 +63,9 @@ fn drawn(terrain: &Terrain, seen: &Seen) -> String {
     (0..grid.rows()).rev().map(line).collect::<Vec<_>>().join("\n")
 }
 
-/// Follows a thing from a camera that looks around itself and drives half a circle, for some frames.
-fn tracks(thing: Vector2<f64>, frames: u64) -> Vec<Track> {
-    tracks_of(&[thing], frames)
+/// Tracks an object for some frames, from a camera that sees in all directions and drives half a circle.
+fn tracks(object: Vector2<f64>, frames: u64) -> Vec<Track> {
+    tracks_of(&[object], frames)
 }
 
 fn tracks_of(things: &[Vector2<f64>], frames: u64) -> Vec<Track> {
@@ -92,7 +92,7 @@ fn tracks_of(things: &[Vector2<f64>], frames: u64) -> Vec<Track> {
 
 const VEHICLE: Pose = Pose::new(45.0, 45.0, FRAC_PI_2);
 
-/// What cameras show from a place in so many frames.
+/// The cameras' frames from a position.
 fn seen_from(terrain: &Terrain, cameras: &[Camera], vehicle: &Pose, frames: u32) -> Accounts {
     let mut accounts = Accounts::default();
     for camera in cameras {
@@ -109,8 +109,8 @@ fn finds(terrain: &Terrain, tracks: &[Track]) -> Finds {
     finds
 }
 
-/// A look with nothing told before.
-fn look(terrain: &Terrain, accounts: &mut Accounts, tracks: &[Track]) -> Seen {
+/// An observation without earlier ones.
+fn observation(terrain: &Terrain, accounts: &mut Accounts, tracks: &[Track]) -> Seen {
     readings(terrain, &sensor(), &VEHICLE, &mut finds(terrain, tracks), accounts).unwrap()
 }
 
@@ -123,7 +123,7 @@ fn a_camera_reads_the_cells_before_it_as_far_as_it_saw_them() {
     let terrain = terrain(OPEN);
     let camera = camera(63.0, 0.0);
     let mut accounts = seen_from(&terrain, std::slice::from_ref(&camera), &VEHICLE, 40);
-    let seen = look(&terrain, &mut accounts, &[]);
+    let seen = observation(&terrain, &mut accounts, &[]);
     let expected = "\
         -0000000-\n--00000--\n---000---\n---000---\n----0----\n---------\n---------\n---------\n---------";
     assert_eq!(drawn(&terrain, &seen), expected);
@@ -141,75 +141,78 @@ fn a_camera_reads_the_cells_before_it_as_far_as_it_saw_them() {
 }
 
 #[test]
-fn what_was_told_is_not_told_again() {
+fn published_evidence_is_not_published_again() {
     let terrain = terrain(OPEN);
     let mut accounts = seen_from(&terrain, &all_around(), &VEHICLE, 2);
-    let first = look(&terrain, &mut accounts, &[]);
+    let first = observation(&terrain, &mut accounts, &[]);
     assert!(first.readings.len() > 60, "{}", drawn(&terrain, &first));
-    assert_eq!(look(&terrain, &mut accounts, &[]).readings, [], "nothing was seen meanwhile");
+    assert_eq!(observation(&terrain, &mut accounts, &[]).readings, [], "nothing was seen meanwhile");
 }
 
-/// A thing in the part of a cell that was never in view is not ruled out by any number of looks.
+/// An object in the part of a cell that was never in view is not ruled out by any number of observations.
 #[test]
-fn what_was_never_in_view_stays_possible_however_often_the_rest_was_seen() {
+fn parts_out_of_view_stay_possible_however_often_the_rest_was_in_view() {
     let terrain = terrain(OPEN);
     let near = Camera::new(CameraSettings { z_meters: 2.0, ..camera(63.0, 0.0).settings().clone() }).unwrap();
-    let mut told = BTreeMap::new();
+    let mut reported = BTreeMap::new();
     let mut accounts = Accounts::default();
     for _ in 0..200 {
         for _ in 0..10 {
             accounts.add(&terrain, &sensor(), &near.view(&VEHICLE).unwrap(), 0.2);
         }
-        for reading in look(&terrain, &mut accounts, &[]).readings {
-            *told.entry(reading.cell).or_insert(0.0) -= nats(&reading);
+        for reading in observation(&terrain, &mut accounts, &[]).readings {
+            *reported.entry(reading.cell).or_insert(0.0) -= nats(&reading);
         }
     }
     let own = terrain.grid().cell(Position { row: 4, column: 4 }).unwrap();
     let ahead = terrain.grid().cell(Position { row: 7, column: 4 }).unwrap();
-    assert!(told.get(&own).is_none_or(|&nats| nats < 1.0), "{told:?}");
-    assert!(told[&ahead] > 10.0, "seen whole: {}", told[&ahead]);
+    assert!(reported.get(&own).is_none_or(|&nats| nats < 1.0), "{reported:?}");
+    assert!(reported[&ahead] > 10.0, "seen whole: {}", reported[&ahead]);
 }
 
 #[test]
-fn walls_hide_and_what_is_not_searched_is_not_read() {
+fn walls_hide_and_unsearched_cells_are_not_read() {
     let terrain =
         terrain(&OPEN.replacen(".........\n.........\n.........", ".........\n.........\n....#..,.", 1));
     let mut accounts = seen_from(&terrain, &[camera(63.0, 0.0)], &VEHICLE, 40);
-    let drawing = drawn(&terrain, &look(&terrain, &mut accounts, &[]));
+    let drawing = drawn(&terrain, &observation(&terrain, &mut accounts, &[]));
     let columns: Vec<char> = drawing.lines().map(|line| line.chars().nth(4).unwrap()).collect();
     assert_eq!(columns, ['-', '-', '-', '0', '0', '-', '-', '-', '-'], "{drawing}");
 }
 
 #[test]
-fn a_track_that_fits_into_a_cell_is_an_object_there_and_is_told_once() {
+fn a_track_that_fits_into_a_cell_is_an_object_there_and_is_reported_once() {
     let terrain = terrain(OPEN);
     let tracks = tracks(Vector2::new(65.0, 65.0), 150);
     let mut finds = finds(&terrain, &tracks);
     let mut accounts = seen_from(&terrain, &all_around(), &VEHICLE, 5);
-    let (mut object_nats, mut looks) = (0.0, 0);
+    let (mut object_nats, mut observations) = (0.0, 0);
     for _ in 0..20 {
         let seen = readings(&terrain, &sensor(), &VEHICLE, &mut finds, &mut accounts).unwrap();
         for reading in seen.readings.iter().filter(|reading| reading.value > 0.5) {
             assert_eq!(terrain.center_meters(reading.cell), (65.0, 65.0));
             object_nats += nats(reading);
-            looks += 1;
+            observations += 1;
         }
     }
-    assert!((object_nats - OBJECT_NATS).abs() < 0.1 && looks > 1, "{object_nats} nats in {looks} looks");
+    assert!(
+        (object_nats - OBJECT_NATS).abs() < 0.1 && observations > 1,
+        "{object_nats} nats in {observations} looks"
+    );
     let find = finds.iter().next().unwrap();
     assert!((find.position_meters - Vector2::new(65.0, 65.0)).norm() < 1.0);
     assert!(find.position_covariance.cholesky().is_some());
 }
 
-/// Of one bearing a thing can be all along it: nothing is told of those cells, and once it is confirmed they
-/// are open.
+/// After one bearing an object can be anywhere along it: those cells have no readings, and once it is confirmed they
+/// are undecided.
 #[test]
 fn where_a_track_may_be_nothing_is_empty() {
     let terrain = terrain(OPEN);
     for (frames, expected) in [(1, '-'), (4, '?')] {
         let tracks = tracks(Vector2::new(85.0, 45.0), frames);
         let mut accounts = seen_from(&terrain, &all_around(), &VEHICLE, 5);
-        let drawing = drawn(&terrain, &look(&terrain, &mut accounts, &tracks));
+        let drawing = drawn(&terrain, &observation(&terrain, &mut accounts, &tracks));
         let row = drawing.lines().nth(4).unwrap();
         assert!(row.starts_with("000") && row.chars().nth(8) == Some(expected), "{frames} frames\n{drawing}");
         assert!(!row[6..].contains('0'), "{frames} frames\n{drawing}");
@@ -217,18 +220,18 @@ fn where_a_track_may_be_nothing_is_empty() {
     }
 }
 
-/// What was told of a cell's being empty is taken back when something may be there after all, and while that is
-/// open, nothing that is seen counts.
+/// Evidence of a cell's being empty is withdrawn when an object may be there after all, and while that is undecided no
+/// frame counts.
 #[test]
 fn emptiness_is_taken_back_when_something_may_be_there() {
     let terrain = terrain(OPEN);
     let mut accounts = seen_from(&terrain, &all_around(), &VEHICLE, 5);
-    let mut told: BTreeMap<Cell, f64> = BTreeMap::new();
+    let mut reported: BTreeMap<Cell, f64> = BTreeMap::new();
     let mut add = |seen: &Seen| {
-        seen.readings.iter().for_each(|reading| *told.entry(reading.cell).or_default() += nats(reading));
-        told.clone()
+        seen.readings.iter().for_each(|reading| *reported.entry(reading.cell).or_default() += nats(reading));
+        reported.clone()
     };
-    let first = add(&look(&terrain, &mut accounts, &[]));
+    let first = add(&observation(&terrain, &mut accounts, &[]));
     let tracks = tracks(Vector2::new(85.0, 45.0), 4);
     let open = finds(&terrain, &tracks).open;
     assert!(open.len() > 1);
@@ -237,7 +240,7 @@ fn emptiness_is_taken_back_when_something_may_be_there() {
         for camera in all_around() {
             accounts.add(&terrain, &sensor(), &camera.view(&VEHICLE).unwrap(), 0.2);
         }
-        let seen = look(&terrain, &mut accounts, &tracks);
+        let seen = observation(&terrain, &mut accounts, &tracks);
         assert!(seen.readings.iter().any(Reading::is_undecided), "the robot has something left to do");
         last = add(&seen);
     }
@@ -251,17 +254,17 @@ fn emptiness_is_taken_back_when_something_may_be_there() {
     }
 }
 
-/// What the team holds against each observation: a cell once, in the sensor's radius, not more precise than
-/// the sensor, its value within 8 standard deviations of what can be.
+/// The team's validation of each observation: a cell once, within the sensor's radius, not more precise than the
+/// sensor, its value within 8 standard deviations of the possible ones.
 #[test]
-fn readings_are_what_the_team_believes() {
+fn readings_pass_validation() {
     let terrain = terrain(OPEN);
     let mut ones = 0;
     for number in 0..40_u8 {
-        let thing = Vector2::new(5.0 + 2.0 * f64::from(number), 62.0 + f64::from(number) / 2.0);
-        let tracks = tracks(thing, u64::from(number) * 5);
+        let object = Vector2::new(5.0 + 2.0 * f64::from(number), 62.0 + f64::from(number) / 2.0);
+        let tracks = tracks(object, u64::from(number) * 5);
         let mut accounts = seen_from(&terrain, &all_around(), &VEHICLE, 3);
-        let seen = look(&terrain, &mut accounts, &tracks);
+        let seen = observation(&terrain, &mut accounts, &tracks);
         let cells: BTreeSet<Cell> = seen.readings.iter().map(|reading| reading.cell).collect();
         assert_eq!(cells.len(), seen.readings.len());
         for reading in &seen.readings {

@@ -1,35 +1,35 @@
-//! What is wrong with a vehicle's senses and ways, told when it begins, when it changes and when it is over: by
-//! [`super::alarms`], so that neither the log nor the vehicle starts and stops with every message.
+//! Faults of a vehicle's sensors and paths, reported when they begin, change and end: by [`super::alarms`], so that
+//! neither the log nor the vehicle alternates with every message.
 
 use std::fmt;
 
 use super::alarms::Alarms;
 use crate::settings::{FaultResponse, OnFault};
 
-/// What is told of the pose where none comes that could be refused.
-pub const NO_POSE: &str = "no pose comes";
+/// The message when no pose arrives, not even an invalid one.
+pub const NO_POSE: &str = "no pose arrives";
 
-/// How bad it is.
+/// The severity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
-    /// It is well again.
+    /// The fault is over.
     Ok,
-    /// It goes on, with less.
+    /// It works with restrictions.
     Warning,
-    /// Something is missing without which nothing is seen, or nobody knows where.
+    /// Input is missing without which nothing is observed, or the position is unknown.
     Error,
 }
 
-/// What happened.
+/// A diagnostic message.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Diagnostic {
-    /// How bad it is.
+    /// The severity.
     pub level: Level,
-    /// What it is about: `pose`, `clock`, `map`, `path`, `ground`, `camera NAME`, `silence of NAME`.
+    /// The subject: `pose`, `clock`, `map`, `path`, `ground`, `camera NAME`, `silence of NAME`.
     pub name: String,
     /// What happened, in a sentence.
     pub message: String,
-    /// The numbers behind it, each with its name, the unit last.
+    /// Related numbers, each with its name, the unit last.
     pub numbers: Vec<(&'static str, f64)>,
 }
 
@@ -39,7 +39,7 @@ impl fmt::Display for Diagnostic {
     }
 }
 
-/// What can be ill.
+/// The subject of a fault.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Subject {
     Clock,
@@ -49,14 +49,14 @@ pub(super) enum Subject {
     Path,
     /// A camera's frames.
     Camera(String),
-    /// A camera that gives none that can be used.
+    /// A camera without valid frames.
     Silence(String),
 }
 
-/// What is wrong.
+/// A fault.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Fault {
-    /// In a word: as long as it is the same, it is not told again.
+    /// In a word: the same kind is not reported again.
     kind: &'static str,
     message: String,
     numbers: Vec<(&'static str, f64)>,
@@ -82,14 +82,14 @@ impl Subject {
         }
     }
 
-    /// What to do while it is ill; single bad frames and bad ground forbid nothing.
+    /// The response during the fault; single bad frames and bad ground do not stop the vehicle.
     const fn response(&self, on_fault: &OnFault) -> FaultResponse {
         match self {
             Self::Clock => on_fault.clock,
             Self::Pose => on_fault.pose,
             Self::Map => on_fault.map,
             Self::Silence(_) => on_fault.camera,
-            // The way is given up where it is found to be none.
+            // A path is given up where it turns out to be impossible.
             Self::Camera(_) | Self::Ground | Self::Path => FaultResponse::Continue,
         }
     }
@@ -109,7 +109,7 @@ impl fmt::Display for Subject {
     }
 }
 
-/// All that is ill.
+/// The faults of all subjects.
 #[derive(Clone, Debug)]
 pub(super) struct Conditions(Alarms<Subject>);
 
@@ -124,27 +124,27 @@ impl Conditions {
         is_news.then_some(Diagnostic { level, name, message: fault.message, numbers: fault.numbers })
     }
 
-    /// Nothing is wrong with it now; it is well again once that has lasted.
+    /// The subject has no fault now; the fault ends once that has lasted.
     pub(super) fn well(&mut self, now_ns: u64, subject: &Subject) {
         self.0.ease(now_ns, subject);
     }
 
-    /// It has been well for long enough, as whoever says so knows.
+    /// The subject is known to have been without fault for long enough.
     pub(super) fn cured(&mut self, subject: &Subject) -> Option<Diagnostic> {
         self.0.end(subject).then(|| well_again(subject))
     }
 
-    /// What is well again.
+    /// The faults that have ended.
     pub(super) fn settle(&mut self, now_ns: u64) -> Vec<Diagnostic> {
         self.0.settle(now_ns).iter().map(well_again).collect()
     }
 
-    /// Whether something is wrong with it right now.
+    /// Whether a subject has a fault now.
     pub(super) fn is_bad(&self, subject: &Subject) -> bool {
         self.0.is_bad(subject)
     }
 
-    /// Whether something is ill for which the vehicle is to stand.
+    /// Whether a fault requires the vehicle to stand.
     pub(super) fn forbid(&self, on_fault: &OnFault) -> bool {
         self.0.standing().any(|subject| subject.response(on_fault) == FaultResponse::Stop)
     }

@@ -1,7 +1,7 @@
-//! How the vehicle gets along a straight run.
+//! Driving along a straight run.
 //!
-//! A plan of the lattice is the cheapest, and beside the run's cells the ground counts several times: so the
-//! vehicle enters the cells that the agent counts on, and leaves them where something stands in its way.
+//! A lattice plan is the cheapest path, and ground beside the run's cells costs several times as much: so the vehicle
+//! enters the cells that the agent expects, and leaves them where an obstacle is in the way.
 
 use dragnet_search::cell::{Cell, Position};
 
@@ -13,24 +13,24 @@ use dragnet_lattice::plan::{self, Effort, Plan, PlanError};
 use dragnet_lattice::plane::Pose;
 use dragnet_lattice::planner::Planner;
 
-/// How far from the middle of its goal's cell a plan may end, in edges of a cell: at first not at all; where
-/// something stands there, beside it.
+/// Distances from the center of its goal's cell at which a plan may end, in edges of a cell: at first 0; with an
+/// obstacle there, beside it.
 const TOLERANCES: [f64; 3] = [0.0, 0.2, 0.45];
-/// What ground beside the run costs more than in it.
+/// Cost factor of ground beside the run.
 const BESIDE: u8 = 4;
-/// A plan that fails after so few states has not got away from where the vehicle stands.
+/// A plan that fails after so few expansions has not left the start.
 const BOXED_IN_EXPANSIONS: u64 = 500;
 
-/// What the vehicle does.
+/// The state of the vehicle's motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Leg {
     /// Nothing yet.
     Idle,
     /// It drives to a cell.
     Driving { target: Cell },
-    /// It stands until something is well again, or a new route comes.
+    /// It stands until a fault is over, or a new route comes.
     Holding,
-    /// It stands since no way leads on.
+    /// It stands because no path leads on.
     GivenUp,
 }
 
@@ -40,12 +40,12 @@ impl Leg {
     }
 }
 
-/// Where a run leads.
+/// The end of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Goal {
     /// The direction into its last cell, radians.
     pub(super) heading_radians: f64,
-    /// Its cells; it ends in the middle of the last.
+    /// Its cells; it ends in the center of the last.
     pub(super) corridor: Corridor,
 }
 
@@ -65,11 +65,11 @@ impl Goal {
     }
 }
 
-/// Who knows the way.
+/// The planner of paths.
 #[derive(Clone, Debug)]
 pub(super) enum Driver {
     Lattice(Box<Lattice>),
-    /// A navigation stack of the vehicle's own, and where it was sent last.
+    /// A navigation stack of the vehicle's own, and the last goal that was sent to it.
     Goal(Option<Pose>),
 }
 
@@ -81,7 +81,7 @@ pub(super) struct Lattice {
     planner: Planner,
     max_expansions: u64,
     replan_beyond_meters: f64,
-    /// The path that is driven.
+    /// The current path.
     path: Vec<Pose>,
 }
 
@@ -100,7 +100,7 @@ impl Driver {
         })))
     }
 
-    /// A new map, of any size; motions that are made fit any resolution.
+    /// A new map, of any size; generated motion primitives fit any resolution.
     pub(super) fn set_map(&mut self, map: &CostMap) -> Result<(), PilotError> {
         if let Self::Lattice(lattice) = self {
             lattice.planner = planner(&lattice.source, &lattice.footprint, map)?;
@@ -108,7 +108,7 @@ impl Driver {
         Ok(())
     }
 
-    /// How to get to the end of a run.
+    /// The path to the end of a run.
     pub(super) fn set_out(&mut self, from: &Pose, goal: &Goal) -> Result<Action, PlanError> {
         match self {
             Self::Goal(sent) => {
@@ -126,7 +126,7 @@ impl Driver {
         }
     }
 
-    /// Whether a pose is near the end of what is driven; without anything it is.
+    /// Whether a pose is near the end of the current path; true without one.
     pub(super) fn is_near_end(&self, pose: &Pose, near_meters: f64) -> bool {
         let end = match self {
             Self::Lattice(lattice) => lattice.path.last(),
@@ -135,7 +135,7 @@ impl Driver {
         end.is_none_or(|end| (end.position_meters() - pose.position_meters()).norm() <= near_meters)
     }
 
-    /// Whether the vehicle is too far beside its path.
+    /// Whether the vehicle is too far from its path.
     pub(super) fn is_beside(&self, pose: &Pose) -> bool {
         let Self::Lattice(lattice) = self else { return false };
         let squared = |point: &Pose| (point.position_meters() - pose.position_meters()).norm_squared();
@@ -155,7 +155,7 @@ impl Lattice {
         Ok(Action::Drive(plan))
     }
 
-    /// The cells were taken from the map itself, so that the planner never refuses them.
+    /// The cells come from the map itself, so the planner never rejects them.
     fn reprice(&mut self, squares: &[Cell], price: impl Fn(u8) -> u8) {
         let costs = self.planner.map().costs();
         let free = squares.iter().filter(|square| costs[square.index()] < LETHAL);
@@ -166,8 +166,8 @@ impl Lattice {
 
     fn plan(&mut self, from: &Pose, goal: &Goal) -> Result<Plan, PlanError> {
         let mut result = self.plan_from(from, goal);
-        // The lattice knows the vehicle in the middle of a square only, where a tree may stand too near that
-        // the vehicle has passed.
+        // The lattice represents the vehicle only in the center of a square, where a tree may be too near that the
+        // vehicle has passed.
         for start in beside(from, self.planner.map().resolution_meters()) {
             let is_boxed_in = match result {
                 Err(PlanError::NoWay { expansions }) => expansions <= BOXED_IN_EXPANSIONS,
@@ -199,7 +199,7 @@ impl Lattice {
     }
 }
 
-/// Squares of the lattice's map whose middles lie in a corridor, each once, by index.
+/// Squares of the lattice's map whose centers lie in a corridor, each once, by index.
 fn squares(map: &CostMap, corridor: &Corridor) -> Vec<Cell> {
     let half_meters = corridor.cell_meters / 2.0;
     let mut squares = Vec::new();
@@ -224,7 +224,7 @@ fn squares(map: &CostMap, corridor: &Corridor) -> Vec<Cell> {
     squares
 }
 
-/// Poses a square or a heading beside one, the nearer first.
+/// Poses one square or one heading away, the nearest first.
 fn beside(pose: &Pose, resolution_meters: f64) -> Vec<Pose> {
     let turned = |radians: f64| Pose { heading_radians: pose.heading_radians + radians, ..*pose };
     let moved = |forward: f64, left: f64| {

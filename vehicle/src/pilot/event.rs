@@ -1,4 +1,4 @@
-//! What happens to a vehicle, and what its pilot does.
+//! Events and actions of a pilot.
 
 use std::collections::BTreeSet;
 
@@ -11,96 +11,95 @@ use dragnet_lattice::costmap::CostMap;
 use dragnet_lattice::plan::Plan;
 use dragnet_lattice::plane::Pose;
 
-/// What happens to a vehicle.
+/// An event of a vehicle.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
-    /// Where it is.
+    /// Its pose.
     Pose(PoseEstimate),
-    /// What a camera's detector found in an image.
+    /// A camera's detections in an image.
     Frame(CameraFrame),
-    /// What the ground costs, from now on.
+    /// A new cost map.
     Map(CostMap),
-    /// The agent's route: cells to enter, in order. Without a cell: stay.
+    /// The agent's route: cells to enter, in order. Empty: stay.
     Route(Vec<Cell>),
     /// All cells in which the team has declared objects: an object on a border is declared in one cell only.
     Declared(BTreeSet<Cell>),
-    /// How a navigation stack gets on with the last [`Action::Go`].
+    /// Progress of a navigation stack with the last [`Action::Go`].
     Drive(Report),
-    /// Time passes. Needed at least as often as silences are to be noticed.
+    /// Time passes. Needed often enough to detect timeouts.
     Tick,
 }
 
-/// Where a vehicle was at a time.
+/// The pose of a vehicle at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseEstimate {
-    /// When, nanoseconds of mission time.
+    /// Nanoseconds of mission time.
     pub time_ns: u64,
-    /// Where, on the map.
+    /// The pose, on the map.
     pub pose: Pose,
-    /// Standard deviation of its place, meters, at least 0.
+    /// Standard deviation of the position, meters, at least 0.
     pub deviation_meters: f64,
-    /// Standard deviation of its heading, radians, at least 0.
+    /// Standard deviation of the heading, radians, at least 0.
     pub heading_deviation_radians: f64,
 }
 
-/// What a camera's detector found in an image.
+/// A camera's detections in an image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CameraFrame {
     /// When the image was taken, nanoseconds of mission time.
     pub time_ns: u64,
     /// The camera's name, as in the settings.
     pub camera: String,
-    /// How far the head that the camera is mounted on was turned, radians counter-clockwise; 0 if it is on none.
+    /// The angle of the head that the camera is mounted on, radians counter-clockwise; 0 without one.
     pub head_radians: f64,
-    /// What was found.
-    pub sights: CameraDetections,
+    /// The detections.
+    pub detections: CameraDetections,
 }
 
-/// What was found in an image.
+/// The detections in an image.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CameraDetections {
     /// Boxes, pixels.
     Boxes(Vec<DetectionBox>),
-    /// Radians counter-clockwise from the vehicle's heading (from its head, if it has one), from where the
-    /// camera is.
+    /// Radians counter-clockwise from the vehicle's heading (from its head, if it has one), from the camera's position.
     Bearings(Vec<f64>),
 }
 
-/// How a drive gets on.
+/// The progress of a drive.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Report {
-    /// The vehicle is where it was to go.
+    /// The vehicle has reached its goal.
     Arrived,
-    /// It cannot get there; why.
+    /// It cannot reach the goal; the reason.
     Failed(String),
 }
 
-/// What a pilot does, in this order.
+/// An action of a pilot, to be carried out in order.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
-    /// Tell the agent that it stands in a cell, and what was seen.
+    /// Report a cell and its readings to the agent.
     Sensed {
-        /// Where it stands.
+        /// The vehicle's cell.
         cell: Cell,
-        /// What was seen since the last time.
+        /// Readings since the last observation.
         readings: Vec<Reading>,
     },
-    /// Drive along this path, instead of any before.
+    /// Drive along this path, replacing any earlier one.
     Drive(Plan),
-    /// Have the navigation stack drive there.
+    /// Send this goal to the navigation stack.
     Go(Pose),
     /// Stand still.
     Hold,
-    /// Tell whoever watches.
+    /// Publish a diagnostic.
     Tell(Diagnostic),
-    /// Count something that was sensed and cannot be used. It comes with each, where [`Action::Tell`] comes once.
+    /// Count an invalid input. It occurs for each, while [`Action::Tell`] occurs once.
     Refuse(InputSource, String),
 }
 
-/// Who told the pilot something.
+/// The source of an input.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum InputSource {
-    /// Whoever knows where the vehicle is.
+    /// Localization.
     Pose,
     /// The camera of this name.
     Camera(String),

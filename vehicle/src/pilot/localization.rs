@@ -1,8 +1,8 @@
-//! Which poses, and which times, can be believed.
+//! Validation of poses and times.
 //!
-//! A pose farther from the last good one than the vehicle can have got is a jump. It is not believed; only
-//! when poses have agreed with each other for the settling time is the vehicle taken to be there. A clock
-//! that was set back is treated alike.
+//! A pose that is farther from the last good one than the vehicle can have driven is a jump. It is rejected; the new
+//! position is accepted only when poses have agreed with each other for the recovery time. A clock that was set back is
+//! treated alike.
 
 use std::collections::VecDeque;
 
@@ -13,22 +13,22 @@ use super::{PoseEstimate, seconds, stamp};
 use crate::settings::Checked;
 use dragnet_lattice::plane::{Pose, turn_radians, wrapped_radians};
 
-/// Faster than full speed by so much is still believed.
+/// Factor by which poses may exceed full speed.
 const SPEED_TOLERANCE: f64 = 1.2;
-/// And farther by so many standard deviations.
+/// Additional distance, in standard deviations.
 const DEVIATIONS: f64 = 5.0;
-/// And by so much for nothing, meters.
+/// Additional distance, meters.
 const SLACK_METERS: f64 = 0.5;
-/// Fixes that are kept for frames that come late.
+/// Number of poses that are kept for late frames.
 const KEPT_FIXES: usize = 256;
 
-/// Whether something can be believed.
+/// The result of validating a pose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Judgment {
     Good,
-    /// It is what was known already.
+    /// It is already known.
     Repeated,
-    /// It is not what was, but has been the same for long enough.
+    /// It contradicts the earlier ones, and has been consistent for long enough.
     Restarted,
     Doubtful,
 }
@@ -68,25 +68,25 @@ impl Clock {
     }
 }
 
-/// Where the vehicle was, as far as that is believed.
+/// The vehicle's accepted poses.
 #[derive(Clone, Debug)]
 pub(super) struct Localization {
     speed_meters_per_second: f64,
     max_position_std_meters: f64,
     recovery_ns: u64,
-    /// A pose that is stamped farther from now is none of now.
+    /// Maximum difference between a pose's stamp and now.
     max_age_ns: u64,
     /// By time, each once.
     fixes: VecDeque<PoseEstimate>,
-    /// When the last of them came; before the first, when it was expected to.
-    heard_ns: Option<u64>,
-    /// When the last pose came that told nothing new, or was refused.
+    /// When the last of them arrived; before the first, when it was expected to.
+    received_ns: Option<u64>,
+    /// When the last repeated or rejected pose arrived.
     unused_ns: Option<u64>,
-    /// The time of the last pose, whether it was believed or not.
+    /// The stamp of the last pose, accepted or not.
     stamp_ns: Option<u64>,
     /// Since when poses are known.
     known_since_ns: Option<u64>,
-    /// First and last of the poses elsewhere that agree with each other.
+    /// First and last of the consistent poses elsewhere.
     elsewhere: Option<(PoseEstimate, PoseEstimate)>,
 }
 
@@ -98,7 +98,7 @@ impl Localization {
             recovery_ns: settings.recovery_ns,
             max_age_ns: settings.pose_timeout_ns,
             fixes: VecDeque::new(),
-            heard_ns: None,
+            received_ns: None,
             unused_ns: None,
             stamp_ns: None,
             known_since_ns: None,
@@ -106,46 +106,46 @@ impl Localization {
         }
     }
 
-    /// The last pose that is believed.
+    /// The last accepted pose.
     pub(super) fn pose(&self) -> Option<Pose> {
         self.fix().map(|fix| fix.pose)
     }
 
-    /// The same, and how well it is known.
+    /// The same with its standard deviations.
     pub(super) fn fix(&self) -> Option<&PoseEstimate> {
         self.fixes.back()
     }
 
     /// From the first event on, poses are expected.
     pub(super) fn begin(&mut self, now_ns: u64) {
-        self.heard_ns.get_or_insert(now_ns);
+        self.received_ns.get_or_insert(now_ns);
     }
 
-    /// How long no good pose has come.
+    /// Time since the last valid pose.
     pub(super) fn silence_ns(&self, now_ns: u64) -> u64 {
-        self.heard_ns.map_or(0, |heard_ns| now_ns.saturating_sub(heard_ns))
+        self.received_ns.map_or(0, |received_ns| now_ns.saturating_sub(received_ns))
     }
 
-    /// How long no pose has come that could not be used.
+    /// Time since the last invalid pose.
     pub(super) fn unused_for_ns(&self, now_ns: u64) -> u64 {
         self.unused_ns.map_or(u64::MAX, |unused_ns| now_ns.saturating_sub(unused_ns))
     }
 
-    /// For how long there have been poses.
+    /// Time since poses are known.
     pub(super) fn known_for_ns(&self, now_ns: u64) -> u64 {
         self.known_since_ns.map_or(0, |since_ns| now_ns.saturating_sub(since_ns))
     }
 
-    /// The clock was set: no time from before means anything.
+    /// The clock was set: earlier times have no meaning.
     pub(super) fn forget(&mut self, now_ns: u64) {
         self.fixes.clear();
         self.elsewhere = None;
-        self.heard_ns = Some(now_ns);
+        self.received_ns = Some(now_ns);
         (self.unused_ns, self.stamp_ns) = (None, None);
         self.known_since_ns = None;
     }
 
-    /// Takes in a pose, if it can be.
+    /// Validates a pose, and stores it if valid.
     pub(super) fn judge(
         &mut self,
         now_ns: u64,
@@ -174,7 +174,7 @@ impl Localization {
             self.fixes.clear();
         }
         self.elsewhere = None;
-        self.heard_ns = Some(now_ns);
+        self.received_ns = Some(now_ns);
         self.known_since_ns.get_or_insert(now_ns);
         self.fixes.push_back(*fix);
         if self.fixes.len() > KEPT_FIXES {
@@ -206,9 +206,9 @@ impl Localization {
         if fix.time_ns < before.time_ns {
             return false;
         }
-        let way = self.speed_meters_per_second * seconds(fix.time_ns - before.time_ns);
+        let path = self.speed_meters_per_second * seconds(fix.time_ns - before.time_ns);
         let deviation = before.deviation_meters.hypot(fix.deviation_meters);
-        distance_meters(before, fix) <= way * SPEED_TOLERANCE + deviation * DEVIATIONS + SLACK_METERS
+        distance_meters(before, fix) <= path * SPEED_TOLERANCE + deviation * DEVIATIONS + SLACK_METERS
     }
 
     /// Whether poses elsewhere have agreed for long enough.
@@ -219,8 +219,8 @@ impl Localization {
         (fix.time_ns - first.time_ns >= self.recovery_ns).then_some(Judgment::Restarted)
     }
 
-    /// Where the vehicle was at a time: between two fixes on the straight line, unless poses were silent between them:
-    /// nobody knows how it turned meanwhile.
+    /// The vehicle's pose at a time: linearly interpolated between two poses, unless poses were missing in between,
+    /// when its rotation is unknown.
     pub(super) fn at(&self, time_ns: u64) -> At {
         let after = self.fixes.partition_point(|fix| fix.time_ns < time_ns);
         let Some(next) = self.fixes.get(after) else { return At::NotYet };
@@ -238,17 +238,17 @@ impl Localization {
     }
 }
 
-/// Where a vehicle was at a time.
+/// The pose of a vehicle at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum At {
     Known {
         fix: PoseEstimate,
-        /// From the pose before that time to the one after it.
+        /// Time from the pose before to the one after it.
         interval_ns: u64,
     },
-    /// A later pose will tell.
+    /// A later pose is needed.
     NotYet,
-    /// Before the first pose, or while poses were silent.
+    /// Before the first pose, or while poses were missing.
     Never,
 }
 

@@ -1,8 +1,8 @@
-//! From frames of the cameras to looks.
+//! From camera frames to observations.
 //!
-//! A frame waits until the pose at its time is known, and until every other camera has told of that time too,
-//! at most as long as the settings say ([`waiting`]). One that holds something that cannot be (a box that is no
-//! number, ten thousand boxes) is left out as a whole: what its detector missed meanwhile, nobody knows.
+//! A frame waits until the pose at its time is known, and until every other camera has reached that time too, at most
+//! as long as configured ([`waiting`]). An invalid frame (a box with NaN, ten thousand boxes) is ignored as a whole:
+//! its detector may have missed anything.
 
 mod waiting;
 
@@ -28,32 +28,32 @@ use crate::tracker::track::Track;
 use dragnet_lattice::plane::{Pose, wrapped_radians};
 use waiting::{Arrival, Waiting};
 
-/// What the cameras have shown.
+/// The state of the cameras and the tracker.
 #[derive(Clone, Debug)]
 pub(super) struct Perception {
     eyes: Vec<Eye>,
     by_name: BTreeMap<String, usize>,
     tracker_settings: TrackerSettings,
     tracker: Tracker,
-    /// A frame that is stamped farther from now is none of now.
+    /// Maximum difference between a frame's stamp and now.
     max_age_ns: u64,
     waiting: Waiting,
     finds: Finds,
     accounts: Accounts,
-    /// Whether what was told last left a cell undecided.
+    /// Whether the last observation contained undecided readings.
     has_undecided: bool,
 }
 
 #[derive(Clone, Debug)]
 struct Eye {
     camera: Camera,
-    /// Standard deviation of a bearing for that of the boxes alone, radians.
+    /// Standard deviation of a bearing from the boxes alone, radians.
     deviation_radians: f64,
-    /// When it last gave a frame that could be used; before the first, when it was expected to begin.
-    heard_ns: Option<u64>,
-    /// The time of its last frame.
+    /// Time of its last valid frame; before the first, when it was expected to begin.
+    received_ns: Option<u64>,
+    /// The stamp of its last frame.
     stamp_ns: Option<u64>,
-    /// Whether the last frame was good.
+    /// Whether the last frame was valid.
     is_good: bool,
 }
 
@@ -65,7 +65,7 @@ impl Perception {
             .map(|(camera, column_std_pixels)| Eye {
                 deviation_radians: camera.bearing_deviation_radians(*column_std_pixels),
                 camera: camera.clone(),
-                heard_ns: None,
+                received_ns: None,
                 stamp_ns: None,
                 is_good: false,
             })
@@ -93,7 +93,7 @@ impl Perception {
         self.finds.set_declared(cells);
     }
 
-    /// The track behind an object that was told in a cell.
+    /// The find that was reported in a cell.
     pub(super) fn find(&self, cell: Cell) -> Option<&Find> {
         self.finds.in_cell(cell)
     }
@@ -105,13 +105,12 @@ impl Perception {
     /// From the first event on, frames are expected.
     pub(super) fn begin(&mut self, now_ns: u64) {
         for eye in &mut self.eyes {
-            eye.heard_ns.get_or_insert(now_ns);
+            eye.received_ns.get_or_insert(now_ns);
         }
         self.waiting.begin(now_ns);
     }
 
-    /// Where things were said to be means nothing any more, and neither does what was seen since the last
-    /// look.
+    /// Tracks and frames since the last observation are discarded.
     pub(super) fn restart(&mut self, now_ns: u64) {
         if let Ok(tracker) = Tracker::new(self.tracker_settings.clone()) {
             self.tracker = tracker;
@@ -120,27 +119,27 @@ impl Perception {
         self.finds.restart();
         self.accounts = Accounts::default();
         self.has_undecided = false;
-        self.eyes.iter_mut().for_each(|eye| eye.heard_ns = Some(now_ns));
+        self.eyes.iter_mut().for_each(|eye| eye.received_ns = Some(now_ns));
     }
 
-    /// Each camera's name, and how long ago it gave a frame that could be used.
+    /// Each camera's name, and the time since its last valid frame.
     pub(super) fn silences(&self, now_ns: u64) -> Vec<(String, u64)> {
-        let silence = |eye: &Eye| now_ns.saturating_sub(eye.heard_ns.unwrap_or(now_ns));
+        let silence = |eye: &Eye| now_ns.saturating_sub(eye.received_ns.unwrap_or(now_ns));
         self.eyes.iter().map(|eye| (eye.camera.settings().name.clone(), silence(eye))).collect()
     }
 
-    /// Whether a camera's last frame was good.
+    /// Whether a camera's last frame was valid.
     pub(super) fn is_good(&self, name: &str) -> bool {
         self.by_name.get(name).is_some_and(|&index| self.eyes[index].is_good)
     }
 
-    /// Takes in a frame, to wait for its pose.
+    /// Adds a frame, to wait for its pose.
     pub(super) fn receive(&mut self, now_ns: u64, frame: CameraFrame) -> Result<(), Fault> {
         let Some(&index) = self.by_name.get(&frame.camera) else {
             let known: Vec<&str> = self.by_name.keys().map(String::as_str).collect();
             let message =
                 format!("a frame of a camera that is not in the settings: there are {}", known.join(", "));
-            return Err(Fault::new("stranger", &message, &[]));
+            return Err(Fault::new("unknown", &message, &[]));
         };
         let eye = &mut self.eyes[index];
         let before_ns = eye.stamp_ns.replace(frame.time_ns);
@@ -165,13 +164,13 @@ impl Perception {
         };
         eye.is_good = result.is_ok();
         if result.is_ok() {
-            eye.heard_ns = Some(now_ns);
+            eye.received_ns = Some(now_ns);
         }
         result
     }
 
-    /// Follows things through all frames whose turn it is; what became of those that could not be used.
-    pub(super) fn look_out(
+    /// Processes all frames whose turn it is; returns the faults of those that are invalid.
+    pub(super) fn process_frames(
         &mut self,
         now_ns: u64,
         localization: &Localization,
@@ -193,7 +192,7 @@ impl Perception {
                     let numbers = [("time_seconds", seconds(frame.time_ns))];
                     Err(Fault::new(
                         "late",
-                        "no pose is known of a frame's time: it is older than all poses, or they were silent",
+                        "no pose is known of a frame's time: it is older than all poses, or poses were missing",
                         &numbers,
                     ))
                 }
@@ -243,8 +242,8 @@ impl Perception {
         Ok(())
     }
 
-    /// Ends a look: its readings from where the vehicle stands.
-    pub(super) fn look(
+    /// Ends an observation: returns its readings from the vehicle's position.
+    pub(super) fn observation(
         &mut self,
         terrain: &Terrain,
         sensor: &Sensor,
@@ -256,8 +255,8 @@ impl Perception {
         Ok(seen)
     }
 
-    /// What has turned out of objects while the vehicle still stands in the cell of that look, and whether that is news.
-    pub(super) fn look_again(&mut self, terrain: &Terrain, sensor: &Sensor, from: Cell) -> (Seen, bool) {
+    /// News of objects while the vehicle still stands in the cell of the last observation, if there is any.
+    pub(super) fn observe_again(&mut self, terrain: &Terrain, sensor: &Sensor, from: Cell) -> (Seen, bool) {
         self.place_tracks(terrain);
         let seen = evidence::objects(terrain, sensor, from, &mut self.finds, &mut self.accounts);
         let had_undecided = std::mem::replace(&mut self.has_undecided, seen.has_undecided());
@@ -271,12 +270,12 @@ impl Perception {
     }
 }
 
-/// What a frame's boxes or bearings say, if all of them can be.
+/// The bearings of a frame's boxes, if all of them are valid.
 fn detections(camera: &Camera, frame: &CameraFrame) -> Result<Detections, Fault> {
     if !frame.head_radians.is_finite() {
         return Err(Fault::new("no_number", "the head's angle is no number", &[]));
     }
-    match &frame.sights {
+    match &frame.detections {
         CameraDetections::Boxes(boxes) => {
             let detections = camera.detections(boxes).map_err(|error| {
                 Fault::new("too_many", &error.to_string(), &[("boxes", boxes.len() as f64)])

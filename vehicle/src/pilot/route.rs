@@ -1,15 +1,15 @@
-//! The agent's route: which cells are yet to be entered.
+//! The agent's route: the cells still to be entered.
 
 use dragnet_search::cell::{Cell, Grid, Offset};
 
-/// So many cells beside its route a vehicle has left it.
+/// Distance from its route at which a vehicle has left it.
 const LEFT_CELLS: u32 = 2;
 
 /// Cells to enter, in order.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Route {
     cells: Vec<Cell>,
-    /// Of `cells`, those that were entered or left out.
+    /// Number of `cells` that were entered or skipped.
     done: usize,
 }
 
@@ -30,14 +30,14 @@ impl Route {
         self.rest().contains(&cell)
     }
 
-    /// Notes that a cell is entered; whether it is on the route. Those before it are passed.
+    /// Marks a cell as entered, and those before it as passed; returns whether it is on the route.
     pub(super) fn enter(&mut self, cell: Cell) -> bool {
         let place = self.rest().iter().position(|&next| next == cell);
         self.done += place.map_or(0, |place| place + 1);
         place.is_some()
     }
 
-    /// Whether a cell is too far from all that is left; so is any if nothing is left.
+    /// Whether a cell is too far from all remaining ones; true if none remain.
     pub(super) fn is_left(&self, grid: Grid, cell: Cell) -> bool {
         let is_far = |&next: &Cell| {
             let Offset { north, east } = grid.offset(cell, next);
@@ -46,7 +46,7 @@ impl Route {
         self.rest().iter().all(is_far)
     }
 
-    /// How many of the next cells lie in one direction, from the cell where the vehicle is.
+    /// Number of the next cells in one direction, from the vehicle's cell.
     fn run_length(&self, grid: Grid, here: Option<Cell>) -> usize {
         let rest = self.rest();
         let (Some(here), Some(&first)) = (here, rest.first()) else { return rest.len().min(1) };
@@ -54,7 +54,7 @@ impl Route {
         1 + rest.windows(2).take_while(|pair| grid.offset(pair[0], pair[1]) == direction).count()
     }
 
-    /// The cells of the next straight run, one at least, and the direction into the last, radians.
+    /// The cells of the next straight run, at least one, and the direction into the last, radians.
     pub(super) fn run(&self, grid: Grid, here: Option<Cell>) -> Option<(&[Cell], f64)> {
         let run = &self.rest()[..self.run_length(grid, here)];
         let (&target, before) = run.split_last()?;
@@ -63,7 +63,7 @@ impl Route {
         Some((run, f64::from(north).atan2(f64::from(east))))
     }
 
-    /// Leaves the next straight run out.
+    /// Skips the next straight run.
     pub(super) fn skip_run(&mut self, grid: Grid, here: Option<Cell>) {
         self.done += self.run_length(grid, here);
     }
@@ -83,13 +83,13 @@ mod tests {
     #[test]
     fn a_route_is_driven_in_straight_runs() {
         let grid = Grid::new(9, 9).unwrap();
-        let way = cells(&[(0, 0), (0, 1), (0, 2), (1, 3), (2, 4), (3, 4)]);
-        let mut route = Route::new(way[1..].to_vec());
-        let mut here = way[0];
+        let path = cells(&[(0, 0), (0, 1), (0, 2), (1, 3), (2, 4), (3, 4)]);
+        let mut route = Route::new(path[1..].to_vec());
+        let mut here = path[0];
         for (end, degrees) in [(2, 0.0), (4, 45.0), (5, 90.0)] {
             let (run, heading) = route.run(grid, Some(here)).unwrap();
             let target = run[run.len() - 1];
-            assert_eq!((target, heading.to_degrees().round()), (way[end], degrees));
+            assert_eq!((target, heading.to_degrees().round()), (path[end], degrees));
             assert!(route.enter(target));
             here = target;
         }

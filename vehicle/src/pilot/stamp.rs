@@ -1,13 +1,12 @@
-//! Whether a stamp can be of now: what was sensed long ago, or will be, says nothing of where the vehicle is.
+//! Validation of stamps: data from long ago, or from the future, say nothing about the vehicle's current position.
 
 use super::diagnostic::Fault;
 use super::seconds;
 
-/// What to do about a clock that is not this computer's.
+/// Advice about a clock that is not this computer's.
 const ADVICE: &str = "set `stamps = \"arrival\"` if this computer's clock should count";
 
-/// Whether something that was stamped so, after something of the same source that was stamped `before_ns`, is no
-/// farther from now than `max_ns`.
+/// Checks that a stamp, after one of the same source at `before_ns`, differs from now by at most `max_ns`.
 ///
 /// # Errors
 /// What is wrong with the stamp.
@@ -15,7 +14,7 @@ pub(super) fn check(now_ns: u64, time_ns: u64, before_ns: Option<u64>, max_ns: u
     if now_ns.abs_diff(time_ns) <= max_ns {
         return Ok(());
     }
-    // Whatever was before the mission began is all the same here.
+    // Times before the mission's start are all equal here.
     if time_ns > 0 && before_ns == Some(time_ns) {
         return Err(Fault::new("frozen", &format!("stamps stand still; {ADVICE}"), &[]));
     }

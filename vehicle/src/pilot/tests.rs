@@ -1,4 +1,4 @@
-//! A pilot on a small field: what it tells, where it drives, and what it does when something is wrong.
+//! A pilot on a small field: its reports, its paths, and its responses to faults.
 
 mod faults;
 
@@ -33,7 +33,7 @@ fn scenario() -> Scenario {
     Scenario::from_text(Path::new("field.toml"), text.to_owned()).unwrap()
 }
 
-/// Three wide cameras that see all around.
+/// Three wide cameras that see in all directions.
 fn settings() -> Settings {
     let camera = |name: &str, yaw_degrees| CameraTable {
         name: name.to_owned(),
@@ -51,11 +51,11 @@ fn settings() -> Settings {
     settings
 }
 
-/// A pilot, its vehicle, which follows each path exactly, and all that it did.
+/// A pilot, its vehicle, which follows each path exactly, and all its actions.
 struct Drive {
     pilot: Pilot,
     cameras: Vec<Camera>,
-    things: Vec<Vector2<f64>>,
+    objects: Vec<Vector2<f64>>,
     now_ns: u64,
     pose: Pose,
     path: Vec<Pose>,
@@ -75,7 +75,7 @@ impl Drive {
         Self {
             pilot: Pilot::new(checked, terrain.clone(), sensor, &map).unwrap(),
             cameras,
-            things: Vec::new(),
+            objects: Vec::new(),
             now_ns: SECOND,
             pose: Pose::new(25.0, 25.0, 0.0),
             path: Vec::new(),
@@ -83,7 +83,7 @@ impl Drive {
         }
     }
 
-    /// Tells the pilot something now; what it does.
+    /// Passes an event to the pilot; returns its actions.
     fn tell(&mut self, event: Event) -> Vec<Action> {
         let actions = self.pilot.handle(self.now_ns, event);
         for action in &actions {
@@ -106,28 +106,28 @@ impl Drive {
         }
     }
 
-    /// What a camera sees of the things, without fail.
+    /// A camera's perfect detections of the objects.
     fn frame(&self, camera: &Camera) -> CameraFrame {
         let eye = self.pose.of_part(&camera.settings().mounting);
-        let bearing = |thing: &Vector2<f64>| {
-            let bearing = bearing_radians(eye.position_meters(), *thing) - self.pose.heading_radians;
-            let range = (thing - eye.position_meters()).norm();
+        let bearing = |object: &Vector2<f64>| {
+            let bearing = bearing_radians(eye.position_meters(), *object) - self.pose.heading_radians;
+            let range = (object - eye.position_meters()).norm();
             camera.sees(wrapped_radians(bearing), range).then(|| wrapped_radians(bearing))
         };
         CameraFrame {
             time_ns: self.now_ns,
             camera: camera.settings().name.clone(),
             head_radians: 0.0,
-            sights: CameraDetections::Bearings(self.things.iter().filter_map(bearing).collect()),
+            detections: CameraDetections::Bearings(self.objects.iter().filter_map(bearing).collect()),
         }
     }
 
-    /// A step in which the vehicle moves along its path, and all is well.
+    /// A step in which the vehicle moves along its path without faults.
     fn step(&mut self) -> Vec<Action> {
         self.step_with(|drive, camera| Some(drive.frame(camera)))
     }
 
-    /// The same, with frames as told.
+    /// The same with given frames.
     fn step_with(&mut self, frame: impl Fn(&Self, &Camera) -> Option<CameraFrame>) -> Vec<Action> {
         let before = self.actions.len();
         self.move_on();
@@ -196,12 +196,12 @@ fn is_drive(actions: &[Action]) -> bool {
 }
 
 /// `name level` of each diagnostic.
-fn told(actions: &[Action]) -> Vec<String> {
-    let told = |action: &Action| match action {
+fn reported(actions: &[Action]) -> Vec<String> {
+    let reported = |action: &Action| match action {
         Action::Tell(Diagnostic { level, name, .. }) => Some(format!("{name} {level:?}")),
         _ => None,
     };
-    actions.iter().filter_map(told).collect()
+    actions.iter().filter_map(reported).collect()
 }
 
 fn message(actions: &[Action]) -> String {
@@ -213,17 +213,17 @@ fn message(actions: &[Action]) -> String {
 }
 
 #[test]
-fn every_cell_of_a_route_is_told_with_readings_that_the_team_believes() {
+fn every_cell_of_a_route_is_reported_with_valid_readings() {
     let scenario = scenario();
-    // Fine enough for turns as tight as the vehicle can.
+    // Fine enough for turns at the vehicle's turning radius.
     let mut drive = Drive::on(&settings(), scenario.terrain(), 20);
-    drive.things = vec![Vector2::new(66.0, 47.0)];
+    drive.objects = vec![Vector2::new(66.0, 47.0)];
     assert_eq!(sensed(&drive.step()), cells(&[(2, 2)]), "the cell that it starts in");
     let route = [(2, 3), (2, 4), (3, 5), (4, 6), (5, 6), (6, 6), (6, 5), (6, 4)];
     assert!(is_drive(&drive.go(&route)));
     let actions = drive.steps(60);
     assert_eq!(sensed(&actions), cells(&route));
-    assert_eq!(told(&drive.actions), Vec::<String>::new());
+    assert_eq!(reported(&drive.actions), Vec::<String>::new());
     let ends: Vec<_> = drive.actions.iter().filter(|action| matches!(action, Action::Drive(_))).collect();
     assert_eq!(ends.len(), 4, "one plan for each straight run");
 
@@ -252,7 +252,7 @@ fn every_cell_of_a_route_is_told_with_readings_that_the_team_believes() {
 }
 
 #[test]
-fn the_first_look_lasts_a_turn_of_the_head() {
+fn the_initial_scan_lasts_a_turn_of_the_head() {
     let settings = Settings { initial_scan_seconds: 3.0, ..settings() };
     let mut drive = Drive::new(&settings);
     let first = (0..30).position(|_| !sensed(&drive.step()).is_empty());
@@ -260,7 +260,7 @@ fn the_first_look_lasts_a_turn_of_the_head() {
 }
 
 #[test]
-fn a_head_turns_what_its_cameras_see() {
+fn a_head_turns_the_view_of_its_cameras() {
     let settings = Settings { cameras: vec![settings().cameras.remove(0)], ..settings() };
     let mut drive = Drive::new(&settings);
     let turned = |drive: &Drive, camera: &Camera| {
@@ -275,7 +275,7 @@ fn a_head_turns_what_its_cameras_see() {
 }
 
 #[test]
-fn a_vehicle_stands_without_a_route_and_when_it_is_told_to_stay() {
+fn a_vehicle_stands_without_a_route_and_with_an_empty_one() {
     let mut drive = Drive::new(&settings());
     assert!(!is_drive(&drive.steps(5)));
     drive.go(&[(2, 3), (2, 4)]);
@@ -302,13 +302,13 @@ fn the_next_route_comes_in_time_and_the_vehicle_does_not_stop() {
 }
 
 #[test]
-fn a_vehicle_that_strays_tells_where_it_is() {
+fn a_vehicle_off_its_route_reports_its_cell() {
     let mut drive = Drive::new(&settings());
     drive.step();
     drive.go(&[(2, 3), (2, 4)]);
     drive.path.clear();
     drive.step();
-    // Somebody takes it away, no faster than it drives.
+    // The object is moved away, no faster than the vehicle drives.
     let mut found = Vec::new();
     for _ in 0..120 {
         drive.pose.y_meters += 0.4;
@@ -358,11 +358,12 @@ fn any_event() -> impl Strategy<Value = Event> {
         CameraDetections::Boxes(edges.into_iter().map(boxed).collect())
     });
     let bearings = proptest::collection::vec(number(), 0..6).prop_map(CameraDetections::Bearings);
-    let sights = prop_oneof![boxes, bearings];
+    let detections = prop_oneof![boxes, bearings];
     let camera = prop_oneof![Just("front".to_owned()), Just("left".to_owned()), Just("none".to_owned())];
-    let frame = (time, camera, number(), sights).prop_map(|(time_ns, camera, head_radians, sights)| {
-        Event::Frame(CameraFrame { time_ns, camera, head_radians, sights })
-    });
+    let frame =
+        (time, camera, number(), detections).prop_map(|(time_ns, camera, head_radians, detections)| {
+            Event::Frame(CameraFrame { time_ns, camera, head_radians, detections })
+        });
     let route =
         proptest::collection::vec((0..12_u32, 0..12_u32), 0..5).prop_map(|it| Event::Route(cells(&it)));
     let declared = proptest::collection::vec((0..12_u32, 0..12_u32), 0..5)
@@ -375,7 +376,7 @@ fn any_event() -> impl Strategy<Value = Event> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(128))]
 
-    /// Whatever comes, nothing panics, and no reading is told that the team would not believe.
+    /// No input causes a panic, or a reading that the team would reject.
     #[test]
     fn nothing_that_comes_is_a_panic_or_bad_evidence(
         events in proptest::collection::vec((any_event(), prop_oneof![4 => 0..SECOND, 1 => any::<u64>()]), 1..60)
@@ -388,20 +389,20 @@ proptest! {
             for action in drive.tell(event) {
                 if let Action::Sensed { cell, readings } = action {
                     let origin = Origin::first(RobotId::FIRST);
-                    let look = Observation { origin, sequence: 0, time_ns: 0, from: cell, readings };
-                    prop_assert_eq!(limits.check(&look, None), Ok(()));
+                    let observation = Observation { origin, sequence: 0, time_ns: 0, from: cell, readings };
+                    prop_assert_eq!(limits.check(&observation, None), Ok(()));
                 }
             }
         }
     }
 }
 
-/// Two cameras, of which one tells of each time half a second after the other; stamps that are the same, and such
-/// as are a nanosecond off.
+/// Two cameras, of which one has half a second more latency; stamps that are equal, and stamps that differ by a
+/// nanosecond.
 #[test]
 fn cameras_of_unlike_latency_are_put_into_the_order_of_their_stamps() {
     let mut drive = Drive::new(&settings());
-    drive.things = vec![Vector2::new(66.0, 25.0)];
+    drive.objects = vec![Vector2::new(66.0, 25.0)];
     drive.step();
     drive.go(&[(2, 3), (2, 4)]);
     let mut late: std::collections::VecDeque<(u64, CameraFrame)> = std::collections::VecDeque::new();
@@ -424,25 +425,25 @@ fn cameras_of_unlike_latency_are_put_into_the_order_of_their_stamps() {
             drive.tell(Event::Frame(frame));
         }
     }
-    assert_eq!(told(&drive.actions), Vec::<String>::new());
+    assert_eq!(reported(&drive.actions), Vec::<String>::new());
     assert!(!drive.actions.iter().any(|action| matches!(action, Action::Refuse(..))));
     let most = drive.pilot.tracks().iter().map(crate::tracker::track::Track::hits).max();
     assert!(most > Some(50), "what only the slow camera sees: {most:?}");
 }
 
 #[test]
-fn a_frame_that_comes_later_than_the_window_is_refused_and_counted() {
+fn a_frame_that_comes_later_than_the_window_is_rejected_and_counted() {
     let mut drive = Drive::new(&settings());
     drive.steps(3);
     let mut frame = drive.frame(&drive.cameras[0].clone());
     frame.time_ns -= 2 * SECOND;
     let actions = drive.tell(Event::Frame(frame));
-    assert_eq!(told(&actions), ["camera front Warning"]);
+    assert_eq!(reported(&actions), ["camera front Warning"]);
     assert!(message(&actions).contains("fusion_window_seconds"), "{actions:?}");
     assert!(actions.iter().any(|action| matches!(action, Action::Refuse(..))));
 }
 
-/// Two cameras that look ahead, four meters apart: they know how far a thing is without moving.
+/// Two cameras that face ahead, four meters apart: they measure range without moving.
 fn eyes_apart() -> Settings {
     let camera = |name: &str, y_meters| CameraTable {
         name: name.to_owned(),
@@ -453,7 +454,7 @@ fn eyes_apart() -> Settings {
     Settings { cameras: vec![camera("left", 2.0), camera("right", -2.0)], ..settings() }
 }
 
-/// Of each cell, the evidence of all readings of it, nats.
+/// The evidence of all readings of each cell, nats.
 fn evidence(actions: &[Action]) -> BTreeMap<Cell, f64> {
     let mut nats = BTreeMap::new();
     for reading in readings(actions) {
@@ -462,7 +463,7 @@ fn evidence(actions: &[Action]) -> BTreeMap<Cell, f64> {
     nats
 }
 
-/// A second and more, in which the vehicle knows exactly where it stands: then two eyes tell how far a thing is.
+/// More than a second in which the vehicle's position is known exactly: then two cameras measure the range.
 fn stand(drive: &mut Drive, seconds: u64) -> Vec<Action> {
     let before = drive.actions.len();
     for _ in 0..seconds * SECOND / STEP_NS {
@@ -478,31 +479,31 @@ fn stand(drive: &mut Drive, seconds: u64) -> Vec<Action> {
 }
 
 #[test]
-fn what_a_vehicle_finds_while_it_stands_is_told_though_it_does_not_move() {
+fn finds_of_a_standing_vehicle_are_reported() {
     let mut drive = Drive::new(&eyes_apart());
     assert_eq!(sensed(&stand(&mut drive, 1)), cells(&[(2, 2)]));
-    drive.things = vec![Vector2::new(44.0, 26.0)];
+    drive.objects = vec![Vector2::new(44.0, 26.0)];
     let (own, home) = (cells(&[(2, 2)])[0], cells(&[(2, 4)])[0]);
     let actions = stand(&mut drive, 60);
-    let told = evidence(&drive.actions);
-    assert!(told.get(&home).is_some_and(|nats| (nats - 20.0).abs() < 0.1), "{told:?}");
+    let reported = evidence(&drive.actions);
+    assert!(reported.get(&home).is_some_and(|nats| (nats - 20.0).abs() < 0.1), "{reported:?}");
     assert!(sensed(&actions).iter().all(|&cell| cell == own));
     assert!((1..=12).contains(&sensed(&actions).len()), "{}", sensed(&actions).len());
-    assert!(told.iter().all(|(&cell, &nats)| cell == home || nats < 0.1), "{told:?}");
+    assert!(reported.iter().all(|(&cell, &nats)| cell == home || nats < 0.1), "{reported:?}");
     assert!(stand(&mut drive, 60).is_empty(), "there is no more news");
 }
 
 #[test]
-fn who_stands_tells_that_something_is_there_and_when_it_is_no_more() {
+fn a_standing_vehicle_reports_an_object_and_its_departure() {
     let mut drive = Drive::new(&settings());
     drive.steps(4);
-    // Of bearings from one place alone nobody knows how far it is.
-    drive.things = vec![Vector2::new(66.0, 25.0)];
+    // Bearings from one position alone do not give the range.
+    drive.objects = vec![Vector2::new(66.0, 25.0)];
     let open = drive.steps(6);
     assert_eq!(sensed(&open).len(), 1, "once");
     assert!(readings(&open).iter().any(Reading::is_undecided));
     assert!(evidence(&open).values().all(|nats| nats.abs() < 1e-3), "nothing was told before");
-    drive.things.clear();
+    drive.objects.clear();
     let gone = drive.steps(60);
     assert_eq!(sensed(&gone).len(), 1, "{gone:?}");
     assert!(!readings(&gone).iter().any(Reading::is_undecided));

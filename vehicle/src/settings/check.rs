@@ -1,4 +1,4 @@
-//! From the tables as written to what the rest of the crate works with.
+//! Conversion of the tables as written to the types of this crate.
 
 use std::collections::BTreeSet;
 use std::fmt::Display;
@@ -12,94 +12,94 @@ use dragnet_lattice::mprim::{self, MprimError};
 use dragnet_lattice::plane::Pose;
 use dragnet_lattice::primitives::{MAX_COST_MULTIPLIER, PrimitiveSet};
 
-/// Cameras of one vehicle.
+/// The maximum number of cameras.
 const MAX_CAMERAS: usize = 16;
-/// Tightest turn of a vehicle for which none is told, meters.
+/// Default turning radius, meters.
 const TURNING_RADIUS_METERS: f64 = 3.0;
 
-/// Settings that can be.
+/// Checked settings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Checked {
     /// Each with the standard deviation of a column, pixels.
     pub cameras: Vec<(Camera, f64)>,
-    /// How things are followed.
+    /// Settings of the tracker.
     pub tracker: TrackerSettings,
-    /// A frame of a slower camera is waited for so long, nanoseconds.
+    /// Time that a slower camera is waited for, nanoseconds.
     pub fusion_window_ns: u64,
-    /// How it gets to a cell.
+    /// How the vehicle gets to a cell.
     pub motion: Motion,
     /// Full speed, m/s.
     pub speed_meters_per_second: f64,
-    /// How long the first look lasts, nanoseconds.
+    /// Duration of the first observation, nanoseconds.
     pub initial_scan_ns: u64,
-    /// What to do while something is wrong.
+    /// The responses to faults.
     pub on_fault: OnFault,
-    /// Without a good pose for longer than this it does not know where it is, nanoseconds.
+    /// Time without a valid pose after which the position is unknown, nanoseconds.
     pub pose_timeout_ns: u64,
-    /// A camera without a good frame for longer than this has stopped, nanoseconds.
+    /// Time without a valid frame after which a camera has stopped, nanoseconds.
     pub camera_timeout_ns: u64,
-    /// A pose with a larger standard deviation is none, meters.
+    /// Largest standard deviation of a valid pose, meters.
     pub max_position_std_meters: f64,
-    /// After a jump poses are believed again once they have agreed for so long, nanoseconds.
+    /// Time for which poses must agree after a jump before they are accepted again, nanoseconds.
     pub recovery_ns: u64,
 }
 
 /// How a vehicle gets to a cell.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Motion {
-    /// By paths of the lattice.
+    /// By paths on the lattice.
     Lattice {
-        /// Where the motions come from.
+        /// The source of the motion primitives.
         source: Source,
         /// The ground that it covers.
         footprint: Footprint,
-        /// A plan looks at so many states before it is taken as it is.
+        /// Maximum number of states that a plan expands.
         max_expansions: u64,
-        /// Farther beside its path than this it plans anew, meters.
+        /// Distance from its path beyond which the vehicle plans anew, meters.
         replan_beyond_meters: f64,
     },
     /// By goal poses.
     Goal,
 }
 
-/// Where the motions of a lattice come from.
+/// The source of a lattice's motion primitives.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Source {
     /// From a file.
     Read(PrimitiveSet),
-    /// Made for the resolution of the cost map.
+    /// Generated for the resolution of the cost map.
     Made {
         /// Headings of the lattice.
         headings: Headings,
-        /// The tightest turn, meters.
+        /// The turning radius, meters.
         turning_radius_meters: f64,
-        /// If it drives backwards: how often a way counts then.
+        /// Cost factor of driving backward; `None`: it does not.
         reverse: Option<u32>,
-        /// If it turns on the spot: how often that counts.
+        /// Cost factor of turning on the spot; `None`: it does not.
         turn_in_place: Option<u32>,
     },
 }
 
-/// Settings that cannot be.
+/// Why settings are invalid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SettingsError {
     /// A quantity out of its range.
     #[error("vehicle.{key} = {found}: allowed is {allowed}")]
     Value {
-        /// Under `[vehicle]`.
+        /// The key under `[vehicle]`.
         key: String,
-        /// As given.
+        /// The given value.
         found: String,
-        /// What would do.
+        /// The allowed values.
         allowed: String,
     },
-    /// A camera that cannot be.
+    /// An invalid camera.
     #[error("vehicle.cameras: {0}")]
     Camera(#[from] CameraError),
-    /// A tracker that cannot be.
+    /// Invalid settings of the tracker.
     #[error("vehicle.tracker: {0}")]
     Tracker(#[from] TrackerError),
-    /// A file of primitives that is none.
+    /// An invalid file of motion primitives.
     #[error("vehicle.motion.primitives: {0}")]
     Primitives(#[from] MprimError),
 }
@@ -116,7 +116,7 @@ fn positive(key: &str, number: f64, most: f64) -> Result<f64, SettingsError> {
     Err(value(key, &number, format!("above 0, at most {most}")))
 }
 
-/// A day: whoever waits longer need not be watched.
+/// A day: the maximum of a timeout.
 const MOST_SECONDS: f64 = 86_400.0;
 
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at least 0, and `as` saturates")]
@@ -125,10 +125,10 @@ pub(crate) fn nanoseconds(seconds: f64) -> u64 {
 }
 
 impl Settings {
-    /// Checks all of it. `primitives` is the text of the file that [`MotionTable::Lattice`] names, if it does.
+    /// Checks all settings. `primitives` is the text of the file that [`MotionTable::Lattice`] names, if it does.
     ///
     /// # Errors
-    /// The first value that cannot be, with its key and what is allowed.
+    /// The first invalid value, with its key and the allowed values.
     pub fn check(&self, primitives: Option<&str>) -> Result<Checked, SettingsError> {
         let safety = &self.safety;
         let seconds = |key: &str, seconds| positive(key, seconds, MOST_SECONDS).map(nanoseconds);
@@ -157,10 +157,10 @@ impl Settings {
 }
 
 impl CameraTable {
-    /// The camera that the table describes.
+    /// The camera of the table.
     ///
     /// # Errors
-    /// If a value is not allowed: with its name and what is.
+    /// If a value is invalid: with its name and the allowed values.
     pub fn camera(&self) -> Result<Camera, CameraError> {
         Camera::new(CameraSettings {
             name: self.name.clone(),
@@ -230,7 +230,7 @@ fn fusion_window_ns(window_seconds: f64) -> Result<u64, SettingsError> {
 }
 
 fn footprint(table: FootprintTable) -> Result<Footprint, SettingsError> {
-    // How far it may reach depends on the map: the planner checks that.
+    // Its maximum size depends on the map: the planner checks that.
     match table {
         FootprintTable::Disc { radius_meters } if (0.0..=1e3).contains(&radius_meters) => {
             Ok(Footprint::Circle { radius_meters })
@@ -305,10 +305,10 @@ fn source(table: &MotionTable, text: Option<&str>) -> Result<Source, SettingsErr
 }
 
 impl Source {
-    /// The motions, on a map of this resolution.
+    /// The motion primitives, on a map of this resolution.
     ///
     /// # Errors
-    /// If no motion of that radius fits the resolution.
+    /// If no primitive of that radius fits the resolution.
     pub fn primitives(
         &self,
         resolution_meters: f64,

@@ -1,4 +1,4 @@
-//! Tables as people write them, and what is said of those that cannot be.
+//! Tables as written, and the errors of invalid ones.
 
 use super::check::Source;
 use super::*;
@@ -37,7 +37,7 @@ fn without_a_key_there_are_the_papers_two_cameras() {
 }
 
 #[test]
-fn what_is_written_is_what_is_read() {
+fn a_written_file_is_read_back() {
     let settings = read("").unwrap();
     assert_eq!(read(&toml::to_string(&settings).unwrap()).unwrap(), settings);
     let text = "motion = { kind = 'goal' }\nfootprint = { shape = 'disc', radius_meters = 0.5 }\n\
@@ -74,7 +74,7 @@ fn primitives_come_from_a_file_that_the_caller_reads() {
 }
 
 #[test]
-fn what_cannot_be_names_its_key_and_what_is_allowed() {
+fn an_invalid_value_names_its_key_and_the_allowed_values() {
     check("cameras = []", "vehicle.cameras = 0 cameras: allowed is 1 to 16");
     check(
         "speed_meters_per_second = 0.0",

@@ -19,10 +19,10 @@ use dragnet_lattice::plane::{bearing_radians, wrapped_radians};
 const DIMENSIONS: usize = 4;
 const POINTS: usize = 2 * DIMENSIONS;
 
-/// A bearing, and from where it was seen.
+/// A bearing, and the position that it was measured from.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sight {
-    /// Where the camera was: meters east and north.
+pub struct BearingMeasurement {
+    /// The camera's position: meters east and north.
     pub from_meters: Vector2<f64>,
     /// Radians on the map, counter-clockwise from east.
     pub bearing_radians: f64,
@@ -35,31 +35,31 @@ pub struct Sight {
 pub struct Gaussian {
     /// `[x, y, vx, vy]`, meters east and north, m/s.
     pub mean: Vector4<f64>,
-    /// Of the same; positive definite.
+    /// Its covariance; positive definite.
     pub covariance: Matrix4<f64>,
 }
 
 impl Gaussian {
-    /// Expected place, meters east and north.
+    /// Expected position, meters east and north.
     #[must_use]
     pub fn position_meters(&self) -> Vector2<f64> {
         Vector2::new(self.mean[0], self.mean[1])
     }
 
-    /// Covariance of the place, square meters.
+    /// Covariance of the position, square meters.
     #[must_use]
     pub fn place_covariance(&self) -> Matrix2<f64> {
         self.covariance.fixed_view::<2, 2>(0, 0).into_owned()
     }
 
-    /// Whether it is one: all numbers, and the covariance positive definite.
+    /// Whether all numbers are finite and the covariance is positive definite.
     #[must_use]
     pub fn is_sound(&self) -> bool {
         self.mean.iter().all(|value| value.is_finite()) && self.covariance.cholesky().is_some()
     }
 
-    /// Moves on by some seconds. White acceleration of spectral density `q` (m^2/s^3) adds, for each
-    /// coordinate, `q [[t^3/3, t^2/2], [t^2/2, t]]`: the same after one step as after many short ones.
+    /// Predicts the state after some seconds. White acceleration of spectral density `q` (m^2/s^3) adds, for each
+    /// coordinate, `q [[t^3/3, t^2/2], [t^2/2, t]]`: one step gives the same result as many short ones.
     pub fn predict(&mut self, elapsed_seconds: f64, acceleration_density: f64) {
         let (t, q) = (elapsed_seconds, acceleration_density);
         let mut motion = Matrix4::identity();
@@ -76,26 +76,26 @@ impl Gaussian {
         self.covariance = (covariance + covariance.transpose()) / 2.0;
     }
 
-    /// Takes in a bearing. Returns the natural logarithm of its density under what was expected,
-    /// `ln N(z; z', S)`; none if rounding has left no distribution, which is then not to be used any more.
+    /// Updates the state by a bearing. Returns the natural logarithm of its predicted density, `ln N(z; z', S)`; `None`
+    /// if rounding has made the distribution invalid, which must not be used any more.
     #[must_use]
-    pub fn update(&mut self, sight: &Sight) -> Option<f64> {
+    pub fn update(&mut self, measurement: &BearingMeasurement) -> Option<f64> {
         let offsets = self.point_offsets()?;
-        let center = bearing_radians(sight.from_meters, self.position_meters());
+        let center = bearing_radians(measurement.from_meters, self.position_meters());
         let from_center = |offset: &Vector4<f64>| {
             let point = self.position_meters() + offset.xy();
-            wrapped_radians(bearing_radians(sight.from_meters, point) - center)
+            wrapped_radians(bearing_radians(measurement.from_meters, point) - center)
         };
         let bearings = SVector::<f64, POINTS>::from_iterator(offsets.iter().map(from_center));
         let expected = bearings.mean();
         let deviations = bearings.add_scalar(-expected);
 
-        let noise = sight.deviation_radians.powi(2);
+        let noise = measurement.deviation_radians.powi(2);
         let variance = deviations.norm_squared() / POINTS as f64 + noise;
         let shared: Vector4<f64> =
             offsets.iter().zip(deviations.iter()).map(|(offset, deviation)| offset * *deviation).sum();
         let gain = shared / (POINTS as f64 * variance);
-        let innovation = wrapped_radians(sight.bearing_radians - center - expected);
+        let innovation = wrapped_radians(measurement.bearing_radians - center - expected);
 
         self.mean += gain * innovation;
         let unexplained = offsets.iter().zip(deviations.iter()).map(|(offset, deviation)| {
@@ -108,7 +108,7 @@ impl Gaussian {
         (log_density.is_finite() && self.is_sound()).then_some(log_density)
     }
 
-    /// `+- sqrt(n) S e_j` with `P = S S'`; none if P is not positive definite.
+    /// `+- sqrt(n) S e_j` with `P = S S'`; `None` if P is not positive definite.
     fn point_offsets(&self) -> Option<[Vector4<f64>; POINTS]> {
         let root = self.covariance.cholesky()?.l() * (DIMENSIONS as f64).sqrt();
         Some(std::array::from_fn(|point| {
@@ -129,8 +129,8 @@ mod tests {
         Gaussian { mean: Vector4::new(east, north, 0.0, 0.0), covariance }
     }
 
-    fn sight(bearing_radians: f64) -> Sight {
-        Sight { from_meters: Vector2::zeros(), bearing_radians, deviation_radians: 0.01 }
+    fn measurement(bearing_radians: f64) -> BearingMeasurement {
+        BearingMeasurement { from_meters: Vector2::zeros(), bearing_radians, deviation_radians: 0.01 }
     }
 
     #[test]
@@ -146,18 +146,18 @@ mod tests {
     }
 
     #[test]
-    fn a_bearing_tells_of_the_place_across_it_and_not_along_it() {
+    fn a_bearing_measures_the_position_across_it_and_not_along_it() {
         let mut member = at(100.0, 0.0);
-        assert!(member.update(&sight(0.0)).is_some());
+        assert!(member.update(&measurement(0.0)).is_some());
         let (along, across) = (member.covariance[(0, 0)], member.covariance[(1, 1)]);
         // Across: 1 / (1/4 + 1/1), of 100 m times 0.01 radians.
         assert!((along - 4.0).abs() < 0.01 && (across - 0.8).abs() < 0.01, "{along} {across}");
     }
 
     #[test]
-    fn a_bearing_across_pi_pulls_the_short_way() {
+    fn a_bearing_across_pi_pulls_the_shorter_way() {
         let mut member = at(-100.0, 0.5);
-        assert!(member.update(&sight(0.01 - PI)).is_some());
+        assert!(member.update(&measurement(0.01 - PI)).is_some());
         assert!(member.mean[1] < 0.0 && member.mean[1] > -1.0, "{}", member.mean);
     }
 
@@ -165,7 +165,7 @@ mod tests {
     fn a_place_at_the_camera_itself_is_no_panic() {
         let mut member = at(0.0, 0.0);
         for bearing in [0.0, 3.0, -2.0] {
-            if member.update(&sight(bearing)).is_none() {
+            if member.update(&measurement(bearing)).is_none() {
                 return;
             }
             assert!(member.is_sound());
@@ -173,11 +173,11 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_distribution_is_told() {
+    fn an_invalid_distribution_is_reported() {
         let mut negative = at(10.0, 0.0);
         negative.covariance[(0, 0)] = -1.0;
-        assert!(negative.update(&sight(0.0)).is_none());
+        assert!(negative.update(&measurement(0.0)).is_none());
         let mut missing = at(f64::NAN, 0.0);
-        assert!(missing.update(&sight(0.0)).is_none());
+        assert!(missing.update(&measurement(0.0)).is_none());
     }
 }

@@ -1,102 +1,101 @@
-//! What one camera saw at one time, on the map.
+//! One image of one camera, on the map.
 
 use std::collections::BTreeSet;
 
 use nalgebra::Vector2;
 
-use super::cubature::Sight;
+use super::cubature::BearingMeasurement;
 use super::mixture::Reach;
 use super::pose_error::PoseError;
 use crate::assignment::AssignmentError;
 use crate::camera::{Camera, Detections, View};
 use dragnet_lattice::plane::{Pose, wrapped_radians};
 
-/// What one camera saw at one time.
+/// The detections of one camera at one time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame {
-    /// When, nanoseconds of mission time.
+    /// Nanoseconds of mission time.
     pub time_ns: u64,
-    /// Which camera: a number of its own.
+    /// The number of the camera.
     pub camera: u16,
-    /// What it could see, from where.
+    /// The camera's view.
     pub view: View,
-    /// What it saw: radians on the map, counter-clockwise from east. All within the view, none twice.
+    /// The detected bearings: radians on the map, counter-clockwise from east. All within the view, none twice.
     pub bearings_radians: Vec<f64>,
-    /// Standard deviation of a bearing, radians, `1e-6..=0.5`, that each has of its own: of the detector's
-    /// boxes.
+    /// Independent standard deviation of each bearing, radians, `1e-6..=0.5`: that of the detector's boxes.
     pub bearing_deviation_radians: f64,
-    /// How far off the vehicle's pose may be, which all bearings around that time share.
+    /// The error of the vehicle's pose, which all bearings around that time share.
     pub pose_error: PoseError,
 }
 
-/// A frame that cannot be.
+/// Why a frame is invalid.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum FrameError {
     /// Older than the latest.
     #[error("a frame of {time_ns} ns after one of {latest_ns} ns: time runs backwards")]
     Backwards {
-        /// Of the frame.
+        /// Time of the frame.
         time_ns: u64,
-        /// Of the latest one.
+        /// Time of the latest one.
         latest_ns: u64,
     },
-    /// Told twice.
+    /// A repeated frame.
     #[error("camera {camera} has a second frame of {time_ns} ns")]
     Repeated {
-        /// Of the frame.
+        /// Time of the frame.
         time_ns: u64,
-        /// Whose frame.
+        /// The camera.
         camera: u16,
     },
-    /// A detector at fault.
+    /// Too many bearings: a faulty detector.
     #[error("{0} bearings in a frame: allowed are {max}", max = Camera::MAX_BOXES)]
     TooMany(usize),
-    /// A bearing is missing.
+    /// A bearing is not finite.
     #[error("bearing {index} is {value}: not a number")]
     NotANumber {
-        /// Its place in the frame.
+        /// Its index in the frame.
         index: usize,
-        /// As given.
+        /// The given value.
         value: f64,
     },
     /// A bearing in another frame of reference, or of another camera.
     #[error("bearing {index}, {value} radians, is outside of the camera's view")]
     OutOfView {
-        /// Its place in the frame.
+        /// Its index in the frame.
         index: usize,
-        /// As given.
+        /// The given value.
         value: f64,
     },
-    /// A bearing told twice.
+    /// A repeated bearing.
     #[error("bearing {index}, {value} radians, is in the frame twice")]
     SameBearing {
-        /// Its second place in the frame.
+        /// Its second index in the frame.
         index: usize,
-        /// As given.
+        /// The given value.
         value: f64,
     },
-    /// A noise that no camera has.
+    /// An impossible standard deviation.
     #[error("a bearing's standard deviation of {0} radians: allowed are 1e-6 to 0.5")]
     Deviation(f64),
-    /// Not an error of a pose.
+    /// An invalid error of the pose.
     #[error("the error of a pose is no number of at least 0: {0:?}")]
     PoseError(PoseError),
-    /// A track's bearing could not be told.
+    /// The assignment of bearings failed.
     #[error(transparent)]
     Assignment(#[from] AssignmentError),
 }
 
-/// Bearings at the very edge of the image may miss the view by rounding, radians.
+/// Tolerance for rounding of bearings at the edge of the image, radians.
 const EDGE_RADIANS: f64 = 1e-6;
 
-/// A detector's ranges may be off by this factor.
+/// Tolerance factor of a detector's ranges.
 const RANGE_TOLERANCE: f64 = 1.25;
 
 impl Frame {
-    /// What a camera on a vehicle detected.
+    /// The detections of a camera on a vehicle.
     ///
     /// # Errors
-    /// If the vehicle's pose is no number.
+    /// If the vehicle's pose is not finite.
     pub fn of_camera(
         camera: &Camera,
         number: u16,
@@ -121,28 +120,27 @@ impl Frame {
         self.view.camera().position_meters()
     }
 
-    pub(super) fn sight(&self, bearing: usize) -> Sight {
-        Sight {
+    pub(super) fn measurement(&self, bearing: usize) -> BearingMeasurement {
+        BearingMeasurement {
             from_meters: self.position_meters(),
             bearing_radians: self.bearings_radians[bearing],
             deviation_radians: self.bearing_deviation_radians,
         }
     }
 
-    /// Where something can be that was seen: most things are seen first from as far as a detector can, so that
-    /// the ranges must not end there.
+    /// The ranges of a new track: most objects are first detected at the detector's maximum range, so the ranges must
+    /// not end there.
     pub(super) fn reach(&self) -> Reach {
         let widest = self.widest_view(0.0);
         Reach { min_range_meters: widest.min_range_meters(), max_range_meters: widest.max_range_meters() }
     }
 
-    /// What can be seen at most: views end less sharply than the settings say.
+    /// The largest possible view: views end less sharply than the settings say.
     pub(super) fn widest_view(&self, beyond_radians: f64) -> View {
         self.view.widened(beyond_radians, RANGE_TOLERANCE)
     }
 
-    /// How often something at a place is detected, of what is detected at best: it falls off toward the ends of
-    /// the detector's ranges.
+    /// The relative detection probability at a position: it falls off toward the ends of the detector's ranges.
     pub(super) fn visibility(&self, point_meters: Vector2<f64>) -> f64 {
         let is_in = |view: View| view.contains(point_meters);
         match () {
@@ -153,7 +151,7 @@ impl Frame {
         }
     }
 
-    /// What is seen at least.
+    /// The smallest certain view.
     pub(super) fn surest_view(&self, beyond_radians: f64) -> View {
         self.view.widened(-beyond_radians, 1.0 / RANGE_TOLERANCE)
     }

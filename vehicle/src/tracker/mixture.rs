@@ -1,21 +1,19 @@
-//! A range-parameterized filter: Peach, IEE Proceedings - Control Theory and Applications 142(1), 1995, with
-//! cubature filters in place of his extended Kalman filters.
+//! A range-parameterized filter: Peach, IEE Proceedings - Control Theory and Applications 142(1), 1995, with cubature
+//! filters in place of his extended Kalman filters.
 //!
-//! One bearing tells nothing of the range. So the ranges `R_min..R_max` are cut into N parts that each are as
-//! long as they are far away (by the same factor `rho`), each with a filter of its own; what is seen later
-//! weighs them.
+//! One bearing does not give the range. So the ranges `R_min..R_max` are divided into N parts in geometric progression
+//! (by the factor `rho`), each with its own filter; later bearings weight them.
 //!
-//! Where we go beyond it: near to the camera a member's distribution is as wide as its range, and a bearing
-//! says more than one normal distribution can hold. So members are cut anew as the camera comes near
-//! (`refinement`), and members weigh less where the thing would have been missed, or could not have
-//! been seen (`visibility`).
+//! Where we go beyond it: near the camera a member's distribution is as wide as its range, and one normal distribution
+//! cannot represent a bearing. So members are split as the camera approaches (`refinement`), and weigh less where the
+//! object would have been missed, or could not have been detected (`visibility`).
 //!
-//! Limits: the range is found only as the camera moves across the bearing, and no filter can tell a thing
-//! that moves along with it from one that is farther away.
+//! Limits: the range is observable only if the camera moves across the bearing, and an object that moves along with it
+//! cannot be distinguished from one that is farther away.
 
 use nalgebra::{Matrix2, Matrix4, Vector2, Vector4};
 
-use super::cubature::{Gaussian, Sight};
+use super::cubature::{BearingMeasurement, Gaussian};
 use super::pose_error::PoseError;
 use super::settings::Settings;
 use super::view_share::seen_in;
@@ -25,7 +23,7 @@ use dragnet_lattice::plane::{bearing_radians, wrapped_radians};
 /// Below this weight a member is dropped.
 const LEAST_WEIGHT: f64 = 1e-3;
 
-/// Between which ranges something can be that was seen.
+/// The possible ranges of an object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reach {
     /// Meters, above 0.
@@ -34,68 +32,82 @@ pub struct Reach {
     pub max_range_meters: f64,
 }
 
-/// One part of the ranges.
+/// One part of the ranges (a range hypothesis).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Member {
     /// Its probability; those of a mixture add up to 1.
     pub weight: f64,
-    /// Where the thing is if it is in this part.
+    /// The object's state if it is in this part.
     pub state: Gaussian,
 }
 
-/// What is known of one thing: a weighted sum of normal distributions, never empty.
+/// The distribution of one object: a weighted sum of normal distributions, never empty.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mixture {
     pub(super) members: Vec<Member>,
 }
 
 impl Mixture {
-    /// Of something that one bearing has shown, within reach of the camera. With
-    /// `rho = (R_max / R_min)^(1/N)` member `i` of `1..=N` has the mean range
-    /// `R_min (rho^i + rho^(i-1)) / 2` and the standard deviation of a uniform distribution over its part,
-    /// which is that mean times `2 (rho - 1) / ((rho + 1) sqrt(12))`; all weights are equal.
+    /// The distribution after one bearing, within the range of the camera. With `rho = (R_max / R_min)^(1/N)` member
+    /// `i` of `1..=N` has the mean range `R_min (rho^i + rho^(i-1)) / 2` and the standard deviation of a uniform
+    /// distribution over its part, which is that mean times `2 (rho - 1) / ((rho + 1) sqrt(12))`; all weights are
+    /// equal.
     #[must_use]
-    pub fn born(sight: &Sight, pose_error: &PoseError, reach: Reach, settings: &Settings) -> Self {
+    pub fn born(
+        measurement: &BearingMeasurement,
+        pose_error: &PoseError,
+        reach: Reach,
+        settings: &Settings,
+    ) -> Self {
         let weight = 1.0 / f64::from(settings.range_hypotheses);
         let rho = (reach.max_range_meters / reach.min_range_meters).powf(weight);
         let relative_deviation = 2.0 * (rho - 1.0) / ((rho + 1.0) * 12.0_f64.sqrt());
         let member = |part: i32| {
             let range_meters = reach.min_range_meters * (rho.powi(part) + rho.powi(part - 1)) / 2.0;
-            Member { weight, state: at_range(sight, pose_error, range_meters, relative_deviation, settings) }
+            Member {
+                weight,
+                state: at_range(measurement, pose_error, range_meters, relative_deviation, settings),
+            }
         };
         Self { members: (1..=settings.range_hypotheses.cast_signed()).map(member).collect() }
     }
 
-    /// Its members, the nearest part of the first sight first.
+    /// Its members, the part nearest to the first camera position first.
     #[must_use]
     pub fn members(&self) -> &[Member] {
         &self.members
     }
 
-    /// Moves on, see [`Gaussian::predict`].
+    /// Predicts all members, see [`Gaussian::predict`].
     pub fn predict(&mut self, elapsed_seconds: f64, acceleration_density: f64) {
         for member in &mut self.members {
             member.state.predict(elapsed_seconds, acceleration_density);
         }
     }
 
-    /// The same after a bearing: `w_i <- w_i N(z; z_i, S_i)`, normalized; members that rounding has spoiled or
-    /// that weigh less than 1e-3 are dropped. None if no member is left.
+    /// The mixture after a bearing: `w_i <- w_i N(z; z_i, S_i)`, normalized; members that rounding has made invalid or
+    /// that weigh less than 1e-3 are dropped. `None` if no member is left.
     #[must_use]
-    pub fn updated(&self, sight: &Sight, pose_error: &PoseError) -> Option<Self> {
-        self.explained(sight, pose_error).map(|(mixture, _)| mixture)
+    pub fn updated(&self, measurement: &BearingMeasurement, pose_error: &PoseError) -> Option<Self> {
+        self.explained(measurement, pose_error).map(|(mixture, _)| mixture)
     }
 
-    /// The same, and the logarithm of the bearing's density under what was expected, 1/radians.
-    pub(super) fn explained(&self, sight: &Sight, pose_error: &PoseError) -> Option<(Self, f64)> {
+    /// The same, and the logarithm of the bearing's predicted density, 1/radians.
+    pub(super) fn explained(
+        &self,
+        measurement: &BearingMeasurement,
+        pose_error: &PoseError,
+    ) -> Option<(Self, f64)> {
         let mut members = self.members.clone();
         // Logarithms, so that a bearing far from all members still leaves the best of them.
-        members.retain_mut(|member| match member.state.update(&vaguer(sight, pose_error, &member.state)) {
-            Some(log_density) => {
-                member.weight = member.weight.ln() + log_density;
-                true
+        members.retain_mut(|member| {
+            match member.state.update(&vaguer(measurement, pose_error, &member.state)) {
+                Some(log_density) => {
+                    member.weight = member.weight.ln() + log_density;
+                    true
+                }
+                None => false,
             }
-            None => false,
         });
         let most = members.iter().map(|member| member.weight).max_by(f64::total_cmp)?;
         for member in &mut members {
@@ -105,8 +117,7 @@ impl Mixture {
         Some((Self::pruned(members), log_density))
     }
 
-    /// The same with weights times how likely each member makes something else than a bearing; unchanged if
-    /// none makes it likely at all.
+    /// The mixture with weights times a likelihood of each member; unchanged if it is negligible for all.
     #[must_use]
     pub fn reweighted(&self, likelihood: impl Fn(&Gaussian) -> f64) -> Self {
         let mut members = self.members.clone();
@@ -117,7 +128,7 @@ impl Mixture {
         if sum > 1e-12 { Self::pruned(members) } else { self.clone() }
     }
 
-    /// This, or the other one with a probability.
+    /// This mixture, or the other one with a probability.
     #[must_use]
     pub(super) fn or(&self, other: &Self, probability: f64) -> Self {
         let weighed = |mixture: &Self, times: f64| {
@@ -129,7 +140,7 @@ impl Mixture {
         Self::pruned(members)
     }
 
-    /// Weights that add up to 1; those that are next to nothing are dropped.
+    /// Normalized weights; negligible members are dropped.
     fn pruned(mut members: Vec<Member>) -> Self {
         normalize(&mut members);
         members.retain(|member| member.weight >= LEAST_WEIGHT);
@@ -137,7 +148,7 @@ impl Mixture {
         Self { members }
     }
 
-    /// Mean and covariance of the whole.
+    /// Mean and covariance of the mixture.
     #[must_use]
     pub fn estimate(&self) -> Gaussian {
         let mean: Vector4<f64> = self.members.iter().map(|member| member.state.mean * member.weight).sum();
@@ -148,13 +159,13 @@ impl Mixture {
         Gaussian { mean, covariance: self.members.iter().map(spread).sum() }
     }
 
-    /// How unlikely it is to be seen in a direction, nats, at least 0: the negative logarithm of the density,
-    /// over that of a bearing that is expected within a third of the gate and hits. Infinite beyond the gate,
-    /// and three standard deviations, of all members; those that could not be seen in the view count little.
+    /// The surprise of a bearing, nats, at least 0: the negative logarithm of the density, over that of a bearing that
+    /// is expected within a third of the gate and hits. Infinite beyond the gate, and three standard deviations, of all
+    /// members; those that could not be in view count little.
     #[must_use]
     pub(super) fn surprise_nats(
         &self,
-        sight: &Sight,
+        measurement: &BearingMeasurement,
         pose_error: &PoseError,
         gate_radians: f64,
         view: &View,
@@ -162,10 +173,12 @@ impl Mixture {
         let slack = gate_radians / 3.0;
         let likelihood = |member: &Member| {
             let place = member.state.position_meters();
-            let off =
-                wrapped_radians(sight.bearing_radians - bearing_radians(sight.from_meters, place)).abs();
-            let noise = vaguer(sight, pose_error, &member.state).deviation_radians;
-            let std_radians = bearing_std_radians(&member.state, sight.from_meters).hypot(noise);
+            let off = wrapped_radians(
+                measurement.bearing_radians - bearing_radians(measurement.from_meters, place),
+            )
+            .abs();
+            let noise = vaguer(measurement, pose_error, &member.state).deviation_radians;
+            let std_radians = bearing_std_radians(&member.state, measurement.from_meters).hypot(noise);
             if off > gate_radians + 3.0 * std_radians {
                 return 0.0;
             }
@@ -178,7 +191,7 @@ impl Mixture {
     }
 }
 
-/// Standard deviation of where a distribution is seen, radians, at most a right angle.
+/// Standard deviation of a distribution's bearing, radians, at most a right angle.
 fn bearing_std_radians(state: &Gaussian, from_meters: Vector2<f64>) -> f64 {
     let offset = state.position_meters() - from_meters;
     let range_squared = offset.norm_squared().max(1e-6);
@@ -187,26 +200,26 @@ fn bearing_std_radians(state: &Gaussian, from_meters: Vector2<f64>) -> f64 {
     variance.max(0.0).sqrt().min(std::f64::consts::FRAC_PI_2)
 }
 
-/// A sight as vague as the pose that it was taken from makes it, for a thing that may be there.
-fn vaguer(sight: &Sight, pose_error: &PoseError, state: &Gaussian) -> Sight {
-    // Nearer than its own size nothing has one bearing.
-    let range_meters = (state.position_meters() - sight.from_meters).norm().max(0.5);
-    let variance = sight.deviation_radians.powi(2) + pose_error.bearing_variance(range_meters);
-    Sight { deviation_radians: variance.sqrt(), ..*sight }
+/// The bearing with the uncertainty of its camera's pose added, for an object that may be there.
+fn vaguer(measurement: &BearingMeasurement, pose_error: &PoseError, state: &Gaussian) -> BearingMeasurement {
+    // Nearer than its own size an object has no single bearing.
+    let range_meters = (state.position_meters() - measurement.from_meters).norm().max(0.5);
+    let variance = measurement.deviation_radians.powi(2) + pose_error.bearing_variance(range_meters);
+    BearingMeasurement { deviation_radians: variance.sqrt(), ..*measurement }
 }
 
-/// Along the bearing as uncertain as its part is long, across it by the bearing's noise.
+/// Along the bearing with the uncertainty of its part, across it with the bearing's noise.
 fn at_range(
-    sight: &Sight,
+    measurement: &BearingMeasurement,
     pose_error: &PoseError,
     range_meters: f64,
     relative_deviation: f64,
     settings: &Settings,
 ) -> Gaussian {
-    let (sin, cos) = sight.bearing_radians.sin_cos();
-    let position = sight.from_meters + Vector2::new(cos, sin) * range_meters;
+    let (sin, cos) = measurement.bearing_radians.sin_cos();
+    let position = measurement.from_meters + Vector2::new(cos, sin) * range_meters;
     let turn = Matrix2::new(cos, -sin, sin, cos);
-    let across = sight.deviation_radians.powi(2) + pose_error.bearing_variance(range_meters);
+    let across = measurement.deviation_radians.powi(2) + pose_error.bearing_variance(range_meters);
     let deviations = Vector2::new(relative_deviation, across.sqrt()) * range_meters;
     let place = turn * Matrix2::from_diagonal(&deviations.component_mul(&deviations)) * turn.transpose();
     let mut covariance = Matrix4::from_diagonal_element(settings.velocity_std.powi(2));
@@ -229,12 +242,12 @@ mod tests {
         PoseError { heading_std_radians: 0.0, position_std_meters: 0.0, correlation_seconds: 0.0 };
     const REACH: Reach = Reach { min_range_meters: 5.0, max_range_meters: 160.0 };
 
-    fn sight(east: f64, bearing_radians: f64) -> Sight {
-        Sight { from_meters: Vector2::new(east, 0.0), bearing_radians, deviation_radians: 0.005 }
+    fn measurement(east: f64, bearing_radians: f64) -> BearingMeasurement {
+        BearingMeasurement { from_meters: Vector2::new(east, 0.0), bearing_radians, deviation_radians: 0.005 }
     }
 
     fn born() -> Mixture {
-        Mixture::born(&sight(0.0, 1.0), &EXACT, REACH, &Settings::default())
+        Mixture::born(&measurement(0.0, 1.0), &EXACT, REACH, &Settings::default())
     }
 
     #[test]
@@ -260,10 +273,11 @@ mod tests {
         let truth = Vector2::new(30.0, 40.0);
         let still = Settings { velocity_std: 0.05, ..Settings::default() };
         let mut mixture =
-            Mixture::born(&sight(0.0, bearing_radians(Vector2::zeros(), truth)), &EXACT, REACH, &still);
+            Mixture::born(&measurement(0.0, bearing_radians(Vector2::zeros(), truth)), &EXACT, REACH, &still);
         for step in 1..=20 {
             mixture.predict(0.5, 0.0);
-            let seen = sight(f64::from(step), bearing_radians(Vector2::new(f64::from(step), 0.0), truth));
+            let seen =
+                measurement(f64::from(step), bearing_radians(Vector2::new(f64::from(step), 0.0), truth));
             mixture = mixture.updated(&seen, &EXACT).unwrap();
         }
         assert!(mixture.members().len() <= 3, "{}", mixture.members().len());
@@ -276,9 +290,10 @@ mod tests {
     #[test]
     fn a_bearing_that_none_expects_leaves_the_best_member() {
         let mixture = born();
-        let after = mixture.updated(&Sight { deviation_radians: 1e-6, ..sight(0.0, -2.0) }, &EXACT);
+        let after = mixture
+            .updated(&BearingMeasurement { deviation_radians: 1e-6, ..measurement(0.0, -2.0) }, &EXACT);
         assert!(after.is_none_or(|mixture| mixture.members().iter().all(|member| member.state.is_sound())));
-        let after = mixture.updated(&sight(0.0, 1.3), &EXACT).unwrap();
+        let after = mixture.updated(&measurement(0.0, 1.3), &EXACT).unwrap();
         assert!(after.members().iter().all(|member| member.weight.is_finite()));
     }
 
@@ -287,9 +302,9 @@ mod tests {
         let mut mixture = born();
         mixture.members[2].state.covariance[(0, 0)] = -1.0;
         mixture.members[4].state.mean[1] = f64::NAN;
-        assert_eq!(mixture.updated(&sight(0.0, 1.0), &EXACT).unwrap().members().len(), 4);
+        assert_eq!(mixture.updated(&measurement(0.0, 1.0), &EXACT).unwrap().members().len(), 4);
         mixture.members.iter_mut().for_each(|member| member.state.covariance[(1, 1)] = f64::NAN);
-        assert_eq!(mixture.updated(&sight(0.0, 1.0), &EXACT), None);
+        assert_eq!(mixture.updated(&measurement(0.0, 1.0), &EXACT), None);
     }
 
     #[test]

@@ -1,20 +1,20 @@
 //! The error of a vehicle's pose, which its bearings share.
 
-/// How far off a vehicle's pose may be.
+/// The error of a vehicle's pose.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PoseError {
     /// Standard deviation of the heading, radians, at least 0.
     pub heading_std_radians: f64,
-    /// Standard deviation of the place, meters, at least 0.
+    /// Standard deviation of the position, meters, at least 0.
     pub position_std_meters: f64,
-    /// Poses within this time are off alike, seconds, at least 0.
+    /// Time within which poses share their error, seconds, at least 0.
     pub correlation_seconds: f64,
 }
 
 impl PoseError {
-    /// What a bearing adds that is taken so long after another one of the same thing. Errors that last
-    /// `t` seconds are taken in as white ones of equal power: of `n` bearings in that time each is taken to be
-    /// `n` times as vague (in its variance) as the pose, so that together they tell what one pose tells.
+    /// The error that a bearing adds this long after another one of the same object. Errors that last `t` seconds are
+    /// modeled as white ones of equal power: each of `n` bearings in that time has `n` times the variance of the pose,
+    /// so that together they carry the information of one pose.
     #[must_use]
     pub fn after(&self, elapsed_seconds: f64) -> Self {
         const MOST: f64 = 1e4;
@@ -26,8 +26,7 @@ impl PoseError {
         }
     }
 
-    /// Variance of the bearing to a thing at a range, radians squared; the place counts as it is seen from
-    /// there.
+    /// Variance of the bearing to an object at a range, radians squared, including that of the position.
     #[must_use]
     pub fn bearing_variance(&self, range_meters: f64) -> f64 {
         let lever = self.position_std_meters.atan2(range_meters);

@@ -1,38 +1,37 @@
-//! Members are cut where one normal distribution is too wide for what a camera sees, and joined where two say
-//! the same.
+//! Splits members that are too wide for the camera's distance, and merges members that are nearly equal.
 //!
-//! Peach's members are as wide as a share of their range from the camera that saw the thing first. As the
-//! camera comes near, that share grows, and a bearing's dependence on the place is no line any more: the
-//! filter would be sure of what it cannot know. So a member is cut into three along its longest axis as long
-//! as it is wider than [`WIDEST`] of its range (as in adaptive Gaussian mixtures: `DeMars`, Bishop and Jah,
-//! Journal of Guidance, Control, and Dynamics 36(4), 2013), such that mean and covariance of the whole stay.
+//! Peach's members have a width proportional to their range from the first camera position. As the camera approaches,
+//! that share grows, and the bearing becomes a nonlinear function of the position: the filter would become
+//! overconfident. So a member is split into three along its longest axis while it is wider than [`WIDEST`] of its range
+//! (as in adaptive Gaussian mixtures: `DeMars`, Bishop and Jah, Journal of Guidance, Control, and Dynamics 36(4),
+//! 2013), preserving mean and covariance of the whole.
 
 use nalgebra::{Vector2, Vector4};
 
 use super::cubature::Gaussian;
 use super::mixture::{Member, Mixture};
 
-/// A member is cut if its largest standard deviation is more than this share of its range.
+/// Ratio of its largest standard deviation to its range above which a member is split.
 const WIDEST: f64 = 0.25;
-/// Nearer than this to the camera a share is of this, meters: no more is asked than which cell.
+/// Ranges below this count as this, meters: only the cell matters.
 const NEAREST_METERS: f64 = 1.0;
-/// So many members a mixture has at most.
+/// The maximum number of members of a mixture.
 const MOST_MEMBERS: usize = 64;
-/// A member that weighs less is not cut.
+/// Weight below which a member is not split.
 const LEAST_WEIGHT: f64 = 4e-3;
-/// Of the parts: the middle one has this weight, both others share the rest,
+/// The middle part has this weight, both others share the rest,
 const MIDDLE_WEIGHT: f64 = 0.5;
-/// lie so many standard deviations beside it,
+/// lie this many standard deviations beside it,
 const OFFSET: f64 = 1.05;
-/// and all are narrower: the variance is what is left of 1 without that of the middles.
+/// and all are narrower: the variance is 1 without that of the means.
 const PART_VARIANCE: f64 = 1.0 - (1.0 - MIDDLE_WEIGHT) * OFFSET * OFFSET;
-/// Members are joined if their squared distance, in variances of the heavier, is less.
+/// Members are merged if their squared distance, in variances of the heavier, is less.
 const SAME: f64 = 0.25;
-/// Fewer members are not worth joining.
+/// Fewer members are not merged.
 const FEW_MEMBERS: usize = 8;
 
 impl Mixture {
-    /// Cuts members that are too wide as seen from a place.
+    /// Splits members that are too wide for a camera at a position.
     pub fn refine(&mut self, from_meters: Vector2<f64>) {
         let mut index = 0;
         while index < self.members.len() {
@@ -47,7 +46,7 @@ impl Mixture {
         }
     }
 
-    /// Joins members that say the same.
+    /// Merges members that are nearly equal.
     pub fn condense(&mut self) {
         if self.members.len() <= FEW_MEMBERS {
             return;
@@ -70,7 +69,7 @@ impl Mixture {
     }
 }
 
-/// The longest axis of a distribution's place, if it is too long.
+/// The longest axis of a distribution's position, if it is too long.
 fn direction(state: &Gaussian, from_meters: Vector2<f64>) -> Option<Vector4<f64>> {
     let range_meters = (state.position_meters() - from_meters).norm().max(NEAREST_METERS);
     let place = state.place_covariance();
@@ -86,7 +85,7 @@ fn direction(state: &Gaussian, from_meters: Vector2<f64>) -> Option<Vector4<f64>
     is_wide.then(|| Vector4::new(axis[0], axis[1], 0.0, 0.0))
 }
 
-/// Three members for one: along `P e / sqrt(e' P e)`, so that what goes with the place goes with the parts.
+/// Three members for one: along `P e / sqrt(e' P e)`, so that velocities correlated with the position are split too.
 fn parts(member: &Member, axis: Vector4<f64>) -> [Member; 3] {
     let along = member.state.covariance * axis;
     let along = along / axis.dot(&along).sqrt();
@@ -144,14 +143,14 @@ mod tests {
     }
 
     #[test]
-    fn what_is_far_away_is_left_whole() {
+    fn distant_members_are_not_split() {
         let mut mixture = wide();
         mixture.refine(Vector2::new(-90.0, 0.0));
         assert_eq!(mixture, wide());
     }
 
     #[test]
-    fn members_that_say_the_same_are_joined() {
+    fn nearly_equal_members_are_merged() {
         let member = wide().members()[0];
         let mut mixture = Mixture { members: vec![Member { weight: 0.1, ..member }; 10] };
         mixture.condense();

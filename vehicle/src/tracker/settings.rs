@@ -1,38 +1,38 @@
-//! How a tracker behaves.
+//! Settings of the tracker.
 
 use std::f64::consts::PI;
 
 /// Settings of a tracker.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// Members of a new track, each with its own part of the ranges, `1..=64`.
+    /// Range hypotheses of a new track, `1..=64`.
     pub range_hypotheses: u32,
     /// Standard deviation of each component of a new track's velocity, m/s, above 0. Its mean is 0.
     pub velocity_std: f64,
-    /// Spectral density of the white acceleration, m^2/s^3, at least 0: in a second a velocity wanders by its
-    /// root.
+    /// Spectral density of the white acceleration, m^2/s^3, at least 0: its root is the standard deviation of a
+    /// velocity's change in a second.
     pub acceleration_density: f64,
-    /// A bearing may be so far from where its track is expected, radians, above 0 and at most pi; and as much
-    /// farther as it is not known where that is.
+    /// Largest difference between a bearing and its track, radians, above 0 and at most pi; the uncertainty of the
+    /// track is added.
     pub gate_radians: f64,
-    /// A track is confirmed once it is seen in so many of its first [`Settings::initial_frames`], at least 1.
+    /// A track is confirmed by this many detections in its first [`Settings::initial_frames`], at least 1.
     pub confirm_hits: u32,
-    /// See there; at least [`Settings::confirm_hits`]. The frame that begins a track is the first.
+    /// At least [`Settings::confirm_hits`]. The frame that begins a track is the first.
     pub initial_frames: u32,
-    /// A confirmed track is lost after so many misses in a row, at least 1.
+    /// Misses in a row that end a confirmed track, at least 1.
     pub max_misses: u32,
-    /// Any track is lost when it was not seen for so long, in view or not, seconds, above 0.
+    /// Time without a detection that ends any track, in view or not, seconds, above 0.
     pub track_timeout_seconds: f64,
-    /// In a frame a thing in view is missed with this probability, 0 to 0.95.
+    /// Probability that an object in view is missed in a frame, 0 to 0.95.
     pub miss_probability: f64,
-    /// So many detections of a frame are of nothing, above 0 and at most 100.
+    /// False detections per frame, above 0 and at most 100.
     pub false_alarms_per_frame: f64,
-    /// Errors of poses last so long, seconds, 0 to 3600: bearings within that time share them.
+    /// Time over which pose errors persist, seconds, 0 to 3600: bearings within that time share them.
     pub pose_correlation_seconds: f64,
 }
 
 impl Default for Settings {
-    /// For things that lie where they are, seen some times a second.
+    /// For static objects that are detected some times per second.
     fn default() -> Self {
         Self {
             range_hypotheses: 6,
@@ -50,33 +50,33 @@ impl Default for Settings {
     }
 }
 
-/// Settings that cannot be.
+/// Why settings are invalid.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SettingsError {
-    /// None, or so many that an equal share is next to nothing.
+    /// Not within `1..=64`.
     #[error("{0} range hypotheses of a track: allowed are 1 to 64")]
     RangeHypotheses(u32),
-    /// A quantity out of its range.
+    /// A value out of its range.
     #[error("{name} = {value}: needed is {needed}")]
     Quantity {
-        /// Of the setting.
+        /// Name of the setting.
         name: &'static str,
-        /// As given.
+        /// The given value.
         value: f64,
-        /// What is allowed.
+        /// The allowed values.
         needed: &'static str,
     },
-    /// Never confirmed, or at once lost.
+    /// Tracks would never be confirmed, or lost at once.
     #[error(
-        "{confirm_hits} of {initial_frames} looks confirm, {max_misses} misses lose: \
-         needed is 1 <= hits <= looks, and at least one miss"
+        "{confirm_hits} of {initial_frames} frames confirm, {max_misses} misses lose: \
+         needed is 1 <= hits <= frames, and at least one miss"
     )]
     Counts {
-        /// As given.
+        /// The given value.
         confirm_hits: u32,
-        /// As given.
+        /// The given value.
         initial_frames: u32,
-        /// As given.
+        /// The given value.
         max_misses: u32,
     },
 }

@@ -1,4 +1,4 @@
-//! Lives of tracks, and frames that cannot be.
+//! The life of tracks, and invalid frames.
 
 use std::f64::consts::PI;
 
@@ -18,7 +18,7 @@ fn tracker() -> Tracker {
     Tracker::new(Settings::default()).unwrap()
 }
 
-/// From a camera that looks around itself, 2 to 200 m.
+/// From a camera that sees in all directions, 2 to 200 m.
 fn frame(seconds: u64, bearings: &[f64]) -> Frame {
     seen_from(Pose::new(0.0, 0.0, 0.0), PI, seconds, bearings)
 }
@@ -39,7 +39,7 @@ fn outcomes(tracker: &mut Tracker, frames: &[&[f64]]) -> Vec<Outcome> {
 }
 
 #[test]
-fn three_sights_of_five_confirm() {
+fn three_detections_of_five_confirm() {
     let mut tracker = tracker();
     let outcomes = outcomes(&mut tracker, &[&[1.0], &[], &[1.0], &[], &[1.0]]);
     assert_eq!(outcomes[0].born, [TrackId(0)]);
@@ -50,7 +50,7 @@ fn three_sights_of_five_confirm() {
 }
 
 #[test]
-fn what_cannot_be_confirmed_any_more_is_given_up() {
+fn a_track_that_cannot_be_confirmed_is_dropped() {
     let outcomes = outcomes(&mut tracker(), &[&[1.0], &[], &[], &[]]);
     assert_eq!(outcomes[3].lost, [TrackId(0)]);
 }
@@ -90,7 +90,7 @@ fn two_cameras_may_see_at_the_same_time() {
 }
 
 #[test]
-fn a_box_of_a_turned_camera_points_at_its_thing() {
+fn a_box_of_a_turned_camera_points_at_its_object() {
     let camera = Camera::new(CameraSettings {
         name: "left".to_owned(),
         width_pixels: 2660,
@@ -104,15 +104,15 @@ fn a_box_of_a_turned_camera_points_at_its_thing() {
     });
     let (camera, vehicle) = (camera.unwrap(), Pose::new(20.0, 30.0, 2.5));
     let eye = vehicle.of_part(&camera.settings().mounting);
-    let thing = eye.position_meters()
+    let object = eye.position_meters()
         + Vector2::new((eye.heading_radians + 0.3).cos(), (eye.heading_radians + 0.3).sin()) * 40.0;
     let column = camera.column_pixels(1.2 + 0.3).unwrap();
     let detection_box = DetectionBox { left: column - 9.0, top: 100.0, right: column + 9.0, bottom: 150.0 };
     let detections = camera.detections(&[detection_box]).unwrap();
     let error = PoseError::default();
     let frame = Frame::of_camera(&camera, 0, &vehicle, &detections, SECOND, 0.005, error).unwrap();
-    assert!(frame.view.contains(thing));
-    let expected = bearing_radians(eye.position_meters(), thing);
+    assert!(frame.view.contains(object));
+    let expected = bearing_radians(eye.position_meters(), object);
     assert!((frame.bearings_radians[0] - expected).abs() < 1e-12, "{frame:?} {expected}");
     assert_eq!(tracker().handle(&frame).unwrap().born, [TrackId(0)]);
     let lost = Pose::new(20.0, 30.0, f64::NAN);
@@ -120,28 +120,28 @@ fn a_box_of_a_turned_camera_points_at_its_thing() {
 }
 
 #[test]
-fn crossing_things_keep_their_tracks_as_the_camera_moves() {
-    let things = [Vector2::new(20.0, 30.0), Vector2::new(24.0, 60.0), Vector2::new(-30.0, 20.0)];
+fn crossing_objects_keep_their_tracks_as_the_camera_moves() {
+    let objects = [Vector2::new(20.0, 30.0), Vector2::new(24.0, 60.0), Vector2::new(-30.0, 20.0)];
     let still = Settings { velocity_std: 0.05, acceleration_density: 1e-6, ..Settings::default() };
     let mut tracker = Tracker::new(still).unwrap();
     for step in 0..300_u64 {
         let seconds = step as f64 / 5.0;
         let camera = Pose::new(seconds, 3.0 * (seconds / 6.0).sin(), 0.0);
-        let bearings = things.map(|thing| bearing_radians(camera.position_meters(), thing));
+        let bearings = objects.map(|object| bearing_radians(camera.position_meters(), object));
         let frame = Frame { time_ns: step * SECOND / 5, ..seen_from(camera, PI, 0, &bearings) };
         let outcome = tracker.handle(&frame).unwrap();
         assert!(step == 0 || (outcome.born.is_empty() && outcome.seen.len() == 3), "{step} {outcome:?}");
     }
-    for (track, thing) in tracker.tracks().iter().zip(things) {
+    for (track, object) in tracker.tracks().iter().zip(objects) {
         let estimate = track.estimate();
-        let off = estimate.position_meters() - thing;
+        let off = estimate.position_meters() - object;
         let sigma = (estimate.covariance[(0, 0)] + estimate.covariance[(1, 1)]).sqrt();
         assert!(off.norm() < 3.0 * sigma && off.norm() < 3.0, "{off} {sigma}");
     }
 }
 
 #[test]
-fn what_cannot_be_changes_nothing() {
+fn an_invalid_frame_changes_nothing() {
     let mut tracker = tracker();
     outcomes(&mut tracker, &[&[1.0, -1.0], &[1.0]]);
     let before = format!("{tracker:?}");
@@ -196,7 +196,7 @@ fn a_gap_of_centuries_is_no_panic() {
 }
 
 #[test]
-fn settings_that_cannot_be_say_why() {
+fn invalid_settings_give_the_reason() {
     let check = |change: fn(&mut Settings), message: &str| {
         let mut settings = Settings::default();
         change(&mut settings);
@@ -212,11 +212,11 @@ fn settings_that_cannot_be_say_why() {
     check(|settings| settings.miss_probability = 1.0, "miss_probability = 1");
     check(|settings| settings.false_alarms_per_frame = 0.0, "false_alarms_per_frame = 0");
     check(|settings| settings.pose_correlation_seconds = f64::NAN, "pose_correlation_seconds = NaN");
-    check(|settings| settings.confirm_hits = 6, "6 of 5 looks");
+    check(|settings| settings.confirm_hits = 6, "6 of 5 frames");
     check(|settings| settings.max_misses = 0, "0 misses lose: needed is");
 }
 
-/// Bearings of one pose are turned alike: a hundred of them tell no more of the heading than the pose does.
+/// Bearings of one pose share its error: a hundred of them give no better heading than the pose does.
 #[test]
 fn bearings_of_one_pose_do_not_average_its_error_away() {
     let pose_error =
@@ -240,28 +240,28 @@ fn bearings_of_one_pose_do_not_average_its_error_away() {
     }
 }
 
-/// A mistake of the detector beside a track does not pull it away.
+/// A false alarm beside a track does not pull it away.
 #[test]
-fn a_false_alarm_does_not_end_what_is_known() {
-    let thing = Vector2::new(40.0, 30.0);
+fn a_false_alarm_does_not_end_a_track() {
+    let object = Vector2::new(40.0, 30.0);
     let mut tracker = tracker();
     let at = |step: u64| Pose::new(step as f64 * 0.4, 0.0, 0.0);
     for step in 0..120_u64 {
         let camera = at(step);
-        let bearing = bearing_radians(camera.position_meters(), thing);
-        // Every 20th frame misses it and sees something two degrees beside it.
+        let bearing = bearing_radians(camera.position_meters(), object);
+        // Every 20th frame misses it and has a false alarm two degrees beside it.
         let seen = if step % 20 == 19 { bearing + 0.035 } else { bearing };
         let frame = Frame { time_ns: step * SECOND / 5, ..seen_from(camera, PI, 0, &[seen]) };
         tracker.handle(&frame).unwrap();
     }
     let best = tracker.tracks().iter().max_by_key(|track| track.hits()).unwrap();
-    assert!((best.position_meters() - thing).norm() < 1.0, "{}", best.position_meters());
+    assert!((best.position_meters() - object).norm() < 1.0, "{}", best.position_meters());
 }
 
-/// A camera that does not see so far has missed it all the time: if it sees something there once, that may be a mistake,
-/// and if it does so again and again, the thing is near.
+/// A camera with a shorter range has missed it all the time: a single detection there may be a false alarm, and
+/// repeated ones mean that the object is near.
 #[test]
-fn one_sight_of_a_camera_that_has_always_missed_it_does_not_rule_out_that_it_is_far() {
+fn one_detection_by_a_camera_that_always_missed_it_does_not_rule_out_that_it_is_far() {
     let mut tracker = tracker();
     let mut far = Vec::new();
     for number in 0..80_u64 {
@@ -277,12 +277,12 @@ fn one_sight_of_a_camera_that_has_always_missed_it_does_not_rule_out_that_it_is_
         let beyond = members.filter(|member| member.state.position_meters().norm() > 120.0);
         far.push(beyond.map(|member| member.weight).sum::<f64>());
     }
-    // Less than a thousandth would be gone for good.
+    // Less than a thousandth would be dropped.
     assert!(far[59] > 0.15 && far[60] > 0.02 * far[59] && far[70] > 0.02 * far[59], "{far:?}");
     assert!(far[79] < 1e-3, "{far:?}");
 }
 
-/// Where everything was seen before, nothing begins.
+/// No track begins where everything was in view before.
 #[test]
 fn a_track_begins_where_it_was_not_seen_before() {
     let mut tracker = tracker();
@@ -292,9 +292,10 @@ fn a_track_begins_where_it_was_not_seen_before() {
     assert!(range > 120.0, "{range}");
 }
 
-/// Straight at a thing, which is first seen from as far as the camera can, at 2 m/s with 5 frames a second, and on.
+/// Straight toward an object, which is first detected at the camera's maximum range, at 2 m/s with 5 frames per second,
+/// and beyond.
 #[test]
-fn what_was_driven_over_lies_behind_where_it_was_seen_last() {
+fn an_object_that_was_driven_over_lies_behind_its_last_detection() {
     let mut tracker = tracker();
     for tick in 0..130_u32 {
         let east = 0.4 * f64::from(tick);

@@ -1,23 +1,21 @@
-//! The life of a track: born of one bearing, confirmed or given up after its first looks, lost when it is
-//! missed.
+//! The life of a track: created by one bearing, confirmed or dropped after its first frames, lost when it is missed.
 //!
-//! What speaks for there being a thing at all is its score (Blackman and Popoli, Design and Analysis of Modern
-//! Tracking Systems, 1999, section 6.2): the logarithm of how many times as likely a thing makes all that was
-//! seen and missed as a detector's mistakes do.
+//! The evidence that an object exists is the track's score (Blackman and Popoli, Design and Analysis of Modern Tracking
+//! Systems, 1999, section 6.2): the logarithm of the likelihood ratio of all detections and misses between an object
+//! and false alarms.
 //!
-//! What the vehicle drives straight at has one bearing all the way, which tells nothing of its range but that it is not
-//! passed yet; and of all ranges the near ones become unlikely, since what is near is seldom so straight ahead. So
-//! when it is missed where it was expected, it may have been anywhere on the way there (`Track::may_have_passed`): a
-//! mixture must not lack what is likely by now, however unlikely it was before (a defensive mixture, Hesterberg,
-//! Technometrics 37(2), 1995).
+//! An object that the vehicle drives straight toward keeps its bearing, which gives no range except that it is not
+//! passed yet; near ranges become unlikely, since near objects are seldom so straight ahead. So when it is missed where
+//! it was expected, it may have been anywhere along the bearing (`Track::may_have_passed`): a mixture must not lack
+//! what is likely now, however unlikely it was before (a defensive mixture, Hesterberg, Technometrics 37(2), 1995).
 //!
-//! A look counts where the camera could see the track: one out of view is neither seen nor missed.
+//! A frame counts only if the track could be in view: out of view it is neither detected nor missed.
 
 use std::collections::BTreeMap;
 
 use nalgebra::{Matrix2, Vector2};
 
-use super::cubature::{Gaussian, Sight};
+use super::cubature::{BearingMeasurement, Gaussian};
 use super::frame::Frame;
 use super::mixture::{Mixture, Reach};
 use super::pose_error::PoseError;
@@ -28,120 +26,119 @@ use super::visibility::Missed;
 use crate::camera::View;
 use dragnet_lattice::plane::{bearing_radians, turn_radians};
 
-/// What is seen within this time has one cause, seconds: together it counts once. So does what is missed, since it was
-/// seen or missed before.
+/// Detections within this time have one cause, seconds: together they count once. So do misses, since the last
+/// detection or miss.
 const INDEPENDENT_SECONDS: f64 = 0.2;
-/// Score of one bearing alone, nats: most are mistakes.
+/// Score of a single bearing, nats: most are false alarms.
 const FIRST_NATS: f64 = -4.0;
-/// With this score a track can be confirmed,
+/// Score from which a track can be confirmed,
 const CONFIRMING_NATS: f64 = 3.0;
-/// and below this it is given up.
+/// and below which it is dropped.
 const HOPELESS_NATS: f64 = -6.0;
-/// A score grows no further: what is missed later counts against it.
+/// Maximum score: later misses count against it.
 const MOST_NATS: f64 = 50.0;
-/// Below this probability of a bearing's being a mistake it is taken for none.
+/// Probability of a false alarm below which a bearing counts as a detection.
 const LEAST_DOUBT: f64 = 0.01;
-/// What would be seen with less than this probability was not missed.
+/// Detection probability below which a track was not missed.
 const LEAST_EXPECTED: f64 = 0.25;
-/// Beyond this score no other track has a better claim to a bearing.
+/// Score beyond which no other track has a better claim to a bearing.
 const ESTABLISHED_NATS: f64 = 25.0;
-/// What was not seen before may have been hidden, with this probability at least.
+/// Minimum probability that an undetected object was hidden.
 const LEAST_UNSEEN: f64 = 0.01;
-/// A single bearing may be a mistake, and the next one of something that this camera does not see.
+/// A single bearing may be a false alarm, and the next one of an object out of this camera's view.
 const BORN_OUTSIDE: f64 = 0.05;
-/// A tentative track is forgotten as soon as this, seconds: nobody looks where it might be.
+/// Timeout of a tentative track, seconds.
 const TENTATIVE_SECONDS: f64 = 5.0;
-/// What two cameras have missed within this time, seconds, was not between them either.
+/// Time within which misses of two cameras, seconds, also cover the seam between them.
 const SEAM_SECONDS: f64 = 1.0;
-/// After so many misses in a row a thing may have been passed,
+/// Misses in a row after which an object may have been passed,
 const PASSING_MISSES: f64 = 2.0;
 /// with this probability,
 const PASSED: f64 = 0.05;
-/// if its range is not known better than this share of it.
+/// if its range is uncertain by more than this share.
 const KNOWN_SHARE: f64 = 0.1;
-/// Of the error of a pose so much may last for ever, of its standard deviation: no number of bearings averages
-/// it away.
+/// Share of a pose error's standard deviation that may last for ever: no number of bearings averages it away.
 const LASTING_SHARE: f64 = 0.5;
 
-/// Names a track of one tracker for ever.
+/// The permanent identifier of a track of one tracker.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TrackId(pub u64);
 
-/// How sure it is that there is something.
+/// Whether a track is confirmed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Standing {
-    /// It may be a detector's mistake.
+    /// It may be a false alarm.
     Tentative,
-    /// It was seen often enough.
+    /// It was detected often enough.
     Confirmed,
 }
 
-/// Who has the first choice of bearings.
+/// Order in which tracks choose bearings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Rank {
-    /// Confirmed, and long beyond doubt.
+    /// Confirmed, and certain for a long time.
     Established,
     Confirmed,
     Tentative,
 }
 
-/// What became of a track in a frame.
+/// The result of a frame for a track.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Fate {
+pub(super) enum FrameResult {
     AsBefore,
     Confirmed,
     Lost,
 }
 
-/// One thing that is followed.
+/// One tracked object.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track {
     id: TrackId,
     pub(super) mixture: Mixture,
     standing: Standing,
-    /// Of the first looks; they stop counting when it is confirmed.
+    /// Number of detections in the first frames; counting ends when it is confirmed.
     hits: u32,
     misses: u32,
-    /// Those that are independent.
+    /// Independent misses.
     misses_in_a_row: f64,
-    /// How much speaks for there being a thing, nats.
+    /// Evidence that an object exists, nats.
     score_nats: f64,
     seen_ns: u64,
-    /// When it was last seen or missed.
+    /// Time of its last detection or miss.
     judged_ns: u64,
-    /// What is never known better of its place, meters.
+    /// Lasting standard deviation of its position, meters.
     lasting_std_meters: f64,
-    /// From where and how it was seen last, until it is taken for passed or another track has its bearing.
+    /// Its last detection, until it counts as passed or another track has its bearing.
     last_seen: Option<LastSeen>,
-    /// Views in which it was missed since: each camera's latest, and of when that is, nanoseconds.
+    /// Views in which it was missed since: each camera's latest, with its time, nanoseconds.
     missed_in: BTreeMap<u16, (u64, View)>,
-    /// How often each camera has missed it since that camera saw it.
+    /// Number of misses of each camera since its last detection.
     missed_by: BTreeMap<u16, u32>,
 }
 
-/// A bearing, and what is to be known of it.
+/// A detection with its circumstances.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct LastSeen {
-    sight: Sight,
+    measurement: BearingMeasurement,
     pose_error: PoseError,
     min_range_meters: f64,
 }
 
 impl Track {
-    /// Of a bearing that no track explains. It may be of something that only another camera can see, whose
-    /// sights will be taken for the same track: so all ranges are there, to as far as any camera sees. Where it
-    /// would have been seen before it is less likely: `unseen` is the probability that it was missed there.
+    /// Creates a track from an unassigned bearing. The object may be in range of another camera only, whose bearings
+    /// will be assigned to the same track: so the ranges extend to the largest range of any camera. Positions where it
+    /// would have been detected before are less likely: `unseen` is the probability that it was missed there.
     pub(super) fn born(
         id: TrackId,
-        sight: &Sight,
+        measurement: &BearingMeasurement,
         frame: &Frame,
         max_range_meters: f64,
         unseen: &dyn Fn(Vector2<f64>) -> f64,
         settings: &Settings,
-    ) -> (Self, Fate) {
+    ) -> (Self, FrameResult) {
         let reach = Reach { max_range_meters, ..frame.reach() };
         let view = frame.widest_view(settings.gate_radians);
-        let mixture = Mixture::born(sight, &frame.pose_error, reach, settings);
+        let mixture = Mixture::born(measurement, &frame.pose_error, reach, settings);
         let mut track = Self {
             id,
             mixture: mixture.reweighted(|state| {
@@ -165,61 +162,61 @@ impl Track {
         (track, fate)
     }
 
-    /// Its name.
+    /// Its identifier.
     #[must_use]
     pub const fn id(&self) -> TrackId {
         self.id
     }
 
-    /// How sure it is that there is something.
+    /// Whether it is confirmed.
     #[must_use]
     pub const fn standing(&self) -> Standing {
         self.standing
     }
 
-    /// When it was last seen, nanoseconds of mission time.
+    /// Time of its last detection, nanoseconds of mission time.
     #[must_use]
     pub const fn seen_ns(&self) -> u64 {
         self.seen_ns
     }
 
-    /// All that is known of where it is.
+    /// The distribution of its state.
     #[must_use]
     pub const fn mixture(&self) -> &Mixture {
         &self.mixture
     }
 
-    /// Mean and covariance of that.
+    /// Mean and covariance of its state.
     #[must_use]
     pub fn estimate(&self) -> Gaussian {
         self.mixture.estimate()
     }
 
-    /// Where it is expected, meters east and north.
+    /// Expected position, meters east and north.
     #[must_use]
     pub fn position_meters(&self) -> Vector2<f64> {
         self.estimate().position_meters()
     }
 
-    /// Covariance of that place, square meters, with what the vehicle's poses may be off for ever.
+    /// Covariance of the position, square meters, including the lasting error of the vehicle's poses.
     #[must_use]
     pub fn position_covariance(&self) -> Matrix2<f64> {
         self.estimate().place_covariance() + Matrix2::identity() * self.lasting_std_meters.powi(2)
     }
 
-    /// What no number of bearings tells better, meters: each coordinate's standard deviation.
+    /// Lasting standard deviation of each coordinate, meters, which no number of bearings reduces.
     #[must_use]
     pub const fn lasting_std_meters(&self) -> f64 {
         self.lasting_std_meters
     }
 
-    /// How often it was seen.
+    /// Number of detections.
     #[must_use]
     pub const fn hits(&self) -> u32 {
         self.hits
     }
 
-    /// How much speaks for there being a thing, nats: the logarithm of its odds.
+    /// Evidence that an object exists, nats: the logarithm of its odds.
     #[must_use]
     pub const fn score_nats(&self) -> f64 {
         self.score_nats
@@ -233,28 +230,35 @@ impl Track {
         }
     }
 
-    pub(super) fn seen(&mut self, sight: &Sight, frame: &Frame, settings: &Settings) -> Fate {
+    pub(super) fn seen(
+        &mut self,
+        measurement: &BearingMeasurement,
+        frame: &Frame,
+        settings: &Settings,
+    ) -> FrameResult {
         let pose_error = frame.pose_error.after(seconds_between(self.seen_ns, frame.time_ns));
-        self.mixture.refine(sight.from_meters);
+        self.mixture.refine(measurement.from_meters);
         let widest = frame.widest_view(settings.gate_radians);
         let expected = self.mixture.mean_of(&|point| frame.visibility(point)).max(SEEN_OUTSIDE);
-        let Some((mixture, log_density)) = self.mixture.explained(sight, &pose_error) else {
-            return Fate::Lost;
+        let Some((mixture, log_density)) = self.mixture.explained(measurement, &pose_error) else {
+            return FrameResult::Lost;
         };
         let mistakes = settings.false_alarms_per_frame / frame.view.width_radians();
         let log_odds = ((1.0 - settings.miss_probability) * expected / mistakes).ln() + log_density;
-        // The bearing may be a mistake, and the track as it was. What a camera has missed so far it sees as seldom as by
-        // Laplace's rule of succession: else one mistake would outweigh all that it has missed at the end of its range.
+        // The bearing may be a false alarm, and the track unchanged. The detection probability of a camera that has
+        // missed it so far follows Laplace's rule of succession: otherwise one false alarm would outweigh all misses at
+        // the end of its range.
         let missed = f64::from(self.missed_by.remove(&frame.camera).unwrap_or(0));
         let doubt = 1.0 / (1.0 + log_odds.exp() * 2.0 / (missed + 2.0));
         let seen = mixture.after_seen(&widest);
         self.mixture = if doubt < LEAST_DOUBT { seen } else { seen.or(&self.mixture, doubt) };
         self.mixture.condense();
-        // Not since it was missed: on the seam of two cameras one misses what the other sees just then.
+        // Not since it was missed: on the seam of two cameras one misses what the other detects at the same time.
         self.count(log_odds, independent_share(self.seen_ns, frame), frame);
         self.seen_ns = frame.time_ns;
         let min_range_meters = frame.reach().min_range_meters;
-        self.last_seen = Some(LastSeen { sight: *sight, pose_error: frame.pose_error, min_range_meters });
+        self.last_seen =
+            Some(LastSeen { measurement: *measurement, pose_error: frame.pose_error, min_range_meters });
         self.missed_in.clear();
         self.misses_in_a_row = 0.0;
         self.hits = self.hits.saturating_add(1);
@@ -262,14 +266,14 @@ impl Track {
         self.promoted(settings)
     }
 
-    /// Adds to the score, as much as is independent of what was added before.
+    /// Adds the independent part of a log-likelihood ratio to the score.
     fn count(&mut self, nats: f64, share: f64, frame: &Frame) {
         self.score_nats = (self.score_nats + share * nats).min(MOST_NATS);
         self.judged_ns = frame.time_ns;
     }
 
-    /// It was not seen: where it would have been it is less likely from now on.
-    pub(super) fn not_seen(&mut self, frame: &Frame, settings: &Settings) -> Fate {
+    /// It was not detected: positions in view become less likely.
+    pub(super) fn not_seen(&mut self, frame: &Frame, settings: &Settings) -> FrameResult {
         let expected = self.mixture.mean_of(&|point| frame.visibility(point));
         let view = frame.surest_view(0.0);
         let others = self.missed_by_others(frame);
@@ -290,14 +294,14 @@ impl Track {
             self.count((1.0 - (1.0 - settings.miss_probability) * expected).ln(), share, frame);
         }
         if self.is_hopeless(settings) || (is_missed && self.is_lost_by_a_miss(settings)) {
-            return Fate::Lost;
+            return FrameResult::Lost;
         }
         let patience_seconds = match self.standing {
             Standing::Tentative => settings.track_timeout_seconds.min(TENTATIVE_SECONDS),
             Standing::Confirmed => settings.track_timeout_seconds,
         };
         let is_forgotten = seconds_between(self.seen_ns, frame.time_ns) > patience_seconds;
-        if is_forgotten { Fate::Lost } else { Fate::AsBefore }
+        if is_forgotten { FrameResult::Lost } else { FrameResult::AsBefore }
     }
 
     /// Views of the other cameras in which it was missed just before.
@@ -307,27 +311,33 @@ impl Track {
         others.filter(|&(_, &(time_ns, _))| is_new(time_ns)).map(|(_, &(_, view))| view).collect()
     }
 
-    /// Whether a bearing that was not its own is where its own was or would be: then it was not passed, another track
-    /// has it.
+    /// Whether a bearing of another track is where its own was or would be: then it was not passed, and the other track
+    /// has its bearing.
     fn is_another_seen_there(&self, frame: &Frame, gate_radians: f64) -> bool {
         let expected = bearing_radians(frame.position_meters(), self.position_meters());
-        let last = self.last_seen.map_or(expected, |seen| seen.sight.bearing_radians);
+        let last = self.last_seen.map_or(expected, |seen| seen.measurement.bearing_radians);
         let is_near = |bearing: f64, own: f64| turn_radians(own, bearing).abs() <= gate_radians;
         frame.bearings_radians.iter().any(|&bearing| is_near(bearing, expected) || is_near(bearing, last))
     }
 
-    /// Takes into account, once for each time that it was seen, that it may be nearer than all that is left of it.
+    /// Adds, once after each detection, the possibility that it is nearer than all remaining members.
     fn may_have_passed(&mut self, settings: &Settings) {
         if self.misses_in_a_row < PASSING_MISSES {
             return;
         }
-        let Some(LastSeen { sight, pose_error, min_range_meters }) = self.last_seen.take() else { return };
+        let Some(LastSeen { measurement, pose_error, min_range_meters }) = self.last_seen.take() else {
+            return;
+        };
         let estimate = self.estimate();
-        let max_range_meters = (estimate.position_meters() - sight.from_meters).norm();
+        let max_range_meters = (estimate.position_meters() - measurement.from_meters).norm();
         let std_meters = estimate.place_covariance().symmetric_eigenvalues().max().max(0.0).sqrt();
         if max_range_meters > min_range_meters && std_meters > KNOWN_SHARE * max_range_meters {
-            let nearer =
-                Mixture::born(&sight, &pose_error, Reach { min_range_meters, max_range_meters }, settings);
+            let nearer = Mixture::born(
+                &measurement,
+                &pose_error,
+                Reach { min_range_meters, max_range_meters },
+                settings,
+            );
             self.mixture = self.mixture.or(&nearer, PASSED);
         }
     }
@@ -351,17 +361,17 @@ impl Track {
         self.lasting_std_meters = self.lasting_std_meters.min(std_meters);
     }
 
-    fn promoted(&mut self, settings: &Settings) -> Fate {
+    fn promoted(&mut self, settings: &Settings) -> FrameResult {
         let is_seen = self.hits >= settings.confirm_hits && self.score_nats >= CONFIRMING_NATS;
         if self.standing == Standing::Confirmed || !is_seen {
-            return Fate::AsBefore;
+            return FrameResult::AsBefore;
         }
         self.standing = Standing::Confirmed;
-        Fate::Confirmed
+        FrameResult::Confirmed
     }
 }
 
-/// How much of what a frame tells is not told by what came before it at a time.
+/// The share of a frame's information that is independent of earlier frames.
 fn independent_share(before_ns: u64, frame: &Frame) -> f64 {
     (seconds_between(before_ns, frame.time_ns) / INDEPENDENT_SECONDS).min(1.0)
 }

@@ -1,23 +1,23 @@
-//! How much of a normal distribution lies within a view.
+//! The share of a normal distribution within a view.
 
 use nalgebra::Vector2;
 
 use super::cubature::Gaussian;
 use crate::camera::View;
 
-/// A thing may be seen where it should not be.
+/// Probability of a detection outside the view.
 pub(super) const SEEN_OUTSIDE: f64 = 1e-3;
-/// In view or not is told from points of the distribution: its middle, and one standard deviation (times the
-/// root of 3) to each side, with the weights of Gauss and Hermite.
+/// The share is computed from points of the distribution: its center, and one standard deviation (times the root of 3)
+/// along each axis, with Gauss-Hermite weights.
 pub(super) const MIDDLE: f64 = 1.0 / 3.0;
 const SIDE: f64 = 1.0 / 6.0;
 
-/// How likely a thing there is seen in a view, over one that is well within.
+/// The relative probability that an object there is detected in a view.
 pub(super) fn seen_in(state: &Gaussian, view: &View) -> f64 {
     may_be_in_view(state, view).max(SEEN_OUTSIDE)
 }
 
-/// 1 if its middle is in view, less if only a side is.
+/// 1 if its center is in view, less if only a part is.
 fn may_be_in_view(state: &Gaussian, view: &View) -> f64 {
     (share_where(state, &|point| view.contains(point)) / MIDDLE).min(1.0)
 }
@@ -26,7 +26,7 @@ pub(super) fn share_where(state: &Gaussian, is_so: &dyn Fn(Vector2<f64>) -> bool
     mean_over(state, &|point| f64::from(u8::from(is_so(point))))
 }
 
-/// The mean of something over where a thing may be.
+/// The mean of a function over the possible positions of an object.
 pub(super) fn mean_over(state: &Gaussian, value: &dyn Fn(Vector2<f64>) -> f64) -> f64 {
     let middle = state.position_meters();
     let Some(root) = state.place_covariance().cholesky().map(|root| root.l() * 3.0_f64.sqrt()) else {

@@ -1,10 +1,10 @@
-//! What it means that a thing was seen, or was not: it can be where the camera looks, or where it does not.
+//! The information in detections and misses: an object can be where the camera has a view, or where it has none.
 //!
-//! A bearing tells the direction. That there was one at all tells that the thing was within the camera's view;
-//! that there was none while the vehicle passed tells that it is behind by now, too near, or too far.
+//! A bearing gives the direction. A detection alone says that the object was within the camera's view; no detection
+//! while the vehicle passed says that it is behind by now, too near, or too far.
 //!
-//! A distribution across the edge of a view is neither: it is not cut there, and to weigh it by its share again
-//! and again would take the same for new each time.
+//! A distribution across the edge of a view is not split, since repeated weighting by its share would count the same
+//! information again and again.
 
 use nalgebra::Vector2;
 
@@ -14,35 +14,35 @@ use super::view_share::{MIDDLE, mean_over, seen_in, share_where};
 use crate::camera::View;
 
 impl Mixture {
-    /// The mean of something over where the thing may be.
+    /// The mean of a function over the possible positions of the object.
     pub(super) fn mean_of(&self, value: &dyn Fn(Vector2<f64>) -> f64) -> f64 {
         self.members().iter().map(|member| member.weight * mean_over(&member.state, value)).sum()
     }
 
-    /// After it was seen in a view.
+    /// The mixture after a detection in a view.
     #[must_use]
     pub(super) fn after_seen(&self, view: &View) -> Self {
         self.reweighted(|state| seen_in(state, view))
     }
 
-    /// After it was not seen in a view, where it is missed with this probability if it is there.
+    /// The mixture after a miss in a view, with this probability of missing an object there.
     #[must_use]
     pub(super) fn after_missed(&self, missed: &Missed<'_>, miss_probability: f64) -> Self {
         self.reweighted(|state| 1.0 - (1.0 - miss_probability) * must_be_in_view(state, missed))
     }
 }
 
-/// The view of a frame in which something was missed.
+/// The view of a frame in which an object was missed.
 pub(super) struct Missed<'a> {
     pub(super) view: View,
-    /// Where other cameras have missed it just before.
+    /// Views of other cameras in which it was missed just before.
     pub(super) others: &'a [View],
-    /// Views may end sooner than is known by this angle, or later.
+    /// Uncertainty of the edge of views, as an angle.
     pub(super) edge_radians: f64,
 }
 
 impl Missed<'_> {
-    /// Whether a point is well within the view, or on the seam with another one: one of both sees it, whichever that is.
+    /// Whether a point is well within the view, or on the seam with another one, so that one of both covers it.
     fn was_surely_in_view(&self, point: Vector2<f64>) -> bool {
         let is_in = |view: &View, beyond_radians: f64| view.widened(beyond_radians, 1.0).contains(point);
         if !is_in(&self.view, self.edge_radians) {
@@ -54,7 +54,7 @@ impl Missed<'_> {
     }
 }
 
-/// 1 if all sides were in view, less if one was not.
+/// 1 if all parts were in view, less if one was not.
 fn must_be_in_view(state: &Gaussian, missed: &Missed<'_>) -> f64 {
     (1.0 - (1.0 - share_where(state, &|point| missed.was_surely_in_view(point))) / MIDDLE).max(0.0)
 }
@@ -93,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_missed_is_behind_too_near_or_too_far() {
+    fn a_missed_object_is_behind_too_near_or_too_far() {
         let mut it = mixture(&[-5.0, 1.0, 10.0, 80.0]);
         assert!((within(&it) - 0.25).abs() < 1e-12);
         (0..6).for_each(|_| it = it.after_missed(&missed(view(), &[]), 0.2));
@@ -101,9 +101,9 @@ mod tests {
         assert_eq!(it.members().len(), 3);
     }
 
-    /// One of two cameras sees what lies between them, and nobody knows which; alone either may just not reach there.
+    /// One of two cameras covers the seam between them, and it is unknown which; each alone may just not cover it.
     #[test]
-    fn what_both_cameras_of_a_seam_have_missed_is_not_there() {
+    fn an_object_missed_by_both_cameras_of_a_seam_is_not_there() {
         let [left, right] =
             [0.7, -0.7].map(|yaw| View::new(Pose::new(0.0, 0.0, yaw), 0.7, 2.0, 50.0).unwrap());
         let ahead = |others: &[View]| {
@@ -117,14 +117,14 @@ mod tests {
     }
 
     #[test]
-    fn what_was_seen_is_in_view() {
+    fn a_detected_object_is_in_view() {
         let mut it = mixture(&[-5.0, 1.0, 10.0, 80.0]);
         (0..3).for_each(|_| it = it.after_seen(&view()));
         assert!(within(&it) > 0.999);
     }
 
     #[test]
-    fn what_lies_across_the_edge_of_a_view_stays_as_it_is() {
+    fn a_distribution_across_the_edge_of_a_view_is_unchanged() {
         let mut it = mixture(&[10.0, 50.0]);
         for _ in 0..100 {
             it = it.after_seen(&view());

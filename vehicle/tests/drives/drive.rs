@@ -29,7 +29,7 @@ const FALSE_ALARM: f64 = 0.05;
 const TAU: f64 = 0.95;
 const RATES: [f64; 5] = [2.5, 5.0, 10.0, 15.0, 30.0];
 
-/// Where the object lies and how the vehicle passes it.
+/// Position of the object relative to the vehicle's line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// Through the object's cell.
@@ -42,25 +42,25 @@ pub(crate) enum Kind {
     Corner,
 }
 
-/// What the vehicle sees with.
+/// The cameras of the vehicle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Eyes {
     /// Two cameras of 90 degrees, to the left and to the right of ahead.
     TwoWide,
     /// The default cameras.
     Default,
-    /// One camera of 90 degrees that looks ahead.
+    /// One camera of 90 degrees that faces ahead.
     OneWide,
 }
 
-/// What became of a drive.
+/// The result of a drive.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Outcome {
     /// At the end the object is declared: in its cell, or in one no farther away than the reported error.
     pub(crate) is_right: bool,
-    /// At any time something else was.
+    /// At any time something else was declared.
     pub(crate) is_wrong: bool,
-    /// How it went.
+    /// A log of the drive.
     pub(crate) log: String,
 }
 
@@ -87,7 +87,7 @@ struct Course {
     from: Vector2<f64>,
     direction_radians: f64,
     seconds: f64,
-    thing: Vector2<f64>,
+    object: Vector2<f64>,
 }
 
 impl Course {
@@ -124,7 +124,7 @@ impl Course {
         let from = place(2.0, lane);
         let direction_radians = bearing_radians(from, place(length - 2.0, lane));
         let seconds = (length - 4.0) / SPEED_METERS_PER_SECOND;
-        Self { from, direction_radians, seconds, thing: place(along, across) }
+        Self { from, direction_radians, seconds, object: place(along, across) }
     }
 
     /// From the end to the beginning, beside the same object.
@@ -162,10 +162,10 @@ fn boxed(camera: &Camera, column: f64) -> DetectionBox {
     DetectionBox { left: column - half, top: 500.0, right: column + half, bottom: 560.0 }
 }
 
-fn image(camera: &Camera, vehicle: &Pose, thing: Vector2<f64>, random: &mut Stream) -> Vec<DetectionBox> {
+fn image(camera: &Camera, vehicle: &Pose, object: Vector2<f64>, random: &mut Stream) -> Vec<DetectionBox> {
     let eye = vehicle.of_part(&camera.settings().mounting);
-    let bearing = wrapped_radians(bearing_radians(eye.position_meters(), thing) - vehicle.heading_radians);
-    let range = (thing - eye.position_meters()).norm();
+    let bearing = wrapped_radians(bearing_radians(eye.position_meters(), object) - vehicle.heading_radians);
+    let range = (object - eye.position_meters()).norm();
     let width = f64::from(camera.settings().width_pixels);
     let (luck, error, imagined, place) =
         (random.random::<f64>(), 4.0 * normal(random), random.random::<f64>(), random.random::<f64>());
@@ -187,7 +187,7 @@ enum Due {
     Tick,
 }
 
-/// When a pose, a tick or a frame is due, and how often a camera has one.
+/// When a pose, a tick or a frame is due, and the period of cameras.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "minutes in nanoseconds")]
 fn schedule(seconds: f64, cameras: usize, random: &mut Stream) -> (f64, Vec<(u64, Due)>) {
     let rate = RATES[random.random_range(0..RATES.len())];
@@ -205,7 +205,7 @@ fn schedule(seconds: f64, cameras: usize, random: &mut Stream) -> (f64, Vec<(u64
     (rate, due)
 }
 
-/// A drive under way.
+/// A drive in progress.
 struct Drive {
     course: Course,
     cameras: Vec<Camera>,
@@ -257,9 +257,9 @@ impl Drive {
 
     fn to_the_end(&mut self, random: &mut Stream) {
         let (rate, due) = schedule(self.course.seconds, self.cameras.len(), random);
-        let Course { from, thing, direction_radians, .. } = &self.course;
+        let Course { from, object, direction_radians, .. } = &self.course;
         let degrees = direction_radians.to_degrees();
-        self.log = format!("{rate} Hz, object at {thing:.2?}, from {from:.2?} to {degrees:.0} degrees\n");
+        self.log = format!("{rate} Hz, object at {object:.2?}, from {from:.2?} to {degrees:.0} degrees\n");
         for (time_ns, what) in due {
             self.step(time_ns, what, random);
         }
@@ -272,21 +272,21 @@ impl Drive {
             Due::Tick => Event::Tick,
             Due::Frame(index) => {
                 let camera = &self.cameras[index];
-                let sights = CameraDetections::Boxes(image(camera, &pose, self.course.thing, random));
+                let detections = CameraDetections::Boxes(image(camera, &pose, self.course.object, random));
                 let camera = camera.settings().name.clone();
-                Event::Frame(CameraFrame { time_ns, camera, head_radians: 0.0, sights })
+                Event::Frame(CameraFrame { time_ns, camera, head_radians: 0.0, detections })
             }
         };
         for action in self.pilot.handle(time_ns, event) {
             match action {
-                Action::Sensed { cell, readings } => self.look(time_ns, cell, &readings),
+                Action::Sensed { cell, readings } => self.observation(time_ns, cell, &readings),
                 Action::Tell(diagnostic) => writeln!(self.log, "  {diagnostic}").unwrap(),
                 _ => {}
             }
         }
     }
 
-    fn look(&mut self, time_ns: u64, cell: Cell, readings: &[Reading]) {
+    fn observation(&mut self, time_ns: u64, cell: Cell, readings: &[Reading]) {
         for reading in readings {
             self.belief.add(reading);
         }
@@ -301,7 +301,7 @@ impl Drive {
 
     fn end(self) -> Outcome {
         let is_good = |&cell: &Cell| {
-            let gap_meters = gap_meters(&self.terrain, cell, self.course.thing);
+            let gap_meters = gap_meters(&self.terrain, cell, self.course.object);
             self.pilot.find(cell).is_some_and(|find| gap_meters <= error_meters(find))
         };
         let is_right = self.declared().iter().any(is_good);
@@ -311,8 +311,8 @@ impl Drive {
 
     fn describe(&mut self, time_ns: u64, from: Cell, readings: &[Reading], found: &[Cell]) {
         let (grid, edge) = (self.terrain.grid(), self.terrain.cell_meters());
-        let thing = self.course.thing;
-        let home = grid.cell_at(thing.x / edge, thing.y / edge);
+        let object = self.course.object;
+        let home = grid.cell_at(object.x / edge, object.y / edge);
         let own: Vec<_> = readings
             .iter()
             .filter(|reading| Some(reading.cell) == home || reading.value > 0.5)
@@ -324,7 +324,7 @@ impl Drive {
         for track in self.pilot.tracks() {
             let place = track.position_covariance();
             let std = place.symmetric_eigenvalues().map(f64::sqrt);
-            let off = (track.position_meters() - thing).norm();
+            let off = (track.position_meters() - object).norm();
             let ago = seconds(time_ns) - seconds(track.seen_ns());
             let (id, standing, hits, score) =
                 (track.id(), track.standing(), track.hits(), track.score_nats());
@@ -345,12 +345,12 @@ fn seconds(time_ns: u64) -> f64 {
     time_ns as f64 / 1e9 - 1.0
 }
 
-/// Two standard deviations of a find's place.
+/// Two standard deviations of a find's position.
 fn error_meters(find: &Find) -> f64 {
     2.0 * find.position_covariance.symmetric_eigenvalues().max().max(0.0).sqrt()
 }
 
-/// How far a point lies outside of a cell.
+/// Distance of a point from a cell.
 fn gap_meters(terrain: &Terrain, cell: Cell, point: Vector2<f64>) -> f64 {
     let (x, y) = terrain.center_meters(cell);
     let half = terrain.cell_meters() / 2.0;

@@ -1,14 +1,14 @@
 //! How often an object is declared where it is, over random drives past it.
 //!
 //! `DRAGNET_DRIVES=200 cargo test --release -p dragnet-vehicle --test drives -- --nocapture` is the whole measurement;
-//! without, there are a few drives of each kind. `DRAGNET_SEED` is the first seed of others, `DRAGNET_ONLY` a part
-//! of the name of those that are driven, and `DRAGNET_LOG` tells how the drives went that were not right.
+//! without, there are a few drives of each kind. `DRAGNET_SEED` is the first seed of others, `DRAGNET_ONLY` a part of
+//! the name of those that are driven, and `DRAGNET_LOG` prints the drives that were not right.
 
 use crate::drive::{Eyes, Kind, Outcome, run, run_two};
 
-/// Of each kind, without a number of its own.
+/// Default number of drives of each kind.
 const FEW_DRIVES: u64 = 3;
-/// So many in a hundred are declared where they are at least, and elsewhere at most.
+/// The minimum share of objects declared in the right place, and the maximum elsewhere.
 const LEAST_RIGHT: f64 = 0.97;
 const MOST_WRONG: f64 = 0.01;
 

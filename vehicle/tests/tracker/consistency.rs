@@ -1,20 +1,19 @@
-//! Estimates are as uncertain as they say: the normalized estimation error squared (NEES) of
-//! `[x, y, vx, vy]`, averaged over seeded runs, lies within its 95 % interval (Bar-Shalom, Li and Kirubarajan, Estimation
-//! with Applications to Tracking and Navigation, 2001, section 5.4.2).
+//! Estimates are consistent with their covariance: the normalized estimation error squared (NEES) of `[x, y, vx, vy]`,
+//! averaged over seeded runs, lies within its 95 % interval (Bar-Shalom, Li and Kirubarajan, Estimation with
+//! Applications to Tracking and Navigation, 2001, section 5.4.2).
 //!
-//! The vehicle drives a circle of 10 m, which makes the range observable. Things start anywhere in a part of
-//! the ranges that is drawn, all directions alike, at least 10 m away from that circle, and drift as slowly
-//! as something that lies about and is not quite still. Over 20,000 runs the averages are 3.98 to 4.06.
+//! The vehicle drives a circle of 10 m, which makes the range observable. Objects start anywhere in a random part of
+//! the ranges, uniformly in direction, at least 10 m away from that circle, and drift slowly. Over 20,000 runs the
+//! averages are 3.98 to 4.06.
 //!
-//! Without the 10 m they are not: of things that can be anywhere from 5 m on, one run in some thousands
-//! passes one so closely that a bearing turns faster than its filter's points can tell, and its NEES is tens
-//! of thousands.
+//! Without the 10 m they are not: with objects from 5 m on, one run in some thousands passes one so closely that a
+//! bearing turns faster than its filter's points can follow, and its NEES is tens of thousands.
 
 use std::f64::consts::PI;
 
 use dragnet_lattice::plane::{bearing_radians, wrapped_radians};
 use dragnet_search::seed::{Purpose, Stream, stream};
-use dragnet_vehicle::tracker::cubature::Sight;
+use dragnet_vehicle::tracker::cubature::BearingMeasurement;
 use dragnet_vehicle::tracker::mixture::{Mixture, Reach};
 use dragnet_vehicle::tracker::pose_error::PoseError;
 use dragnet_vehicle::tracker::settings::Settings;
@@ -27,8 +26,8 @@ const STEP_SECONDS: f64 = 0.2;
 const SECONDS: [u32; 6] = [5, 10, 20, 30, 40, 60];
 const DEVIATION_RADIANS: f64 = 0.01;
 const REACH: Reach = Reach { min_range_meters: 30.0, max_range_meters: 150.0 };
-/// So many runs, from the first seed on, and the quantiles 0.025 and 0.975 of chi-square with 4 degrees of
-/// freedom for each of them, over their number.
+/// Number of runs, from the first seed on, and the quantiles 0.025 and 0.975 of chi-square with 4 degrees of freedom
+/// for each of them, over their number.
 const BOUNDS: [(usize, [f64; 2]); 2] = [(200, [3.617_563, 4.401_376]), (1000, [3.826_598, 4.177_191])];
 
 fn settings() -> Settings {
@@ -43,13 +42,17 @@ fn vehicle_meters(seconds: f64) -> Vector2<f64> {
     10.0 * Vector2::new((seconds / 10.0).cos(), (seconds / 10.0).sin())
 }
 
-fn sight(seconds: f64, thing: &Vector4<f64>, random: &mut Stream) -> Sight {
+fn measurement(seconds: f64, object: &Vector4<f64>, random: &mut Stream) -> BearingMeasurement {
     let from_meters = vehicle_meters(seconds);
-    let bearing = bearing_radians(from_meters, thing.xy()) + DEVIATION_RADIANS * normal(random);
-    Sight { from_meters, bearing_radians: wrapped_radians(bearing), deviation_radians: DEVIATION_RADIANS }
+    let bearing = bearing_radians(from_meters, object.xy()) + DEVIATION_RADIANS * normal(random);
+    BearingMeasurement {
+        from_meters,
+        bearing_radians: wrapped_radians(bearing),
+        deviation_radians: DEVIATION_RADIANS,
+    }
 }
 
-fn thing(settings: &Settings, random: &mut Stream) -> Vector4<f64> {
+fn object(settings: &Settings, random: &mut Stream) -> Vector4<f64> {
     let ratio = REACH.max_range_meters / REACH.min_range_meters;
     let edge = |part: u32| {
         REACH.min_range_meters * ratio.powf(f64::from(part) / f64::from(settings.range_hypotheses))
@@ -63,13 +66,13 @@ fn thing(settings: &Settings, random: &mut Stream) -> Vector4<f64> {
 }
 
 /// White acceleration, exactly: its integral, and the integral of that.
-fn drift(thing: &mut Vector4<f64>, density: f64, random: &mut Stream) {
+fn drift(object: &mut Vector4<f64>, density: f64, random: &mut Stream) {
     let t = STEP_SECONDS;
     for (place, velocity) in [(0, 2), (1, 3)] {
         let change = (density * t).sqrt() * normal(random);
         let lag = (density * t.powi(3) / 12.0).sqrt() * normal(random);
-        thing[place] += t * thing[velocity] + t / 2.0 * change + lag;
-        thing[velocity] += change;
+        object[place] += t * object[velocity] + t / 2.0 * change + lag;
+        object[velocity] += change;
     }
 }
 
@@ -77,20 +80,21 @@ fn drift(thing: &mut Vector4<f64>, density: f64, random: &mut Stream) {
 fn run(seed: u64) -> Vec<(f64, f64)> {
     let settings = settings();
     let mut random = stream(seed, Purpose::Truth, 0);
-    let mut thing = thing(&settings, &mut random);
+    let mut object = object(&settings, &mut random);
     let mut mixture =
-        Mixture::born(&sight(0.0, &thing, &mut random), &PoseError::default(), REACH, &settings);
+        Mixture::born(&measurement(0.0, &object, &mut random), &PoseError::default(), REACH, &settings);
     let mut errors = Vec::new();
     let mut seconds = 0.0;
     for until in SECONDS {
         while seconds < f64::from(until) - STEP_SECONDS / 2.0 {
             seconds += STEP_SECONDS;
-            drift(&mut thing, settings.acceleration_density, &mut random);
+            drift(&mut object, settings.acceleration_density, &mut random);
             mixture.predict(STEP_SECONDS, settings.acceleration_density);
-            mixture = mixture.updated(&sight(seconds, &thing, &mut random), &PoseError::default()).unwrap();
+            mixture =
+                mixture.updated(&measurement(seconds, &object, &mut random), &PoseError::default()).unwrap();
         }
         let estimate = mixture.estimate();
-        let error = estimate.mean - thing;
+        let error = estimate.mean - object;
         let nees = error.dot(&(estimate.covariance.cholesky().unwrap().solve(&error)));
         errors.push((nees, error.xy().norm()));
     }
@@ -108,13 +112,13 @@ fn check(runs: &[Vec<(f64, f64)>], bounds: [f64; 2]) {
             (bounds[0]..=bounds[1]).contains(&nees),
             "after {seconds} s: NEES {nees}, allowed {bounds:?}"
         );
-        // The hard case: the range is found, though a first bearing tells nothing of it.
+        // The hard case: the range is found, though a first bearing does not give it.
         assert!(off_meters < 6.0 || seconds < 20, "{off_meters} m off");
     }
 }
 
 #[test]
-fn estimates_are_as_uncertain_as_they_say() {
+fn estimates_are_consistent_with_their_covariance() {
     let runs: Vec<_> = (0..RUNS).map(run).collect();
     for (count, bounds) in BOUNDS {
         check(&runs[..count], bounds);

@@ -1,4 +1,4 @@
-//! An implementation that is not ours, filterpy's, tracks the same bearings to the same estimates.
+//! An independent implementation, filterpy's, tracks the same bearings to the same estimates.
 
 use std::io::Write;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 
 use dragnet_lattice::plane::bearing_radians;
 use dragnet_search::seed::{Purpose, Stream, stream};
-use dragnet_vehicle::tracker::cubature::{Gaussian, Sight};
+use dragnet_vehicle::tracker::cubature::{BearingMeasurement, Gaussian};
 use dragnet_vehicle::tracker::mixture::{Mixture, Reach};
 use dragnet_vehicle::tracker::pose_error::PoseError;
 use dragnet_vehicle::tracker::settings::Settings;
@@ -37,26 +37,32 @@ fn estimates_of_filterpy(scenarios: &Value) -> Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
-/// A thing in the west walks across the direction pi, seen from a vehicle that winds its way; uneven steps of
-/// time.
-fn sights(random: &mut Stream) -> Vec<(f64, Sight)> {
+/// An object in the west moves across the direction pi, observed from a vehicle on a winding path; uneven time steps.
+fn measurements(random: &mut Stream) -> Vec<(f64, BearingMeasurement)> {
     let mut seconds = 0.0;
-    let sight = |step: u32| {
+    let measurement = |step: u32| {
         seconds += 0.3 + 0.2 * f64::from(step % 3);
-        let thing = Vector2::new(-40.0 - 0.2 * seconds, 12.0 - 0.8 * seconds);
+        let object = Vector2::new(-40.0 - 0.2 * seconds, 12.0 - 0.8 * seconds);
         let from_meters = Vector2::new(0.5 * seconds, 6.0 * (seconds / 4.0).sin());
         let noise: f64 = StandardNormal.sample(random);
-        let bearing = bearing_radians(from_meters, thing) + DEVIATION_RADIANS * noise;
-        (seconds, Sight { from_meters, bearing_radians: bearing, deviation_radians: DEVIATION_RADIANS })
+        let bearing = bearing_radians(from_meters, object) + DEVIATION_RADIANS * noise;
+        (
+            seconds,
+            BearingMeasurement {
+                from_meters,
+                bearing_radians: bearing,
+                deviation_radians: DEVIATION_RADIANS,
+            },
+        )
     };
-    (0..60).map(sight).collect()
+    (0..60).map(measurement).collect()
 }
 
 fn rows(matrix: &Matrix4<f64>) -> Vec<Vec<f64>> {
     matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
 }
 
-/// The largest difference, in standard deviations of what filterpy found.
+/// The largest difference, in standard deviations of filterpy's results.
 fn difference(ours: &Gaussian, theirs: &Value) -> f64 {
     let mean = Vector4::from_fn(|i, _| theirs["mean"][i].as_f64().unwrap());
     let covariance = Matrix4::from_fn(|i, j| theirs["covariance"][i][j].as_f64().unwrap());
@@ -67,7 +73,7 @@ fn difference(ours: &Gaussian, theirs: &Value) -> f64 {
         (ours.covariance[(i, j)] - covariance[(i, j)]).abs() / (deviation(i) * deviation(j))
     });
     let all: Vec<f64> = of_mean.chain(of_covariance).collect();
-    // `max` would pass over NaN.
+    // `max` would ignore NaN.
     assert!(all.iter().all(|difference| difference.is_finite()), "{ours:?}");
     all.into_iter().fold(0.0, f64::max)
 }
@@ -83,10 +89,10 @@ fn alone() -> Gaussian {
     }
 }
 
-fn scenario(sights: &[(f64, Sight)]) -> Value {
+fn scenario(measurements: &[(f64, BearingMeasurement)]) -> Value {
     let (settings, alone) = (settings(), alone());
-    let numbers = |(seconds, sight): &(f64, Sight)| {
-        json!([seconds, sight.from_meters.x, sight.from_meters.y, sight.bearing_radians])
+    let numbers = |(seconds, measurement): &(f64, BearingMeasurement)| {
+        json!([seconds, measurement.from_meters.x, measurement.from_meters.y, measurement.bearing_radians])
     };
     json!({
         "settings": {
@@ -98,21 +104,21 @@ fn scenario(sights: &[(f64, Sight)]) -> Value {
             "deviation_radians": DEVIATION_RADIANS,
         },
         "alone": {"mean": alone.mean.as_slice(), "covariance": rows(&alone.covariance)},
-        "sights": sights.iter().map(numbers).collect::<Vec<_>>(),
+        "sights": measurements.iter().map(numbers).collect::<Vec<_>>(),
     })
 }
 
-fn check(seed: usize, sights: &[(f64, Sight)], theirs: &Value) {
+fn check(seed: usize, measurements: &[(f64, BearingMeasurement)], theirs: &Value) {
     let (settings, mut alone) = (settings(), alone());
-    let mut mixture = Mixture::born(&sights[0].1, &PoseError::default(), REACH, &settings);
+    let mut mixture = Mixture::born(&measurements[0].1, &PoseError::default(), REACH, &settings);
     let mut largest: f64 = 0.0;
-    assert_eq!(theirs.as_array().unwrap().len(), sights.len() - 1);
-    for (pair, theirs) in sights.windows(2).zip(theirs.as_array().unwrap()) {
-        let (elapsed_seconds, sight) = (pair[1].0 - pair[0].0, pair[1].1);
+    assert_eq!(theirs.as_array().unwrap().len(), measurements.len() - 1);
+    for (pair, theirs) in measurements.windows(2).zip(theirs.as_array().unwrap()) {
+        let (elapsed_seconds, measurement) = (pair[1].0 - pair[0].0, pair[1].1);
         alone.predict(elapsed_seconds, settings.acceleration_density);
-        alone.update(&sight).unwrap();
+        alone.update(&measurement).unwrap();
         mixture.predict(elapsed_seconds, settings.acceleration_density);
-        mixture = mixture.updated(&sight, &PoseError::default()).unwrap();
+        mixture = mixture.updated(&measurement, &PoseError::default()).unwrap();
         largest = largest.max(difference(&alone, &theirs["alone"]));
         largest = largest.max(difference(&mixture.estimate(), &theirs["mixture"]));
         let weights = theirs["weights"].as_array().unwrap();
@@ -125,16 +131,17 @@ fn check(seed: usize, sights: &[(f64, Sight)], theirs: &Value) {
     assert!(largest < TOLERANCE, "seed {seed}: {largest}");
     // The hard cases: members were dropped, and bearings lie on both sides of pi.
     assert!(mixture.members().len() < 6);
-    assert!(sights.iter().any(|(_, sight)| sight.bearing_radians > 3.0));
-    assert!(sights.iter().any(|(_, sight)| sight.bearing_radians < -3.0));
+    assert!(measurements.iter().any(|(_, measurement)| measurement.bearing_radians > 3.0));
+    assert!(measurements.iter().any(|(_, measurement)| measurement.bearing_radians < -3.0));
 }
 
 #[test]
 fn filterpy_finds_the_same_estimates() {
-    let sights: Vec<_> = (0..5).map(|seed| sights(&mut stream(seed, Purpose::Noise, 0))).collect();
-    let scenarios: Vec<Value> = sights.iter().map(|sights| scenario(sights)).collect();
+    let measurements: Vec<_> =
+        (0..5).map(|seed| measurements(&mut stream(seed, Purpose::Noise, 0))).collect();
+    let scenarios: Vec<Value> = measurements.iter().map(|measurements| scenario(measurements)).collect();
     let theirs = estimates_of_filterpy(&json!(scenarios));
-    for (seed, sights) in (0..).zip(&sights) {
-        check(seed, sights, &theirs[seed]);
+    for (seed, measurements) in (0..).zip(&measurements) {
+        check(seed, measurements, &theirs[seed]);
     }
 }

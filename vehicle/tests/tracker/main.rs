@@ -1,4 +1,4 @@
-//! The tracker against another's, and against the truth.
+//! The tracker compared with another implementation, and with the truth.
 #![expect(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
 mod consistency;

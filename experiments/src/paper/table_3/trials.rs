@@ -1,4 +1,4 @@
-//! Who searches the field, and the trials of all of them.
+//! The contenders of the field test, and their trials.
 
 use std::path::Path;
 use std::time::Duration;
@@ -16,10 +16,10 @@ use crate::{ExperimentError, jobs};
 
 use super::super::published::FIELD_BUDGET_SECONDS;
 
-/// The three configurations that are shown one by one, beyond the seeds of the others.
+/// The three named configurations, beyond the seeds of the others.
 pub(super) const CONFIGURATIONS: [(&str, u64); 3] = [("A", 90_001), ("B", 90_002), ("C", 90_003)];
 
-/// Who searches.
+/// A policy with its decision time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Contender {
     policy: PolicyName,
@@ -28,7 +28,7 @@ pub(super) struct Contender {
     pub(super) thinking_seconds: u64,
 }
 
-/// `nats` first, that decides at once.
+/// The first is `nats` whose decisions take no time.
 pub(super) const CONTENDERS: [Contender; 8] = [
     Contender::nats(0),
     Contender::nats(10),
@@ -80,7 +80,7 @@ impl Contender {
 
 /// The trials of all contenders.
 pub(super) struct Trials {
-    /// Of the configurations with a name, then of the others by seed, shape `[configurations][contenders]`.
+    /// Of the named configurations, then of the others by seed, shape `[configurations][contenders]`.
     trials: Vec<[Trial; CONTENDERS.len()]>,
     seeds: Vec<u64>,
 }
@@ -88,7 +88,7 @@ pub(super) struct Trials {
 /// A trial as a line of a table, in the order of [`TITLES`].
 type Line = (&'static str, u64, &'static str, u32, u64, Option<f64>, f64, u32, f64, u64, usize, String);
 
-/// Of the columns of the trials' table.
+/// Titles of the columns of the trials' table.
 pub(super) const TITLES: [&str; 12] = [
     "configuration",
     "seed",
@@ -99,12 +99,12 @@ pub(super) const TITLES: [&str; 12] = [
     "ended_seconds",
     "false_finds",
     "driven_meters",
-    "looks",
+    "observations",
     "decisions",
     "evidence",
 ];
 
-/// Runs the configurations with a name and those of all seeds.
+/// Runs the named configurations and those of all seeds.
 pub(super) fn run(
     seeds: Seeds,
     threads: Option<u16>,
@@ -149,7 +149,7 @@ impl Trials {
         self.of(contender).skip(CONFIGURATIONS.len())
     }
 
-    /// Seconds until all was found in the configurations with a name, at most those of the mission.
+    /// Seconds until all objects were found in the named configurations, at most those of the mission.
     pub(super) fn configurations(&self, contender: &Contender) -> Vec<f64> {
         self.of(contender).take(CONFIGURATIONS.len()).map(seconds).collect()
     }
@@ -159,8 +159,8 @@ impl Trials {
         self.random_of(contender).map(seconds).collect()
     }
 
-    /// Way of the robot that drove farthest in the others, meters.
-    pub(super) fn ways(&self, contender: &Contender) -> Vec<f64> {
+    /// Path length of the robot that drove farthest in the others, meters.
+    pub(super) fn paths(&self, contender: &Contender) -> Vec<f64> {
         self.random_of(contender).map(max_range_meters).collect()
     }
 
@@ -195,7 +195,7 @@ fn line(configuration: &'static str, seed: u64, contender: &Contender, trial: &T
         trial.ended.as_seconds(),
         trial.score.false_positives,
         max_range_meters(trial),
-        trial.looks,
+        trial.observations,
         trial.decisions.len(),
         format!("{:032x}", trial.digest.0),
     )

@@ -1,4 +1,4 @@
-//! Journals that were damaged, in the first page above all, and files that are none.
+//! Damaged journals, especially in the first page, and other files.
 
 use super::*;
 
@@ -13,7 +13,7 @@ fn written(shelf: &Shelf) -> Vec<u8> {
     bytes
 }
 
-/// The robot starts, with what it had or without; if without, the file is kept.
+/// The robot starts, with its stored state or without; if without, the file is kept.
 fn check_starts(shelf: &Shelf, bytes: &[u8], what: &str) -> bool {
     std::fs::write(shelf.path(), bytes).unwrap();
     let prospect = shelf.peek(1).map_err(|error| format!("{what}: {error}")).unwrap();
@@ -55,7 +55,7 @@ fn a_first_page_that_is_lost_or_wrong_in_any_byte_stops_no_robot() {
 }
 
 #[test]
-fn what_is_no_journal_is_left_as_it_is() {
+fn a_file_that_is_not_a_journal_is_not_changed() {
     let shelf = Shelf::new();
     let letter = b"a letter to somebody, which is no journal at all".to_vec();
     let table = [b"SQLite format 3\0".as_slice(), &[7; 8176]].concat();

@@ -1,4 +1,4 @@
-//! Where a vehicle is, from poses and odometry as they come.
+//! A vehicle's pose, from sequences of poses and odometry.
 
 use std::f64::consts::FRAC_PI_2;
 use std::time::Duration;
@@ -8,7 +8,7 @@ use dragnet_scenario::map_file::GeoPoint;
 
 use super::*;
 
-/// The search's map lies at (100, 50) in the network's frame and is turned to the left.
+/// The search's map has its origin at (100, 50) in the network's frame and is rotated to the left.
 const MAP: MapOrigin = MapOrigin { x_meters: 100.0, y_meters: 50.0, yaw_radians: FRAC_PI_2 };
 
 fn estimate(x_meters: f64, y_meters: f64, yaw_radians: f64) -> PoseEstimate {
@@ -25,16 +25,16 @@ fn odometry(x_meters: f64, y_meters: f64, yaw_radians: f64) -> Odometry {
     Odometry { place, robot_frame: "base_link".to_owned(), velocity: Velocity::default() }
 }
 
-/// Stamped when it was heard, at so many seconds.
+/// Stamped on arrival, at this time.
 fn at(seconds: f64) -> Moment {
     stamped(seconds, seconds)
 }
 
-/// Incoming at so many seconds, and stamped.
-fn stamped(heard_seconds: f64, stamp_seconds: f64) -> Moment {
+/// Arrival and stamp at these times.
+fn stamped(received_seconds: f64, stamp_seconds: f64) -> Moment {
     let nanoseconds = |seconds| u64::try_from(Duration::from_secs_f64(seconds).as_nanos()).unwrap();
-    let (heard_ns, time_ns) = (nanoseconds(heard_seconds), nanoseconds(stamp_seconds));
-    Moment { heard_ns, time_ns, age: Duration::from_nanos(heard_ns.saturating_sub(time_ns)) }
+    let (received_ns, time_ns) = (nanoseconds(received_seconds), nanoseconds(stamp_seconds));
+    Moment { received_ns, time_ns, age: Duration::from_nanos(received_ns.saturating_sub(time_ns)) }
 }
 
 fn places(source: Localization) -> Places {
@@ -80,9 +80,9 @@ fn between_poses_odometry_goes_on_from_the_last() {
 }
 
 #[test]
-fn a_vehicle_that_stands_finds_itself_by_what_was_latched_before_odometry_came() {
+fn a_standing_vehicle_is_localized_by_an_older_latched_pose() {
     let mut places = places(Localization::Pose);
-    // Twenty minutes ago, and once.
+    // Twenty minutes old, and the only one.
     assert!(places.pose(stamped(1200.0, 0.0), &estimate(20.0, 30.0, FRAC_PI_2)).unwrap().is_some());
     for step in 0..100 {
         let seconds = 1201.0 + f64::from(step);
@@ -98,7 +98,7 @@ fn a_pose_counts_as_of_its_own_time() {
     for step in 0..=10 {
         places.odometry(at(1.0 + f64::from(step) / 10.0), &odometry(f64::from(step) / 5.0, 0.0, 0.0));
     }
-    // It took 0.55 s to know where the vehicle was after 0.45 s.
+    // The pose of 0.45 s became known after 0.55 s.
     places.pose(stamped(2.0, 1.45), &estimate(50.9, 10.0, 0.0)).unwrap();
     check(places.odometry(at(2.1), &odometry(2.2, 0.0, 0.0)), 2.1, [52.2, 10.0, 0.0]);
     // And one that is ahead of odometry waits for it.
@@ -106,8 +106,8 @@ fn a_pose_counts_as_of_its_own_time() {
     check(places.odometry(at(2.2), &odometry(2.4, 0.0, 0.0)), 2.2, [62.4, 10.0, 0.0]);
 }
 
-/// Drives at this speed for a minute with poses for the first second, odometry ten times a second; for how many seconds it
-/// was known where it is, and what is missing then.
+/// Drives at this speed for a minute with poses for the first second and odometry ten times a second; returns for how
+/// many seconds the pose was known, and what is missing then.
 fn corrected_for_a_second(meters_per_second: f64, radians_per_second: f64) -> (f64, Option<String>) {
     let mut places = places(Localization::Pose);
     let mut known = 0;
@@ -127,18 +127,18 @@ fn a_source_that_dies_is_missed_once_the_vehicle_has_gone_far_without_it() {
     let (known, missing) = corrected_for_a_second(2.0, 0.0);
     assert!((5.0..6.5).contains(&known), "{known} s");
     let missing = missing.unwrap();
-    assert!(missing.starts_with("nothing that can be used has come for 5."), "{missing}");
+    assert!(missing.starts_with("no valid message has arrived for 5."), "{missing}");
     assert!(missing.ends_with("while the vehicle moved 10.2 m and turned 0 degrees"), "{missing}");
     let (known, missing) = corrected_for_a_second(0.0, 0.1);
     assert!((8.0..10.0).contains(&known) && missing.is_some(), "turning: {known} s");
     let (known, missing) = corrected_for_a_second(0.1, 0.0);
     assert!((10.0..12.0).contains(&known) && missing.is_some(), "creeping: {known} s");
-    // Who stands, on odometry that wavers, hears nothing and is well.
+    // A standing vehicle with noisy odometry needs no corrections.
     assert_eq!(corrected_for_a_second(0.01, 0.005), (60.0, None));
 }
 
 #[test]
-fn a_source_that_comes_back_tells_where_the_vehicle_is() {
+fn a_returning_source_gives_the_vehicles_pose() {
     let mut places = places(Localization::Pose);
     places.pose(at(0.0), &estimate(0.0, 0.0, 0.0)).unwrap();
     assert!(places.odometry(at(0.1), &odometry(0.0, 0.0, 0.0)).is_some());

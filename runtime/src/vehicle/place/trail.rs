@@ -1,12 +1,12 @@
-//! Where odometry said that the vehicle was, for a while back.
+//! Recent poses by odometry.
 
 use std::collections::VecDeque;
 
 use dragnet_lattice::plane::{Pose, turn_radians, wrapped_radians};
 
-/// For so long back, nanoseconds.
+/// How long poses are kept, nanoseconds.
 const KEPT_NS: u64 = 60_000_000_000;
-/// Poses that are closer together are not kept, nanoseconds: of a source of any rate there are few.
+/// Minimum time between kept poses, nanoseconds, which bounds their number.
 const STEP_NS: u64 = 10_000_000;
 
 /// Poses in odometry's frame.
@@ -14,12 +14,12 @@ const STEP_NS: u64 = 10_000_000;
 pub(super) struct Trail {
     /// By time, each once; nanoseconds of mission time.
     poses: VecDeque<(u64, Pose)>,
-    /// The last one, which may be closer.
+    /// The last one, which may be closer in time.
     latest: Option<(u64, Pose)>,
 }
 
 impl Trail {
-    /// Takes in where the vehicle is. If the clock was set back, what was before means nothing.
+    /// Adds a pose. If the clock was set back, earlier poses are dropped.
     pub(super) fn push(&mut self, time_ns: u64, pose: Pose) {
         if self.latest_ns().is_some_and(|latest_ns| time_ns < latest_ns) {
             self.poses.clear();
@@ -41,13 +41,12 @@ impl Trail {
         self.latest.map(|(time_ns, _)| time_ns)
     }
 
-    /// Whether it is known where the vehicle was then.
+    /// Whether the pose at a time is known.
     pub(super) fn reaches(&self, time_ns: u64) -> bool {
         self.poses.front().is_some_and(|&(first_ns, _)| first_ns <= time_ns)
     }
 
-    /// Where the vehicle was at a time: between two poses on the straight line; before the first and after the last
-    /// as it was there.
+    /// The pose at a time: linearly interpolated between two poses; before the first and after the last it is constant.
     pub(super) fn at(&self, time_ns: u64) -> Option<Pose> {
         let after = self.poses.partition_point(|&(kept_ns, _)| kept_ns <= time_ns);
         let Some(&(before_ns, before)) = after.checked_sub(1).and_then(|index| self.poses.get(index)) else {
@@ -64,7 +63,7 @@ impl Trail {
     }
 }
 
-/// How far two poses are apart: meters, and radians.
+/// Distance and angle between two poses: meters, and radians.
 pub(super) fn apart(from: &Pose, to: &Pose) -> (f64, f64) {
     let turn = turn_radians(from.heading_radians, to.heading_radians);
     ((to.position_meters() - from.position_meters()).norm(), turn.abs())

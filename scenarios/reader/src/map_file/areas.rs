@@ -1,8 +1,8 @@
-//! Areas and places that people draw on the earth: what is searched, what nobody enters, and where somebody is likely
-//! to be. Read from `GeoJSON` and KML, WGS84 degrees; `docs/maps.md` explains the convention to those who draw.
+//! Areas and places drawn on the earth: search areas, no-go areas, and likely positions. Read from `GeoJSON` and KML,
+//! WGS84 degrees; `docs/maps.md` explains the convention.
 //!
-//! A file becomes features, whatever its format, and each of these an [`Area`], or is left out. What is
-//! drawn is checked once, here: rings are closed, cross nothing, and lie on the earth.
+//! A file of either format becomes features, and each of these an [`Area`], or is ignored. Areas are checked once,
+//! here: rings are closed, cross nothing, and lie on the earth.
 
 mod closed;
 mod description;
@@ -29,42 +29,42 @@ pub(super) use prior::rings;
 const MAX_CORNERS: usize = 20_000;
 /// The most rings, holes included: validation compares each hole with each other.
 const MAX_RINGS: usize = 1_000;
-/// The most features of one file, also of those that are left out.
+/// The most features of one file, including ignored ones.
 const MAX_FEATURES: usize = 10_000;
 
-/// What a file of areas holds.
+/// The contents of a file of areas.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Areas {
     /// In the order of the file.
     pub areas: Vec<Area>,
-    /// Features that mean nothing here, by name or place, and shapes of areas that do, such as `1 point of A`.
+    /// Ignored features, by name or position in the file, and ignored shapes of areas, such as `1 point of A`.
     pub left_out: Vec<String>,
 }
 
 /// An area or a place on the earth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Area {
-    /// As its author called it, or else where it stands in its file.
+    /// Its name or, without one, its position in the file.
     pub name: String,
-    /// What it is for.
+    /// Its purpose.
     pub purpose: Purpose,
 }
 
-/// What an area is for. Coordinates are `(longitude, latitude)` in degrees of WGS84; polygons are valid.
+/// The purpose of an area. Coordinates are `(longitude, latitude)` in degrees of WGS84; polygons are valid.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Purpose {
     /// Objects are searched inside.
     Search(MultiPolygon<f64>),
-    /// No robot enters what this touches; what lies in a search area is still searched, from beside.
+    /// No robot enters a cell that this touches; cells of the search area are still searched, from outside.
     NoGo(MultiPolygon<f64>, MultiLineString<f64>),
-    /// With this probability what is searched is inside, evenly likely everywhere.
+    /// The object is inside with this probability, uniformly distributed.
     Prior {
-        /// Where.
+        /// The region.
         region: MultiPolygon<f64>,
         /// Probability of area, a share from 0 to 1.
         poa: f64,
     },
-    /// With this probability what is searched is around a place, by a normal distribution.
+    /// The object is around a place with this probability, normally distributed.
     LastKnownPosition {
         /// The place.
         point: GeoPoint,
@@ -79,13 +79,13 @@ impl Areas {
     /// The longest text that is read, bytes.
     pub const MAX_BYTES: u64 = 1 << 24;
 
-    /// Whether a file is one of areas, by its extension.
+    /// Whether a file contains areas, by its extension.
     pub(crate) fn is_file(file: &Path) -> bool {
         let extension = file.extension().map(|extension| extension.to_string_lossy().to_lowercase());
         matches!(extension.as_deref(), Some("geojson" | "json" | "kml"))
     }
 
-    /// Those that say how likely they are; the others are left out.
+    /// Only the areas with a probability; the others count as ignored.
     pub(crate) fn likely_ones(self) -> Self {
         let (areas, others): (Vec<Area>, Vec<Area>) =
             self.areas.into_iter().partition(|area| area.purpose.poa().is_some());
@@ -103,7 +103,7 @@ impl Areas {
     /// Areas of a `GeoJSON` text (RFC 7946); messages name the file.
     ///
     /// # Errors
-    /// If it is none, or a feature is no area of its kind.
+    /// If the text is not `GeoJSON`, or a feature is invalid for its kind.
     pub fn from_geojson(file: &Path, text: &str) -> Result<Self, MapFileError> {
         Self::of(file, geojson::features(file, text)?)
     }
@@ -111,7 +111,7 @@ impl Areas {
     /// Areas of a KML text (OGC 2.2 and 2.3); messages name the file.
     ///
     /// # Errors
-    /// If it is none, or a placemark is no area of its kind.
+    /// If the text is not KML, or a placemark is invalid for its kind.
     pub fn from_kml(file: &Path, text: &str) -> Result<Self, MapFileError> {
         Self::of(file, kml::features(file, text)?)
     }
@@ -135,7 +135,7 @@ impl Areas {
         Ok(read)
     }
 
-    /// The same areas as a `GeoJSON` text that [`Areas::from_geojson`] reads back; what was left out is not in it.
+    /// The same areas as a `GeoJSON` text that [`Areas::from_geojson`] reads back; ignored features are not in it.
     #[must_use]
     pub fn to_geojson(&self) -> String {
         geojson::text(&self.areas)
@@ -151,7 +151,7 @@ impl Area {
 }
 
 impl Purpose {
-    /// The probability that what is searched is here, if this says so.
+    /// The probability of area, if it has one.
     #[must_use]
     pub const fn poa(&self) -> Option<f64> {
         match self {
@@ -160,7 +160,7 @@ impl Purpose {
         }
     }
 
-    /// Its word in files.
+    /// Its kind as files name it.
     #[must_use]
     pub const fn word(&self) -> &'static str {
         match self {
@@ -171,7 +171,7 @@ impl Purpose {
         }
     }
 
-    /// Its polygons; none of a place.
+    /// Its polygons; empty for a place.
     #[must_use]
     pub fn polygons(&self) -> &[geo::Polygon<f64>] {
         match self {

@@ -1,4 +1,4 @@
-//! Where on earth a mission takes place, as its recording keeps it.
+//! A mission's position on the earth, as stored in its recording.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -6,14 +6,14 @@ use std::path::Path;
 use super::areas::{Area, Areas};
 use super::georeference::{GeoPoint, Georeference};
 
-/// Where on earth a mission takes place.
+/// A mission's position on the earth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Earth {
     /// The frame of its map.
     pub frame: Georeference,
-    /// What is drawn there.
+    /// The areas drawn there.
     pub areas: Vec<Area>,
-    /// Objects that are expected on the whole, of which a probability of area is a share.
+    /// Total number of expected objects, to which probabilities of area refer.
     pub expected_objects: f64,
 }
 
@@ -42,10 +42,10 @@ impl Earth {
         Areas { areas: self.areas.clone(), left_out: Vec::new() }.to_geojson()
     }
 
-    /// What [`Earth::facts`] and [`Earth::areas_geojson`] say.
+    /// Reads the texts of [`Earth::facts`] and [`Earth::areas_geojson`].
     ///
     /// # Errors
-    /// If a fact is missing or impossible, or the text holds no areas.
+    /// If a fact is missing or invalid, or the text holds no areas.
     pub fn read(facts: &BTreeMap<String, String>, areas_geojson: &str) -> Result<Self, String> {
         let number = |name: &str| {
             let text = facts.get(name).map_or("missing", String::as_str);

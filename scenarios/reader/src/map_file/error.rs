@@ -6,52 +6,51 @@ use std::path::{Path, PathBuf};
 
 use dragnet_search::terrain::TerrainError;
 
-/// A map file that cannot be read. Each message names the file, the place in it, what is there and what is
-/// allowed.
+/// Why a map file cannot be read. Each message names the file, the place in it, the value and the allowed values.
 #[derive(Debug, thiserror::Error)]
 pub enum MapFileError {
     /// The file is missing or unreadable.
     #[error("{}: {source}", file.display())]
     Read {
-        /// Which file.
+        /// The file.
         file: PathBuf,
-        /// What the system says.
+        /// The cause.
         source: io::Error,
     },
-    /// The extension tells no format.
+    /// Unknown extension.
     #[error("{}: unknown extension; allowed are {allowed}", file.display())]
     Extension {
-        /// Which file.
+        /// The file.
         file: PathBuf,
-        /// Extensions and what they mean.
+        /// Known extensions and their formats.
         allowed: &'static str,
     },
-    /// It is not the format that its extension promises.
+    /// The file does not have the format of its extension.
     #[error("{}: {message}", file.display())]
     Syntax {
-        /// Which file.
+        /// The file.
         file: PathBuf,
-        /// What the parser says, with line and column where it knows them.
+        /// The parser's message, with line and column if known.
         message: String,
     },
     /// A value that is out of range, or contradicts another.
     #[error("{}: {place} is {found}; allowed is {allowed}", file.display())]
     Value {
-        /// Which file.
+        /// The file.
         file: PathBuf,
         /// Key, line, or ring and position.
         place: String,
-        /// What is there.
+        /// The value.
         found: String,
-        /// What could be.
+        /// The allowed values.
         allowed: String,
     },
-    /// A drawing that is no terrain, or a size that no grid has.
+    /// An invalid drawing, or an invalid size of the grid.
     #[error("{}: {source}", file.display())]
     Terrain {
-        /// Which file.
+        /// The file.
         file: PathBuf,
-        /// What is wrong.
+        /// The cause.
         source: TerrainError,
     },
 }

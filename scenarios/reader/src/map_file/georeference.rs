@@ -1,4 +1,4 @@
-//! Where on earth a map lies: WGS84 degrees to meters east and north, and back.
+//! A map's position on the earth: conversion between WGS84 degrees and meters east and north.
 
 use dragnet_search::terrain::Terrain;
 use geo::Coord;
@@ -8,7 +8,7 @@ const SEMI_MAJOR_METERS: f64 = 6_378_137.0;
 /// Flattening of WGS84.
 const FLATTENING: f64 = 1.0 / 298.257_223_563;
 
-/// So far from its corner a frame is used, meters.
+/// Maximum distance from its corner at which a frame is used, meters.
 const NEAR_METERS: f64 = 100_000.0;
 
 /// A point of WGS84.
@@ -21,11 +21,11 @@ pub struct GeoPoint {
 }
 
 impl GeoPoint {
-    /// What [`GeoPoint::checked`] takes.
+    /// The allowed values of [`GeoPoint::checked`].
     pub const ALLOWED: &str = "longitude -180 to 180 and latitude -85 to 85 degrees";
 
-    /// A point where a map can lie; `None` if it is not on the earth, or nearer to a pole than 85 degrees, where a frame's
-    /// east would be no direction.
+    /// A point where a map can lie; `None` if it is not on the earth, or nearer to a pole than 85 degrees, where east
+    /// is not a useful direction.
     #[must_use]
     pub fn checked(longitude_degrees: f64, latitude_degrees: f64) -> Option<Self> {
         let is_place =
@@ -50,10 +50,10 @@ impl From<Coord<f64>> for GeoPoint {
 /// east = (longitude - longitude0) N cos p,   north = (latitude - latitude0) M
 /// ```
 ///
-/// Both ways are linear, so that one undoes the other. Against distances on the ellipsoid the error comes
-/// from the meridians' convergence: a length to the east is off by the share `n tan(p) / a`, `n` the meters
-/// north of the middle. In a map of 10 km at 45 degrees that is at most 0.08 %, or 4 m from the middle of an
-/// edge to the corner; of 1 km, 4 cm.
+/// Both conversions are linear and inverse to each other. The error against distances on the ellipsoid comes from the
+/// meridians' convergence: a length to the east is off by the share `n tan(p) / a`, `n` the meters north of the middle.
+/// In a map of 10 km at 45 degrees that is at most 0.08 %, or 4 m from the middle of an edge to the corner; for 1 km, 4
+/// cm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Georeference {
     south_west: GeoPoint,
@@ -83,8 +83,8 @@ impl Georeference {
         }
     }
 
-    /// The same frame for a map whose rows run so far from the east, counterclockwise: meters are then along its rows and
-    /// up its columns.
+    /// The same frame for a map whose rows are rotated by this angle from east, counterclockwise: meters are then along
+    /// its rows and up its columns.
     #[must_use]
     pub const fn turned(self, yaw_radians: f64) -> Self {
         Self { yaw_radians, ..self }
@@ -126,10 +126,10 @@ impl Georeference {
         Coord { x: east / cell_meters, y: north / cell_meters }
     }
 
-    /// What is allowed of points.
+    /// The allowed points.
     pub(super) const NEAR: &str = "at most 100 km from the map's south-western corner";
 
-    /// How far a point is, in words, if it is too far for this frame.
+    /// A point's distance in words, if it is too far for this frame.
     pub(super) fn check_near(&self, point: GeoPoint) -> Result<(), String> {
         let (east, north) = self.meters(point);
         let meters = east.hypot(north);
@@ -175,7 +175,7 @@ mod tests {
         }
     }
 
-    /// The error that the frame's description states, at the corners of a map of 10 km.
+    /// The error in the frame's documentation, at the corners of a map of 10 km.
     #[test]
     fn a_map_of_10_km_keeps_distances_to_a_fraction_of_a_cell() {
         for (latitude, max_meters) in [(0.0, 0.1), (45.0, 4.1), (-45.0, 4.1), (60.0, 7.0), (70.0, 11.0)] {
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_far_away_has_no_place_in_the_frame() {
+    fn a_distant_point_has_no_position_in_the_frame() {
         let frame = Georeference::new(at(-2.25, 49.16), 49.2);
         assert_eq!(frame.check_near(at(-1.0, 49.16)), Ok(()));
         assert_eq!(frame.check_near(at(-2.25, 51.16)), Err("222 km away".to_owned()));

@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn a_header_that_lies_is_refused() {
+    fn a_false_header_is_rejected() {
         let check = |text: &str, message: &str| {
             let error = read(text).unwrap_err();
             assert!(error.contains(message), "{error}");
@@ -122,7 +122,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn whatever_the_text_it_is_read_or_refused(
+        fn any_text_is_read_or_rejected(
             header in "(type octile\n)?(height [0-9]{1,12}\n)?(width [0-9]{1,3}\n)?(map\n)?",
             rest in "[.@TGSW\n]{0,60}|\\PC{0,60}",
         ) {

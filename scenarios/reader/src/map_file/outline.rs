@@ -1,8 +1,9 @@
-//! The map of what is drawn on the earth: `GeoJSON` and KML, WGS84.
+//! The map of areas drawn on the earth: `GeoJSON` and KML, WGS84.
 //!
-//! All search areas of the file together are searched; holes are left out. The grid starts at the south-western corner of
-//! their bounding box, in the frame of [`Georeference`]; a cell is open where at least half of its area lies inside, else
-//! blocked. No robot enters a cell that a no-go area touches; where it would be open, it is still searched, from beside.
+//! All search areas of the file together are searched; holes are left out. The grid starts at the south-western corner
+//! of their bounding box, in the frame of [`Georeference`]; a cell is open where at least half of its area lies inside,
+//! else blocked. No robot enters a cell that a no-go area touches; if it would be open, it is still searched, from
+//! outside.
 
 use std::path::Path;
 
@@ -21,7 +22,7 @@ use super::{MapFile, MapFileError, MapOrigin};
 /// Half a cell, less rounding.
 const OPEN_SHARE: f64 = 0.5 - 1e-9;
 
-/// Makes areas into cells of an edge in meters; messages name the file.
+/// Converts areas to cells of an edge in meters; messages name the file.
 pub(super) fn map(file: &Path, areas: Areas, cell_meters: f64) -> Result<MapFile, MapFileError> {
     let searched = Searched::of(&areas);
     searched.check_apart(file)?;
@@ -44,7 +45,7 @@ pub(super) fn map(file: &Path, areas: Areas, cell_meters: f64) -> Result<MapFile
     Ok(MapFile { terrain, georeference: Some(frame), origin: MapOrigin::default(), areas })
 }
 
-/// The polygons that are searched, each with the name of its area.
+/// The polygons of search areas, each with the name of its area.
 struct Searched<'a> {
     polygons: Vec<(String, &'a Polygon<f64>)>,
 }

@@ -1,4 +1,4 @@
-//! Pictures as brightness a pixel: PGM, PPM, PBM and PNG, 8 or 16 bits deep.
+//! Images as brightness values: PGM, PPM, PBM and PNG, with 8 or 16 bits.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -7,10 +7,10 @@ use image::{DynamicImage, ImageBuffer, ImageDecoder, ImageReader, Pixel, Primiti
 
 use super::{MapFileError, read_bytes};
 
-/// The most pixels that are read.
+/// The maximum number of pixels.
 const MAX_PIXELS: u64 = 1 << 26;
 
-/// A picture, decoded.
+/// A decoded image.
 pub(super) struct Picture {
     pub(super) columns: u32,
     pub(super) rows: u32,
@@ -72,7 +72,7 @@ where
     let white: f32 = P::Subpixel::DEFAULT_MAX_VALUE.into();
     let shade = |pixel: &P| {
         let [red, green, blue, alpha] = pixel.to_rgba().0.map(Into::into);
-        // Of a gray pixel exactly that gray.
+        // For a gray pixel exactly that gray.
         let luma = green + 0.212_656 * (red - green) + 0.072_186 * (blue - green);
         Shade { brightness: luma / white, alpha: alpha / white }
     };
@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_picture_is_refused() {
+    fn a_file_that_is_not_an_image_is_rejected() {
         let check = |bytes: &[u8], message: &str| {
             let error = decode(bytes).map(|_| ()).unwrap_err();
             assert!(error.contains(message), "{error}");
@@ -112,7 +112,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn whatever_the_bytes_they_are_read_or_refused(
+        fn any_bytes_are_read_or_rejected(
             header in "P[1-7][ \n][0-9]{1,10}[ \n][0-9]{1,3}[ \n][0-9]{1,6}\n|\\x{89}PNG\r\n\x1a\n",
             rest in proptest::collection::vec(any::<u8>(), 0..80),
         ) {

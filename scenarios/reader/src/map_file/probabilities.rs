@@ -1,4 +1,4 @@
-//! Prior probabilities from a file: one number a cell, the northern edge first.
+//! Prior probabilities from a file: one number per cell, the northern edge first.
 
 use std::path::Path;
 
@@ -7,10 +7,10 @@ use dragnet_search::cell::Grid;
 use super::{MapFileError, picture, read_text};
 
 /// The prior probability of an object, shape `[cells]` by index, from
-/// - `.csv` or `.txt`: one line a row, the northern edge first, numbers from 0 to below 1 between commas,
+/// - `.csv` or `.txt`: one line per row, the northern edge first, numbers from 0 to below 1 separated by commas,
 ///   semicolons or spaces;
-/// - `.pgm` or `.png`: one pixel a cell, the northern edge first, brightness 0 to 1 times 255/256, so that
-///   white is likely and not certain.
+/// - `.pgm` or `.png`: one pixel per cell, the northern edge first, brightness 0 to 1 times 255/256, so that white is
+///   likely and not certain.
 ///
 /// # Errors
 /// If the file cannot be read, does not fit the grid, or holds a number outside `0.0..1.0`.
@@ -103,7 +103,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn whatever_the_text_it_is_read_or_refused(text in "([-0-9.e, ]{0,12}\n){0,3}|\\PC{0,40}") {
+        fn any_text_is_read_or_rejected(text in "([-0-9.e, ]{0,12}\n){0,3}|\\PC{0,40}") {
             let _ = read(&text);
         }
     }

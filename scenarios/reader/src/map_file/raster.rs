@@ -1,4 +1,4 @@
-//! From a map's own pixels to the cells of the search.
+//! Conversion of a map's pixels to cells.
 
 use std::ops::Range;
 use std::path::Path;
@@ -20,8 +20,8 @@ pub(super) struct Raster {
 impl Raster {
     /// The terrain of cells of an edge: open where at least half of a cell's pixels are free, else blocked.
     ///
-    /// Cells start at the south-western corner. A pixel belongs to the cell that holds its center; where
-    /// cells reach over the northern or eastern edge, the pixels missing there count as not free.
+    /// Cells start at the south-western corner. A pixel belongs to the cell that holds its center; pixels missing
+    /// beyond the northern or eastern edge count as not free.
     pub(super) fn terrain(&self, file: &Path, cell_meters: f64) -> Result<Terrain, MapFileError> {
         let pixels_per_cell = self.pixels_per_cell(file, cell_meters)?;
         let cells = |pixels: u32| whole_cells(f64::from(pixels) / pixels_per_cell);
@@ -40,7 +40,7 @@ impl Raster {
         Terrain::new(grid, cell_meters, ground).map_err(invalid)
     }
 
-    /// At least 1; a whole number where the edges say so but for rounding.
+    /// At least 1; a whole number if the edges' ratio is one up to rounding.
     fn pixels_per_cell(&self, file: &Path, cell_meters: f64) -> Result<f64, MapFileError> {
         let ratio = cell_meters / self.pixel_meters;
         let whole = ratio.round();
@@ -65,7 +65,7 @@ impl Raster {
     }
 }
 
-/// The number of cells that a length takes up; a sliver that is only rounding takes none.
+/// The number of cells that cover a length; an excess by rounding is ignored.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn cells_start_in_the_south_west_and_what_is_missing_is_not_free() {
+    fn cells_start_in_the_south_west_and_missing_pixels_are_not_free() {
         check("###/#../#..", 2.0, "##/..");
         check(".../.../...", 2.0, ".#/..");
     }

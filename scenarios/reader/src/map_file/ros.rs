@@ -1,17 +1,16 @@
 //! Maps of the ROS 2 `map_server`: a YAML file and its image.
 //!
 //! Both are read as `nav2_map_server` does (`map_io.cpp`, of 2026): numbers may be quoted, `negate` is a number or any
-//! word that YAML 1.1 has for yes and no, and modes are written in any case. With `shade` the brightness of a pixel in 255
-//! steps, from 0 to 1, and `occupancy = negate ? shade : 1 - shade`, both in single precision,
+//! word that YAML 1.1 has for yes and no, and modes are written in any case. With `shade` the brightness of a pixel in
+//! 255 steps, from 0 to 1, and `occupancy = negate ? shade : 1 - shade`, both in single precision,
 //! - `trinary`: from `occupied_thresh` on occupied, up to `free_thresh` free, else unknown;
-//! - `scale`: the same, but those between the thresholds take
-//!   `round(100 (occupancy - free) / (occupied - free))`;
+//! - `scale`: the same, but those between the thresholds take `round(100 (occupancy - free) / (occupied - free))`;
 //! - in both, pixels that are not fully opaque are unknown;
 //! - `raw`: `255 shade`, unknown above 100; `negate`, the thresholds and opacity play no part there.
 //!
-//! `nav2_map_server` leaves it to others what a value between free (0) and occupied (100) means. Here a pixel
-//! is free if its value is 0, or in `raw` below `100 free_thresh`. Only free pixels are crossed and searched;
-//! unknown ones are blocked and not searched: no plan should lead through what nobody has seen.
+//! `nav2_map_server` does not define values between free (0) and occupied (100). Here a pixel is free if its value is
+//! 0, or in `raw` below `100 free_thresh`. Only free pixels are traversable and searched; unknown ones are blocked and
+//! not searched, since no plan should lead through unmapped space.
 
 use std::path::Path;
 
@@ -21,7 +20,7 @@ use super::picture::{self, Picture, Shade};
 use super::raster::Raster;
 use super::{MapFile, MapFileError, MapOrigin, read_text_at_most};
 
-/// The longest YAML file, bytes: a hundred times what one takes.
+/// The maximum size of the YAML file, bytes: a hundred times the usual size.
 const MAX_HEADER_BYTES: u64 = 1 << 16;
 
 /// The YAML file. Keys that other tools add are ignored, as by `nav2_map_server`.
@@ -49,7 +48,7 @@ enum Mode {
     Raw,
 }
 
-/// A value as `map_server` takes it: quotes change nothing.
+/// A value as read by `map_server`: quotes change nothing.
 #[derive(Clone, Deserialize)]
 #[serde(untagged)]
 enum Scalar {
@@ -158,7 +157,7 @@ fn raster(header: &Header, picture: &Picture) -> Raster {
     }
 }
 
-/// In single precision, as `map_server` compares.
+/// In single precision, as in `map_server`.
 #[expect(clippy::cast_possible_truncation, reason = "as map_server does")]
 fn is_free(header: &Header, pixel: Shade) -> bool {
     let steps = |value: f32| (255.0 * value).round();
@@ -290,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_image_and_cells_below_a_pixel_are_refused() {
+    fn a_missing_image_and_cells_below_a_pixel_are_rejected() {
         let error = load(&YAML.replace("a.pgm", "b.pgm"), b"", 0.5).unwrap_err();
         assert!(error.contains("b.pgm: No such file"), "{error}");
         let error = load(YAML, b"P2 1 1 255 255", 0.25).unwrap_err();
@@ -300,7 +299,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn whatever_the_header_it_is_read_or_refused(
+        fn any_header_is_read_or_rejected(
             text in "\\PC{0,60}",
             values in "(resolution: [-.0-9einfa]{1,8}\n)?(origin: [\\[\\]0-9,. ]{0,9}\n)?(negate: \\PC{0,6}\n)?",
         ) {

@@ -1,4 +1,4 @@
-//! How much of each cell lies inside an outline: even-odd scanlines, exact along each line.
+//! The share of each cell that lies inside an outline: even-odd scanlines, exact along each line.
 
 use dragnet_search::cell::{Cell, Grid, Position};
 
@@ -20,7 +20,7 @@ impl Edge {
         self.from.0 + share * (self.to.0 - self.from.0)
     }
 
-    /// The same, of the nearest point of the edge; of a level one any end.
+    /// The same, clamped to the edge; for a level edge either end.
     fn east_within(&self, north: f64) -> f64 {
         if north <= self.from.1 {
             self.from.0
@@ -32,8 +32,8 @@ impl Edge {
     }
 }
 
-/// Cells that closed rings cover in part, by index, each with its share, 0 to 1; a few with a share of 0 beside them.
-/// Rings as in [`covered_shares`].
+/// Cells that closed rings cover in part, by index, each with its share, 0 to 1; some shares may be 0. Rings as in
+/// [`covered_shares`].
 pub(super) fn covered_cells(grid: Grid, rings: &[Vec<(f64, f64)>]) -> Vec<(Cell, f64)> {
     let Some((corner, window)) = window(grid, rings) else { return Vec::new() };
     let (east, north) = (f64::from(corner.column), f64::from(corner.row));
@@ -62,8 +62,8 @@ fn window(grid: Grid, rings: &[Vec<(f64, f64)>]) -> Option<(Position, Grid)> {
     Some((Position { row: south, column: west }, size))
 }
 
-/// Names every cell that a line touches, some more than once; corners are in cells east and north of the grid's
-/// south-western corner. What is thinner than a scanline's distance is not missed.
+/// Calls back with every cell that a line touches, some more than once; corners are in cells east and north of the grid's
+/// south-western corner. Shapes thinner than the distance of scanlines are not missed.
 pub(super) fn each_touched(grid: Grid, line: &[(f64, f64)], mut tell: impl FnMut(Cell)) {
     for pair in line.windows(2) {
         let (low, high) = if pair[0].1 <= pair[1].1 { (pair[0], pair[1]) } else { (pair[1], pair[0]) };
@@ -85,9 +85,8 @@ pub(super) fn each_touched(grid: Grid, line: &[(f64, f64)], mut tell: impl FnMut
     }
 }
 
-/// Share of each cell that lies inside closed rings, shape `[cells]`, 0 to 1: inside is what an odd number of
-/// rings surrounds, so that holes are left out. Rings are in cells east and north of the grid's south-western
-/// corner.
+/// Share of each cell that lies inside closed rings, shape `[cells]`, 0 to 1, by the even-odd rule, so that holes are
+/// excluded. Rings are in cells east and north of the grid's south-western corner.
 pub(super) fn covered_shares(grid: Grid, rings: &[Vec<(f64, f64)>]) -> Vec<f64> {
     let mut waiting = edges_from_south(rings).into_iter().peekable();
     let mut active: Vec<Edge> = Vec::new();
@@ -183,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_touches_every_cell_on_its_way() {
+    fn a_line_touches_every_cell_that_it_crosses() {
         let grid = Grid::new(3, 4).unwrap();
         let drawn = |line: &[(f64, f64)]| {
             let mut is_touched = vec![false; grid.cell_count()];

@@ -12,13 +12,13 @@ fn load(name: &str, text: &str, cell_meters: f64) -> Result<MapFile, String> {
 }
 
 #[test]
-fn a_drawing_is_read_as_it_looks() {
+fn a_drawing_is_read_as_drawn() {
     let map = load("a.txt", "..#\n~,.\n", 30.0).unwrap();
     assert_eq!(map, MapFile::unplaced(Terrain::from_ascii("..#\n~,.", 30.0).unwrap()));
 }
 
 #[test]
-fn what_is_no_map_is_refused_with_its_name() {
+fn a_file_that_is_not_a_map_is_rejected_with_its_name() {
     let check = |name: &str, text: &str, cell_meters: f64, message: &str| {
         let error = load(name, text, cell_meters).unwrap_err();
         assert!(error.contains(name) && error.contains(message), "{error}");
@@ -31,7 +31,7 @@ fn what_is_no_map_is_refused_with_its_name() {
 }
 
 #[test]
-fn a_missing_file_and_bytes_that_are_no_text_are_refused() {
+fn a_missing_file_and_invalid_text_are_rejected() {
     let error = MapFile::load(Path::new("no/such.map"), 1.0).unwrap_err().to_string();
     assert!(error.contains("no/such.map: No such file"), "{error}");
     let folder = tempfile::tempdir().unwrap();
@@ -46,7 +46,7 @@ fn a_missing_file_and_bytes_that_are_no_text_are_refused() {
 
 proptest! {
     #[test]
-    fn whatever_the_drawing_it_is_read_or_refused(text in "[.#~,\n]{0,40}|\\PC{0,40}") {
+    fn any_drawing_is_read_or_rejected(text in "[.#~,\n]{0,40}|\\PC{0,40}") {
         let _ = Terrain::from_ascii(&text, 1.0);
     }
 }

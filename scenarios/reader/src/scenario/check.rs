@@ -1,4 +1,4 @@
-//! Checks of single values. Each names the key, what stands there and what is allowed; NaN passes none.
+//! Checks of single values. Each error names the key, its value and the allowed values; NaN is never valid.
 
 use std::fmt::Display;
 use std::time::Duration;
@@ -7,15 +7,15 @@ use dragnet_search::cell::{Cell, Grid, Position};
 
 use crate::shape::WrongShape;
 
-/// A value that a scenario cannot have.
+/// An invalid value of a scenario.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{key} is {found}; allowed is {allowed}")]
 pub struct Invalid {
     /// Path of the key, such as `network.partitions[0].groups`.
     pub key: String,
-    /// What stands there.
+    /// The value.
     pub found: String,
-    /// What could.
+    /// The allowed values.
     pub allowed: String,
 }
 
@@ -34,7 +34,7 @@ impl From<WrongShape> for Invalid {
 /// The most characters of a message about one value.
 const MOST_CHARACTERS: usize = 400;
 
-/// Of what is too long to be read, the beginning and the end.
+/// The beginning and the end of a text that is too long to display.
 pub(super) fn shortened(text: &str) -> String {
     let characters: Vec<char> = text.chars().collect();
     if characters.len() <= MOST_CHARACTERS {
@@ -65,7 +65,7 @@ pub(super) fn within(key: impl Display, value: f64, low: f64, high: f64) -> Resu
     check(key, value, (low..=high).contains(&value), || format!("from {low} to {high}"))
 }
 
-/// A number above 0, up to a largest one.
+/// A number above 0, up to a maximum.
 pub(super) fn positive(key: impl Display, value: f64, high: f64) -> Result<f64, Invalid> {
     check(key, value, value > 0.0 && value <= high, || format!("above 0, up to {high}"))
 }
@@ -75,7 +75,7 @@ pub(super) fn between(key: impl Display, value: f64, low: f64, high: f64) -> Res
     check(key, value, value > low && value < high, || format!("above {low} and below {high}"))
 }
 
-/// The probability of a fault.
+/// A probability of a fault.
 pub(super) fn chance(key: impl Display, value: f64) -> Result<f64, Invalid> {
     check(key, value, (0.0..1.0).contains(&value), || "at least 0 and below 1".to_owned())
 }
@@ -92,10 +92,10 @@ pub(super) fn positive_seconds(key: impl Display, value: f64) -> Result<Duration
     check(key, value, is_valid, allowed).map(Duration::from_secs_f64)
 }
 
-/// The shortest time between two things that happen again and again, seconds.
+/// The shortest period, seconds.
 const MIN_PERIOD_SECONDS: f64 = 0.01;
 
-/// A time after which something happens again, and again after that: not so short that a mission never gets through them.
+/// A period that is long enough for a mission to make progress.
 pub(super) fn period(key: impl Display, value: f64) -> Result<Duration, Invalid> {
     let is_valid = (MIN_PERIOD_SECONDS..=MAX_SECONDS).contains(&value);
     let allowed = || format!("from {MIN_PERIOD_SECONDS} to {MAX_SECONDS} seconds");
@@ -121,7 +121,7 @@ fn check(
     if is_valid { Ok(value) } else { Err(Invalid::new(key, written(value), allowed())) }
 }
 
-/// A number as somebody would write it: without hundreds of zeros.
+/// A number as people write it: without hundreds of zeros.
 pub(super) fn written(value: f64) -> String {
     let plain = value.to_string();
     if plain.len() > 20 { format!("{value:e}") } else { plain }

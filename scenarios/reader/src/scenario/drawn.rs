@@ -1,25 +1,25 @@
-//! What comes of the areas that are drawn on a map: cells that are searched, and cells that nobody enters.
+//! The effect of areas drawn on a map: searched cells, and closed cells.
 
 use super::Scenario;
 use crate::map_file::Purpose;
 
-/// What comes of an area that says where robots search or that they do not enter.
+/// The effect of a search area or a no-go area.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Drawn {
     /// Its name.
     pub name: String,
-    /// Its kind, as files say it.
+    /// Its kind as files name it.
     pub kind: &'static str,
-    /// Searched cells that it covers, if only in part, or closes: those are still searched, from beside.
+    /// Searched cells that it covers at least in part, or closes: those are still searched, from outside.
     pub cells: usize,
-    /// Of a no-go area how many of its polygons and lines lie beyond the map.
+    /// For a no-go area, the number of its polygons and lines that lie beyond the map.
     pub beyond: usize,
-    /// Of so many.
+    /// Their total number.
     pub barriers: usize,
 }
 
 impl Scenario {
-    /// What comes of each search area and each no-go area, in the order of their file.
+    /// The effect of each search area and each no-go area, in the order of their file.
     #[must_use]
     pub fn drawn(&self) -> Vec<Drawn> {
         let Some(frame) = self.georeference() else { return Vec::new() };

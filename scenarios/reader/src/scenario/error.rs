@@ -10,18 +10,18 @@ use super::check::{Invalid, shortened};
 use super::locate::{line_at, line_of_key, line_of_longest_key};
 use crate::map_file::MapFileError;
 
-/// A scenario that cannot be run. Each message names the file, the place, what is there and what is allowed.
+/// Why a scenario cannot be run. Each message names the file, the place, the value and the allowed values.
 #[derive(Debug, thiserror::Error)]
 pub enum ScenarioError {
     /// The file is missing or unreadable.
     #[error("{}: {source}", file.display())]
     Read {
-        /// Which file.
+        /// The file.
         file: PathBuf,
-        /// What the system says.
+        /// The cause.
         source: io::Error,
     },
-    /// It is no TOML, has a key that no scenario has, or a value of the wrong type.
+    /// The text is not TOML, has an unknown key, or a value of the wrong type.
     #[error("{place}: {message}")]
     Syntax {
         /// File and line.
@@ -32,40 +32,40 @@ pub enum ScenarioError {
     /// A value that is out of range, or contradicts another.
     #[error("{place}: {invalid}")]
     Value {
-        /// File, and line where it stands in one.
+        /// The file, and the line if the value has one.
         place: String,
-        /// What is wrong.
+        /// The invalid value.
         invalid: Invalid,
     },
-    /// A file that the scenario names.
+    /// A file that the scenario names is invalid.
     #[error("{place}: {source}")]
     MapFile {
         /// File and line.
         place: String,
-        /// What is wrong with it.
+        /// The cause.
         source: Box<MapFileError>,
     },
-    /// A weights file that the scenario names.
+    /// A weights file that the scenario names is invalid.
     #[error("{place}: {key}: {source}")]
     Weights {
-        /// File, and line where it stands in one.
+        /// The file, and the line if the value has one.
         place: String,
         /// Path of the key, such as `robots.policy.weights`.
         key: String,
-        /// What is wrong with it.
+        /// The cause.
         source: FileError,
     },
-    /// A value of the command line that the scenario cannot take.
+    /// An invalid value on the command line.
     #[error("{}, changed on the command line: {invalid}", file.display())]
     Override {
         /// The scenario.
         file: PathBuf,
-        /// What is wrong; the key is that of the scenario.
+        /// The invalid value; its key is that of the scenario.
         invalid: Invalid,
     },
 }
 
-/// What is wrong with a part, before it is known where the part came from.
+/// An error of a part, before the place of the part is known.
 #[derive(Debug)]
 pub(super) enum Fault {
     Value(Invalid),
@@ -89,7 +89,7 @@ impl Source {
         let message = error.message().trim_end();
         let (line, message) = match (line, key.map(ToString::to_string).filter(|key| key != ".")) {
             (line, Some(key)) => (line, format!("{key}: {message}")),
-            // Of a key that has too many parts the parser says neither that nor where.
+            // For a key with too many parts the parser reports neither the key nor its place.
             (None, None) => {
                 (Some(line_of_longest_key(&self.text)), format!("a key of too many parts: {message}"))
             }

@@ -1,6 +1,5 @@
-//! The scenario file as it is written: names, defaults and nothing checked yet. The comments of this file are
-//! the descriptions in
-//! `scenarios/scenario.schema.json`.
+//! The scenario file as it is written: names and defaults, not checked yet. The comments of this file are the
+//! descriptions in `scenarios/scenario.schema.json`.
 
 use dragnet_learn::policy::PolicyName;
 use dragnet_search::generated::Generated;
@@ -10,40 +9,40 @@ use dragnet_search::shape::Shape;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A Dragnet scenario: what is searched, by whom, with what, for how long, and over which network.
+/// A Dragnet scenario: the map, the objects, the sensor, the robots, the mission and the network.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ScenarioFile {
     /// Name of the mission, part of its keys on the network: 1 to 64 letters, digits, `_` and `-`.
     #[schemars(regex(pattern = r"^[A-Za-z0-9_-]{1,64}$"))]
     pub name: String,
-    /// What is searched.
+    /// The map that is searched.
     pub map: MapTable,
-    /// What a robot sees with.
+    /// The sensor of the robots.
     #[serde(default)]
     pub sensor: SensorTable,
-    /// What is believed before the first look.
+    /// The belief before the first observation.
     #[serde(default)]
     pub prior: PriorTable,
-    /// What is there to be found.
+    /// The objects.
     pub objects: ObjectsTable,
-    /// Who searches.
+    /// The robots.
     #[serde(default)]
     pub robots: RobotsTable,
-    /// For how long, and when an object counts as found.
+    /// Budget, detection threshold and communication.
     pub mission: MissionTable,
-    /// What goes wrong between the robots (simulation only).
+    /// Faults of the simulated network (simulation only).
     #[serde(default)]
     pub network: NetworkTable,
-    /// What is recorded.
+    /// The recording.
     #[serde(default)]
     pub recording: RecordingTable,
-    /// How processes find each other when they run on several machines.
+    /// The network between processes on several computers.
     #[serde(default)]
     pub zenoh: ZenohTable,
 }
 
-/// What is searched: a shape with rows and columns, or a file.
+/// The map that is searched: a shape with rows and columns, or a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MapTable {
@@ -59,7 +58,7 @@ pub struct MapTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1))]
     pub columns: Option<i64>,
-    /// Which map of a generated shape (`caves`, `blocks`, `rooms`).
+    /// Seed of a generated shape (`caves`, `blocks`, `rooms`).
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0, max = 4_294_967_295_u32))]
     pub seed: Option<i64>,
@@ -67,14 +66,14 @@ pub struct MapTable {
     /// `.geojson` or `.kml` areas. Excludes `shape`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
-    /// Where the map's south-western corner lies on the earth; of a map that does not say so itself.
+    /// Position of the map's south-western corner on the earth, for a map whose file has none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub origin: Option<OriginTable>,
     /// Edge of a cell, meters, from 0.001.
     #[serde(default = "default_cell_meters")]
     #[schemars(range(min = 0.001))]
     pub cell_meters: f64,
-    /// To how many neighbors a robot moves: 4, or 8 with diagonals.
+    /// Number of neighbors that a robot can move to: 4, or 8 with diagonals.
     #[serde(default = "default_moves")]
     #[schemars(extend("enum" = [4, 8]))]
     pub connectivity: i64,
@@ -92,25 +91,24 @@ pub struct OriginTable {
     pub longitude_degrees: f64,
 }
 
-/// What a robot sees with: all cells within a Manhattan radius.
+/// The sensor, which observes all cells within a Manhattan radius.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SensorTable {
     /// Manhattan radius, cells, 1 to 100 and no more than the map's larger side.
     #[schemars(range(min = 1, max = 100))]
     pub radius: i64,
-    /// Variance of a reading at distance 1; at distance d it is `noise_variance d^2`, of the robot's own cell
+    /// Variance of a reading at distance 1; at distance d it is `noise_variance d^2`, in the robot's own cell
     /// `noise_variance / 5`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub noise_variance: f64,
-    /// How readings scatter: `gaussian` around the truth, or `clipped` to 0..1 as in the released code of
-    /// NATS.
+    /// Distribution of readings: `gaussian` around the truth, or `clipped` to 0..1 as in the released code of NATS.
     #[schemars(extend("enum" = ["gaussian", "clipped"]))]
     pub noise: String,
 }
 
-/// What is believed before the first look; without a key, what regions of the map say, or else the objects' expected
-/// density.
+/// The belief before the first observation. Without a key it follows from the regions of the map, or else from the
+/// objects' expected density.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct PriorTable {
@@ -118,40 +116,40 @@ pub struct PriorTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
     pub probability: Option<f64>,
-    /// A probability per cell, relative to the scenario, the northern edge first: numbers in `.csv` or
-    /// `.txt`, or a `.pgm` or `.png` image. Or regions on the earth with their probabilities, `.geojson` or `.kml`.
+    /// Probabilities of all cells, relative to the scenario, the northern edge first: numbers in `.csv` or `.txt`, or a
+    /// `.pgm` or `.png` image. Or regions on the earth with their probabilities, `.geojson` or `.kml`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
 }
 
-/// What is there to be found (simulation only, but for the prior): exactly one of these.
+/// The objects (simulation only, except for the prior): exactly one of these keys.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ObjectsTable {
-    /// So many objects in searched cells drawn at random, 0 to the number of searched cells.
+    /// Number of objects, in searched cells drawn at random, 0 to the number of searched cells.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0))]
     pub count: Option<i64>,
-    /// Each searched cell holds an object with this probability, above 0 and below 1, independently.
+    /// Probability that a searched cell holds an object, independently of the others, above 0 and below 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
     pub density: Option<f64>,
-    /// Exactly these searched cells, each `[row, column]`: rows from 0 in the south, columns from 0 in the
+    /// The cells of the objects, all searched, each `[row, column]`: rows from 0 in the south, columns from 0 in the
     /// west.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cells: Option<Vec<[i64; 2]>>,
 }
 
-/// Who searches.
+/// The robots.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct RobotsTable {
-    /// Robots, 1 to 1000; they are numbered from 1.
+    /// Number of robots, 1 to 1000; they are numbered from 1.
     #[schemars(range(min = 1, max = 1000))]
     pub count: i64,
-    /// How they decide where to go.
+    /// The policy of the robots.
     pub policy: PolicyField,
-    /// Where they start.
+    /// Start cells of the robots.
     pub start: StartField,
     /// Robots that differ from the rest.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -162,13 +160,13 @@ pub struct RobotsTable {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RobotTable {
-    /// Which one, 1 to `count`.
+    /// Its number, 1 to `count`.
     #[schemars(range(min = 1, max = 1000))]
     pub number: i64,
-    /// How it decides; without, like the rest.
+    /// Its policy, if it differs from the rest.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub policy: Option<PolicyField>,
-    /// Where it starts; without, like the rest.
+    /// Its start cell, if it differs from the rest.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<StartField>,
 }
@@ -190,103 +188,104 @@ pub enum PolicyField {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PolicyTable {
-    /// Which policy.
+    /// The policy's name.
     #[schemars(extend("enum" = policy_names()))]
     pub name: String,
-    /// Of `path` and `path-additive`: `w_l` in the weight `1 / (1 + w_l L)` of a path of L cells, 0 to 1000,
-    /// 0.2 by default.
+    /// For `path` and `path-additive`: `w_l` in the weight `1 / (1 + w_l L)` of a path of L cells, 0 to 1000, 0.2 by
+    /// default.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = 1000.0))]
     pub path_length_weight: Option<f64>,
-    /// Of `coverage`: cells between its lanes, 1 to 1000, 1 by default.
+    /// For `coverage`: cells between its lanes, 1 to 1000, 1 by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1, max = 1000))]
     pub lane_spacing_cells: Option<i64>,
-    /// Decide anew after so many cells, 1 to 1000000; by default at the waypoint.
+    /// Number of cells after which the robot decides anew, 1 to 1000000; by default at the waypoint.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1, max = 1_000_000))]
     pub replan_after_cells: Option<i64>,
-    /// Of `gnn`: a weights file, relative to the scenario, instead of the weights that are part of the program.
+    /// For `gnn`: a weights file, relative to the scenario, instead of the built-in weights.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub weights: Option<String>,
 }
 
-/// Where robots start.
+/// Start cells of robots.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "a start is \"random\", \"scattered\", or a cell as [row, column]")]
 pub enum StartField {
-    /// `random`: one cell for all, drawn in the largest connected area; `scattered`: each robot draws its own
+    /// `random`: one cell for all, drawn in the largest connected area; `scattered`: a cell for each robot, drawn
     /// there.
     Word(#[schemars(extend("enum" = ["random", "scattered"]))] String),
     /// This traversable cell, `[row, column]`: rows from 0 in the south, columns from 0 in the west.
     Cell([i64; 2]),
 }
 
-/// For how long, and when an object counts as found. At least one budget.
+/// Budget, detection threshold and communication. At least one budget is required.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct MissionTable {
-    /// A cell whose probability reaches this is declared an object, above 0.5 and below 1.
+    /// Probability from which a cell is declared to hold an object, above 0.5 and below 1.
     #[schemars(extend("exclusiveMinimum" = 0.5, "exclusiveMaximum" = 1))]
     pub detection_threshold: f64,
-    /// The way that each robot may cover, meters, above 0.
+    /// Path length that each robot may drive, meters, above 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub budget_meters: Option<f64>,
-    /// The time from the mission's start, seconds, above 0.
+    /// Time from the mission's start after which the search ends, seconds, above 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub budget_seconds: Option<f64>,
-    /// Speed of a robot, meters a second, from 0.001; whoever claims to be faster is not believed.
+    /// Speed of a robot, meters per second, from 0.001; observations that imply a higher speed are rejected.
     #[schemars(range(min = 0.001))]
     pub speed_meters_per_second: f64,
-    /// Stop when this number of objects or fewer are expected outside the declared cells, of those that robots can see, at
-    /// least 0; 0 is not before nothing is worth a look.
+    /// Stop when at most this number of objects are expected to remain outside the declared cells, counting only cells
+    /// in reach, at least 0; with 0 the search ends when no observation is informative.
     #[schemars(range(min = 0.0))]
     pub stop_when_expected_remaining: f64,
-    /// Time between two signs of life of a robot, seconds, from 0.01.
+    /// Heartbeat period of a robot, seconds, from 0.01.
     #[schemars(range(min = 0.01))]
     pub heartbeat_seconds: f64,
-    /// Silence after which a robot is taken for lost, seconds, above `heartbeat_seconds`.
+    /// Silence after which a robot counts as lost, seconds, above `heartbeat_seconds`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub liveness_timeout_seconds: f64,
-    /// Robot k takes its first decision (k - 1) times this later, so that it knows the plans before it,
-    /// seconds, at least 0.
+    /// Delay between the first decisions of robots with consecutive numbers, seconds, at least 0, so that each knows
+    /// the plans of those before it.
     #[schemars(range(min = 0.0))]
     pub start_stagger_seconds: f64,
-    /// What two robots count as the mission's time may differ by this: observations that are dated later are not taken yet, seconds, at least 0.
+    /// Allowed difference between two robots' mission times, seconds, at least 0: observations that are dated later are
+    /// not accepted yet.
     #[schemars(range(min = 0.0))]
     pub max_clock_skew_seconds: f64,
 }
 
-/// What goes wrong between the robots (simulation only).
+/// Faults of the simulated network (simulation only).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct NetworkTable {
-    /// Probability that a message is lost on its way to one receiver, at least 0 and below 1.
+    /// Probability that a message to one receiver is lost, at least 0 and below 1.
     #[schemars(range(min = 0.0), extend("exclusiveMaximum" = 1))]
     pub loss: f64,
-    /// Time that every message takes, seconds, at least 0.
+    /// Delay of every message, seconds, at least 0.
     #[schemars(range(min = 0.0))]
     pub delay_seconds: f64,
-    /// Each message takes up to this longer, uniformly, seconds, at least 0. Messages overtake each other so.
+    /// Maximum additional delay of a message, uniformly distributed, seconds, at least 0. It reorders messages.
     #[schemars(range(min = 0.0))]
     pub jitter_seconds: f64,
-    /// Probability that a message arrives twice, at least 0 and below 1.
+    /// Probability that a message is delivered twice, at least 0 and below 1.
     #[schemars(range(min = 0.0), extend("exclusiveMaximum" = 1))]
     pub duplication: f64,
-    /// Probability that a message takes `reorder_seconds` longer, at least 0 and below 1.
+    /// Probability that a message is delayed by `reorder_seconds`, at least 0 and below 1.
     #[schemars(range(min = 0.0), extend("exclusiveMaximum" = 1))]
     pub reorder: f64,
-    /// How much longer, seconds; above 0 where `reorder` is.
+    /// The additional delay of `reorder`, seconds; above 0 if `reorder` is.
     #[schemars(range(min = 0.0))]
     pub reorder_seconds: f64,
-    /// Times at which groups cannot hear each other.
+    /// Times at which groups are disconnected from each other.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub partitions: Vec<PartitionTable>,
 }
 
-/// A time at which groups cannot hear each other.
+/// A time at which groups are disconnected from each other.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PartitionTable {
@@ -296,8 +295,8 @@ pub struct PartitionTable {
     /// End, seconds from the mission's start, above `from_seconds`.
     #[schemars(range(min = 0.0))]
     pub to_seconds: f64,
-    /// Groups that hear only themselves: robots by number, and "coordinator". All who are not named are one
-    /// more group.
+    /// Groups that are connected only within themselves: robots by number, and "coordinator". All participants that are
+    /// not listed form one more group.
     #[schemars(length(min = 1))]
     pub groups: Vec<Vec<MemberField>>,
 }
@@ -312,19 +311,19 @@ pub enum MemberField {
     Word(#[schemars(extend("enum" = ["coordinator"]))] String),
 }
 
-/// What is recorded.
+/// The recording.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct RecordingTable {
-    /// MCAP file to write, relative to the working directory.
+    /// MCAP file to record to, relative to the working directory.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
-    /// Time between two recorded beliefs, seconds, from 0.01.
+    /// Period of recorded beliefs, seconds, from 0.01.
     #[schemars(range(min = 0.01))]
     pub belief_period_seconds: f64,
 }
 
-/// How processes find each other when they run on several machines.
+/// The network between processes on several computers.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ZenohTable {

@@ -1,11 +1,11 @@
-//! Which line of a TOML file a key stands in.
+//! Finds the line of a key in a TOML file.
 
 use std::ops::Range;
 
 use toml::de::{DeTable, DeValue};
 
-/// The line, from 1, of the value at a key path such as `network.partitions[0].groups`; where the file does
-/// not hold it, of the innermost table around it that it does hold.
+/// The line, from 1, of the value at a key path such as `network.partitions[0].groups`; if the file does not contain
+/// it, that of the innermost table around it that it does contain.
 pub(super) fn line_of_key(text: &str, key: &str) -> Option<usize> {
     let table = DeTable::parse(text).ok()?;
     let mut value = DeValue::Table(table.into_inner());
@@ -23,7 +23,7 @@ pub(super) fn line_of_key(text: &str, key: &str) -> Option<usize> {
     found.map(|span| line_at(text, span.start))
 }
 
-/// The line, from 1, that holds the most dots: the key of the most parts stands there.
+/// The line, from 1, that contains the most dots, and so the key with the most parts.
 pub(super) fn line_of_longest_key(text: &str) -> usize {
     let dots = |line: &str| line.bytes().filter(|&byte| byte == b'.').count();
     (1..).zip(text.lines()).max_by_key(|(_, line)| dots(line)).map_or(1, |(number, _)| number)

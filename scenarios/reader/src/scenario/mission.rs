@@ -1,41 +1,42 @@
-//! For how long, and when an object counts as found.
+//! Budget, detection threshold and communication of a mission.
 
 use std::time::Duration;
 
 use super::check::{self, Invalid};
 use super::file::MissionTable;
 
-/// The most meters in a budget, and meters a second of a robot.
+/// The maximum of a budget, meters, and of a speed, meters per second.
 const MAX_METERS: f64 = 1e9;
-/// The slowest robot, meters a second.
+/// The slowest robot, meters per second.
 const MIN_SPEED: f64 = 0.001;
 /// The most heartbeats, or recorded beliefs, while a robot crosses a cell.
 const MAX_PERIODS_A_CELL: f64 = 1000.0;
 
-/// How a mission is judged, ended and kept alive.
+/// When objects count as found, when the search ends, and how participants communicate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mission {
     /// A cell whose probability reaches this is declared an object; above 0.5 and below 1.
     pub detection_threshold: f64,
-    /// Way and time of each robot.
+    /// Budgets of path length and time of each robot.
     pub budget: Budget,
-    /// Speed of a robot in simulation, above 0; whoever claims to be faster is not believed.
+    /// Speed of a robot in simulation, above 0; observations that imply a higher speed are rejected.
     pub speed_meters_per_second: f64,
-    /// The search is over when this number of objects or fewer are expected outside the declared cells, of those that
-    /// robots can see. That is what is left behind in the mean over many searches, for the belief is the posterior of the
-    /// model that readings are drawn from, whenever it is looked at. `None` is not before nothing is worth a look.
+    /// The search is over when at most this number of objects are expected outside the declared cells, counting only
+    /// cells in reach. This is the mean number of objects left behind over many searches, since the belief is the
+    /// posterior of the model that readings are drawn from, whenever it is evaluated. With `None` the search ends when
+    /// no observation is informative.
     pub stop_when_expected_remaining: Option<f64>,
-    /// Time between two signs of life of a robot, above 0.
+    /// Heartbeat period of a robot, above 0.
     pub heartbeat: Duration,
-    /// Silence after which a robot is taken for lost, above the heartbeat.
+    /// Silence after which a robot counts as lost, above the heartbeat period.
     pub lost_after: Duration,
     /// Robot `k` takes its first decision `k - 1` times this after the mission's start.
     pub stagger: Duration,
-    /// By so much may clocks differ: what is dated later is not taken yet.
+    /// Allowed clock skew: observations that are dated later are not accepted yet.
     pub clock_tolerance: Duration,
 }
 
-/// Way and time of each robot, at least one of them.
+/// Budgets of path length and time of each robot, at least one of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Budget {
     meters: Option<f64>,
@@ -43,7 +44,7 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// Way that each robot may cover, meters, above 0.
+    /// Path length that each robot may drive, meters, above 0.
     #[must_use]
     pub const fn meters(&self) -> Option<f64> {
         self.meters
@@ -55,8 +56,7 @@ impl Budget {
         self.time
     }
 
-    /// Whether a robot that has covered this way at this time from the mission's start may go on for no step
-    /// more.
+    /// Whether a robot with this path length at this time from the mission's start may not make another step.
     #[must_use]
     pub fn is_spent(&self, path_meters: f64, elapsed: Duration) -> bool {
         self.meters.is_some_and(|budget| path_meters >= budget)
@@ -103,7 +103,7 @@ impl Mission {
     }
 }
 
-/// Holds a period against the time that a robot takes for a cell: so many of them make a step last for ever.
+/// Checks that a robot crosses a cell in a bounded number of periods: otherwise a step takes for ever.
 pub(super) fn check_period(
     key: &str,
     period: Duration,
@@ -147,7 +147,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_budget_is_spent_by_way_or_by_time() {
+    fn a_budget_is_spent_by_path_length_or_by_time() {
         let table = MissionTable {
             budget_meters: Some(60.0),
             budget_seconds: Some(100.0),

@@ -1,4 +1,4 @@
-//! What goes wrong between the robots, in simulation.
+//! Faults of the simulated network.
 
 use std::time::Duration;
 
@@ -12,35 +12,35 @@ use crate::time::MissionTime;
 /// Faults of the simulated network. The default has none.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Network {
-    /// Probability that a message is lost on its way to one receiver, at least 0 and below 1.
+    /// Probability that a message to one receiver is lost, at least 0 and below 1.
     pub loss: f64,
-    /// Time that every message takes.
+    /// Delay of every message.
     pub delay: Duration,
-    /// Each message takes up to this longer, uniformly.
+    /// Maximum additional delay of a message, uniformly distributed.
     pub jitter: Duration,
-    /// Probability that a message arrives twice, at least 0 and below 1.
+    /// Probability that a message is delivered twice, at least 0 and below 1.
     pub duplication: f64,
-    /// Probability that a message takes `reorder_delay` longer, at least 0 and below 1.
+    /// Probability that a message is delayed by `reorder_delay`, at least 0 and below 1.
     pub reorder: f64,
-    /// How much longer; above 0 where `reorder` is.
+    /// The additional delay; above 0 if `reorder` is.
     pub reorder_delay: Duration,
-    /// Times at which groups cannot hear each other.
+    /// Times at which groups are disconnected from each other.
     pub partitions: Vec<Partition>,
 }
 
-/// A time at which groups cannot hear each other.
+/// A time at which groups are disconnected from each other.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Partition {
     /// Begin, included.
     pub from: MissionTime,
     /// End, excluded; after the begin.
     pub to: MissionTime,
-    /// Disjoint groups, each in order. All who are in none are one more group.
+    /// Disjoint groups, each in order. All participants in none of them form one more group.
     pub groups: Vec<Vec<Participant>>,
 }
 
 impl Network {
-    /// Whether two participants cannot hear each other at a time.
+    /// Whether two participants are disconnected from each other at a time.
     #[must_use]
     pub fn is_cut(&self, now: MissionTime, a: Participant, b: Participant) -> bool {
         self.partitions.iter().any(|partition| {

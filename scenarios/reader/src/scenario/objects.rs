@@ -1,4 +1,4 @@
-//! What is there to be found.
+//! The objects of a scenario.
 
 use std::fmt;
 
@@ -8,10 +8,10 @@ use dragnet_search::terrain::Terrain;
 use super::check::{self, Invalid};
 use super::file::ObjectsTable;
 
-/// What is there to be found.
+/// The objects of a scenario.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Objects {
-    /// So many, in searched cells drawn at random; no more than there are.
+    /// This number, in searched cells drawn at random; no more than there are.
     Count(u32),
     /// Each searched cell holds one with this probability, above 0 and below 1, independently.
     Density(f64),
@@ -39,14 +39,14 @@ impl Objects {
         }
     }
 
-    /// Expected number of objects, of a known number as [`Objects::expected_density`] has it.
+    /// Expected number of objects; for a known number by [`Objects::expected_density`].
     #[must_use]
     pub fn expected_count(&self, terrain: &Terrain) -> f64 {
         self.expected_density(terrain) * f64::from(searched_count(terrain))
     }
 
-    /// Expected share of the searched cells that hold an object. Of a known number it is kept half an object
-    /// away from none and from all, so that it is a probability that evidence can change.
+    /// Expected share of the searched cells that hold an object. For a known number it is kept half an object away from
+    /// none and from all, so that it is a probability that evidence can change.
     #[must_use]
     pub fn expected_density(&self, terrain: &Terrain) -> f64 {
         let searched = f64::from(searched_count(terrain));

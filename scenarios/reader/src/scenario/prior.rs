@@ -1,4 +1,4 @@
-//! What is believed before the first look.
+//! The belief before the first observation.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use super::objects::Objects;
 use crate::map_file::areas::{Claims, RegionPrior};
 use crate::map_file::{Areas, MapFile, load_probabilities};
 
-/// What is believed before the first look, and why.
+/// The belief before the first observation, and its origin.
 #[derive(Clone, Debug)]
 pub(super) struct Prior {
     pub belief: Belief,
@@ -47,13 +47,13 @@ impl Prior {
                 Err(Invalid::new("prior", "probability and file", allowed).into())
             }
             (_, _, Some(_)) => {
-                let found = "given beside a map whose areas say how likely they are";
+                let found = "given beside a map whose areas have probabilities";
                 Err(Invalid::new("prior", found, "one of the two").into())
             }
         }
     }
 
-    /// Nothing is found before anybody has looked.
+    /// Checks that nothing is found before the first observation.
     pub(super) fn check_undecided(&self, terrain: &Terrain, detection_threshold: f64) -> Result<(), Invalid> {
         let Some(cell) =
             terrain.searched_cells().find(|&cell| self.belief.is_found(cell, detection_threshold))
@@ -63,7 +63,7 @@ impl Prior {
         let (place, probability) = (terrain.grid().position(cell), self.belief.probability(cell));
         let found = format!("{probability:?} in cell [{}, {}]", place.row, place.column);
         let allowed = format!(
-            "below mission.detection_threshold, {detection_threshold:?}: an object would be declared there before anybody has looked"
+            "below mission.detection_threshold, {detection_threshold:?}: an object would be declared there before the first observation"
         );
         Err(Invalid::new("prior", found, allowed))
     }
@@ -153,7 +153,7 @@ count = 2
 [mission]
 budget_meters = 300
 ";
-    /// The western half of the drawing, and a search area that means nothing beside another map.
+    /// The western half of the drawing, and a search area, which has no meaning beside another map.
     const REGIONS: &str = r#"{"type":"FeatureCollection","features":[
         {"type":"Feature","properties":{"name":"west","poa":"75%"},"geometry":{"type":"Polygon","coordinates":
             [[[0,0],[0.00179663,0],[0.00179663,0.0018],[0,0.0018],[0,0]]]}},
@@ -182,7 +182,7 @@ budget_meters = 300
     }
 
     #[test]
-    fn an_origin_that_cannot_be_is_refused() {
+    fn an_invalid_origin_is_rejected() {
         let check = |from: &str, to: &str, message: &str| {
             let error = load(&DRAWN.replace(from, to), REGIONS).unwrap_err();
             assert!(error.contains(message), "{error}");

@@ -1,4 +1,4 @@
-//! Who searches: how each robot decides and where it starts.
+//! The robots of a scenario: policies and start cells.
 
 use std::num::NonZeroU32;
 use std::path::Path;
@@ -24,38 +24,38 @@ pub(super) const MAX_ROBOTS: u32 = 1000;
 pub struct Robot {
     /// Its number, from 1.
     pub id: RobotId,
-    /// How it decides.
+    /// Its policy.
     pub policy: Policy,
-    /// Where it starts.
+    /// Its start cell.
     pub start: Start,
 }
 
 /// A policy and its parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Policy {
-    /// Which policy.
+    /// The policy's name.
     pub name: PolicyName,
-    /// What it may be told.
+    /// Its parameters.
     pub parameters: Parameters,
-    /// It decides anew after so many cells; without, at the waypoint.
+    /// Number of cells after which it decides anew; `None`: at the waypoint.
     pub replan_after_cells: Option<NonZeroU32>,
-    /// The network of the weights file that the scenario names; without, a learned policy has its own.
+    /// The network of the weights file that the scenario names; `None`: the built-in one of a learned policy.
     pub network: Option<Arc<Network>>,
 }
 
-/// A policy as it is without parameters.
+/// A policy with default parameters.
 impl From<PolicyName> for Policy {
     fn from(name: PolicyName) -> Self {
         Self { name, parameters: Parameters::default(), replan_after_cells: None, network: None }
     }
 }
 
-/// Where a robot starts.
+/// The start cell of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Start {
-    /// In the one cell that is drawn, in the largest connected area, for all robots that start so.
+    /// In one random cell of the largest connected area, shared by all robots with this start.
     Together,
-    /// In a cell of its own, drawn in the largest connected area.
+    /// In a random cell of its own, in the largest connected area.
     Scattered,
     /// In this traversable cell.
     Cell(Cell),

@@ -39,7 +39,7 @@ fn small(change: impl Fn(&str) -> String) -> Scenario {
     load(&change(SMALL)).unwrap()
 }
 
-/// A policy without parameters.
+/// A policy with default parameters.
 fn plain(name: Exact) -> Policy {
     PolicyName::from(name).into()
 }
@@ -49,7 +49,7 @@ fn close(a: f64, b: f64) -> bool {
 }
 
 #[test]
-fn a_budget_of_way_goes_before_one_of_time() {
+fn a_budget_of_path_length_precedes_one_of_time() {
     let cells = |mission: &str| {
         let text = format!(
             "name = 'a'\nmap = {{ shape = 'all_traversable', rows = 5, columns = 5, cell_meters = 0.7 }}\n\
@@ -64,7 +64,7 @@ fn a_budget_of_way_goes_before_one_of_time() {
 }
 
 #[test]
-fn what_is_left_out_has_its_default() {
+fn missing_keys_have_their_defaults() {
     let scenario = load(&SMALL.replace("[sensor]\nradius = 1\n", "").replace("...#\n", "")).unwrap_err();
     assert!(scenario.contains("sensor.radius is 5; allowed is a whole number from 1 to 4"), "{scenario}");
     let scenario = small(str::to_owned);
@@ -83,7 +83,7 @@ fn what_is_left_out_has_its_default() {
 }
 
 #[test]
-fn robots_differ_where_the_scenario_says_so() {
+fn robots_differ_as_the_scenario_specifies() {
     let scenario = small(|text| {
         format!(
             "{text}[robots]\ncount = 3\nstart = [0, 0]\n\
@@ -278,7 +278,7 @@ fn a_robot_or_a_network_out_of_range_names_line_value_and_range() {
 }
 
 #[test]
-fn what_is_no_scenario_names_line_key_and_what_is_allowed() {
+fn an_invalid_scenario_names_line_key_and_allowed_values() {
     let check = |from: &str, to: &str, messages: [&str; 2]| {
         let text = if from.is_empty() { format!("{SMALL}{to}\n") } else { SMALL.replace(from, to) };
         let error = load(&text).unwrap_err();
@@ -304,7 +304,7 @@ fn what_is_no_scenario_names_line_key_and_what_is_allowed() {
 }
 
 #[test]
-fn what_is_too_deep_too_long_or_too_large_to_be_read_is_said_in_few_words() {
+fn too_deep_long_or_large_values_are_reported_briefly() {
     let check = |line: &str, message: &str| {
         let error = load(&format!("{SMALL}{line}\n")).unwrap_err();
         assert!(error.contains(message) && error.len() < 700, "{error}");
@@ -344,10 +344,10 @@ fn a_device_is_no_scenario_and_no_weights() {
     assert!(error.contains("/dev/zero") && error.contains("no plain file"), "{error}");
 }
 
-/// Whoever opened such a pipe would wait for ever.
+/// Opening such a pipe would block for ever.
 #[test]
 #[cfg(unix)]
-fn a_pipe_to_which_nobody_writes_is_refused_at_once() {
+fn a_pipe_without_a_writer_is_rejected_at_once() {
     let folder = tempfile::tempdir().unwrap();
     let pipe = folder.path().join("a.kml");
     assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
@@ -369,7 +369,7 @@ fn a_pipe_to_which_nobody_writes_is_refused_at_once() {
 
 /// So short or so slow that a mission never ends.
 #[test]
-fn what_lasts_for_ever_is_refused() {
+fn endless_missions_are_rejected() {
     let check = |more: &str, message: &str| {
         let error = load(&format!("{SMALL}{more}")).unwrap_err();
         assert!(error.contains(message), "{error}");
@@ -389,9 +389,9 @@ fn what_lasts_for_ever_is_refused() {
     );
 }
 
-/// Serde reads as much of a list as it needs, and takes a list for a table.
+/// Serde reads as much of a list as it needs, and accepts a list for a table.
 #[test]
-fn a_list_that_says_more_than_is_read_is_refused() {
+fn a_list_longer_than_what_is_read_is_rejected() {
     let check = |from: &str, to: &str, message: &str| {
         let error = load(&SMALL.replace(from, to)).unwrap_err();
         assert!(error.contains(message), "{error}");
@@ -410,7 +410,7 @@ fn a_list_that_says_more_than_is_read_is_refused() {
 }
 
 #[test]
-fn a_map_without_ground_is_refused() {
+fn a_map_without_ground_is_rejected() {
     let check = |drawing: &str, message: &str| {
         let error = load_with(SMALL, drawing).unwrap_err();
         assert!(error.contains("line 2: map is without a") && error.contains(message), "{error}");
@@ -420,7 +420,7 @@ fn a_map_without_ground_is_refused() {
 }
 
 #[test]
-fn overrides_change_one_thing_and_are_checked() {
+fn overrides_change_one_value_and_are_checked() {
     let scenario = small(|text| {
         format!(
             "{text}[robots]\ncount = 2\npolicy = {{ name = 'path', replan_after_cells = 3 }}\n[[robots.robot]]\nnumber = 2\npolicy = 'nats'\n"
@@ -447,7 +447,7 @@ fn overrides_change_one_thing_and_are_checked() {
 }
 
 #[test]
-fn cells_out_of_sight_and_areas_apart_are_warned_of() {
+fn cells_out_of_reach_and_areas_apart_are_warned_of() {
     let check = |drawing: &str, robots: &str, expected: &[&str]| {
         let scenario = load_with(&format!("{SMALL}[robots]\n{robots}"), drawing).unwrap();
         let warnings: Vec<String> = scenario.warnings().iter().map(ToString::to_string).collect();
@@ -476,19 +476,19 @@ fn objects_that_the_prior_does_not_expect_are_warned_of() {
     check("count = 2", "probability = 0.5", &[]);
     check("count = 1", "probability = 0.5", &["the prior expects 4.0 objects, and [objects] says 1.0"]);
     check("density = 0.9", "probability = 0.1", &["the prior expects 0.8 objects, and [objects] says 7.2"]);
-    // Of the file 0.5 in [1, 3] and [0, 1].
+    // From the file, 0.5 in [1, 3] and [0, 1].
     check("cells = [[1, 3]]", "file = 'low.csv'", &[]);
     let excluded =
         "1 of 2 given objects lie where the prior is 0 and are never found, the first one in [0, 0]";
     check("cells = [[0, 0], [0, 1]]", "file = 'low.csv'", &[excluded]);
     let hidden = load_with(&SMALL.replace("count = 1", "cells = [[0, 4]]"), "...#~.").unwrap();
     let hidden: Vec<String> = hidden.warnings().iter().map(ToString::to_string).collect();
-    let told =
+    let reported =
         "1 of 1 given objects lie out of every robot's sight and are never found, the first one in [0, 4]";
-    assert_eq!(hidden[1..], [told]);
+    assert_eq!(hidden[1..], [reported]);
 }
 
-/// A field of 30 x 20 cells at the equator, a fence through it, and what lies beyond it.
+/// A field of 30 x 20 cells at the equator, a fence through it, and areas beyond it.
 #[test]
 fn areas_that_close_nothing_are_warned_of() {
     let polygon = |[west, south, east, north]: [f64; 4]| {
@@ -536,7 +536,7 @@ fn the_effective_file_reads_back_as_itself() {
 
 proptest! {
     #[test]
-    fn whatever_the_text_it_is_read_or_refused(
+    fn any_text_is_read_or_rejected(
         text in "\\PC{0,60}",
         table in "(robots|map|network|prior|objects|sensor)",
         key in "(count|policy|start|robot|rows|partitions|cells|density|radius|probability)",

@@ -1,4 +1,4 @@
-//! What is odd about a scenario, and can still be run.
+//! Likely mistakes in scenarios that can still be run.
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -10,16 +10,16 @@ use dragnet_search::terrain::Terrain;
 
 use super::{Drawn, Objects, Scenario, Start};
 
-/// What is odd about a scenario, and can still be run.
+/// A likely mistake in a scenario that can still be run.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Warning {
-    /// Searched cells that no robot sees from any cell that it reaches: objects there are never found.
+    /// Searched cells that no robot can observe: objects there are never found.
     Unseen {
-        /// How many.
+        /// Their number.
         cells: usize,
-        /// Of so many searched cells.
+        /// Number of searched cells.
         searched: usize,
-        /// Where the first one is.
+        /// The first one.
         first: Position,
     },
     /// Two robots start in areas that no path connects.
@@ -29,22 +29,22 @@ pub enum Warning {
         /// The first one that it cannot reach.
         other: RobotId,
     },
-    /// A search area or a no-go area of which nothing comes.
+    /// A search area or a no-go area without effect.
     Idle {
-        /// Its kind, as files say it.
+        /// Its kind as files name it.
         kind: &'static str,
         /// Its name.
         name: String,
-        /// Whether it is there to close cells.
+        /// Whether it is meant to close cells.
         closes: bool,
     },
     /// Some of a no-go area's polygons and lines, not all, lie beyond the map.
     Beyond {
         /// Its name.
         name: String,
-        /// How many.
+        /// Their number.
         beyond: usize,
-        /// Of so many.
+        /// Their total number.
         barriers: usize,
     },
     /// The prior expects more than twice or less than half as many objects as there are, and they differ by more than one.
@@ -56,18 +56,18 @@ pub enum Warning {
     },
     /// Given objects that are never found.
     NeverFound {
-        /// Why.
+        /// The reason.
         reason: Reason,
-        /// How many.
+        /// Their number.
         objects: usize,
-        /// Of so many.
+        /// Number of given objects.
         given: usize,
-        /// Where the first one is.
+        /// The first one.
         first: Position,
     },
-    /// Something that is drawn in a file and means nothing to the search.
+    /// A feature of a file that has no meaning for the search.
     LeftOut {
-        /// Its name, or where it stands.
+        /// Its name, or its position in the file.
         name: String,
     },
 }
@@ -77,7 +77,7 @@ pub enum Warning {
 pub enum Reason {
     /// The prior is 0 in its cell, and no reading changes that.
     Excluded,
-    /// No robot sees its cell from any cell that it reaches.
+    /// No robot can observe its cell.
     OutOfSight,
 }
 
@@ -122,7 +122,7 @@ impl fmt::Display for Warning {
 }
 
 impl Scenario {
-    /// What is odd about it, and can still be run.
+    /// Likely mistakes in the scenario.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         self.warnings_with(&self.drawn())
@@ -155,7 +155,7 @@ impl Scenario {
         warnings
     }
 
-    /// A prior may well expect more or fewer objects than there are: what differs by a factor of two is told.
+    /// A prior may expect more or fewer objects than there are: a factor of two is a warning.
     fn contradiction(&self) -> Option<Warning> {
         let terrain = self.terrain();
         let by_prior: f64 = terrain.searched_cells().map(|cell| self.prior().probability(cell)).sum();
@@ -168,7 +168,7 @@ impl Scenario {
         (more > 2.0 * less && more - less > 1.0).then_some(Warning::Contradiction { by_prior, by_objects })
     }
 
-    /// Objects in given cells, each told for the first reason only.
+    /// Objects in given cells, each with the first reason only.
     fn never_found(&self, is_seen: &[bool]) -> Vec<Warning> {
         let Objects::Cells(given) = self.objects() else { return Vec::new() };
         let (seen, unseen): (Vec<Cell>, Vec<Cell>) = given.iter().partition(|cell| is_seen[cell.index()]);
@@ -188,7 +188,7 @@ impl Scenario {
     }
 }
 
-/// What is odd about an area: that nothing comes of it, or not of all of it.
+/// The warning about an area without effect, or with parts without effect.
 fn about_area(drawn: &Drawn) -> Option<Warning> {
     let Drawn { name, kind, cells, beyond, barriers } = drawn.clone();
     match (cells, beyond) {

@@ -1,4 +1,4 @@
-//! Where the search takes place, and what a robot sees of it.
+//! The map and the sensor of a scenario.
 
 use std::path::Path;
 
@@ -42,7 +42,7 @@ pub(super) fn map(table: &MapTable, folder: &Path) -> Result<MapFile, Fault> {
 fn georeference(table: &OriginTable, map: &MapFile) -> Result<Georeference, Invalid> {
     let key = "map.origin";
     if map.georeference.is_some() {
-        let allowed = "no such key beside a map whose file says where it lies";
+        let allowed = "no such key beside a map whose file has a position";
         return Err(Invalid::new(key, "given", allowed));
     }
     if map.origin.yaw_radians.abs() > 0.0 {

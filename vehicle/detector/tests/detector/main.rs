@@ -1,4 +1,4 @@
-//! The detector with its network: against ultralytics, and with modules that fail.
+//! The detector with its network: compared with ultralytics, and with modules that fail.
 #![expect(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
 #[path = "../../../../tests/python/interpreter.rs"]
@@ -17,7 +17,7 @@ use tempfile::TempDir;
 
 const WORKSPACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
-/// A folder with what a script of `tests/python` writes there.
+/// A folder with the output of a script of `tests/python`.
 struct Written(TempDir);
 
 impl Written {

@@ -1,4 +1,4 @@
-//! Modules and images that cannot be: an error that says what, and a detector that goes on.
+//! Invalid modules and images: a clear error, and a detector that continues to work.
 
 use dragnet_detector::network::{Device, Network, NetworkError};
 use dragnet_detector::picture::{Picture, PixelFormat, Size};
@@ -36,7 +36,7 @@ fn says(error: &NetworkError, said: &[&str]) {
 }
 
 #[test]
-fn what_is_no_detector_is_refused_when_it_is_loaded() {
+fn a_module_that_is_not_a_detector_is_rejected_when_it_is_loaded() {
     let written = Written::by("modules.py");
     let refused = |name: &str, said: &[&str]| says(&written.network(name).unwrap_err(), said);
     refused("silent", &["does not say the size of its input"]);
@@ -50,7 +50,7 @@ fn what_is_no_detector_is_refused_when_it_is_loaded() {
     refused("flat", &["shape [6, 40]", "understood is [1, 4 + classes, anchors]"]);
     refused("endless", &["shape [1, 6, 1099511627776]", "up to 10000 classes and 1048576 anchors"]);
 
-    // One that says nothing of itself does what it should once its input is given.
+    // One without metadata works once its input size is given.
     let silent = Network::load(&written.bytes("silent.torchscript"), Some(INPUT), Device::Cpu).unwrap();
     assert_eq!((silent.classes(), silent.name(0), silent.class_named("person")), (2, None, None));
     assert_eq!(silent.detect(&picture(&with_red()), &settings()).unwrap().detections.len(), 1);
@@ -82,7 +82,7 @@ fn an_image_on_which_a_module_fails_is_lost_and_the_next_is_not() {
 }
 
 #[test]
-fn a_module_that_works_says_where_and_what() {
+fn a_working_module_gives_boxes_and_classes() {
     let written = Written::by("modules.py");
     let network = written.network("red").unwrap();
     assert_eq!((network.input(), network.classes()), (INPUT, 2));

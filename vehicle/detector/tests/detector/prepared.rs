@@ -1,4 +1,4 @@
-//! Where the pixels of an image come to lie, and in which order their colors.
+//! Positions of an image's pixels, and the order of their colors, after preparation.
 
 use dragnet_detector::letterbox::Letterbox;
 use dragnet_detector::picture::{Picture, PixelFormat, Size};
@@ -16,7 +16,7 @@ fn prepared(image: Size, format: PixelFormat, bytes: &[u8], resolution: Resoluti
 }
 
 #[test]
-fn colors_come_in_the_order_of_the_network_whatever_that_of_the_camera() {
+fn colors_of_any_order_are_converted_to_that_of_the_network() {
     // Two pixels, one above the other, in the middle of an input of 4 x 2.
     let bytes = [10, 20, 30, 40, 50, 60];
     let planes = |format, bytes: &[u8]| -> Vec<u32> {
@@ -45,9 +45,9 @@ fn half_the_resolution_is_the_mean_of_two_by_two() {
 }
 
 proptest! {
-    /// A bright square in the dark lies where the letterbox says that it does.
+    /// A bright square in the dark is where the letterbox puts it.
     #[test]
-    fn a_letterbox_says_where_pixels_come_to_lie(
+    fn a_letterbox_gives_the_positions_of_pixels(
         width in 60_u32..400,
         height in 60_u32..400,
         part in (0.1_f64..0.9, 0.1_f64..0.9),
@@ -80,7 +80,7 @@ proptest! {
         prop_assert!(weight > 1.0);
         let off = letterbox.in_image(sum / weight) - middle;
         let side = letterbox.in_image(Vector2::new(1.0, 1.0)) - letterbox.in_image(Vector2::zeros());
-        // Half a pixel of the input, where one is several of the image and is told by the four in its middle.
+        // Half a pixel of the input, if one is several of the image and is computed from the four in its center.
         prop_assert!(off.x.abs() < 0.5 * side.x.max(1.0) && off.y.abs() < 0.5 * side.y.max(1.0), "{off} {side}");
     }
 }

@@ -1,4 +1,4 @@
-//! Images are prepared, and outputs read, as ultralytics does both.
+//! Images are prepared, and outputs read, as by ultralytics.
 
 use dragnet_detector::letterbox::Letterbox;
 use dragnet_detector::output::Output;
@@ -12,16 +12,16 @@ use serde_json::Value;
 
 use super::Written;
 
-/// Rows and columns differ, so that whoever confuses the two is found out.
+/// Rows and columns differ, so that swapping them is detected.
 const RANDOM_INPUT: Size = Size { width_pixels: 320, height_pixels: 256 };
 
-/// Shades of 256 by which a pixel may differ at most, and all in the mean: each of the two scalings is rounded after one
-/// direction and after the other here, and once there.
+/// Shades of 256 by which a pixel may differ at most, and on average: here each of the two scalings is rounded after
+/// each direction, there once.
 const MOST_SHADES: [(Resolution, f32, f32); 2] =
     [(Resolution::Full, 1.0, 0.2), (Resolution::Half, 2.0, 0.45)];
-/// Of a box's edge that both read from the same numbers.
+/// Tolerance of a box's edge that both read from the same output.
 const READ_PIXELS: f64 = 1e-3;
-/// Of a box's edge in an image of 5320 x 3032 pixels, of which 33 are one of the input.
+/// Tolerance of a box's edge in an image of 5320 x 3032 pixels, 33 of which are one of the input.
 const FOUND_PIXELS: f64 = 2.0;
 
 fn picture(image: &RgbImage) -> Picture<'_> {
@@ -33,7 +33,7 @@ fn edges(bounds: &DetectionBox) -> [f64; 4] {
     [bounds.left, bounds.top, bounds.right, bounds.bottom]
 }
 
-/// How far the edges of two boxes are apart at most.
+/// The largest distance between the edges of two boxes.
 fn apart(detection: &Detection, theirs: &Value) -> f64 {
     let apart =
         edges(&detection.bounds).into_iter().zip(0..).map(|(edge, part)| (edge - number(theirs, part)).abs());
@@ -44,7 +44,7 @@ fn number(list: &Value, index: usize) -> f64 {
     list[index].as_f64().unwrap()
 }
 
-/// Shades of 256 that the input differs by: at most, and in the mean.
+/// Shades of 256 by which the input differs: at most, and on average.
 fn check_prepared(written: &Written, image: &RgbImage, resolution: Resolution, name: &str) {
     let ours = prepare(&picture(image), resolution, RANDOM_INPUT).unwrap();
     let theirs = written.bytes(&format!("{name}.pixels"));
@@ -110,7 +110,7 @@ fn check_read(written: &Written, image: &RgbImage, resolution: Resolution, name:
     let shape: Vec<i64> =
         expected["shape"].as_array().unwrap().iter().map(|side| side.as_i64().unwrap()).collect();
     let output = Output::new(&values, &shape).unwrap();
-    // What ultralytics is shown is taken down before, and so its boxes are those of the image taken down.
+    // ultralytics gets a reduced image, and its boxes are those of the reduced image.
     let factor = resolution.factor();
     let seen = Size { width_pixels: image.width() / factor, height_pixels: image.height() / factor };
     let letterbox = Letterbox::new(seen, Resolution::Full, RANDOM_INPUT).unwrap();
@@ -118,13 +118,13 @@ fn check_read(written: &Written, image: &RgbImage, resolution: Resolution, name:
     let mut empty = 0;
     for (number, case) in cases.iter().enumerate() {
         let found = find(&output, &letterbox, &settings(case)).unwrap();
-        // Of what lies in the padding alone ultralytics leaves a box without area.
+        // For a box in the padding alone ultralytics returns one without area.
         let (theirs, none): (Vec<&Value>, Vec<_>) =
             case["boxes"].as_array().unwrap().iter().partition(|bounds| has_area(bounds));
         empty += none.len();
         check_found(&found, &theirs, &format!("{name} {number}"));
     }
-    // The hard cases: many boxes, some of them cut at each edge of the image, some beyond it.
+    // The hard cases: many boxes, some clipped at each edge of the image, some beyond it.
     assert!(empty > 0);
     let whole = find(&output, &letterbox, &settings(&cases[0])).unwrap().detections;
     let (width, height) = (f64::from(seen.width_pixels), f64::from(seen.height_pixels));
@@ -149,7 +149,7 @@ fn images_are_prepared_and_outputs_are_read_as_ultralytics_does() {
     painted_figures_are_found(&written, &expected["figures"]);
 }
 
-/// From the pixels of a camera to boxes, by a network that was trained to find what is painted there.
+/// From a camera's pixels to boxes, by a network that was trained on painted figures.
 fn painted_figures_are_found(written: &Written, expected: &Value) {
     let image = image::open(written.path("figures.ppm")).unwrap().to_rgb8();
     assert_eq!(image.dimensions(), (5320, 3032));
@@ -166,7 +166,7 @@ fn painted_figures_are_found(written: &Written, expected: &Value) {
         assert!(shares < 0.01 && apart(detection, theirs) < FOUND_PIXELS);
     }
     check_painted(&found, expected["painted"].as_array().unwrap());
-    // The first time, the second and the third: nothing is run in another way once it is known.
+    // The first time, the second and the third: no run-time optimization changes the result.
     for _ in 0..2 {
         assert_eq!(network.detect(&picture(&image), &Settings::default()).unwrap(), found);
     }
@@ -175,7 +175,7 @@ fn painted_figures_are_found(written: &Written, expected: &Value) {
     assert!(persons.detections.iter().all(|detection| detection.class == 0) && persons.detections.len() == 2);
 }
 
-/// Each painted figure has one box, whose edges are where it was painted to three pixels of the input.
+/// Each painted figure has one box, whose edges are right to three pixels of the input.
 fn check_painted(found: &Found, painted: &[Value]) {
     assert_eq!((found.detections.len(), painted.len()), (3, 3));
     for painted in painted {

@@ -1,26 +1,25 @@
-//! Frames of several cameras, put into the order of their stamps.
+//! Orders the frames of several cameras by their stamps.
 //!
-//! Cameras tell of a time at different times: one has its detector on board, another one sends images far. What
-//! is followed needs one order. So a frame waits until all other cameras have told of its time or a later one;
-//! a camera that says nothing for long is not waited for, and no frame waits longer than the window. A frame
-//! of a time before what was taken in already comes too late. The same stamp of two cameras is one time, and
-//! of one camera one image.
+//! Cameras have different latencies: one has its detector on board, another sends images over a network. Tracking needs
+//! one order. So a frame waits until all other cameras have reached its time; a silent camera is not waited for, and no
+//! frame waits longer than the window. A frame from before the last processed time is too late. Equal stamps of two
+//! cameras are one time, and of one camera one image.
 
 use std::collections::VecDeque;
 
 use super::super::CameraFrame;
 use crate::camera::Detections;
 
-/// Frames that wait.
+/// Waiting frames.
 #[derive(Clone, Debug)]
 pub(super) struct Waiting {
     window_ns: u64,
-    /// A camera that said nothing for longer is not waited for.
+    /// Silence after which a camera is not waited for.
     silence_ns: u64,
     cameras: Vec<Source>,
-    /// By stamp, and as they came.
+    /// By stamp, then by arrival.
     frames: VecDeque<Frame>,
-    /// The stamp of the latest frame that was taken.
+    /// The stamp of the latest processed frame.
     taken_ns: Option<u64>,
 }
 
@@ -28,11 +27,11 @@ pub(super) struct Waiting {
 #[derive(Clone, Copy, Debug, Default)]
 #[expect(clippy::struct_field_names, reason = "each ends with its unit")]
 struct Source {
-    /// When it last gave a frame; before the first, when it was expected to.
-    heard_ns: Option<u64>,
+    /// Time of its last frame; before the first, when it was expected to begin.
+    received_ns: Option<u64>,
     /// The latest stamp.
     latest_ns: Option<u64>,
-    /// The stamp of its frame that was taken last.
+    /// The stamp of its last processed frame.
     taken_ns: Option<u64>,
 }
 
@@ -44,16 +43,16 @@ struct Frame {
     detections: Detections,
 }
 
-/// What becomes of a frame.
+/// The result of adding a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Arrival {
     /// It waits for its turn.
     Waits,
-    /// It is there already.
+    /// It is a duplicate.
     Again,
-    /// Later ones were taken in.
+    /// Later ones have been processed.
     Late {
-        /// By how much.
+        /// By how much it is late.
         by_ns: u64,
     },
     /// The oldest one was dropped for it.
@@ -61,7 +60,7 @@ pub(super) enum Arrival {
 }
 
 impl Waiting {
-    /// So many frames may wait.
+    /// The maximum number of waiting frames.
     pub(super) const MOST: usize = 1024;
 
     pub(super) fn new(cameras: usize, window_ns: u64, silence_ns: u64) -> Self {
@@ -72,18 +71,18 @@ impl Waiting {
     /// From the first event on, frames are expected.
     pub(super) fn begin(&mut self, now_ns: u64) {
         for camera in &mut self.cameras {
-            camera.heard_ns.get_or_insert(now_ns);
+            camera.received_ns.get_or_insert(now_ns);
         }
     }
 
-    /// No stamp from before means anything.
+    /// Earlier stamps have no meaning.
     pub(super) fn restart(&mut self, now_ns: u64) {
         self.frames.clear();
         self.taken_ns = None;
-        self.cameras.fill(Source { heard_ns: Some(now_ns), ..Source::default() });
+        self.cameras.fill(Source { received_ns: Some(now_ns), ..Source::default() });
     }
 
-    /// Takes in a frame of a camera, by its number.
+    /// Adds a frame of a camera, by its index.
     pub(super) fn put(
         &mut self,
         now_ns: u64,
@@ -93,7 +92,7 @@ impl Waiting {
     ) -> Arrival {
         let time_ns = frame.time_ns;
         let source = &mut self.cameras[camera];
-        source.heard_ns = Some(now_ns);
+        source.received_ns = Some(now_ns);
         source.latest_ns = source.latest_ns.max(Some(time_ns));
         let is_same = |it: &Frame| it.camera == camera && it.content.time_ns == time_ns;
         if source.taken_ns == Some(time_ns) || self.frames.iter().any(is_same) {
@@ -117,13 +116,13 @@ impl Waiting {
         let time_ns = next.content.time_ns;
         let has_waited = now_ns.saturating_sub(next.came_ns) >= self.window_ns;
         let is_behind = |source: &Source| {
-            let silence_ns = now_ns.saturating_sub(source.heard_ns.unwrap_or(now_ns));
+            let silence_ns = now_ns.saturating_sub(source.received_ns.unwrap_or(now_ns));
             source.latest_ns < Some(time_ns) && silence_ns <= self.silence_ns
         };
         (has_waited || !self.cameras.iter().any(is_behind)).then_some(time_ns)
     }
 
-    /// Takes that frame: its camera's number, and what is in it.
+    /// Takes that frame: its camera's index, and its content.
     pub(super) fn take(&mut self) -> Option<(usize, CameraFrame, Detections)> {
         let Frame { camera, content: frame, detections, .. } = self.frames.pop_front()?;
         self.taken_ns = Some(frame.time_ns);

@@ -1,4 +1,5 @@
-//! What is missing or cannot be: the vehicle holds or goes on as set, somebody is told, evidence stays clean.
+//! Missing or invalid input: the vehicle stops or continues as configured, a diagnostic is published, evidence is not
+//! affected.
 
 use super::*;
 use crate::settings::{FaultResponse, OnFault};
@@ -8,7 +9,7 @@ use dragnet_lattice::mprim;
 
 const ROUTE: [(u32, u32); 5] = [(2, 3), (2, 4), (2, 5), (2, 6), (2, 7)];
 
-/// A drive under way, with this response about everything.
+/// A vehicle that is driving, with this response to every fault.
 fn under_way(response: FaultResponse) -> Drive {
     let mut settings = settings();
     settings.safety.on_fault =
@@ -20,18 +21,18 @@ fn under_way(response: FaultResponse) -> Drive {
     drive
 }
 
-/// The same fault under both settings: who holds stands, who goes on drives; both say so.
+/// The same fault under both settings: the vehicle stands or drives; both report it.
 fn check_both(fault: impl Fn(&mut Drive) -> Vec<Action>, expected: &str) {
     for response in [FaultResponse::Stop, FaultResponse::Continue] {
         let mut drive = under_way(response);
         let actions = fault(&mut drive);
-        assert!(told(&actions).contains(&expected.to_owned()), "{response:?}: {:?}", told(&actions));
+        assert!(reported(&actions).contains(&expected.to_owned()), "{response:?}: {:?}", reported(&actions));
         assert_eq!(is_hold(&actions), response == FaultResponse::Stop, "{response:?}: {actions:?}");
         assert_eq!(drive.path.is_empty(), response == FaultResponse::Stop, "{response:?}");
     }
 }
 
-/// Frames of one camera as told, the others as they are.
+/// Given frames of one camera, correct ones of the others.
 fn with_front(
     drive: &mut Drive,
     seconds: u64,
@@ -52,7 +53,7 @@ fn a_camera_that_stops() {
     assert!(drive.path.is_empty());
     assert!(drive.step().is_empty(), "not believed yet");
     let actions = drive.steps(4);
-    assert!(told(&actions).contains(&"silence of front Ok".to_owned()) && is_drive(&actions));
+    assert!(reported(&actions).contains(&"silence of front Ok".to_owned()) && is_drive(&actions));
     assert_eq!(sensed(&drive.steps(40)).last(), cells(&ROUTE).last());
 }
 
@@ -61,18 +62,18 @@ fn a_detector_that_returns_no_numbers_or_ten_thousand_boxes() {
     let no_number = |frame: CameraFrame| {
         let bad = DetectionBox { left: f64::NAN, top: 1.0, right: 9.0, bottom: 9.0 };
         let good = DetectionBox { left: 1.0, top: 1.0, right: 9.0, bottom: 9.0 };
-        Some(CameraFrame { sights: CameraDetections::Boxes(vec![good, bad]), ..frame })
+        Some(CameraFrame { detections: CameraDetections::Boxes(vec![good, bad]), ..frame })
     };
     let many = |frame: CameraFrame| {
         let boxed = |n: u32| DetectionBox { left: f64::from(n) / 10.0, top: 0.0, right: 1500.0, bottom: 9.0 };
-        Some(CameraFrame { sights: CameraDetections::Boxes((0..10_000).map(boxed).collect()), ..frame })
+        Some(CameraFrame { detections: CameraDetections::Boxes((0..10_000).map(boxed).collect()), ..frame })
     };
     let bearing = |frame: CameraFrame| {
-        Some(CameraFrame { sights: CameraDetections::Bearings(vec![0.0, f64::INFINITY]), ..frame })
+        Some(CameraFrame { detections: CameraDetections::Bearings(vec![0.0, f64::INFINITY]), ..frame })
     };
-    // Beside the vehicle, where this camera does not look.
+    // Beside the vehicle, out of this camera's view.
     let elsewhere =
-        |frame: CameraFrame| Some(CameraFrame { sights: CameraDetections::Bearings(vec![2.5]), ..frame });
+        |frame: CameraFrame| Some(CameraFrame { detections: CameraDetections::Bearings(vec![2.5]), ..frame });
     check_both(|drive| with_front(drive, 4, no_number), "camera front Warning");
     check_both(|drive| with_front(drive, 4, many), "silence of front Error");
     for (bad, expected) in [
@@ -86,7 +87,8 @@ fn a_detector_that_returns_no_numbers_or_ten_thousand_boxes() {
         let actions = with_front(&mut drive, 10, bad);
         assert_eq!(message(&actions), expected);
         assert!(drive.pilot.tracks().is_empty(), "nothing came of it");
-        // What the others do not see is not called empty, once the last look with good frames is over.
+        // Cells out of the other cameras' view do not read as empty, once the last observation with good frames is
+        // over.
         let ahead = readings(&actions).iter().filter(|it| it.cell == cells(&[(2, 9)])[0]).count();
         assert!(ahead <= 1, "{expected}: {ahead}");
     }
@@ -120,11 +122,11 @@ fn a_pose_that_jumps_and_one_outside_of_the_map() {
 #[test]
 fn after_a_jump_that_lasts_all_begins_anew() {
     let mut drive = under_way(FaultResponse::Stop);
-    drive.things = vec![Vector2::new(45.0, 45.0)];
+    drive.objects = vec![Vector2::new(45.0, 45.0)];
     drive.steps(6);
     assert_eq!(drive.pilot.tracks().len(), 1);
     drive.pose = Pose::new(95.0, 95.0, 0.0);
-    drive.things.clear();
+    drive.objects.clear();
     let actions = drive.steps(2);
     assert!(sensed(&actions).is_empty() && is_hold(&actions), "not believed yet");
     let actions = drive.steps(4);
@@ -145,7 +147,7 @@ fn poses_that_stop() {
     let mut drive = Drive::new(&settings());
     drive.tell(Event::Tick);
     drive.now_ns += 2 * SECOND;
-    assert_eq!(message(&drive.tell(Event::Tick)), "no pose comes", "not even the first");
+    assert_eq!(message(&drive.tell(Event::Tick)), "no pose arrives", "not even the first");
     let mut drive = under_way(FaultResponse::Continue);
     let before = drive.actions.len();
     for _ in 0..20 {
@@ -156,7 +158,7 @@ fn poses_that_stop() {
     assert!(sensed(&drive.actions[before..]).is_empty(), "nobody knows from where that was seen");
 }
 
-/// A minute of poses and frames 20 times a second, whose stamps are as told.
+/// A minute of poses and frames 20 times per second, with given stamps.
 fn stamped(drive: &mut Drive, stamp: impl Fn(&Drive) -> u64) -> Vec<Action> {
     let before = drive.actions.len();
     for _ in 0..60 * 20 {
@@ -171,7 +173,7 @@ fn stamped(drive: &mut Drive, stamp: impl Fn(&Drive) -> u64) -> Vec<Action> {
 
 type Stamp = fn(&Drive) -> u64;
 
-/// What is told of a subject, in order.
+/// The reports of a subject, in order.
 fn messages(actions: &[Action], subject: &str) -> Vec<String> {
     let of_subject = |action: &Action| match action {
         Action::Tell(diagnostic) if diagnostic.name == subject => Some(diagnostic.message.clone()),
@@ -198,9 +200,12 @@ fn stamps_that_cannot_be_of_now_are_one_alarm_that_names_its_cause() {
         drive.step();
         let actions = stamped(&mut drive, stamp);
         for subject in ["pose", "camera front"] {
-            let told = messages(&actions, subject);
-            assert!(told.last().unwrap().starts_with(cause), "{subject}: {told:?}");
-            assert!(told.len() <= 2 && !told.contains(&"well again".to_owned()), "{subject}: {told:?}");
+            let reported = messages(&actions, subject);
+            assert!(reported.last().unwrap().starts_with(cause), "{subject}: {reported:?}");
+            assert!(
+                reported.len() <= 2 && !reported.contains(&"well again".to_owned()),
+                "{subject}: {reported:?}"
+            );
         }
         assert_eq!(messages(&actions, "silence of front"), ["no frame comes that can be used"]);
         let refused = |source: &InputSource| {
@@ -229,11 +234,11 @@ fn a_pose_that_is_good_and_bad_in_turn_stops_the_vehicle_once() {
         }
     }
     let actions = &drive.actions[before..];
-    assert_eq!(told(actions), ["pose Error"]);
+    assert_eq!(reported(actions), ["pose Error"]);
     assert_eq!(actions.iter().filter(|action| matches!(action, Action::Hold)).count(), 1);
     assert!(!is_drive(actions));
     let actions = drive.steps(4);
-    assert!(told(&actions) == ["pose Ok"] && is_drive(&actions));
+    assert!(reported(&actions) == ["pose Ok"] && is_drive(&actions));
 }
 
 #[test]
@@ -250,27 +255,27 @@ fn time_that_runs_backwards() {
     drive.now_ns = 0;
     let actions = drive.steps(8);
     assert_eq!(
-        told(&actions)[..2],
+        reported(&actions)[..2],
         ["clock Error", "clock Ok"],
         "a clock that was set is believed in the end"
     );
     assert!(is_drive(&actions));
     assert_eq!(sensed(&drive.steps(40)).last(), cells(&ROUTE).last());
-    // A sensor's clock may run backwards too.
+    // A sensor's clock may run backward too.
     let late = PoseEstimate { time_ns: drive.now_ns - SECOND, ..drive.fix() };
-    assert_eq!(told(&drive.tell(Event::Pose(late))), ["pose Error"]);
+    assert_eq!(reported(&drive.tell(Event::Pose(late))), ["pose Error"]);
 }
 
 #[test]
-fn frames_wait_for_their_pose_and_strangers_are_told() {
+fn frames_wait_for_their_pose_and_unknown_cameras_are_reported() {
     let mut drive = Drive::new(&settings());
     drive.step();
     let mut frame = drive.frame(&drive.cameras[0].clone());
     frame.camera = "rear".to_owned();
     let actions = drive.tell(Event::Frame(frame));
-    assert_eq!(told(&actions), ["camera rear Warning"]);
+    assert_eq!(reported(&actions), ["camera rear Warning"]);
     assert!(message(&actions).ends_with("there are front, left, right"), "{actions:?}");
-    drive.things = vec![Vector2::new(45.0, 25.0)];
+    drive.objects = vec![Vector2::new(45.0, 25.0)];
     drive.now_ns += STEP_NS;
     let early = drive.frame(&drive.cameras[0].clone());
     drive.tell(Event::Frame(early));
@@ -302,10 +307,10 @@ fn a_goal_that_cannot_be_reached() {
 fn check_both_ways(response: FaultResponse) {
     let mut drive = under_way(response);
     let actions = drive.tell(Event::Map(walled()));
-    assert_eq!(told(&actions), ["path Warning"]);
+    assert_eq!(reported(&actions), ["path Warning"]);
     assert!(is_hold(&actions) && drive.path.is_empty(), "there is no other run");
-    assert!(message(&actions).contains("no way leads"), "{actions:?}");
-    // Whoever goes on asks the agent again, by telling where it stands.
+    assert!(message(&actions).contains("no path leads"), "{actions:?}");
+    // When it continues, it asks the agent again, by reporting its cell.
     let asked = sensed(&drive.steps(12));
     assert_eq!(asked.is_empty(), response == FaultResponse::Stop, "{asked:?}");
     assert!(asked.len() <= 2, "no more often than it could enter cells");
@@ -315,7 +320,7 @@ fn check_both_ways(response: FaultResponse) {
     let actions = drive.tell(Event::Map(CostMap::from_terrain(scenario().terrain(), 8).unwrap()));
     if response == FaultResponse::Stop {
         assert!(is_drive(&actions), "the way is free again");
-        assert_eq!(told(&drive.steps(4)), ["path Ok"]);
+        assert_eq!(reported(&drive.steps(4)), ["path Ok"]);
     }
     let mut drive = under_way(response);
     drive.tell(Event::Map(walled()));
@@ -326,14 +331,14 @@ fn check_both_ways(response: FaultResponse) {
 #[test]
 fn a_map_that_changes_its_size() {
     let mut drive = under_way(FaultResponse::Stop);
-    // Finer, and of a larger piece of land: motions that are made fit any.
+    // Finer, and of a larger area: generated motion primitives fit any resolution.
     let grid = dragnet_search::cell::Grid::new(400, 300).unwrap();
     let finer = CostMap::new(grid, 0.5, (-10.0, -10.0), vec![0; grid.cell_count()]).unwrap();
     let actions = drive.tell(Event::Map(finer));
-    assert!(is_drive(&actions) && told(&actions).is_empty(), "planned anew");
+    assert!(is_drive(&actions) && reported(&actions).is_empty(), "planned anew");
     assert_eq!(sensed(&drive.steps(40)).last(), cells(&ROUTE).last());
 
-    // Motions from a file fit one resolution only.
+    // Motion primitives from a file fit one resolution only.
     let maneuvers = Maneuvers {
         resolution_meters: 1.25,
         headings: Headings::Sixteen,
@@ -355,7 +360,7 @@ fn a_map_that_changes_its_size() {
         drive.go(&ROUTE);
         let small = CostMap::from_terrain(scenario().terrain(), 4).unwrap();
         let actions = drive.tell(Event::Map(small));
-        assert_eq!(told(&actions), ["map Error"]);
+        assert_eq!(reported(&actions), ["map Error"]);
         assert!(message(&actions).contains("primitives for cells of 1.25 m on a map with cells of 2.5 m"));
         assert_eq!(
             (is_hold(&actions), drive.path.is_empty()),
@@ -364,18 +369,18 @@ fn a_map_that_changes_its_size() {
         let same = CostMap::from_terrain(scenario().terrain(), 8).unwrap();
         let mut actions = drive.tell(Event::Map(same));
         actions.extend(drive.steps(4));
-        assert!(told(&actions) == ["map Ok"] && is_drive(&actions));
+        assert!(reported(&actions) == ["map Ok"] && is_drive(&actions));
     }
 }
 
 #[test]
-fn a_vehicle_on_blocked_ground_tells_no_cell() {
+fn a_vehicle_on_blocked_ground_reports_no_cell() {
     let drawing = "............\n".repeat(9) + "..#.........\n" + &"............\n".repeat(2);
     let terrain = Terrain::from_ascii(&drawing, 10.0).unwrap();
     let mut drive = Drive::on(&settings(), &terrain, 8);
     let actions = drive.step();
     assert!(sensed(&actions).is_empty());
-    assert_eq!(told(&actions), ["ground Warning"]);
+    assert_eq!(reported(&actions), ["ground Warning"]);
     drive.pose = Pose::new(25.0, 15.4, 0.0);
     drive.now_ns += 60 * SECOND;
     assert_eq!(sensed(&drive.step()), cells(&[(1, 2)]));

@@ -1,4 +1,4 @@
-//! What a no-go area closes.
+//! Cells that no-go areas close.
 
 use dragnet_search::cell::{Cell, Grid};
 use geo::{LineString, MapCoords};
@@ -11,8 +11,8 @@ use crate::map_file::scanline::{covered_cells, each_touched};
 type Line = Vec<(f64, f64)>;
 
 impl Area {
-    /// Names the cells of a map that nobody enters because of it, some more than once: those that a polygon covers in part, or
-    /// that a border or a line touches. None of an area of another purpose.
+    /// Calls back with each cell of a map that this area closes, some more than once: those that a polygon covers in part,
+    /// or that a border or a line touches. None for an area of another purpose.
     pub(crate) fn each_closed(
         &self,
         frame: &Georeference,
@@ -30,7 +30,7 @@ impl Area {
         }
     }
 
-    /// How many of its polygons and lines lie beyond a map, and of how many, if it is a no-go area.
+    /// The number of its polygons and lines that lie beyond a map, and their total number, if it is a no-go area.
     pub(crate) fn barriers_beyond(
         &self,
         frame: &Georeference,

@@ -1,4 +1,4 @@
-//! What an author writes about a feature, as lines: plain text, or HTML, which Google Earth and other tools write.
+//! The description of a feature as lines: plain text, or HTML, which Google Earth and other tools write.
 
 use html5gum::{Token, Tokenizer};
 
@@ -29,14 +29,14 @@ const LINES: [&[u8]; 24] = [
     b"table",
     b"ul",
 ];
-/// Elements of a table that are one line: a row, whose cells are a key and what is said of it.
+/// Elements of a table row: a key and its value.
 const CELLS: [&[u8]; 3] = [b"dd", b"td", b"th"];
 /// Elements that hold them.
 const ROWS: [&[u8]; 2] = [b"dl", b"tr"];
-/// Elements whose text nobody sees.
+/// Elements whose text is not displayed.
 const HIDDEN: [&[u8]; 3] = [b"script", b"style", b"title"];
 
-/// The lines that a reader sees. Comments are none of them; `<td>poa</td><td>60%</td>` is seen as `poa: 60%`.
+/// The displayed lines, without comments; `<td>poa</td><td>60%</td>` is displayed as `poa: 60%`.
 pub(super) fn lines(description: &str) -> Vec<String> {
     let mut seen = Seen { lines: vec![String::new()], last: None, hidden: 0, is_row: false };
     for token in Tokenizer::new(description).flatten() {
@@ -53,9 +53,9 @@ pub(super) fn lines(description: &str) -> Vec<String> {
 
 struct Seen {
     lines: Vec<String>,
-    /// The last letter of the last line that is no space.
+    /// The last letter of the last line, except spaces.
     last: Option<char>,
-    /// How many elements stand open whose text nobody sees.
+    /// Number of open elements whose text is not displayed.
     hidden: usize,
     /// Within a row of a table a line that ends is a space.
     is_row: bool,
@@ -68,7 +68,7 @@ impl Seen {
         }
         self.is_row |= ROWS.contains(&name);
         match self.last {
-            // A key that says so itself needs no second sign.
+            // A key that ends with a sign needs no second one.
             Some(':' | '=') if CELLS.contains(&name) => self.write(" "),
             Some(_) if CELLS.contains(&name) => self.write(": "),
             _ if name == b"tr" || LINES.contains(&name) => self.new_line(),
@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_is_what_a_reader_sees_as_one() {
+    fn a_line_is_a_displayed_line() {
         check("kind: no_go", &["kind: no_go"]);
         check("Steep!\r\npoa: 60 %\n\nspread_meters = 100", &["Steep!", "poa: 60 %", "spread_meters = 100"]);
         check("<div>kind: no_go</div>", &["kind: no_go"]);
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn a_table_is_keys_and_what_is_said_of_them() {
+    fn a_table_is_keys_and_values() {
         let table = "<table><tr><th>kind</th><td>prior</td></tr>\n<tr><td>poa:</td><td>60%</td></tr></table>";
         check(table, &["kind: prior", "poa: 60%"]);
         let spaced =
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn what_nobody_sees_is_not_read() {
+    fn cells_out_of_view_are_not_read() {
         check("<!-- kind: no_go -->a wood", &["a wood"]);
         check("<style>p { kind: no_go }</style><p title='kind: no_go'>a wood</p>", &["a wood"]);
         check("<!-- kind: no_go", &[]);

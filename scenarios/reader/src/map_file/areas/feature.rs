@@ -1,4 +1,4 @@
-//! What a file draws, whatever its format: shapes as they stand there, with a name and what is said of them.
+//! Features of a file of either format: shapes with a name and properties.
 
 use std::collections::BTreeMap;
 
@@ -7,32 +7,32 @@ use super::{Purpose, description};
 /// A word by which a feature seems to be meant for a search, in the form of [`words`].
 const NO_GO_WORD: &str = "no_go";
 
-/// A position as it is written, degrees: longitude, latitude, and what may follow.
+/// A position as written, degrees: longitude, latitude, and optional further values.
 pub(super) type Position = Vec<f64>;
 
-/// Something drawn.
+/// A drawn feature.
 #[derive(Debug, Default)]
 pub(super) struct Feature {
-    /// Where it stands in its file, for messages: its number or line, and its name.
+    /// Its position in its file, for messages: its number or line, and its name.
     pub place: String,
     pub name: Option<String>,
     pub facts: Facts,
     pub shapes: Shapes,
 }
 
-/// What its author says of a feature, by key.
+/// Properties of a feature, by key.
 #[derive(Debug, Default)]
 pub(super) struct Facts {
     known: BTreeMap<&'static str, String>,
-    /// What seems to be meant for a search and says nothing, as it stands there.
+    /// A text that seems to be meant for a search but is not understood.
     unclear: Option<String>,
-    /// What is said twice, each time in another way.
+    /// A key with two different values.
     conflict: Option<Conflict>,
-    /// Whether it tells how well it was searched, as an export does: its `poa` is an account then.
+    /// Whether it is part of an export: then its `poa` is a result.
     is_account: bool,
 }
 
-/// A key under which an author says two things.
+/// A key with two different values.
 #[derive(Clone, Debug)]
 pub(super) struct Conflict {
     pub key: &'static str,
@@ -40,7 +40,7 @@ pub(super) struct Conflict {
     pub second: String,
 }
 
-/// Where a feature lies, not checked yet.
+/// The shapes of a feature, not checked yet.
 #[derive(Debug, Default)]
 pub(super) struct Shapes {
     /// Each a list of rings, the outer one first.
@@ -50,7 +50,7 @@ pub(super) struct Shapes {
 }
 
 impl Feature {
-    /// A feature at a place, such as `feature 3`, with what may be its name.
+    /// A feature at a position such as `feature 3`, with its name, if any.
     pub(super) fn at(place: &str, name: Option<String>) -> Self {
         let name = name.map(|name| name.trim().to_owned()).filter(|name| !name.is_empty());
         let shown = name.as_ref().map(|name| name.chars().take(40).collect::<String>());
@@ -72,8 +72,8 @@ impl Facts {
     const POD: &str = "pod";
     const KEYS: [&str; 3] = [Self::KIND, Self::POA, Self::SPREAD];
 
-    /// Keeps what a property says under a key that means something.
-    pub(super) fn say(&mut self, key: &str, value: &str) {
+    /// Stores a property whose key has a meaning.
+    pub(super) fn add_property(&mut self, key: &str, value: &str) {
         let value = value.trim();
         if value.is_empty() {
             // Tables have a column for all of their rows.
@@ -87,11 +87,11 @@ impl Facts {
         }
     }
 
-    /// Keeps what the lines of a description say, such as `poa: 25 %`: for tools that know no properties.
+    /// Stores the properties in the lines of a description, such as `poa: 25 %`, for tools without properties.
     pub(super) fn describe(&mut self, description: &str) {
         for line in description::lines(description) {
-            let said = line.split_once([':', '=']).filter(|(_, value)| !value.trim().is_empty());
-            match said.and_then(|(key, value)| Some((known_key(key)?, value))) {
+            let property = line.split_once([':', '=']).filter(|(_, value)| !value.trim().is_empty());
+            match property.and_then(|(key, value)| Some((known_key(key)?, value))) {
                 Some((known, value)) => self.learn(known, value.trim()),
                 None if is_about_searches(&line) => self.suspect(&line),
                 None => {}
@@ -99,7 +99,7 @@ impl Facts {
         }
     }
 
-    /// Keeps what was said first, and that something else was said later.
+    /// Stores the first value of a key, and whether a later one differs.
     fn learn(&mut self, key: &'static str, value: &str) {
         let first = self.known.entry(key).or_insert_with(|| value.to_owned());
         if !is_same(first, value) {
@@ -108,27 +108,27 @@ impl Facts {
         }
     }
 
-    /// What is said twice, each time in another way.
+    /// The key with two different values, if any.
     pub(super) const fn conflict(&self) -> Option<&Conflict> {
         self.conflict.as_ref()
     }
 
-    /// What seems to be meant for a search, of a feature that does not say what it is in a way that is understood.
+    /// Stores a text that seems to be meant for a search, for a feature without a kind.
     fn suspect(&mut self, found: &str) {
         self.unclear.get_or_insert_with(|| format!("{:?}", shortened(found)));
     }
 
-    /// What seems to be meant for a search and is not understood.
+    /// A text that seems to be meant for a search but is not understood.
     pub(super) fn unclear(&self) -> Option<&str> {
         self.unclear.as_deref()
     }
 
-    /// Whether it is of an export, and tells what came of a search.
+    /// Whether it is part of an export, with results of a search.
     pub(super) const fn is_account(&self) -> bool {
         self.is_account
     }
 
-    /// Whether anything is said.
+    /// Whether there are any properties.
     pub(super) fn are_some(&self) -> bool {
         !self.known.is_empty()
     }
@@ -138,7 +138,7 @@ impl Facts {
     }
 }
 
-/// Whether two values say the same, as people write it: `no go` and `No_go`, 25% and 0.25.
+/// Whether two values are equal in different spellings: `no go` and `No_go`, 25% and 0.25.
 fn is_same(a: &str, b: &str) -> bool {
     match (number(a), number(b)) {
         _ if a == b => true,
@@ -147,7 +147,7 @@ fn is_same(a: &str, b: &str) -> bool {
     }
 }
 
-/// A number, or percent with their sign as a share.
+/// A number; a percentage as a share.
 pub(super) fn number(text: &str) -> Option<f64> {
     match text.strip_suffix('%') {
         Some(percent) => percent.trim().parse().ok().map(|percent: f64| percent / 100.0),
@@ -159,12 +159,12 @@ fn known_key(key: &str) -> Option<&'static str> {
     Facts::KEYS.into_iter().find(|known| known.eq_ignore_ascii_case(key.trim()))
 }
 
-/// Whether a text is one of the kinds that nobody means by chance.
+/// Whether a text is one of the kinds that do not occur by chance.
 fn is_kind(text: &str) -> bool {
     matches!(words(text).join(" ").as_str(), NO_GO_WORD | "last known position")
 }
 
-/// Whether a key is one of ours, as people write them: `kind`, `POA (%)`, `spread m`.
+/// Whether a key is one of Dragnet's, in any spelling: `kind`, `POA (%)`, `spread m`.
 fn is_own_key(key: &str) -> bool {
     let words = words(key);
     match words.iter().map(String::as_str).collect::<Vec<_>>().as_slice() {
@@ -174,8 +174,8 @@ fn is_own_key(key: &str) -> bool {
     }
 }
 
-/// Whether a line is about searches, though it says nothing in the form that is understood: a key of ours, or a word
-/// that means nothing else.
+/// Whether a line is about searches without being a valid property: it has one of Dragnet's keys, or an unmistakable
+/// word.
 fn is_about_searches(line: &str) -> bool {
     let is_keyed = line.split_once([':', '=']).is_some_and(|(key, _)| is_own_key(key));
     let words = words(line);
@@ -215,12 +215,12 @@ impl Shapes {
         self.polygons.iter().map(Vec::len).sum::<usize>() + self.lines.len()
     }
 
-    /// What is drawn, in words.
+    /// Its shapes, in words.
     pub(super) fn describe(&self) -> String {
         self.describe_only([true; 3])
     }
 
-    /// What is drawn beside the shapes that an area of this purpose is made of, in words, if there is anything.
+    /// Its shapes that an area of this purpose does not use, in words, if any.
     pub(super) fn beside(&self, purpose: &Purpose) -> Option<String> {
         let is_beside = match purpose {
             Purpose::Search(_) | Purpose::Prior { .. } => [false, true, true],
@@ -232,7 +232,7 @@ impl Shapes {
         is_some.then(|| self.describe_only(is_beside))
     }
 
-    /// Of polygons, lines and points those that are asked for, in words.
+    /// The requested shapes of polygons, lines and points, in words.
     fn describe_only(&self, are_asked: [bool; 3]) -> String {
         let counts =
             [(self.polygons.len(), "polygon"), (self.lines.len(), "line"), (self.points.len(), "point")];

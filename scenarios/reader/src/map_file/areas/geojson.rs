@@ -1,4 +1,4 @@
-//! Areas as `GeoJSON` (RFC 7946): read, and written back.
+//! Areas as `GeoJSON` (RFC 7946): reading and writing.
 
 use std::path::Path;
 
@@ -26,21 +26,21 @@ pub(super) fn features(file: &Path, text: &str) -> Result<Vec<Feature>, MapFileE
     })
 }
 
-/// RFC 7946 has degrees of WGS84 and nothing else; what came before it, and many tools still write, may say another
+/// RFC 7946 allows only degrees of WGS84; the format before it, which many tools still write, may name another
 /// coordinate reference system on every level.
 fn check_crs(file: &Path, json: &GeoJson) -> Result<(), MapFileError> {
-    let mut said: Vec<&JsonObject> = Vec::new();
+    let mut all_members: Vec<&JsonObject> = Vec::new();
     match json {
-        GeoJson::Geometry(geometry) => said_of_geometry(geometry, &mut said),
-        GeoJson::Feature(feature) => said_of_feature(feature, &mut said),
+        GeoJson::Geometry(geometry) => members_of_geometry(geometry, &mut all_members),
+        GeoJson::Feature(feature) => members_of_feature(feature, &mut all_members),
         GeoJson::FeatureCollection(collection) => {
-            said.extend(&collection.foreign_members);
+            all_members.extend(&collection.foreign_members);
             for feature in &collection.features {
-                said_of_feature(feature, &mut said);
+                members_of_feature(feature, &mut all_members);
             }
         }
     }
-    let systems = said.iter().filter_map(|members| members.get("crs")).filter(|crs| !crs.is_null());
+    let systems = all_members.iter().filter_map(|members| members.get("crs")).filter(|crs| !crs.is_null());
     for crs in systems {
         let properties = crs.get("properties");
         let name =
@@ -59,18 +59,18 @@ fn check_crs(file: &Path, json: &GeoJson) -> Result<(), MapFileError> {
 /// Names and numbers of WGS84's longitude and latitude, with a height and without.
 const WGS84: [&str; 4] = ["CRS84", "CRS84h", "4326", "4979"];
 
-fn said_of_feature<'a>(feature: &'a Drawn, said: &mut Vec<&'a JsonObject>) {
-    said.extend(&feature.foreign_members);
+fn members_of_feature<'a>(feature: &'a Drawn, all_members: &mut Vec<&'a JsonObject>) {
+    all_members.extend(&feature.foreign_members);
     if let Some(geometry) = &feature.geometry {
-        said_of_geometry(geometry, said);
+        members_of_geometry(geometry, all_members);
     }
 }
 
-fn said_of_geometry<'a>(geometry: &'a Geometry, said: &mut Vec<&'a JsonObject>) {
-    said.extend(&geometry.foreign_members);
+fn members_of_geometry<'a>(geometry: &'a Geometry, all_members: &mut Vec<&'a JsonObject>) {
+    all_members.extend(&geometry.foreign_members);
     if let GeometryValue::GeometryCollection { geometries } = &geometry.value {
         for geometry in geometries {
-            said_of_geometry(geometry, said);
+            members_of_geometry(geometry, all_members);
         }
     }
 }
@@ -80,7 +80,7 @@ fn feature(number: usize, drawn: Drawn) -> Feature {
     let text = |key: &str| properties.get(key).map(plain);
     let mut feature = Feature::at(&format!("feature {number}"), text("name").or_else(|| text("title")));
     for (key, value) in &properties {
-        feature.facts.say(key, &plain(value));
+        feature.facts.add_property(key, &plain(value));
     }
     feature.facts.describe(&text("description").unwrap_or_default());
     if let Some(geometry) = drawn.geometry {
@@ -89,7 +89,7 @@ fn feature(number: usize, drawn: Drawn) -> Feature {
     feature
 }
 
-/// A property as its author would write it.
+/// A property as text.
 fn plain(value: &JsonValue) -> String {
     match value {
         JsonValue::String(text) => text.clone(),
@@ -141,7 +141,7 @@ pub(super) fn feature_of(area: &Area) -> Drawn {
     Drawn { properties: Some(properties), ..Drawn::from(Geometry::new(geometry(&area.purpose))) }
 }
 
-/// Where an area lies.
+/// The geometry of an area.
 fn geometry(purpose: &Purpose) -> GeometryValue {
     match purpose {
         Purpose::Search(region) | Purpose::Prior { region, .. } => multi_polygon(region),

@@ -1,4 +1,4 @@
-//! The convention: what a feature says it is, and what it must look like then.
+//! The convention: the kinds of features, and their required geometry and properties.
 
 use std::path::Path;
 
@@ -14,14 +14,14 @@ pub(super) const NO_GO: &str = "no_go";
 pub(super) const PRIOR: &str = "prior";
 pub(super) const LAST_KNOWN_POSITION: &str = "last_known_position";
 
-/// What an export adds to the areas of its mission: nothing that a search begins with.
+/// Kinds that an export adds to the areas of its mission, which are not inputs of a search.
 const EXPORTED: [&str; 3] = ["found", "track", "cleared"];
 
 /// The widest spread of a last known position, meters.
 const MAX_SPREAD_METERS: f64 = 100_000.0;
 
-/// The area that a feature is; `None` if it is none of ours. Without a kind, polygons are searched or, where they say
-/// how likely they are, prior regions; a point that says so is a last known position.
+/// The area of a feature; `None` if it is not one of Dragnet's. Without a kind, polygons are search areas or, with a
+/// probability, prior regions; a point with a probability is a last known position.
 pub(super) fn area(file: &Path, feature: &Feature) -> Result<Option<Area>, MapFileError> {
     check_agreement(file, feature)?;
     let Some(kind) = kind(file, feature)? else { return Ok(None) };
@@ -36,20 +36,20 @@ pub(super) fn area(file: &Path, feature: &Feature) -> Result<Option<Area>, MapFi
     Ok(Some(Area { name, purpose }))
 }
 
-/// Whoever says two things of an area, in its properties and its description perhaps, is asked which of them is meant.
+/// Contradictory properties, also between properties and description, are an error.
 fn check_agreement(file: &Path, feature: &Feature) -> Result<(), MapFileError> {
     let Some(Conflict { key, first, second }) = feature.facts.conflict() else { return Ok(()) };
     let allowed = "one value in all properties and the description";
     Err(invalid(file, feature, key, format!("{first:?} and {second:?}"), allowed))
 }
 
-/// What is drawn as searched or closed says nothing about where objects are: a number that would not count is an error,
-/// but in an export, which tells what came of a search.
+/// Search areas and no-go areas have no probability: a number that would not count is an error, except in an export,
+/// which contains results of a search.
 fn check_likelihood(file: &Path, feature: &Feature, kind: &str) -> Result<(), MapFileError> {
     match feature.facts.get(Facts::POA) {
         Some(poa) if matches!(kind, SEARCH | NO_GO) && !feature.facts.is_account() => {
             let allowed = format!(
-                "none with {kind}; the same polygon once more, with kind: {PRIOR}, says how likely it is"
+                "none with {kind}; the same polygon once more, with kind: {PRIOR}, gives its probability"
             );
             Err(invalid(file, feature, Facts::POA, format!("{poa:?}"), &allowed))
         }
@@ -70,8 +70,8 @@ fn kind(file: &Path, feature: &Feature) -> Result<Option<&'static str>, MapFileE
     })
 }
 
-/// Of a feature that does not say its kind. One that seems to be meant for a search, and does not say so, is no feature
-/// to be left out: it may be a cliff.
+/// A feature without a kind. One that seems to be meant for a search is an error rather than ignored: it may be a
+/// cliff.
 fn kind_unsaid(file: &Path, feature: &Feature) -> Result<Option<&'static str>, MapFileError> {
     if let Some(unclear) = feature.facts.unclear() {
         let found = format!("{unclear}, which is not understood");
@@ -124,7 +124,7 @@ fn last_known_position(file: &Path, feature: &Feature) -> Result<Purpose, MapFil
     Ok(Purpose::LastKnownPosition { point: GeoPoint::from(corner), spread_meters, poa: poa(file, feature)? })
 }
 
-/// A share, or percent with their sign: a bare 25 could be either.
+/// A share, or a percentage with its sign: a bare 25 is ambiguous.
 fn poa(file: &Path, feature: &Feature) -> Result<f64, MapFileError> {
     let text = feature.facts.get(Facts::POA).unwrap_or("missing");
     number(text).filter(|share| (0.0..=1.0).contains(share)).ok_or_else(|| {

@@ -1,5 +1,5 @@
-//! Areas as KML (OGC 12-007r2), as Google Earth, `CalTopo` and QGIS write it. Nothing that a file names is fetched, and
-//! a document type, with which entities come, is refused.
+//! Areas as KML (OGC 12-007r2), as written by Google Earth, `CalTopo` and QGIS. References to other files are not
+//! followed, and document types, and with them entities, are rejected.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use crate::map_file::MapFileError;
 
 /// The most elements, texts and comments of one file.
 const MAX_NODES: u32 = 1_000_000;
-/// The most attributes of an element, and names of namespaces that hold in one: each is compared with each.
+/// The most attributes of an element, and of namespaces in scope: each is compared with each.
 const MAX_ATTRIBUTES: usize = 100;
 
 pub(super) fn features(file: &Path, text: &str) -> Result<Vec<Feature>, MapFileError> {
@@ -40,8 +40,7 @@ pub(super) fn features(file: &Path, text: &str) -> Result<Vec<Feature>, MapFileE
     Ok(features)
 }
 
-/// The tree is made in a time that grows with the square of these; all else is linear. What is wrong otherwise is told as
-/// the tree is made.
+/// Parsing takes quadratic time in these numbers, and linear time in all else. Other errors are reported by the parser.
 fn check_attributes(file: &Path, text: &str) -> Result<(), MapFileError> {
     let mut scan = Scan::from_str(text);
     scan.config_mut().check_end_names = false;
@@ -117,7 +116,7 @@ impl Reader<'_> {
                 _ => None,
             };
             if let Some((key, value)) = node.attribute("name").zip(value) {
-                feature.facts.say(key, &value);
+                feature.facts.add_property(key, &value);
             }
         }
         if let Some(description) = placemark.children().find(|node| is(*node, "description")) {
@@ -127,7 +126,7 @@ impl Reader<'_> {
         Ok(feature)
     }
 
-    /// What an element says as HTML: its text, and the elements in it as they stand there.
+    /// The content of an element as HTML: its text, and its elements as written.
     fn html(&self, element: Node<'_, '_>) -> String {
         let part = |child: Node<'_, '_>| match child.text() {
             Some(text) if child.is_text() => text.to_owned(),

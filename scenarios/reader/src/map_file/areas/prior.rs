@@ -1,15 +1,15 @@
-//! Where something is likely to be, as probabilities of independent cells.
+//! The prior of regions, as probabilities of independent cells.
 //!
-//! A region says with which probability `POA` (probability of area) what is searched is inside. With `N` objects
-//! expected on the whole, a cell `c` holds one with the probability
+//! A region has a probability of area `POA`: that an object is inside. With `N` objects expected in total, a cell `c`
+//! holds one with the probability
 //!
 //! ```text
 //! p(c) = N sum over regions r of POA(r) w(r, c) + N rest(c),      sum over c of w(r, c) = 1
 //! ```
 //!
-//! where `w` is the share of the cell that a polygon covers, or the mass of a normal distribution in it, of searched cells
-//! only. What the regions leave, `1 - sum POA`, is spread evenly over the searched cells outside all polygons; where there
-//! are none it lies beyond the map.
+//! where `w` is the share of the cell that a polygon covers, or the mass of a normal distribution in it, of searched
+//! cells only. The remaining probability, `1 - sum POA`, is spread evenly over the searched cells outside all polygons;
+//! if there are none it lies beyond the map.
 
 use std::path::Path;
 
@@ -22,26 +22,26 @@ use crate::map_file::MapFileError;
 use crate::map_file::georeference::{GeoPoint, Georeference};
 use crate::map_file::scanline::covered_cells;
 
-/// A normal distribution is cut off so many standard deviations away: less than 1e-14 lies beyond.
+/// Standard deviations at which a normal distribution is cut off: less than 1e-14 lies beyond.
 const SPREADS: f64 = 8.0;
-/// Sums of shares as people write them, less rounding.
+/// Tolerance for the sum of rounded shares.
 const WHOLE: f64 = 1.0 + 1e-9;
 
-/// What regions say of a map.
+/// The prior that follows from regions of a map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RegionPrior {
     /// Prior probability of an object, shape `[cells]`, from 0 to below 1.
     pub probability: Vec<f64>,
-    /// Who claims how much of it.
+    /// The parts of the regions.
     pub claims: Claims,
 }
 
-/// Who claims how much of what is searched.
+/// The parts of the probability that regions claim.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Claims {
-    /// What each region came to.
+    /// The part of each region.
     pub regions: Vec<Region>,
-    /// What the regions leave.
+    /// The remaining part.
     pub rest: Rest,
 }
 
@@ -52,28 +52,28 @@ pub struct Region {
     pub name: String,
     /// Probability of area, a share from 0 to 1.
     pub poa: f64,
-    /// Searched cells that it touches.
+    /// Number of searched cells that it touches.
     pub cells: usize,
-    /// How much of it lies on searched cells, 0 to 1.
+    /// Share of its mass on searched cells, 0 to 1.
     pub searched_share: f64,
 }
 
-/// What no region claims.
+/// The probability that no region claims.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rest {
     /// A share from 0 to 1.
     pub poa: f64,
-    /// Searched cells outside all polygons, over which it is spread; without any it lies beyond the map.
+    /// Number of searched cells outside all polygons, over which it is spread; if 0 it lies beyond the map.
     pub cells: usize,
 }
 
-/// Where the mass of an area lies on a map.
+/// The distribution of an area's mass over a map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weights {
     /// Searched cells that it touches, by index, at least one: the share of each that a polygon covers, or the mass of a
     /// normal distribution in it, above 0.
     pub shares: Vec<(Cell, f64)>,
-    /// How much of the area lies on them, 0 to 1.
+    /// Share of the area's mass on them, 0 to 1.
     pub searched_share: f64,
 }
 
@@ -86,11 +86,11 @@ impl Weights {
 }
 
 impl Areas {
-    /// The prior of all regions and last known positions on a map where so many objects are expected; `None` if there are
-    /// none. Messages name the file.
+    /// The prior of all regions and last known positions on a map with this number of expected objects; `None` if there
+    /// are none. Messages name the file.
     ///
     /// # Errors
-    /// If a region is far from the map or touches no searched cell, all of them claim more than 1, or a cell would be
+    /// If a region is far from the map or touches no searched cell, the sum of all is above 1, or a cell would be
     /// certain.
     pub fn prior(
         &self,
@@ -169,7 +169,7 @@ fn check_uncertain(
 }
 
 impl Area {
-    /// Where its mass lies on a map. Messages name the file.
+    /// The distribution of its mass over a map. Messages name the file.
     ///
     /// # Errors
     /// If it is far from the map, or touches no searched cell.
@@ -201,7 +201,7 @@ impl Area {
         Ok(Weights { shares: cells, searched_share: (sum / whole).min(1.0) })
     }
 
-    /// That no corner is too far from a map.
+    /// Checks that no corner is too far from a map.
     pub(in crate::map_file) fn check_near(
         &self,
         file: &Path,
@@ -248,7 +248,7 @@ fn normal_cells(grid: Grid, (east, north): (f64, f64), spread: f64) -> Vec<(Cell
     cells
 }
 
-/// Mass between the edges of each of so many cells on a line, without those too far away.
+/// Mass between the edges of each cell on a line, except for cells that are too far away.
 fn masses(count: u32, center: f64, spread: f64) -> Vec<(u32, f64)> {
     let below = |edge: f64| 0.5 * libm::erfc((center - edge) / (spread * std::f64::consts::SQRT_2));
     (0..count)

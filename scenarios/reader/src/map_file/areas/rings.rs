@@ -1,4 +1,4 @@
-//! Rings and lines as they must be: closed, on the earth, and crossing nothing.
+//! Validation of rings and lines: closed, on the earth, and without crossings.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use geo::{Coord, LineString, MultiPolygon, Polygon, Validation};
 use super::feature::Position;
 use crate::map_file::{GeoPoint, MapFileError};
 
-/// Valid polygons; messages number them within the place.
+/// Valid polygons; messages number them within the feature.
 pub(super) fn polygons(
     file: &Path,
     place: &str,

@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::map_file::Georeference;
 
-/// What Google Earth, `CalTopo` and QGIS write, each in its own way.
+/// Output of Google Earth, `CalTopo` and QGIS.
 const KML: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 <kml xmlns="http://www.opengis.net/kml/2.2" xmlns:gx="http://www.google.com/kml/ext/2.2">
 <Document><Folder><name>Search &amp; rescue</name>
@@ -60,7 +60,7 @@ const POINT: &str = r#"{"type":"Point","coordinates":[0.001,0.002]}"#;
 const LINE: &str = r#"{"type":"LineString","coordinates":[[0,0],[0.01,0.01]]}"#;
 
 #[test]
-fn a_kml_says_what_each_placemark_is() {
+fn the_kind_of_each_placemark_is_read_from_a_kml() {
     let read = kml(KML).unwrap();
     let names: Vec<(&str, &str)> =
         read.areas.iter().map(|area| (area.name.as_str(), area.purpose.word())).collect();
@@ -108,7 +108,7 @@ fn without_a_kind_a_polygon_is_searched_and_one_with_a_poa_is_a_prior() {
 }
 
 #[test]
-fn an_area_of_the_wrong_kind_is_refused() {
+fn an_area_of_the_wrong_kind_is_rejected() {
     let check = |properties: &str, geometry: &str, message: &str| {
         let error = geojson(&collection(&[(properties, geometry)])).unwrap_err();
         assert!(error.starts_with("a.geojson: feature 1") && error.contains(message), "{error}");
@@ -135,7 +135,7 @@ fn an_area_of_the_wrong_kind_is_refused() {
 }
 
 #[test]
-fn what_is_said_twice_and_not_the_same_is_refused() {
+fn contradictory_properties_are_rejected() {
     let check = |properties: &str, message: &str| {
         let error = geojson(&collection(&[(properties, TRIANGLE)])).unwrap_err();
         assert!(error.contains(message), "{error}");
@@ -158,7 +158,7 @@ fn what_is_said_twice_and_not_the_same_is_refused() {
 }
 
 #[test]
-fn what_is_drawn_beside_the_shapes_of_a_kind_is_left_out_and_told() {
+fn shapes_that_a_kind_does_not_use_are_ignored_and_reported() {
     let left_out = |properties: &str, shapes: &[&str]| {
         let shapes = shapes.join(",");
         let geometry = format!(r#"{{"type":"GeometryCollection","geometries":[{shapes}]}}"#);
@@ -174,7 +174,7 @@ fn what_is_drawn_beside_the_shapes_of_a_kind_is_left_out_and_told() {
     assert!(left_out(r#","kind":"no_go""#, &[TRIANGLE, LINE]).is_empty());
 }
 
-/// A KML of one placemark, which holds this.
+/// A KML file with one placemark of this content.
 fn placemark(content: &str) -> String {
     format!("<kml><Document><Placemark>{content}</Placemark></Document></kml>")
 }
@@ -185,7 +185,7 @@ const KML_TRIANGLE: &str = "<Polygon><outerBoundaryIs><LinearRing><coordinates>0
                             </LinearRing></outerBoundaryIs></Polygon>";
 
 #[test]
-fn a_description_in_html_says_what_it_says_in_plain_text() {
+fn html_and_plain_text_descriptions_are_equivalent() {
     let check = |description: &str, shape: &str, word: &str| {
         for whole in [
             format!("<description><![CDATA[{description}]]></description>"),
@@ -209,7 +209,7 @@ fn a_description_in_html_says_what_it_says_in_plain_text() {
 }
 
 #[test]
-fn what_is_commented_out_says_nothing() {
+fn commented_out_elements_have_no_effect() {
     let word = |content: &str| {
         let areas = kml(&placemark(content)).unwrap().areas;
         areas[0].purpose.word()
@@ -226,9 +226,9 @@ fn what_is_commented_out_says_nothing() {
     assert_eq!(kml(&placemark(&commented)).unwrap(), kml(&placemark(KML_TRIANGLE)).unwrap());
 }
 
-/// A cliff that is not understood is no feature to be left out.
+/// A cliff that is not understood must not be ignored.
 #[test]
-fn what_seems_to_be_meant_and_is_not_understood_is_refused_by_its_name() {
+fn a_feature_that_seems_meant_but_is_not_understood_is_rejected_by_name() {
     let refused = |content: &str, message: &str| {
         let error = kml(&placemark(&format!("<name>Cliff</name>{content}"))).unwrap_err();
         assert!(error.starts_with("a.kml: line 1 \"Cliff\"") && error.contains(message), "{error}");
@@ -253,7 +253,7 @@ fn what_seems_to_be_meant_and_is_not_understood_is_refused_by_its_name() {
     refused(&data("POA (%)", "60", KML_TRIANGLE), "\"POA (%): 60\", which is not understood");
     let error = kml(&placemark(&format!("<name>No-go: cliff</name>{KML_TRIANGLE}"))).unwrap_err();
     assert!(error.contains("is its name, \"No-go: cliff\", which is not understood"), "{error}");
-    // What says its kind may say anything else beside it, and nobody is asked for more than is needed.
+    // A feature with a kind may have any other properties, and no unnecessary ones are required.
     for content in [
         format!("<name>No go</name>{}", data("kind", "search", KML_TRIANGLE)),
         format!("<name>A</name>{}", described("beside the no-go area\nkind: search", KML_TRIANGLE)),
@@ -268,7 +268,7 @@ fn what_seems_to_be_meant_and_is_not_understood_is_refused_by_its_name() {
 }
 
 #[test]
-fn coordinates_of_another_system_are_refused() {
+fn coordinates_of_another_system_are_rejected() {
     let check = |crs: &str, is_read: bool| {
         let member = format!(r#""crs":{{"type":"name","properties":{{"name":"{crs}"}}}}"#);
         let feature = format!(r#"{{"type":"Feature","properties":{{}},"geometry":{TRIANGLE}}}"#);
@@ -296,7 +296,7 @@ fn coordinates_of_another_system_are_refused() {
 
 /// Comparing each attribute with each would take minutes.
 #[test]
-fn elements_with_attributes_without_end_are_refused_at_once() {
+fn elements_with_attributes_without_end_are_rejected_at_once() {
     let attributes = |count: usize, name: &str| {
         (0..count).map(|it| format!(" {name}{it}='1'")).collect::<Vec<_>>().concat()
     };
@@ -307,7 +307,7 @@ fn elements_with_attributes_without_end_are_refused_at_once() {
     check(&format!("<kml>\n<Document{}></Document></kml>", attributes(160_000, "a")));
     check(&format!("<kml>\n<Document{}/></kml>", attributes(101, "a")));
     assert!(kml(&format!("<kml>\n<Document{}/></kml>", attributes(100, "a"))).is_ok());
-    // Namespaces hold in all elements within.
+    // Namespaces are in scope in all nested elements.
     let nested = (0..60_000).map(|it| format!("<a xmlns:n{it}='b'>")).collect::<Vec<_>>().concat();
     check(&format!("<kml>\n{nested}"));
     let beside = (0..1000).map(|it| format!("<a xmlns:n{it}='b'></a>")).collect::<Vec<_>>().concat();
@@ -318,7 +318,7 @@ fn elements_with_attributes_without_end_are_refused_at_once() {
 }
 
 #[test]
-fn a_kml_that_is_none_is_refused_with_its_line() {
+fn an_invalid_kml_is_rejected_with_its_line() {
     let check = |text: &str, message: &str| {
         let error = kml(text).unwrap_err();
         assert!(error.starts_with("a.kml: ") && error.contains(message), "{error}");
@@ -345,7 +345,7 @@ fn a_kml_that_is_none_is_refused_with_its_line() {
 }
 
 #[test]
-fn files_that_are_too_large_are_refused() {
+fn files_that_are_too_large_are_rejected() {
     let points = |count: usize| vec!["[0,0]"; count].join(",");
     let line = format!(r#"{{"type":"LineString","coordinates":[{}]}}"#, points(MAX_CORNERS + 1));
     let error = geojson(&line).unwrap_err();
@@ -353,7 +353,7 @@ fn files_that_are_too_large_are_refused() {
     let many = vec![("", POINT); MAX_FEATURES + 1];
     let error = geojson(&collection(&many)).unwrap_err();
     assert!(error.contains("number of features is 10001; allowed is at most 10000"), "{error}");
-    // Elements in each other, without an end.
+    // Deeply nested elements.
     let deep = "<kml>".repeat(200_000);
     assert!(kml(&deep).is_err());
     assert_eq!(kml(&(deep + &"</kml>".repeat(200_000))), Ok(Areas::default()));
@@ -412,7 +412,7 @@ fn each_region_holds_its_share_of_the_objects_and_the_rest_is_spread_outside() {
     assert!((prior.claims.rest.poa - 0.3).abs() < 1e-9);
 }
 
-/// Of a normal distribution a share `1 - exp(-k^2 / 2)` lies within k standard deviations.
+/// A share `1 - exp(-k^2 / 2)` of a normal distribution lies within k standard deviations.
 #[test]
 fn a_last_known_position_spreads_as_a_normal_distribution() {
     let frame = map().0;
@@ -433,7 +433,7 @@ fn a_last_known_position_spreads_as_a_normal_distribution() {
 }
 
 #[test]
-fn regions_that_cannot_be_are_refused() {
+fn invalid_regions_are_rejected() {
     let frame = map().0;
     let [cell, all, all_but_one_row, beside, far] = [
         [2.0, 2.0, 3.0, 3.0],
@@ -461,13 +461,13 @@ fn regions_that_cannot_be_are_refused() {
 
 proptest! {
     #[test]
-    fn whatever_the_text_it_is_read_or_refused(text in "\\PC{0,60}") {
+    fn any_text_is_read_or_rejected(text in "\\PC{0,60}") {
         let _ = kml(&text);
         let _ = geojson(&text);
     }
 
     #[test]
-    fn whatever_is_changed_in_a_kml_it_is_read_or_refused(at in 0..KML.len(), length in 0..40_usize, text in "\\PC{0,6}") {
+    fn any_change_of_a_kml_is_read_or_rejected(at in 0..KML.len(), length in 0..40_usize, text in "\\PC{0,6}") {
         let mut changed = KML.to_owned();
         changed.replace_range(at..(at + length).min(KML.len()), &text);
         if let Ok(areas) = kml(&changed) {

@@ -1,15 +1,14 @@
-//! Whether each key of a JSON text is there once in its object. Parsers take the last of two and say nothing; what the first
-//! one said may be that nobody enters an area.
+//! Detects keys that a JSON object has twice. Parsers silently take the last value; the first one may be a no-go area.
 
 use std::collections::BTreeSet;
 use std::fmt;
 
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 
-/// Goes through a text; what is no JSON at all is told by whoever reads it.
+/// Scans a text; text that is not JSON is reported by the parser.
 ///
 /// # Errors
-/// The first key that its object has twice, with line and column.
+/// The first repeated key, with line and column.
 pub(super) fn check(text: &str) -> Result<(), serde_json::Error> {
     match serde_json::from_str::<Unique>(text) {
         Err(error) if error.is_data() => Err(error),

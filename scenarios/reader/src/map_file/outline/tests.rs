@@ -79,7 +79,7 @@ fn features(drawn: &[(&str, String)]) -> String {
 }
 
 #[test]
-fn nobody_enters_what_a_no_go_area_touches_and_it_is_searched_from_beside() {
+fn cells_that_a_no_go_area_touches_are_closed_and_searched_from_outside() {
     let area = polygon_of(&[&[(0.0, 0.0), (50.0, 0.0), (50.0, 40.0), (0.0, 40.0)]]);
     let pond = polygon_of(&[&[(12.0, 12.0), (28.0, 12.0), (28.0, 18.0), (12.0, 18.0)]]);
     let text = features(&[("", area.clone()), (r#""kind":"No-go""#, pond)]);
@@ -94,7 +94,7 @@ fn nobody_enters_what_a_no_go_area_touches_and_it_is_searched_from_beside() {
 }
 
 #[test]
-fn a_no_go_area_far_away_is_refused() {
+fn a_no_go_area_far_away_is_rejected() {
     let area = polygon_of(&[&[(0.0, 0.0), (50.0, 0.0), (50.0, 40.0), (0.0, 40.0)]]);
     let far = polygon_of(&[&[(0.0, 2e5), (50.0, 2e5), (50.0, 3e5)]]);
     let text = features(&[("", area), (r#""kind":"no_go","name":"moor""#, far)]);
@@ -112,7 +112,7 @@ fn the_frame_starts_at_the_south_western_corner() {
 }
 
 #[test]
-fn a_bad_polygon_names_what_and_where() {
+fn a_bad_polygon_is_reported_with_its_corner() {
     let check = |text: &str, message: &str| {
         let error = read(text, 10.0).unwrap_err();
         assert!(error.starts_with("a.geojson: ") && error.contains(message), "{error}");
@@ -194,12 +194,12 @@ fn coordinate() -> impl Strategy<Value = String> {
 
 proptest! {
     #[test]
-    fn whatever_the_text_it_is_read_or_refused(text in "\\PC{0,60}") {
+    fn any_text_is_read_or_rejected(text in "\\PC{0,60}") {
         let _ = read(&text, 10.0);
     }
 
     #[test]
-    fn whatever_the_rings_they_are_read_or_refused(
+    fn any_rings_are_read_or_rejected(
         rings in proptest::collection::vec(
             proptest::collection::vec((coordinate(), coordinate()), 0..7),
             0..4,
