@@ -234,12 +234,13 @@ impl Agent {
         self.replica.release(held);
     }
 
-    /// The only way the robot's state changes; `now` comes from the caller. Robots ignore events that are the coordinator's.
+    /// The only function besides [`Agent::receive`] that changes the robot's state; `now` comes from the caller. Robots
+    /// ignore events that are the coordinator's.
     pub fn react(&mut self, now: MissionTime, event: Event<Message>) -> Effects<Message> {
         let mut effects = Effects::default();
         match event {
             Event::Sensed { cell, readings } => self.sense(now, cell, readings, &mut effects),
-            Event::Received { from, message } => self.receive(now, from, &message, &mut effects),
+            Event::Received { from, message } => return self.receive(now, from, &message),
             Event::Woke => self.wake(now, &mut effects),
             Event::Came => self.heartbeats.request_sync(now),
             Event::Lost(robot) => self.team.lost(robot),
@@ -250,6 +251,14 @@ impl Agent {
             Event::Released if !self.activity.is_rest() => self.decide(now, &mut effects),
             Event::Released | Event::Start | Event::Commanded(_) | Event::Doubled(_) => {}
         }
+        self.plan_to_think_again(now);
+        Effects { wake_at: self.wake_at(), activity: self.activity, ..effects }
+    }
+
+    /// Like [`Agent::react`] to [`Event::Received`], for a message that others receive too.
+    pub fn receive(&mut self, now: MissionTime, from: Participant, message: &Message) -> Effects<Message> {
+        let mut effects = Effects::default();
+        self.process(now, from, message, &mut effects);
         self.plan_to_think_again(now);
         Effects { wake_at: self.wake_at(), activity: self.activity, ..effects }
     }
@@ -381,7 +390,7 @@ impl Agent {
         self.config.terrain.grid().offset(from, to).euclidean() * self.config.terrain.cell_meters()
     }
 
-    fn receive(
+    fn process(
         &mut self,
         now: MissionTime,
         from: Participant,
@@ -479,7 +488,7 @@ impl Agent {
         !self.is_undecided
             && self.config.mission.stop_when_expected_remaining.is_some_and(|threshold| {
                 let AgentConfig { terrain, mission, .. } = &self.config;
-                self.belief.expected_remaining(terrain, &self.reach, mission.detection_threshold) <= threshold
+                self.belief.expects_at_most(terrain, &self.reach, mission.detection_threshold, threshold)
             })
     }
 
@@ -566,7 +575,7 @@ impl Agent {
             robot,
             place: self.config.place,
         };
-        self.policy.decide(&situation, &mut self.random)
+        self.policy.choose(&situation, &mut self.random)
     }
 
     fn intent(&self) -> Intent {
@@ -588,7 +597,7 @@ impl Agent {
             cell,
             path_meters: self.path_meters,
             intent: self.intent(),
-            versions: self.replica.log().versions().collect(),
+            versions: self.replica.log().versions(),
             digest: self.belief.digest(),
             directive: self.directive.clone(),
         };

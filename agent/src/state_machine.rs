@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use dragnet_proto::message::Message;
 use dragnet_proto::state_machine::{Effects, Event, ParticipantError, StateMachine};
+use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;
@@ -17,12 +18,16 @@ impl StateMachine for Agent {
         now: MissionTime,
         event: Event<Message>,
     ) -> Result<Effects<Message>, ParticipantError> {
-        let decisions = self.decisions();
-        // Only measured: no decision depends on it.
-        let start = Instant::now();
-        let effects = self.react(now, event);
-        let elapsed = start.elapsed();
-        Ok(Effects { decision: (self.decisions() > decisions).then_some(elapsed), ..effects })
+        Ok(self.measured(|agent| agent.react(now, event)))
+    }
+
+    fn receive(
+        &mut self,
+        now: MissionTime,
+        from: Participant,
+        message: &Message,
+    ) -> Result<Effects<Message>, ParticipantError> {
+        Ok(self.measured(|agent| agent.receive(now, from, message)))
     }
 
     fn release(&mut self, held: NonZeroUsize) {
@@ -39,5 +44,17 @@ impl StateMachine for Agent {
 
     fn observations(&self) -> u64 {
         self.replica().log().len()
+    }
+}
+
+impl Agent {
+    /// What it does, and how long it took to decide, if it did.
+    fn measured(&mut self, act: impl FnOnce(&mut Self) -> Effects<Message>) -> Effects<Message> {
+        let decisions = self.decisions();
+        // Only measured: no decision depends on it.
+        let start = Instant::now();
+        let effects = act(self);
+        let elapsed = start.elapsed();
+        Effects { decision: (self.decisions() > decisions).then_some(elapsed), ..effects }
     }
 }

@@ -148,7 +148,7 @@ impl Search {
             cell: self.lane_cell(400, sequence),
             path_meters: sequence as f64 * 30.0,
             intent,
-            versions: vec![Version { origin: Origin::first(MATE), next: sequence + 1 }],
+            versions: vec![Version { origin: Origin::first(MATE), next: sequence + 1 }].into(),
             digest: Digest(0),
             directive: Directive::default(),
         }

@@ -14,7 +14,7 @@ use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;
-use dragnet_search::observation::{Observation, Origin, RobotId, Source};
+use dragnet_search::observation::{Observation, Origin, RobotId, Source, Versions};
 
 const SECOND: u64 = 1_000_000_000;
 const ROBOT: RobotId = RobotId::FIRST;
@@ -65,7 +65,7 @@ impl Field {
                 expected_remaining: 1.0,
                 alive: vec![ROBOT],
                 observations: 0,
-                versions: Vec::new(),
+                versions: Versions::default(),
                 digest: Digest(0),
                 directive: Directive { number, is_paused, added },
                 doubled: Vec::new(),

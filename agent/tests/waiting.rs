@@ -10,7 +10,7 @@ use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{Digest, Reading};
-use dragnet_search::observation::{Observation, Origin, RobotId};
+use dragnet_search::observation::{Observation, Origin, RobotId, Versions};
 
 const SECOND: u64 = 1_000_000_000;
 const MATE: RobotId = RobotId::new(2).unwrap();
@@ -188,7 +188,7 @@ fn lost_and_stalled_robots_are_waited_for_no_longer() {
                         time_ns: 0,
                         path: (8..12).map(|number| field.cell(number)).collect(),
                     },
-                    versions: Vec::new(),
+                    versions: Versions::default(),
                     digest: Digest(0),
                     directive: dragnet_proto::directive::Directive::default(),
                 })

@@ -156,12 +156,12 @@ impl Mission {
         }
     }
 
-    /// The only function besides [`Mission::finish`] that changes the state; `now` comes from the caller. Events of a
+    /// The only function besides [`Mission::receive`] and [`Mission::finish`] that changes the state; `now` comes from the caller. Events of a
     /// vehicle are ignored.
     pub fn react(&mut self, now: MissionTime, event: Event<Message>) -> Outcome {
         let mut outcome = Outcome::default();
         match event {
-            Event::Received { from, message } => self.receive(now, from, &message, &mut outcome),
+            Event::Received { from, message } => return self.receive(now, from, &message),
             Event::Woke => self.wake(now, &mut outcome),
             Event::Lost(robot) => {
                 if self.liveness.left(now, robot) {
@@ -176,6 +176,14 @@ impl Mission {
             }
             Event::Start | Event::Sensed { .. } | Event::Came | Event::Halted | Event::Released => {}
         }
+        outcome.effects.wake_at = self.wake_at();
+        outcome
+    }
+
+    /// Like [`Mission::react`] to [`Event::Received`], for a message that others receive too.
+    pub fn receive(&mut self, now: MissionTime, from: Participant, message: &Message) -> Outcome {
+        let mut outcome = Outcome::default();
+        self.process(now, from, message, &mut outcome);
         outcome.effects.wake_at = self.wake_at();
         outcome
     }
@@ -239,14 +247,14 @@ impl Mission {
             ),
             alive: self.alive().collect(),
             observations: self.replica.log().len(),
-            versions: self.replica.log().versions().collect(),
+            versions: self.replica.log().versions(),
             digest: self.belief.digest(),
             directive: self.directive.clone(),
             doubled: self.doubled.iter().copied().collect(),
         }
     }
 
-    fn receive(&mut self, now: MissionTime, from: Participant, message: &Message, outcome: &mut Outcome) {
+    fn process(&mut self, now: MissionTime, from: Participant, message: &Message, outcome: &mut Outcome) {
         let received = self.replica.receive(now, from, message);
         outcome.effects.refused.extend(received.refused);
         if !self.config.limits.knows(from) {

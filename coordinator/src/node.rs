@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use dragnet_proto::message::Message;
 use dragnet_proto::state_machine::{Effects, Event, ParticipantError, StateMachine};
+use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::evidence::Digest;
 
@@ -112,6 +113,17 @@ impl StateMachine for CoordinatorNode {
         event: Event<Message>,
     ) -> Result<Effects<Message>, ParticipantError> {
         let Outcome { effects, records } = self.mission.react(now, event);
+        self.record(now, &records);
+        Ok(effects)
+    }
+
+    fn receive(
+        &mut self,
+        now: MissionTime,
+        from: Participant,
+        message: &Message,
+    ) -> Result<Effects<Message>, ParticipantError> {
+        let Outcome { effects, records } = self.mission.receive(now, from, message);
         self.record(now, &records);
         Ok(effects)
     }

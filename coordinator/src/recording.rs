@@ -213,7 +213,8 @@ impl Recording {
 fn begun(path: &Path, header: Header, now: MissionTime, mission: &Mission) -> Option<Recorder> {
     let mut recorder = Recorder::create_beside(path, header).ok()?;
     let log = mission.replica().log();
-    let observations = log.versions().flat_map(|version| log.since(version.origin, 0));
+    let versions = log.versions();
+    let observations = versions.iter().flat_map(|version| log.since(version.origin, 0));
     let records = observations.map(|observation| Record::Observation(observation.clone()));
     let stand =
         [Record::Status(mission.status(now)), Record::Belief(std::sync::Arc::new(mission.belief().clone()))];

@@ -8,7 +8,6 @@ mod directive;
 mod error;
 mod field;
 mod messages;
-mod source;
 mod steps;
 
 use std::sync::Arc;
@@ -23,7 +22,6 @@ use serde::de::DeserializeOwned;
 
 pub use error::ConvertError;
 pub use field::Field;
-pub use source::{numbered_source, source_number};
 pub use steps::NotSimulated;
 
 use self::check::Check;

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;
-use dragnet_search::observation::{Observation, Origin, RobotId, Version};
+use dragnet_search::observation::{Observation, Origin, RobotId, Versions};
 
 use crate::directive::Directive;
 
@@ -132,7 +132,7 @@ pub struct Heartbeat {
     /// The robot's current plan.
     pub intent: Intent,
     /// The version vector of its observations.
-    pub versions: Vec<Version>,
+    pub versions: Versions,
     /// Digest of its evidence.
     pub digest: Digest,
     /// The operator's directive, as far as known.
@@ -218,7 +218,7 @@ pub struct MissionStatus {
     pub observations: u64,
     /// The version vector of its observations, which spreads observations that only the coordinator received from a
     /// lost robot.
-    pub versions: Vec<Version>,
+    pub versions: Versions,
     /// Digest of the merged evidence.
     pub digest: Digest,
     /// The operator's directive.

@@ -16,7 +16,7 @@ use std::time::Duration;
 
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
-use dragnet_search::observation::{Entry, Observation, ObservationLog, Origin, Source, Version};
+use dragnet_search::observation::{Entry, Observation, ObservationLog, Origin, Source, Versions};
 
 use self::questions::Questions;
 use crate::message::{Message, SyncReply, SyncRequest};
@@ -110,14 +110,11 @@ impl Replica {
     }
 
     /// Requests the observations of another participant's version vector that are missing here.
-    fn compare(
-        &mut self,
-        now: MissionTime,
-        from: Participant,
-        versions: &[Version],
-        received: &mut Received,
-    ) {
-        for version in versions {
+    fn compare(&mut self, now: MissionTime, from: Participant, versions: &Versions, received: &mut Received) {
+        if self.log.is_same_as(versions) {
+            return;
+        }
+        for version in versions.iter() {
             if version.next > self.log.next(version.origin) {
                 self.ask(now, from, version.origin, received);
             }
@@ -225,7 +222,7 @@ mod tests {
     use dragnet_scenario::Scenario;
     use dragnet_search::cell::Grid;
     use dragnet_search::evidence::Digest;
-    use dragnet_search::observation::RobotId;
+    use dragnet_search::observation::{RobotId, Version};
 
     use super::questions::MOST_TO_ONE;
     use super::*;
@@ -273,7 +270,7 @@ mod tests {
             cell,
             path_meters: 0.0,
             intent,
-            versions,
+            versions: versions.into(),
             digest: Digest(0),
             directive: Directive::default(),
         })
@@ -304,7 +301,7 @@ mod tests {
         for sequence in 0..150 {
             inboxes[1].receive(now, robot(3), &Message::Observation(observation(3, sequence)));
         }
-        let versions = inboxes[1].log().versions().collect();
+        let versions = inboxes[1].log().versions().to_vec();
         settle(now, &mut inboxes, vec![(robot(2), robot(1), heartbeat(versions))]);
         assert_eq!(inboxes[0].log().next(Origin::first(RobotId::new(3).unwrap())), 150);
     }

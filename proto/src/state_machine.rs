@@ -30,6 +30,19 @@ pub trait StateMachine: Send {
         event: Event<Message>,
     ) -> Result<Effects<Message>, ParticipantError>;
 
+    /// Handles a message, as [`Event::Received`] does: one that many receive need not be copied for each.
+    ///
+    /// # Errors
+    /// As [`StateMachine::handle`].
+    fn receive(
+        &mut self,
+        now: MissionTime,
+        from: Participant,
+        message: &Message,
+    ) -> Result<Effects<Message>, ParticipantError> {
+        self.handle(now, Event::Received { from, message: message.clone() })
+    }
+
     /// All observations to be stored are stored: at most the last `held` of each origin need to stay in memory, if the
     /// caller answers requests for the others ([`Effects::repeats`]). Without storage, all stay in memory.
     fn release(&mut self, _held: NonZeroUsize) {}
@@ -127,6 +140,24 @@ impl<M> Default for Effects<M> {
             decision: None,
             repeats: Vec::new(),
             refused: Vec::new(),
+        }
+    }
+}
+
+impl<M> Effects<M> {
+    /// The same, with each message replaced.
+    #[must_use]
+    pub fn map<N>(self, replace: impl Fn(M) -> N) -> Effects<N> {
+        let published = self.published.into_iter().map(|(audience, message)| (audience, replace(message)));
+        Effects {
+            kept: self.kept,
+            published: published.collect(),
+            route: self.route,
+            wake_at: self.wake_at,
+            activity: self.activity,
+            decision: self.decision,
+            repeats: self.repeats,
+            refused: self.refused,
         }
     }
 }

@@ -13,7 +13,7 @@
 
 use std::collections::BTreeSet;
 use std::fmt;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use dragnet_scenario::participant::Participant;
@@ -139,7 +139,9 @@ impl fmt::Display for Refusal {
 pub struct Limits {
     terrain: Arc<Terrain>,
     sensor: Arc<Sensor>,
-    team: BTreeSet<RobotId>,
+    team: Arc<BTreeSet<RobotId>>,
+    /// The last look that was found possible by itself: robots of one process judge the same one, one after another.
+    possible: Arc<Mutex<Option<Arc<Observation>>>>,
     speed_meters_per_second: f64,
     clock_tolerance: Duration,
 }
@@ -156,7 +158,8 @@ impl Limits {
         Self {
             terrain,
             sensor,
-            team: team.into_iter().collect(),
+            team: Arc::new(team.into_iter().collect()),
+            possible: Arc::default(),
             speed_meters_per_second: mission.speed_meters_per_second,
             clock_tolerance: mission.clock_tolerance,
         }
@@ -192,11 +195,11 @@ impl Limits {
     ///
     /// # Errors
     /// Why it is rejected.
-    pub fn check(&self, observation: &Observation, known: Option<Ends<'_>>) -> Result<(), Rejection> {
+    pub fn check(&self, observation: &Arc<Observation>, known: Option<Ends<'_>>) -> Result<(), Rejection> {
         if observation.origin.source == Source::Operator {
             return check_mark(observation, known);
         }
-        self.check_observation(observation)?;
+        self.check_observation_once(observation)?;
         let Some(known) = known else { return Ok(()) };
         self.check_speed(known.last, observation)?;
         self.check_rate(known.first, observation)
@@ -209,6 +212,21 @@ impl Limits {
     pub fn check_date(&self, now: MissionTime, observation: &Observation) -> Result<(), Rejection> {
         if MissionTime(observation.time_ns) > now + self.clock_tolerance {
             return Err(Rejection::Future);
+        }
+        Ok(())
+    }
+
+    /// Like [`Limits::check_observation`], whose result for one observation is the same for all receivers of a process.
+    fn check_observation_once(&self, observation: &Arc<Observation>) -> Result<(), Rejection> {
+        let is_known = |possible: &Option<Arc<Observation>>| {
+            possible.as_ref().is_some_and(|possible| Arc::ptr_eq(possible, observation))
+        };
+        if self.possible.try_lock().is_ok_and(|possible| is_known(&possible)) {
+            return Ok(());
+        }
+        self.check_observation(observation)?;
+        if let Ok(mut possible) = self.possible.try_lock() {
+            *possible = Some(Arc::clone(observation));
         }
         Ok(())
     }

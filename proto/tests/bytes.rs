@@ -17,7 +17,7 @@ use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::{Cell, Grid};
 use dragnet_search::evidence::{Digest, Reading};
-use dragnet_search::observation::{Observation, Origin, RobotId, Source, Version};
+use dragnet_search::observation::{Observation, Origin, RobotId, Source, Version, Versions};
 use proptest::collection::vec;
 use proptest::prelude::*;
 
@@ -93,7 +93,7 @@ fn intents() -> impl Strategy<Value = Intent> {
     )
 }
 
-fn versions() -> impl Strategy<Value = Vec<Version>> {
+fn versions() -> impl Strategy<Value = Versions> {
     let known = proptest::collection::btree_map(origins(), any::<u64>(), 0..5);
     known.prop_map(|known| known.into_iter().map(|(origin, next)| Version { origin, next }).collect())
 }

@@ -6,7 +6,6 @@ use dragnet_coordinator::RecordingError;
 use dragnet_coordinator::fold::MissionFold;
 use dragnet_coordinator::mission::Record;
 use dragnet_coordinator::playback::Playback;
-use dragnet_proto::convert::source_number;
 use dragnet_proto::message::{Activity, MissionStatus};
 use dragnet_scenario::map_file::MapOrigin;
 use dragnet_scenario::time::MissionTime;
@@ -90,7 +89,7 @@ fn add_observations(recording: &Bound<'_, PyDict>, playback: &Playback) -> PyRes
     let table = PyDict::new(py);
     let seconds = |it: &&Observation| MissionTime(it.time_ns).as_seconds();
     table.set_item("time_seconds", seen.iter().map(seconds).collect::<Vec<f64>>().to_pyarray(py))?;
-    let robots: Vec<i64> = seen.iter().map(|it| i64::from(source_number(it.origin.source))).collect();
+    let robots: Vec<i64> = seen.iter().map(|it| i64::from(it.origin.source.number())).collect();
     table.set_item("robot", robots.to_pyarray(py))?;
     table.set_item("cell", seen.iter().map(|it| number(it.from)).collect::<Vec<i64>>().to_pyarray(py))?;
     recording.set_item("observations", table)?;

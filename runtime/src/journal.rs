@@ -254,8 +254,7 @@ impl Journal {
     /// If the file cannot be read.
     pub fn since(&self, of: Origin, first: u64, most: usize) -> Result<Vec<Arc<Observation>>, JournalError> {
         let Some(database) = &self.database else { return Ok(Vec::new()) };
-        let names =
-            [first, u64::MAX].map(|sequence| (convert::source_number(of.source), of.incarnation, sequence));
+        let names = [first, u64::MAX].map(|sequence| (of.source.number(), of.incarnation, sequence));
         let bytes = read(database, names[0]..=names[1], most);
         decode(self.codec, &bytes.map_err(|source| JournalError::of(&self.path, source))?)
             .map_err(|reason| JournalError::Content { path: self.path.clone(), reason })
@@ -278,7 +277,7 @@ impl Journal {
             let mut table = transaction.open_table(OBSERVATIONS)?;
             for observation in &self.waiting {
                 let Origin { source, incarnation } = observation.origin;
-                let name = (convert::source_number(source), incarnation, observation.sequence);
+                let name = (source.number(), incarnation, observation.sequence);
                 let bytes = convert::encode(&Message::Observation(Arc::clone(observation)));
                 table.insert(name, bytes.as_slice())?;
             }

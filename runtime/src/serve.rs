@@ -203,6 +203,8 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), Runtime
         recording: config.recording.or_else(|| scenario.recording().file.clone()),
         real_time_factor: Some(real_time_factor),
         version: version.to_owned(),
+        medium: team::Medium::Zenoh,
+        threads: 0,
         processes: None,
     };
     let shown = config.live.as_ref().map(|settings| show(settings, &scenario, file)).transpose()?;

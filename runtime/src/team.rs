@@ -2,6 +2,7 @@
 
 mod children;
 mod lockstep_run;
+mod memory_run;
 pub(crate) mod recording;
 mod wall_clock_run;
 
@@ -22,15 +23,29 @@ use crate::config::check_real_time_factor;
 use crate::session::{Endpoints, free_endpoints, open, runtime};
 use crate::wall_clock::Report;
 
+/// Medium of the messages of a team in simulated time. The search and its recording are the same, byte for byte.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Medium {
+    /// Zenoh: each participant has a session of its own.
+    #[default]
+    Zenoh,
+    /// The memory of this process: nothing is encoded or sent.
+    Memory,
+}
+
 /// Options of a run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
+    /// Medium of its messages.
+    pub medium: Medium,
     /// A new file to record the mission to.
     pub recording: Option<PathBuf>,
     /// The program `dragnet`, to run each robot in a process of its own.
     pub processes: Option<PathBuf>,
     /// Mission seconds per second of the wall clock; `None`: simulated time.
     pub real_time_factor: Option<f64>,
+    /// Number of threads that deliver messages in memory; 0 means the number of cores. The run is the same for all.
+    pub threads: usize,
     /// Version and commit of this program, for the recording.
     pub version: String,
 }
@@ -46,7 +61,7 @@ pub struct Run {
     pub recording: Option<PathBuf>,
 }
 
-/// Runs a scenario over Zenoh on this computer's loopback interface.
+/// Runs a scenario over Zenoh on this computer's loopback interface, or in the memory of this process.
 ///
 /// In simulated time the run is a function of scenario, seed and commit: the same recording, byte for byte.
 ///
@@ -81,20 +96,25 @@ pub fn run_watched(
     onlooker: Option<RunObserver>,
     spectator: StepObserver<'_>,
 ) -> Result<Run, RuntimeError> {
-    let runtime = runtime()?;
+    if options.medium == Medium::Memory && (options.processes.is_some() || options.real_time_factor.is_some())
+    {
+        let why = "robots in processes of their own, and teams by the wall clock, need Zenoh";
+        return Err(RuntimeError::Unsupported(why.to_owned()));
+    }
     match options.real_time_factor {
         None if onlooker.is_some() => {
             let why = "a search that is watched runs by the wall clock: give it a real_time_factor";
             Err(RuntimeError::Unsupported(why.to_owned()))
         }
-        None => lockstep_run::run(&runtime, scenario, seed, options, spectator),
+        None if options.medium == Medium::Memory => memory_run::run(scenario, seed, options, spectator),
+        None => lockstep_run::run(&runtime()?, scenario, seed, options, spectator),
         Some(real_time_factor) => {
             check_real_time_factor(real_time_factor).map_err(RuntimeError::Unsupported)?;
             if *scenario.network() != Network::default() {
                 let why = "[network] faults are simulated in simulated time only: run without a real_time_factor, or remove them";
                 return Err(RuntimeError::Unsupported(why.to_owned()));
             }
-            runtime.block_on(wall_clock_run::run(
+            runtime()?.block_on(wall_clock_run::run(
                 scenario,
                 seed,
                 real_time_factor,

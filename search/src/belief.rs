@@ -179,12 +179,26 @@ impl Belief {
     /// Expected number of objects in cells whose probability is below `tau`, of those that a robot can see.
     #[must_use]
     pub fn expected_remaining(&self, terrain: &Terrain, reach: &Reach, tau: f64) -> f64 {
+        self.remaining(terrain, reach, tau).sum()
+    }
+
+    /// Whether that number is at most this one. Most maps with more left need not be summed to the end.
+    #[must_use]
+    pub fn expects_at_most(&self, terrain: &Terrain, reach: &Reach, tau: f64, most: f64) -> bool {
+        let mut expected = 0.0;
+        // No probability is negative, and so no sum, rounded as it is, is below one of fewer cells.
+        self.remaining(terrain, reach, tau).all(|probability| {
+            expected += probability;
+            expected <= most
+        })
+    }
+
+    fn remaining(&self, terrain: &Terrain, reach: &Reach, tau: f64) -> impl Iterator<Item = f64> {
         terrain
             .searched_cells()
-            .filter(|&cell| reach.covers(cell))
-            .map(|cell| self.probability(cell))
-            .filter(|&probability| probability < tau)
-            .sum()
+            .filter(move |&cell| reach.covers(cell))
+            .map(move |cell| self.probability(cell))
+            .filter(move |&probability| probability < tau)
     }
 
     /// Entropy of the whole map, nats.

@@ -19,6 +19,8 @@ pub const MAX_VARIANCE: f32 = 1e4;
 /// The greatest absolute value of a reading: an object reads 1, an empty cell 0.
 pub const MAX_VALUE: f32 = 1e3;
 
+/// Cells whose bytes are hashed in one go: the hash is the same, and takes a fraction of the time that it takes pair by pair.
+const HASHED_AT_ONCE: usize = 64;
 /// Halfway between empty and an object.
 const UNDECIDED: f32 = 0.5;
 
@@ -164,9 +166,12 @@ impl Evidence {
     #[must_use]
     pub fn digest(&self) -> Digest {
         let mut hash = Xxh3::new();
-        for cell in &self.cells {
-            hash.update(&cell.precision.to_le_bytes());
-            hash.update(&cell.weighted_sum.to_le_bytes());
+        let mut bytes = [[[0; 8]; 2]; HASHED_AT_ONCE];
+        for cells in self.cells.chunks(HASHED_AT_ONCE) {
+            for (bytes, cell) in bytes.iter_mut().zip(cells) {
+                *bytes = [cell.precision.to_le_bytes(), cell.weighted_sum.to_le_bytes()];
+            }
+            hash.update(bytes[..cells.len()].as_flattened().as_flattened());
         }
         Digest(hash.digest128())
     }
@@ -216,6 +221,20 @@ mod tests {
             assert!(!reading(value, variance).is_valid());
         }
         assert!(reading(1.0, 0.005).is_valid());
+    }
+
+    #[test]
+    fn the_digest_is_the_hash_of_all_bytes_however_many_are_hashed_at_once() {
+        for count in [1, HASHED_AT_ONCE - 1, HASHED_AT_ONCE, 3 * HASHED_AT_ONCE + 5] {
+            let mut evidence = Evidence::none(count);
+            let mut bytes = Vec::new();
+            for (cell, number) in evidence.cells.iter_mut().zip(1..) {
+                *cell = CellEvidence { precision: number, weighted_sum: -number * number };
+                bytes.extend(cell.precision.to_le_bytes());
+                bytes.extend(cell.weighted_sum.to_le_bytes());
+            }
+            assert_eq!(evidence.digest(), Digest(xxhash_rust::xxh3::xxh3_128(&bytes)), "{count}");
+        }
     }
 
     proptest! {

@@ -78,23 +78,34 @@ impl InformationGain {
         let certain = CellGain { row: table.row(f64::INFINITY), precision: SATURATION, information: 0.0 };
         let mut cells = vec![certain; frame.cell_count()];
         for cell in situation.terrain.grid().cells() {
+            let precision = saturated(situation.planned_precision.precision(cell));
+            if precision >= SATURATION {
+                continue;
+            }
             let row = table.row(situation.belief.log_odds_nats(cell));
             if row.is_certain() {
                 continue;
             }
-            let precision = saturated(situation.planned_precision.precision(cell));
             let information = table.information(row, precision);
             cells[frame.index(cell)] = CellGain { row, precision, information };
         }
         Self { frame, cells }
     }
 
+    /// What all cells together can still yield, nats: no path yields more.
+    pub(crate) fn most_nats(&self) -> f64 {
+        let table = InformationTable::shared();
+        let open = self.cells.iter().filter(|cell| cell.precision < SATURATION);
+        // The table rises with the precision but for what interpolation leaves.
+        open.map(|cell| f64::from(table.information(cell.row, SATURATION) - cell.information).max(0.0)).sum()
+    }
+
     pub(crate) const fn frame(&self) -> Frame {
         self.frame
     }
 
-    pub(crate) fn into_cells(self) -> Vec<CellGain> {
-        self.cells
+    pub(crate) fn cells(&self) -> &[CellGain] {
+        &self.cells
     }
 
     /// Information of one observation from each cell, beyond what teammates plan to observe, nats, shape `[cells]`

@@ -1,6 +1,9 @@
 //! Teammates' planned observations: those of their planned paths, and their shares of the rest of the map.
 
-use crate::cell::Cell;
+use std::cmp::Ordering;
+use std::ops::Range;
+
+use crate::cell::{Cell, Grid, Offset, Position};
 use crate::sensor::Sensor;
 use crate::terrain::Terrain;
 
@@ -50,12 +53,12 @@ impl PlannedPrecision {
         let grid = terrain.grid();
         let observation =
             sensor.footprint().iter().map(|observation| observation.precision).max().unwrap_or_default();
-        for cell in grid.cells() {
-            let distance = |from| grid.offset(from, cell).euclidean();
-            let own = distance(robot);
-            if waypoints.iter().any(|&waypoint| distance(waypoint) < own) {
-                self.precision[cell.index()] += observation;
-            }
+        let others = Others::new(grid, robot, waypoints);
+        for (row, precision) in (0..).zip(self.precision.chunks_mut(grid.columns() as usize)) {
+            let own = others.leave(row, grid.columns());
+            let (west, rest) = precision.split_at_mut(own.start);
+            let east = &mut rest[own.len()..];
+            west.iter_mut().chain(east).for_each(|precision| *precision += observation);
         }
     }
 
@@ -66,9 +69,55 @@ impl PlannedPrecision {
     }
 }
 
+/// Waypoints elsewhere than a robot: each leaves to it the half of the plane that is as near to it, or nearer. So what all leave
+/// to it is an interval of every row, in integers.
+struct Others {
+    robot: Position,
+    /// Offsets from the robot, the nearest first: after a few of them most rows are theirs.
+    offsets: Vec<Offset>,
+}
+
+impl Others {
+    fn new(grid: Grid, robot: Cell, waypoints: &[Cell]) -> Self {
+        let mut offsets: Vec<Offset> =
+            waypoints.iter().map(|&waypoint| grid.offset(robot, waypoint)).collect();
+        offsets.retain(|offset| offset.manhattan() > 0);
+        offsets.sort_unstable_by_key(|offset| offset.manhattan());
+        Self { robot: grid.position(robot), offsets }
+    }
+
+    /// Columns of a row that they leave to the robot.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "held within the row")]
+    fn leave(&self, row: u32, columns: u32) -> Range<usize> {
+        let north = i64::from(row) - i64::from(self.robot.row);
+        // Offsets from the robot, the first and the one after the last.
+        let mut start = -i64::from(self.robot.column);
+        let mut end = start + i64::from(columns);
+        for offset in &self.offsets {
+            let (away_north, away_east) = (i64::from(offset.north), i64::from(offset.east));
+            // x^2 + y^2 <= (x - east)^2 + (y - north)^2, twice x times `away_east` alone on the left.
+            let most = away_north * away_north + away_east * away_east - 2 * north * away_north;
+            match away_east.cmp(&0) {
+                Ordering::Greater => end = end.min(most.div_euclid(2 * away_east) + 1),
+                Ordering::Less => start = start.max(-most.div_euclid(-2 * away_east)),
+                Ordering::Equal if most < 0 => end = start,
+                Ordering::Equal => {}
+            }
+            if start >= end {
+                return 0..0;
+            }
+        }
+        let column = i64::from(self.robot.column);
+        (start + column) as usize..(end + column) as usize
+    }
+}
+
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
+    use crate::terrain::Ground;
 
     #[test]
     fn every_cell_of_a_path_plans_its_observation() {
@@ -110,5 +159,28 @@ mod tests {
         check(3, &[1, 5], "xx...xx");
         check(3, &[6, 6], ".....xx");
         check(3, &[3], ".......");
+    }
+
+    proptest! {
+        #[test]
+        fn shares_are_those_of_every_cell_weighed_alone(
+            rows in 1_u32..30, columns in 1_u32..30, robot in any::<prop::sample::Index>(),
+            waypoints in prop::collection::vec(any::<prop::sample::Index>(), 0..12),
+        ) {
+            let grid = Grid::new(rows, columns).unwrap();
+            let terrain = Terrain::new(grid, 1.0, vec![Ground::OPEN; grid.cell_count()]).unwrap();
+            let sensor = Sensor::new(1, 0.005, crate::sensor::Noise::Gaussian).unwrap();
+            let look = crate::evidence::precision_units(sensor.variance(0));
+            let cells: Vec<Cell> = grid.cells().collect();
+            let (robot, waypoints): (Cell, Vec<Cell>) =
+                (*robot.get(&cells), waypoints.iter().map(|waypoint| *waypoint.get(&cells)).collect());
+            let mut promised = PlannedPrecision::nothing(&terrain);
+            promised.add_shares(&terrain, &sensor, robot, &waypoints);
+            for &cell in &cells {
+                let distance = |from| grid.offset(from, cell).euclidean();
+                let is_shared = waypoints.iter().any(|&waypoint| distance(waypoint) < distance(robot));
+                prop_assert_eq!(promised.precision(cell), if is_shared { look } else { 0 });
+            }
+        }
     }
 }

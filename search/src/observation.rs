@@ -1,10 +1,12 @@
 //! Observations, and a log that counts each of them exactly once.
 
 use std::cmp::Ordering;
-use std::collections::BTreeMap;
 use std::fmt;
 use std::num::{NonZeroU16, NonZeroUsize};
+use std::ops::Deref;
 use std::sync::Arc;
+
+use xxhash_rust::xxh3::xxh3_128;
 
 use crate::cell::Cell;
 use crate::evidence::Reading;
@@ -57,6 +59,27 @@ pub enum Source {
     Operator,
     /// A robot of the team.
     Robot(RobotId),
+}
+
+impl Source {
+    /// The source of a number: 0 for the operator, or that of a robot.
+    #[must_use]
+    pub fn numbered(number: u16) -> Self {
+        RobotId::new(number).map_or(Self::Operator, Self::Robot)
+    }
+
+    /// Its number, on the wire and wherever observations are stored.
+    #[must_use]
+    pub const fn number(self) -> u16 {
+        match self {
+            Self::Operator => 0,
+            Self::Robot(robot) => robot.number(),
+        }
+    }
+
+    const fn slot(self) -> usize {
+        self.number() as usize
+    }
 }
 
 impl From<RobotId> for Source {
@@ -134,6 +157,66 @@ pub struct Version {
     pub next: u64,
 }
 
+/// A version vector, by origin: which observations a participant knows. Copies share one list.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Versions {
+    list: Arc<[Version]>,
+    fingerprint: Fingerprint,
+}
+
+impl FromIterator<Version> for Versions {
+    fn from_iter<I: IntoIterator<Item = Version>>(versions: I) -> Self {
+        let mut list: Vec<Version> = versions.into_iter().collect();
+        list.sort_by_key(|version| version.origin);
+        let fingerprint = list.iter().fold(Fingerprint::default(), |sum, &version| sum.with(version));
+        Self { list: list.into(), fingerprint }
+    }
+}
+
+impl From<Vec<Version>> for Versions {
+    fn from(versions: Vec<Version>) -> Self {
+        versions.into_iter().collect()
+    }
+}
+
+impl Default for Versions {
+    fn default() -> Self {
+        Vec::new().into()
+    }
+}
+
+impl Deref for Versions {
+    type Target = [Version];
+
+    fn deref(&self) -> &[Version] {
+        &self.list
+    }
+}
+
+/// The sum of the hashes of versions, in any order: one more observation subtracts a hash and adds another. Equal sums are
+/// taken for equal version vectors; at 128 bits, different vectors do not have equal sums by chance. A participant that
+/// constructs such a vector is not asked for what it knows, like one that sends no heartbeats.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Fingerprint(u128);
+
+impl Fingerprint {
+    fn with(self, version: Version) -> Self {
+        Self(self.0.wrapping_add(Self::hash(version)))
+    }
+
+    fn without(self, version: Version) -> Self {
+        Self(self.0.wrapping_sub(Self::hash(version)))
+    }
+
+    fn hash(Version { origin, next }: Version) -> u128 {
+        let mut bytes = [0; 18];
+        bytes[..2].copy_from_slice(&origin.source.number().to_le_bytes());
+        bytes[2..10].copy_from_slice(&origin.incarnation.to_le_bytes());
+        bytes[10..].copy_from_slice(&next.to_le_bytes());
+        xxh3_128(&bytes)
+    }
+}
+
 /// All observations that a participant knows, its own and those of others.
 ///
 /// Those of an origin are known from the first one on, without a gap; observations after a missing one are not stored.
@@ -141,9 +224,11 @@ pub struct Version {
 /// elsewhere may be released: they stay known, and take no memory.
 #[derive(Clone, Debug, Default)]
 pub struct ObservationLog {
-    logs: BTreeMap<Origin, Known>,
-    /// Number of known incarnations of each source.
-    incarnations: BTreeMap<Source, usize>,
+    /// By [`Source::slot`]; of each source by incarnation. Most have one.
+    sources: Vec<Vec<(u64, Known)>>,
+    /// Number of known observations.
+    count: u64,
+    fingerprint: Fingerprint,
 }
 
 /// The first and the last known observation of an origin.
@@ -182,11 +267,24 @@ impl ObservationLog {
     pub fn insert(&mut self, observation: Arc<Observation>) -> Entry {
         let entry = self.entry(&observation);
         if entry == Entry::New {
-            let known = self.logs.entry(observation.origin).or_insert_with(|| {
-                *self.incarnations.entry(observation.origin.source).or_default() += 1;
-                Known { first: Arc::clone(&observation), released: 0, held: Vec::new() }
-            });
+            let Origin { source, incarnation } = observation.origin;
+            if source.slot() >= self.sources.len() {
+                self.sources.resize_with(source.slot() + 1, Vec::new);
+            }
+            let starts = &mut self.sources[source.slot()];
+            let start = starts.partition_point(|&(known, _)| known < incarnation);
+            if starts.get(start).is_none_or(|&(known, _)| known != incarnation) {
+                let first = Arc::clone(&observation);
+                starts.insert(start, (incarnation, Known { first, released: 0, held: Vec::new() }));
+            }
+            let (origin, known) = (observation.origin, &mut starts[start].1);
+            let next = known.next();
             known.held.push(observation);
+            self.count += 1;
+            if next > 0 {
+                self.fingerprint = self.fingerprint.without(Version { origin, next });
+            }
+            self.fingerprint = self.fingerprint.with(Version { origin, next: next + 1 });
         }
         entry
     }
@@ -195,10 +293,12 @@ impl ObservationLog {
     /// with it.
     #[must_use]
     pub fn entry(&self, observation: &Observation) -> Entry {
-        let known = self.logs.get(&observation.origin);
+        let known = self.known(observation.origin);
         let held = known.and_then(|known| known.since(observation.sequence)?.first());
         match held {
-            Some(held) if **held == *observation => Entry::Known,
+            Some(held) if std::ptr::eq(&raw const **held, observation) || **held == *observation => {
+                Entry::Known
+            }
             Some(_) => Entry::Conflicting,
             None => match observation.sequence.cmp(&self.next(observation.origin)) {
                 Ordering::Less => Entry::Known,
@@ -211,44 +311,80 @@ impl ObservationLog {
     /// The first and last known observation of an origin; `None` if none is known.
     #[must_use]
     pub fn ends(&self, origin: Origin) -> Option<Ends<'_>> {
-        let known = self.logs.get(&origin)?;
+        let known = self.known(origin)?;
         Some(Ends { first: &known.first, last: known.held.last()? })
     }
 
     /// The first sequence number of an origin that is missing.
     #[must_use]
     pub fn next(&self, origin: Origin) -> u64 {
-        self.logs.get(&origin).map_or(0, Known::next)
+        self.known(origin).map_or(0, Known::next)
+    }
+
+    fn known(&self, origin: Origin) -> Option<&Known> {
+        let starts = self.sources.get(origin.source.slot())?;
+        let start = starts.binary_search_by_key(&origin.incarnation, |&(incarnation, _)| incarnation).ok()?;
+        Some(&starts[start].1)
+    }
+
+    /// The last known observation of a robot's last start.
+    #[must_use]
+    pub fn latest(&self, robot: RobotId) -> Option<&Observation> {
+        let (_, known) = self.sources.get(Source::Robot(robot).slot())?.last()?;
+        known.held.last().map(|observation| &**observation)
     }
 
     /// The version vector: what is known, by origin.
-    pub fn versions(&self) -> impl Iterator<Item = Version> + '_ {
-        self.logs.iter().map(|(&origin, known)| Version { origin, next: known.next() })
+    #[must_use]
+    pub fn versions(&self) -> Versions {
+        Versions { list: self.each().collect::<Vec<Version>>().into(), fingerprint: self.fingerprint }
+    }
+
+    fn each(&self) -> impl Iterator<Item = Version> {
+        (0..=u16::MAX).map(Source::numbered).zip(&self.sources).flat_map(|(source, starts)| {
+            starts.iter().map(move |&(incarnation, ref known)| Version {
+                origin: Origin { source, incarnation },
+                next: known.next(),
+            })
+        })
+    }
+
+    /// Whether a participant with this version vector knows the same observations.
+    #[must_use]
+    pub fn is_same_as(&self, reported: &Versions) -> bool {
+        self.fingerprint == reported.fingerprint
     }
 
     /// Whether a participant with this version vector knows all that is known here.
     #[must_use]
-    pub fn is_known_to(&self, reported: &[Version]) -> bool {
-        let reported: BTreeMap<Origin, u64> =
-            reported.iter().map(|version| (version.origin, version.next)).collect();
-        self.versions().all(|own| reported.get(&own.origin).is_some_and(|&next| next >= own.next))
+    pub fn is_known_to(&self, reported: &Versions) -> bool {
+        if self.is_same_as(reported) {
+            return true;
+        }
+        // Both are in order.
+        let mut reported = reported.iter();
+        self.each().all(|own| {
+            reported
+                .find(|version| version.origin >= own.origin)
+                .is_some_and(|version| version.origin == own.origin && version.next >= own.next)
+        })
     }
 
     /// Number of known incarnations of a source.
     #[must_use]
     pub fn incarnations(&self, source: Source) -> usize {
-        self.incarnations.get(&source).copied().unwrap_or_default()
+        self.sources.get(source.slot()).map_or(0, Vec::len)
     }
 
     /// Observations of an origin from a sequence number on, in order; none if that one is missing or released.
     #[must_use]
     pub fn since(&self, origin: Origin, first: u64) -> &[Arc<Observation>] {
-        self.logs.get(&origin).and_then(|known| known.since(first)).unwrap_or_default()
+        self.known(origin).and_then(|known| known.since(first)).unwrap_or_default()
     }
 
     /// Keeps at most the last `held` observations of each origin in memory.
     pub fn release(&mut self, held: NonZeroUsize) {
-        for known in self.logs.values_mut() {
+        for (_, known) in self.sources.iter_mut().flatten() {
             let surplus = known.held.len().saturating_sub(held.get());
             known.held.drain(..surplus);
             known.released += surplus as u64;
@@ -257,14 +393,14 @@ impl ObservationLog {
 
     /// Number of observations known.
     #[must_use]
-    pub fn len(&self) -> u64 {
-        self.logs.values().map(Known::next).sum()
+    pub const fn len(&self) -> u64 {
+        self.count
     }
 
     /// Whether none is known.
     #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.logs.is_empty()
+    pub const fn is_empty(&self) -> bool {
+        self.count == 0
     }
 }
 
@@ -338,19 +474,32 @@ mod tests {
         let again = Origin { incarnation: 5, ..SEVEN };
         let first = Observation { origin: again, ..(*observation(0, 0)).clone() };
         assert_eq!((log.next(again), log.insert(Arc::new(first))), (0, Entry::New));
-        assert_eq!(log.versions().map(|version| version.next).collect::<Vec<_>>(), [1, 1]);
+        assert_eq!(log.versions().iter().map(|version| version.next).collect::<Vec<_>>(), [1, 1]);
         assert_eq!((log.incarnations(SEVEN.source), log.incarnations(Source::Operator)), (2, 0));
     }
 
     #[test]
     fn a_larger_version_vector_covers_all() {
         let mut log = ObservationLog::default();
-        assert!(log.is_known_to(&[]));
+        assert!(log.is_known_to(&Versions::default()));
         log.insert(observation(0, 0));
         let version = |origin, next| Version { origin, next };
         let other = Origin::first(RobotId::new(8).unwrap());
-        assert!(log.is_known_to(&[version(other, 9), version(SEVEN, 1)]));
-        assert!(!log.is_known_to(&[version(other, 9), version(SEVEN, 0)]));
-        assert!(!log.is_known_to(&[version(other, 9)]));
+        assert!(log.is_known_to(&vec![version(other, 9), version(SEVEN, 1)].into()));
+        assert!(!log.is_known_to(&vec![version(other, 9), version(SEVEN, 0)].into()));
+        assert!(!log.is_known_to(&vec![version(other, 9)].into()));
+    }
+
+    #[test]
+    fn the_same_versions_are_told_by_their_fingerprint_however_they_came_about() {
+        let mut log = ObservationLog::default();
+        assert!(log.is_same_as(&Versions::default()));
+        for sequence in 0..3 {
+            log.insert(observation(sequence, 0));
+        }
+        let told = |next| Versions::from(vec![Version { origin: SEVEN, next }]);
+        assert_eq!([2, 3, 4].map(|next| log.is_same_as(&told(next))), [false, true, false]);
+        assert_eq!(log.versions(), told(3));
+        assert!(log.is_known_to(&told(4)) && !log.is_known_to(&told(2)));
     }
 }

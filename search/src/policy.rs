@@ -34,6 +34,12 @@ pub use worth::LEAST_NATS;
 pub trait Policy {
     /// Decides in this situation. `random` is the robot's own stream of decisions.
     fn decide(&mut self, situation: &Situation<'_>, random: &mut Stream) -> Decision;
+
+    /// The same choice, for who does not look at the scores: candidates that cannot be chosen may count as none. Without any
+    /// at all, there was nowhere to go.
+    fn choose(&mut self, situation: &Situation<'_>, random: &mut Stream) -> Decision {
+        self.decide(situation, random)
+    }
 }
 
 /// A policy's decision and the scores behind it. Decisions are logged, tested, drawn and imitated.

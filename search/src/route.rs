@@ -66,32 +66,46 @@ pub struct ShortestPathTree {
     parent: Vec<Cell>,
     /// Path length, in cells (a diagonal counts sqrt 2), shape `[cells]`; infinite out of reach.
     length: Vec<f32>,
+    /// Whether longer paths were left out.
+    is_cut: bool,
 }
 
 impl ShortestPathTree {
     /// The tree from `root`, by breadth-first search or, with diagonals, by Dijkstra (1959).
     #[must_use]
     pub fn from(terrain: &Terrain, connectivity: Connectivity, root: Cell) -> Self {
+        Self::within(terrain, connectivity, root, f32::INFINITY)
+    }
+
+    /// The part of that tree whose paths are no longer than this, cells: only those cells count as reached, and only of them
+    /// lengths and parents are to be asked.
+    #[must_use]
+    pub fn within(terrain: &Terrain, connectivity: Connectivity, root: Cell, longest: f32) -> Self {
         let count = terrain.grid().cell_count();
         let mut routes = Self {
             root,
             order: Vec::with_capacity(count),
             parent: terrain.grid().cells().collect(),
             length: vec![f32::INFINITY; count],
+            is_cut: false,
         };
         routes.length[root.index()] = 0.0;
         match connectivity {
-            Connectivity::Four => routes.breadth_first(terrain),
-            Connectivity::Eight => routes.dijkstra(terrain),
+            Connectivity::Four => routes.breadth_first(terrain, longest),
+            Connectivity::Eight => routes.dijkstra(terrain, longest),
         }
         routes
     }
 
-    fn breadth_first(&mut self, terrain: &Terrain) {
+    fn breadth_first(&mut self, terrain: &Terrain, longest: f32) {
         let mut queue = VecDeque::from([self.root]);
         while let Some(cell) = queue.pop_front() {
-            self.order.push(cell);
             let length = self.length[cell.index()] + 1.0;
+            if length > longest + 1.0 {
+                self.is_cut = true;
+                return;
+            }
+            self.order.push(cell);
             for next in Connectivity::Four.neighbors(terrain, cell) {
                 let known = &mut self.length[next.index()];
                 if known.is_infinite() {
@@ -107,13 +121,17 @@ impl ShortestPathTree {
         }
     }
 
-    fn dijkstra(&mut self, terrain: &Terrain) {
+    fn dijkstra(&mut self, terrain: &Terrain, longest: f32) {
         let mut steps = vec![Steps::default(); terrain.grid().cell_count()];
         let mut settled = vec![false; terrain.grid().cell_count()];
         let mut queue = BinaryHeap::from([Frontier { length: 0.0, cell: self.root }]);
-        while let Some(Frontier { cell, .. }) = queue.pop() {
+        while let Some(Frontier { cell, length }) = queue.pop() {
             if std::mem::replace(&mut settled[cell.index()], true) {
                 continue;
+            }
+            if length > longest {
+                self.is_cut = true;
+                return;
             }
             self.order.push(cell);
             for next in Connectivity::Eight.neighbors(terrain, cell) {
@@ -132,6 +150,12 @@ impl ShortestPathTree {
                 }
             }
         }
+    }
+
+    /// Whether longer paths than it has were left out.
+    #[must_use]
+    pub const fn is_cut(&self) -> bool {
+        self.is_cut
     }
 
     /// The cell that the paths start in.

@@ -1,11 +1,15 @@
 //! The participants of a simulated mission, wherever they run.
 
+mod shared;
+
 use dragnet_agent::agent::Agent;
 use dragnet_proto::message::Message;
 use dragnet_proto::state_machine::{Effects, Event, ParticipantError, StateMachine};
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::evidence::Digest;
+
+pub use shared::SharedParticipants;
 
 /// The participants as the simulator drives them: in this process, or over a network.
 ///
@@ -28,6 +32,22 @@ pub trait Participants {
         event: Event<Self::MessageRef>,
     ) -> Result<Effects<Self::MessageRef>, Self::Error>;
 
+    /// Delivers one message to several participants, by number and the coordinator last, each at its own time; returns
+    /// their effects in this order.
+    ///
+    /// # Errors
+    /// If one of them fails.
+    fn deliver(
+        &mut self,
+        from: Participant,
+        message: &Self::MessageRef,
+        to: &[(Participant, MissionTime)],
+    ) -> Result<Vec<Effects<Self::MessageRef>>, Self::Error> {
+        to.iter()
+            .map(|&(who, now)| self.step(who, now, Event::Received { from, message: message.clone() }))
+            .collect()
+    }
+
     /// Digest of a participant's evidence.
     ///
     /// # Errors
@@ -46,6 +66,15 @@ impl<C: Participants> Participants for &mut C {
         event: Event<C::MessageRef>,
     ) -> Result<Effects<C::MessageRef>, C::Error> {
         (**self).step(who, now, event)
+    }
+
+    fn deliver(
+        &mut self,
+        from: Participant,
+        message: &C::MessageRef,
+        to: &[(Participant, MissionTime)],
+    ) -> Result<Vec<Effects<C::MessageRef>>, C::Error> {
+        (**self).deliver(from, message, to)
     }
 
     fn digest(&mut self, who: Participant, now: MissionTime) -> Result<Digest, C::Error> {
@@ -67,15 +96,15 @@ impl<'a> LocalParticipants<'a> {
     }
 
     fn machine(&mut self, who: Participant) -> Result<&mut dyn StateMachine, ParticipantError> {
-        let absent = ParticipantError { who, reason: "it does not take part".to_owned() };
+        let absent = || ParticipantError { who, reason: "it does not take part".to_owned() };
         match who {
             Participant::Robot(robot) => {
-                let robot = self.robots.get_mut(robot.index()).ok_or(absent)?;
+                let robot = self.robots.get_mut(robot.index()).ok_or_else(absent)?;
                 Ok(robot)
             }
             Participant::Coordinator => match &mut self.coordinator {
                 Some(coordinator) => Ok(*coordinator),
-                None => Err(absent),
+                None => Err(absent()),
             },
         }
     }

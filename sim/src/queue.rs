@@ -10,6 +10,8 @@ use dragnet_scenario::time::MissionTime;
 pub(crate) struct Queue<E> {
     entries: BinaryHeap<Reverse<Entry<E>>>,
     planned: u64,
+    /// Number of what was taken out last.
+    taken: u64,
 }
 
 #[derive(Debug)]
@@ -21,7 +23,7 @@ struct Entry<E> {
 
 impl<E> Queue<E> {
     pub(crate) const fn new() -> Self {
-        Self { entries: BinaryHeap::new(), planned: 0 }
+        Self { entries: BinaryHeap::new(), planned: 0, taken: 0 }
     }
 
     pub(crate) fn plan(&mut self, due: MissionTime, event: E) {
@@ -35,7 +37,14 @@ impl<E> Queue<E> {
     }
 
     pub(crate) fn next(&mut self) -> Option<(MissionTime, E)> {
-        self.entries.pop().map(|Reverse(entry)| (entry.due, entry.event))
+        let Reverse(entry) = self.entries.pop()?;
+        self.taken = entry.number;
+        Some((entry.due, entry.event))
+    }
+
+    /// Puts back what is left of the event that was taken out last, and was due then: before all that was planned after it.
+    pub(crate) fn put_back(&mut self, due: MissionTime, event: E) {
+        self.entries.push(Reverse(Entry { due, number: self.taken, event }));
     }
 }
 
@@ -71,5 +80,18 @@ mod tests {
         }
         let order: String = std::iter::from_fn(|| queue.next()).map(|(_, event)| event).collect();
         assert_eq!(order, "abcd");
+    }
+
+    #[test]
+    fn what_is_put_back_comes_before_what_was_planned_meanwhile() {
+        let mut queue = Queue::new();
+        for event in ["first", "second"] {
+            queue.plan(MissionTime(1), event);
+        }
+        assert_eq!(queue.next(), Some((MissionTime(1), "first")));
+        queue.plan(MissionTime(1), "third");
+        queue.put_back(MissionTime(1), "rest of the first");
+        let order: Vec<&str> = std::iter::from_fn(|| queue.next()).map(|(_, event)| event).collect();
+        assert_eq!(order, ["rest of the first", "second", "third"]);
     }
 }

@@ -1,11 +1,13 @@
 //! The simulation: one queue of events, in simulated time, over any participants.
 
 mod by_hand;
+mod delivery;
 
+use std::collections::VecDeque;
 use std::time::Duration;
 
 use dragnet_proto::command::Command;
-use dragnet_proto::message::{Activity, Audience};
+use dragnet_proto::message::Activity;
 use dragnet_proto::state_machine::{Effects, Event};
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
@@ -149,11 +151,26 @@ impl Outcome {
 }
 
 enum SimEvent<P> {
-    Arrival { robot: RobotId, route_number: u64 },
-    Delivery { from: Participant, to: Participant, message: P },
-    Waking { who: Participant, number: u64 },
-    Crash { who: Participant },
-    Return { who: Participant },
+    Arrival {
+        robot: RobotId,
+        route_number: u64,
+    },
+    /// One message reaches these, one after the other.
+    Delivery {
+        from: Participant,
+        to: VecDeque<Participant>,
+        message: P,
+    },
+    Waking {
+        who: Participant,
+        number: u64,
+    },
+    Crash {
+        who: Participant,
+    },
+    Return {
+        who: Participant,
+    },
     Command(Command),
 }
 
@@ -336,11 +353,7 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
                     self.observe(now, robot)?;
                 }
             }
-            SimEvent::Delivery { from, to, message } => {
-                if self.members[self.place(to)].is_up {
-                    self.tell(now, to, Event::Received { from, message })?;
-                }
-            }
+            SimEvent::Delivery { from, to, message } => self.deliver(now, from, to, message)?,
             SimEvent::Waking { who, number } => {
                 let place = self.place(who);
                 if self.members[place].waking == number {
@@ -423,16 +436,16 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
         who: Participant,
         event: Event<C::MessageRef>,
     ) -> Result<(), C::Error> {
-        let ahead = self.faults.ahead(who);
-        let mut effects = self.participants.step(who, now + ahead, event)?;
-        if !ahead.is_zero() && effects.wake_at < MissionTime(u64::MAX) {
-            effects.wake_at = now + effects.wake_at.since(now + ahead);
-        }
+        let effects = self.participants.step(who, now + self.faults.ahead(who), event)?;
         self.react(now, who, effects);
         Ok(())
     }
 
-    fn react(&mut self, now: MissionTime, who: Participant, effects: Effects<C::MessageRef>) {
+    fn react(&mut self, now: MissionTime, who: Participant, mut effects: Effects<C::MessageRef>) {
+        let ahead = self.faults.ahead(who);
+        if !ahead.is_zero() && effects.wake_at < MissionTime(u64::MAX) {
+            effects.wake_at = now + effects.wake_at.since(now + ahead);
+        }
         let place = self.place(who);
         let member = &mut self.members[place];
         member.activity = effects.activity;
@@ -456,21 +469,6 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
             );
             self.world.set_route(robot, route);
             self.depart(now, robot);
-        }
-    }
-
-    fn send(&mut self, now: MissionTime, from: Participant, audience: Audience, message: &C::MessageRef) {
-        for index in 0..self.members.len() {
-            let to = self.members[index].who;
-            let is_meant = match audience {
-                Audience::All => to != from,
-                Audience::One(one) => to == one,
-            };
-            if is_meant {
-                for due in self.network.arrivals(now, from, to) {
-                    self.queue.plan(due, SimEvent::Delivery { from, to, message: message.clone() });
-                }
-            }
         }
     }
 

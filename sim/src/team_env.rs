@@ -194,9 +194,7 @@ impl TeamEnv {
             return Some(self.cell(place));
         }
         let log = self.simulation.participants().robots[place].replica().log();
-        let version =
-            log.versions().filter(|version| version.origin.source == self.robot(other).into()).last()?;
-        log.ends(version.origin).map(|known| known.last.from)
+        log.latest(self.robot(other)).map(|observation| observation.from)
     }
 
     /// The belief from all readings of the team together.

@@ -7,7 +7,7 @@ use dragnet_learn::policy::PolicyName;
 use dragnet_live::page::Page;
 use dragnet_live::view::About;
 use dragnet_runtime::config::check_real_time_factor;
-use dragnet_runtime::team::{self, Options, RunObserver};
+use dragnet_runtime::team::{self, Medium, Options, RunObserver};
 use dragnet_scenario::Scenario;
 use dragnet_search::information::InformationTable;
 use dragnet_sim::simulation::StepObserver;
@@ -29,6 +29,7 @@ const LIVE_REAL_TIME_FACTOR: f64 = 10.0;
 Examples:
   dragnet run scenarios/ice_cream_cone.toml
   dragnet run scenarios/team.toml --policy greedy --robots 4 --seed 7 --json
+  dragnet run scenarios/team.toml --robots 100
   dragnet run scenarios/team.toml --live
   dragnet run scenarios/team.toml --policy gnn --weights mine.safetensors")]
 pub(crate) struct Arguments {
@@ -46,6 +47,14 @@ pub(crate) struct Arguments {
     /// Seed of object positions, start cells, sensor noise and random decisions
     #[arg(long, value_name = "S", default_value_t = 0, allow_negative_numbers = true)]
     seed: u64,
+    /// Medium of the messages; the search and its recording are the same [default: zenoh for up to 8 robots and with
+    /// --processes, --real-time-factor or --live; memory for more]
+    #[arg(long, value_name = "MEDIUM")]
+    over: Option<Over>,
+    /// Number of threads that deliver messages with --over memory; the search and its recording are the same [default: the
+    /// number of cores]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), allow_negative_numbers = true)]
+    threads: Option<u16>,
     /// Run every robot in a process of its own
     #[arg(long)]
     processes: bool,
@@ -65,6 +74,18 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
+/// Medium of the messages of a team.
+#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Over {
+    /// Each participant has a Zenoh session of its own, as in the field
+    Zenoh,
+    /// The memory of this process: faster, in simulated time only
+    Memory,
+}
+
+/// Over Zenoh each pair of participants has a connection, and each event is a query: up to this team size that costs little.
+const MOST_OVER_ZENOH: usize = 8;
+
 pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let weights = arguments.weights.as_deref();
     scenario::check_weights(weights, "--policy", arguments.policy.as_slice())?;
@@ -73,13 +94,14 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
         scenario = scenario::with_policy(&scenario, "--policy", policy, weights)?;
     }
     let scenario = scenario::with(scenario, "--robots", arguments.robots, Scenario::with_robots)?;
+    let medium = medium(arguments, &scenario)?;
     let recording = place_recording(arguments, &scenario)?;
     scenario::warn(&scenario);
     InformationTable::warm_up();
     let style = if arguments.json { Style::Json } else { Style::Text };
     let Some(listen) = arguments.live else {
         return search::tell(&scenario, style, |spectator| {
-            run(&scenario, arguments, recording, None, spectator)
+            run(&scenario, arguments, medium, recording, None, spectator)
         });
     };
     // The search is simulated, so the objects are known.
@@ -88,7 +110,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let (page, listener, commands) = Page::of_mission(&live::settings(listen), about)?;
     let page = live::announce(page);
     let onlooker = Some(RunObserver { listener, commands });
-    search::tell(&scenario, style, |spectator| run(&scenario, arguments, recording, onlooker, spectator))?;
+    search::tell(&scenario, style, |spectator| {
+        run(&scenario, arguments, medium, recording, onlooker, spectator)
+    })?;
     page.stay();
     Ok(())
 }
@@ -96,12 +120,15 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
 fn run(
     scenario: &Scenario,
     arguments: &Arguments,
+    medium: Medium,
     recording: PathBuf,
     onlooker: Option<RunObserver>,
     spectator: StepObserver<'_>,
 ) -> Result<Ended, Failure> {
     let processes = arguments.processes.then(std::env::current_exe).transpose();
     let options = Options {
+        medium,
+        threads: arguments.threads.map_or(0, usize::from),
         recording: Some(recording),
         processes: processes.map_err(|error| Failure::Run(format!("cannot find this program: {error}")))?,
         real_time_factor: arguments.real_time_factor.or(onlooker.is_some().then_some(LIVE_REAL_TIME_FACTOR)),
@@ -112,8 +139,26 @@ fn run(
         seed: arguments.seed,
         episode: run.episode,
         observations_merged: Some(run.observations_merged),
+        medium,
         recording: run.recording,
     })
+}
+
+fn medium(arguments: &Arguments, scenario: &Scenario) -> Result<Medium, Failure> {
+    let needs_zenoh = [
+        ("--processes", arguments.processes),
+        ("--real-time-factor", arguments.real_time_factor.is_some()),
+        ("--live", arguments.live.is_some()),
+    ];
+    let needs_zenoh = needs_zenoh.into_iter().find(|&(_, is_asked)| is_asked);
+    match (arguments.over, needs_zenoh) {
+        (Some(Over::Memory), Some((option, _))) => {
+            Err(Failure::Input(format!("--over memory: {option} needs Zenoh; allowed is --over zenoh")))
+        }
+        (Some(Over::Memory), None) => Ok(Medium::Memory),
+        (None, None) if scenario.robots().len() > MOST_OVER_ZENOH => Ok(Medium::Memory),
+        _ => Ok(Medium::Zenoh),
+    }
 }
 
 /// The file to record to. No recording is overwritten: a given file must not exist, and the default is the first unused

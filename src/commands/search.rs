@@ -5,6 +5,7 @@ mod report;
 
 use std::path::PathBuf;
 
+use dragnet_runtime::team::Medium;
 use dragnet_scenario::Scenario;
 use dragnet_sim::episode::Episode;
 use dragnet_sim::simulation::StepObserver;
@@ -30,6 +31,8 @@ pub(super) struct Ended {
     pub(super) episode: Episode,
     /// As counted by the coordinator; unknown if that is another process.
     pub(super) observations_merged: Option<u64>,
+    /// Medium of the messages.
+    pub(super) medium: Medium,
     pub(super) recording: Option<PathBuf>,
 }
 

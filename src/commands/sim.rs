@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use dragnet_runtime::serve;
+use dragnet_runtime::team::Medium;
 
 use super::search::{self, Ended, Style};
 use super::settings::Kind;
@@ -38,6 +39,6 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let style = if arguments.json { Style::Json } else { Style::Text };
     search::tell(&scenario, style, |spectator| {
         let (episode, seed) = serve::world(&scenario, config, spectator)?;
-        Ok(Ended { seed, episode, observations_merged: None, recording: None })
+        Ok(Ended { seed, episode, observations_merged: None, medium: Medium::Zenoh, recording: None })
     })
 }

@@ -32,6 +32,8 @@ fn one_json_object_holds_all_measures() {
         "decision_ms",
         "observations_sent",
         "observations_merged",
+        "messages_over",
+        "messages_sent",
         "beliefs_equal",
         "belief_digest",
         "recording",
@@ -45,6 +47,7 @@ fn one_json_object_holds_all_measures() {
     );
     assert_eq!(report["path_cells"].as_array().unwrap().len(), 2);
     assert_eq!(report["observations_sent"], report["observations_merged"]);
+    assert_eq!(report["messages_over"], "zenoh");
     assert_eq!(report["beliefs_equal"], true);
     assert_eq!(report["recording"], "small-3.mcap");
     let digest = report["belief_digest"].as_str().unwrap();
@@ -91,6 +94,22 @@ fn the_same_seed_is_the_same_run_and_the_same_recording() {
     assert_eq!(first.0, again.0);
     assert!(first.1 == again.1, "the recordings differ");
     assert_ne!(first.0["belief_digest"], other.0["belief_digest"]);
+}
+
+#[test]
+fn the_medium_of_messages_is_reported_and_changes_nothing() {
+    let place = Place::new();
+    let run = |over: &str, name: &str| {
+        let output = place.succeed(&["run", "small.toml", "--over", over, "--record", name]);
+        (output, fs::read(place.path(name)).unwrap())
+    };
+    let ((zenoh, over_zenoh), (memory, in_memory)) = (run("zenoh", "a.mcap"), run("memory", "b.mcap"));
+    assert!(zenoh.contains("over Zenoh") && memory.contains("in memory"), "{zenoh}{memory}");
+    assert!(over_zenoh == in_memory, "the recordings differ");
+    let large = place.json(&["run", "small.toml", "--robots", "9", "--json"]);
+    assert_eq!(large["messages_over"], "memory");
+    place
+        .refuse(&["run", "small.toml", "--over", "memory", "--processes"], &["--over memory", "--processes"]);
 }
 
 #[test]

@@ -25,7 +25,7 @@ fn scenario(text: &str) -> Scenario {
 /// The evidence is that of the known observations, all of which are valid.
 fn check(replica: &Replica, belief: &Belief, scenario: &Scenario, limits: &Limits) {
     let mut expected = scenario.prior().clone();
-    for version in replica.log().versions() {
+    for version in replica.log().versions().iter() {
         let known = replica.log().since(version.origin, 0);
         assert_eq!(known.len() as u64, version.next, "nothing is released");
         let mut before = None;

@@ -81,7 +81,7 @@ fn honest(scenario: &Scenario, kind: u8, sequence: u64) -> Message {
             cell: cell(scenario),
             path_meters: 1.0,
             intent,
-            versions: vec![Version { origin: Origin::first(MATE), next: sequence }],
+            versions: vec![Version { origin: Origin::first(MATE), next: sequence }].into(),
             digest: Digest(1),
             directive: Directive::default(),
         }),

@@ -16,7 +16,7 @@ use dragnet_runtime::session::open;
 use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;
-use dragnet_search::observation::{Origin, RobotId, Version};
+use dragnet_search::observation::{Origin, RobotId, Version, Versions};
 use zenoh::Session;
 
 use crate::durability::endless;
@@ -39,7 +39,7 @@ fn attached() -> Vec<u8> {
 }
 
 /// The largest possible version vector.
-fn versions() -> Vec<Version> {
+fn versions() -> Versions {
     let origins = RobotId::first(FLOODER.number())
         .flat_map(|robot| (0..STARTS).map(move |incarnation| Origin { source: robot.into(), incarnation }));
     origins.map(|origin| Version { origin, next: 9 }).collect()

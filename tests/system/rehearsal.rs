@@ -17,7 +17,7 @@ use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;
-use dragnet_search::observation::RobotId;
+use dragnet_search::observation::{RobotId, Versions};
 use tokio::sync::mpsc;
 
 use crate::field::{DRAGNET, Field, Process};
@@ -63,7 +63,7 @@ impl Robot {
             cell: self.cells[cell],
             path_meters: 0.0,
             intent: self.intent(decision, path),
-            versions: Vec::new(),
+            versions: Versions::default(),
             digest: Digest(0),
             directive: Directive::default(),
         };

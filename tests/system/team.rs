@@ -8,7 +8,7 @@ use dragnet_coordinator::mission::{CoordinatorConfig, Mission};
 use dragnet_coordinator::node::CoordinatorNode;
 use dragnet_runtime::RuntimeError;
 use dragnet_runtime::session::{Endpoints, free_endpoints, open};
-use dragnet_runtime::team::{self, Options, Run};
+use dragnet_runtime::team::{self, Medium, Options, Run};
 use dragnet_scenario::Scenario;
 use dragnet_sim::episode::{self, Episode};
 use dragnet_sim::participants::LocalParticipants;
@@ -73,6 +73,65 @@ fn two_runs_side_by_side_do_not_meet_and_record_the_same_bytes() {
     });
     assert!(first.len() > 10_000);
     assert!(first == second, "recordings of {} and {} bytes differ", first.len(), second.len());
+}
+
+/// The bytes that a run in memory records.
+fn recorded_in_memory(scenario: &Scenario, seed: u64, threads: usize) -> Vec<u8> {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("memory.mcap");
+    let version = "test".to_owned();
+    let options = Options {
+        medium: Medium::Memory,
+        threads,
+        recording: Some(recording.clone()),
+        version,
+        ..Options::default()
+    };
+    let run = team::run(scenario, seed, &options, &mut |_, _| ()).unwrap();
+    assert!(run.episode.outcome.beliefs_equal);
+    assert_eq!(run.observations_merged, run.episode.outcome.observations);
+    std::fs::read(recording).unwrap()
+}
+
+#[test]
+fn a_run_in_memory_records_the_bytes_of_one_over_zenoh() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, robots) in [("ice_cream_cone.toml", 3), ("faults.toml", 4)] {
+        let scenario = committed(name).with_robots(robots).unwrap();
+        let path = folder.path().join(name);
+        over_zenoh(&scenario, 5, Some(path.clone()));
+        let (zenoh, memory) = (std::fs::read(path).unwrap(), recorded_in_memory(&scenario, 5, 0));
+        assert!(
+            zenoh.len() > 10_000 && zenoh == memory,
+            "{name}: {} and {} bytes",
+            zenoh.len(),
+            memory.len()
+        );
+    }
+}
+
+#[test]
+fn a_large_team_records_the_same_bytes_whatever_the_number_of_threads() {
+    let large = scenario(
+        "name = \"large\"\n[map]\nshape = \"all_traversable\"\nrows = 40\ncolumns = 40\n\
+         [objects]\ndensity = 0.01\n[robots]\ncount = 100\nstart = \"scattered\"\n\
+         [mission]\nbudget_seconds = 60.0\n[network]\nloss = 0.1\ndelay_seconds = 0.05\n",
+    );
+    let [alone, again, together] = [1, 1, 2].map(|threads| recorded_in_memory(&large, 5, threads));
+    assert!(alone.len() > 100_000);
+    assert!(alone == again && alone == together);
+}
+
+#[test]
+fn robots_as_processes_and_the_wall_clock_are_refused_in_memory() {
+    let memory = Options { medium: Medium::Memory, ..Options::default() };
+    for options in [
+        Options { real_time_factor: Some(10.0), ..memory.clone() },
+        Options { processes: Some("dragnet".into()), ..memory },
+    ] {
+        let error = team::run(&committed("ice_cream_cone.toml"), 1, &options, &mut |_, _| ()).unwrap_err();
+        assert!(error.is_bad_input() && error.to_string().contains("Zenoh"), "{error}");
+    }
 }
 
 #[test]

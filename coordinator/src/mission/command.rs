@@ -70,7 +70,7 @@ impl Mission {
 /// A restarted coordinator does not know which names it has used; the time of its first mark, in nanoseconds, is
 /// unused.
 fn unused(replica: &dragnet_proto::replica::Replica, now: MissionTime) -> Origin {
-    let known: Vec<Origin> = replica.log().versions().map(|version| version.origin).collect();
+    let known: Vec<Origin> = replica.log().versions().iter().map(|version| version.origin).collect();
     let mut origin = Origin { source: Source::Operator, incarnation: now.0 };
     while known.contains(&origin) {
         // Its clock may be at the end of time, if it was set by a faulty participant.

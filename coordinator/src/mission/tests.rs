@@ -65,7 +65,7 @@ fn heartbeat(robot: RobotId, now: MissionTime, versions: Vec<Version>) -> Messag
         cell: cell(0),
         path_meters: 0.0,
         intent: intent(robot, 1, 1..4),
-        versions,
+        versions: versions.into(),
         digest: Digest(0),
         directive: Directive::default(),
     })

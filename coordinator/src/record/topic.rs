@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use dragnet_proto::convert::{numbered_source, source_number};
 use dragnet_search::observation::Source;
 
 /// The topic of a message in a recording.
@@ -64,7 +63,7 @@ impl fmt::Display for Topic {
             Self::Objects => formatter.write_str("/objects"),
             Self::MissionStatus => formatter.write_str(Self::MISSION_STATUS),
             Self::Robot(source, topic) => {
-                write!(formatter, "{}{}/{}", Self::ROBOTS, source_number(*source), topic.name())
+                write!(formatter, "{}{}/{}", Self::ROBOTS, source.number(), topic.name())
             }
         }
     }
@@ -87,7 +86,7 @@ impl RobotTopic {
     pub(crate) fn parse(topic: &str) -> Option<(Source, Self)> {
         let (number, name) = topic.strip_prefix(Topic::ROBOTS)?.split_once('/')?;
         let topic = Self::ALL.into_iter().find(|topic| topic.name() == name)?;
-        Some((numbered_source(number.parse().ok()?), topic))
+        Some((Source::numbered(number.parse().ok()?), topic))
     }
 }
 

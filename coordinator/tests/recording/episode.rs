@@ -18,7 +18,7 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Reading;
-use dragnet_search::observation::{Observation, Origin, RobotId};
+use dragnet_search::observation::{Observation, Origin, RobotId, Versions};
 use dragnet_search::sensor::{Noise, Sensor};
 use dragnet_search::terrain::Terrain;
 
@@ -173,7 +173,7 @@ fn heartbeat(now: MissionTime, robot: RobotId, half: u64) -> Message {
         cell: cell(half / 2 % 6),
         path_meters: half as f64,
         intent: intent(now, robot, half / 6 * 6),
-        versions: Vec::new(),
+        versions: Versions::default(),
         digest: prior().digest(),
         directive: Directive::default(),
     })

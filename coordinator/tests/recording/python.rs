@@ -8,7 +8,6 @@ use std::process::Command;
 use dragnet_coordinator::inspect::inspect;
 use dragnet_coordinator::mission::Record;
 use dragnet_coordinator::recover::recover;
-use dragnet_proto::convert::source_number;
 use dragnet_search::cell::Cell;
 use serde_json::{Value, json};
 use tempfile::tempdir;
@@ -44,7 +43,7 @@ fn expected(episode: &Episode, of: u16) -> (f64, Vec<[f64; 3]>) {
     let (mut sum, mut places) = (0.0, Vec::new());
     for (_, record) in &episode.records {
         match record {
-            Record::Observation(observation) if source_number(observation.origin.source) == of => {
+            Record::Observation(observation) if observation.origin.source.number() == of => {
                 sum += observation.readings.iter().map(|reading| f64::from(reading.value)).sum::<f64>();
             }
             Record::Pose { robot, cell, time } if robot.number() == of => {

@@ -13,7 +13,7 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::{Cell, Grid, Position};
 use dragnet_search::evidence::Reading;
-use dragnet_search::observation::{Observation, Origin, RobotId};
+use dragnet_search::observation::{Observation, Origin, RobotId, Versions};
 
 /// 400 x 300 m at the equator, in cells of 20 m: 15 rows of 20 columns.
 const AREAS: &str = r#"{"type":"FeatureCollection","features":[
@@ -125,7 +125,7 @@ fn status() -> MissionStatus {
         expected_remaining: 0.5,
         alive: vec![RobotId::FIRST, RobotId::new(2).unwrap()],
         observations: 36,
-        versions: Vec::new(),
+        versions: Versions::default(),
         digest: scenario().prior().digest(),
         directive: Directive::default(),
         doubled: Vec::new(),

@@ -3,12 +3,11 @@
 use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::{Cell, Grid};
 use dragnet_search::evidence::{Digest, Reading};
-use dragnet_search::observation::{Origin, RobotId, Version};
+use dragnet_search::observation::{Origin, RobotId, Source, Version, Versions};
 use dragnet_search::sensor::Sensor;
 
 use super::error::ConvertError;
 use super::field::{Field, Place};
-use super::source::{origin, source_number};
 use crate::dragnet_msgs::{self as wire, VERSION};
 use crate::message::Activity;
 use crate::replica::MAX_STARTS;
@@ -83,7 +82,7 @@ impl Check {
     }
 
     /// A version vector: no more origins than a team can have, each once and in order.
-    pub(super) fn versions(self, known: &[wire::Version]) -> Result<Vec<Version>, ConvertError> {
+    pub(super) fn versions(self, known: &[wire::Version]) -> Result<Versions, ConvertError> {
         // The operator's marks are numbered like one more robot's observations.
         let most = (usize::from(self.robots) + 1) * MAX_STARTS;
         self.at_most(most.min(MAX_ORIGINS), "version_vector", known.len())?;
@@ -91,13 +90,13 @@ impl Check {
         for (index, wire) in known.iter().enumerate() {
             let check = self.within(Place::Known(index));
             check.version(wire.version)?;
-            let origin = origin(wire.robot, wire.incarnation);
+            let origin = Origin { source: Source::numbered(wire.robot), incarnation: wire.incarnation };
             if let Some(before) = versions.last() {
                 check.follows(origin, before.origin)?;
             }
             versions.push(Version { origin, next: wire.next });
         }
-        Ok(versions)
+        Ok(versions.into())
     }
 
     fn follows(self, origin: Origin, before: Origin) -> Result<(), ConvertError> {
@@ -107,7 +106,7 @@ impl Check {
         let (name, found, before) = if origin.source == before.source {
             ("incarnation", origin.incarnation, before.incarnation)
         } else {
-            ("robot", source_number(origin.source).into(), source_number(before.source).into())
+            ("robot", origin.source.number().into(), before.source.number().into())
         };
         Err(ConvertError::Order { at: self.at(name), found, before })
     }

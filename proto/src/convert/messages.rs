@@ -2,14 +2,13 @@
 
 use std::sync::Arc;
 
-use dragnet_search::observation::{Observation, Origin, Version};
+use dragnet_search::observation::{Observation, Origin, Source, Version};
 
 use super::check::{
     Check, Columns, activity_number, digest, digest_halves, numbers, participant_numbers, robot,
 };
 use super::error::ConvertError;
 use super::field::Place;
-use super::source::{origin, source_number};
 use crate::dragnet_msgs as wire;
 use crate::message::{Detection, Heartbeat, Intent, MissionStatus, SyncReply, SyncRequest};
 
@@ -18,7 +17,7 @@ impl From<&Observation> for wire::Observation {
         let Columns { cells, values, variances } = observation.readings.as_slice().into();
         Self {
             version: wire::VERSION,
-            robot: source_number(observation.origin.source),
+            robot: observation.origin.source.number(),
             incarnation: observation.origin.incarnation,
             sequence: observation.sequence,
             time_ns: observation.time_ns,
@@ -63,7 +62,7 @@ impl From<&Heartbeat> for wire::Heartbeat {
 impl From<&Version> for wire::Version {
     fn from(version: &Version) -> Self {
         let Version { origin: Origin { source, incarnation }, next } = *version;
-        Self { version: wire::VERSION, robot: source_number(source), incarnation, next }
+        Self { version: wire::VERSION, robot: source.number(), incarnation, next }
     }
 }
 
@@ -74,7 +73,7 @@ impl From<&SyncRequest> for wire::SyncRequest {
             version: wire::VERSION,
             from_kind,
             from_robot,
-            of_robot: source_number(request.of.source),
+            of_robot: request.of.source.number(),
             of_incarnation: request.of.incarnation,
             first: request.first,
         }
@@ -120,7 +119,7 @@ impl Check {
     pub(super) fn observation(self, wire: &wire::Observation) -> Result<Observation, ConvertError> {
         self.version(wire.version)?;
         Ok(Observation {
-            origin: origin(wire.robot, wire.incarnation),
+            origin: Origin { source: Source::numbered(wire.robot), incarnation: wire.incarnation },
             sequence: wire.sequence,
             time_ns: wire.time_ns,
             from: self.cell(self.at("cell"), wire.cell)?,
@@ -160,7 +159,7 @@ impl Check {
         self.version(wire.version)?;
         Ok(SyncRequest {
             from: self.participant(["from_kind", "from_robot"], wire.from_kind, wire.from_robot)?,
-            of: origin(wire.of_robot, wire.of_incarnation),
+            of: Origin { source: Source::numbered(wire.of_robot), incarnation: wire.of_incarnation },
             first: wire.first,
         })
     }

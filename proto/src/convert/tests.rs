@@ -43,7 +43,7 @@ fn heartbeat() -> Heartbeat {
         cell: cell(1),
         path_meters: 60.0,
         intent: intent(7),
-        versions: vec![Version { origin: Origin::first(RobotId::new(7).unwrap()), next: 4 }],
+        versions: vec![Version { origin: Origin::first(RobotId::new(7).unwrap()), next: 4 }].into(),
         digest: Digest(0x0123_4567_89ab_cdef_0011_2233_4455_6677),
         directive: Directive { number: 5, is_paused: true, added: [0, 1, 4].into_iter().map(cell).collect() },
     }

@@ -36,7 +36,7 @@ const fn only(observation: &Observation) -> Ends<'_> {
 fn an_observation_is_validated_by_map_team_and_sensor() {
     let limits = limits();
     let check = |observation: &Observation, expected| {
-        assert_eq!(limits.check(observation, None), expected, "{observation:?}");
+        assert_eq!(limits.check(&Arc::new(observation.clone()), None), expected, "{observation:?}");
     };
     let from = cell(0, 0);
     let sees = |readings: Vec<Reading>| observed(0, 0, from, readings);
@@ -60,7 +60,11 @@ fn a_robot_gets_no_further_than_its_speed_carries_it() {
     let check = |seconds, column, expected| {
         let before = observed(0, 100, cell(0, 0), Vec::new());
         let next = observed(1, seconds, cell(0, column), Vec::new());
-        assert_eq!(limits.check(&next, Some(only(&before))), expected, "{column} cells by {seconds} s");
+        assert_eq!(
+            limits.check(&Arc::new(next.clone()), Some(only(&before))),
+            expected,
+            "{column} cells by {seconds} s"
+        );
     };
     // One cell in 5 s, and two because its position within its cell is unknown.
     check(105, 1, Ok(()));
@@ -80,7 +84,9 @@ fn a_standing_robot_cannot_observe_for_ever() {
         // A hundred observations per second, for ten seconds.
         let mut next = observed(sequence, 0, cell(0, 0), Vec::new());
         next.time_ns = sequence * SECOND / 100;
-        if limits.check(&next, Some(Ends { first: &first, last: &last })) == Err(Rejection::TooOften) {
+        if limits.check(&Arc::new(next.clone()), Some(Ends { first: &first, last: &last }))
+            == Err(Rejection::TooOften)
+        {
             break;
         }
         last = next;
@@ -106,7 +112,11 @@ fn a_mark_is_valid_after_the_one_before_it() {
     };
     let clue = mark(5, vec![Mark::Clue.reading(cell(0, 3))]);
     let check = |observation: &Observation, before: Option<&Observation>, expected| {
-        assert_eq!(limits.check(observation, before.map(only)), expected, "{observation:?}");
+        assert_eq!(
+            limits.check(&Arc::new(observation.clone()), before.map(only)),
+            expected,
+            "{observation:?}"
+        );
     };
     check(&clue, None, Ok(()));
     check(&clue, Some(&mark(5, Vec::new())), Ok(()));

@@ -256,10 +256,10 @@ async fn late_subscribers_receive_the_belief_and_behind_a_bridge_without_attachm
         .history(HistoryConfig::default().detect_late_publishers().max_samples(1))
         .await
         .unwrap();
-    let received = in_time(receiver.recv()).await.unwrap();
-    let decoded: OccupancyGrid = cdr::decode(&received.payload().to_bytes()).unwrap();
+    let latched = in_time(receiver.recv()).await.unwrap();
+    let decoded: OccupancyGrid = cdr::decode(&latched.payload().to_bytes()).unwrap();
     assert_eq!((decoded.data, decoded.header.stamp.sec), (vec![2; 3], 2));
-    assert!(received.attachment().is_none());
+    assert!(latched.attachment().is_none());
 }
 
 #[tokio::test(flavor = "multi_thread")]

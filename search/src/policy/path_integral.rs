@@ -6,7 +6,7 @@
 //! and restores it on return: every candidate is scored exactly, and no path is traversed twice. Departure: the
 //! observation from the robot's own cell is not part of the path, since it has already been made.
 
-use super::{Decision, Policy, path_length_weight};
+use super::{Decision, LEAST_NATS, Policy, path_length_weight};
 use crate::cell::Cell;
 use crate::information::{InformationTable, SATURATION};
 use crate::information_gain::{CellGain, Frame, InformationGain, saturated};
@@ -27,15 +27,50 @@ impl Path {
 impl Policy for Path {
     fn decide(&mut self, situation: &Situation<'_>, _: &mut Stream) -> Decision {
         let routes = ShortestPathTree::from(situation.terrain, situation.connectivity, situation.robot);
+        self.best_within(situation, &InformationGain::new(situation), &routes)
+    }
+
+    /// No path yields more than all cells together, and the longer it is the less that weighs. So the candidates within some
+    /// way are weighed, and within twice that way, until no farther one can be better.
+    fn choose(&mut self, situation: &Situation<'_>, _: &mut Stream) -> Decision {
+        let gain = InformationGain::new(situation);
+        let most_nats = gain.most_nats() * ROUNDING + LEAST_NATS;
+        let mut longest = FIRST_RADII * situation.sensor.radius().max(1) as f32;
+        loop {
+            let routes =
+                ShortestPathTree::within(situation.terrain, situation.connectivity, situation.robot, longest);
+            let decision = self.best_within(situation, &gain, &routes);
+            let best = decision.scores[decision.chosen.index()].max(LEAST_NATS / ROUNDING);
+            let farther = path_length_weight(self.path_length_weight, longest) * most_nats;
+            if !routes.is_cut() || farther < best {
+                return decision;
+            }
+            longest *= 2.0;
+        }
+    }
+}
+
+/// Of the paths that are weighed first, the longest, in radii of the sensor.
+const FIRST_RADII: f32 = 4.0;
+/// Scores are sums of 32 bits, and the table is interpolated: a bound is taken for so much more than it is.
+const ROUNDING: f64 = 1.01;
+
+impl Path {
+    fn best_within(
+        &self,
+        situation: &Situation<'_>,
+        gain: &InformationGain,
+        routes: &ShortestPathTree,
+    ) -> Decision {
         let cell_count = situation.terrain.grid().cell_count();
         let mut scores = vec![f64::NEG_INFINITY; cell_count];
-        let mut walk = Walk::new(situation);
-        for visit in depth_first(&routes, cell_count) {
+        let mut walk = Walk::new(situation, gain);
+        for visit in depth_first(routes, cell_count) {
             let utility = walk.enter(visit);
             let weight = path_length_weight(self.path_length_weight, routes.length(visit.cell));
             scores[visit.cell.index()] = weight * f64::from(utility);
         }
-        Decision::most_informative(&routes, scores)
+        Decision::most_informative(routes, scores)
     }
 }
 
@@ -79,16 +114,15 @@ struct Walk {
 }
 
 impl Walk {
-    fn new(situation: &Situation<'_>) -> Self {
-        let gains = InformationGain::new(situation);
-        let frame = gains.frame();
+    fn new(situation: &Situation<'_>, gain: &InformationGain) -> Self {
+        let frame = gain.frame();
         let observations = situation
             .sensor
             .footprint()
             .iter()
             .map(|observation| (frame.stride_of(observation.offset), saturated(observation.precision)))
             .collect();
-        Self { gains: gains.into_cells(), frame, observations, changed: Vec::new(), path: vec![] }
+        Self { gains: gain.cells().to_vec(), frame, observations, changed: Vec::new(), path: vec![] }
     }
 
     /// Information of the path to the next cell of a depth-first walk, nats.

@@ -3,7 +3,7 @@
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::UNITS;
 use dragnet_search::information::InformationTable;
-use dragnet_search::policy::{Parameters, PathIntegralReference, Policy, PolicyName};
+use dragnet_search::policy::{Decision, Parameters, PathIntegralReference, Policy, PolicyName, build};
 use dragnet_search::seed::{Purpose, stream};
 
 use super::{Case, check};
@@ -78,4 +78,25 @@ fn path_equals_its_definition() {
         let defined = definition.decide(&case.situation(), &mut random);
         check(&case, &case.decide(PolicyName::Path, seed), |to| defined.scores[to.index()], 1e-4);
     }
+}
+
+/// Teammates all around leave little to a robot: what is far away cannot be better, and is not weighed.
+#[test]
+fn path_chooses_the_same_where_nobody_looks_at_the_scores() {
+    let (mut cut, mut rests) = (0, 0);
+    for (number, seed) in (0..60).enumerate() {
+        let mut case = Case::of_side(seed, 30..50);
+        let waypoints: Vec<Cell> = case.terrain.grid().cells().skip(number % 7).step_by(29).collect();
+        let teammates = [0, 4, waypoints.len()][number % 3];
+        case.planned_precision.add_shares(&case.terrain, &case.sensor, case.robot, &waypoints[..teammates]);
+        let decision = case.decide(PolicyName::Path, seed);
+        let mut policy = build(PolicyName::Path, Parameters::default());
+        let chosen = policy.choose(&case.situation(), &mut stream(seed, Purpose::Decision, 1));
+        assert_eq!((chosen.chosen, &chosen.path), (decision.chosen, &decision.path), "{seed}");
+        assert_eq!(chosen.had_candidates(), decision.had_candidates(), "{seed}");
+        let weighed = |decision: &Decision| decision.scores.iter().filter(|score| score.is_finite()).count();
+        cut += usize::from(weighed(&chosen) < weighed(&decision));
+        rests += usize::from(decision.is_rest());
+    }
+    assert!(cut > 10 && cut < 60 && rests < 40, "{cut} cut, {rests} rests");
 }

@@ -2,6 +2,8 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+use std::ops::Range;
+
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::{Cell, Grid};
 use dragnet_search::evidence::Reading;
@@ -29,8 +31,12 @@ struct Case {
 
 impl Case {
     fn new(seed: u64) -> Self {
+        Self::of_side(seed, 3..8)
+    }
+
+    fn of_side(seed: u64, side: Range<u32>) -> Self {
         let mut random = stream(seed, Purpose::Truth, 0);
-        let grid = Grid::new(random.random_range(3..8), random.random_range(3..8)).unwrap();
+        let grid = Grid::new(random.random_range(side.clone()), random.random_range(side)).unwrap();
         let mut ground: Vec<Ground> = (0..grid.cell_count()).map(|_| any_ground(&mut random)).collect();
         ground[0] = Ground::OPEN;
         let terrain = Terrain::new(grid, 30.0, ground).unwrap();

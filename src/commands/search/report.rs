@@ -1,5 +1,6 @@
 //! The report of a search: one JSON object, or text with a map.
 
+use dragnet_runtime::team::Medium;
 use dragnet_scenario::Scenario;
 use dragnet_search::cell::Cell;
 use dragnet_sim::comparison::Latencies;
@@ -45,6 +46,10 @@ pub(super) struct Report {
     decision_ms: DecisionTimes,
     observations_sent: u64,
     observations_merged: Option<u64>,
+    /// Medium of the messages.
+    messages_over: &'static str,
+    /// Messages sent, counted once for each receiver; unknown without a simulator.
+    messages_sent: Option<u64>,
     beliefs_equal: bool,
     belief_digest: String,
     recording: Option<String>,
@@ -88,6 +93,11 @@ impl Report {
             },
             observations_sent: outcome.observations,
             observations_merged: ended.observations_merged,
+            messages_over: match ended.medium {
+                Medium::Zenoh => "zenoh",
+                Medium::Memory => "memory",
+            },
+            messages_sent: Some(outcome.network.sent).filter(|&sent| sent > 0),
             beliefs_equal: outcome.beliefs_equal,
             belief_digest: outcome.digest.to_string(),
             recording: ended.recording.as_ref().map(|path| path.display().to_string()),
@@ -123,12 +133,25 @@ impl Report {
              mean of F1 over {budget_cells:.0} cells {auc_f1:.3}\n\
              decisions     {}\n\
              observations  {} sent{merged}\n\
+             messages      {}\n\
              beliefs       {beliefs} in all robots, digest {}\n\
              {recording}",
             self.way(),
             self.decisions(),
             self.observations_sent,
+            self.messages(),
             self.belief_digest,
+        )
+    }
+
+    fn messages(&self) -> String {
+        let medium = match self.messages_over {
+            "memory" => "in memory, as over Zenoh",
+            _ => "over Zenoh",
+        };
+        self.messages_sent.map_or_else(
+            || medium.to_owned(),
+            |sent| format!("{sent} sent (one for each receiver), {medium}"),
         )
     }
 

@@ -9,7 +9,7 @@ use dragnet_proto::message::{Activity, Heartbeat, Intent, Message, MessageKind, 
 use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{Digest, Reading};
-use dragnet_search::observation::{Observation, Origin, RobotId, Source, Version};
+use dragnet_search::observation::{Observation, Origin, RobotId, Source, Version, Versions};
 use rand::RngExt;
 use rand::seq::IndexedRandom;
 
@@ -119,12 +119,13 @@ impl World {
     }
 
     /// Of a few origins, some of which are claimed to have more observations.
-    fn versions(&mut self) -> Vec<Version> {
-        let mut versions: Vec<Version> = self.agent.replica().log().versions().take(6).collect();
+    fn versions(&mut self) -> Versions {
+        let mut versions: Vec<Version> =
+            self.agent.replica().log().versions().iter().take(6).copied().collect();
         for version in &mut versions {
             version.next += self.random.random_range(0..2);
         }
-        versions
+        versions.into()
     }
 
     fn request(&mut self, from: Participant) -> SyncRequest {

@@ -220,7 +220,7 @@ struct Drive {
 pub(crate) fn run(kind: Kind, eyes: Eyes, cell_meters: f64, seed: u64) -> Outcome {
     let mut random = stream(seed, Purpose::Truth, 0);
     let mut drive = Drive::new(Course::new(kind, cell_meters, &mut random), eyes, cell_meters);
-    drive.to_the_end(&mut random);
+    drive.complete(&mut random);
     drive.end()
 }
 
@@ -230,11 +230,11 @@ pub(crate) fn run_two(kind: Kind, eyes: Eyes, cell_meters: f64, seed: u64) -> us
     let course = Course::new(kind, cell_meters, &mut random);
     let back = course.back();
     let mut first = Drive::new(course, eyes, cell_meters);
-    first.to_the_end(&mut random);
+    first.complete(&mut random);
     let mut second = Drive::new(back, eyes, cell_meters);
     second.belief = first.belief;
     second.pilot.handle(0, Event::Declared(second.declared().into_iter().collect()));
-    second.to_the_end(&mut random);
+    second.complete(&mut random);
     second.declared().len()
 }
 
@@ -255,7 +255,7 @@ impl Drive {
         }
     }
 
-    fn to_the_end(&mut self, random: &mut Stream) {
+    fn complete(&mut self, random: &mut Stream) {
         let (rate, due) = schedule(self.course.seconds, self.cameras.len(), random);
         let Course { from, object, direction_radians, .. } = &self.course;
         let degrees = direction_radians.to_degrees();

@@ -1,0 +1,90 @@
+//! Delivery of messages: a message that reaches several participants at one time is one event, and is delivered to them
+//! together where the order cannot matter.
+
+use std::collections::VecDeque;
+
+use dragnet_proto::message::Audience;
+use dragnet_scenario::participant::Participant;
+use dragnet_scenario::time::MissionTime;
+
+use super::{Member, SimEvent, Simulation, StepContext};
+use crate::participants::Participants;
+
+impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
+    pub(super) fn send(
+        &mut self,
+        now: MissionTime,
+        from: Participant,
+        audience: Audience,
+        message: &C::MessageRef,
+    ) {
+        let mut due = now;
+        let mut together = VecDeque::new();
+        for index in 0..self.members.len() {
+            let to = self.members[index].who;
+            let is_meant = match audience {
+                Audience::All => to != from,
+                Audience::One(one) => to == one,
+            };
+            if !is_meant {
+                continue;
+            }
+            for arrival in self.network.arrivals(now, from, to) {
+                if arrival != due || together.back() == Some(&to) {
+                    self.plan_delivery(due, from, std::mem::take(&mut together), message);
+                }
+                due = arrival;
+                together.push_back(to);
+            }
+        }
+        self.plan_delivery(due, from, together, message);
+    }
+
+    fn plan_delivery(
+        &mut self,
+        due: MissionTime,
+        from: Participant,
+        to: VecDeque<Participant>,
+        message: &C::MessageRef,
+    ) {
+        if !to.is_empty() {
+            self.queue.plan(due, SimEvent::Delivery { from, to, message: message.clone() });
+        }
+    }
+
+    /// Delivers a message to as many participants together as cannot end the search, except for the last one; the others
+    /// are due next.
+    pub(super) fn deliver(
+        &mut self,
+        now: MissionTime,
+        from: Participant,
+        mut to: VecDeque<Participant>,
+        message: C::MessageRef,
+    ) -> Result<(), C::Error> {
+        let later = to.split_off(self.count_together(&to));
+        let mut receivers = Vec::with_capacity(to.len());
+        for who in to {
+            if self.members[self.place(who)].is_up {
+                receivers.push((who, now + self.faults.ahead(who)));
+            }
+        }
+        let effects = self.participants.deliver(from, &message, &receivers)?;
+        if !later.is_empty() {
+            self.queue.put_back(now, SimEvent::Delivery { from, to: later, message });
+        }
+        for ((who, _), effects) in receivers.into_iter().zip(effects) {
+            self.react(now, who, effects);
+        }
+        Ok(())
+    }
+
+    /// Number of receivers before the last robot that searches: it keeps the search going, whatever the others do.
+    fn count_together(&self, to: &VecDeque<Participant>) -> usize {
+        if self.is_over() {
+            return 1;
+        }
+        let is_busy = |member: &&Member| !member.is_resting();
+        let Some(searcher) = self.members.iter().rev().find(is_busy) else { return to.len() };
+        to.iter().position(|&who| who == searcher.who).map_or(to.len(), |place| place.max(1))
+    }
+}
