@@ -24,7 +24,7 @@ pub use crate::waiting::Sender;
 /// Maximum number of known processes of one participant.
 const MOST_PROCESSES: usize = 16;
 
-/// The link of a participant, or of a listener ([`Nobody`]), to the network.
+/// The link of a participant, or of a listener ([`ReceiveOnly`]), to the network.
 pub struct Link<Me = Participant> {
     session: Session,
     mission: Mission,
@@ -44,10 +44,10 @@ pub struct Link<Me = Participant> {
 
 /// A listener: it receives what is published to all, and publishes nothing.
 #[derive(Clone, Copy, Debug)]
-pub struct Nobody;
+pub struct ReceiveOnly;
 
-impl From<Nobody> for Option<Participant> {
-    fn from(_: Nobody) -> Self {
+impl From<ReceiveOnly> for Option<Participant> {
+    fn from(_: ReceiveOnly) -> Self {
         None
     }
 }

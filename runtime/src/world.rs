@@ -25,7 +25,7 @@ use zenoh::sample::Sample;
 
 use crate::RuntimeError;
 use crate::clock::Clock;
-use crate::link::{Incoming, Link, Nobody, Sender};
+use crate::link::{Incoming, Link, ReceiveOnly, Sender};
 use crate::log_limit::{Kind, Teller};
 use crate::wall_clock::Report;
 
@@ -41,7 +41,7 @@ const BEGINNING: MissionTime = MissionTime(1);
 
 /// A world for real participants.
 pub struct WorldServer<'a> {
-    link: Link<Nobody>,
+    link: Link<ReceiveOnly>,
     world: World,
     clock: Clock,
     real_time_factor: f64,
@@ -84,7 +84,7 @@ impl<'a> WorldServer<'a> {
         let robots: BTreeSet<RobotId> = scenario.robots().iter().map(|robot| robot.id).collect();
         // It subscribes like another participant without publishing.
         let codec = Codec::of(scenario);
-        let mut link = Link::join(session, mission, Nobody, codec).await?;
+        let mut link = Link::join(session, mission, ReceiveOnly, codec).await?;
         let team: Vec<Participant> = robots.iter().map(|&robot| Participant::Robot(robot)).collect();
         let mut received = Vec::new();
         link.wait_for(&team, PATIENCE, |other| received.push(other)).await?;

@@ -38,7 +38,7 @@ fn readings_that_cannot_be_fitted_are_rejected_by_name() {
         place.refuse(&["calibrate", "scores.csv"], &[&["scores.csv"], said].concat());
     };
     refused("", &["0 readings"]);
-    refused("distance,object,value\n1,0,0.1\n", &["1 looks", "at least 30"]);
+    refused("distance,object,value\n1,0,0.1\n", &["1 readings", "at least 30"]);
     refused("distance,object,value\n1,2,0.1\n", &["object is 2", "0 and 1"]);
     refused("distance,object,value\n1,0,much\n", &["line: 2", "invalid float"]);
     refused("distance,object,value\n1,0,NaN\n", &["NaN", "allowed"]);

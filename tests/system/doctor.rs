@@ -54,7 +54,7 @@ fn a_robot_whose_team_is_there_may_go() {
             "pass  settings: robot 1 of 2",
             "pass  journal: ",
             "pass  decisions: path",
-            "FAIL  team: nobody is there",
+            "FAIL  team: no participant is there",
         ],
     );
     let _mate = field.robot(2);
@@ -93,7 +93,10 @@ fn a_port_that_is_taken_and_an_address_of_another_computer_are_reported() {
     assert!(!will_do);
     check(
         &said,
-        &[&format!("FAIL  port {endpoint}: another process listens there already"), "FAIL  team: nobody"],
+        &[
+            &format!("FAIL  port {endpoint}: another process listens there already"),
+            "FAIL  team: no participant",
+        ],
     );
     drop(other);
     let (said, will_do) =
@@ -208,7 +211,7 @@ async fn a_journal_ahead_of_the_only_participant_is_reported_and_not_changed() {
         let (said, will_do) = examine_aside(&file).await;
         assert_eq!(will_do, seconds == 100, "{said}");
         let found = format!(
-            "{expected}by the journal of robot 1 the mission is {seconds} s old by the clock of robot 2 5"
+            "{expected}by the journal of robot 1 the mission is {seconds} s old, by the clock of robot 2 5"
         );
         check(&said, &[&found]);
         assert_eq!(std::fs::read(&journal).unwrap(), before);
@@ -351,7 +354,7 @@ async fn each_topic_of_a_vehicle_is_reported() {
         &[
             "FAIL  /odom: ",
             "before this computer's clock",
-            "FAIL  camera narrow: no topic of ros.cameras says what it sees",
+            "FAIL  camera narrow: ros.cameras has no topic for it",
             "FAIL  speed: the vehicle drives 2 m/s, the scenario's robots 1 m/s",
             "FAIL  /seen: ",
             "not the bytes",

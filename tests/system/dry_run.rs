@@ -104,7 +104,7 @@ fn a_robot_replays_a_recording_and_prints_its_actions() {
     let reported = place.succeed();
     // It drove along the southern edge, where odometry is missing from 50 to 80 m, and then north.
     let observations: Vec<&str> =
-        lines(&reported, "looks").iter().map(|line| &line["from ".len()..][.."[0, 0]".len()]).collect();
+        lines(&reported, "observes").iter().map(|line| &line["from ".len()..][.."[0, 0]".len()]).collect();
     assert_eq!(observations[..2], ["[0, 0]", "[0, 1]"], "{reported}");
     assert!(observations.contains(&"[1, 3]") && observations.contains(&"[2, 3]"), "{reported}");
     let found = where_found(lines(&reported, "finds")[0]);
@@ -132,7 +132,7 @@ fn a_robot_replays_a_recording_and_prints_its_actions() {
     ] {
         assert!(rows.contains(&row.to_owned()), "{reported}");
     }
-    let fix = "refused on /fix, the last: recorded is std_msgs/msg/String as cdr; allowed is sensor_msgs/msg/NavSatFix as cdr";
+    let fix = "rejected on /fix, the last: recorded is std_msgs/msg/String as cdr; allowed is sensor_msgs/msg/NavSatFix as cdr";
     assert!(reported.contains(fix), "{reported}");
     let last = where_found(reported.split_once("found: ").unwrap().1.lines().next().unwrap());
     assert!(last.iter().all(|meters| (meters - YARD.object_meters()).abs() < 1.0), "{reported}");
@@ -163,9 +163,9 @@ fn invalid_frames_are_counted_for_any_reason() {
         assert!(messages == 236 && refused > 180, "{reported}");
     }
     let advice = "set `stamps = \"arrival\"` if this computer's clock should count";
-    let refused = "refused on /camera_1/detections, the last: stamped 20.0 s before this computer's clock";
+    let refused = "rejected on /camera_1/detections, the last: stamped 20.0 s before this computer's clock";
     assert!(reported.contains(&format!("{refused}; {advice}\n")), "{reported}");
-    let refused = "refused on /camera_2/detections, the last: stamps stand still";
+    let refused = "rejected on /camera_2/detections, the last: stamps stand still";
     assert!(reported.contains(&format!("{refused}; {advice}\n")), "{reported}");
     // Each is one fault, reported once; so is that no frame of it is valid.
     for (camera, level) in [("camera_1", "error"), ("camera_2", "error")] {

@@ -9,7 +9,7 @@ use dragnet_proto::convert::Codec;
 use dragnet_proto::directive::Directive;
 use dragnet_proto::message::{Activity, Audience, Heartbeat, Intent, Message};
 use dragnet_proto::state_machine::Event;
-use dragnet_runtime::link::{Incoming, Link, Nobody};
+use dragnet_runtime::link::{Incoming, Link, ReceiveOnly};
 use dragnet_runtime::session::{Endpoints, free_endpoints, open};
 use dragnet_runtime::wall_clock::Report;
 use dragnet_runtime::world::{self, WorldServer};
@@ -220,7 +220,7 @@ async fn the_guides_example_files_meet_each_other_as_printed() {
     let connect = team.iter().map(|endpoint| places[endpoint].clone()).collect();
     let session = open(&Endpoints { connect, ..Endpoints::default() }).await.unwrap();
     let codec = Codec::new(Scenario::load(&folder.path().join("valley.toml")).unwrap().terrain().grid());
-    let mut ear = Link::join(session, "valley".parse().unwrap(), Nobody, codec).await.unwrap();
+    let mut ear = Link::join(session, "valley".parse().unwrap(), ReceiveOnly, codec).await.unwrap();
     let mut searching = Vec::new();
     let meeting = async {
         while searching.len() < 3 {

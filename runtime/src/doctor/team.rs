@@ -14,7 +14,7 @@ use tokio::time::Instant;
 use super::Finding;
 use super::clocks::{Clocks, Expected};
 use crate::clock::Clock;
-use crate::link::{Incoming, Link, Nobody};
+use crate::link::{Incoming, Link, ReceiveOnly};
 use crate::session::{Endpoints, open};
 
 /// The robot of the settings.
@@ -54,7 +54,7 @@ pub(super) async fn examine(
         }
     };
     let codec = Codec::new(member.scenario.terrain().grid());
-    let joined = Link::join(session, member.mission.clone(), Nobody, codec).await;
+    let joined = Link::join(session, member.mission.clone(), ReceiveOnly, codec).await;
     let resumed = member.resumed.map(|clock| clock.now());
     let roll = match joined {
         Ok(mut link) => call(&mut link, listen).await,
@@ -93,7 +93,7 @@ pub(super) async fn examine(
     }
 }
 
-async fn call(link: &mut Link<Nobody>, listen: Duration) -> Roll {
+async fn call(link: &mut Link<ReceiveOnly>, listen: Duration) -> Roll {
     let (mut roll, started) = (Roll::default(), Instant::now());
     while let Ok(Some(received)) = tokio::time::timeout_at(started + listen, link.receive()).await {
         match received {

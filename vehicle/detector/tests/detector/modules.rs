@@ -102,7 +102,7 @@ fn a_working_module_gives_boxes_and_classes() {
     };
     let bytes = with_red();
     assert!(network.detect(&picture(&bytes), &only(&[1])).unwrap().detections.is_empty());
-    says(&network.detect(&picture(&bytes), &only(&[1, 2])).unwrap_err(), &["class 2", "knows 2, from 0 on"]);
+    says(&network.detect(&picture(&bytes), &only(&[1, 2])).unwrap_err(), &["class 2", "has 2, from 0 on"]);
     let confidence = Settings { confidence: f32::NAN, ..settings() };
     says(&network.detect(&picture(&bytes), &confidence).unwrap_err(), &["a confidence of NaN", "0 to 1"]);
     let half_of_one =
