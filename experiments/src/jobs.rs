@@ -41,12 +41,35 @@ pub fn run<J: Sync, T: Send>(
     let pool = ThreadPoolBuilder::new().num_threads(threads).build().map_err(ExperimentError::run)?;
     let work = progress.begin(jobs.len() as u64, units);
     let start = Instant::now();
+    let order = spread(jobs.len());
     // One by one, since some take a thousand times as long as others.
-    let results = pool.install(|| {
-        let results = jobs.par_iter().with_max_len(1).map(|it| job(it).inspect(|_| work.advance(1)));
-        results.collect::<Result<Vec<T>, ExperimentError>>()
+    let mut results = pool.install(|| {
+        let results = order.par_iter().with_max_len(1).map(|&index| {
+            let result = job(&jobs[index])?;
+            work.advance(1);
+            Ok((index, result))
+        });
+        results.collect::<Result<Vec<(usize, T)>, ExperimentError>>()
     })?;
+    results.sort_unstable_by_key(|&(index, _)| index);
+    let results = results.into_iter().map(|(_, result)| result).collect();
     Ok(Done { results, effort: Effort { elapsed: start.elapsed(), threads: pool.current_num_threads() } })
+}
+
+/// An order of `count` jobs in which those done so far are a fair sample of all, so that the remaining time can be
+/// estimated: neighbors, which are often of one kind, are golden sections apart.
+fn spread(count: usize) -> Vec<usize> {
+    let section =
+        (1..=count).find(|&step| step * 1000 >= count * 618 && are_coprime(step, count)).unwrap_or(1);
+    (0..count).map(|place| place * section % count).collect()
+}
+
+const fn are_coprime(a: usize, b: usize) -> bool {
+    let (mut a, mut b) = (a, b);
+    while b > 0 {
+        (a, b) = (b, a % b);
+    }
+    a == 1
 }
 
 #[cfg(test)]
@@ -89,6 +112,20 @@ mod tests {
             assert_eq!(done.effort.threads, usize::from(threads));
             let Heard { announced, done } = received;
             assert_eq!((announced.into_inner(), done.load(Ordering::Relaxed)), (50, 50));
+        }
+    }
+
+    #[test]
+    fn every_part_of_the_order_is_a_sample_of_all_jobs() {
+        for count in [0, 1, 2, 3, 10, 618, 1000] {
+            let mut order = spread(count);
+            // Of each tenth of the order, about half lies in the first half of the jobs.
+            for part in order.chunks(count / 10 + 1).filter(|part| part.len() >= 20) {
+                let early = part.iter().filter(|&&index| index < count / 2).count();
+                assert!((part.len() / 2).abs_diff(early) <= 2, "{early} of {}", part.len());
+            }
+            order.sort_unstable();
+            assert!(order.into_iter().eq(0..count));
         }
     }
 

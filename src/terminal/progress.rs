@@ -1,14 +1,29 @@
 //! Progress bars on stderr, if that is a terminal.
 
+use std::fmt::Write;
+use std::time::Duration;
+
 use console::Term;
 use dragnet_experiments::progress::{Progress, Work};
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
 
 /// A progress bar for a number of steps, while nothing is written to stdout.
 pub(crate) fn alone(steps: u64, unit: &str) -> ProgressBar {
     let bar = ProgressBar::new(steps);
-    bar.set_style(style(&format!("{{bar:40}} {{pos}} of {{len}} {unit}, {{eta}} left")));
+    let template = format!("{{bar:40}} {{pos}} of {{len}} {unit}, {{left}} left");
+    bar.set_style(style(&template).with_key("left", |state: &ProgressState, text: &mut dyn Write| {
+        let _ = match left(state.pos(), state.len().unwrap_or_default(), state.elapsed()) {
+            Some(left) => write!(text, "{:#}", HumanDuration(left)),
+            None => write!(text, "?"),
+        };
+    }));
     bar
+}
+
+/// The remaining time, if the steps to come take as long on average as those before. indicatif's own estimate follows
+/// the last few steps, and jumps where steps differ.
+fn left(done: u64, steps: u64, elapsed: Duration) -> Option<Duration> {
+    (done > 0).then(|| elapsed.mul_f64(steps.saturating_sub(done) as f64 / done as f64))
 }
 
 /// A progress bar for each task while nothing is written to stdout.
