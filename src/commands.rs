@@ -24,6 +24,7 @@ mod relay;
 mod replay;
 mod run;
 mod scenario;
+mod scenarios;
 mod schema;
 mod search;
 mod settings;
@@ -47,6 +48,7 @@ pub(crate) enum Command {
     Train(train::Arguments),
     Merge(merge::Arguments),
     Paper(paper::Arguments),
+    Scenarios(scenarios::Arguments),
     Check(check::Arguments),
     Schema(schema::Arguments),
     Inspect(inspect::Arguments),
@@ -81,6 +83,7 @@ pub(crate) fn execute(command: Command) -> Result<(), Failure> {
         Command::Train(arguments) => train::execute(&arguments),
         Command::Merge(arguments) => merge::execute(&arguments),
         Command::Paper(arguments) => paper::execute(&arguments),
+        Command::Scenarios(arguments) => scenarios::execute(&arguments),
         Command::Check(arguments) => check::execute(&arguments),
         Command::Schema(arguments) => schema::execute(&arguments),
         Command::Inspect(arguments) => inspect::execute(&arguments),

@@ -31,7 +31,7 @@ Examples:
   dragnet compare scenarios/paper/*.toml --policies random,coverage,greedy,path --density 0.01 --out results
   dragnet compare scenarios/paper/*.toml --policies greedy,path --seeds 50 --shard 3/8 --out parts")]
 pub(crate) struct Arguments {
-    /// Scenario files (TOML)
+    /// Scenario files (TOML), or names that `dragnet scenarios` lists
     #[arg(required = true, value_name = "SCENARIO")]
     scenarios: Vec<PathBuf>,
     /// Policies, separated by commas, each with its default parameters

@@ -25,7 +25,7 @@ Examples:
   dragnet demonstrate scenarios/paper/ice_cream_cone.toml --expert path --seeds 100000..101600 --out demonstrations
   dragnet demonstrate --mixture --expert path --seeds 2000 --out mixture --shard 1/4")]
 pub(crate) struct Arguments {
-    /// Scenario files (TOML)
+    /// Scenario files (TOML), or names that `dragnet scenarios` lists
     #[arg(required_unless_present = "mixture", conflicts_with = "mixture", value_name = "SCENARIO")]
     scenarios: Vec<PathBuf>,
     /// Generate a different scenario for each seed, with many sizes, densities, sensors and teams, instead of reading

@@ -33,7 +33,7 @@ Examples:
   dragnet run scenarios/team.toml --live
   dragnet run scenarios/team.toml --policy gnn --weights mine.safetensors")]
 pub(crate) struct Arguments {
-    /// The scenario: map, objects, sensor and robots (TOML)
+    /// Scenario file (TOML): map, objects, sensor and robots; or a name that `dragnet scenarios` lists
     scenario: PathBuf,
     /// Policy of all robots, with its default parameters, instead of the scenario's
     #[arg(long, value_parser = scenario::policy_names())]

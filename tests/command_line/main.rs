@@ -18,6 +18,7 @@ mod python;
 mod recordings;
 mod run;
 mod scale;
+mod scenarios;
 mod shards;
 mod soak;
 #[cfg(feature = "train")]

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use dragnet_learn::policy::Shipped;
 use dragnet_scenario::Scenario;
+use dragnet_scenario::shipped::FOLDER;
 
 use crate::ExperimentError;
 
@@ -60,31 +61,18 @@ impl Map {
 
     /// Its scenario: one robot, an object in 20 % of the cells.
     pub(super) fn scenario(self, size: Size) -> Result<Scenario, ExperimentError> {
-        let text = self.text(size).to_owned();
-        Scenario::from_text(Path::new("scenarios/paper"), text).map_err(ExperimentError::run)
-    }
-
-    const fn text(self, size: Size) -> &'static str {
-        match (self, size) {
-            (Self::IceCreamCone, Size::Thirty) => {
-                include_str!("../../../scenarios/paper/ice_cream_cone.toml")
-            }
-            (Self::OpenAsterisk, Size::Thirty) => include_str!("../../../scenarios/paper/open_asterisk.toml"),
-            (Self::FigureFour, Size::Thirty) => include_str!("../../../scenarios/paper/figure_four.toml"),
-            (Self::AllTraversable, Size::Thirty) => {
-                include_str!("../../../scenarios/paper/all_traversable.toml")
-            }
-            (Self::IceCreamCone, Size::Sixty) => {
-                include_str!("../../../scenarios/paper/ice_cream_cone_60.toml")
-            }
-            (Self::OpenAsterisk, Size::Sixty) => {
-                include_str!("../../../scenarios/paper/open_asterisk_60.toml")
-            }
-            (Self::FigureFour, Size::Sixty) => include_str!("../../../scenarios/paper/figure_four_60.toml"),
-            (Self::AllTraversable, Size::Sixty) => {
-                include_str!("../../../scenarios/paper/all_traversable_60.toml")
-            }
-        }
+        let map = match self {
+            Self::IceCreamCone => "ice_cream_cone",
+            Self::OpenAsterisk => "open_asterisk",
+            Self::FigureFour => "figure_four",
+            Self::AllTraversable => "all_traversable",
+        };
+        let enlarged = match size {
+            Size::Thirty => "",
+            Size::Sixty => "_60",
+        };
+        Scenario::load(Path::new(&format!("{FOLDER}/paper/{map}{enlarged}.toml")))
+            .map_err(ExperimentError::run)
     }
 }
 

@@ -25,6 +25,8 @@ use std::fmt;
 use std::path::Path;
 
 use dragnet_files::read_at_most;
+
+use crate::shipped;
 use dragnet_search::cell::Cell;
 use dragnet_search::terrain::Terrain;
 use serde::Serialize;
@@ -142,7 +144,11 @@ fn read_bytes(file: &Path) -> Result<Vec<u8>, MapFileError> {
 }
 
 fn read_bytes_at_most(file: &Path, bytes: u64) -> Result<Vec<u8>, MapFileError> {
-    read_at_most(file, bytes).map_err(|source| MapFileError::Read { file: file.to_owned(), source })
+    let content = match shipped::read(file) {
+        Some(shipped) => shipped.map(<[u8]>::to_vec),
+        None => read_at_most(file, bytes),
+    };
+    content.map_err(|source| MapFileError::Read { file: file.to_owned(), source })
 }
 
 #[cfg(test)]

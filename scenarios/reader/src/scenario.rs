@@ -17,11 +17,12 @@ mod schema;
 mod warning;
 mod world;
 
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use dragnet_files::read_text_at_most;
+use dragnet_files::{read_text_at_most, text_of};
 use dragnet_learn::policy::{PolicyName, Shipped};
 use dragnet_search::belief::Belief;
 use dragnet_search::route::Connectivity;
@@ -30,7 +31,7 @@ use dragnet_search::terrain::Terrain;
 
 use crate::map_file::areas::Claims;
 use crate::map_file::{Areas, Earth, Georeference, MapFile, MapOrigin};
-use crate::shape;
+use crate::{shape, shipped};
 
 pub use check::Invalid;
 pub use drawn::Drawn;
@@ -86,13 +87,22 @@ impl Scenario {
     /// The maximum size of a text, bytes: enough for 300,000 objects. Parsing takes up to 125 times as much memory.
     pub const MAX_BYTES: usize = 1 << 22;
 
-    /// Reads a scenario file and the files that it names.
+    /// Reads a scenario file and the files that it names. Where no file is, the path may be the name of a
+    /// [shipped] scenario.
     ///
     /// # Errors
     /// If one cannot be read, is not valid in its format, or a value is out of range or contradicts another.
     pub fn load(path: &Path) -> Result<Self, ScenarioError> {
-        let read = |source| ScenarioError::Read { file: path.to_owned(), source };
-        Self::from_text(path, read_text_at_most(path, Self::MAX_BYTES as u64).map_err(read)?)
+        let path = shipped::resolve(path);
+        let text = match shipped::read(&path) {
+            Some(bytes) => bytes.and_then(|bytes| text_of(bytes.to_vec())),
+            None => read_text_at_most(&path, Self::MAX_BYTES as u64),
+        };
+        let text = text.map_err(|source| match source.kind() {
+            io::ErrorKind::NotFound => ScenarioError::Missing { file: path.clone(), source },
+            _ => ScenarioError::Read { file: path.clone(), source },
+        })?;
+        Self::from_text(&path, text)
     }
 
     /// A scenario from its text, as if read from a path: messages name it, and files are relative to its

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use dragnet_learn::policy::{PolicyName, Shipped};
 use dragnet_scenario::Scenario;
+use dragnet_scenario::shipped::FOLDER;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::information::InformationTable;
 use dragnet_search::policy::PolicyName as Exact;
@@ -111,8 +112,7 @@ pub(super) fn run(
     progress: &dyn Progress,
 ) -> Result<Trials, ExperimentError> {
     InformationTable::warm_up();
-    let text = include_str!("../../../../scenarios/field.toml").to_owned();
-    let field = Scenario::from_text(Path::new("scenarios"), text).map_err(ExperimentError::run)?;
+    let field = Scenario::load(&Path::new(FOLDER).join("field.toml")).map_err(ExperimentError::run)?;
     let named = CONFIGURATIONS.iter().map(|&(_, seed)| seed);
     let seeds: Vec<u64> = named.chain((0..seeds.count()).map(|place| seeds.at(place))).collect();
     let scenarios = CONTENDERS.iter().map(|contender| Ok((contender, contender.scenario(&field)?)));

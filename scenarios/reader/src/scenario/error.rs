@@ -9,11 +9,20 @@ use super::Source;
 use super::check::{Invalid, shortened};
 use super::locate::{line_at, line_of_key, line_of_longest_key};
 use crate::map_file::MapFileError;
+use crate::shipped::ShippedScenario;
 
 /// Why a scenario cannot be run. Each message names the file, the place, the value and the allowed values.
 #[derive(Debug, thiserror::Error)]
 pub enum ScenarioError {
-    /// The file is missing or unreadable.
+    /// There is no such file, and no shipped scenario has this name.
+    #[error("{}: {source}; scenarios that need no file: {}", file.display(), names())]
+    Missing {
+        /// Which file.
+        file: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// The file is unreadable.
     #[error("{}: {source}", file.display())]
     Read {
         /// The file.
@@ -130,4 +139,9 @@ impl Source {
         let file = self.path.display();
         line.map_or_else(|| file.to_string(), |line| format!("{file}, line {line}"))
     }
+}
+/// Names of the shipped scenarios; the paper's are the same search on other maps.
+fn names() -> String {
+    let names = ShippedScenario::all().map(|scenario| scenario.name());
+    names.filter(|name| !name.contains('/')).collect::<Vec<_>>().join(", ")
 }
