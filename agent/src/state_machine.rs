@@ -48,7 +48,7 @@ impl StateMachine for Agent {
 }
 
 impl Agent {
-    /// What it does, and how long it took to decide, if it did.
+    /// The effects of `act`, with the computing time of a decision, if it made one.
     fn measured(&mut self, act: impl FnOnce(&mut Self) -> Effects<Message>) -> Effects<Message> {
         let decisions = self.decisions();
         // Only measured: no decision depends on it.

@@ -30,7 +30,7 @@ pub trait StateMachine: Send {
         event: Event<Message>,
     ) -> Result<Effects<Message>, ParticipantError>;
 
-    /// Handles a message, as [`Event::Received`] does: one that many receive need not be copied for each.
+    /// Handles a message like [`Event::Received`], by reference: a message with many receivers need not be copied for each.
     ///
     /// # Errors
     /// As [`StateMachine::handle`].
@@ -128,7 +128,7 @@ pub struct Effects<M> {
     pub refused: Vec<Rejected>,
 }
 
-/// Nothing is to be done, ever.
+/// No effects, and no time to wake.
 impl<M> Default for Effects<M> {
     fn default() -> Self {
         Self {
@@ -145,7 +145,7 @@ impl<M> Default for Effects<M> {
 }
 
 impl<M> Effects<M> {
-    /// The same, with each message replaced.
+    /// The same effects with each message replaced.
     #[must_use]
     pub fn map<N>(self, replace: impl Fn(M) -> N) -> Effects<N> {
         let published = self.published.into_iter().map(|(audience, message)| (audience, replace(message)));

@@ -115,12 +115,13 @@ impl fmt::Display for Rejected {
     }
 }
 
-/// Refusals that are counted as one: those who are not of the team, of whom there may be any number, are not told apart.
+/// Rejections that are counted together. Participants outside the team are not distinguished, since there may be any number
+/// of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Refusal {
-    /// Who said it; `None` if it is not of the team.
+    /// The sender; `None` if it is not of the team.
     pub from: Option<Participant>,
-    /// Of whom; `None` if it is not of the team.
+    /// The source; `None` if it is not of the team.
     pub of: Option<Source>,
     /// Why.
     pub why: Rejection,
@@ -140,7 +141,7 @@ pub struct Limits {
     terrain: Arc<Terrain>,
     sensor: Arc<Sensor>,
     team: Arc<BTreeSet<RobotId>>,
-    /// The last look that was found possible by itself: robots of one process judge the same one, one after another.
+    /// The last observation that passed [`Limits::check_observation`]: the robots of one process check the same one in turn.
     possible: Arc<Mutex<Option<Arc<Observation>>>>,
     speed_meters_per_second: f64,
     clock_tolerance: Duration,

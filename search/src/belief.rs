@@ -182,7 +182,7 @@ impl Belief {
         self.remaining(terrain, reach, tau).sum()
     }
 
-    /// Whether that number is at most this one. Most maps with more left need not be summed to the end.
+    /// Whether [`Belief::expected_remaining`] is at most `most`; stops summing once it is not.
     #[must_use]
     pub fn expects_at_most(&self, terrain: &Terrain, reach: &Reach, tau: f64, most: f64) -> bool {
         let mut expected = 0.0;

@@ -19,7 +19,7 @@ pub const MAX_VARIANCE: f32 = 1e4;
 /// The greatest absolute value of a reading: an object reads 1, an empty cell 0.
 pub const MAX_VALUE: f32 = 1e3;
 
-/// Cells whose bytes are hashed in one go: the hash is the same, and takes a fraction of the time that it takes pair by pair.
+/// Number of cells that are hashed in one call, for speed; the hash is the same.
 const HASHED_AT_ONCE: usize = 64;
 /// Halfway between empty and an object.
 const UNDECIDED: f32 = 0.5;

@@ -92,7 +92,7 @@ impl InformationGain {
         Self { frame, cells }
     }
 
-    /// What all cells together can still yield, nats: no path yields more.
+    /// Information gain of all cells together, nats: an upper bound for any path.
     pub(crate) fn most_nats(&self) -> f64 {
         let table = InformationTable::shared();
         let open = self.cells.iter().filter(|cell| cell.precision < SATURATION);

@@ -69,11 +69,11 @@ impl PlannedPrecision {
     }
 }
 
-/// Waypoints elsewhere than a robot: each leaves to it the half of the plane that is as near to it, or nearer. So what all leave
-/// to it is an interval of every row, in integers.
+/// Teammates' waypoints that are not in the robot's cell. Each leaves to the robot the half plane that is not nearer to the
+/// waypoint, so all of them together leave an interval of each row, computed in integers.
 struct Others {
     robot: Position,
-    /// Offsets from the robot, the nearest first: after a few of them most rows are theirs.
+    /// Offsets from the robot, the nearest first: a few of them decide most rows.
     offsets: Vec<Offset>,
 }
 
@@ -86,11 +86,11 @@ impl Others {
         Self { robot: grid.position(robot), offsets }
     }
 
-    /// Columns of a row that they leave to the robot.
+    /// The columns of a row that they leave to the robot.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "held within the row")]
     fn leave(&self, row: u32, columns: u32) -> Range<usize> {
         let north = i64::from(row) - i64::from(self.robot.row);
-        // Offsets from the robot, the first and the one after the last.
+        // Columns relative to the robot, as a half-open interval.
         let mut start = -i64::from(self.robot.column);
         let mut end = start + i64::from(columns);
         for offset in &self.offsets {

@@ -35,8 +35,8 @@ pub trait Policy {
     /// Decides in this situation. `random` is the robot's own stream of decisions.
     fn decide(&mut self, situation: &Situation<'_>, random: &mut Stream) -> Decision;
 
-    /// The same choice, for who does not look at the scores: candidates that cannot be chosen may count as none. Without any
-    /// at all, there was nowhere to go.
+    /// Decides like [`Policy::decide`], for callers that do not use the scores: those of candidates that cannot be chosen may be
+    /// missing. If there are no scores at all, no cell was reachable.
     fn choose(&mut self, situation: &Situation<'_>, random: &mut Stream) -> Decision {
         self.decide(situation, random)
     }

@@ -77,8 +77,8 @@ impl ShortestPathTree {
         Self::within(terrain, connectivity, root, f32::INFINITY)
     }
 
-    /// The part of that tree whose paths are no longer than this, cells: only those cells count as reached, and only of them
-    /// lengths and parents are to be asked.
+    /// The part of that tree whose paths are at most `longest` cells long. Other cells count as unreachable; their lengths
+    /// and parents are meaningless.
     #[must_use]
     pub fn within(terrain: &Terrain, connectivity: Connectivity, root: Cell, longest: f32) -> Self {
         let count = terrain.grid().cell_count();
@@ -152,7 +152,7 @@ impl ShortestPathTree {
         }
     }
 
-    /// Whether longer paths than it has were left out.
+    /// Whether longer paths exist that were left out.
     #[must_use]
     pub const fn is_cut(&self) -> bool {
         self.is_cut

@@ -10,7 +10,7 @@ use dragnet_scenario::time::MissionTime;
 pub(crate) struct Queue<E> {
     entries: BinaryHeap<Reverse<Entry<E>>>,
     planned: u64,
-    /// Number of what was taken out last.
+    /// Number of the event that was taken out last.
     taken: u64,
 }
 
@@ -42,7 +42,7 @@ impl<E> Queue<E> {
         Some((entry.due, entry.event))
     }
 
-    /// Puts back what is left of the event that was taken out last, and was due then: before all that was planned after it.
+    /// Puts back the rest of the event that was taken out last, before all events that were planned after it.
     pub(crate) fn put_back(&mut self, due: MissionTime, event: E) {
         self.entries.push(Reverse(Entry { due, number: self.taken, event }));
     }

@@ -358,7 +358,7 @@ async fn each_topic_of_a_vehicle_is_reported() {
             "FAIL  speed: the vehicle drives 2 m/s, the scenario's robots 1 m/s",
             "FAIL  /seen: ",
             "not the bytes",
-            "pass  path: somebody",
+            "pass  path: it has a subscriber",
         ],
     );
 }

@@ -30,8 +30,8 @@ impl Policy for Path {
         self.best_within(situation, &InformationGain::new(situation), &routes)
     }
 
-    /// No path yields more than all cells together, and the longer it is the less that weighs. So the candidates within some
-    /// way are weighed, and within twice that way, until no farther one can be better.
+    /// Exact, by a bound: the information gain of a path is at most that of all cells together, and its weight falls with its
+    /// length. Candidates are scored up to some path length, which is doubled until no longer path can score more.
     fn choose(&mut self, situation: &Situation<'_>, _: &mut Stream) -> Decision {
         let gain = InformationGain::new(situation);
         let most_nats = gain.most_nats() * ROUNDING + LEAST_NATS;
@@ -50,9 +50,9 @@ impl Policy for Path {
     }
 }
 
-/// Of the paths that are weighed first, the longest, in radii of the sensor.
+/// The first path length up to which candidates are scored, sensor radii.
 const FIRST_RADII: f32 = 4.0;
-/// Scores are sums of 32 bits, and the table is interpolated: a bound is taken for so much more than it is.
+/// Factor on the bound: scores are sums of 32-bit numbers, and the table of gains is interpolated.
 const ROUNDING: f64 = 1.01;
 
 impl Path {

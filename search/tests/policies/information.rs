@@ -80,7 +80,7 @@ fn path_equals_its_definition() {
     }
 }
 
-/// Teammates all around leave little to a robot: what is far away cannot be better, and is not weighed.
+/// Among many teammates little is left to a robot, so that far candidates are not scored.
 #[test]
 fn path_chooses_the_same_where_nobody_looks_at_the_scores() {
     let (mut cut, mut rests) = (0, 0);

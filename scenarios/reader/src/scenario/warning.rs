@@ -128,7 +128,7 @@ impl Scenario {
         self.warnings_with(&self.drawn())
     }
 
-    /// The same for whoever knows already what comes of the areas that are drawn: [`Scenario::drawn`].
+    /// Like [`Scenario::warnings`], with the result of [`Scenario::drawn`].
     #[must_use]
     pub fn warnings_with(&self, drawn: &[Drawn]) -> Vec<Warning> {
         let mut reached = vec![false; self.terrain().grid().cell_count()];
