@@ -88,6 +88,12 @@ impl CoordinatorNode {
         refused.iter().map(|(what, count)| (format!("{what}"), format!("{count} times")))
     }
 
+    /// Writes the records of an outcome; returns its effects.
+    fn recorded(&mut self, now: MissionTime, Outcome { effects, records }: Outcome) -> Effects<Message> {
+        self.record(now, &records);
+        effects
+    }
+
     /// Writes the records.
     fn record(&mut self, now: MissionTime, records: &[Record]) {
         self.latest = self.latest.max(now);
@@ -112,9 +118,8 @@ impl StateMachine for CoordinatorNode {
         now: MissionTime,
         event: Event<Message>,
     ) -> Result<Effects<Message>, ParticipantError> {
-        let Outcome { effects, records } = self.mission.react(now, event);
-        self.record(now, &records);
-        Ok(effects)
+        let outcome = self.mission.react(now, event);
+        Ok(self.recorded(now, outcome))
     }
 
     fn receive(
@@ -123,9 +128,8 @@ impl StateMachine for CoordinatorNode {
         from: Participant,
         message: &Message,
     ) -> Result<Effects<Message>, ParticipantError> {
-        let Outcome { effects, records } = self.mission.receive(now, from, message);
-        self.record(now, &records);
-        Ok(effects)
+        let outcome = self.mission.receive(now, from, message);
+        Ok(self.recorded(now, outcome))
     }
 
     fn digest(&self) -> Digest {

@@ -107,6 +107,27 @@ pub enum Event<M> {
     Doubled(BTreeSet<RobotId>),
 }
 
+impl<M> Event<M> {
+    /// The sender and message of [`Event::Received`].
+    ///
+    /// # Errors
+    /// Any other event: it has no message, so that it is one of every message type.
+    pub fn into_message<N>(self) -> Result<(Participant, M), Event<N>> {
+        Err(match self {
+            Self::Received { from, message } => return Ok((from, message)),
+            Self::Start => Event::Start,
+            Self::Sensed { cell, readings } => Event::Sensed { cell, readings },
+            Self::Woke => Event::Woke,
+            Self::Came => Event::Came,
+            Self::Lost(robot) => Event::Lost(robot),
+            Self::Commanded(command) => Event::Commanded(command),
+            Self::Halted => Event::Halted,
+            Self::Released => Event::Released,
+            Self::Doubled(robots) => Event::Doubled(robots),
+        })
+    }
+}
+
 /// The effects of an event, to be carried out in this order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Effects<M> {

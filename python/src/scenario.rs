@@ -142,7 +142,9 @@ impl Scenario {
 /// A missing file is an `OSError`, anything else a `ValueError`.
 pub(crate) fn refused(error: &ScenarioError) -> PyErr {
     match error {
-        ScenarioError::Read { source, .. } => std::io::Error::new(source.kind(), error.to_string()).into(),
+        ScenarioError::Missing { source, .. } | ScenarioError::Read { source, .. } => {
+            std::io::Error::new(source.kind(), error.to_string()).into()
+        }
         _ => PyValueError::new_err(error.to_string()),
     }
 }

@@ -98,22 +98,12 @@ impl<'a> LockstepNode<'a> {
         let StepEvent::Event(event) = step.event else {
             return Ok(self.report(self.machine.digest()));
         };
-        let event = match event {
-            Event::Received { from, message: number } => {
-                Event::Received { from, message: self.message(from, number).await? }
-            }
-            Event::Start => {
-                self.await_team().await?;
-                Event::Start
-            }
-            Event::Sensed { cell, readings } => Event::Sensed { cell, readings },
-            Event::Woke => Event::Woke,
-            Event::Came => Event::Came,
-            Event::Lost(robot) => Event::Lost(robot),
-            Event::Commanded(command) => Event::Commanded(command),
-            Event::Halted => Event::Halted,
-            Event::Released => Event::Released,
-            Event::Doubled(robots) => Event::Doubled(robots),
+        if event == Event::Start {
+            self.await_team().await?;
+        }
+        let event = match event.into_message() {
+            Ok((from, number)) => Event::Received { from, message: self.message(from, number).await? },
+            Err(event) => event,
         };
         let effects = self.machine.handle(MissionTime(step.time_ns), event);
         let effects = effects

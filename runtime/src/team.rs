@@ -14,6 +14,7 @@ use dragnet_scenario::participant::Participant;
 use dragnet_scenario::{Network, Scenario};
 use dragnet_sim::episode::Episode;
 use dragnet_sim::simulation::StepObserver;
+use serde::Serialize;
 use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
 use zenoh::Session;
@@ -24,7 +25,8 @@ use crate::session::{Endpoints, free_endpoints, open, runtime};
 use crate::wall_clock::Report;
 
 /// Medium of the messages of a team in simulated time. The search and its recording are the same, byte for byte.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Medium {
     /// Zenoh: each participant has a session of its own.
     #[default]

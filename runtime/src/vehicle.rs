@@ -13,7 +13,7 @@ pub(crate) mod place;
 pub mod serve;
 mod topics;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -198,6 +198,7 @@ impl Vehicle {
     /// The pilot gets the declared cells of a changed belief.
     pub(crate) fn show(&mut self, now: Now, belief: &Belief, has_changed: bool) -> Vec<Effect> {
         let mut shown = vec![Output::Diagnostics(self.aggregator.all()), Output::Tracks(self.tracks())];
+        let mut news = None;
         self.unchanged += 1;
         if has_changed || self.unchanged >= SHOW_AGAIN {
             self.unchanged = 0;
@@ -206,11 +207,13 @@ impl Vehicle {
             let viewer = Viewer::new(&self.terrain, MapOrigin::default(), start_unix_ns);
             let drawn = viewer.belief(belief, now.mission);
             shown.push(Output::Belief(drawn, planar(&self.places.in_frame(&Pose::default()))));
-            shown.push(Output::Objects(self.objects(belief)));
+            let declared: BTreeSet<Cell> = self.found(belief).collect();
+            shown.push(Output::Objects(self.objects(belief, &declared)));
+            news = has_changed.then_some(Event::Declared(declared));
         }
         let mut effects: Vec<Effect> = shown.into_iter().map(Effect::Publish).collect();
-        if has_changed {
-            effects.extend(self.tell(now, Event::Declared(self.found(belief).collect())));
+        if let Some(event) = news {
+            effects.extend(self.tell(now, event));
         }
         effects
     }

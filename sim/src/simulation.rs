@@ -3,7 +3,6 @@
 mod by_hand;
 mod delivery;
 
-use std::collections::VecDeque;
 use std::time::Duration;
 
 use dragnet_proto::command::Command;
@@ -158,7 +157,7 @@ enum SimEvent<P> {
     /// One message reaches these, one after the other.
     Delivery {
         from: Participant,
-        to: VecDeque<Participant>,
+        to: Vec<Participant>,
         message: P,
     },
     Waking {

@@ -1,5 +1,7 @@
 //! Objects for the vehicle's network: declared ones and tracks, each with its position in meters and covariance.
 
+use std::collections::BTreeSet;
+
 use dragnet_lattice::plane::Pose;
 use dragnet_ros2::input::PlanarPose;
 use dragnet_ros2::output::{ObjectEstimate, PlanarEstimate};
@@ -32,8 +34,8 @@ impl Vehicle {
     }
 
     /// The declared objects, each in the box of its cell.
-    pub(super) fn objects(&self, belief: &Belief) -> Vec<ObjectEstimate> {
-        let object = |cell: Cell| ObjectEstimate {
+    pub(super) fn objects(&self, belief: &Belief, declared: &BTreeSet<Cell>) -> Vec<ObjectEstimate> {
+        let object = |&cell: &Cell| ObjectEstimate {
             id: cell.number().to_string(),
             class: CLASS.to_owned(),
             place: self.place_of(cell),
@@ -41,7 +43,7 @@ impl Vehicle {
             box_edges_meters: [self.terrain.cell_meters(); 2],
             probability: belief.probability(cell),
         };
-        self.found(belief).map(object).collect()
+        declared.iter().map(object).collect()
     }
 
     /// The confirmed tracks, each in a box along the axes of its covariance.

@@ -24,9 +24,7 @@ mod scanline;
 use std::fmt;
 use std::path::Path;
 
-use dragnet_files::read_at_most;
-
-use crate::shipped;
+use crate::shipped::read_at_most;
 use dragnet_search::cell::Cell;
 use dragnet_search::terrain::Terrain;
 use serde::Serialize;
@@ -144,11 +142,7 @@ fn read_bytes(file: &Path) -> Result<Vec<u8>, MapFileError> {
 }
 
 fn read_bytes_at_most(file: &Path, bytes: u64) -> Result<Vec<u8>, MapFileError> {
-    let content = match shipped::read(file) {
-        Some(shipped) => shipped.map(<[u8]>::to_vec),
-        None => read_at_most(file, bytes),
-    };
-    content.map_err(|source| MapFileError::Read { file: file.to_owned(), source })
+    read_at_most(file, bytes).map_err(|source| MapFileError::Read { file: file.to_owned(), source })
 }
 
 #[cfg(test)]

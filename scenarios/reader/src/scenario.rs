@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use dragnet_files::{read_text_at_most, text_of};
+use dragnet_files::text_of;
 use dragnet_learn::policy::{PolicyName, Shipped};
 use dragnet_search::belief::Belief;
 use dragnet_search::route::Connectivity;
@@ -94,10 +94,7 @@ impl Scenario {
     /// If one cannot be read, is not valid in its format, or a value is out of range or contradicts another.
     pub fn load(path: &Path) -> Result<Self, ScenarioError> {
         let path = shipped::resolve(path);
-        let text = match shipped::read(&path) {
-            Some(bytes) => bytes.and_then(|bytes| text_of(bytes.to_vec())),
-            None => read_text_at_most(&path, Self::MAX_BYTES as u64),
-        };
+        let text = shipped::read_at_most(&path, Self::MAX_BYTES as u64).and_then(text_of);
         let text = text.map_err(|source| match source.kind() {
             io::ErrorKind::NotFound => ScenarioError::Missing { file: path.clone(), source },
             _ => ScenarioError::Read { file: path.clone(), source },

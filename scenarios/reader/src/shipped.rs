@@ -76,12 +76,6 @@ impl ShippedScenario {
         self.file.strip_suffix(".toml").unwrap_or(self.file)
     }
 
-    /// Its text, TOML.
-    #[must_use]
-    pub const fn text(&self) -> &'static str {
-        self.text
-    }
-
     /// Where it is read from.
     #[must_use]
     pub fn path(&self) -> PathBuf {
@@ -115,11 +109,17 @@ pub fn resolve(path: &Path) -> PathBuf {
     if path.exists() { path.to_owned() } else { shipped().unwrap_or_else(|| path.to_owned()) }
 }
 
-/// The content of a path in [`FOLDER`], if it leads there: also from a folder that it was joined to.
+/// The bytes of a file of at most this length: a shipped one if its path leads to [`FOLDER`], or else one on disk.
 ///
 /// # Errors
-/// If there is no such file.
-pub fn read(path: &Path) -> Option<io::Result<&'static [u8]>> {
+/// If it cannot be read, is not a regular file, or is longer.
+pub(crate) fn read_at_most(path: &Path, max_bytes: u64) -> io::Result<Vec<u8>> {
+    read(path)
+        .map_or_else(|| dragnet_files::read_at_most(path, max_bytes), |shipped| shipped.map(<[u8]>::to_vec))
+}
+
+/// The content of a path in [`FOLDER`], if it leads there: also from a folder that it was joined to.
+fn read(path: &Path) -> Option<io::Result<&'static [u8]>> {
     let mut components = path.components();
     components.find(|component| *component == Component::Normal(FOLDER.as_ref()))?;
     let missing = || io::Error::new(io::ErrorKind::NotFound, "no such file comes with the program");
@@ -172,7 +172,7 @@ mod tests {
     #[test]
     fn paths_lead_there_from_any_folder_and_no_further() {
         let text = |path: &str| read(Path::new(path)).map(|content| content.map(<[u8]>::len).ok());
-        let length = Some(Some(ShippedScenario::named("team").unwrap().text().len()));
+        let length = Some(Some(ShippedScenario::named("team").unwrap().text.len()));
         assert_eq!(text("dragnet:/team.toml"), length);
         assert_eq!(text("/tmp/a/dragnet:/team.toml"), length);
         assert_eq!(text("dragnet:/teams.toml"), Some(None));

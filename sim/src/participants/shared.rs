@@ -52,19 +52,10 @@ impl Participants for SharedParticipants<'_> {
 
     fn step(&mut self, who: Participant, now: MissionTime, event: Event<Arc<Message>>) -> Delivered {
         let machine = self.participants.machine(who)?;
-        let effects = match event {
-            Event::Received { from, message } => machine.receive(now, from, &message),
-            Event::Start => machine.handle(now, Event::Start),
-            Event::Sensed { cell, readings } => machine.handle(now, Event::Sensed { cell, readings }),
-            Event::Woke => machine.handle(now, Event::Woke),
-            Event::Came => machine.handle(now, Event::Came),
-            Event::Lost(robot) => machine.handle(now, Event::Lost(robot)),
-            Event::Commanded(command) => machine.handle(now, Event::Commanded(command)),
-            Event::Halted => machine.handle(now, Event::Halted),
-            Event::Released => machine.handle(now, Event::Released),
-            Event::Doubled(robots) => machine.handle(now, Event::Doubled(robots)),
-        };
-        Ok(effects?.map(Arc::new))
+        match event.into_message() {
+            Ok((from, message)) => receive(machine, now, from, &message),
+            Err(event) => Ok(machine.handle(now, event)?.map(Arc::new)),
+        }
     }
 
     fn deliver(

@@ -1,8 +1,6 @@
 //! Delivery of messages: a message that reaches several participants at one time is one event, and is delivered to them
 //! together where the order cannot matter.
 
-use std::collections::VecDeque;
-
 use dragnet_proto::message::Audience;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -19,7 +17,7 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
         message: &C::MessageRef,
     ) {
         let mut due = now;
-        let mut together = VecDeque::new();
+        let mut together = Vec::new();
         for index in 0..self.members.len() {
             let to = self.members[index].who;
             let is_meant = match audience {
@@ -30,11 +28,11 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
                 continue;
             }
             for arrival in self.network.arrivals(now, from, to) {
-                if arrival != due || together.back() == Some(&to) {
+                if arrival != due || together.last() == Some(&to) {
                     self.plan_delivery(due, from, std::mem::take(&mut together), message);
                 }
                 due = arrival;
-                together.push_back(to);
+                together.push(to);
             }
         }
         self.plan_delivery(due, from, together, message);
@@ -44,7 +42,7 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
         &mut self,
         due: MissionTime,
         from: Participant,
-        to: VecDeque<Participant>,
+        to: Vec<Participant>,
         message: &C::MessageRef,
     ) {
         if !to.is_empty() {
@@ -58,7 +56,7 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
         &mut self,
         now: MissionTime,
         from: Participant,
-        mut to: VecDeque<Participant>,
+        mut to: Vec<Participant>,
         message: C::MessageRef,
     ) -> Result<(), C::Error> {
         let later = to.split_off(self.count_together(&to));
@@ -79,7 +77,7 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
     }
 
     /// Number of receivers before the last robot that searches: it keeps the search going, whatever the others do.
-    fn count_together(&self, to: &VecDeque<Participant>) -> usize {
+    fn count_together(&self, to: &[Participant]) -> usize {
         if self.is_over() {
             return 1;
         }

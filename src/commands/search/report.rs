@@ -47,7 +47,7 @@ pub(super) struct Report {
     observations_sent: u64,
     observations_merged: Option<u64>,
     /// Medium of the messages.
-    messages_over: &'static str,
+    messages_over: Medium,
     /// Messages sent, counted once for each receiver; unknown without a simulator.
     messages_sent: Option<u64>,
     beliefs_equal: bool,
@@ -93,10 +93,7 @@ impl Report {
             },
             observations_sent: outcome.observations,
             observations_merged: ended.observations_merged,
-            messages_over: match ended.medium {
-                Medium::Zenoh => "zenoh",
-                Medium::Memory => "memory",
-            },
+            messages_over: ended.medium,
             messages_sent: Some(outcome.network.sent).filter(|&sent| sent > 0),
             beliefs_equal: outcome.beliefs_equal,
             belief_digest: outcome.digest.to_string(),
@@ -146,8 +143,8 @@ impl Report {
 
     fn messages(&self) -> String {
         let medium = match self.messages_over {
-            "memory" => "in memory, as over Zenoh",
-            _ => "over Zenoh",
+            Medium::Memory => "in memory, as over Zenoh",
+            Medium::Zenoh => "over Zenoh",
         };
         self.messages_sent.map_or_else(
             || medium.to_owned(),

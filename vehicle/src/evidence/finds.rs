@@ -137,8 +137,7 @@ impl Finds {
         now_ns: u64,
         terrain: &Terrain,
     ) -> Option<Cell> {
-        let searched = cells.iter().filter(|&(&cell, _)| terrain.is_searched(cell));
-        let (&cell, &probability) = searched.max_by(|a, b| a.1.total_cmp(b.1).then(b.0.cmp(a.0)))?;
+        let (cell, probability) = likeliest(cells, |cell, _| terrain.is_searched(cell))?;
         let covariance = track.position_covariance();
         let std_meters = covariance.symmetric_eigenvalues().max().max(0.0).sqrt();
         let edge_meters = terrain.cell_meters();
@@ -155,10 +154,20 @@ impl Finds {
             let is_same = both.is_some_and(|both| offset.dot(&both.solve(&offset)) < SAME * SAME);
             is_same && cells.get(&find.cell).is_some_and(|&probability| probability >= LEFT)
         });
-        if let Some(twin) = twin {
-            return Some(twin.cell);
-        }
-        // Of a teammate's find nobody says whose it is: it is this track's, unless another of this robot's fits better.
+        let declared =
+            twin.map(|twin| twin.cell).or_else(|| self.teammates_cell(track, cells, tracks, terrain));
+        Some(declared.unwrap_or(cell))
+    }
+
+    /// The cell in which a teammate has declared the object of a track, if any: the likeliest one where the track may be,
+    /// unless another of this robot's tracks is there.
+    fn teammates_cell(
+        &self,
+        track: &Track,
+        cells: &BTreeMap<Cell, f64>,
+        tracks: &[Track],
+        terrain: &Terrain,
+    ) -> Option<Cell> {
         let is_of_another = |cell: Cell| {
             let lies_there = |other: &Track| cell_at(terrain, other.position_meters()) == Some(cell);
             self.in_cell(cell).is_some()
@@ -166,10 +175,16 @@ impl Finds {
                     .iter()
                     .any(|it| it.id() != track.id() && it.standing() == Standing::Confirmed && lies_there(it))
         };
-        let shared = cells.iter().filter(|&(&cell, &probability)| {
+        let is_shared = |cell: Cell, probability: f64| {
             probability >= LEFT && self.declared.contains(&cell) && !is_of_another(cell)
-        });
-        let likeliest = shared.max_by(|a, b| a.1.total_cmp(b.1).then(b.0.cmp(a.0)));
-        Some(likeliest.map_or(cell, |(&cell, _)| cell))
+        };
+        likeliest(cells, is_shared).map(|(cell, _)| cell)
     }
+}
+
+/// The likeliest of the cells that are allowed, with its probability; of equal ones the first.
+fn likeliest(cells: &BTreeMap<Cell, f64>, is_allowed: impl Fn(Cell, f64) -> bool) -> Option<(Cell, f64)> {
+    let allowed = cells.iter().map(|(&cell, &probability)| (cell, probability));
+    let allowed = allowed.filter(|&(cell, probability)| is_allowed(cell, probability));
+    allowed.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)))
 }
