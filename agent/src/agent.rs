@@ -574,6 +574,7 @@ impl Agent {
             planned_precision,
             robot,
             place: self.config.place,
+            detection_threshold: self.config.mission.detection_threshold,
         };
         self.policy.choose(&situation, &mut self.random)
     }

@@ -24,8 +24,8 @@ const INK: RGBColor = RGBColor(40, 40, 40);
 const FAINT: RGBColor = RGBColor(226, 226, 226);
 
 /// Colors that can be told apart with color blindness (Okabe and Ito 2008), with a gray instead of the yellow, which is
-/// too light for lines.
-const COLORS: [RGBColor; 8] = [
+/// too light for lines, and a dark brown as the ninth.
+const COLORS: [RGBColor; 9] = [
     RGBColor(140, 140, 140),
     RGBColor(230, 159, 0),
     RGBColor(0, 158, 115),
@@ -34,6 +34,7 @@ const COLORS: [RGBColor; 8] = [
     RGBColor(86, 180, 233),
     RGBColor(213, 94, 0),
     RGBColor(0, 0, 0),
+    RGBColor(110, 60, 20),
 ];
 
 /// Lengths of dashes and of the gaps between them, pixels.

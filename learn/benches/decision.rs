@@ -20,7 +20,7 @@ use dragnet_search::route::{Connectivity, ShortestPathTree};
 use dragnet_search::seed::{Purpose, stream};
 use dragnet_search::sensor::Sensor;
 use dragnet_search::shape::Shape;
-use dragnet_search::situation::{Place, Situation};
+use dragnet_search::situation::{DEFAULT_DETECTION_THRESHOLD, Place, Situation};
 use rand::RngExt;
 
 fn decisions(criterion: &mut Criterion) {
@@ -44,6 +44,7 @@ fn decisions(criterion: &mut Criterion) {
             planned_precision: &planned_precision,
             robot: grid.cell(Position { row: side / 3, column: side / 3 }).unwrap(),
             place: Place::ALONE,
+            detection_threshold: DEFAULT_DETECTION_THRESHOLD,
         };
         let routes = ShortestPathTree::from(&terrain, situation.connectivity, situation.robot);
         let (mut topology, mut workspace) = (None, Workspace::default());

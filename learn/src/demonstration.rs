@@ -16,7 +16,7 @@ use dragnet_search::cell::Cell;
 use dragnet_search::intent::PlannedPrecision;
 use dragnet_search::route::Connectivity;
 use dragnet_search::sensor::Sensor;
-use dragnet_search::situation::{Place, Situation};
+use dragnet_search::situation::{DEFAULT_DETECTION_THRESHOLD, Place, Situation};
 use dragnet_search::terrain::Terrain;
 use serde::{Deserialize, Serialize};
 
@@ -101,6 +101,7 @@ impl Trajectory {
             planned_precision: &decision.planned_precision,
             robot: decision.robot,
             place: Place::ALONE,
+            detection_threshold: DEFAULT_DETECTION_THRESHOLD,
         }
     }
 

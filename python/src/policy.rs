@@ -11,7 +11,7 @@ use dragnet_search::intent::PlannedPrecision;
 use dragnet_search::route::Connectivity;
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_search::sensor::Sensor;
-use dragnet_search::situation::{Place, Situation};
+use dragnet_search::situation::{DEFAULT_DETECTION_THRESHOLD, Place, Situation};
 use dragnet_search::terrain::{Ground, Terrain};
 use numpy::{PyArray1, PyReadonlyArray2, ToPyArray};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -131,6 +131,10 @@ impl Policy {
             planned_precision: &planned_precision,
             robot: observed.robot,
             place: Place::ALONE,
+            detection_threshold: self
+                .scenario
+                .as_ref()
+                .map_or(DEFAULT_DETECTION_THRESHOLD, |scenario| scenario.mission().detection_threshold),
         };
         state.policy.decide(&situation, &mut state.random)
     }

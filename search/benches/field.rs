@@ -10,7 +10,7 @@ use dragnet_search::route::Connectivity;
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_search::sensor::Sensor;
 use dragnet_search::shape::Shape;
-use dragnet_search::situation::{Place, Situation};
+use dragnet_search::situation::{DEFAULT_DETECTION_THRESHOLD, Place, Situation};
 use dragnet_search::terrain::Terrain;
 use rand::RngExt;
 use rand::seq::IndexedRandom;
@@ -86,6 +86,7 @@ impl Field {
             planned_precision: &self.planned_precision,
             robot: self.robot,
             place: Place::ALONE,
+            detection_threshold: DEFAULT_DETECTION_THRESHOLD,
         }
     }
 

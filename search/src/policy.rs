@@ -15,9 +15,11 @@ mod path_integral_additive;
 mod path_integral_reference;
 mod random;
 mod thompson;
+mod tour;
 mod worth;
 
 use std::fmt;
+use std::num::NonZeroU32;
 use std::str::FromStr;
 
 use crate::cell::Cell;
@@ -29,8 +31,8 @@ pub use worth::LEAST_NATS;
 
 /// Chooses the next path.
 ///
-/// A policy is a function of its arguments; it keeps scratch space only, and `coverage` its position in its fixed
-/// order.
+/// A policy is a function of its arguments; it keeps scratch space only, `coverage` its position in its fixed order, and
+/// `tour` the rest of its tour.
 pub trait Policy {
     /// Decides in this situation. `random` is the robot's own stream of decisions.
     fn decide(&mut self, situation: &Situation<'_>, random: &mut Stream) -> Decision;
@@ -68,6 +70,8 @@ pub enum PolicyName {
     PathAdditive,
     /// The joint information of all observations along the path (Eq. 3 as explained in its text).
     Path,
+    /// A tour over the whole rest of the search, kept and improved from decision to decision.
+    Tour,
     /// Thompson sampling of NATS.
     Nats,
     /// Thompson sampling of GUTS.
@@ -76,8 +80,16 @@ pub enum PolicyName {
 
 impl PolicyName {
     /// All policies.
-    pub const ALL: [Self; 7] =
-        [Self::Random, Self::Coverage, Self::Greedy, Self::PathAdditive, Self::Path, Self::Nats, Self::Guts];
+    pub const ALL: [Self; 8] = [
+        Self::Random,
+        Self::Coverage,
+        Self::Greedy,
+        Self::PathAdditive,
+        Self::Path,
+        Self::Tour,
+        Self::Nats,
+        Self::Guts,
+    ];
 
     /// As written in scenarios and on the command line.
     #[must_use]
@@ -88,8 +100,18 @@ impl PolicyName {
             Self::Greedy => "greedy",
             Self::PathAdditive => "path-additive",
             Self::Path => "path",
+            Self::Tour => "tour",
             Self::Nats => "nats",
             Self::Guts => "guts",
+        }
+    }
+
+    /// Number of cells after which a robot decides anew by default; `None`: at the waypoint.
+    #[must_use]
+    pub const fn replan_after_cells(self) -> Option<NonZeroU32> {
+        match self {
+            Self::Tour => Some(tour::REPLAN_AFTER_CELLS),
+            _ => None,
         }
     }
 }
@@ -123,11 +145,13 @@ pub struct Parameters {
     pub path_length_weight: f64,
     /// Distance between the lanes of `coverage`, cells, at least 1.
     pub lane_spacing_cells: u32,
+    /// Tours that `tour` evaluates in a decision; ten times as many in its first.
+    pub evaluations: u32,
 }
 
 impl Default for Parameters {
     fn default() -> Self {
-        Self { path_length_weight: 0.2, lane_spacing_cells: 1 }
+        Self { path_length_weight: 0.2, lane_spacing_cells: 1, evaluations: 1000 }
     }
 }
 
@@ -142,6 +166,7 @@ pub fn build(name: PolicyName, parameters: Parameters) -> Box<dyn Policy + Send>
             Box::new(path_integral_additive::PathIntegralAdditive::new(parameters.path_length_weight))
         }
         PolicyName::Path => Box::new(path_integral::Path::new(parameters.path_length_weight)),
+        PolicyName::Tour => Box::new(tour::Tour::new(parameters.evaluations, parameters.path_length_weight)),
         PolicyName::Nats => Box::new(thompson::Thompson::NATS),
         PolicyName::Guts => Box::new(thompson::Thompson::GUTS),
     }

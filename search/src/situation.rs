@@ -24,7 +24,12 @@ pub struct Situation<'a> {
     pub robot: Cell,
     /// The robot's place in the team.
     pub place: Place,
+    /// Probability from which a cell's object counts as found, above 0 and below 1.
+    pub detection_threshold: f64,
 }
+
+/// The usual [`Situation::detection_threshold`].
+pub const DEFAULT_DETECTION_THRESHOLD: f64 = 0.95;
 
 /// A robot's index in its team, and the team's size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -12,7 +12,7 @@ use dragnet_search::intent::PlannedPrecision;
 use dragnet_search::route::{Connectivity, ShortestPathTree};
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_search::sensor::Sensor;
-use dragnet_search::situation::{Place, Situation};
+use dragnet_search::situation::{DEFAULT_DETECTION_THRESHOLD, Place, Situation};
 use dragnet_search::terrain::Terrain;
 use dragnet_train::{Device, Model, set_threads};
 use rand::RngExt;
@@ -85,6 +85,7 @@ fn graph(terrain: &Terrain, connectivity: Connectivity, random: &mut Stream) -> 
         planned_precision,
         robot,
         place: Place::ALONE,
+        detection_threshold: DEFAULT_DETECTION_THRESHOLD,
     };
     Graph::new(&situation, &ShortestPathTree::from(terrain, connectivity, robot), &mut None)
 }

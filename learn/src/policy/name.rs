@@ -1,6 +1,7 @@
 //! Names as scenarios and the command line write them.
 
 use std::fmt;
+use std::num::NonZeroU32;
 use std::str::FromStr;
 
 use dragnet_search::policy::PolicyName as Exact;
@@ -21,6 +22,15 @@ impl PolicyName {
     pub fn all() -> impl Iterator<Item = Self> {
         let learned = Shipped::ALL.into_iter().map(Self::Learned);
         Exact::ALL.into_iter().map(Self::Exact).chain(learned)
+    }
+
+    /// Number of cells after which a robot decides anew by default; `None`: at the waypoint.
+    #[must_use]
+    pub const fn replan_after_cells(self) -> Option<NonZeroU32> {
+        match self {
+            Self::Exact(name) => name.replan_after_cells(),
+            Self::Learned(_) => None,
+        }
     }
 
     /// As written in scenarios and on the command line.

@@ -9,7 +9,7 @@ use dragnet_search::intent::PlannedPrecision;
 use dragnet_search::route::{Connectivity, ShortestPathTree};
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_search::sensor::Sensor;
-use dragnet_search::situation::{Place, Situation};
+use dragnet_search::situation::{DEFAULT_DETECTION_THRESHOLD, Place, Situation};
 use dragnet_search::terrain::{Ground, Terrain};
 use rand::RngExt;
 use rand::seq::IndexedRandom;
@@ -88,6 +88,7 @@ impl Scene {
             planned_precision: &self.planned_precision,
             robot: self.robot,
             place: Place::ALONE,
+            detection_threshold: DEFAULT_DETECTION_THRESHOLD,
         };
         Graph::new(&situation, &self.routes(), &mut None)
     }

@@ -175,6 +175,7 @@ impl Scenario {
             name: Shipped::General.as_str().to_owned(),
             path_length_weight: None,
             lane_spacing_cells: None,
+            evaluations: None,
             replan_after_cells: None,
             weights: Some(weights.to_owned()),
         }))

@@ -104,7 +104,7 @@ pub(super) fn path_information(situation: &Situation<'_>, routes: &ShortestPathT
 }
 
 /// The same of one path, as far as is needed to know.
-fn is_path_informative(situation: &Situation<'_>, path: &[Cell]) -> bool {
+pub(super) fn is_path_informative(situation: &Situation<'_>, path: &[Cell]) -> bool {
     let mut information = 0.0;
     path.iter().any(|&from| {
         information += observation_information(situation, from);
@@ -145,7 +145,7 @@ mod tests {
     use crate::route::Connectivity;
     use crate::seed::{Purpose, stream};
     use crate::sensor::{Noise, Sensor};
-    use crate::situation::Place;
+    use crate::situation::{DEFAULT_DETECTION_THRESHOLD, Place};
     use crate::terrain::Terrain;
 
     struct Case {
@@ -172,13 +172,15 @@ mod tests {
                 planned_precision: &self.planned_precision,
                 robot: self.terrain.grid().cells().nth(robot).unwrap(),
                 place: Place::ALONE,
+                detection_threshold: DEFAULT_DETECTION_THRESHOLD,
             };
             build(name, Parameters::default()).decide(&situation, &mut stream(1, Purpose::Decision, 1))
         }
     }
 
     const KNOWN: f64 = -40.0;
-    const INFORMED: [PolicyName; 3] = [PolicyName::Greedy, PolicyName::PathAdditive, PolicyName::Path];
+    const INFORMED: [PolicyName; 4] =
+        [PolicyName::Greedy, PolicyName::PathAdditive, PolicyName::Path, PolicyName::Tour];
 
     #[test]
     fn of_equal_scores_the_nearest_wins_and_then_the_smallest_index() {

@@ -12,7 +12,7 @@ use dragnet_search::policy::{Decision, LEAST_NATS, Parameters, PolicyName, build
 use dragnet_search::route::{Connectivity, ShortestPathTree};
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_search::sensor::{Noise, Sensor};
-use dragnet_search::situation::{Place, Situation};
+use dragnet_search::situation::{DEFAULT_DETECTION_THRESHOLD, Place, Situation};
 use dragnet_search::terrain::{Ground, Terrain};
 use rand::RngExt;
 
@@ -73,6 +73,7 @@ impl Case {
             planned_precision: &self.planned_precision,
             robot: self.robot,
             place: Place::ALONE,
+            detection_threshold: DEFAULT_DETECTION_THRESHOLD,
         }
     }
 
@@ -171,6 +172,7 @@ fn a_coverage_team_shares_the_cells() {
                 planned_precision: &planned_precision,
                 robot,
                 place: Place { member, team: 3 },
+                detection_threshold: DEFAULT_DETECTION_THRESHOLD,
             };
             robot = policy.decide(&situation, &mut stream(0, Purpose::Decision, 0)).chosen;
             visited.push(robot);

@@ -4,7 +4,7 @@ use dragnet_learn::policy;
 use dragnet_scenario::Scenario;
 use dragnet_search::intent::PlannedPrecision;
 use dragnet_search::seed::{Purpose, stream};
-use dragnet_search::situation::{Place, Situation};
+use dragnet_search::situation::{DEFAULT_DETECTION_THRESHOLD, Place, Situation};
 
 use super::buffers::Control;
 use super::*;
@@ -35,6 +35,7 @@ fn search(scenario: &Scenario, end: End, seed: u64) -> SingleRobotEnv {
             planned_precision: &planned_precision,
             robot: env.cell(),
             place: Place::ALONE,
+            detection_threshold: DEFAULT_DETECTION_THRESHOLD,
         };
         let decision = policy.decide(&situation, &mut random);
         if decision.is_rest() {

@@ -6,6 +6,7 @@ use dragnet_search::generated::Generated;
 use dragnet_search::policy::PolicyName as Exact;
 use dragnet_search::sensor::Sensor;
 use dragnet_search::shape::Shape;
+use dragnet_search::situation::DEFAULT_DETECTION_THRESHOLD;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -175,7 +176,7 @@ pub struct RobotTable {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(
     untagged,
-    expecting = "a policy is its name, or a table of `name`, `path_length_weight` (number), `lane_spacing_cells` (whole number), `replan_after_cells` (whole number) and `weights` (file)"
+    expecting = "a policy is its name, or a table of `name`, `path_length_weight` (number), `lane_spacing_cells` (whole number), `evaluations` (whole number), `replan_after_cells` (whole number) and `weights` (file)"
 )]
 pub enum PolicyField {
     /// The name alone.
@@ -200,7 +201,11 @@ pub struct PolicyTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1, max = 1000))]
     pub lane_spacing_cells: Option<i64>,
-    /// Number of cells after which the robot decides anew, 1 to 1000000; by default at the waypoint.
+    /// For `tour`: tours that it evaluates in a decision, ten times as many in its first, 0 to 1000000, 1000 by default.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 1_000_000))]
+    pub evaluations: Option<i64>,
+    /// Number of cells after which the robot decides anew, 1 to 1000000; by default at the waypoint, of `tour` after 4.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1, max = 1_000_000))]
     pub replan_after_cells: Option<i64>,
@@ -356,7 +361,7 @@ impl Default for RobotsTable {
 impl Default for MissionTable {
     fn default() -> Self {
         Self {
-            detection_threshold: 0.95,
+            detection_threshold: DEFAULT_DETECTION_THRESHOLD,
             budget_meters: None,
             budget_seconds: None,
             speed_meters_per_second: 2.0,

@@ -46,7 +46,8 @@ pub struct Policy {
 /// A policy with default parameters.
 impl From<PolicyName> for Policy {
     fn from(name: PolicyName) -> Self {
-        Self { name, parameters: Parameters::default(), replan_after_cells: None, network: None }
+        let replan_after_cells = name.replan_after_cells();
+        Self { name, parameters: Parameters::default(), replan_after_cells, network: None }
     }
 }
 
@@ -112,6 +113,11 @@ fn policy_table(key: &str, table: &PolicyTable, folder: &Path) -> Result<Policy,
         let key = format!("{key}.lane_spacing_cells");
         check_is_of(&key, cells, name, &[Exact::Coverage.into()])?;
         policy.parameters.lane_spacing_cells = check::integer(key, cells, 1, 1000)?;
+    }
+    if let Some(evaluations) = table.evaluations {
+        let key = format!("{key}.evaluations");
+        check_is_of(&key, evaluations, name, &[Exact::Tour.into()])?;
+        policy.parameters.evaluations = check::integer(key, evaluations, 0, 1_000_000)?;
     }
     if let Some(cells) = table.replan_after_cells {
         let cells = check::integer(format!("{key}.replan_after_cells"), cells, 1, 1_000_000)?;

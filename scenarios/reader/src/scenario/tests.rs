@@ -229,8 +229,16 @@ fn a_robot_or_a_network_out_of_range_names_line_value_and_range() {
         "[robots]\npolicy = 'astar'",
         &[
             "robots.policy is \"astar\"",
-            "random, coverage, greedy, path-additive, path, nats, guts, gnn, gnn-greedy",
+            "random, coverage, greedy, path-additive, path, tour, nats, guts, gnn, gnn-greedy",
         ],
+    );
+    check(
+        "[robots]\npolicy = {name = 'path', evaluations = 9}",
+        &["robots.policy.evaluations is 9 for path", "a value for tour only"],
+    );
+    check(
+        "[robots]\npolicy = {name = 'tour', evaluations = 1000000000}",
+        &["robots.policy.evaluations is 1000000000", "0 to 1000000"],
     );
     check("[robots.policy]\nname = 'astar'", &["line 11: robots.policy.name is \"astar\""]);
     check(

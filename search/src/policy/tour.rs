@@ -1,0 +1,142 @@
+//! A tour over the whole rest of the search, kept and improved from decision to decision.
+//!
+//! `path` scores one path at a time and leaves pockets behind. A tour is a list of waypoints, joined by shortest paths, that is
+//! to find all that is left on the shortest way ([`planner`] says what it costs). The first tour is the best of several patterns of
+//! parallel lanes ([`lanes`]), improved by simulated annealing ([`anneal`]). Later decisions keep the tour, less what has been
+//! driven, and improve it under the new belief; without that the robot dithers between tours that are equally good.
+//!
+//! Annealing is bounded by evaluations, never by time, and draws from the robot's own stream: decisions are a function of the robot's
+//! history. A robot that restarts has no tour and plans anew.
+//!
+//! The robot drives the whole path of a decision unless it decides again before, as by default it does ([`REPLAN_AFTER_CELLS`]). On a large
+//! map the tour covers the nearest cells only ([`ground`]). Where no tour is worth driving, because nothing is left that it can
+//! confirm, the policy `path` decides.
+
+mod anneal;
+mod ground;
+mod hidden;
+mod lanes;
+mod planner;
+#[cfg(test)]
+mod tests;
+
+use std::num::NonZeroU32;
+
+use ground::Ground;
+use hidden::HiddenTable;
+use planner::{Leg, Planner};
+
+use super::path_integral::Path;
+use super::worth::is_path_informative;
+use super::{Decision, Policy};
+use crate::cell::Cell;
+use crate::seed::Stream;
+use crate::situation::Situation;
+
+/// Number of cells after which a robot improves its tour, unless its scenario says otherwise.
+pub(super) const REPLAN_AFTER_CELLS: NonZeroU32 = NonZeroU32::new(4).unwrap();
+/// Evaluations of a first tour, times those of later ones.
+const FIRST_FACTOR: u32 = 10;
+/// The temperature that a first tour is annealed from, and later ones, cells.
+const HOT: f64 = 1.0;
+const WARM: f64 = 0.3;
+
+pub(super) struct Tour {
+    evaluations: u32,
+    /// With the detection threshold that it is for.
+    table: Option<(f64, HiddenTable)>,
+    ground: Option<Ground>,
+    plan: Plan,
+    path: Path,
+}
+
+/// The tour of the last decision.
+#[derive(Default)]
+struct Plan {
+    /// Where it starts.
+    root: Option<Cell>,
+    /// The cells on it.
+    cells: Vec<Cell>,
+    /// The bend of each leg, and how many cells have been entered at its end.
+    legs: Vec<(u8, usize)>,
+}
+
+impl Tour {
+    pub(super) const fn new(evaluations: u32, path_length_weight: f64) -> Self {
+        Self {
+            evaluations,
+            table: None,
+            ground: None,
+            plan: Plan { root: None, cells: Vec::new(), legs: Vec::new() },
+            path: Path::new(path_length_weight),
+        }
+    }
+}
+
+impl Policy for Tour {
+    fn decide(&mut self, situation: &Situation<'_>, random: &mut Stream) -> Decision {
+        let table = match self.table.take() {
+            Some((threshold, table)) if threshold.to_bits() == situation.detection_threshold.to_bits() => {
+                table
+            }
+            _ => HiddenTable::new(situation.detection_threshold),
+        };
+        let (_, table) = self.table.insert((situation.detection_threshold, table));
+        let kept = self.ground.take().filter(|ground| ground.serves(situation));
+        let is_new = kept.is_none();
+        let ground = self.ground.insert(kept.unwrap_or_else(|| Ground::new(situation)));
+        let Some(robot) = ground.number(situation.robot) else { return self.path.decide(situation, random) };
+        let planner = Planner::new(ground, table, situation, robot);
+        let (mut tour, mut evaluations, mut temperature) = (self.plan.rest(&planner), self.evaluations, WARM);
+        if is_new && tour.is_empty() {
+            tour = best_lanes(&planner);
+            (evaluations, temperature) = (evaluations.saturating_mul(FIRST_FACTOR), HOT);
+        }
+        let (tour, cost) = anneal::anneal(&planner, tour, evaluations, temperature, random);
+        let saved_cells = planner.cost(&[]) - cost;
+        self.plan = Plan::new(&planner, &tour);
+        let Some(&chosen) =
+            self.plan.cells.last().filter(|_| is_path_informative(situation, &self.plan.cells))
+        else {
+            return self.path.decide(situation, random);
+        };
+        let mut scores = vec![f64::NEG_INFINITY; situation.terrain.grid().cell_count()];
+        scores[chosen.index()] = saved_cells;
+        Decision { chosen, path: self.plan.cells.clone(), scores }
+    }
+}
+
+impl Plan {
+    fn new(planner: &Planner<'_>, tour: &[Leg]) -> Self {
+        let (cells, ends) = planner.cells(tour);
+        Self {
+            root: Some(planner.ground.cell(planner.root.at)),
+            cells: cells.into_iter().map(|number| planner.ground.cell(number)).collect(),
+            legs: tour.iter().map(|leg| leg.bend).zip(ends).collect(),
+        }
+    }
+
+    /// The legs that have not been driven to their end when the robot is where the planner starts.
+    fn rest(&self, planner: &Planner<'_>) -> Vec<Leg> {
+        let ground = planner.ground;
+        let robot = ground.cell(planner.root.at);
+        let driven = if self.root == Some(robot) {
+            0
+        } else {
+            self.cells.iter().position(|&cell| cell == robot).map_or(0, |index| index + 1)
+        };
+        let ahead = self.legs.iter().filter(|&&(_, end)| end > driven);
+        ahead
+            .filter_map(|&(bend, end)| {
+                let to = ground.waypoint(ground.number(self.cells[end - 1])?);
+                Some(Leg { to, bend })
+            })
+            .collect()
+    }
+}
+
+fn best_lanes(planner: &Planner<'_>) -> Vec<Leg> {
+    let tours = lanes::lanes(planner).into_iter();
+    let by_cost = tours.map(|tour| (planner.cost(&tour), tour));
+    by_cost.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, tour)| tour).unwrap_or_default()
+}

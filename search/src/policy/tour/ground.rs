@@ -1,0 +1,358 @@
+//! The part of a map that a tour is planned on: its cells, the sensor's footprint on them, and shortest paths between them.
+
+use std::cell::OnceCell;
+
+use super::hidden;
+use crate::cell::{Cell, Offset};
+use crate::route::{Connectivity, ShortestPathTree};
+use crate::situation::Situation;
+use crate::terrain::Terrain;
+
+/// No cell.
+pub(super) const NOWHERE: u16 = u16::MAX;
+/// The most cells that a tour is planned on: of larger maps, those nearest to the robot.
+const MAX_CELLS: usize = 4096;
+/// The most entries of all legs together, 4 bytes each; waypoints are thinned out to stay below it.
+const MAX_LEG_ENTRIES: usize = 1 << 23;
+
+/// Lengths are counted in fifths of a cell, and a diagonal counts seven of them, so that sums are exact.
+const STRAIGHT: u16 = 5;
+const DIAGONAL: u16 = 7;
+pub(super) const LENGTH_UNIT: f64 = 1.0 / STRAIGHT as f64;
+const FAR: u16 = u16::MAX;
+/// The longest path is shorter than this, so lengths never overflow.
+const _: () = assert!(MAX_CELLS * (DIAGONAL as usize) + 64 < FAR as usize);
+
+/// Straight moves first, north and south before east and west, then diagonals.
+const MOVES: [Offset; 8] = [
+    Offset { north: -1, east: 0 },
+    Offset { north: 1, east: 0 },
+    Offset { north: 0, east: -1 },
+    Offset { north: 0, east: 1 },
+    Offset { north: -1, east: -1 },
+    Offset { north: -1, east: 1 },
+    Offset { north: 1, east: -1 },
+    Offset { north: 1, east: 1 },
+];
+/// Of several shortest paths, one takes the first possible move in this order: along columns, or along rows and diagonals.
+const PREFERENCES: [[u8; 8]; 2] = [[0, 1, 2, 3, 4, 5, 6, 7], [4, 5, 6, 7, 2, 3, 0, 1]];
+
+/// A move from one cell to the next.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Step {
+    /// The number of the cell entered.
+    pub to: u16,
+    /// Length, fifths of a cell.
+    pub length: u16,
+}
+
+/// The observations of one row of the footprint.
+pub(super) struct FootprintRow {
+    /// From the robot's place in the frame to the first cell of the row.
+    pub offset: isize,
+    /// Precision at each cell, in steps of the table of hidden mass.
+    pub precision: Vec<u8>,
+}
+
+/// Paths from all cells to one.
+struct Paths {
+    /// Length, fifths of a cell.
+    length: Vec<u16>,
+    /// The move from each cell, by preference.
+    moves: [Vec<u8>; 2],
+}
+
+/// The cells that a tour may enter. Cells have numbers, in order of their index; arrays over what the sensor sees have the
+/// shape of a frame that leaves room for the footprint on all sides.
+pub(super) struct Ground {
+    terrain: Terrain,
+    connectivity: Connectivity,
+    /// Whether it is all that the robot can reach.
+    is_whole: bool,
+    /// Where the nearest cells were taken from.
+    center: Cell,
+    /// By number.
+    cells: Vec<Cell>,
+    /// Row and column in the frame, by number.
+    places: Vec<(i32, i32)>,
+    frame: Frame,
+    /// By place in the frame.
+    numbers: Vec<u16>,
+    neighbors: Vec<[u16; 8]>,
+    /// The nearest waypoint, by number.
+    waypoint: Vec<u16>,
+    spacing: i32,
+    footprint: Vec<FootprintRow>,
+    paths: Vec<OnceCell<Paths>>,
+    radius: u32,
+}
+
+/// A rectangle of the map with a margin of the sensor's radius.
+#[derive(Clone, Copy)]
+struct Frame {
+    south: i32,
+    west: i32,
+    rows: i32,
+    columns: i32,
+}
+
+impl Frame {
+    fn around(terrain: &Terrain, cells: &[Cell], radius: u32) -> Self {
+        let positions = || cells.iter().map(|&cell| terrain.grid().position(cell));
+        let ends = |values: &mut dyn Iterator<Item = u32>| {
+            values.fold((u32::MAX, 0), |(low, high), value| (low.min(value), high.max(value)))
+        };
+        let (south, north) = ends(&mut positions().map(|it| it.row));
+        let (west, east) = ends(&mut positions().map(|it| it.column));
+        let margin = radius.cast_signed();
+        let side = |low: u32, high: u32| (high - low).cast_signed() + 1 + 2 * margin;
+        let low = |value: u32| value.cast_signed() - margin;
+        Self { south: low(south), west: low(west), rows: side(south, north), columns: side(west, east) }
+    }
+
+    const fn len(self) -> usize {
+        self.rows.unsigned_abs() as usize * self.columns.unsigned_abs() as usize
+    }
+
+    fn place(self, terrain: &Terrain, cell: Cell) -> Option<(i32, i32)> {
+        let position = terrain.grid().position(cell);
+        let (row, column) =
+            (position.row.cast_signed() - self.south, position.column.cast_signed() - self.west);
+        self.holds(row, column).then_some((row, column))
+    }
+
+    fn holds(self, row: i32, column: i32) -> bool {
+        (0..self.rows).contains(&row) && (0..self.columns).contains(&column)
+    }
+
+    const fn index(self, row: i32, column: i32) -> usize {
+        row.unsigned_abs() as usize * self.columns.unsigned_abs() as usize + column.unsigned_abs() as usize
+    }
+}
+
+impl Ground {
+    /// The cells nearest to the robot.
+    pub(super) fn new(situation: &Situation<'_>) -> Self {
+        let (terrain, radius) = (situation.terrain, situation.sensor.radius());
+        let routes = ShortestPathTree::from(terrain, situation.connectivity, situation.robot);
+        let reached = routes.reached();
+        let mut cells = reached[..reached.len().min(MAX_CELLS)].to_vec();
+        cells.sort_unstable();
+        let frame = Frame::around(terrain, &cells, radius);
+        let places: Vec<(i32, i32)> = cells.iter().filter_map(|&cell| frame.place(terrain, cell)).collect();
+        let mut numbers = vec![NOWHERE; frame.len()];
+        for (number, &(row, column)) in (0..).zip(&places) {
+            numbers[frame.index(row, column)] = number;
+        }
+        let mut ground = Self {
+            terrain: terrain.clone(),
+            connectivity: situation.connectivity,
+            is_whole: cells.len() == reached.len(),
+            center: situation.robot,
+            neighbors: Vec::new(),
+            waypoint: Vec::new(),
+            spacing: 1,
+            footprint: footprint(situation, frame),
+            paths: (0..cells.len()).map(|_| OnceCell::new()).collect(),
+            cells,
+            places,
+            frame,
+            numbers,
+            radius,
+        };
+        ground.neighbors = ground.cells.iter().map(|&cell| ground.neighbors_of(cell)).collect();
+        ground.thin_out();
+        ground
+    }
+
+    /// Whether it still serves in this situation.
+    pub(super) fn serves(&self, situation: &Situation<'_>) -> bool {
+        let is_near = || situation.terrain.grid().manhattan(self.center, situation.robot) <= 4 * self.radius;
+        self.radius == situation.sensor.radius()
+            && self.connectivity == situation.connectivity
+            && self.number(situation.robot).is_some()
+            && (self.is_whole || is_near())
+            && self.terrain == *situation.terrain
+    }
+
+    fn neighbors_of(&self, cell: Cell) -> [u16; 8] {
+        let is_allowed =
+            |offset: &Offset| offset.manhattan() == 1 || self.connectivity == Connectivity::Eight;
+        MOVES.map(|offset| {
+            let to = Some(offset).filter(is_allowed);
+            to.and_then(|offset| Connectivity::step(&self.terrain, cell, offset))
+                .and_then(|cell| self.number(cell))
+                .unwrap_or(NOWHERE)
+        })
+    }
+
+    /// Chooses waypoints that are some cells apart, so that paths to all of them fit in memory.
+    fn thin_out(&mut self) {
+        let count = self.cells.len();
+        while count * (count / (self.spacing * self.spacing).unsigned_abs() as usize) > MAX_LEG_ENTRIES {
+            self.spacing += 1;
+        }
+        let reach = self.spacing - 1;
+        let mut is_waypoint = vec![false; count];
+        for number in 0..self.count() {
+            let is_near = self.around(number, reach).any(|near| is_waypoint[near as usize]);
+            is_waypoint[number as usize] = !is_near;
+        }
+        self.waypoint = (0..self.count())
+            .map(|number| {
+                let distance = |near: &u16| {
+                    let ((a, b), (c, d)) = (self.places[number as usize], self.places[*near as usize]);
+                    ((a - c).abs() + (b - d).abs(), *near)
+                };
+                self.around(number, reach).filter(|&near| is_waypoint[near as usize]).min_by_key(distance)
+            })
+            .map(|waypoint| waypoint.unwrap_or(0))
+            .collect();
+    }
+
+    fn around(&self, number: u16, reach: i32) -> impl Iterator<Item = u16> + '_ {
+        let (row, column) = self.places[number as usize];
+        (-reach..=reach)
+            .flat_map(move |north| (-reach..=reach).map(move |east| self.at(row + north, column + east)))
+            .filter(|&near| near != NOWHERE)
+    }
+
+    /// Number of cells.
+    #[expect(clippy::cast_possible_truncation, reason = "at most `MAX_CELLS`")]
+    pub(super) fn count(&self) -> u16 {
+        self.cells.len() as u16
+    }
+
+    /// Number of places in the frame.
+    pub(super) const fn frame_len(&self) -> usize {
+        self.frame.len()
+    }
+
+    /// Cells between waypoints.
+    pub(super) const fn spacing(&self) -> i32 {
+        self.spacing
+    }
+
+    /// The sensor's footprint.
+    pub(super) fn footprint(&self) -> &[FootprintRow] {
+        &self.footprint
+    }
+
+    /// The sensor's radius, cells.
+    pub(super) const fn radius(&self) -> u32 {
+        self.radius
+    }
+
+    /// The cell of a number.
+    pub(super) fn cell(&self, number: u16) -> Cell {
+        self.cells[number as usize]
+    }
+
+    /// The number of a cell.
+    pub(super) fn number(&self, cell: Cell) -> Option<u16> {
+        let (row, column) = self.frame.place(&self.terrain, cell)?;
+        Some(self.numbers[self.frame.index(row, column)]).filter(|&number| number != NOWHERE)
+    }
+
+    /// The number at a row and column of the frame, or [`NOWHERE`].
+    pub(super) fn at(&self, row: i32, column: i32) -> u16 {
+        if self.frame.holds(row, column) { self.numbers[self.frame.index(row, column)] } else { NOWHERE }
+    }
+
+    /// Row and column of a number in the frame.
+    pub(super) fn place(&self, number: u16) -> (i32, i32) {
+        self.places[number as usize]
+    }
+
+    /// The waypoint next to the cell at a row and column, if there is such a cell.
+    pub(super) fn waypoint_at(&self, row: i32, column: i32) -> Option<u16> {
+        Some(self.at(row, column)).filter(|&number| number != NOWHERE).map(|number| self.waypoint(number))
+    }
+
+    /// The waypoint nearest to a cell.
+    pub(super) fn waypoint(&self, number: u16) -> u16 {
+        self.waypoint[number as usize]
+    }
+
+    /// Place in the frame of a number.
+    #[inline]
+    pub(super) fn framed(&self, number: u16) -> usize {
+        let (row, column) = self.places[number as usize];
+        self.frame.index(row, column)
+    }
+
+    /// Place in the frame of any cell of the map, if it is in it.
+    pub(super) fn framed_cell(&self, cell: Cell) -> Option<usize> {
+        self.frame.place(&self.terrain, cell).map(|(row, column)| self.frame.index(row, column))
+    }
+
+    /// Length of the path between two cells, fifths of a cell. `to` must be a waypoint, or paths to it take memory.
+    pub(super) fn length(&self, from: u16, to: u16) -> u16 {
+        self.paths(to).length[from as usize]
+    }
+
+    /// The next step on the path to another cell.
+    #[inline]
+    pub(super) fn step(&self, bend: u8, from: u16, to: u16) -> Step {
+        let taken = self.paths(to).moves[usize::from(bend)][from as usize];
+        Step { to: self.neighbors[from as usize][usize::from(taken)], length: move_length(taken) }
+    }
+
+    #[inline]
+    fn paths(&self, to: u16) -> &Paths {
+        self.paths[to as usize].get_or_init(|| self.paths_to(to))
+    }
+
+    /// Dijkstra (1959) from the end, with the buckets of Dial (1969), and of each cell the first move that lies on a
+    /// shortest path.
+    fn paths_to(&self, to: u16) -> Paths {
+        let mut length = vec![FAR; self.cells.len()];
+        length[to as usize] = 0;
+        let mut buckets: [Vec<u16>; DIAGONAL as usize + 1] = Default::default();
+        buckets[0].push(to);
+        let (mut so_far, mut empty) = (0_u16, 0);
+        while empty < buckets.len() {
+            let bucket = std::mem::take(&mut buckets[usize::from(so_far) % (usize::from(DIAGONAL) + 1)]);
+            empty = if bucket.is_empty() { empty + 1 } else { 0 };
+            for at in bucket {
+                if length[at as usize] < so_far {
+                    continue;
+                }
+                for (taken, &near) in (0..).zip(&self.neighbors[at as usize]) {
+                    let longer = so_far + move_length(taken);
+                    if near != NOWHERE && longer < length[near as usize] {
+                        length[near as usize] = longer;
+                        buckets[usize::from(longer) % (usize::from(DIAGONAL) + 1)].push(near);
+                    }
+                }
+            }
+            so_far += 1;
+        }
+        let moves = PREFERENCES.map(|preference| {
+            let is_shortest = |from: usize, taken: u8| {
+                let near = self.neighbors[from][usize::from(taken)];
+                near != NOWHERE && length[near as usize].checked_add(move_length(taken)) == Some(length[from])
+            };
+            let first = |from| preference.into_iter().find(|&taken| is_shortest(from, taken)).unwrap_or(0);
+            (0..self.cells.len()).map(first).collect()
+        });
+        Paths { length, moves }
+    }
+}
+
+const fn move_length(taken: u8) -> u16 {
+    if taken < 4 { STRAIGHT } else { DIAGONAL }
+}
+
+fn footprint(situation: &Situation<'_>, frame: Frame) -> Vec<FootprintRow> {
+    let cells = situation.sensor.footprint();
+    let rows = cells.chunk_by(|a, b| a.offset.north == b.offset.north);
+    rows.map(|row| {
+        let first = row[0].offset;
+        FootprintRow {
+            offset: first.north as isize * frame.columns as isize + first.east as isize,
+            precision: row.iter().map(|it| hidden::steps(it.precision)).collect(),
+        }
+    })
+    .collect()
+}

@@ -1,0 +1,321 @@
+//! What a tour costs: the search is imagined along it, observation by observation.
+
+use super::ground::{Ground, LENGTH_UNIT};
+use super::hidden::{self, HiddenTable, Row};
+use crate::situation::Situation;
+
+/// A shortest path of a tour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Leg {
+    /// The number of the waypoint where it ends.
+    pub to: u16,
+    /// Which of the shortest paths: 0 goes along columns first, 1 along rows and diagonals.
+    pub bend: u8,
+}
+
+/// Weight of the expected number of objects left beside the probability that any is left.
+const NUMBER_WEIGHT: f64 = 0.02;
+/// Cost of a cell's length as such.
+const MOVE_COST: f64 = 0.02;
+/// How long a search goes on after a tour that leaves something, cells, and cells for each cell of the ground. It has to exceed
+/// what is left of the search: otherwise giving up looks cheapest.
+const TAIL_CELLS: f64 = 40.0;
+const TAIL_SHARE: f64 = 0.8;
+/// The longest tour, steps.
+const MAX_STEPS: u16 = 4000;
+
+/// How far an imagined search has come.
+#[derive(Clone)]
+pub(super) struct Progress {
+    /// Precision at each place of the frame, in steps of the table.
+    pub precision: Vec<u8>,
+    /// What is hidden at each place.
+    pub hidden: Vec<f32>,
+    /// The sum of what is hidden.
+    pub left: f64,
+    /// Cost so far, cells.
+    pub cost: f64,
+    /// Number of the cell.
+    pub at: u16,
+    /// Steps so far.
+    pub steps: u16,
+}
+
+impl Progress {
+    fn copy(&mut self, other: &Self) {
+        self.precision.copy_from_slice(&other.precision);
+        self.hidden.copy_from_slice(&other.hidden);
+        (self.left, self.cost, self.at, self.steps) = (other.left, other.cost, other.at, other.steps);
+    }
+}
+
+/// One decision's planner.
+///
+/// A tour costs `J = sum_t l_t [g(M_t) + 0.02] + tail g(M_T)`, cells, with `M_t` the sum of what all cells still hide after
+/// step `t` of length `l_t`, and `g(M) = 1 - exp(-b M) + 0.02 b M`, `b = max(1, 1 / M_0)`. Since `exp(-M)` is the probability that nothing is
+/// left, the first sum is the expected length of the search.
+pub(super) struct Planner<'a> {
+    pub ground: &'a Ground,
+    table: &'a HiddenTable,
+    rows: Vec<Row>,
+    /// The search as it stands.
+    pub root: Progress,
+    tail: f64,
+    /// At least one object is left, or there is nothing to plan for.
+    boost: f64,
+}
+
+impl<'a> Planner<'a> {
+    pub(super) fn new(
+        ground: &'a Ground,
+        table: &'a HiddenTable,
+        situation: &Situation<'_>,
+        at: u16,
+    ) -> Self {
+        let mut rows = vec![HiddenTable::NOTHING; ground.frame_len()];
+        let mut precision = vec![u8::MAX; ground.frame_len()];
+        let mut hidden = vec![0.0; ground.frame_len()];
+        let is_visible = visible(ground);
+        let mut left = 0.0;
+        for cell in situation.terrain.searched_cells() {
+            let Some(place) = ground.framed_cell(cell).filter(|&place| is_visible[place]) else { continue };
+            let row = table.row(situation.belief.log_odds_nats(cell));
+            rows[place] = row;
+            precision[place] = hidden::steps(situation.planned_precision.precision(cell));
+            hidden[place] = table.hidden(row, precision[place]);
+            left += f64::from(hidden[place]);
+        }
+        let root = Progress { precision, hidden, left, cost: 0.0, at, steps: 0 };
+        let tail = TAIL_CELLS + TAIL_SHARE * f64::from(ground.count());
+        Self { ground, table, rows, root, tail, boost: (1.0 / left.max(1e-12)).max(1.0) }
+    }
+
+    /// What a place of the frame hides at the start.
+    pub(super) fn hidden_at(&self, number: u16) -> f64 {
+        f64::from(self.root.hidden[self.ground.framed(number)])
+    }
+
+    /// Cost of a tour, cells.
+    pub(super) fn cost(&self, tour: &[Leg]) -> f64 {
+        let mut progress = self.root.clone();
+        for &leg in tour {
+            self.walk(&mut progress, leg, f64::INFINITY);
+        }
+        self.total(&progress)
+    }
+
+    /// Numbers of the cells entered along a tour, and how many have been entered at the end of each leg.
+    pub(super) fn cells(&self, tour: &[Leg]) -> (Vec<u16>, Vec<usize>) {
+        let (mut cells, mut ends) = (Vec::new(), Vec::new());
+        let mut at = self.root.at;
+        for leg in tour {
+            while at != leg.to {
+                at = self.ground.step(leg.bend, at, leg.to).to;
+                cells.push(at);
+            }
+            ends.push(cells.len());
+        }
+        (cells, ends)
+    }
+
+    fn rate(&self, left: f64) -> f64 {
+        let left = left * self.boost;
+        1.0 - libm::exp(-left) + NUMBER_WEIGHT * left
+    }
+
+    fn total(&self, progress: &Progress) -> f64 {
+        progress.cost + self.tail * self.rate(progress.left)
+    }
+
+    fn observe(&self, progress: &mut Progress) {
+        let from = self.ground.framed(progress.at);
+        let mut gain = 0.0_f32;
+        for row in self.ground.footprint() {
+            let start = from.wrapping_add_signed(row.offset);
+            let range = start..start + row.precision.len();
+            let places =
+                progress.precision[range.clone()].iter_mut().zip(&mut progress.hidden[range.clone()]);
+            for (((precision, hidden), &cell), &added) in places.zip(&self.rows[range]).zip(&row.precision) {
+                *precision = precision.saturating_add(added);
+                let after = self.table.hidden(cell, *precision);
+                gain += *hidden - after;
+                *hidden = after;
+            }
+        }
+        progress.left = (progress.left - f64::from(gain)).max(0.0);
+    }
+
+    /// Takes the next step of a leg; returns its length, cells.
+    fn advance(&self, progress: &mut Progress, leg: Leg) -> f64 {
+        let step = self.ground.step(leg.bend, progress.at, leg.to);
+        progress.at = step.to;
+        progress.steps += 1;
+        self.observe(progress);
+        let length = f64::from(step.length) * LENGTH_UNIT;
+        progress.cost += length * (self.rate(progress.left) + MOVE_COST);
+        length
+    }
+
+    /// Walks a leg; false once it costs more than it may, or the tour is too long.
+    fn walk(&self, progress: &mut Progress, leg: Leg, limit: f64) -> bool {
+        while progress.at != leg.to {
+            self.advance(progress, leg);
+            if progress.cost > limit || progress.steps >= MAX_STEPS {
+                return false;
+            }
+        }
+        true
+    }
+}
+
+/// Which places of the frame can be seen from the ground.
+fn visible(ground: &Ground) -> Vec<bool> {
+    let mut is_visible = vec![false; ground.frame_len()];
+    for number in 0..ground.count() {
+        let from = ground.framed(number);
+        for row in ground.footprint() {
+            let start = from.wrapping_add_signed(row.offset);
+            for (is_visible, &precision) in is_visible[start..].iter_mut().zip(&row.precision) {
+                *is_visible |= precision > 0;
+            }
+        }
+    }
+    is_visible
+}
+
+/// A tour with all that follows from it, so that a change to it is evaluated without walking the rest anew.
+pub(super) struct WalkedTour {
+    /// Before each leg, and at the end.
+    marks: Vec<Progress>,
+    /// By place of the frame: the steps that observe it, and with which precision.
+    observed: Vec<Vec<(u16, u8)>>,
+    /// After each step: what is left, and the step's length.
+    left: Vec<(f64, f64)>,
+    /// Changes of what is left, by step: scratch of [`WalkedTour::rest`].
+    changes: Vec<f32>,
+    scratch: Progress,
+}
+
+impl WalkedTour {
+    pub(super) fn new(planner: &Planner<'_>, tour: &[Leg]) -> Self {
+        let mut walked = Self {
+            marks: vec![planner.root.clone()],
+            observed: vec![Vec::new(); planner.ground.frame_len()],
+            left: vec![(planner.root.left, 0.0)],
+            changes: Vec::new(),
+            scratch: planner.root.clone(),
+        };
+        walked.walk(planner, tour, 0);
+        walked
+    }
+
+    /// The search at the end of the tour.
+    pub(super) fn end(&self, tour: &[Leg]) -> &Progress {
+        &self.marks[tour.len()]
+    }
+
+    pub(super) fn cost(&self, planner: &Planner<'_>, tour: &[Leg]) -> f64 {
+        planner.total(self.end(tour))
+    }
+
+    /// Walks a tour that is new from this leg on.
+    pub(super) fn walk(&mut self, planner: &Planner<'_>, tour: &[Leg], first: usize) {
+        while self.marks.len() < tour.len() + 1 {
+            self.marks.push(planner.root.clone());
+        }
+        let start = self.marks[first].steps;
+        for observed in &mut self.observed {
+            while observed.last().is_some_and(|&(step, _)| step > start) {
+                observed.pop();
+            }
+        }
+        self.left.truncate(usize::from(start) + 1);
+        for (i, &leg) in tour.iter().enumerate().skip(first) {
+            let (before, after) = self.marks.split_at_mut(i + 1);
+            let progress = &mut after[0];
+            progress.copy(&before[i]);
+            while progress.at != leg.to {
+                let length = planner.advance(progress, leg);
+                self.left.push((progress.left, length));
+                let from = planner.ground.framed(progress.at);
+                for row in planner.ground.footprint() {
+                    let start = from.wrapping_add_signed(row.offset);
+                    for (observed, &precision) in self.observed[start..].iter_mut().zip(&row.precision) {
+                        observed.push((progress.steps, precision));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Cost of a tour that differs from this one from leg `first` on, up to its last `common` legs; infinite if it is above the
+    /// limit.
+    ///
+    /// The legs that differ are walked, and the first common one, which starts elsewhere. What follows is counted from the observations
+    /// that places whose precision differs get later on.
+    pub(super) fn cost_of_changed(
+        &mut self,
+        planner: &Planner<'_>,
+        (tour, trial): (&[Leg], &[Leg]),
+        (first, common): (usize, usize),
+        limit: f64,
+    ) -> f64 {
+        self.scratch.copy(&self.marks[first.min(tour.len())]);
+        let rest = common.saturating_sub(1);
+        let middle = &trial[first..trial.len() - rest];
+        if !middle.iter().all(|&leg| planner.walk(&mut self.scratch, leg, limit)) {
+            return f64::INFINITY;
+        }
+        if rest == 0 {
+            return planner.total(&self.scratch);
+        }
+        self.rest(planner, tour.len() - rest, tour.len(), limit)
+    }
+
+    fn rest(&mut self, planner: &Planner<'_>, from: usize, end: usize, limit: f64) -> f64 {
+        let (here, old) = (&self.scratch, &self.marks[from]);
+        let (start, stop) = (usize::from(old.steps), usize::from(self.marks[end].steps));
+        if usize::from(here.steps) + stop - start >= usize::from(MAX_STEPS) {
+            return f64::INFINITY;
+        }
+        self.changes.clear();
+        self.changes.resize(stop - start + 1, 0.0);
+        let blocks = here.precision.chunks(BLOCK).zip(old.precision.chunks(BLOCK));
+        for (block, _) in blocks.enumerate().filter(|(_, (a, b))| a != b) {
+            for place in block * BLOCK..(block * BLOCK + BLOCK).min(here.precision.len()) {
+                let (mut new, mut was) = (here.precision[place], old.precision[place]);
+                if new == was {
+                    continue;
+                }
+                let row = planner.rows[place];
+                let mut before = here.hidden[place] - old.hidden[place];
+                let observed = &self.observed[place];
+                let later = observed.partition_point(|&(step, _)| usize::from(step) <= start);
+                for &(step, precision) in &observed[later..] {
+                    (new, was) = (new.saturating_add(precision), was.saturating_add(precision));
+                    let after = planner.table.hidden(row, new) - planner.table.hidden(row, was);
+                    self.changes[usize::from(step) - start] += after - before;
+                    before = after;
+                    if new == was {
+                        break;
+                    }
+                }
+            }
+        }
+        let mut shift = here.left - old.left;
+        let mut cost = here.cost;
+        let mut left = here.left;
+        for (&(old_left, length), &change) in self.left[start + 1..=stop].iter().zip(&self.changes[1..]) {
+            shift += f64::from(change);
+            left = (old_left + shift).max(0.0);
+            cost += length * (planner.rate(left) + MOVE_COST);
+            if cost > limit {
+                return f64::INFINITY;
+            }
+        }
+        cost + planner.tail * planner.rate(left)
+    }
+}
+
+/// Places that are compared at once.
+const BLOCK: usize = 16;

@@ -1,0 +1,214 @@
+use rand::RngExt;
+
+use super::*;
+use crate::belief::Belief;
+use crate::cell::Grid;
+use crate::evidence::Reading;
+use crate::intent::PlannedPrecision;
+use crate::policy::{Parameters, PolicyName, build};
+use crate::route::{Connectivity, ShortestPathTree};
+use crate::seed::{Purpose, stream};
+use crate::sensor::{Noise, Sensor};
+use crate::situation::{DEFAULT_DETECTION_THRESHOLD, Place};
+use crate::terrain::{Ground as Surface, Terrain};
+
+/// A random map and belief.
+struct Case {
+    terrain: Terrain,
+    sensor: Sensor,
+    belief: Belief,
+    planned_precision: PlannedPrecision,
+    connectivity: Connectivity,
+    robot: Cell,
+}
+
+impl Case {
+    fn new(seed: u64, side: std::ops::Range<u32>) -> Self {
+        let mut random = stream(seed, Purpose::Map, 0);
+        let grid = Grid::new(random.random_range(side.clone()), random.random_range(side)).unwrap();
+        let mut surface: Vec<Surface> = (0..grid.cell_count())
+            .map(|_| if random.random_range(0..5) == 0 { Surface::BLOCKED } else { Surface::OPEN })
+            .collect();
+        surface[0] = Surface::OPEN;
+        let terrain = Terrain::new(grid, 1.0, surface).unwrap();
+        let sensor = Sensor::new(random.random_range(1..6), 0.005, Noise::Gaussian).unwrap();
+        let mut belief = Belief::uniform(&terrain, random.random_range(0.01..0.3)).unwrap();
+        for _ in 0..grid.cell_count() / 3 {
+            let cell = grid.cells().nth(random.random_range(0..grid.cell_count())).unwrap();
+            belief.add(&Reading { cell, value: random.random_range(-0.3..1.3), variance: 0.2 });
+        }
+        let planned_precision = PlannedPrecision::nothing(&terrain);
+        let connectivity = if seed.is_multiple_of(2) { Connectivity::Four } else { Connectivity::Eight };
+        let robot = terrain.largest_area()[0];
+        Self { terrain, sensor, belief, planned_precision, connectivity, robot }
+    }
+
+    fn situation(&self) -> Situation<'_> {
+        Situation {
+            terrain: &self.terrain,
+            connectivity: self.connectivity,
+            sensor: &self.sensor,
+            belief: &self.belief,
+            planned_precision: &self.planned_precision,
+            robot: self.robot,
+            place: Place::ALONE,
+            detection_threshold: DEFAULT_DETECTION_THRESHOLD,
+        }
+    }
+
+    fn with_planner<T>(&self, with: impl FnOnce(&Planner<'_>) -> T) -> T {
+        let (ground, table) = (Ground::new(&self.situation()), HiddenTable::new(DEFAULT_DETECTION_THRESHOLD));
+        let robot = ground.number(self.robot).unwrap();
+        with(&Planner::new(&ground, &table, &self.situation(), robot))
+    }
+
+    fn check_path(&self, decision: &Decision) {
+        let mut at = self.robot;
+        for &cell in &decision.path {
+            assert!(
+                self.connectivity.neighbors(&self.terrain, at).any(|near| near == cell),
+                "{at:?} to {cell:?}"
+            );
+            at = cell;
+        }
+        assert_eq!(at, decision.chosen);
+    }
+}
+
+fn any_tour(ground: &Ground, random: &mut Stream) -> Vec<Leg> {
+    let any = |random: &mut Stream| ground.waypoint(random.random_range(0..ground.count()));
+    (0..random.random_range(1..8)).map(|_| Leg { to: any(random), bend: random.random_range(0..2) }).collect()
+}
+
+#[test]
+fn legs_are_shortest_paths_along_either_axis() {
+    for seed in 0..20 {
+        let case = Case::new(seed, 3..12);
+        let ground = Ground::new(&case.situation());
+        let routes = ShortestPathTree::from(&case.terrain, case.connectivity, case.robot);
+        assert_eq!(usize::from(ground.count()), routes.reached().len());
+        let root = ground.number(case.robot).unwrap();
+        for (to, bend) in (0..ground.count()).flat_map(|to| [(to, 0), (to, 1)]) {
+            let (mut at, mut straight, mut diagonal) = (root, 0, 0);
+            while at != to {
+                let step = ground.step(bend, at, to);
+                let (from, next) = (ground.cell(at), ground.cell(step.to));
+                assert!(case.connectivity.neighbors(&case.terrain, from).any(|near| near == next));
+                *(if step.length == 5 { &mut straight } else { &mut diagonal }) += 1;
+                at = step.to;
+            }
+            assert_eq!(ground.length(root, to), 5 * straight + 7 * diagonal);
+            let shortest = f64::from(routes.length(ground.cell(to)));
+            let length = f64::from(straight) + f64::from(diagonal) * std::f64::consts::SQRT_2;
+            assert!(length >= shortest - 1e-4 && length <= 1.01 * shortest, "{length} instead of {shortest}");
+        }
+    }
+}
+
+#[test]
+fn a_change_costs_what_the_whole_tour_costs() {
+    for seed in 0..60 {
+        let case = Case::new(seed, 4..14);
+        case.with_planner(|planner| {
+            let mut random = stream(seed, Purpose::Decision, 0);
+            let tour = any_tour(planner.ground, &mut random);
+            let mut walked = planner::WalkedTour::new(planner, &tour);
+            assert!((walked.cost(planner, &tour) - planner.cost(&tour)).abs() < 1e-9);
+            for _ in 0..20 {
+                let (first, last) =
+                    (random.random_range(0..=tour.len()), random.random_range(0..=tour.len()));
+                let (first, last) = (first.min(last), first.max(last));
+                let middle = any_tour(planner.ground, &mut random);
+                let trial = [&tour[..first], &middle, &tour[last..]].concat();
+                let common = tour.len() - last;
+                let cost = walked.cost_of_changed(planner, (&tour, &trial), (first, common), f64::INFINITY);
+                let expected = planner.cost(&trial);
+                assert!((cost - expected).abs() < 1e-3 * expected, "{cost} instead of {expected}");
+            }
+            // Walking a changed tour from the first leg that differs gives the same as walking it all.
+            let changed = [&tour[..1], &any_tour(planner.ground, &mut random)].concat();
+            walked.walk(planner, &changed, 1);
+            assert!((walked.cost(planner, &changed) - planner.cost(&changed)).abs() < 1e-9);
+        });
+    }
+}
+
+#[test]
+fn annealing_returns_the_cost_of_its_tour_and_never_a_worse_one() {
+    for seed in 0..10 {
+        Case::new(seed, 4..14).with_planner(|planner| {
+            let mut random = stream(seed, Purpose::Decision, 0);
+            let start = any_tour(planner.ground, &mut random);
+            let (tour, cost) = anneal::anneal(planner, start.clone(), 400, HOT, &mut random);
+            assert!((cost - planner.cost(&tour)).abs() < 1e-9);
+            assert!(cost <= planner.cost(&start) + 1e-9);
+        });
+    }
+}
+
+#[test]
+fn a_tour_is_drivable_and_rests_only_when_path_does() {
+    let mut driven = 0;
+    for seed in 0..40 {
+        let mut case = Case::new(seed, 1..14);
+        let parameters = Parameters { evaluations: 60, ..Parameters::default() };
+        let (mut tour, mut path) = (build(PolicyName::Tour, parameters), build(PolicyName::Path, parameters));
+        let mut random = stream(seed, Purpose::Decision, 1);
+        for _ in 0..3 {
+            let decision = tour.decide(&case.situation(), &mut random);
+            case.check_path(&decision);
+            let other = path.decide(&case.situation(), &mut random);
+            assert!(!decision.is_rest() || other.is_rest(), "{seed}");
+            let Some(&cell) = decision.path.get(2).or(decision.path.last()) else { break };
+            case.robot = cell;
+            driven += 1;
+        }
+    }
+    assert!(driven > 50);
+}
+
+#[test]
+fn the_rest_of_a_tour_is_kept() {
+    let mut case = Case::new(3, 12..14);
+    let mut tour = build(PolicyName::Tour, Parameters { evaluations: 0, ..Parameters::default() });
+    let mut random = stream(0, Purpose::Decision, 1);
+    let first = tour.decide(&case.situation(), &mut random).path;
+    assert!(first.len() > 12, "{}", first.len());
+    for driven in [4, 4, 7] {
+        case.robot = first[driven - 1];
+        assert_eq!(tour.decide(&case.situation(), &mut random).path, first[driven..]);
+    }
+}
+
+#[test]
+fn decisions_are_those_of_the_seed() {
+    let case = Case::new(5, 12..14);
+    let decide = |seed| {
+        let mut tour = build(PolicyName::Tour, Parameters { evaluations: 100, ..Parameters::default() });
+        tour.decide(&case.situation(), &mut stream(seed, Purpose::Decision, 1)).path
+    };
+    assert_eq!(decide(1), decide(1));
+    assert_ne!(decide(1), decide(2));
+}
+
+#[test]
+fn large_maps_are_planned_around_the_robot_within_bounded_memory() {
+    let grid = Grid::new(200, 200).unwrap();
+    let terrain = Terrain::new(grid, 1.0, vec![Surface::OPEN; grid.cell_count()]).unwrap();
+    let robot = grid.cells().nth(100 * 200 + 100).unwrap();
+    let mut case = Case { robot, ..Case::new(2, 3..4) };
+    case.belief = Belief::uniform(&terrain, 0.01).unwrap();
+    case.planned_precision = PlannedPrecision::nothing(&terrain);
+    case.sensor = Sensor::default();
+    case.terrain = terrain;
+    let ground = Ground::new(&case.situation());
+    assert_eq!(ground.count(), 4096);
+    let mut waypoints: Vec<u16> = (0..ground.count()).map(|number| ground.waypoint(number)).collect();
+    waypoints.sort_unstable();
+    waypoints.dedup();
+    assert!(waypoints.len() * 4096 < 1 << 23, "{}", waypoints.len());
+    let mut tour = build(PolicyName::Tour, Parameters { evaluations: 100, ..Parameters::default() });
+    let decision = tour.decide(&case.situation(), &mut stream(0, Purpose::Decision, 1));
+    case.check_path(&decision);
+    assert!(decision.path.len() > 200, "{}", decision.path.len());
+}
