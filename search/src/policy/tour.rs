@@ -1,16 +1,17 @@
 //! A tour over the whole rest of the search, kept and improved from decision to decision.
 //!
-//! `path` scores one path at a time and leaves pockets behind. A tour is a list of waypoints, joined by shortest paths, that is
-//! to find all that is left on the shortest way ([`planner`] says what it costs). The first tour is the best of several patterns of
-//! parallel lanes ([`lanes`]), improved by simulated annealing ([`anneal`]). Later decisions keep the tour, less what has been
-//! driven, and improve it under the new belief; without that the robot dithers between tours that are equally good.
+//! `path` scores one path at a time and leaves pockets behind. A tour is a list of waypoints, joined by shortest paths,
+//! that is to find all that is left on the shortest way ([`planner`] says what it costs). The first tour is the best of
+//! several patterns of parallel lanes ([`lanes`]), improved by simulated annealing ([`anneal`]). Later decisions keep
+//! the tour, less what has been driven, and improve it under the new belief; without that the robot dithers between
+//! tours that are equally good.
 //!
-//! Annealing is bounded by evaluations, never by time, and draws from the robot's own stream: decisions are a function of the robot's
-//! history. A robot that restarts has no tour and plans anew.
+//! Annealing is bounded by evaluations, never by time, and draws from the robot's own stream: decisions are a function
+//! of the robot's history. A robot that restarts has no tour and plans anew.
 //!
-//! The robot drives the whole path of a decision unless it decides again before, as by default it does ([`REPLAN_AFTER_CELLS`]). On a large
-//! map the tour covers the nearest cells only ([`ground`]). Where no tour is worth driving, because nothing is left that it can
-//! confirm, the policy `path` decides.
+//! The robot drives the whole path of a decision unless it decides again before, as by default it does
+//! ([`REPLAN_AFTER_CELLS`]). On a large map the tour covers the nearest cells only ([`ground`]). Where no tour is worth
+//! driving, because nothing is left that it can confirm, the policy `path` decides.
 
 mod anneal;
 mod ground;
@@ -43,8 +44,7 @@ const WARM: f64 = 0.3;
 
 pub(super) struct Tour {
     evaluations: u32,
-    /// With the detection threshold that it is for.
-    table: Option<(f64, HiddenTable)>,
+    table: Option<HiddenTable>,
     ground: Option<Ground>,
     plan: Plan,
     path: Path,
@@ -62,31 +62,25 @@ struct Plan {
 }
 
 impl Tour {
-    pub(super) const fn new(evaluations: u32, path_length_weight: f64) -> Self {
+    pub(super) fn new(evaluations: u32, path_length_weight: f64) -> Self {
         Self {
             evaluations,
             table: None,
             ground: None,
-            plan: Plan { root: None, cells: Vec::new(), legs: Vec::new() },
+            plan: Plan::default(),
             path: Path::new(path_length_weight),
         }
     }
-}
 
-impl Policy for Tour {
-    fn decide(&mut self, situation: &Situation<'_>, random: &mut Stream) -> Decision {
-        let table = match self.table.take() {
-            Some((threshold, table)) if threshold.to_bits() == situation.detection_threshold.to_bits() => {
-                table
-            }
-            _ => HiddenTable::new(situation.detection_threshold),
-        };
-        let (_, table) = self.table.insert((situation.detection_threshold, table));
+    /// The decision to drive a tour, if one is worth it.
+    fn tour(&mut self, situation: &Situation<'_>, random: &mut Stream) -> Option<Decision> {
+        let threshold = situation.detection_threshold;
+        let table = self.table.take().filter(|table| table.serves(threshold));
+        let table = self.table.insert(table.unwrap_or_else(|| HiddenTable::new(threshold)));
         let kept = self.ground.take().filter(|ground| ground.serves(situation));
         let is_new = kept.is_none();
         let ground = self.ground.insert(kept.unwrap_or_else(|| Ground::new(situation)));
-        let Some(robot) = ground.number(situation.robot) else { return self.path.decide(situation, random) };
-        let planner = Planner::new(ground, table, situation, robot);
+        let planner = Planner::new(ground, table, situation, ground.number(situation.robot)?);
         let (mut tour, mut evaluations, mut temperature) = (self.plan.rest(&planner), self.evaluations, WARM);
         if is_new && tour.is_empty() {
             tour = best_lanes(&planner);
@@ -95,14 +89,21 @@ impl Policy for Tour {
         let (tour, cost) = anneal::anneal(&planner, tour, evaluations, temperature, random);
         let saved_cells = planner.cost(&[]) - cost;
         self.plan = Plan::new(&planner, &tour);
-        let Some(&chosen) =
-            self.plan.cells.last().filter(|_| is_path_informative(situation, &self.plan.cells))
-        else {
-            return self.path.decide(situation, random);
-        };
+        let path = self.plan.cells.clone();
+        let chosen = *path.last().filter(|_| is_path_informative(situation, &path))?;
         let mut scores = vec![f64::NEG_INFINITY; situation.terrain.grid().cell_count()];
         scores[chosen.index()] = saved_cells;
-        Decision { chosen, path: self.plan.cells.clone(), scores }
+        Some(Decision { chosen, path, scores })
+    }
+}
+
+impl Policy for Tour {
+    fn decide(&mut self, situation: &Situation<'_>, random: &mut Stream) -> Decision {
+        self.tour(situation, random).unwrap_or_else(|| self.path.decide(situation, random))
+    }
+
+    fn choose(&mut self, situation: &Situation<'_>, random: &mut Stream) -> Decision {
+        self.tour(situation, random).unwrap_or_else(|| self.path.choose(situation, random))
     }
 }
 

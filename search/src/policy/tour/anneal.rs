@@ -11,7 +11,8 @@ const COLD: f64 = 0.03;
 /// Evaluations between two coolings.
 const COOLING: u32 = 16;
 
-/// Improves a tour by this many evaluations from this temperature (cells) on; returns the best and its cost.
+/// Improves a tour by this many evaluations from this temperature (cells) on; returns the best and its cost. A tour
+/// that is too long counts as none.
 pub(super) fn anneal(
     planner: &Planner<'_>,
     mut tour: Vec<Leg>,
@@ -19,6 +20,9 @@ pub(super) fn anneal(
     mut temperature: f64,
     random: &mut Stream,
 ) -> (Vec<Leg>, f64) {
+    if planner.cost(&tour).is_infinite() {
+        tour.clear();
+    }
     let mut walked = WalkedTour::new(planner, &tour);
     let mut cost = walked.cost(planner, &tour);
     let mut best = (tour.clone(), cost);
@@ -31,7 +35,7 @@ pub(super) fn anneal(
         trial.clone_from(&tour);
         let change = Change { ground: planner.ground, root: planner.root.at, end: walked.end(&tour) };
         let Some(first) = change.apply(&mut trial, random) else { continue };
-        let most = tour.len().min(trial.len()).saturating_sub(first);
+        let most = tour.len().min(trial.len()) - first;
         let ends = trial.iter().rev().zip(tour.iter().rev()).take(most);
         let common = ends.take_while(|(a, b)| a == b).count();
         if trial.len() == tour.len() && first + common == tour.len() {

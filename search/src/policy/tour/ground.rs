@@ -1,4 +1,5 @@
-//! The part of a map that a tour is planned on: its cells, the sensor's footprint on them, and shortest paths between them.
+//! The part of a map that a tour is planned on: its cells, the sensor's footprint on them, and shortest paths between
+//! them.
 
 use std::cell::OnceCell;
 
@@ -34,7 +35,8 @@ const MOVES: [Offset; 8] = [
     Offset { north: 1, east: -1 },
     Offset { north: 1, east: 1 },
 ];
-/// Of several shortest paths, one takes the first possible move in this order: along columns, or along rows and diagonals.
+/// Of several shortest paths, one takes the first possible move in this order: along columns, or along rows and
+/// diagonals.
 const PREFERENCES: [[u8; 8]; 2] = [[0, 1, 2, 3, 4, 5, 6, 7], [4, 5, 6, 7, 2, 3, 0, 1]];
 
 /// A move from one cell to the next.
@@ -47,11 +49,11 @@ pub(super) struct Step {
 }
 
 /// The observations of one row of the footprint.
-pub(super) struct FootprintRow {
+struct FootprintRow {
     /// From the robot's place in the frame to the first cell of the row.
-    pub offset: isize,
+    offset: isize,
     /// Precision at each cell, in steps of the table of hidden mass.
-    pub precision: Vec<u8>,
+    precision: Vec<u8>,
 }
 
 /// Paths from all cells to one.
@@ -62,8 +64,8 @@ struct Paths {
     moves: [Vec<u8>; 2],
 }
 
-/// The cells that a tour may enter. Cells have numbers, in order of their index; arrays over what the sensor sees have the
-/// shape of a frame that leaves room for the footprint on all sides.
+/// The cells that a tour may enter. Cells have numbers, in order of their index; arrays over what the sensor sees have
+/// the shape of a frame that leaves room for the footprint on all sides.
 pub(super) struct Ground {
     terrain: Terrain,
     connectivity: Connectivity,
@@ -83,6 +85,8 @@ pub(super) struct Ground {
     waypoint: Vec<u16>,
     spacing: i32,
     footprint: Vec<FootprintRow>,
+    /// Whether a place of the frame can be seen from one of the cells.
+    is_visible: Vec<bool>,
     paths: Vec<OnceCell<Paths>>,
     radius: u32,
 }
@@ -153,6 +157,7 @@ impl Ground {
             waypoint: Vec::new(),
             spacing: 1,
             footprint: footprint(situation, frame),
+            is_visible: vec![false; frame.len()],
             paths: (0..cells.len()).map(|_| OnceCell::new()).collect(),
             cells,
             places,
@@ -162,6 +167,7 @@ impl Ground {
         };
         ground.neighbors = ground.cells.iter().map(|&cell| ground.neighbors_of(cell)).collect();
         ground.thin_out();
+        ground.is_visible = ground.visible();
         ground
     }
 
@@ -176,14 +182,23 @@ impl Ground {
     }
 
     fn neighbors_of(&self, cell: Cell) -> [u16; 8] {
-        let is_allowed =
-            |offset: &Offset| offset.manhattan() == 1 || self.connectivity == Connectivity::Eight;
+        let is_allowed = |offset: &Offset| self.connectivity.offsets().contains(offset);
         MOVES.map(|offset| {
             let to = Some(offset).filter(is_allowed);
             to.and_then(|offset| Connectivity::step(&self.terrain, cell, offset))
                 .and_then(|cell| self.number(cell))
                 .unwrap_or(NOWHERE)
         })
+    }
+
+    fn visible(&self) -> Vec<bool> {
+        let mut is_visible = vec![false; self.frame_len()];
+        for (start, row) in (0..self.count()).flat_map(|from| self.observation(from)) {
+            for (is_visible, &precision) in is_visible[start..].iter_mut().zip(row) {
+                *is_visible |= precision > 0;
+            }
+        }
+        is_visible
     }
 
     /// Chooses waypoints that are some cells apart, so that paths to all of them fit in memory.
@@ -233,9 +248,12 @@ impl Ground {
         self.spacing
     }
 
-    /// The sensor's footprint.
-    pub(super) fn footprint(&self) -> &[FootprintRow] {
-        &self.footprint
+    /// An observation from a cell, by rows of the footprint: the first place of the frame, and the precision at it and
+    /// at those that follow.
+    #[inline]
+    pub(super) fn observation(&self, from: u16) -> impl Iterator<Item = (usize, &[u8])> {
+        let from = self.framed(from);
+        self.footprint.iter().map(move |row| (from.wrapping_add_signed(row.offset), row.precision.as_slice()))
     }
 
     /// The sensor's radius, cells.
@@ -281,9 +299,10 @@ impl Ground {
         self.frame.index(row, column)
     }
 
-    /// Place in the frame of any cell of the map, if it is in it.
-    pub(super) fn framed_cell(&self, cell: Cell) -> Option<usize> {
-        self.frame.place(&self.terrain, cell).map(|(row, column)| self.frame.index(row, column))
+    /// Place in the frame of any cell of the map, if it can be seen from the ground.
+    pub(super) fn framed_visible(&self, cell: Cell) -> Option<usize> {
+        let (row, column) = self.frame.place(&self.terrain, cell)?;
+        Some(self.frame.index(row, column)).filter(|&place| self.is_visible[place])
     }
 
     /// Length of the path between two cells, fifths of a cell. `to` must be a waypoint, or paths to it take memory.

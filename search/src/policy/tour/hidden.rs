@@ -22,13 +22,14 @@ const NOTHING: f32 = 1e-9;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Row(u32);
 
-/// `S(L, k) = -ln(1 - p (1 - F))`, with `p` the cell's probability and `F` the probability that an object in it is found by
-/// a further precision `k`.
+/// `S(L, k) = -ln(1 - p (1 - F))`, with `p` the cell's probability and `F` the probability that an object in it is
+/// found by a further precision `k`.
 ///
-/// Readings of precision `k` in total add `N(+k/2, k)` to the log-odds `L` of a cell with an object, so
-/// `F(L, k) = Phi((L + k/2 - theta) / sqrt k)`. `theta` is the detection threshold for cells that are suspected already, and
+/// Readings of precision `k` in total add `N(+k/2, k)` to the log-odds `L` of a cell with an object, so `F(L, k) =
+/// Phi((L + k/2 - theta) / sqrt k)`. `theta` is the detection threshold for cells that are suspected already, and
 /// [`NOTICED_NATS`] for others. `exp(-sum S)` is the probability that no object is left, if cells are independent.
 pub(super) struct HiddenTable {
+    detection_threshold: f64,
     values: Vec<f32>,
 }
 
@@ -51,7 +52,12 @@ impl HiddenTable {
             }
         }
         values.resize(values.len() + COLUMNS, 0.0);
-        Self { values }
+        Self { detection_threshold, values }
+    }
+
+    /// Whether it is for this detection threshold.
+    pub(super) const fn serves(&self, detection_threshold: f64) -> bool {
+        self.detection_threshold.to_bits() == detection_threshold.to_bits()
     }
 
     /// The row of cells that hide nothing.

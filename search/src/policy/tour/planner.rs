@@ -17,8 +17,8 @@ pub(super) struct Leg {
 const NUMBER_WEIGHT: f64 = 0.02;
 /// Cost of a cell's length as such.
 const MOVE_COST: f64 = 0.02;
-/// How long a search goes on after a tour that leaves something, cells, and cells for each cell of the ground. It has to exceed
-/// what is left of the search: otherwise giving up looks cheapest.
+/// How long a search goes on after a tour that leaves something, cells, and cells for each cell of the ground. It has
+/// to exceed what is left of the search: otherwise giving up looks cheapest.
 const TAIL_CELLS: f64 = 40.0;
 const TAIL_SHARE: f64 = 0.8;
 /// The longest tour, steps.
@@ -51,9 +51,9 @@ impl Progress {
 
 /// One decision's planner.
 ///
-/// A tour costs `J = sum_t l_t [g(M_t) + 0.02] + tail g(M_T)`, cells, with `M_t` the sum of what all cells still hide after
-/// step `t` of length `l_t`, and `g(M) = 1 - exp(-b M) + 0.02 b M`, `b = max(1, 1 / M_0)`. Since `exp(-M)` is the probability that nothing is
-/// left, the first sum is the expected length of the search.
+/// A tour costs `J = sum_t l_t [g(M_t) + 0.02] + tail g(M_T)`, cells, with `M_t` the sum of what all cells still hide
+/// after step `t` of length `l_t`, and `g(M) = 1 - exp(-b M) + 0.02 b M`, `b = max(1, 1 / M_0)`. Since `exp(-M)` is the
+/// probability that nothing is left, the first sum is the expected length of the search.
 pub(super) struct Planner<'a> {
     pub ground: &'a Ground,
     table: &'a HiddenTable,
@@ -75,10 +75,9 @@ impl<'a> Planner<'a> {
         let mut rows = vec![HiddenTable::NOTHING; ground.frame_len()];
         let mut precision = vec![u8::MAX; ground.frame_len()];
         let mut hidden = vec![0.0; ground.frame_len()];
-        let is_visible = visible(ground);
         let mut left = 0.0;
         for cell in situation.terrain.searched_cells() {
-            let Some(place) = ground.framed_cell(cell).filter(|&place| is_visible[place]) else { continue };
+            let Some(place) = ground.framed_visible(cell) else { continue };
             let row = table.row(situation.belief.log_odds_nats(cell));
             rows[place] = row;
             precision[place] = hidden::steps(situation.planned_precision.precision(cell));
@@ -95,13 +94,11 @@ impl<'a> Planner<'a> {
         f64::from(self.root.hidden[self.ground.framed(number)])
     }
 
-    /// Cost of a tour, cells.
+    /// Cost of a tour, cells; infinite if it is too long.
     pub(super) fn cost(&self, tour: &[Leg]) -> f64 {
         let mut progress = self.root.clone();
-        for &leg in tour {
-            self.walk(&mut progress, leg, f64::INFINITY);
-        }
-        self.total(&progress)
+        let is_within = tour.iter().all(|&leg| self.walk(&mut progress, leg, f64::INFINITY));
+        if is_within { self.total(&progress) } else { f64::INFINITY }
     }
 
     /// Numbers of the cells entered along a tour, and how many have been entered at the end of each leg.
@@ -128,14 +125,12 @@ impl<'a> Planner<'a> {
     }
 
     fn observe(&self, progress: &mut Progress) {
-        let from = self.ground.framed(progress.at);
         let mut gain = 0.0_f32;
-        for row in self.ground.footprint() {
-            let start = from.wrapping_add_signed(row.offset);
-            let range = start..start + row.precision.len();
+        for (start, row) in self.ground.observation(progress.at) {
+            let range = start..start + row.len();
             let places =
                 progress.precision[range.clone()].iter_mut().zip(&mut progress.hidden[range.clone()]);
-            for (((precision, hidden), &cell), &added) in places.zip(&self.rows[range]).zip(&row.precision) {
+            for (((precision, hidden), &cell), &added) in places.zip(&self.rows[range]).zip(row) {
                 *precision = precision.saturating_add(added);
                 let after = self.table.hidden(cell, *precision);
                 gain += *hidden - after;
@@ -166,21 +161,6 @@ impl<'a> Planner<'a> {
         }
         true
     }
-}
-
-/// Which places of the frame can be seen from the ground.
-fn visible(ground: &Ground) -> Vec<bool> {
-    let mut is_visible = vec![false; ground.frame_len()];
-    for number in 0..ground.count() {
-        let from = ground.framed(number);
-        for row in ground.footprint() {
-            let start = from.wrapping_add_signed(row.offset);
-            for (is_visible, &precision) in is_visible[start..].iter_mut().zip(&row.precision) {
-                *is_visible |= precision > 0;
-            }
-        }
-    }
-    is_visible
 }
 
 /// A tour with all that follows from it, so that a change to it is evaluated without walking the rest anew.
@@ -237,10 +217,8 @@ impl WalkedTour {
             while progress.at != leg.to {
                 let length = planner.advance(progress, leg);
                 self.left.push((progress.left, length));
-                let from = planner.ground.framed(progress.at);
-                for row in planner.ground.footprint() {
-                    let start = from.wrapping_add_signed(row.offset);
-                    for (observed, &precision) in self.observed[start..].iter_mut().zip(&row.precision) {
+                for (start, row) in planner.ground.observation(progress.at) {
+                    for (observed, &precision) in self.observed[start..].iter_mut().zip(row) {
                         observed.push((progress.steps, precision));
                     }
                 }
@@ -248,11 +226,11 @@ impl WalkedTour {
         }
     }
 
-    /// Cost of a tour that differs from this one from leg `first` on, up to its last `common` legs; infinite if it is above the
-    /// limit.
+    /// Cost of a tour that differs from this one from leg `first` on, up to its last `common` legs; infinite if it is
+    /// above the limit.
     ///
-    /// The legs that differ are walked, and the first common one, which starts elsewhere. What follows is counted from the observations
-    /// that places whose precision differs get later on.
+    /// The legs that differ are walked, and the first common one, which starts elsewhere. What follows is counted from
+    /// the observations that places whose precision differs get later on.
     pub(super) fn cost_of_changed(
         &mut self,
         planner: &Planner<'_>,
@@ -260,7 +238,7 @@ impl WalkedTour {
         (first, common): (usize, usize),
         limit: f64,
     ) -> f64 {
-        self.scratch.copy(&self.marks[first.min(tour.len())]);
+        self.scratch.copy(&self.marks[first]);
         let rest = common.saturating_sub(1);
         let middle = &trial[first..trial.len() - rest];
         if !middle.iter().all(|&leg| planner.walk(&mut self.scratch, leg, limit)) {

@@ -212,3 +212,18 @@ fn large_maps_are_planned_around_the_robot_within_bounded_memory() {
     case.check_path(&decision);
     assert!(decision.path.len() > 200, "{}", decision.path.len());
 }
+
+#[test]
+fn a_tour_that_is_too_long_counts_as_none() {
+    let mut case = Case::new(1, 3..4);
+    case.terrain = Terrain::from_ascii(&format!("{}.", ".\n".repeat(2000)), 1.0).unwrap();
+    case.belief = Belief::uniform(&case.terrain, 0.01).unwrap();
+    case.planned_precision = PlannedPrecision::nothing(&case.terrain);
+    case.robot = case.terrain.grid().cells().next().unwrap();
+    case.with_planner(|planner| {
+        let ends = [planner.ground.count() - 1, 0].map(|end| planner.ground.waypoint(end));
+        let tour: Vec<Leg> = ends.into_iter().cycle().take(40).map(|to| Leg { to, bend: 0 }).collect();
+        let (none, cost) = anneal::anneal(planner, tour, 0, HOT, &mut stream(0, Purpose::Decision, 0));
+        assert!(none.is_empty() && cost.is_finite());
+    });
+}
