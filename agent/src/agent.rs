@@ -349,8 +349,8 @@ impl Agent {
             from: cell,
             readings,
         });
-        if let Err(refused) = self.replica.record(Arc::clone(&observation)) {
-            effects.refused.push(refused);
+        if let Err(rejected) = self.replica.record(Arc::clone(&observation)) {
+            effects.rejected.push(rejected);
             return;
         }
         self.observations += 1;
@@ -398,7 +398,7 @@ impl Agent {
         effects: &mut Effects<Message>,
     ) {
         let received = self.replica.receive(now, from, message);
-        effects.refused.extend(received.refused);
+        effects.rejected.extend(received.rejected);
         if !self.config.limits.knows(from) {
             return;
         }

@@ -256,7 +256,7 @@ impl Mission {
 
     fn process(&mut self, now: MissionTime, from: Participant, message: &Message, outcome: &mut Outcome) {
         let received = self.replica.receive(now, from, message);
-        outcome.effects.refused.extend(received.refused);
+        outcome.effects.rejected.extend(received.rejected);
         if !self.config.limits.knows(from) {
             return;
         }

@@ -75,7 +75,7 @@ impl CoordinatorNode {
         let now = now.max(self.latest);
         let last = self.mission.finish(now);
         self.record(now, &last.records);
-        summary.extend(self.refused());
+        summary.extend(self.rejected());
         if let Some(recording) = self.recording {
             recording.finish(now, &self.mission, summary)?;
         }
@@ -83,9 +83,9 @@ impl CoordinatorNode {
     }
 
     /// Rejections and their numbers, for the end of the recording: one entry for each sender and reason.
-    fn refused(&self) -> impl Iterator<Item = (String, String)> + '_ {
-        let refused = self.mission.replica().refused();
-        refused.iter().map(|(what, count)| (format!("{what}"), format!("{count} times")))
+    fn rejected(&self) -> impl Iterator<Item = (String, String)> + '_ {
+        let rejected = self.mission.replica().rejected();
+        rejected.iter().map(|(what, count)| (format!("{what}"), format!("{count} times")))
     }
 
     /// Writes the records of an outcome; returns its effects.

@@ -123,6 +123,9 @@ impl Recorder {
     /// # Errors
     /// If nothing can be written there.
     pub fn create_beside(path: &Path, header: Header) -> Result<Self, RecordingError> {
+        if path.exists() && !path.is_file() {
+            return Err(RecordingError::NoPlainFile { path: path.to_owned() });
+        }
         let mut free = path.to_owned();
         for number in 2.. {
             match LiveMcapWriter::create(&free, PROFILE, LIBRARY) {

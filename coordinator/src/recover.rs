@@ -129,7 +129,7 @@ impl fmt::Display for Recovered {
                 write!(formatter, "it is {ending}")?;
             }
         }
-        if self.messages_without_topic > 0 {
+        if self.messages_without_topic > 0 && !matches!(self.ending, Ending::Damaged { .. }) {
             write!(formatter, "; left out {} messages of unknown topics", self.messages_without_topic)?;
         }
         Ok(())

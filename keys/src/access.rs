@@ -111,9 +111,9 @@ fn rule(id: &str, flow: &str, permission: &str, messages: &[&str], keys: &[Strin
 type Spoken = (&'static str, &'static [&'static str], Vec<String>);
 
 /// Which messages, under which keys, may come over a participant's connection.
-fn spoken(topology: Topology, mission: &Mission, who: Name) -> Vec<Spoken> {
+fn spoken(topology: Topology, mission: &Mission, name: Name) -> Vec<Spoken> {
     let simulator = mission.expression(Selection::Simulator);
-    match who {
+    match name {
         Name::COORDINATOR if topology == Topology::Star => {
             vec![("passed on by", &ALL, vec![mission.expression(Selection::Everything)])]
         }

@@ -10,9 +10,9 @@ mod topology;
 use std::sync::Arc;
 
 use dragnet_search::cell::Cell;
-use dragnet_search::information_gain::InformationGain;
 use dragnet_search::route::ShortestPathTree;
 use dragnet_search::situation::Situation;
+use dragnet_search::utility_gain::UtilityGain;
 
 pub use features::{FEATURE_NAMES, FEATURES};
 pub use topology::{NEIGHBORS, Topology};
@@ -44,7 +44,7 @@ impl Graph {
             Some(known) if known.is_of(situation.terrain, routes) => Arc::clone(known),
             other => Arc::clone(other.insert(Arc::new(Topology::new(situation.terrain, routes)))),
         };
-        let gains = InformationGain::new(situation).observation_gains(situation, routes);
+        let gains = UtilityGain::information(situation).observation_gains(situation, routes);
         let node = |cell: Cell| topology.node(cell);
         let mut parent = vec![0; topology.len()];
         for &cell in routes.reached() {

@@ -46,7 +46,7 @@ pub struct Network {
     shape: Shape,
     encoder: Linear,
     attention: Vec<Attention>,
-    memory: Option<(Linear, Decay)>,
+    decay: Option<(Linear, Decay)>,
     mix: Linear,
     sum: Option<Linear>,
     head: Linear,
@@ -77,9 +77,10 @@ impl Network {
             shape,
             encoder: linear("encoder"),
             attention: (0..shape.layers).map(|layer| Attention::new(weights, layer)).collect(),
-            memory: (shape.memory > 0).then(|| (linear("memory"), Decay::new(weights.get("memory.fade")))),
+            decay: (shape.decay_channels > 0)
+                .then(|| (linear("decay"), Decay::new(weights.get("decay.factor")))),
             mix: linear("mix"),
-            sum: (shape.sums > 0).then(|| linear("sum")),
+            sum: (shape.sum_channels > 0).then(|| linear("sum")),
             head: linear("head"),
             logit: linear("logit"),
         }
@@ -115,9 +116,9 @@ impl Network {
             layer.add_to(simd, channels, &graph.topology, projected);
         }
         faded.clear();
-        if let Some((memory, fading)) = &self.memory {
-            memory.apply_rectified(simd, &[channels], faded);
-            fading.carry(faded, graph);
+        if let Some((linear, decay)) = &self.decay {
+            linear.apply_rectified(simd, &[channels], faded);
+            decay.carry(faded, graph);
         }
         self.mix.apply_rectified(simd, &[channels, faded], mixed);
         sums.clear();

@@ -16,17 +16,17 @@ pub struct Shape {
     /// Attention layers.
     pub layers: usize,
     /// Channels that decay along the path: they carry what the preceding cells have observed.
-    pub memory: usize,
-    /// Channels that are summed along the path. Without `memory` and `sums` the network does not use paths.
-    pub sums: usize,
+    pub decay_channels: usize,
+    /// Channels that are summed along the path. Without `decay_channels` and `sum_channels` the network does not use paths.
+    pub sum_channels: usize,
 }
 
 impl Shape {
     /// The sizes of the built-in networks.
-    pub const DEFAULT: Self = Self { hidden: 32, layers: 3, memory: 16, sums: 4 };
+    pub const DEFAULT: Self = Self { hidden: 32, layers: 3, decay_channels: 16, sum_channels: 4 };
 
     /// The largest sizes that are accepted; larger ones are rejected before memory is allocated.
-    const MOST: Self = Self { hidden: 1024, layers: 64, memory: 1024, sums: 256 };
+    const MOST: Self = Self { hidden: 1024, layers: 64, decay_channels: 1024, sum_channels: 256 };
 
     /// Channels a head.
     #[must_use]
@@ -37,10 +37,10 @@ impl Shape {
     /// Inputs of the last layers: mixed channels, logarithms of sums, features.
     #[must_use]
     pub const fn head_inputs(self) -> usize {
-        self.hidden + self.sums + FEATURES
+        self.hidden + self.sum_channels + FEATURES
     }
 
-    /// Whether such a network can exist: at least 1 of everything but `memory` and `sums`.
+    /// Whether such a network can exist: at least 1 of everything but `decay_channels` and `sum_channels`.
     #[must_use]
     pub const fn is_valid(self) -> bool {
         let most = Self::MOST;
@@ -48,15 +48,15 @@ impl Shape {
             && self.layers >= 1
             && self.hidden <= most.hidden
             && self.layers <= most.layers
-            && self.memory <= most.memory
-            && self.sums <= most.sums
+            && self.decay_channels <= most.decay_channels
+            && self.sum_channels <= most.sum_channels
             && self.hidden.is_multiple_of(32)
     }
 
     /// Name and shape of every parameter, in a fixed order. Matrices are `[outputs, inputs]`, as libtorch has them.
     #[must_use]
     pub fn parameters(self) -> Vec<Parameter> {
-        let Self { hidden, layers, memory, sums } = self;
+        let Self { hidden, layers, decay_channels, sum_channels } = self;
         let mut list = List::default();
         list.linear("encoder", hidden, FEATURES);
         for layer in 0..layers {
@@ -66,13 +66,13 @@ impl Shape {
             list.push(format!("{name}.target"), &[HEADS, hidden / HEADS]);
             list.push(format!("{name}.edge"), &[HEADS]);
         }
-        if memory > 0 {
-            list.linear("memory", memory, hidden);
-            list.push("memory.fade".to_owned(), &[memory]);
+        if decay_channels > 0 {
+            list.linear("decay", decay_channels, hidden);
+            list.push("decay.factor".to_owned(), &[decay_channels]);
         }
-        list.linear("mix", hidden, hidden + memory);
-        if sums > 0 {
-            list.linear("sum", sums, hidden);
+        list.linear("mix", hidden, hidden + decay_channels);
+        if sum_channels > 0 {
+            list.linear("sum", sum_channels, hidden);
         }
         list.linear("head", hidden, self.head_inputs());
         list.linear("logit", 1, hidden + self.head_inputs());

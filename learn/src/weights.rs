@@ -10,7 +10,7 @@ use crate::graph::FEATURE_NAMES;
 use crate::shape::{Parameter, Shape};
 
 /// The limit is enough for 16 million parameters; the built-in networks have 8,000.
-const KIND: Kind = Kind { name: "weights", format: "dragnet-weights-1", max_bytes: 1 << 26 };
+const KIND: Kind = Kind { name: "weights", format: "dragnet-weights-2", max_bytes: 1 << 26 };
 
 #[derive(Serialize, Deserialize)]
 struct Header {

@@ -48,24 +48,24 @@ impl Participants for Commanded<'_> {
 
     fn step(
         &mut self,
-        who: Participant,
+        participant: Participant,
         now: MissionTime,
         event: Event<Message>,
     ) -> Result<Effects<Message>, ParticipantError> {
-        let mut effects = self.participants.step(who, now, event)?;
-        if who == Participant::Coordinator
+        let mut effects = self.participants.step(participant, now, event)?;
+        if participant == Participant::Coordinator
             && self.commands.last().is_some_and(|it| now.as_seconds() >= it.0 as f64)
         {
             let (_, command) = self.commands.pop().unwrap();
-            let more = self.participants.step(who, now, Event::Commanded(command))?;
+            let more = self.participants.step(participant, now, Event::Commanded(command))?;
             effects.published.extend(more.published);
             effects.wake_at = more.wake_at;
         }
         Ok(effects)
     }
 
-    fn digest(&mut self, who: Participant, now: MissionTime) -> Result<Digest, ParticipantError> {
-        self.participants.digest(who, now)
+    fn digest(&mut self, participant: Participant, now: MissionTime) -> Result<Digest, ParticipantError> {
+        self.participants.digest(participant, now)
     }
 }
 

@@ -110,8 +110,8 @@ impl Codec {
 
     /// Whether a participant belongs to the team.
     #[must_use]
-    pub const fn knows(&self, who: Participant) -> bool {
-        match who {
+    pub const fn knows(&self, participant: Participant) -> bool {
+        match participant {
             Participant::Robot(robot) => robot.number() <= self.robots,
             Participant::Coordinator => true,
         }

@@ -53,7 +53,7 @@ pub enum Topic {
     /// Liveliness token of a participant's process.
     Alive {
         /// The participant.
-        who: Participant,
+        participant: Participant,
         /// Its process.
         identity: u64,
     },
@@ -125,7 +125,9 @@ impl fmt::Display for Key {
             Topic::Observation(robot) => write!(formatter, "robots/{robot}/observation"),
             Topic::Intent(robot) => write!(formatter, "robots/{robot}/intent"),
             Topic::Heartbeat(robot) => write!(formatter, "robots/{robot}/heartbeat"),
-            Topic::Alive { who, identity } => write!(formatter, "{}/alive/{identity:016x}", Home(who)),
+            Topic::Alive { participant, identity } => {
+                write!(formatter, "{}/alive/{identity:016x}", Home(participant))
+            }
             Topic::SyncRequest { from, to } => {
                 write!(formatter, "{}/sync_request/{}", Home(from), Address(to))
             }
@@ -218,9 +220,9 @@ fn topic(chunks: &[&str]) -> Result<Option<Topic>, NotARobot> {
         ["robots", robot, "intent"] => Topic::Intent(number(robot)?),
         ["robots", robot, "heartbeat"] => Topic::Heartbeat(number(robot)?),
         ["robots", robot, "alive", chunk] => {
-            let who = Participant::Robot(number(robot)?);
+            let participant = Participant::Robot(number(robot)?);
             let Some(identity) = identity(chunk) else { return Ok(None) };
-            Topic::Alive { who, identity }
+            Topic::Alive { participant, identity }
         }
         ["robots", from, "sync_request", to] => {
             Topic::SyncRequest { from: Participant::Robot(number(from)?), to: address(to)? }
@@ -232,7 +234,7 @@ fn topic(chunks: &[&str]) -> Result<Option<Topic>, NotARobot> {
         [COORDINATOR, "observation"] => Topic::ByHand,
         [COORDINATOR, "alive", chunk] => {
             let Some(identity) = identity(chunk) else { return Ok(None) };
-            Topic::Alive { who: Participant::Coordinator, identity }
+            Topic::Alive { participant: Participant::Coordinator, identity }
         }
         [COORDINATOR, "sync_request", to] => Topic::SyncRequest { from: from_coordinator, to: address(to)? },
         [COORDINATOR, "sync_reply", to] => Topic::SyncReply { from: from_coordinator, to: address(to)? },

@@ -20,7 +20,7 @@ use dragnet_search::observation::{Entry, Observation, ObservationLog, Origin, So
 
 use self::questions::Questions;
 use crate::message::{Message, SyncReply, SyncRequest};
-use crate::validation::{Limits, Refusal, Rejected, Rejection};
+use crate::validation::{Limits, Rejected, Rejection, RejectionKind};
 
 /// Maximum number of incarnations of one robot. Incarnations are named by numbers of 64 bits: without a limit, invented
 /// ones could fill any memory.
@@ -33,7 +33,7 @@ pub struct Replica {
     limits: Limits,
     log: ObservationLog,
     questions: Questions,
-    refused: BTreeMap<Refusal, u64>,
+    rejected: BTreeMap<RejectionKind, u64>,
 }
 
 /// The result of receiving a message.
@@ -46,15 +46,15 @@ pub struct Received {
     /// Requests for observations that were released, to be answered from where they are stored.
     pub repeats: Vec<SyncRequest>,
     /// Rejected messages and observations.
-    pub refused: Vec<Rejected>,
+    pub rejected: Vec<Rejected>,
 }
 
 impl Replica {
     /// An empty replica. A request is repeated if it is not answered within `patience`.
     #[must_use]
     pub fn new(owner: Participant, patience: Duration, limits: Limits) -> Self {
-        let (log, refused) = (ObservationLog::default(), BTreeMap::new());
-        Self { owner, limits, log, questions: Questions::new(patience), refused }
+        let (log, rejected) = (ObservationLog::default(), BTreeMap::new());
+        Self { owner, limits, log, questions: Questions::new(patience), rejected }
     }
 
     /// All observations known.
@@ -71,8 +71,8 @@ impl Replica {
 
     /// Rejections, and their numbers.
     #[must_use]
-    pub const fn refused(&self) -> &BTreeMap<Refusal, u64> {
-        &self.refused
+    pub const fn rejected(&self) -> &BTreeMap<RejectionKind, u64> {
+        &self.rejected
     }
 
     /// Records an observation that the owner made or had stored. It is validated by the same limits as others: what all
@@ -82,7 +82,7 @@ impl Replica {
     /// Why it does not count.
     pub fn record(&mut self, observation: Arc<Observation>) -> Result<Entry, Rejected> {
         let of = observation.origin.source;
-        self.offer(observation).map_err(|why| self.refuse(self.owner, of, why))
+        self.offer(observation).map_err(|why| self.reject(self.owner, of, why))
     }
 
     /// Receives a message of another participant.
@@ -91,13 +91,13 @@ impl Replica {
         if let Participant::Robot(of) = from
             && !self.limits.knows(from)
         {
-            received.refused.push(self.refuse(from, of.into(), Rejection::Stranger));
+            received.rejected.push(self.reject(from, of.into(), Rejection::Stranger));
             return received;
         }
         match message {
             Message::Observation(observation) => {
                 if self.take(now, from, observation, &mut received) == Some(Entry::Early) {
-                    self.ask(now, from, observation.origin, &mut received);
+                    self.request(now, from, observation.origin, &mut received);
                 }
             }
             Message::Heartbeat(heartbeat) => self.compare(now, from, &heartbeat.versions, &mut received),
@@ -116,7 +116,7 @@ impl Replica {
         }
         for version in versions.iter() {
             if version.next > self.log.next(version.origin) {
-                self.ask(now, from, version.origin, received);
+                self.request(now, from, version.origin, received);
             }
         }
     }
@@ -157,7 +157,7 @@ impl Replica {
                 Some(entry)
             }
             Err(why) => {
-                received.refused.push(self.refuse(from, observation.origin.source, why));
+                received.rejected.push(self.reject(from, observation.origin.source, why));
                 None
             }
         }
@@ -179,21 +179,21 @@ impl Replica {
         }
     }
 
-    fn refuse(&mut self, from: Participant, of: Source, why: Rejection) -> Rejected {
-        let counted = Refusal {
+    fn reject(&mut self, from: Participant, of: Source, why: Rejection) -> Rejected {
+        let counted = RejectionKind {
             from: Some(from).filter(|&from| self.limits.knows(from)),
             of: Some(of).filter(|_| why != Rejection::Stranger),
             why,
         };
-        *self.refused.entry(counted).or_default() += 1;
+        *self.rejected.entry(counted).or_default() += 1;
         Rejected { from, of, why }
     }
 
-    fn ask(&mut self, now: MissionTime, whom: Participant, of: Origin, received: &mut Received) {
+    fn request(&mut self, now: MissionTime, whom: Participant, of: Origin, received: &mut Received) {
         let is_new = self.log.next(of) == 0;
         let is_pointless =
             !self.limits.counts(of.source) || is_new && self.log.incarnations(of.source) >= MAX_STARTS;
-        if !is_pointless && self.questions.may_ask(now, whom, of) {
+        if !is_pointless && self.questions.may_request(now, whom, of) {
             self.ask_now(now, whom, of, received);
         }
     }
@@ -363,7 +363,7 @@ mod tests {
             }
             (
                 replica.log().next(published[0].origin),
-                replica.refused().keys().map(|it| it.why).collect::<Vec<_>>(),
+                replica.rejected().keys().map(|it| it.why).collect::<Vec<_>>(),
             )
         };
         for order in [[0, 1, 2, 3, 4, 5, 6, 7], [7, 6, 5, 4, 3, 2, 1, 0], [4, 0, 5, 3, 1, 7, 6, 2]] {
@@ -404,7 +404,7 @@ mod tests {
         }
         assert_eq!(replica.log().len(), MAX_STARTS as u64);
         let counts: Vec<(Rejection, u64)> =
-            replica.refused().iter().map(|(it, &count)| (it.why, count)).collect();
+            replica.rejected().iter().map(|(it, &count)| (it.why, count)).collect();
         assert_eq!(counts, [(Rejection::TooManyStarts, 3000 - MAX_STARTS as u64)]);
     }
 
@@ -417,12 +417,12 @@ mod tests {
                 robot(stranger),
                 &Message::Observation(observation(2, 0)),
             );
-            assert_eq!(received.refused[0].why, Rejection::Stranger);
+            assert_eq!(received.rejected[0].why, Rejection::Stranger);
             replica.receive(MissionTime::START, robot(2), &Message::Observation(observation(stranger, 0)));
         }
         assert!(replica.log().is_empty());
-        assert_eq!(replica.refused().values().sum::<u64>(), 6);
-        assert_eq!(replica.refused().len(), 2, "however many there are, they take two entries");
+        assert_eq!(replica.rejected().values().sum::<u64>(), 6);
+        assert_eq!(replica.rejected().len(), 2, "however many there are, they take two entries");
     }
 
     #[test]

@@ -62,10 +62,10 @@ pub trait StateMachine: Send {
 
 /// Why a participant cannot go on.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{who} cannot go on: {reason}")]
+#[error("{participant} cannot go on: {reason}")]
 pub struct ParticipantError {
     /// The participant.
-    pub who: Participant,
+    pub participant: Participant,
     /// The reason.
     pub reason: String,
 }
@@ -146,7 +146,7 @@ pub struct Effects<M> {
     /// Requests for released observations, to be answered from where they are stored.
     pub repeats: Vec<SyncRequest>,
     /// Rejected messages and observations.
-    pub refused: Vec<Rejected>,
+    pub rejected: Vec<Rejected>,
 }
 
 /// No effects, and no time to wake.
@@ -160,7 +160,7 @@ impl<M> Default for Effects<M> {
             activity: Activity::Searching,
             decision: None,
             repeats: Vec::new(),
-            refused: Vec::new(),
+            rejected: Vec::new(),
         }
     }
 }
@@ -178,7 +178,7 @@ impl<M> Effects<M> {
             activity: self.activity,
             decision: self.decision,
             repeats: self.repeats,
-            refused: self.refused,
+            rejected: self.rejected,
         }
     }
 }

@@ -77,23 +77,23 @@ impl fmt::Display for Rejection {
         formatter.write_str(match self {
             Self::Stranger => "the robot is not of the team",
             Self::Conflicting => {
-                "another observation of the same name is known: do two robots share a number?"
+                "another observation with the same number is known: do two robots share a number?"
             }
-            Self::Blocked => "the robot says that it stands where none can",
-            Self::OutOfSight => {
-                "a cell is out of the sensor's sight from where the robot says that it stands"
-            }
-            Self::Repeated => "a cell is read twice in one look",
+            Self::Blocked => "the robot's cell is not traversable",
+            Self::OutOfSight => "a cell is out of the sensor's view from the robot's cell",
+            Self::Repeated => "a cell is read twice in one observation",
             Self::TooPrecise => {
                 "a reading is more precise than the scenario's sensor can be at that distance"
             }
-            Self::TooFarOff => "a reading's value cannot be, at its variance",
+            Self::TooFarOff => "a reading's value is impossible at its variance",
             Self::Future => "it is dated in the future, beyond mission.max_clock_skew_seconds",
-            Self::Backwards => "it is dated before the one before it",
-            Self::TooFast => "the robot cannot be there yet at mission.speed_meters_per_second",
-            Self::TooOften => "the robot looks more often than it can enter cells",
-            Self::NoMark => "it is told as a person's, and no person can mark a cell so",
-            Self::TooManyStarts => "the robot has started anew too often",
+            Self::Backwards => "it is dated before the previous one",
+            Self::TooFast => {
+                "the robot cannot have got there since the previous one at mission.speed_meters_per_second"
+            }
+            Self::TooOften => "the robot observes more often than it can enter cells",
+            Self::NoMark => "it is attributed to the operator, who cannot mark a cell so",
+            Self::TooManyStarts => "the robot has restarted too often",
         })
     }
 }
@@ -111,14 +111,18 @@ pub struct Rejected {
 
 impl fmt::Display for Rejected {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(formatter, "refused what {} says that {} saw: {}", self.from, self.of, self.why)
+        write!(
+            formatter,
+            "rejected an observation of {1} that came from {0}: {2}",
+            self.from, self.of, self.why
+        )
     }
 }
 
 /// Rejections that are counted together. Participants outside the team are not distinguished, since there may be any number
 /// of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Refusal {
+pub struct RejectionKind {
     /// The sender; `None` if it is not of the team.
     pub from: Option<Participant>,
     /// The source; `None` if it is not of the team.
@@ -127,11 +131,11 @@ pub struct Refusal {
     pub why: Rejection,
 }
 
-impl fmt::Display for Refusal {
+impl fmt::Display for RejectionKind {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let from = self.from.map_or_else(|| "a stranger".to_owned(), |from| from.to_string());
         let of = self.of.map_or_else(|| "a stranger".to_owned(), |of| of.to_string());
-        write!(formatter, "refused what {from} says that {of} saw: {}", self.why)
+        write!(formatter, "rejected an observation of {of} that came from {from}: {}", self.why)
     }
 }
 
@@ -176,8 +180,8 @@ impl Limits {
 
     /// Whether a participant belongs to the mission.
     #[must_use]
-    pub fn knows(&self, who: Participant) -> bool {
-        match who {
+    pub fn knows(&self, participant: Participant) -> bool {
+        match participant {
             Participant::Robot(robot) => self.team.contains(&robot),
             Participant::Coordinator => true,
         }

@@ -14,7 +14,13 @@ from .spaces import as_seed
 
 
 class Table(list[dict[str, Any]]):
-    """Rows with the columns of the command line's ``summary.csv``; ``None`` where nothing is known."""
+    """Rows with the columns of the command line's ``summary.csv``; ``None`` where nothing is known.
+
+    ``differences`` holds those of ``differences.csv``: each other policy less the baseline, paired by seed, with 95 %
+    bootstrap intervals.
+    """
+
+    differences: Table
 
     @property
     def columns(self) -> list[str]:
@@ -35,6 +41,7 @@ def compare(
     policies: Sequence[str],
     *,
     seeds: int | Iterable[int] = 10,
+    baseline: str | None = None,
     robots: int | None = None,
     density: float | None = None,
     budget_cells: int | None = None,
@@ -43,7 +50,10 @@ def compare(
 
     ``seeds`` is their number (from 0 on) or the seeds themselves; ``robots``, ``density`` and ``budget_cells`` replace what
     the scenarios say. A row a scenario and policy, in that order: means over the seeds and their standard errors of the area
-    under F1 and the average recall over the budget, the way to full recall (cells), and milliseconds a decision.
+    under F1 and the average recall over the budget, the path length to full recall (cells), and milliseconds a decision.
+
+    A policy is its name, or has parameters as in ``"path(path_length_weight=1)"``. The others are compared with the policy
+    ``baseline``, by default the first: see :attr:`Table.differences`.
     """
     several = scenarios if isinstance(scenarios, (list, tuple)) else [scenarios]
     if isinstance(policies, str):
@@ -58,4 +68,7 @@ def compare(
             scenario = scenario.with_budget_cells(budget_cells)
         chosen.append(scenario.native)
     numbers = range(seeds) if isinstance(seeds, int) else seeds
-    return Table(_dragnet.compare(chosen, list(policies), [as_seed(seed) for seed in numbers]))
+    rows, differences = _dragnet.compare(chosen, list(policies), [as_seed(seed) for seed in numbers], baseline)
+    table = Table(rows)
+    table.differences = Table(differences)
+    return table

@@ -51,7 +51,7 @@ class Scenario:
         return self._changed("with_budget_cells", cells)
 
     def with_policy(self, name: str) -> Scenario:
-        """Every robot with this policy instead: see :func:`policy_names`."""
+        """Every robot with this policy instead, as in ``"path"`` or ``"path(path_length_weight=1)"``: see :func:`policy_names`."""
         return self._changed("with_policy", name)
 
     def _changed(self, change: str, value: object) -> Scenario:

@@ -1,15 +1,14 @@
 //! Policies against each other, as the command line compares them.
 
-use dragnet_learn::policy::PolicyName;
-use dragnet_search::information::InformationTable;
-use dragnet_sim::comparison::{self, Row, Setting, Trial};
+use dragnet_search::utility::UtilityTable;
+use dragnet_sim::comparison::{self, Difference, Row, Setting, Trial, Verdict};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
 use crate::pool;
-use crate::scenario::{Scenario, refused};
+use crate::scenario::{Scenario, policy_field, refused};
 
 /// One policy on one scenario.
 struct Case {
@@ -17,8 +16,11 @@ struct Case {
     scenario: dragnet_scenario::Scenario,
 }
 
+/// A table, a dictionary for each row.
+type Rows<'py> = Vec<Bound<'py, PyDict>>;
+
 /// Runs every policy on every scenario with every seed; returns a row each, with the columns of the command line's
-/// `summary.csv`.
+/// `summary.csv`, and the differences to the baseline, by default the first policy, with those of `differences.csv`.
 #[pyfunction]
 #[expect(clippy::needless_pass_by_value, reason = "it comes from Python")]
 pub(crate) fn compare<'py>(
@@ -26,9 +28,20 @@ pub(crate) fn compare<'py>(
     scenarios: Vec<Bound<'py, Scenario>>,
     policies: Vec<String>,
     seeds: Vec<u64>,
-) -> PyResult<Vec<Bound<'py, PyDict>>> {
+    baseline: Option<String>,
+) -> PyResult<(Rows<'py>, Rows<'py>)> {
     if seeds.is_empty() {
         return Err(PyValueError::new_err("no seed; allowed is at least one"));
+    }
+    let labels: Vec<String> =
+        policies.iter().map(|it| Ok(policy_field(it)?.to_string())).collect::<PyResult<_>>()?;
+    let baseline = match baseline {
+        Some(wanted) => policy_field(&wanted)?.to_string(),
+        None => labels.first().cloned().unwrap_or_default(),
+    };
+    if !labels.is_empty() && !labels.contains(&baseline) {
+        let allowed = labels.join(", ");
+        return Err(PyValueError::new_err(format!("baseline={baseline}; allowed are {allowed}")));
     }
     let mut cases = Vec::new();
     for scenario in &scenarios {
@@ -37,7 +50,7 @@ pub(crate) fn compare<'py>(
         }
     }
     // Shared tables are built before any decision is timed.
-    let _ = InformationTable::shared();
+    let _ = UtilityTable::information();
     let threads = pool::threads(py);
     let rows = py.detach(|| {
         let rows = cases.iter().map(|case| match &threads {
@@ -46,13 +59,19 @@ pub(crate) fn compare<'py>(
         });
         rows.collect::<Result<Vec<Row>, String>>()
     });
-    rows.map_err(PyRuntimeError::new_err)?.iter().map(|row| columns(py, row)).collect()
+    let rows = rows.map_err(PyRuntimeError::new_err)?;
+    let differences = comparison::differences(&rows, &baseline);
+    Ok((
+        rows.iter().map(|row| columns(py, row)).collect::<PyResult<_>>()?,
+        differences.iter().map(|it| difference_columns(py, it)).collect::<PyResult<_>>()?,
+    ))
 }
 
 fn case(scenario: &Scenario, policy: &str) -> PyResult<Case> {
-    let name = policy.parse::<PolicyName>().map_err(|error| PyValueError::new_err(error.to_string()))?;
-    let scenario = scenario.inner().with_policy(name).map_err(|error| refused(&error))?;
-    Ok(Case { setting: Setting::new(&scenario, policy.to_owned()), scenario })
+    let policy = policy_field(policy)?;
+    let label = policy.to_string();
+    let scenario = scenario.inner().with_policy(policy).map_err(|error| refused(&error))?;
+    Ok(Case { setting: Setting::new(&scenario, label), scenario })
 }
 
 impl Case {
@@ -86,9 +105,16 @@ fn columns<'py>(py: Python<'py>, row: &Row) -> PyResult<Bound<'py, PyDict>> {
     columns.set_item("auc_f1_sem", row.auc_f1.sem)?;
     columns.set_item("average_recall_mean", row.average_recall.mean)?;
     columns.set_item("average_recall_sem", row.average_recall.sem)?;
-    columns.set_item("cells_to_full_recall_mean", row.cells_to_full_recall.mean)?;
-    columns.set_item("cells_to_full_recall_sem", row.cells_to_full_recall.sem)?;
-    columns.set_item("cells_to_full_recall_reached", row.cells_to_full_recall.reached)?;
+    let full = &row.cells_to_full_recall;
+    columns.set_item("cells_to_full_recall_mean", full.mean)?;
+    columns.set_item("cells_to_full_recall_sem", full.sem)?;
+    columns.set_item("cells_to_full_recall_reached", full.reached)?;
+    columns.set_item("cells_to_full_recall_restricted_mean", full.restricted_mean)?;
+    columns.set_item("cells_to_full_recall_restricted_sem", full.restricted_sem)?;
+    for part in &row.cells_to_recall {
+        let percent = part.recall * 100.0;
+        columns.set_item(format!("cells_to_{percent:.0}_recall_restricted_mean"), part.restricted_mean)?;
+    }
     columns.set_item("remaining_mean", row.remaining.mean)?;
     columns.set_item("remaining_sem", row.remaining.sem)?;
     columns.set_item("expected_remaining_mean", row.expected_remaining.mean)?;
@@ -98,5 +124,24 @@ fn columns<'py>(py: Python<'py>, row: &Row) -> PyResult<Bound<'py, PyDict>> {
     columns.set_item("tail_s_sem", row.tail_s.sem)?;
     columns.set_item("decision_ms_p50", row.decision_ms.p50)?;
     columns.set_item("decision_ms_p99", row.decision_ms.p99)?;
+    Ok(columns)
+}
+
+fn difference_columns<'py>(py: Python<'py>, difference: &Difference) -> PyResult<Bound<'py, PyDict>> {
+    let columns = PyDict::new(py);
+    columns.set_item("scenario", &difference.scenario)?;
+    columns.set_item("policy", &difference.policy)?;
+    columns.set_item("baseline", &difference.baseline)?;
+    let intervals = [
+        ("cells_to_full_recall", difference.cells_to_full_recall),
+        ("average_recall", difference.average_recall),
+        ("auc_f1", difference.auc_f1),
+    ];
+    for (name, interval) in intervals {
+        columns.set_item(format!("{name}_mean"), interval.mean)?;
+        columns.set_item(format!("{name}_low"), interval.low)?;
+        columns.set_item(format!("{name}_high"), interval.high)?;
+        columns.set_item(format!("{name}_verdict"), interval.verdict.map(Verdict::as_str))?;
+    }
     Ok(columns)
 }

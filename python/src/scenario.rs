@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use dragnet_learn::policy::PolicyName;
 use dragnet_scenario::ScenarioError;
+use dragnet_scenario::file::PolicyField;
 use dragnet_search::cell::Cell;
 use dragnet_search::route::Connectivity;
 use dragnet_sim::single_robot_env::Field;
@@ -70,8 +70,7 @@ impl Scenario {
     }
 
     fn with_policy(&self, name: &str) -> PyResult<Self> {
-        let name = name.parse::<PolicyName>().map_err(|error| PyValueError::new_err(error.to_string()))?;
-        self.inner().with_policy(name).map(Self::new).map_err(|error| refused(&error))
+        self.inner().with_policy(policy_field(name)?).map(Self::new).map_err(|error| refused(&error))
     }
 
     /// The scenario's text as read, and its path.
@@ -137,6 +136,11 @@ impl Scenario {
     fn __repr__(&self) -> String {
         format!("Scenario({:?}, {} x {} cells)", self.name(), self.rows(), self.columns())
     }
+}
+
+/// A policy, with parameters in parentheses as the command line takes them.
+pub(crate) fn policy_field(text: &str) -> PyResult<PolicyField> {
+    text.parse().map_err(|error: dragnet_scenario::PolicyTextError| PyValueError::new_err(error.to_string()))
 }
 
 /// A missing file is an `OSError`, anything else a `ValueError`.

@@ -91,7 +91,7 @@ def test_without_a_scenario_a_policy_takes_the_defaults():
 
 
 def test_a_comparison_is_that_of_dragnet_compare(program, tmp_path):
-    policies = ["path", "greedy", "random"]
+    policies = ["path", "path(path_length_weight=1)", "greedy", "random"]
     command = [
         program,
         "compare",
@@ -104,17 +104,21 @@ def test_a_comparison_is_that_of_dragnet_compare(program, tmp_path):
         tmp_path / "out",
     ]
     subprocess.run(command, check=True, capture_output=True, cwd=ROOT)
-    theirs = list(csv.DictReader((tmp_path / "out" / "summary.csv").read_text().splitlines()))
     ours = dragnet.compare(SCENARIO, policies, seeds=5)
-    assert ours.columns == list(theirs[0])
-    for mine, its in zip(csv.DictReader(ours.to_csv().splitlines()), theirs, strict=True):
-        for column in ours.columns:
-            if column.startswith("decision_ms"):
-                assert float(mine[column]) > 0.0
-            elif column in ("scenario", "map", "policy"):
-                assert mine[column] == its[column]
-            else:
-                assert float(mine[column]) == float(its[column]), column
+    for name, table in [("summary.csv", ours), ("differences.csv", ours.differences)]:
+        theirs = list(csv.DictReader((tmp_path / "out" / name).read_text().splitlines()))
+        assert table.columns == list(theirs[0])
+        for mine, its in zip(csv.DictReader(table.to_csv().splitlines()), theirs, strict=True):
+            for column in table.columns:
+                if column.startswith("decision_ms"):
+                    assert float(mine[column]) > 0.0
+                elif column in ("scenario", "map", "policy", "baseline") or column.endswith("_verdict"):
+                    assert mine[column] == its[column]
+                else:
+                    assert float(mine[column]) == float(its[column]), column
+    assert [row["policy"] for row in ours.differences] == policies[1:]
+    with pytest.raises(ValueError, match="baseline=tour; allowed are path, greedy"):
+        dragnet.compare(SCENARIO, ["path", "greedy"], seeds=1, baseline="tour")
     fewer = dragnet.compare(SCENARIO, ["path"], seeds=[7, 8], robots=1, density=0.02, budget_cells=50)
     assert (fewer[0]["robots"], fewer[0]["seeds"], fewer[0]["budget_cells"]) == (1, 2, 50.0)
 

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use dragnet_agent::agent::AgentConfig;
-use dragnet_files::read_text_at_most;
+use dragnet_files::{in_words, read_text_at_most};
 use dragnet_lattice::costmap::CostMap;
 use dragnet_proto::key::Mission;
 use dragnet_ros2::output::OutputKind;
@@ -147,7 +147,7 @@ pub fn load<T: DeserializeOwned + Serialize>(file: &Path) -> Result<T, RuntimeEr
     let text = read_text_at_most(file, MAX_SETTINGS_BYTES).map_err(|error| failed(error.to_string()))?;
     let toml = toml::Deserializer::parse(&text).map_err(|error| failed(error.to_string()))?;
     let read = serde_path_to_error::deserialize(toml)
-        .map_err(|error| failed(format!("{}: {}", error.path(), error.inner())))?;
+        .map_err(|error| failed(format!("{}: {}", error.path(), in_words(&error.inner().to_string()))))?;
     shape::check(&text, &read).map_err(|wrong| failed(wrong.to_string()))?;
     Ok(read)
 }
@@ -256,9 +256,9 @@ impl AgentSettings {
                         "ros.cameras: {name:?} has images, for which a [detector] is needed, or detections"
                     ));
                 }
-                (Some(_), false) if has_images(camera) => {
+                (_, false) if has_images(camera) => {
                     return Err(format!(
-                        "ros.cameras: {name:?} has images, at which [detector] looks, and detections; \
+                        "ros.cameras: {name:?} has images, at which a [detector] looks, and detections; \
                          allowed is one of the two"
                     ));
                 }
@@ -309,6 +309,7 @@ impl Common {
         let failed = |reason: String| RuntimeError::Settings { file: file.to_owned(), reason };
         check_real_time_factor(self.real_time_factor).map_err(failed)?;
         let mission = self.mission.parse().map_err(|error| failed(format!("common.mission: {error}")))?;
+        self.zenoh.check("common.zenoh", file).map_err(failed)?;
         let path = file.parent().unwrap_or(Path::new("")).join(&self.scenario);
         let scenario = match &self.scenario_text {
             Some(text) => Scenario::from_text(&path, text.clone()),
@@ -316,6 +317,19 @@ impl Common {
         };
         let scenario = scenario.map_err(|error| failed(error.to_string()))?;
         Ok(Checked { mission, scenario })
+    }
+}
+
+impl SimSettings {
+    /// Checks the settings of a file; returns the mission.
+    ///
+    /// # Errors
+    /// If a value is invalid: with its key and the allowed values.
+    pub fn check(&self, file: &Path) -> Result<Mission, RuntimeError> {
+        let failed = |reason: String| RuntimeError::Settings { file: file.to_owned(), reason };
+        check_real_time_factor(self.real_time_factor).map_err(failed)?;
+        self.zenoh.check("zenoh", file).map_err(failed)?;
+        self.mission.parse().map_err(|error| failed(format!("mission: {error}")))
     }
 }
 
@@ -328,7 +342,7 @@ pub fn check_real_time_factor(real_time_factor: f64) -> Result<(), String> {
         Ok(())
     } else {
         Err(format!(
-            "real_time_factor is {real_time_factor}; allowed is from 0.001 to 10000 mission seconds a second"
+            "real_time_factor is {real_time_factor:?}; allowed is from 0.001 to 10000 mission seconds a second"
         ))
     }
 }

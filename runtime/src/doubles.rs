@@ -20,6 +20,8 @@ pub(crate) const SETTLING: Duration = Duration::from_secs(12);
 /// A process that has been on the network for longer than this meets no old tokens: those are there already when a
 /// process starts.
 const MEETING: Duration = Duration::from_secs(2);
+/// Time between two announcements of a process to others of its number.
+const ANNOUNCING: Duration = Duration::from_secs(1);
 /// Difference in age, as received, below which no process counts as older.
 const MARGIN_MS: u64 = 1_000;
 
@@ -30,6 +32,8 @@ pub(crate) struct Doubles {
     elders: BTreeSet<u64>,
     /// How long this process had been on the network when it met each other one of its number.
     met: BTreeMap<u64, Duration>,
+    /// When this process last told the others of its number its age.
+    announced: Option<Duration>,
     /// Since when a participant has two processes, and when that was last reported.
     reported: BTreeMap<Participant, (Duration, Option<Duration>)>,
 }
@@ -62,19 +66,31 @@ impl Doubles {
         others.iter().any(|&other| may_have_died(self, other) || self.elders.contains(&other))
     }
 
-    /// When the next report is due, if no process joins or leaves.
+    /// Whether this process is to tell others of its number its age now. Processes that stand, and those whose mission
+    /// has not begun, send nothing else.
+    pub(crate) fn must_announce(&mut self, now: Duration, has_rivals: bool) -> bool {
+        self.announced.take_if(|_| !has_rivals);
+        let is_due = has_rivals && self.announced.is_none_or(|at| now >= at + ANNOUNCING);
+        if is_due {
+            self.announced = Some(now);
+        }
+        is_due
+    }
+
+    /// When the next report or announcement is due, if no process joins or leaves.
     pub(crate) fn due(&self) -> Option<Duration> {
-        self.reported
+        let reports = self
+            .reported
             .values()
-            .map(|&(since, reported)| reported.map_or(since + SETTLING, |reported| reported + PERIOD))
-            .min()
+            .map(|&(since, reported)| reported.map_or(since + SETTLING, |reported| reported + PERIOD));
+        reports.chain(self.announced.map(|at| at + ANNOUNCING)).min()
     }
 
     /// Robots that have had several processes for longer than a dead one would be among them.
     pub(crate) fn lasting(&self, now: Duration) -> BTreeSet<RobotId> {
         let lasting = self.reported.iter().filter(|(_, (since, _))| now >= *since + SETTLING);
         lasting
-            .filter_map(|(&who, _)| match who {
+            .filter_map(|(&participant, _)| match participant {
                 Participant::Robot(robot) => Some(robot),
                 Participant::Coordinator => None,
             })
@@ -88,20 +104,20 @@ impl Doubles {
         doubled: &BTreeSet<Participant>,
     ) -> Vec<(Participant, News)> {
         let mut news = Vec::new();
-        for &who in doubled {
-            let (since, reported) = self.reported.entry(who).or_insert_with(|| {
-                news.push((who, News::Two));
+        for &participant in doubled {
+            let (since, reported) = self.reported.entry(participant).or_insert_with(|| {
+                news.push((participant, News::Two));
                 (now, None)
             });
             if now >= *since + SETTLING && reported.is_none_or(|reported| now >= reported + PERIOD) {
                 *reported = Some(now);
-                news.push((who, News::Both));
+                news.push((participant, News::Both));
             }
         }
-        self.reported.retain(|who, _| {
-            let is_double = doubled.contains(who);
+        self.reported.retain(|participant, _| {
+            let is_double = doubled.contains(participant);
             if !is_double {
-                news.push((*who, News::One));
+                news.push((*participant, News::One));
             }
             is_double
         });
@@ -202,17 +218,27 @@ mod tests {
     }
 
     #[test]
+    fn a_process_tells_its_age_each_second_while_there_is_another() {
+        let mut doubles = Doubles::default();
+        let mut at = |ms, has_rivals| doubles.must_announce(Duration::from_millis(ms), has_rivals);
+        assert!(!at(100, false));
+        assert!(at(200, true) && !at(300, true) && at(1200, true));
+        assert!(!at(1300, false) && at(1400, true), "another one comes");
+        assert_eq!(doubles.due(), Some(Duration::from_millis(2400)));
+    }
+
+    #[test]
     fn two_processes_are_reported_at_once_then_each_minute_and_when_one_is_left() {
-        let who = Participant::Robot(RobotId::new(2).unwrap());
-        let (mut doubles, two, none) = (Doubles::default(), BTreeSet::from([who]), BTreeSet::new());
+        let participant = Participant::Robot(RobotId::new(2).unwrap());
+        let (mut doubles, two, none) = (Doubles::default(), BTreeSet::from([participant]), BTreeSet::new());
         let mut at = |seconds, doubled| doubles.tell(Duration::from_secs(seconds), doubled);
         assert_eq!(at(5, &none), []);
-        assert_eq!(at(6, &two), [(who, News::Two)]);
+        assert_eq!(at(6, &two), [(participant, News::Two)]);
         assert_eq!(at(17, &two), []);
-        assert_eq!(at(18, &two), [(who, News::Both)]);
+        assert_eq!(at(18, &two), [(participant, News::Both)]);
         assert_eq!(at(77, &two), []);
-        assert_eq!(at(78, &two), [(who, News::Both)]);
-        assert_eq!(at(79, &none), [(who, News::One)]);
+        assert_eq!(at(78, &two), [(participant, News::Both)]);
+        assert_eq!(at(79, &none), [(participant, News::One)]);
         assert_eq!(at(80, &none), []);
     }
 }

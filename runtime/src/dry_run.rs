@@ -272,8 +272,10 @@ impl Rehearsal<'_> {
     /// Passes an event to the agent.
     fn handle(&mut self, event: Event<Message>) -> Result<(), RuntimeError> {
         let effects = self.agent.handle(self.now, event);
-        let effects =
-            effects.map_err(|error| RuntimeError::Participant { who: error.who, reason: error.reason })?;
+        let effects = effects.map_err(|error| RuntimeError::Participant {
+            participant: error.participant,
+            reason: error.reason,
+        })?;
         self.wake_at = effects.wake_at;
         self.log.decisions.extend(effects.decision);
         if let Some(route) = effects.route {

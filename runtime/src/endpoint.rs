@@ -22,8 +22,14 @@ pub(crate) fn check(config: &Config) -> Result<(), String> {
     Ok(())
 }
 
-fn check_one(endpoint: &str) -> Result<(), String> {
-    let parsed: EndPoint = endpoint.parse().map_err(|error| format!("{error}"))?;
+/// Checks an endpoint.
+///
+/// # Errors
+/// What is wrong with it, and what is allowed.
+pub(crate) fn check_one(endpoint: &str) -> Result<(), String> {
+    let parsed: EndPoint = endpoint
+        .parse()
+        .map_err(|_| "it is no endpoint; allowed are tcp/HOST:PORT and tls/HOST:PORT".to_owned())?;
     let protocol = parsed.protocol().to_string();
     if !PROTOCOLS.contains(&protocol.as_str()) {
         return Err(format!("{protocol:?} is not spoken here; allowed are tcp/HOST:PORT and tls/HOST:PORT"));

@@ -35,26 +35,26 @@ pub enum RuntimeError {
         reason: String,
     },
     /// A participant did not join.
-    #[error("waited {seconds:.0} s for {who}, in vain", seconds = waited.as_secs_f64())]
+    #[error("waited {seconds:.0} s for {participant}, in vain", seconds = waited.as_secs_f64())]
     Absent {
         /// The participant.
-        who: String,
+        participant: String,
         /// The waiting time.
         waited: Duration,
     },
     /// A participant failed, or its answer is invalid.
-    #[error("{who}: {reason}")]
+    #[error("{participant}: {reason}")]
     Participant {
         /// The participant.
-        who: Participant,
+        participant: Participant,
         /// The reason.
         reason: String,
     },
     /// A robot's process could not be started, or ended too early.
-    #[error("the process of {who}: {reason}")]
+    #[error("the process of {participant}: {reason}")]
     Process {
         /// The participant.
-        who: Participant,
+        participant: Participant,
         /// The reason.
         reason: String,
     },
@@ -102,6 +102,7 @@ impl RuntimeError {
                 | Self::Recording(
                     RecordingError::Create { .. }
                         | RecordingError::Exists { .. }
+                        | RecordingError::NoPlainFile { .. }
                         | RecordingError::Read { .. }
                         | RecordingError::NotARecording { .. }
                 )

@@ -94,11 +94,13 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
         me: Me,
         codec: Codec,
     ) -> Result<Self, RuntimeError> {
-        let who = me.into();
+        let participant = me.into();
         let (inlet, waiting) = waiting::waiting(waiting::MOST_BYTES);
         let identity = RandomState::new().build_hasher().finish();
         let to_all = [Selection::Observations, Selection::Intents, Selection::Heartbeats];
-        let to_me = who.map(|who| [Selection::SyncRequestsTo(who), Selection::SyncRepliesTo(who)]);
+        let to_me = participant.map(|participant| {
+            [Selection::SyncRequestsTo(participant), Selection::SyncRepliesTo(participant)]
+        });
         let coordinator = [Topic::Status, Topic::ByHand].map(|topic| mission.key(topic).to_string());
         let expressions = to_all
             .into_iter()
@@ -108,7 +110,7 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
             let (inlet, what) = (inlet.clone(), format!("subscribe to {expression}"));
             session
                 .declare_subscriber(expression)
-                .callback(move |sample| put_message(&inlet, &sample, who, identity, codec))
+                .callback(move |sample| put_message(&inlet, &sample, participant, identity, codec))
                 .background()
                 .await
                 .map_err(RuntimeError::zenoh(what))?;
@@ -136,7 +138,7 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
         })
     }
 
-    fn who(&self) -> Option<Participant> {
+    fn participant(&self) -> Option<Participant> {
         self.me.into()
     }
 
@@ -144,18 +146,20 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
     pub async fn receive(&mut self) -> Option<Incoming> {
         loop {
             match self.waiting.take().await? {
-                Arrival::Message { from, raw } => return Some(read(raw, from, self.who(), self.codec)),
-                Arrival::Presence { who, identity, is_here: true } => {
-                    if self.come(who, identity) {
-                        return Some(Incoming::Came(who, identity));
+                Arrival::Message { from, raw } => {
+                    return Some(read(raw, from, self.participant(), self.codec));
+                }
+                Arrival::Presence { participant, identity, is_here: true } => {
+                    if self.come(participant, identity) {
+                        return Some(Incoming::Came(participant, identity));
                     }
                 }
-                Arrival::Presence { who, identity, is_here: false } => {
-                    return Some(match self.leave(who, identity) {
+                Arrival::Presence { participant, identity, is_here: false } => {
+                    return Some(match self.leave(participant, identity) {
                         // The participant is still there: its remaining process counts as joined, for those that knew
                         // the other one.
-                        Some(left) => Incoming::Came(who, left),
-                        None => Incoming::Left(who, identity),
+                        Some(left) => Incoming::Came(participant, left),
+                        None => Incoming::Left(participant, identity),
                     });
                 }
             }
@@ -164,28 +168,28 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
 
     /// A process has joined; returns whether it is known from now on. More processes of one participant are not
     /// credible.
-    fn come(&mut self, who: Participant, identity: u64) -> bool {
-        let processes = self.processes.entry(who).or_default();
+    fn come(&mut self, participant: Participant, identity: u64) -> bool {
+        let processes = self.processes.entry(participant).or_default();
         if !processes.contains(&identity) {
             if processes.len() >= MOST_PROCESSES {
                 return false;
             }
             processes.push(identity);
         }
-        if self.who() != Some(who) {
-            self.present.insert(who);
+        if self.participant() != Some(participant) {
+            self.present.insert(participant);
         }
         true
     }
 
     /// A process has left; returns the first remaining one of its participant.
-    fn leave(&mut self, who: Participant, identity: u64) -> Option<u64> {
-        let processes = self.processes.get_mut(&who)?;
+    fn leave(&mut self, participant: Participant, identity: u64) -> Option<u64> {
+        let processes = self.processes.get_mut(&participant)?;
         processes.retain(|&process| process != identity);
         let left = processes.first().copied();
         if left.is_none() {
-            self.processes.remove(&who);
-            self.present.remove(&who);
+            self.processes.remove(&participant);
+            self.present.remove(&participant);
         }
         left
     }
@@ -197,8 +201,8 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
     }
 
     /// The sender for counting: all participants outside the team count as one.
-    pub(crate) fn sender(&self, who: Participant) -> Sender {
-        sender(Some(who), self.codec)
+    pub(crate) fn sender(&self, participant: Participant) -> Sender {
+        sender(Some(participant), self.codec)
     }
 
     /// The other participants that are there.
@@ -209,17 +213,18 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
 
     /// The other processes of a participant that are there, in the order of their arrival.
     #[must_use]
-    pub fn processes(&self, who: Participant) -> &[u64] {
-        self.processes.get(&who).map_or(&[], Vec::as_slice)
+    pub fn processes(&self, participant: Participant) -> &[u64] {
+        self.processes.get(&participant).map_or(&[], Vec::as_slice)
     }
 
     /// Participants that have several processes, including this one: as when two robots have one number. The token of a
     /// dead process stays for a while, beside that of the process that replaces it.
     #[must_use]
     pub fn doubled(&self) -> BTreeSet<Participant> {
-        let own = |who| usize::from(self.who() == Some(who) && self.token.is_some());
-        let several = self.processes.iter().filter(|(who, others)| others.len() + own(**who) > 1);
-        several.map(|(&who, _)| who).collect()
+        let own = |participant| usize::from(self.participant() == Some(participant) && self.token.is_some());
+        let several =
+            self.processes.iter().filter(|(participant, others)| others.len() + own(**participant) > 1);
+        several.map(|(&participant, _)| participant).collect()
     }
 
     /// This process.
@@ -253,6 +258,12 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
         self.codec.grid()
     }
 
+    /// Whether another participant is there.
+    #[must_use]
+    pub fn is_present(&self, participant: Participant) -> bool {
+        self.present.contains(&participant)
+    }
+
     /// Waits until all of these are there. Other incoming messages and events are passed to `others`.
     ///
     /// # Errors
@@ -265,14 +276,15 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
     ) -> Result<(), RuntimeError> {
         let deadline = tokio::time::Instant::now() + patience;
         loop {
-            let absent =
-                expected.iter().find(|&&who| self.who() != Some(who) && !self.present.contains(&who));
+            let absent = expected.iter().find(|&&participant| {
+                self.participant() != Some(participant) && !self.present.contains(&participant)
+            });
             let Some(&absent) = absent else { return Ok(()) };
             match tokio::time::timeout_at(deadline, self.receive()).await {
                 Ok(Some(Incoming::Came(..) | Incoming::Left(..))) => {}
                 Ok(Some(received)) => others(received),
                 Ok(None) | Err(_) => {
-                    return Err(RuntimeError::Absent { who: absent.to_string(), waited: patience });
+                    return Err(RuntimeError::Absent { participant: absent.to_string(), waited: patience });
                 }
             }
         }
@@ -291,7 +303,8 @@ impl Link {
     /// # Errors
     /// If Zenoh refuses.
     pub async fn announce(&mut self) -> Result<(), RuntimeError> {
-        let key = self.mission.key(Topic::Alive { who: self.me, identity: self.identity }).to_string();
+        let key =
+            self.mission.key(Topic::Alive { participant: self.me, identity: self.identity }).to_string();
         let token = self.session.liveliness().declare_token(key).await;
         self.token = Some(token.map_err(RuntimeError::zenoh("say who is there"))?);
         Ok(())
@@ -309,7 +322,7 @@ impl Link {
     ) -> Result<(), RuntimeError> {
         let Some(topic) = Topic::of(message.kind(), self.me, audience) else {
             let reason = format!("a {:?} has no place to go to {audience:?}", message.kind());
-            return Err(RuntimeError::Participant { who: self.me, reason });
+            return Err(RuntimeError::Participant { participant: self.me, reason });
         };
         self.session
             .put(self.mission.key(topic).to_string(), convert::encode(message))
@@ -344,8 +357,8 @@ fn put_presence(inlet: &Inlet, sample: &Sample, own: u64, codec: Codec) {
     let key: Option<Key> = sample.key_expr().as_str().parse().ok();
     match key.map(|key| key.topic) {
         Some(Topic::Alive { identity, .. }) if identity == own => {}
-        Some(Topic::Alive { who, identity }) if codec.knows(who) => {
-            inlet.presence(who, identity, sample.kind() == SampleKind::Put);
+        Some(Topic::Alive { participant, identity }) if codec.knows(participant) => {
+            inlet.presence(participant, identity, sample.kind() == SampleKind::Put);
         }
         _ => inlet.message(Sender::Stranger, raw(sample)),
     }
@@ -371,7 +384,7 @@ fn read(raw: Raw, from: Sender, me: Option<Participant>, codec: Codec) -> Incomi
     };
     let Some((kind, from)) = key.topic.speech() else {
         let reason = match key.topic {
-            Topic::Alive { who, .. } => format!("{who} is not in the team"),
+            Topic::Alive { participant, .. } => format!("{participant} is not in the team"),
             _ => "no message belongs here".to_owned(),
         };
         return refused(raw.key, reason);

@@ -80,7 +80,7 @@ impl<'a> LockstepNode<'a> {
                 }
                 Ok(step) => self.step(step).await,
                 Err(error) => {
-                    Err(RuntimeError::Participant { who: self.link.me(), reason: error.to_string() })
+                    Err(RuntimeError::Participant { participant: self.link.me(), reason: error.to_string() })
                 }
             };
             match outcome {
@@ -106,8 +106,10 @@ impl<'a> LockstepNode<'a> {
             Err(event) => event,
         };
         let effects = self.machine.handle(MissionTime(step.time_ns), event);
-        let effects = effects
-            .map_err(|error| RuntimeError::Participant { who: self.link.me(), reason: error.reason })?;
+        let effects = effects.map_err(|error| RuntimeError::Participant {
+            participant: self.link.me(),
+            reason: error.reason,
+        })?;
         self.carry_out(effects).await
     }
 
@@ -124,8 +126,10 @@ impl<'a> LockstepNode<'a> {
             if let Some(message) = self.messages.get(&(sender, number)) {
                 return Ok(message.clone());
             }
-            let absent =
-                || RuntimeError::Absent { who: format!("message {number} of {sender}"), waited: PATIENCE };
+            let absent = || RuntimeError::Absent {
+                participant: format!("message {number} of {sender}"),
+                waited: PATIENCE,
+            };
             let received = tokio::time::timeout(PATIENCE, self.link.receive()).await.map_err(|_| absent())?;
             self.keep(received.ok_or_else(absent)?)?;
         }
@@ -143,9 +147,13 @@ impl<'a> LockstepNode<'a> {
                 Ok(())
             }
             Incoming::Came(..) | Incoming::Rival(_) => Ok(()),
-            Incoming::Left(who, _) => {
+            Incoming::Left(participant, _) => {
                 let reason = "it left before the mission was over".to_owned();
-                if self.team.contains(&who) { Err(RuntimeError::Participant { who, reason }) } else { Ok(()) }
+                if self.team.contains(&participant) {
+                    Err(RuntimeError::Participant { participant, reason })
+                } else {
+                    Ok(())
+                }
             }
         }
     }

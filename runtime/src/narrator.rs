@@ -1,13 +1,13 @@
 //! Logs the decisions, finds and declarations of a participant, a line each.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use dragnet_proto::message::{Activity, Message, MissionStatus};
+use dragnet_proto::message::{Activity, Heartbeat, Message, MissionStatus};
 use dragnet_proto::state_machine::{Effects, StateMachine};
 use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::{Cell, Grid, Position};
-use dragnet_search::observation::Observation;
+use dragnet_search::observation::{Observation, RobotId};
 
 /// Logs the actions of one participant.
 pub(crate) struct Narrator {
@@ -15,11 +15,48 @@ pub(crate) struct Narrator {
     grid: Grid,
     /// Cells in which a robot has found an object, or the coordinator has declared one.
     found: BTreeSet<Cell>,
+    /// What the coordinator last heard that each robot does.
+    activities: BTreeMap<RobotId, Activity>,
+    /// Whether the coordinator has said that all robots rest.
+    is_over: bool,
 }
 
 impl Narrator {
     pub(crate) const fn new(me: Participant, grid: Grid) -> Self {
-        Self { me, grid, found: BTreeSet::new() }
+        Self { me, grid, found: BTreeSet::new(), activities: BTreeMap::new(), is_over: false }
+    }
+
+    /// A robot tells what it does: the coordinator logs once that all of them rest.
+    pub(crate) fn receive(&mut self, heartbeat: &Heartbeat) {
+        self.activities.insert(heartbeat.robot, heartbeat.activity);
+        self.tell_end();
+    }
+
+    /// A robot has left.
+    pub(crate) fn lose(&mut self, robot: RobotId) {
+        self.activities.remove(&robot);
+        self.tell_end();
+    }
+
+    fn tell_end(&mut self) {
+        if let Some(line) = self.end() {
+            tracing::info!("{} {line}", self.me);
+        }
+    }
+
+    fn end(&mut self) -> Option<String> {
+        let is_over = !self.activities.is_empty() && self.activities.values().all(|it| it.is_rest());
+        let is_new = is_over && !self.is_over;
+        self.is_over = is_over;
+        if !is_new || self.me != Participant::Coordinator {
+            return None;
+        }
+        let reasons: BTreeSet<&str> = self.activities.values().map(|it| it.reason()).collect();
+        let reasons = reasons.into_iter().collect::<Vec<_>>().join("; ");
+        let (robots, objects) = (self.activities.len(), self.found.len());
+        Some(format!(
+            "done: all robots that are here ({robots}) rest, {reasons}; objects declared: {objects}"
+        ))
     }
 
     /// Logs the effects of the last event of a state machine.
@@ -105,7 +142,6 @@ mod tests {
     use dragnet_scenario::Scenario;
     use dragnet_scenario::time::MissionTime;
     use dragnet_search::evidence::Reading;
-    use dragnet_search::observation::RobotId;
 
     use super::*;
     use crate::team::recording::Existing;
@@ -117,6 +153,26 @@ mod tests {
                     objects.count = 1\nsensor.radius = 2\nrobots = { count = 1, policy = 'greedy' }\n\
                     [mission]\nbudget_seconds = 900.0\nstop_when_expected_remaining = 0.9\n";
         Scenario::from_text(Path::new("lane.toml"), text.to_owned()).unwrap()
+    }
+
+    #[test]
+    fn a_coordinator_says_once_that_all_robots_rest() {
+        let grid = scenario().terrain().grid();
+        let mut narrator = Narrator::new(Participant::Coordinator, grid);
+        let [first, second] = [1, 2].map(|robot| RobotId::new(robot).unwrap());
+        let mut end = |robot, activity| {
+            narrator.activities.insert(robot, activity);
+            narrator.end()
+        };
+        assert_eq!(end(first, Activity::Searching), None);
+        assert_eq!(end(second, Activity::Cleared), None);
+        let line = end(first, Activity::Spent).unwrap();
+        assert!(line.starts_with("done: all robots that are here (2) rest, its budget is spent; the search"));
+        assert_eq!(end(first, Activity::Spent), None, "once");
+        assert_eq!(end(first, Activity::Searching), None);
+        assert!(
+            end(first, Activity::Cleared).unwrap().ends_with("the search is complete; objects declared: 0")
+        );
     }
 
     #[test]

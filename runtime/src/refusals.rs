@@ -152,9 +152,9 @@ const LAST_ASSESSED: &str = "Declare Liveliness Subscriber (";
 /// A connected participant tried something that it may not do.
 fn understand_access(message: &str) -> Option<String> {
     if message.contains("did not match any configured ACL subject") {
-        let who = message.split(' ').next().unwrap_or_default();
+        let participant = message.split(' ').next().unwrap_or_default();
         return Some(format!(
-            "rejected all messages of {who}: these settings have no such certificate, or it has been revoked"
+            "rejected all messages of {participant}: these settings have no such certificate, or it has been revoked"
         ));
     }
     if message.starts_with("ACL (") {
@@ -166,9 +166,9 @@ fn understand_access(message: &str) -> Option<String> {
         IS_ASSESSING.set(!message.contains(LAST_ASSESSED));
         return None;
     }
-    let (who, what) = cached.unwrap_or(message).split_once(" is unauthorized to ")?;
+    let (participant, what) = cached.unwrap_or(message).split_once(" is unauthorized to ")?;
     let (what, key) = what.split_once(" (ingress) on ")?;
-    Some(format!("refused {what} of {} under {key}: not allowed", name(who)))
+    Some(format!("refused {what} of {} under {key}: not allowed", name(participant)))
 }
 
 /// The name of a certificate among the names of a connection, or all of them.

@@ -46,31 +46,31 @@ impl RemoteParticipants {
     ///
     /// # Errors
     /// If it does not answer.
-    pub fn observations(&mut self, who: Participant) -> Result<u64, RuntimeError> {
-        Ok(self.ask(who, MissionTime::START, StepEvent::Report)?.observations)
+    pub fn observations(&mut self, participant: Participant) -> Result<u64, RuntimeError> {
+        Ok(self.ask(participant, MissionTime::START, StepEvent::Report)?.observations)
     }
 
     /// Informs a participant that the mission is over.
     ///
     /// # Errors
     /// If it does not answer.
-    pub fn dismiss(&mut self, who: Participant) -> Result<(), RuntimeError> {
-        self.ask(who, MissionTime::START, StepEvent::Finish).map(|_| ())
+    pub fn dismiss(&mut self, participant: Participant) -> Result<(), RuntimeError> {
+        self.ask(participant, MissionTime::START, StepEvent::Finish).map(|_| ())
     }
 
     fn ask(
         &mut self,
-        who: Participant,
+        participant: Participant,
         now: MissionTime,
         event: StepEvent,
     ) -> Result<StepReply, RuntimeError> {
         let step = convert::encode_step(&Step { time_ns: now.0, event })
             .map_err(|error| RuntimeError::Unsupported(error.to_string()))?;
-        let key = self.mission.key(Topic::SimStep(who)).to_string();
+        let key = self.mission.key(Topic::SimStep(participant)).to_string();
         let mut waited = Duration::ZERO;
         while waited < PATIENCE {
             if let Some(bytes) = self.query(&key, &step)? {
-                let failed = |reason| RuntimeError::Participant { who, reason };
+                let failed = |reason| RuntimeError::Participant { participant, reason };
                 let reply =
                     self.codec.decode_step_reply(&bytes).map_err(|error| failed(error.to_string()))?;
                 return if reply.error.is_empty() { Ok(reply) } else { Err(failed(reply.error)) };
@@ -79,7 +79,7 @@ impl RemoteParticipants {
             std::thread::sleep(RETRY);
             waited += RETRY;
         }
-        Err(RuntimeError::Absent { who: who.to_string(), waited })
+        Err(RuntimeError::Absent { participant: participant.to_string(), waited })
     }
 
     /// The answer; `None` if the query reached no participant.
@@ -116,17 +116,17 @@ impl Participants for RemoteParticipants {
 
     fn step(
         &mut self,
-        who: Participant,
+        participant: Participant,
         now: MissionTime,
         event: Event<u64>,
     ) -> Result<Effects<u64>, RuntimeError> {
         let Effects { published, route, wake_at, activity, decision, .. } =
-            self.ask(who, now, StepEvent::Event(event))?.effects;
+            self.ask(participant, now, StepEvent::Event(event))?.effects;
         let published = published.into_iter().map(|(to, message)| (to, message.number)).collect();
         Ok(Effects { published, route, wake_at, activity, decision, ..Effects::default() })
     }
 
-    fn digest(&mut self, who: Participant, now: MissionTime) -> Result<Digest, RuntimeError> {
-        Ok(self.ask(who, now, StepEvent::Report)?.digest)
+    fn digest(&mut self, participant: Participant, now: MissionTime) -> Result<Digest, RuntimeError> {
+        Ok(self.ask(participant, now, StepEvent::Report)?.digest)
     }
 }

@@ -53,10 +53,10 @@ pub fn agent(file: &Path, precedence: Precedence, make: detector::Make<'_>) -> R
     let body = config.body(file, &scenario)?;
     let detector = body.as_ref().map(|body| body.make_detector(file, make)).transpose()?.flatten();
     let robot = agent_config.robot.id;
-    let (who, grid) = (Participant::Robot(robot), scenario.terrain().grid());
+    let (participant, grid) = (Participant::Robot(robot), scenario.terrain().grid());
     let mut agent = Agent::new(agent_config);
     block_on(async {
-        let stop = stopped(if config.attached { Bond::Input } else { Bond::None }, who, &mission)?;
+        let stop = stopped(if config.attached { Bond::Input } else { Bond::None }, participant, &mission)?;
         tokio::pin!(stop);
         // Its network may be late; stopping does not wait for it.
         let session = tokio::select! {
@@ -67,7 +67,7 @@ pub fn agent(file: &Path, precedence: Precedence, make: detector::Make<'_>) -> R
             let (session, mission) = (session.clone(), mission.clone());
             if config.time == TimeSource::Simulator {
                 let team = team::everybody(&scenario);
-                let node = LockstepNode::new(session, mission, who, grid, team, &mut agent).await?;
+                let node = LockstepNode::new(session, mission, participant, grid, team, &mut agent).await?;
                 return tokio::select! {
                     outcome = node.serve() => outcome,
                     () = stop => Ok(()),
@@ -77,7 +77,7 @@ pub fn agent(file: &Path, precedence: Precedence, make: detector::Make<'_>) -> R
             let (journal, clock) =
                 resume(&mut agent, &config.journal(file), subject, config.common.real_time_factor)?;
             let codec = Codec::of(&scenario);
-            let mut link = Link::join(session, mission, who, codec).await?;
+            let mut link = Link::join(session, mission, participant, codec).await?;
             if precedence == Precedence::First {
                 link.take_over();
             }
@@ -144,7 +144,9 @@ impl Own {
         searched?;
         match ended {
             Some(Ok(ended)) => ended,
-            Some(Err(error)) => Err(RuntimeError::Participant { who: link.me(), reason: error.to_string() }),
+            Some(Err(error)) => {
+                Err(RuntimeError::Participant { participant: link.me(), reason: error.to_string() })
+            }
             None => Ok(()),
         }
     }
@@ -218,8 +220,8 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), Runtime
     let codec = Codec::of(&scenario);
     let clock = Clock::new(real_time_factor);
     let ended = block_on(async {
-        let who = Participant::Coordinator;
-        let stop = stopped(Bond::None, who, &mission)?;
+        let participant = Participant::Coordinator;
+        let stop = stopped(Bond::None, participant, &mission)?;
         tokio::pin!(stop);
         // Its recording is finished, however early it is asked to stop.
         let session = tokio::select! {
@@ -227,7 +229,7 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), Runtime
             () = &mut stop => return Ok(clock.now()),
         };
         let watching = async {
-            let mut link = Link::join(session.clone(), mission.clone(), who, codec).await?;
+            let mut link = Link::join(session.clone(), mission.clone(), participant, codec).await?;
             enter(&mut link, &config.common.zenoh).await?;
             if let Some(server) = &shown {
                 tracing::info!("live page: {}", server.address());
@@ -260,10 +262,8 @@ pub fn world(
     spectator: StepObserver<'_>,
 ) -> Result<(Episode, u64), RuntimeError> {
     let mut config: SimSettings = config::load(file)?;
+    let mission = config.check(file)?;
     config.zenoh = config.zenoh.named_in(file);
-    let failed = |reason| RuntimeError::Settings { file: file.to_owned(), reason };
-    config::check_real_time_factor(config.real_time_factor).map_err(failed)?;
-    let mission = config.mission.parse().map_err(|error| failed(format!("mission: {error}")))?;
     let episode = block_on(async {
         let session = open_when_there(&config.zenoh).await?;
         let searching = async {
@@ -274,6 +274,7 @@ pub fn world(
                 scenario,
                 config.seed,
                 config.real_time_factor,
+                true,
                 spectator,
             )
             .await?;
@@ -287,14 +288,14 @@ pub fn world(
 /// Completes when the process is asked to stop; a process without a bond logs it.
 fn stopped(
     bond: Bond,
-    who: Participant,
+    participant: Participant,
     mission: &Mission,
 ) -> Result<impl Future<Output = ()>, RuntimeError> {
     let stop = stop::asked(bond)?;
     Ok(async move {
         stop.await;
         if bond == Bond::None {
-            tracing::info!("{who} of mission {mission} was asked to stop, and ends");
+            tracing::info!("{participant} of mission {mission} was asked to stop, and ends");
         }
     })
 }

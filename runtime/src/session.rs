@@ -6,7 +6,7 @@ use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use dragnet_files::check_plain;
+use dragnet_files::{check_plain, open_plain};
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -57,6 +57,24 @@ impl Endpoints {
         let folder = file.parent().unwrap_or(Path::new(""));
         self.config = self.config.map(|config| folder.join(config));
         self
+    }
+
+    /// Checks the endpoints and that there is a file of Zenoh's settings if one is named, in the file of settings under
+    /// this key.
+    ///
+    /// # Errors
+    /// The first that can never work, with its key and what is allowed.
+    pub(crate) fn check(&self, key: &str, file: &Path) -> Result<(), String> {
+        for (name, endpoints) in [("listen", &self.listen), ("connect", &self.connect)] {
+            for endpoint in endpoints {
+                endpoint::check_one(endpoint)
+                    .map_err(|reason| format!("{key}.{name}: {endpoint:?}: {reason}"))?;
+            }
+        }
+        let Some(config) = self.clone().named_in(file).config else { return Ok(()) };
+        open_plain(&config)
+            .map(|_| ())
+            .map_err(|error| format!("{key}.config: {}: {error}", config.display()))
     }
 }
 
@@ -160,8 +178,11 @@ fn settings(endpoints: &Endpoints) -> Result<Config, RuntimeError> {
     if !endpoints.listen.is_empty() || endpoints.config.is_none() {
         config.insert_json5("listen/endpoints", &json(&endpoints.listen)).map_err(&refused)?;
     }
-    if !endpoints.connect.is_empty() {
-        config.insert_json5("connect/endpoints", &json(&endpoints.connect)).map_err(&refused)?;
+    // One list for a whole team has the process itself in it.
+    let is_other = |endpoint: &&String| !endpoints.listen.contains(endpoint);
+    let others: Vec<String> = endpoints.connect.iter().filter(is_other).cloned().collect();
+    if !others.is_empty() {
+        config.insert_json5("connect/endpoints", &json(&others)).map_err(&refused)?;
     }
     if let Some(mode) = endpoints.mode {
         config.insert_json5("mode", &format!("{:?}", mode.name())).map_err(&refused)?;

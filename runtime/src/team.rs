@@ -170,8 +170,8 @@ impl Mesh {
     }
 
     /// The endpoints of a participant.
-    fn participant(&self, who: Participant) -> Endpoints {
-        match who {
+    fn participant(&self, participant: Participant) -> Endpoints {
+        match participant {
             Participant::Coordinator => self.endpoints(1),
             Participant::Robot(robot) => self.endpoints(robot.index() + 2),
         }
@@ -190,7 +190,7 @@ impl Mesh {
         open(&self.world()).await
     }
 
-    async fn open_participant(&self, who: Participant) -> Result<Session, RuntimeError> {
-        open(&self.participant(who)).await
+    async fn open_participant(&self, participant: Participant) -> Result<Session, RuntimeError> {
+        open(&self.participant(participant)).await
     }
 }

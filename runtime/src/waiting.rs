@@ -31,7 +31,7 @@ pub enum Sender {
 impl fmt::Display for Sender {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Known(who) => who.fmt(formatter),
+            Self::Known(participant) => participant.fmt(formatter),
             Self::Stranger => formatter.write_str("a participant outside the team"),
         }
     }
@@ -52,7 +52,7 @@ pub(crate) enum Arrival {
     /// A message, not decoded yet.
     Message { from: Sender, raw: Raw },
     /// A process of a participant has joined or left.
-    Presence { who: Participant, identity: u64, is_here: bool },
+    Presence { participant: Participant, identity: u64, is_here: bool },
 }
 
 /// The sending half. When the last one is dropped, nothing arrives any more.
@@ -84,8 +84,8 @@ impl Inlet {
     }
 
     /// Adds the arrival or departure of a process of the team.
-    pub(crate) fn presence(&self, who: Participant, identity: u64, is_here: bool) {
-        lock(&self.queues).put_presence(who, identity, is_here);
+    pub(crate) fn presence(&self, participant: Participant, identity: u64, is_here: bool) {
+        lock(&self.queues).put_presence(participant, identity, is_here);
         self.tell();
     }
 
@@ -154,8 +154,8 @@ impl Queues {
         while self.bytes > self.max_bytes && self.drop_one() {}
     }
 
-    fn put_presence(&mut self, who: Participant, identity: u64, is_here: bool) {
-        let queue = self.queue(Sender::Known(who));
+    fn put_presence(&mut self, participant: Participant, identity: u64, is_here: bool) {
+        let queue = self.queue(Sender::Known(participant));
         let place = queue.arrive();
         let mut same =
             (0..).zip(&queue.presence).filter(|(_, (_, _, it, _))| *it == identity).map(|(at, _)| at);
@@ -165,7 +165,7 @@ impl Queues {
         if queue.presence.len() == MOST_PRESENCE {
             queue.forget_presence();
         }
-        queue.presence.push_back((place, who, identity, is_here));
+        queue.presence.push_back((place, participant, identity, is_here));
     }
 
     fn queue(&mut self, from: Sender) -> &mut Queue {
@@ -232,8 +232,8 @@ impl Queue {
             let bytes = room(&raw);
             Some((Arrival::Message { from, raw }, bytes))
         } else {
-            let (_, who, identity, is_here) = self.presence.pop_front()?;
-            Some((Arrival::Presence { who, identity, is_here }, 0))
+            let (_, participant, identity, is_here) = self.presence.pop_front()?;
+            Some((Arrival::Presence { participant, identity, is_here }, 0))
         }
     }
 }

@@ -10,7 +10,7 @@ use dragnet_proto::message::{Audience, Message, SyncReply, SyncRequest};
 use dragnet_proto::state_machine::{Effects, Event, StateMachine};
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
-use dragnet_search::observation::RobotId;
+use dragnet_search::observation::{Origin, RobotId};
 use tokio::sync::mpsc;
 
 use crate::RuntimeError;
@@ -201,6 +201,9 @@ impl Driver<'_> {
         match received {
             Incoming::Message { .. } if self.stands => {}
             Incoming::Message { from, message, .. } => {
+                if let Message::Heartbeat(heartbeat) = &message {
+                    self.narrator.receive(heartbeat);
+                }
                 self.handle(link, now, Event::Received { from, message }).await?;
             }
             Incoming::Rejected { from, key, reason } => {
@@ -208,19 +211,29 @@ impl Driver<'_> {
                 self.teller.warn(Kind::NoMessage, from, text);
             }
             Incoming::Rival(process) => self.doubles.receive(link.process(), process),
-            Incoming::Came(who, _) => {
-                let (kind, what) =
-                    if self.gone.remove(&who) { (Kind::Back, "is back") } else { (Kind::Came, "is here") };
-                self.teller.inform(kind, Sender::Known(who), format_args!("{who} {what}"));
+            Incoming::Came(participant, _) => {
+                let (kind, what) = if self.gone.remove(&participant) {
+                    (Kind::Back, "is back")
+                } else {
+                    (Kind::Came, "is here")
+                };
+                self.teller.inform(kind, Sender::Known(participant), format_args!("{participant} {what}"));
                 if !self.stands {
                     self.handle(link, now, Event::Came).await?;
                 }
             }
-            Incoming::Left(who, _) => {
-                self.gone.insert(who);
-                self.teller.inform(Kind::Left, Sender::Known(who), format_args!("{who} has left"));
-                if let Participant::Robot(robot) = who
-                    && who != link.me()
+            Incoming::Left(participant, _) => {
+                self.gone.insert(participant);
+                self.teller.inform(
+                    Kind::Left,
+                    Sender::Known(participant),
+                    format_args!("{participant} has left"),
+                );
+                if let Participant::Robot(robot) = participant {
+                    self.narrator.lose(robot);
+                }
+                if let Participant::Robot(robot) = participant
+                    && participant != link.me()
                     && !self.stands
                 {
                     self.handle(link, now, Event::Lost(robot)).await?;
@@ -258,6 +271,7 @@ impl Driver<'_> {
             self.handle(link, now, Event::Doubled(doubled)).await?;
         }
         let is_robot = matches!(me, Participant::Robot(_));
+        self.announce_to_rivals(link).await;
         let stands = is_robot && self.doubles.must_stand(link.process(), link.processes(me));
         if stands == self.stands {
             return Ok(());
@@ -273,23 +287,40 @@ impl Driver<'_> {
         Ok(())
     }
 
+    /// Tells other processes of this robot its age, in a request that nobody else gets and nobody answers.
+    async fn announce_to_rivals(&mut self, link: &Link) {
+        let Participant::Robot(robot) = link.me() else { return };
+        if !self.doubles.must_announce(link.age(), !link.processes(link.me()).is_empty()) {
+            return;
+        }
+        let request =
+            Message::SyncRequest(SyncRequest { from: link.me(), of: Origin::first(robot), first: 0 });
+        if let Err(error) = link.publish(self.published, Audience::One(link.me()), &request).await {
+            self.teller.warn(Kind::Network, Sender::Known(link.me()), error);
+        }
+        self.published += 1;
+    }
+
     fn report_double_processes(&mut self, link: &Link) {
-        for (who, news) in self.doubles.tell(link.age(), &link.doubled()) {
-            let sender = Sender::Known(who);
+        for (participant, news) in self.doubles.tell(link.age(), &link.doubled()) {
+            let sender = Sender::Known(participant);
             match news {
                 News::Two => {
                     let text = format_args!(
-                        "{who} is here twice: it was started again before its last process was known to be gone, or two \
+                        "{participant} is here twice: it was started again before its last process was known to be gone, or two \
                          have its number"
                     );
                     self.teller.warn(Kind::Two, sender, text);
                 }
                 News::Both => {
-                    let text =
-                        format_args!("TWO PROCESSES ARE RUNNING AS {who}: give each robot its own number");
+                    let text = format_args!(
+                        "TWO PROCESSES ARE RUNNING AS {participant}: give each robot its own number"
+                    );
                     self.teller.error(Kind::Double, sender, text);
                 }
-                News::One => self.teller.inform(Kind::One, sender, format_args!("{who} is here once again")),
+                News::One => {
+                    self.teller.inform(Kind::One, sender, format_args!("{participant} is here once again"));
+                }
             }
         }
     }
@@ -315,10 +346,10 @@ impl Driver<'_> {
         event: Event<Message>,
     ) -> Result<(), RuntimeError> {
         let effects = self.machine.handle(now, event);
-        let effects =
-            effects.map_err(|error| RuntimeError::Participant { who: link.me(), reason: error.reason })?;
+        let effects = effects
+            .map_err(|error| RuntimeError::Participant { participant: link.me(), reason: error.reason })?;
         self.narrator.tell(self.machine, &effects);
-        let Effects { kept, mut published, wake_at, decision, repeats, refused, .. } = effects;
+        let Effects { kept, mut published, wake_at, decision, repeats, rejected, .. } = effects;
         if let Some(journal) = &mut self.journal {
             journal.note(kept);
             if !published.is_empty() {
@@ -337,9 +368,9 @@ impl Driver<'_> {
             }
             self.published += 1;
         }
-        for refused in refused {
-            let from = link.sender(refused.from);
-            self.teller.warn(Kind::Rejected(refused.why), from, refused);
+        for observation in rejected {
+            let from = link.sender(observation.from);
+            self.teller.warn(Kind::Rejected(observation.why), from, observation);
         }
         self.wake_at = wake_at;
         self.log.decisions.extend(decision);

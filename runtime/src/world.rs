@@ -31,6 +31,8 @@ use crate::wall_clock::Report;
 
 /// Time limit for robots: at the start to join, at the end to agree.
 const PATIENCE: Duration = Duration::from_mins(1);
+/// Time between two reports of the robots that are waited for.
+const REMINDER: Duration = Duration::from_secs(10);
 
 /// Number of heartbeat periods after which a silent robot is sent its readings again.
 const SHOWN_AGAIN: u32 = 3;
@@ -67,27 +69,65 @@ pub struct WorldServer<'a> {
     teller: Teller,
 }
 
+/// Waits for robots that may be late, and reports each that is not there. Returns what was received.
+async fn wait_for_some(
+    link: &mut Link<ReceiveOnly>,
+    team: &[Participant],
+) -> Result<Vec<Incoming>, RuntimeError> {
+    let (mut received, mut waited) = (Vec::new(), Duration::ZERO);
+    loop {
+        match link.wait_for(team, REMINDER, |other| received.push(other)).await {
+            Ok(()) => return Ok(received),
+            Err(RuntimeError::Absent { .. }) => waited += REMINDER,
+            Err(error) => return Err(error),
+        }
+        let absent: Vec<String> =
+            team.iter().filter(|&&robot| !link.is_present(robot)).map(ToString::to_string).collect();
+        let absent_names = absent.join(", ");
+        let is_running = received.iter().any(|it| match it {
+            Incoming::Message { from, message, .. } => {
+                clock::dated(*from, message).is_some_and(|time| time > MissionTime::START)
+            }
+            _ => false,
+        });
+        if absent.len() < team.len() && (is_running || waited >= PATIENCE) {
+            tracing::warn!("begins without {absent_names}: what is late starts when it comes");
+            return Ok(received);
+        }
+        tracing::info!("waits for {absent_names}");
+    }
+}
+
 impl<'a> WorldServer<'a> {
-    /// A world on a session, for the robots of a scenario; waits until they are there.
+    /// A world on a session, for the robots of a scenario; waits until they are there. Those that `may_be_late` are not
+    /// waited for once the mission runs, or for longer than a minute if another one is there: they start when they come.
     ///
     /// # Errors
-    /// If Zenoh fails, or a robot does not join.
+    /// If Zenoh fails, or a robot does not join that may not be late.
     pub async fn open(
         session: Session,
         mission: Mission,
         scenario: &Scenario,
         seed: u64,
         real_time_factor: f64,
+        may_be_late: bool,
         spectator: StepObserver<'a>,
     ) -> Result<Self, RuntimeError> {
         let world = World::new(scenario, seed);
-        let robots: BTreeSet<RobotId> = scenario.robots().iter().map(|robot| robot.id).collect();
+        let team: BTreeSet<RobotId> = scenario.robots().iter().map(|robot| robot.id).collect();
         // It subscribes like another participant without publishing.
         let codec = Codec::of(scenario);
         let mut link = Link::join(session, mission, ReceiveOnly, codec).await?;
-        let team: Vec<Participant> = robots.iter().map(|&robot| Participant::Robot(robot)).collect();
-        let mut received = Vec::new();
-        link.wait_for(&team, PATIENCE, |other| received.push(other)).await?;
+        let participants: Vec<Participant> = team.iter().map(|&robot| Participant::Robot(robot)).collect();
+        let received = if may_be_late {
+            wait_for_some(&mut link, &participants).await?
+        } else {
+            let mut received = Vec::new();
+            link.wait_for(&participants, PATIENCE, |other| received.push(other)).await?;
+            received
+        };
+        let is_here = |&robot: &RobotId| link.is_present(Participant::Robot(robot));
+        let robots = team.iter().copied().filter(is_here).collect();
         let outcome = Outcome::new(&world);
         let mut server = Self {
             link,
@@ -96,7 +136,7 @@ impl<'a> WorldServer<'a> {
             real_time_factor,
             speed: scenario.mission().speed_meters_per_second,
             stagger: scenario.mission().stagger,
-            team: robots.clone(),
+            team,
             robots,
             placed: BTreeSet::new(),
             plans: BTreeMap::new(),
@@ -130,7 +170,7 @@ impl<'a> WorldServer<'a> {
         }
         let start = self.clock.now();
         // Each stays in its start cell until it may decide: a large team does not observe all at the same moment.
-        for (turn, &robot) in (0..).zip(&self.team) {
+        for (turn, &robot) in (0..).zip(&self.team).filter(|(_, robot)| self.robots.contains(robot)) {
             self.arrivals.entry(robot).or_insert(start + self.stagger * turn);
         }
         let mut resting_since = None;
@@ -223,7 +263,9 @@ impl<'a> WorldServer<'a> {
                 self.heartbeats.remove(&gone);
             }
             // A robot has restarted, in an unknown cell; an additional process of its number has no vehicle.
-            Incoming::Came(who @ Participant::Robot(robot), identity) if self.is_moved_by(who, identity) => {
+            Incoming::Came(participant @ Participant::Robot(robot), identity)
+                if self.is_moved_by(participant, identity) =>
+            {
                 self.robots.insert(robot);
                 self.world.set_route(robot, Vec::new());
                 self.observe(self.clock.now(), robot).await?;
@@ -241,9 +283,9 @@ impl<'a> WorldServer<'a> {
     }
 
     /// Whether a process's messages move a robot: of two processes of one number the first does.
-    fn is_moved_by(&self, who: Participant, identity: u64) -> bool {
-        let first = self.link.processes(who).first();
-        matches!(who, Participant::Robot(robot) if self.team.contains(&robot))
+    fn is_moved_by(&self, participant: Participant, identity: u64) -> bool {
+        let first = self.link.processes(participant).first();
+        matches!(participant, Participant::Robot(robot) if self.team.contains(&robot))
             && first.is_none_or(|&first| first == identity)
     }
 
@@ -346,9 +388,9 @@ pub async fn sensor(
     codec: Codec,
 ) -> Result<mpsc::Receiver<Report>, RuntimeError> {
     let (sender, reports) = mpsc::channel(1024);
-    let (teller, who) = (Mutex::new(Teller::default()), Sender::Known(Participant::Robot(robot)));
+    let (teller, participant) = (Mutex::new(Teller::default()), Sender::Known(Participant::Robot(robot)));
     let warn = move |text: std::fmt::Arguments<'_>| {
-        teller.lock().unwrap_or_else(PoisonError::into_inner).warn(Kind::Sensor, who, text);
+        teller.lock().unwrap_or_else(PoisonError::into_inner).warn(Kind::Sensor, participant, text);
     };
     let own = link.process().identity.to_le_bytes();
     let is_another =

@@ -14,9 +14,9 @@ mod times;
 use std::hint::black_box;
 use std::time::Duration;
 
-use dragnet_search::information::InformationTable;
 use dragnet_search::policy::{Parameters, PolicyName, build};
 use dragnet_search::shape::Shape;
+use dragnet_search::utility::UtilityTable;
 
 use field::Field;
 use times::{Times, milliseconds, time};
@@ -33,7 +33,7 @@ fn main() {
         return;
     }
     // The table is built on first use.
-    black_box(InformationTable::shared());
+    black_box(UtilityTable::information());
     for (name, target) in [
         (PolicyName::Path, Duration::from_micros(300)),
         (PolicyName::PathAdditive, Duration::from_micros(100)),

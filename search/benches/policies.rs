@@ -12,10 +12,10 @@ use std::time::Duration;
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, BenchmarkId, Criterion, SamplingMode, criterion_group, criterion_main};
 use dragnet_search::cell::{Grid, Position};
-use dragnet_search::information::InformationTable;
 use dragnet_search::policy::{Parameters, PolicyName, build};
 use dragnet_search::seed::{Purpose, stream};
 use dragnet_search::shape::Shape;
+use dragnet_search::utility::UtilityTable;
 
 use field::Field;
 
@@ -55,7 +55,7 @@ fn parts(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("part");
     group.sample_size(10).warm_up_time(Duration::from_millis(200));
     group.measurement_time(Duration::from_millis(1500));
-    group.bench_function("information table", |bencher| bencher.iter(InformationTable::build));
+    group.bench_function("information table", |bencher| bencher.iter(UtilityTable::build));
     group.bench_function("belief takes one observation", |bencher| {
         let mut field = Field::fresh(Shape::AllTraversable, 30, DENSITY, SEED);
         let center = Grid::new(30, 30).unwrap().cell(Position { row: 15, column: 15 }).unwrap();

@@ -4,13 +4,13 @@
 //!
 //! 1. [`cell`], [`terrain`], [`shape`], [`generated`]: the map;
 //! 2. [`sensor`], [`evidence`], [`belief`], [`observation`]: observations and what follows from them;
-//! 3. [`information`], [`information_gain`], [`route`], [`reach`], [`intent`]: the value of an observation, a path and
+//! 3. [`utility`], [`utility_gain`], [`route`], [`reach`], [`intent`]: the value of an observation, a path and
 //!    a teammate's plan, and the cells out of reach;
 //! 4. [`situation`], [`policy`]: the decision;
 //! 5. [`measures`], [`seed`]: how a search is measured and reproduced.
 //!
 //! The sensor is radially symmetric: the variance of a reading depends on the distance of its cell alone. [`sensor`]
-//! says so; [`information_gain`], [`intent`] and [`reach`] use it, and so do the features of `dragnet-learn`.
+//! says so; [`utility_gain`], [`intent`] and [`reach`] use it, and so do the features of `dragnet-learn`.
 //!
 //! To add a policy: write its file in `policy/`, implement [`policy::Policy`], add a variant to [`policy::PolicyName`]
 //! with its name in [`policy::PolicyName::ALL`], and build it in [`policy::build`]. Scenarios, the command line, their
@@ -21,8 +21,6 @@ pub mod belief;
 pub mod cell;
 pub mod evidence;
 pub mod generated;
-pub mod information;
-pub mod information_gain;
 pub mod intent;
 pub mod measures;
 pub mod observation;
@@ -34,3 +32,5 @@ pub mod sensor;
 pub mod shape;
 pub mod situation;
 pub mod terrain;
+pub mod utility;
+pub mod utility_gain;

@@ -148,6 +148,12 @@ impl Curve {
         area / path_cells
     }
 
+    /// Path length (cells) from which on the measure first had at least this value; `None` if it never did.
+    #[must_use]
+    pub fn first_at_least(&self, value: f64) -> Option<f64> {
+        self.points.iter().find(|point| point.1 >= value).map(|&(length, _)| length)
+    }
+
     /// The points, `(path length in cells, value)`.
     #[must_use]
     pub fn points(&self) -> &[(f64, f64)] {
@@ -190,5 +196,7 @@ mod tests {
         assert!((curve.at(6.0) - 0.75).abs() < 1e-12);
         assert!((curve.mean_until(8.0) - (4.0 * 0.5 + 2.0 * 0.75) / 8.0).abs() < 1e-12);
         assert!((curve.mean_until(4.0) - 0.25).abs() < 1e-12);
+        let first = [0.0, 0.5, 0.6, 0.75, 0.8].map(|value| curve.first_at_least(value));
+        assert_eq!(first, [Some(0.0), Some(2.0), Some(6.0), Some(6.0), None]);
     }
 }

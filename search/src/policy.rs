@@ -25,7 +25,9 @@ use std::str::FromStr;
 use crate::cell::Cell;
 use crate::seed::Stream;
 use crate::situation::Situation;
+use crate::utility::Utility;
 
+pub use coverage::{AfterPattern, Pattern};
 pub use path_integral_reference::PathIntegralReference;
 pub use worth::LEAST_NATS;
 
@@ -62,7 +64,7 @@ pub struct Decision {
 pub enum PolicyName {
     /// Uniform over the cells in reach.
     Random,
-    /// Parallel lanes over all cells in reach.
+    /// A search pattern over all cells in reach, by default parallel tracks.
     Coverage,
     /// The most informative single observation (paper, Eq. 1 and 2).
     Greedy,
@@ -143,15 +145,34 @@ impl FromStr for PolicyName {
 pub struct Parameters {
     /// `w_l` of the path-length weight `1 / (1 + w_l L)` (Eq. 4), at least 0. Of `path` and `path-additive`.
     pub path_length_weight: f64,
-    /// Distance between the lanes of `coverage`, cells, at least 1.
-    pub lane_spacing_cells: u32,
+    /// What observations are worth. Of `greedy` and `path`.
+    pub utility: Utility,
+    /// Order of the cells. Of `coverage`.
+    pub pattern: Pattern,
+    /// What follows once the pattern is done. Of `coverage`.
+    pub after_pattern: AfterPattern,
+    /// Distance between the tracks of `coverage`, cells, at least 1; `None`: the greatest at which one pass over all of
+    /// them finds an object anywhere between them with probability 0.9.
+    pub lane_spacing_cells: Option<u32>,
     /// Tours that `tour` evaluates in a decision; ten times as many in its first.
     pub evaluations: u32,
 }
 
+impl Parameters {
+    /// What a scenario gets that sets none.
+    pub const DEFAULT: Self = Self {
+        path_length_weight: 0.2,
+        utility: Utility::Information,
+        pattern: Pattern::ParallelTrack,
+        after_pattern: AfterPattern::Repeat,
+        lane_spacing_cells: None,
+        evaluations: 1000,
+    };
+}
+
 impl Default for Parameters {
     fn default() -> Self {
-        Self { path_length_weight: 0.2, lane_spacing_cells: 1, evaluations: 1000 }
+        Self::DEFAULT
     }
 }
 
@@ -160,12 +181,14 @@ impl Default for Parameters {
 pub fn build(name: PolicyName, parameters: Parameters) -> Box<dyn Policy + Send> {
     match name {
         PolicyName::Random => Box::new(random::Random),
-        PolicyName::Coverage => Box::new(coverage::Coverage::new(parameters.lane_spacing_cells)),
-        PolicyName::Greedy => Box::new(greedy::Greedy),
+        PolicyName::Coverage => Box::new(coverage::Coverage::new(parameters)),
+        PolicyName::Greedy => Box::new(greedy::Greedy::new(parameters.utility)),
         PolicyName::PathAdditive => {
             Box::new(path_integral_additive::PathIntegralAdditive::new(parameters.path_length_weight))
         }
-        PolicyName::Path => Box::new(path_integral::Path::new(parameters.path_length_weight)),
+        PolicyName::Path => {
+            Box::new(path_integral::Path::new(parameters.path_length_weight, parameters.utility))
+        }
         PolicyName::Tour => Box::new(tour::Tour::new(parameters.evaluations, parameters.path_length_weight)),
         PolicyName::Nats => Box::new(thompson::Thompson::NATS),
         PolicyName::Guts => Box::new(thompson::Thompson::GUTS),

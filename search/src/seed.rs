@@ -26,6 +26,8 @@ pub enum Purpose {
     Map,
     /// Faults of whole teams.
     Soak,
+    /// Resamples of results.
+    Bootstrap,
 }
 
 /// The stream of a purpose and robot (0 if none) under an episode's seed.
@@ -40,6 +42,7 @@ pub fn stream(seed: u64, purpose: Purpose, robot: u16) -> Stream {
         Purpose::Training => "training",
         Purpose::Map => "map",
         Purpose::Soak => "soak",
+        Purpose::Bootstrap => "bootstrap",
     };
     let mut key = [0; 32];
     for (part, bytes) in (0_u16..).zip(key.chunks_exact_mut(8)) {

@@ -3,6 +3,7 @@
 //! For a scenario whose robots use one policy, its [`Setting`], each episode gives a [`Trial`], and all of them a
 //! [`Row`].
 
+mod difference;
 mod latencies;
 mod row;
 mod setting;
@@ -12,10 +13,11 @@ use dragnet_proto::state_machine::ParticipantError;
 use dragnet_scenario::Scenario;
 
 use crate::episode;
+pub use difference::{Difference, Interval, Verdict, differences};
 pub use latencies::Latencies;
-pub use row::{DecisionTimes, Estimate, FullRecall, MeanCurve, Row};
+pub use row::{CellsToRecall, DecisionTimes, Estimate, MeanCurve, Row};
 pub use setting::{Setting, digest};
-pub use trial::Trial;
+pub use trial::{PARTIAL_RECALLS, Trial};
 
 /// Runs an episode of a setting, until all robots rest or, unless the setting says otherwise, every object is found.
 ///

@@ -159,19 +159,19 @@ impl Participants for Witnessed<'_> {
 
     fn step(
         &mut self,
-        who: Participant,
+        participant: Participant,
         now: MissionTime,
         event: Event<Message>,
     ) -> Result<Effects<Message>, Left> {
         self.observer.happens(&event);
-        let effects = self.participants.step(who, now, event).map_err(Left::Failed)?;
+        let effects = self.participants.step(participant, now, event).map_err(Left::Failed)?;
         match self.observer.reacts(&effects) {
             ControlFlow::Continue(()) => Ok(effects),
             ControlFlow::Break(()) => Err(Left::SeenEnough),
         }
     }
 
-    fn digest(&mut self, who: Participant, now: MissionTime) -> Result<Digest, Left> {
-        self.participants.digest(who, now).map_err(Left::Failed)
+    fn digest(&mut self, participant: Participant, now: MissionTime) -> Result<Digest, Left> {
+        self.participants.digest(participant, now).map_err(Left::Failed)
     }
 }

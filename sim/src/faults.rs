@@ -61,8 +61,8 @@ pub struct OneWayLoss {
 
 impl Faults {
     /// By how much a clock is ahead.
-    pub(crate) fn ahead(&self, who: Participant) -> Duration {
-        self.clocks.get(&who).copied().unwrap_or_default()
+    pub(crate) fn ahead(&self, participant: Participant) -> Duration {
+        self.clocks.get(&participant).copied().unwrap_or_default()
     }
 
     /// The factor by which a robot takes longer.

@@ -74,7 +74,7 @@ pub struct Trial {
     /// Number of observations of all robots.
     pub observations: u64,
     /// Number of observations that an agent rejected.
-    pub refused: u64,
+    pub rejected: u64,
     /// Diagnostics of the pilots above [`Level::Ok`], in order.
     pub diagnostics: Vec<(RobotId, Diagnostic)>,
     /// Digest of the evidence of all readings.
@@ -176,7 +176,7 @@ impl<'a> Mission<'a> {
             driven_meters: Vec::new(),
             decisions: Vec::new(),
             observations: 0,
-            refused: 0,
+            rejected: 0,
             diagnostics: Vec::new(),
             digest: merged.digest(),
             trace: Vec::new(),
@@ -291,10 +291,10 @@ impl<'a> Mission<'a> {
 
     /// Passes an event to an agent, and carries out its effects.
     fn tell(&mut self, index: usize, event: Event<Message>) -> Result<(), ParticipantError> {
-        let who = Participant::Robot(self.vehicles[index].id);
-        let Effects { published, route, wake_at, decision, refused, .. } =
-            self.participants.step(who, self.now, event)?;
-        self.trial.refused += refused.len() as u64;
+        let participant = Participant::Robot(self.vehicles[index].id);
+        let Effects { published, route, wake_at, decision, rejected, .. } =
+            self.participants.step(participant, self.now, event)?;
+        self.trial.rejected += rejected.len() as u64;
         self.vehicles[index].wake_at = wake_at;
         for (audience, message) in published {
             self.post(index, audience, &message);

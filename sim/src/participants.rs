@@ -27,7 +27,7 @@ pub trait Participants {
     /// If it fails.
     fn step(
         &mut self,
-        who: Participant,
+        participant: Participant,
         now: MissionTime,
         event: Event<Self::MessageRef>,
     ) -> Result<Effects<Self::MessageRef>, Self::Error>;
@@ -44,7 +44,9 @@ pub trait Participants {
         to: &[(Participant, MissionTime)],
     ) -> Result<Vec<Effects<Self::MessageRef>>, Self::Error> {
         to.iter()
-            .map(|&(who, now)| self.step(who, now, Event::Received { from, message: message.clone() }))
+            .map(|&(participant, now)| {
+                self.step(participant, now, Event::Received { from, message: message.clone() })
+            })
             .collect()
     }
 
@@ -52,7 +54,7 @@ pub trait Participants {
     ///
     /// # Errors
     /// If it fails.
-    fn digest(&mut self, who: Participant, now: MissionTime) -> Result<Digest, Self::Error>;
+    fn digest(&mut self, participant: Participant, now: MissionTime) -> Result<Digest, Self::Error>;
 }
 
 impl<C: Participants> Participants for &mut C {
@@ -61,11 +63,11 @@ impl<C: Participants> Participants for &mut C {
 
     fn step(
         &mut self,
-        who: Participant,
+        participant: Participant,
         now: MissionTime,
         event: Event<C::MessageRef>,
     ) -> Result<Effects<C::MessageRef>, C::Error> {
-        (**self).step(who, now, event)
+        (**self).step(participant, now, event)
     }
 
     fn deliver(
@@ -77,8 +79,8 @@ impl<C: Participants> Participants for &mut C {
         (**self).deliver(from, message, to)
     }
 
-    fn digest(&mut self, who: Participant, now: MissionTime) -> Result<Digest, C::Error> {
-        (**self).digest(who, now)
+    fn digest(&mut self, participant: Participant, now: MissionTime) -> Result<Digest, C::Error> {
+        (**self).digest(participant, now)
     }
 }
 
@@ -95,9 +97,9 @@ impl<'a> LocalParticipants<'a> {
         Self { robots, coordinator }
     }
 
-    fn machine(&mut self, who: Participant) -> Result<&mut dyn StateMachine, ParticipantError> {
-        let absent = || ParticipantError { who, reason: "it does not take part".to_owned() };
-        match who {
+    fn machine(&mut self, participant: Participant) -> Result<&mut dyn StateMachine, ParticipantError> {
+        let absent = || ParticipantError { participant, reason: "it does not take part".to_owned() };
+        match participant {
             Participant::Robot(robot) => {
                 let robot = self.robots.get_mut(robot.index()).ok_or_else(absent)?;
                 Ok(robot)
@@ -116,14 +118,14 @@ impl Participants for LocalParticipants<'_> {
 
     fn step(
         &mut self,
-        who: Participant,
+        participant: Participant,
         now: MissionTime,
         event: Event<Message>,
     ) -> Result<Effects<Message>, ParticipantError> {
-        self.machine(who)?.handle(now, event)
+        self.machine(participant)?.handle(now, event)
     }
 
-    fn digest(&mut self, who: Participant, _: MissionTime) -> Result<Digest, ParticipantError> {
-        Ok(self.machine(who)?.digest())
+    fn digest(&mut self, participant: Participant, _: MissionTime) -> Result<Digest, ParticipantError> {
+        Ok(self.machine(participant)?.digest())
     }
 }

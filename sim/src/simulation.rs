@@ -161,14 +161,14 @@ enum SimEvent<P> {
         message: P,
     },
     Waking {
-        who: Participant,
+        participant: Participant,
         number: u64,
     },
     Crash {
-        who: Participant,
+        participant: Participant,
     },
     Return {
-        who: Participant,
+        participant: Participant,
     },
     Command(Command),
 }
@@ -191,7 +191,7 @@ pub(crate) struct Simulation<C: Participants, S> {
 }
 
 struct Member {
-    who: Participant,
+    participant: Participant,
     activity: Activity,
     /// Whether it has not crashed, or has restarted.
     is_up: bool,
@@ -207,8 +207,8 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
     pub(crate) fn new(scenario: &Scenario, seed: u64, rules: Rules, participants: C, spectator: S) -> Self {
         let robots = scenario.robots().iter().map(|robot| Participant::Robot(robot.id));
         let coordinator = (rules.coordinator == Membership::Present).then_some(Participant::Coordinator);
-        let members = robots.chain(coordinator).map(|who| Member {
-            who,
+        let members = robots.chain(coordinator).map(|participant| Member {
+            participant,
             activity: Activity::Searching,
             is_up: true,
             wake_at: MissionTime(u64::MAX),
@@ -235,13 +235,13 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
     /// The same with faults; those of absent participants are ignored.
     pub(crate) fn with_faults(mut self, mut faults: Faults) -> Self {
         self.network.mute(std::mem::take(&mut faults.mute));
-        for (&who, crash) in &faults.crashes {
-            if self.members.iter().all(|member| member.who != who) {
+        for (&participant, crash) in &faults.crashes {
+            if self.members.iter().all(|member| member.participant != participant) {
                 continue;
             }
-            self.queue.plan(crash.at, SimEvent::Crash { who });
+            self.queue.plan(crash.at, SimEvent::Crash { participant });
             if let Some((time, _)) = crash.back {
-                self.queue.plan(time, SimEvent::Return { who });
+                self.queue.plan(time, SimEvent::Return { participant });
                 self.returns += 1;
             }
         }
@@ -273,11 +273,11 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
     /// The coordinator first, so that it receives everything; then every robot observes from its start cell.
     fn start(&mut self) -> Result<(), C::Error> {
         for index in (0..self.members.len()).rev() {
-            let who = self.members[index].who;
-            self.tell(MissionTime::START, who, Event::Start)?;
+            let participant = self.members[index].participant;
+            self.tell(MissionTime::START, participant, Event::Start)?;
         }
         for index in 0..self.members.len() {
-            if let Participant::Robot(robot) = self.members[index].who {
+            if let Participant::Robot(robot) = self.members[index].participant {
                 self.observe(MissionTime::START, robot)?;
             }
         }
@@ -334,8 +334,9 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
         let is_all_seen = crashes.is_empty() && commands.is_empty() && liar.is_none();
         let mut expected = is_all_seen.then(|| self.world.merged().digest());
         let liar = liar.map(Participant::Robot);
-        for member in self.members.iter().filter(|member| member.is_up && Some(member.who) != liar) {
-            let digest = self.participants.digest(member.who, now + self.faults.ahead(member.who))?;
+        for member in self.members.iter().filter(|member| member.is_up && Some(member.participant) != liar) {
+            let digest =
+                self.participants.digest(member.participant, now + self.faults.ahead(member.participant))?;
             if *expected.get_or_insert(digest) != digest {
                 return Ok(false);
             }
@@ -353,16 +354,16 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
                 }
             }
             SimEvent::Delivery { from, to, message } => self.deliver(now, from, to, message)?,
-            SimEvent::Waking { who, number } => {
-                let place = self.place(who);
+            SimEvent::Waking { participant, number } => {
+                let place = self.place(participant);
                 if self.members[place].waking == number {
                     // It may ask for the same time once more.
                     self.members[place].wake_at = MissionTime(u64::MAX);
-                    self.tell(now, who, Event::Woke)?;
+                    self.tell(now, participant, Event::Woke)?;
                 }
             }
-            SimEvent::Crash { who } => self.crash(who),
-            SimEvent::Return { who } => self.bring_back(now, who)?,
+            SimEvent::Crash { participant } => self.crash(participant),
+            SimEvent::Return { participant } => self.bring_back(now, participant)?,
             SimEvent::Command(command) => self.command(now, command)?,
         }
         Ok(())
@@ -370,33 +371,33 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
 
     /// Passes an operator's command, once there is a coordinator.
     fn command(&mut self, now: MissionTime, command: Command) -> Result<(), C::Error> {
-        let who = Participant::Coordinator;
-        if self.members[self.place(who)].is_up {
-            return self.tell(now, who, Event::Commanded(command));
+        let participant = Participant::Coordinator;
+        if self.members[self.place(participant)].is_up {
+            return self.tell(now, participant, Event::Commanded(command));
         }
         self.queue.plan(now + self.heartbeat, SimEvent::Command(command));
         Ok(())
     }
 
     /// A participant stops, and so does its robot.
-    fn crash(&mut self, who: Participant) {
-        let place = self.place(who);
+    fn crash(&mut self, participant: Participant) {
+        let place = self.place(participant);
         let member = &mut self.members[place];
         member.is_up = false;
         member.wake_at = MissionTime(u64::MAX);
         member.waking += 1;
-        if let Participant::Robot(robot) = who {
+        if let Participant::Robot(robot) = participant {
             self.world.set_route(robot, Vec::new());
         }
     }
 
     /// A participant restarts; a robot observes from its cell.
-    fn bring_back(&mut self, now: MissionTime, who: Participant) -> Result<(), C::Error> {
+    fn bring_back(&mut self, now: MissionTime, participant: Participant) -> Result<(), C::Error> {
         self.returns -= 1;
-        let place = self.place(who);
+        let place = self.place(participant);
         self.members[place].is_up = true;
-        self.tell(now, who, Event::Start)?;
-        match who {
+        self.tell(now, participant, Event::Start)?;
+        match participant {
             Participant::Robot(robot) => self.observe(now, robot),
             Participant::Coordinator => Ok(()),
         }
@@ -432,20 +433,20 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
     fn tell(
         &mut self,
         now: MissionTime,
-        who: Participant,
+        participant: Participant,
         event: Event<C::MessageRef>,
     ) -> Result<(), C::Error> {
-        let effects = self.participants.step(who, now + self.faults.ahead(who), event)?;
-        self.react(now, who, effects);
+        let effects = self.participants.step(participant, now + self.faults.ahead(participant), event)?;
+        self.react(now, participant, effects);
         Ok(())
     }
 
-    fn react(&mut self, now: MissionTime, who: Participant, mut effects: Effects<C::MessageRef>) {
-        let ahead = self.faults.ahead(who);
+    fn react(&mut self, now: MissionTime, participant: Participant, mut effects: Effects<C::MessageRef>) {
+        let ahead = self.faults.ahead(participant);
         if !ahead.is_zero() && effects.wake_at < MissionTime(u64::MAX) {
             effects.wake_at = now + effects.wake_at.since(now + ahead);
         }
-        let place = self.place(who);
+        let place = self.place(participant);
         let member = &mut self.members[place];
         member.activity = effects.activity;
         // A restarted participant may ask for a past time: it is woken now.
@@ -454,14 +455,14 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
             member.wake_at = wake_at;
             member.waking += 1;
             if wake_at < MissionTime(u64::MAX) {
-                self.queue.plan(wake_at, SimEvent::Waking { who, number: member.waking });
+                self.queue.plan(wake_at, SimEvent::Waking { participant, number: member.waking });
             }
         }
         self.outcome.decisions.extend(effects.decision);
         for (audience, message) in effects.published {
-            self.send(now, who, audience, &message);
+            self.send(now, participant, audience, &message);
         }
-        if let (Participant::Robot(robot), Some(route)) = (who, effects.route) {
+        if let (Participant::Robot(robot), Some(route)) = (participant, effects.route) {
             (self.spectator)(
                 now,
                 StepContext::Departs { robot, route: route.clone(), activity: Some(effects.activity) },
@@ -472,8 +473,8 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
     }
 
     /// Robots are ordered by number, followed by the coordinator.
-    fn place(&self, who: Participant) -> usize {
-        match who {
+    fn place(&self, participant: Participant) -> usize {
+        match participant {
             Participant::Robot(robot) => robot.index(),
             Participant::Coordinator => self.members.len() - 1,
         }
@@ -482,6 +483,6 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
 
 impl Member {
     fn is_resting(&self) -> bool {
-        !self.is_up || self.who == Participant::Coordinator || self.activity.is_rest()
+        !self.is_up || self.participant == Participant::Coordinator || self.activity.is_rest()
     }
 }

@@ -53,9 +53,9 @@ pub struct FaultCounts {
     /// Robots that were slow.
     pub slow: u64,
     /// Robots that published false readings.
-    pub liars: u64,
+    pub false_reporters: u64,
     /// False readings that were rejected.
-    pub lies_refused: u64,
+    pub false_readings_rejected: u64,
     /// Requests for released observations, answered from disk.
     pub repeated: u64,
     /// Commands of the operator: pauses, marks, cells added to the search.
@@ -72,8 +72,8 @@ impl AddAssign for FaultCounts {
         self.coordinator_returned += other.coordinator_returned;
         self.clocks += other.clocks;
         self.slow += other.slow;
-        self.liars += other.liars;
-        self.lies_refused += other.lies_refused;
+        self.false_reporters += other.false_reporters;
+        self.false_readings_rejected += other.false_readings_rejected;
         self.repeated += other.repeated;
         self.commands += other.commands;
     }
@@ -102,12 +102,12 @@ pub enum Violation {
     #[error(transparent)]
     StateMachine(#[from] ParticipantError),
     /// An invariant does not hold.
-    #[error("at {:.3} s, {who}: {what}", at.as_seconds())]
+    #[error("at {:.3} s, {participant}: {what}", at.as_seconds())]
     Broken {
         /// When, by the participant's clock.
         at: MissionTime,
         /// The participant.
-        who: Participant,
+        participant: Participant,
         /// The invariant.
         what: String,
     },
@@ -144,7 +144,7 @@ pub fn run(
         network: outcome.network,
         clocks: faults.clocks.len() as u64,
         slow: faults.slowness.len() as u64,
-        liars: faults.liar.iter().count() as u64,
+        false_reporters: faults.liar.iter().count() as u64,
         ..participants.fault_counts
     };
     let (observations, checked) = (outcome.observations, participants.checks.count());
@@ -184,8 +184,8 @@ impl<'a, F: FnMut(&Scenario) -> Box<dyn StateMachine>> CheckedTeam<'a, F> {
         }
     }
 
-    fn machine(&mut self, who: Participant) -> &mut dyn StateMachine {
-        match who {
+    fn machine(&mut self, participant: Participant) -> &mut dyn StateMachine {
+        match participant {
             Participant::Robot(robot) => &mut self.robots[robot.index()],
             Participant::Coordinator => &mut *self.coordinator,
         }
@@ -206,19 +206,19 @@ impl<'a, F: FnMut(&Scenario) -> Box<dyn StateMachine>> CheckedTeam<'a, F> {
     }
 
     /// A simulator's start event is a restart, if the participant has crashed before.
-    fn start(&mut self, who: Participant, now: MissionTime) {
-        if now == MissionTime::START + self.faults.ahead(who) {
+    fn start(&mut self, participant: Participant, now: MissionTime) {
+        if now == MissionTime::START + self.faults.ahead(participant) {
             return;
         }
-        let Participant::Robot(robot) = who else {
+        let Participant::Robot(robot) = participant else {
             self.coordinator = (self.new_coordinator)(self.scenario);
             self.fault_counts.coordinator_returned += 1;
-            self.checks.restart(who, now, &[]);
+            self.checks.restart(participant, now, &[]);
             return;
         };
         let place = robot.index();
         self.robots[place] = Agent::new(self.config[place].clone());
-        let back = self.faults.crashes.get(&who).and_then(|crash| crash.back);
+        let back = self.faults.crashes.get(&participant).and_then(|crash| crash.back);
         if matches!(back, Some((_, Memory::Kept))) {
             self.fault_counts.returned_with_memory += 1;
             self.fault_counts.full_disks += u64::from(self.disks[place].restart() > 0);
@@ -229,7 +229,7 @@ impl<'a, F: FnMut(&Scenario) -> Box<dyn StateMachine>> CheckedTeam<'a, F> {
         for observation in self.disks[place].written() {
             self.robots[place].recall(observation);
         }
-        self.checks.restart(who, now, self.disks[place].written());
+        self.checks.restart(participant, now, self.disks[place].written());
     }
 }
 
@@ -239,31 +239,32 @@ impl<F: FnMut(&Scenario) -> Box<dyn StateMachine>> Participants for CheckedTeam<
 
     fn step(
         &mut self,
-        who: Participant,
+        participant: Participant,
         now: MissionTime,
         event: Event<Message>,
     ) -> Result<Effects<Message>, Violation> {
         if event == Event::Start {
-            self.start(who, now);
+            self.start(participant, now);
         }
         if matches!(event, Event::Commanded(_)) {
             self.fault_counts.commands += 1;
         }
-        self.checks.before(who, now, &event);
-        let mut effects = self.machine(who).handle(now, event)?;
-        if let Participant::Robot(robot) = who {
+        self.checks.before(participant, now, &event);
+        let mut effects = self.machine(participant).handle(now, event)?;
+        if let Participant::Robot(robot) = participant {
             self.keep(robot, now, &mut effects);
         }
-        let (digest, observations) = (self.machine(who).digest(), self.machine(who).observations());
-        self.checks.after(who, now, &effects, digest, observations)?;
-        self.fault_counts.lies_refused += effects.refused.len() as u64;
-        if self.faults.liar.map(Participant::Robot) == Some(who) {
+        let (digest, observations) =
+            (self.machine(participant).digest(), self.machine(participant).observations());
+        self.checks.after(participant, now, &effects, digest, observations)?;
+        self.fault_counts.false_readings_rejected += effects.rejected.len() as u64;
+        if self.faults.liar.map(Participant::Robot) == Some(participant) {
             effects.published.iter_mut().for_each(|(_, message)| lie::reported(message));
         }
         Ok(effects)
     }
 
-    fn digest(&mut self, who: Participant, _: MissionTime) -> Result<Digest, Violation> {
-        Ok(self.machine(who).digest())
+    fn digest(&mut self, participant: Participant, _: MissionTime) -> Result<Digest, Violation> {
+        Ok(self.machine(participant).digest())
     }
 }

@@ -233,16 +233,16 @@ impl Participants for IdleRobots {
 
     fn step(
         &mut self,
-        who: Participant,
+        participant: Participant,
         now: MissionTime,
         event: Event<Message>,
     ) -> Result<Effects<Message>, ParticipantError> {
-        let effects = LocalParticipants::new(&mut self.robots, None).step(who, now, event)?;
+        let effects = LocalParticipants::new(&mut self.robots, None).step(participant, now, event)?;
         Ok(Effects { route: None, ..effects })
     }
 
-    fn digest(&mut self, who: Participant, now: MissionTime) -> Result<Digest, ParticipantError> {
-        LocalParticipants::new(&mut self.robots, None).digest(who, now)
+    fn digest(&mut self, participant: Participant, now: MissionTime) -> Result<Digest, ParticipantError> {
+        LocalParticipants::new(&mut self.robots, None).digest(participant, now)
     }
 }
 

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use dragnet_runtime::serve::{self, Precedence};
-use dragnet_search::information::InformationTable;
+use dragnet_search::utility::UtilityTable;
 
 use super::settings::Kind;
 use super::{Failure, dry_run, eyes};
@@ -36,7 +36,7 @@ pub(crate) struct Arguments {
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let Some(config) = &arguments.config else { return Ok(terminal::print(&Kind::Agent.template())?) };
-    InformationTable::warm_up();
+    UtilityTable::warm_up();
     if let Some(recording) = &arguments.dry_run {
         return dry_run::execute(config, recording);
     }

@@ -73,7 +73,7 @@ fn check(path: &Path) -> Result<String, String> {
             Ok(format!("coordinator of mission {}", checked.mission))
         }),
         Kind::Sim => config::load::<SimSettings>(path)
-            .map(|settings| format!("simulator of mission {}", settings.mission)),
+            .and_then(|settings| Ok(format!("simulator of mission {}", settings.check(path)?))),
     };
     settings.map(|what| format!("{file}: ok: {what}\n")).map_err(|error| error.to_string())
 }

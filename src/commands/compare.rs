@@ -1,17 +1,17 @@
 //! `dragnet compare`: policies against each other, over scenarios and seeds.
 
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use dragnet_experiments::comparison::part::{self, Part};
 use dragnet_experiments::comparison::{Case, Experiment};
 use dragnet_experiments::seeds::Seeds;
 use dragnet_experiments::shard::Shard;
-use dragnet_learn::policy::PolicyName;
 use dragnet_scenario::Scenario;
+use dragnet_scenario::file::PolicyField;
 use dragnet_sim::simulation::End;
 
 use super::comparison::{Origin, Output};
+use super::scenario::Policies;
 use super::{Failure, scenario};
 use crate::VERSION;
 use crate::terminal::progress::Bars;
@@ -28,15 +28,16 @@ use crate::terminal::{self, counted};
 #[command(after_help = "\
 Examples:
   dragnet compare scenarios/paper/figure_four.toml --policies greedy,path --seeds 10
+  dragnet compare scenarios/paper/*.toml --policies 'path,path(path_length_weight=1),tour' --seeds 50
   dragnet compare scenarios/paper/*.toml --policies random,coverage,greedy,path --density 0.01 --out results
   dragnet compare scenarios/paper/*.toml --policies greedy,path --seeds 50 --shard 3/8 --out parts")]
 pub(crate) struct Arguments {
     /// Scenario files (TOML), or names that `dragnet scenarios` lists
     #[arg(required = true, value_name = "SCENARIO")]
     scenarios: Vec<PathBuf>,
-    /// Policies, separated by commas, each with its default parameters
-    #[arg(long, required = true, value_delimiter = ',', value_name = "A,B,..", value_parser = scenario::policy_names())]
-    policies: Vec<PolicyName>,
+    /// Policies, separated by commas; parameters, which are those of scenarios, in parentheses
+    #[arg(long, value_name = "A,B(KEY=VALUE,..),..", value_parser = scenario::POLICIES)]
+    policies: Policies,
     /// Weights for the policy gnn, instead of the built-in ones
     #[arg(long, value_name = "FILE")]
     weights: Option<PathBuf>,
@@ -73,7 +74,7 @@ pub(crate) struct Arguments {
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let experiment = Experiment { cases: cases(arguments)?, seeds: arguments.seeds };
-    arguments.output.prepare()?;
+    arguments.output.prepare(&experiment.design())?;
     if let (Some(shard), Some(folder)) = (arguments.shard, &arguments.output.out) {
         return run_shard(&experiment, shard, folder, arguments.threads);
     }
@@ -101,22 +102,19 @@ fn run_shard(
 
 /// Every policy on every scenario, as changed by the options.
 fn cases(arguments: &Arguments) -> Result<Vec<Case>, Failure> {
-    let mut policies = BTreeSet::new();
-    if let Some(twice) = arguments.policies.iter().find(|&&policy| !policies.insert(policy)) {
-        return Err(Failure::Input(format!("--policies: {twice} is there twice")));
-    }
-    scenario::check_weights(arguments.weights.as_deref(), "--policies", &arguments.policies)?;
+    let policies = &arguments.policies.0;
+    scenario::check_weights(arguments.weights.as_deref(), "--policies", policies)?;
     let mut cases = Vec::new();
     for scenario in scenario::load_each(&arguments.scenarios, &[])? {
-        for &policy in &arguments.policies {
-            let case = Case::new(changed(&scenario, policy, arguments)?, policy.as_str());
+        for policy in policies {
+            let case = Case::new(changed(&scenario, policy, arguments)?, &policy.to_string());
             cases.push(case.until(arguments.end));
         }
     }
     Ok(cases)
 }
 
-fn changed(scenario: &Scenario, policy: PolicyName, arguments: &Arguments) -> Result<Scenario, Failure> {
+fn changed(scenario: &Scenario, policy: &PolicyField, arguments: &Arguments) -> Result<Scenario, Failure> {
     let scenario = scenario::with_policy(scenario, "--policies", policy, arguments.weights.as_deref())?;
     let scenario = scenario::with(scenario, "--robots", arguments.robots, Scenario::with_robots)?;
     let scenario = scenario::with(scenario, "--density", arguments.density, Scenario::with_density)?;

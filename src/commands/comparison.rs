@@ -4,10 +4,11 @@ mod report;
 
 use std::path::PathBuf;
 
-use dragnet_experiments::comparison::{Design, Trial, files};
+use dragnet_experiments::comparison::{self, Design, Trial, files};
 use dragnet_experiments::output;
+use dragnet_scenario::file::PolicyField;
 
-use super::Failure;
+use super::{Failure, scenario};
 use crate::terminal;
 pub(super) use report::Origin;
 use report::Report;
@@ -18,25 +19,35 @@ pub(super) struct Output {
     /// Write tables (CSV) and the curves of each scenario (SVG) to this folder, replacing older ones
     #[arg(long, value_name = "DIR")]
     pub(super) out: Option<PathBuf>,
+    /// The policy, with its parameters, that the others are compared with [default: the first]
+    #[arg(long, value_name = "POLICY", value_parser = scenario::POLICY)]
+    baseline: Option<PolicyField>,
     /// Print one JSON object instead of tables
     #[arg(long)]
     json: bool,
 }
 
 impl Output {
-    /// Creates the folder before the episodes run.
-    pub(super) fn prepare(&self) -> Result<(), Failure> {
+    /// Checks the baseline and creates the folder before the episodes run.
+    pub(super) fn prepare(&self, design: &Design) -> Result<(), Failure> {
+        self.baseline(design)?;
         Ok(self.out.as_deref().map_or(Ok(()), output::make_folder)?)
+    }
+
+    fn baseline(&self, design: &Design) -> Result<String, Failure> {
+        let wanted = self.baseline.as_ref().map(PolicyField::to_string);
+        Ok(design.baseline(wanted.as_deref())?.to_owned())
     }
 
     /// Writes and prints the results of a complete experiment.
     pub(super) fn tell(&self, design: &Design, trials: Vec<Trial>, origin: Origin) -> Result<(), Failure> {
         let rows = design.rows(trials);
+        let differences = comparison::differences(&rows, &self.baseline(design)?);
         let written = match &self.out {
-            Some(folder) => files::write(folder, &rows, design.seeds)?,
+            Some(folder) => files::write(folder, &rows, &differences, design.seeds)?,
             None => Vec::new(),
         };
-        let report = Report { rows: &rows, seeds: design.seeds, origin };
+        let report = Report { rows: &rows, differences: &differences, seeds: design.seeds, origin };
         if self.json {
             return Ok(terminal::print_json(&report.json())?);
         }

@@ -84,6 +84,12 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
 /// The trajectories of all shards.
 fn plan(arguments: &Arguments) -> Result<Plan, Failure> {
     let Arguments { expert, max_decisions, explore, seeds, .. } = *arguments;
+    if expert == PolicyName::Exact(dragnet_search::policy::PolicyName::Tour) {
+        return Err(Failure::Input(
+            "--expert tour: it decides on a whole tour and scores no other waypoints; allowed are all other policies"
+                .to_owned(),
+        ));
+    }
     let mut plan = Plan::new(Watch { expert, max_decisions, explore }, VERSION);
     if arguments.mixture {
         plan.add_mixture(seeds).map_err(|error| Failure::Input(format!("--seeds: {error}")))?;

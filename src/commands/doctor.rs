@@ -8,7 +8,7 @@ use dragnet_keys::certificate;
 use dragnet_runtime::config::{self, AgentSettings};
 use dragnet_runtime::doctor::{self, Finding, Verdict};
 use dragnet_runtime::session;
-use dragnet_search::information::InformationTable;
+use dragnet_search::utility::UtilityTable;
 use time::OffsetDateTime;
 
 use super::{Failure, eyes};
@@ -33,7 +33,7 @@ pub(crate) struct Arguments {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
-    InformationTable::warm_up();
+    UtilityTable::warm_up();
     let mut failed = 0;
     let mut reported = Ok(());
     let mut tell = |finding: Finding| {

@@ -35,7 +35,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
         return tell(&demonstrations::part::join(&files, arguments.output.out.as_deref())?);
     }
     let joined = comparison::part::join(&files)?;
-    arguments.output.prepare()?;
+    arguments.output.prepare(&joined.design)?;
     arguments.output.tell(&joined.design, joined.trials, Origin::Parts(joined.parts))
 }
 

@@ -3,13 +3,13 @@
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
-use dragnet_learn::policy::PolicyName;
 use dragnet_live::page::Page;
 use dragnet_live::view::About;
 use dragnet_runtime::config::check_real_time_factor;
 use dragnet_runtime::team::{self, Medium, Options, RunObserver};
 use dragnet_scenario::Scenario;
-use dragnet_search::information::InformationTable;
+use dragnet_scenario::file::PolicyField;
+use dragnet_search::utility::UtilityTable;
 use dragnet_sim::simulation::StepObserver;
 use dragnet_sim::world::World;
 
@@ -35,9 +35,9 @@ Examples:
 pub(crate) struct Arguments {
     /// Scenario file (TOML): map, objects, sensor and robots; or a name that `dragnet scenarios` lists
     scenario: PathBuf,
-    /// Policy of all robots, with its default parameters, instead of the scenario's
-    #[arg(long, value_parser = scenario::policy_names())]
-    policy: Option<PolicyName>,
+    /// Policy of all robots instead of the scenario's, with its default parameters or as in 'tour(evaluations=4000)'
+    #[arg(long, value_parser = scenario::POLICY)]
+    policy: Option<PolicyField>,
     /// Weights for --policy gnn, instead of the built-in ones
     #[arg(long, value_name = "FILE")]
     weights: Option<PathBuf>,
@@ -90,14 +90,14 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let weights = arguments.weights.as_deref();
     scenario::check_weights(weights, "--policy", arguments.policy.as_slice())?;
     let mut scenario = scenario::load(&arguments.scenario)?;
-    if let Some(policy) = arguments.policy {
+    if let Some(policy) = &arguments.policy {
         scenario = scenario::with_policy(&scenario, "--policy", policy, weights)?;
     }
     let scenario = scenario::with(scenario, "--robots", arguments.robots, Scenario::with_robots)?;
     let medium = medium(arguments, &scenario)?;
     let recording = place_recording(arguments, &scenario)?;
     scenario::warn(&scenario);
-    InformationTable::warm_up();
+    UtilityTable::warm_up();
     let style = if arguments.json { Style::Json } else { Style::Text };
     let Some(listen) = arguments.live else {
         return search::tell(&scenario, style, |spectator| {

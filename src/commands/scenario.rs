@@ -1,11 +1,14 @@
 //! Scenarios as changed by options of the command line.
 
 use std::collections::BTreeSet;
+use std::ffi::OsStr;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::error::ErrorKind;
 use dragnet_learn::policy::{PolicyName, Shipped};
+use dragnet_scenario::file::PolicyField;
 use dragnet_scenario::{Scenario, ScenarioError};
 
 use super::{Failure, complain};
@@ -45,14 +48,14 @@ pub(super) fn warn(scenario: &Scenario) {
 }
 
 /// A scenario with the value of an option, if that is given.
-pub(super) fn with<T: Copy + Display>(
+pub(super) fn with<T: Clone + Display>(
     scenario: Scenario,
     flag: &str,
     value: Option<T>,
     change: impl Fn(&Scenario, T) -> Result<Scenario, ScenarioError>,
 ) -> Result<Scenario, Failure> {
     let Some(value) = value else { return Ok(scenario) };
-    change(&scenario, value).map_err(|error| Failure::Input(format!("{flag} {value}: {error}")))
+    change(&scenario, value.clone()).map_err(|error| Failure::Input(format!("{flag} {value}: {error}")))
 }
 
 /// Parses the name of a policy.
@@ -61,14 +64,53 @@ pub(super) fn policy_names() -> impl TypedValueParser<Value = PolicyName> {
         .try_map(|name| name.parse::<PolicyName>())
 }
 
+/// Parses the argument of an option by a function, and lists the names of the policies in its help.
+#[derive(Clone)]
+pub(super) struct PolicyParser<T>(pub(super) fn(&str) -> Result<T, String>);
+
+/// Policies of one option, each with its parameters.
+#[derive(Clone)]
+pub(super) struct Policies(pub(super) Vec<PolicyField>);
+
+/// Parses a policy with its parameters.
+pub(super) const POLICY: PolicyParser<PolicyField> =
+    PolicyParser(|text| text.parse().map_err(|error: dragnet_scenario::PolicyTextError| error.to_string()));
+
+/// Parses policies that are separated by commas.
+pub(super) const POLICIES: PolicyParser<Policies> =
+    PolicyParser(|text| dragnet_scenario::policies(text).map(Policies));
+
+impl<T: Clone + Send + Sync + 'static> TypedValueParser for PolicyParser<T> {
+    type Value = T;
+
+    fn parse_ref(
+        &self,
+        command: &clap::Command,
+        argument: Option<&clap::Arg>,
+        value: &OsStr,
+    ) -> Result<T, clap::Error> {
+        let text =
+            value.to_str().ok_or_else(|| clap::Error::new(ErrorKind::InvalidUtf8).with_cmd(command))?;
+        (self.0)(text).map_err(|reason| {
+            let option = argument.map_or_else(String::new, |it| format!(" for '{it}'"));
+            let message = format!("invalid value '{text}'{option}: {reason}\n");
+            clap::Error::raw(ErrorKind::ValueValidation, message).with_cmd(command)
+        })
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        Some(Box::new(PolicyName::all().map(|name| PossibleValue::new(name.as_str()))))
+    }
+}
+
 /// Checks that weights, if given, are used by one of the policies of an option.
 pub(super) fn check_weights(
     weights: Option<&Path>,
     flag: &str,
-    policies: &[PolicyName],
+    policies: &[PolicyField],
 ) -> Result<(), Failure> {
     match weights {
-        Some(file) if !policies.contains(&GNN) => {
+        Some(file) if !policies.iter().any(takes_weights) => {
             let file = file.display();
             Err(Failure::Input(format!(
                 "--weights {file}: no {flag} {GNN}; allowed is with {flag} {GNN} only"
@@ -82,15 +124,34 @@ pub(super) fn check_weights(
 pub(super) fn with_policy(
     scenario: &Scenario,
     flag: &str,
-    policy: PolicyName,
+    policy: &PolicyField,
     weights: Option<&Path>,
 ) -> Result<Scenario, Failure> {
     match weights {
-        Some(file) if policy == GNN => scenario
+        Some(file) if takes_weights(policy) => scenario
             .with_weights(file)
             .map_err(|error| Failure::Input(format!("--weights {}: {error}", file.display()))),
-        _ => with(scenario.clone(), flag, Some(policy), Scenario::with_policy),
+        _ => with(scenario.clone(), flag, Some(policy.clone()), |scenario, policy| {
+            scenario.with_policy(from_here(policy))
+        }),
     }
+}
+
+/// Whether a policy takes the weights of another option: those of its own would be forgotten.
+fn takes_weights(policy: &PolicyField) -> bool {
+    matches!(policy, PolicyField::Name(name) if name == GNN.as_str())
+}
+
+/// The policy of an option, whose weights are relative to the working directory.
+fn from_here(mut policy: PolicyField) -> PolicyField {
+    if let PolicyField::Table(table) = &mut policy
+        && let Some(file) = &mut table.weights
+        && let Ok(absolute) = std::path::absolute(&*file)
+        && let Some(absolute) = absolute.to_str()
+    {
+        absolute.clone_into(file);
+    }
+    policy
 }
 
 /// The policies of a scenario's robots, each named once.

@@ -6,6 +6,8 @@ use std::fmt::Write;
 use clap::ValueEnum;
 use dragnet_runtime::config::{AgentSettings, CoordinatorSettings, SimSettings};
 use dragnet_scenario::{schema_json, schema_of};
+use serde::Deserialize;
+use serde::de::IgnoredAny;
 use serde_json::Value;
 
 /// A kind of TOML file.
@@ -34,11 +36,11 @@ impl Kind {
 
     /// The kind of a file, by the keys that only that kind has.
     pub(crate) fn of(text: &str) -> Self {
-        let Ok(table) = text.parse::<toml::Table>() else { return Self::Scenario };
-        match (table.contains_key("common"), table.contains_key("robot")) {
+        let keys = toml::from_str::<Keys>(text).unwrap_or_else(|_| Keys::seen(text));
+        match (keys.common.is_some(), keys.robot.is_some()) {
             (true, true) => Self::Agent,
             (true, false) => Self::Coordinator,
-            (false, _) if table.get("mission").is_some_and(toml::Value::is_str) => Self::Sim,
+            (false, _) if keys.mission.is_some_and(|mission| mission.is_str()) => Self::Sim,
             (false, _) => Self::Scenario,
         }
     }
@@ -62,6 +64,33 @@ impl Kind {
             section.write_reference(&mut text);
         }
         text
+    }
+}
+
+/// The keys that tell kinds apart.
+#[derive(Default, Deserialize)]
+struct Keys {
+    common: Option<IgnoredAny>,
+    robot: Option<IgnoredAny>,
+    /// A name in settings of a simulator, and a table in a scenario.
+    mission: Option<toml::Value>,
+}
+
+impl Keys {
+    /// The keys of lines, in a file that is not valid TOML: its error is told by the reader of its kind.
+    fn seen(text: &str) -> Self {
+        let mut keys = Self::default();
+        for line in text.lines().map(str::trim_start) {
+            match line.split_once(['=', '.', ']']).map(|(key, value)| (key.trim(), value.trim_start())) {
+                Some(("[common" | "common", _)) => keys.common = Some(IgnoredAny),
+                Some(("robot", _)) => keys.robot = Some(IgnoredAny),
+                Some(("mission", value)) if value.starts_with(['"', '\'']) && keys.common.is_none() => {
+                    keys.mission = Some(toml::Value::String(String::new()));
+                }
+                _ => {}
+            }
+        }
+        keys
     }
 }
 

@@ -112,8 +112,8 @@ impl Total {
             ("restarts of the coordinator", self.faults.coordinator_returned),
             ("clocks that were ahead", self.faults.clocks),
             ("slow robots", self.faults.slow),
-            ("robots with false readings", self.faults.liars),
-            ("false readings that were rejected", self.faults.lies_refused),
+            ("robots with false readings", self.faults.false_reporters),
+            ("false readings that were rejected", self.faults.false_readings_rejected),
             ("requests that a robot answered from its disk", self.faults.repeated),
             ("commands of the operator", self.faults.commands),
         ];

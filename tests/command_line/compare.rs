@@ -35,7 +35,10 @@ fn a_row_holds_means_their_errors_and_a_curve() {
             (keys(&row["auc_f1"]), keys(&row["average_recall"])),
             (vec!["mean", "sem"], vec!["mean", "sem"])
         );
-        assert_eq!(keys(&row["cells_to_full_recall"]), ["mean", "reached", "sem"]);
+        let cells = ["mean", "reached", "recall", "restricted_mean", "restricted_sem", "sem"];
+        assert_eq!(keys(&row["cells_to_full_recall"]), cells);
+        let parts = row["cells_to_recall"].as_array().unwrap();
+        assert!(parts.len() == 3 && parts.iter().all(|part| keys(part) == cells), "{row}");
         let curve = &row["curve"];
         assert_eq!(keys(curve), ["cells", "mean", "sem"]);
         assert!(["cells", "mean", "sem"].iter().all(|key| curve[key].as_array().unwrap().len() == 61));
@@ -99,6 +102,7 @@ fn an_unreached_recall_has_no_mean() {
         rows(&Place::new(), &["--policies", "coverage", "--seeds", "2", "--robots", "1", "--budget", "1"]);
     let full = &rows[0]["cells_to_full_recall"];
     assert_eq!((&full["mean"], &full["reached"]), (&Value::Null, &0.into()));
+    assert_eq!((&full["restricted_mean"], &full["restricted_sem"]), (&1.0.into(), &0.0.into()));
 }
 
 #[test]
@@ -106,12 +110,55 @@ fn the_table_is_aligned_and_explains_how_episodes_end() {
     let place = Place::new();
     let text =
         place.succeed(&["compare", "small.toml", "--policies", "greedy,path-additive", "--seeds", "3"]);
-    assert!(text.contains("An episode ends when every object is found"), "{text}");
-    let lines: Vec<&str> = text.lines().filter(|line| line.starts_with("small")).collect();
-    let widths: Vec<usize> = lines.iter().map(|line| line.chars().count()).collect();
-    assert!(lines.len() == 2 && widths[0] == widths[1], "{text}");
-    assert!(lines.iter().all(|line| line.contains(" ± ")), "{text}");
-    assert!(text.contains("robots: 2; budget: 60 cells\n"), "{text}");
+    assert!(text.contains("An episode ends when"), "{text}");
+    let lines: Vec<&str> = text.lines().filter(|line| line.starts_with("path-additive")).collect();
+    let heads: Vec<&str> =
+        text.lines().filter(|line| line.starts_with("policy") || line.starts_with("less")).collect();
+    assert_eq!((lines.len(), heads.len()), (3, 3), "{text}");
+    for (line, head) in lines.iter().zip(heads).take(2) {
+        assert_eq!(line.chars().count(), head.chars().count(), "{text}");
+        assert!(line.contains(" ± "), "{text}");
+    }
+    assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+    assert!(text.contains("small: 2 robots, ") && text.contains("budget 60 cells\n"), "{text}");
+}
+
+#[test]
+fn policies_take_parameters_and_are_compared_with_a_baseline() {
+    let place = Place::new();
+    let with = |more: &[&str]| {
+        let policies = "path,path( path_length_weight = 1 ),tour(evaluations=10)";
+        place.json(
+            &[&["compare", "small.toml", "--json", "--policies", policies, "--seeds", "6"], more].concat(),
+        )
+    };
+    let report = with(&[]);
+    let rows = report["rows"].as_array().unwrap();
+    let labels: Vec<&Value> = rows.iter().map(|row| &row["policy"]).collect();
+    assert_eq!(labels, ["path", "path(path_length_weight=1)", "tour(evaluations=10)"]);
+    let row = |label: &str| rows.iter().find(|row| row["policy"] == label).unwrap();
+    let differences = report["differences"].as_array().unwrap();
+    assert_eq!(differences.len(), 2);
+    for difference in differences {
+        assert_eq!((&difference["scenario"], &difference["baseline"]), (&"small".into(), &"path".into()));
+        for (key, mean) in
+            [("cells_to_full_recall", "restricted_mean"), ("average_recall", "mean"), ("auc_f1", "mean")]
+        {
+            let of = |label: &str| row(label)[key][mean].as_f64().unwrap();
+            let interval = &difference[key];
+            let found = interval["mean"].as_f64().unwrap();
+            assert!((found - (of(difference["policy"].as_str().unwrap()) - of("path"))).abs() < 1e-9);
+            let [low, high] = ["low", "high"].map(|end| interval[end].as_f64().unwrap());
+            assert!(low <= found && found <= high, "{difference}");
+            assert_eq!(interval["verdict"].is_null(), low <= 0.0 && high >= 0.0, "{difference}");
+        }
+    }
+    let other = with(&["--baseline", "tour(evaluations = 10)"]);
+    assert_eq!(other["differences"][0]["baseline"], "tour(evaluations=10)");
+    place.refuse(
+        &["compare", "small.toml", "--policies", "path,greedy", "--baseline", "tour"],
+        &["--baseline tour", "greedy, path"],
+    );
 }
 
 #[test]
@@ -123,6 +170,7 @@ fn tables_and_curves_are_written_where_asked() {
     let read = |name: &str| fs::read_to_string(place.path("deep/results").join(name)).unwrap();
     assert_eq!(read("summary.csv").lines().count(), 3);
     assert_eq!(read("episodes.csv").lines().count(), 5);
+    assert_eq!(read("differences.csv").lines().count(), 2);
     let points = rows[0]["curve"]["cells"].as_array().unwrap().len();
     assert_eq!(read("curves.csv").lines().count(), 1 + 2 * points);
     let drawing = read("small.svg");

@@ -157,7 +157,7 @@ fn the_honest_of_these_messages_count() {
     }
     assert_eq!(mission.replica().log().len(), 12);
     assert_ne!(mission.belief().digest(), scenario.prior().digest());
-    assert!(mission.replica().refused().is_empty());
+    assert!(mission.replica().rejected().is_empty());
 }
 
 #[test]
@@ -194,9 +194,9 @@ fn check_has_met_all(tally: &Tally) {
     }
     assert!(tally.misattributed >= 20_000);
     assert!(tally.counted >= 50_000);
-    assert_eq!(tally.refused.len(), 13, "of all reasons");
+    assert_eq!(tally.rejected.len(), 13, "of all reasons");
     // With so vague a sensor few values are impossible.
-    assert!(tally.refused.values().all(|&count| count >= 10));
+    assert!(tally.rejected.values().all(|&count| count >= 10));
 }
 
 /// A list at the end claims to be endless, and is as long as a message can be.

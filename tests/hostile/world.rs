@@ -64,14 +64,14 @@ pub(crate) struct Tally {
     /// Observations that counted, at the robot or at the coordinator.
     pub(crate) counted: u64,
     /// Observations that were rejected there, and why.
-    pub(crate) refused: BTreeMap<Rejection, u64>,
+    pub(crate) rejected: BTreeMap<Rejection, u64>,
 }
 
 /// The effects of a message on its receivers.
 #[derive(Default)]
 struct Heard {
     counted: u64,
-    refused: Vec<Rejection>,
+    rejected: Vec<Rejection>,
 }
 
 /// Everything in it depends on its seed alone.
@@ -221,8 +221,8 @@ impl World {
         for whom in [ROBOT, Participant::Coordinator].into_iter().filter(|&whom| whom != said.from) {
             let received = self.tell(whom, Event::Received { from: said.from, message: message.clone() });
             tally.counted += received.counted;
-            for why in received.refused {
-                *tally.refused.entry(why).or_default() += 1;
+            for why in received.rejected {
+                *tally.rejected.entry(why).or_default() += 1;
             }
         }
     }
@@ -240,7 +240,7 @@ impl World {
             let effects = machine.handle(self.now, event).unwrap();
             first.get_or_insert_with(|| Heard {
                 counted: effects.kept.len() as u64,
-                refused: effects.refused.iter().map(|refused| refused.why).collect(),
+                rejected: effects.rejected.iter().map(|rejected| rejected.why).collect(),
             });
             if let Some(route) = effects.route {
                 self.route = route.into();

@@ -82,10 +82,10 @@ fn two_robots_of_one_number_are_marked_and_described() {
             let session = open(&endpoints).await.unwrap();
             let mut both = Vec::new();
             for _ in 0..2 {
-                let (codec, who) =
+                let (codec, participant) =
                     (Codec::new(scenario.terrain().grid()), Participant::Robot(RobotId::FIRST));
                 let mut link =
-                    Link::join(session.clone(), "hall".parse().unwrap(), who, codec).await.unwrap();
+                    Link::join(session.clone(), "hall".parse().unwrap(), participant, codec).await.unwrap();
                 link.announce().await.unwrap();
                 both.push(link);
             }

@@ -139,8 +139,9 @@ async fn robots(listen: &str, numbers: &[u16]) -> Vec<Link> {
     let codec = Codec::new(scenario(TEAM).terrain().grid());
     let mut links = Vec::new();
     for &number in numbers {
-        let who = Participant::Robot(RobotId::new(number).unwrap());
-        let mut link = Link::join(session.clone(), "field".parse().unwrap(), who, codec).await.unwrap();
+        let participant = Participant::Robot(RobotId::new(number).unwrap());
+        let mut link =
+            Link::join(session.clone(), "field".parse().unwrap(), participant, codec).await.unwrap();
         link.announce().await.unwrap();
         links.push(link);
     }

@@ -107,12 +107,12 @@ async fn flood(session: Session, cell: Cell, rounds: Arc<AtomicU64>) {
             }
         }
         // Tokens that come and go: of one robot, of the coordinator, and of a participant outside the team.
-        for who in [
+        for participant in [
             Participant::Robot(FLOODER),
             Participant::Coordinator,
             Participant::Robot(RobotId::new(77).unwrap()),
         ] {
-            let alive = key(Topic::Alive { who, identity: 1000 + round });
+            let alive = key(Topic::Alive { participant, identity: 1000 + round });
             session.liveliness().declare_token(alive).await.unwrap().undeclare().await.unwrap();
         }
         tokio::time::sleep(Duration::from_millis(1)).await;
@@ -165,7 +165,7 @@ async fn a_flood_fills_neither_logs_nor_memory_and_the_others_are_received() {
     let mate = Witnessed::start("agent", &field.robot_settings(2, None));
     let world = field.world();
     let session = open(&field.endpoints(4)).await.unwrap();
-    let alive = key(Topic::Alive { who: Participant::Robot(FLOODER), identity: 1 });
+    let alive = key(Topic::Alive { participant: Participant::Robot(FLOODER), identity: 1 });
     let _present = session.liveliness().declare_token(alive).await.unwrap();
     let observations = || inspect(&recording).map_or(0, |read| read.observations);
     eventually("they search", || observations() > 3);

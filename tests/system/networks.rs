@@ -124,9 +124,9 @@ impl Mission {
     }
 
     /// Waits until a process has logged something this many times.
-    fn await_words(&self, who: &str, words: &str, times: usize) {
-        let count = |hosts: &Hosts| hosts.log(who).matches(words).count();
-        self.hosts.until(&format!("{who} says {words:?}"), |hosts| count(hosts) >= times);
+    fn await_words(&self, participant: &str, words: &str, times: usize) {
+        let count = |hosts: &Hosts| hosts.log(participant).matches(words).count();
+        self.hosts.until(&format!("{participant} says {words:?}"), |hosts| count(hosts) >= times);
     }
 
     /// Number of observations in a robot's journal.

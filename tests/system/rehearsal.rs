@@ -56,9 +56,13 @@ impl Robot {
     }
 
     async fn beat(&mut self, cell: usize, decision: u64, path: &[usize]) {
+        self.beat_at(0, cell, decision, path).await;
+    }
+
+    async fn beat_at(&mut self, time_ns: u64, cell: usize, decision: u64, path: &[usize]) {
         let heartbeat = Heartbeat {
             robot: ONE,
-            time_ns: 0,
+            time_ns,
             activity: Activity::Searching,
             cell: self.cells[cell],
             path_meters: 0.0,
@@ -100,7 +104,7 @@ async fn a_robot_moves_by_its_heartbeats_and_not_by_repeated_messages() {
     let session = open(&Endpoints { listen: listen.clone(), ..Endpoints::default() }).await.unwrap();
     let mut nobody = |_, _| ();
     let world = async {
-        let server = WorldServer::open(session, "m".parse().unwrap(), &row, 1, 20.0, &mut nobody);
+        let server = WorldServer::open(session, "m".parse().unwrap(), &row, 1, 20.0, false, &mut nobody);
         server.await.unwrap().run().await.map(|_| ())
     };
     let story = async {
@@ -126,6 +130,36 @@ async fn a_robot_moves_by_its_heartbeats_and_not_by_repeated_messages() {
         robot.beat(3, 6, &[4]).await;
         assert_eq!(robot.enters(usize::MAX).await, 4);
         assert!(twin.sights.try_recv().is_err());
+    };
+    tokio::select! {
+        ended = world => panic!("the world ended: {ended:?}"),
+        () = story => {}
+    }
+}
+
+/// A mission that runs does not wait for a robot that is lost; one that comes later is shown its cell.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_world_joins_a_mission_without_the_robots_that_are_lost() {
+    let pair = scenario(
+        "name = \"pair\"\n[map]\nshape = \"all_traversable\"\nrows = 1\ncolumns = 6\n[objects]\ncount = 1\n\
+         [robots]\ncount = 2\nstart = [0, 0]\n[mission]\nbudget_seconds = 36000.0\nspeed_meters_per_second = 1.0\n",
+    );
+    let listen = free_endpoints(1).unwrap();
+    let session = open(&Endpoints { listen: listen.clone(), ..Endpoints::default() }).await.unwrap();
+    let mut nobody = |_, _| ();
+    let world = async {
+        let server = WorldServer::open(session, "m".parse().unwrap(), &pair, 1, 20.0, true, &mut nobody);
+        server.await.unwrap().run().await.map(|_| ())
+    };
+    let story = async {
+        let mut robot = Robot::join(&pair, &listen[0]).await;
+        let mut ticks = tokio::time::interval(Duration::from_millis(500));
+        let begun = std::time::Instant::now();
+        while robot.sights.try_recv().is_err() {
+            ticks.tick().await;
+            robot.beat_at(1_000_000_000, 3, 5, &[4]).await;
+            assert!(begun.elapsed() < Duration::from_secs(50), "the world does not begin without robot 2");
+        }
     };
     tokio::select! {
         ended = world => panic!("the world ended: {ended:?}"),

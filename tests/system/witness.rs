@@ -90,7 +90,7 @@ impl StateMachine for Witness {
         let effects = self.node.handle(now, event)?;
         self.knowledge.send_modify(|knowledge| {
             effects.kept.iter().for_each(|observation| knowledge.add(observation));
-            let refused = effects.refused.iter();
+            let refused = effects.rejected.iter();
             knowledge.conflicting += refused.filter(|refused| refused.why == Rejection::Conflicting).count();
             knowledge.digest = Some(self.node.digest());
             knowledge.believed.extend(heartbeat);

@@ -84,14 +84,14 @@ impl Model {
         for layer in 0..self.shape.layers {
             channels = &channels + self.attend(layer, &channels, batch).leaky_relu();
         }
-        if self.shape.memory > 0 {
-            let memory = self.linear("memory", &channels).leaky_relu() * &batch.is_node;
-            let faded = batch.carry(memory, Some(&self.get("memory.fade").sigmoid()));
+        if self.shape.decay_channels > 0 {
+            let decaying = self.linear("decay", &channels).leaky_relu() * &batch.is_node;
+            let faded = batch.carry(decaying, Some(&self.get("decay.factor").sigmoid()));
             channels = Tensor::cat(&[channels, faded], 1);
         }
         let mixed = self.linear("mix", &channels).leaky_relu();
         let mut inputs = vec![mixed];
-        if self.shape.sums > 0 {
+        if self.shape.sum_channels > 0 {
             let (least, most) = SUM_LOG_RANGE;
             let values = self.linear("sum", &inputs[0]).clamp(f64::from(least), f64::from(most)).exp();
             let sums = batch.carry(values * &batch.is_candidate, None);
@@ -124,7 +124,7 @@ impl Model {
 
 fn first_values(name: &str, shape: &[usize], random: &mut Stream) -> Vec<f32> {
     let count: usize = shape.iter().product();
-    if name == "memory.fade" {
+    if name == "decay.factor" {
         let (first, last) = FIRST_FADE;
         let left = |place: usize| first + (last - first) * place as f64 / (count.max(2) - 1) as f64;
         return (0..count).map(|place| logit(left(place))).collect();

@@ -21,9 +21,9 @@ use rand::seq::IndexedRandom;
 /// The shape of the built-in networks; one that only decays, one that only sums; one without paths.
 const SHAPES: [Shape; 4] = [
     Shape::DEFAULT,
-    Shape { hidden: 64, layers: 1, memory: 5, sums: 0 },
-    Shape { hidden: 32, layers: 2, memory: 0, sums: 3 },
-    Shape { hidden: 32, layers: 3, memory: 0, sums: 0 },
+    Shape { hidden: 64, layers: 1, decay_channels: 5, sum_channels: 0 },
+    Shape { hidden: 32, layers: 2, decay_channels: 0, sum_channels: 3 },
+    Shape { hidden: 32, layers: 3, decay_channels: 0, sum_channels: 0 },
 ];
 
 #[test]

@@ -29,6 +29,10 @@ pub enum Ending {
         lost_bytes: u64,
         /// Messages that were written and could not be read, if the file's index is intact.
         lost_messages: Option<u64>,
+        /// Messages that are whole, but of topics whose definition is lost.
+        messages_without_topic: u64,
+        /// Whether its end is lost too.
+        is_cut_off: bool,
     },
 }
 
@@ -43,14 +47,28 @@ impl fmt::Display for Ending {
                  `tail -c +{} FILE > OTHER` makes a file of it",
                 at_byte + 1
             ),
-            Self::Damaged { reason, places, lost_bytes, lost_messages } => {
+            Self::Damaged {
+                reason,
+                places,
+                lost_bytes,
+                lost_messages,
+                messages_without_topic,
+                is_cut_off,
+            } => {
                 let places = if *places == 1 { "one place".to_owned() } else { format!("{places} places") };
                 let messages =
                     lost_messages.map_or("an unknown number of".to_owned(), |number| number.to_string());
                 write!(
                     formatter,
                     "damaged in {places}: {lost_bytes} bytes are lost, with {messages} messages; first {reason}"
-                )
+                )?;
+                if *messages_without_topic > 0 {
+                    write!(
+                        formatter,
+                        "; {messages_without_topic} more messages cannot be read, because the lost bytes define their topics"
+                    )?;
+                }
+                if *is_cut_off { formatter.write_str("; its end is cut off too") } else { Ok(()) }
             }
         }
     }

@@ -16,6 +16,12 @@ pub enum RecordingError {
         /// The cause.
         source: io::Error,
     },
+    /// The path is that of a folder or a device: choose another place.
+    #[error("{}: no plain file; allowed is the path of a recording", path.display())]
+    NoPlainFile {
+        /// The path.
+        path: PathBuf,
+    },
     /// The path exists: choose another name, or move it away.
     #[error("{}: exists already, and no recording is ever overwritten", path.display())]
     Exists {

@@ -69,6 +69,8 @@ struct Damage {
     bytes: u64,
     /// Messages that the index counts.
     messages: Option<u64>,
+    /// Messages of topics that no definition is read of.
+    without_topic: u64,
 }
 
 /// The content of a record of the file.
@@ -132,13 +134,15 @@ impl<R: Read + Seek> McapReader<R> {
 
     /// How the file ends, once it is read.
     pub(crate) fn ending(&self) -> Ending {
-        let Damage { first, places, bytes, messages } = &self.damage;
+        let Damage { first, places, bytes, messages, without_topic } = &self.damage;
         match first {
             Some(reason) => Ending::Damaged {
                 reason: reason.clone(),
                 places: *places,
                 lost_bytes: *bytes,
                 lost_messages: *messages,
+                messages_without_topic: *without_topic,
+                is_cut_off: matches!(self.ending, None | Some(Ending::CutOff)),
             },
             None => self.ending.clone().unwrap_or(Ending::CutOff),
         }
@@ -400,7 +404,10 @@ impl<R: Read + Seek> Iterator for McapReader<R> {
     fn next(&mut self) -> Option<Self::Item> {
         let step = self.step();
         match &step {
-            Ok(Some(Record::Message { .. })) => self.messages += 1,
+            Ok(Some(Record::Message { header, .. })) => {
+                self.messages += 1;
+                self.damage.without_topic += u64::from(!self.channels.contains(&header.channel_id));
+            }
             Ok(Some(Record::Channel(channel))) => {
                 self.channels.insert(channel.id);
             }

@@ -56,8 +56,8 @@ impl Mission {
             from: cell,
             readings: vec![mark.reading(cell)],
         });
-        if let Err(refused) = self.replica.record(Arc::clone(&observation)) {
-            return outcome.effects.refused.push(refused);
+        if let Err(rejected) = self.replica.record(Arc::clone(&observation)) {
+            return outcome.effects.rejected.push(rejected);
         }
         let has_declared = self.merge(now, &[Arc::clone(&observation)], outcome);
         outcome.effects.published.push((Audience::All, Message::Observation(observation)));

@@ -291,7 +291,7 @@ fn a_robot_that_reuses_numbers_is_noticed() {
     see(&mut mission, at(0), &observation(ONE, 0, 2, 1.0));
     let before = mission.belief().digest();
     assert_eq!(observations(&see(&mut mission, at(1), &observation(ONE, 0, 3, 1.0))), []);
-    assert_eq!((mission.replica().refused().values().sum::<u64>(), mission.belief().digest()), (1, before));
+    assert_eq!((mission.replica().rejected().values().sum::<u64>(), mission.belief().digest()), (1, before));
 }
 
 fn command(mission: &mut Mission, now: MissionTime, command: Command) -> Outcome {

@@ -233,6 +233,28 @@ fn check_playback(damaged: &Path, is_start_lost: bool, lost: usize) {
     }
 }
 
+/// Without the first chunk and the end nothing defines the topics that were there from the start.
+#[test]
+fn what_cannot_be_read_without_its_definition_is_counted() {
+    let folder = tempdir().unwrap();
+    let whole = Whole::record(&folder.path().join("whole.mcap"));
+    let damaged = folder.path().join("damaged.mcap");
+    let mut bytes = whole.bytes.clone();
+    bytes[whole.chunks[0].0 - 10] ^= 0x10;
+    let last = whole.chunks.len() - 1;
+    bytes.truncate(whole.chunks[last].0 - 5);
+    fs::write(&damaged, &bytes).unwrap();
+    let kept: usize = whole.chunks[1..last].iter().map(|(_, messages)| messages).sum();
+    let recovered = recover(&damaged, &folder.path().join("mended.mcap")).unwrap();
+    let Ending::Damaged { messages_without_topic, is_cut_off, .. } = recovered.ending else {
+        panic!("{recovered}")
+    };
+    assert!(is_cut_off && messages_without_topic > 0, "{recovered}");
+    assert_eq!(recovered.messages + messages_without_topic, kept as u64, "{recovered}");
+    let text = recovered.to_string();
+    assert!(text.contains("define their topics") && text.contains("its end is cut off too"), "{text}");
+}
+
 #[test]
 fn a_damaged_beginning_loses_the_header() {
     let folder = tempdir().unwrap();

@@ -3,6 +3,7 @@
 use dragnet_sim::comparison::{Row, Setting, Trial};
 use serde::{Deserialize, Serialize};
 
+use crate::ExperimentError;
 use crate::seeds::Seeds;
 use crate::shard::Shard;
 
@@ -38,5 +39,20 @@ impl Design {
         let count = usize::try_from(self.seeds.count()).unwrap_or(usize::MAX);
         let mut trials = trials.into_iter();
         self.settings.iter().map(|setting| Row::new(setting, trials.by_ref().take(count).collect())).collect()
+    }
+
+    /// The label of the policy that others are compared with: the wanted one, or the first.
+    ///
+    /// # Errors
+    /// If the experiment has no such policy.
+    pub fn baseline<'a>(&'a self, wanted: Option<&str>) -> Result<&'a str, ExperimentError> {
+        let mut policies: Vec<&str> = self.settings.iter().map(|setting| setting.policy.as_str()).collect();
+        let first = policies.first().copied().unwrap_or_default();
+        let Some(wanted) = wanted else { return Ok(first) };
+        policies.iter().copied().find(|&policy| policy == wanted).ok_or_else(|| {
+            policies.sort_unstable();
+            policies.dedup();
+            ExperimentError::Input(format!("--baseline {wanted}: allowed are {}", policies.join(", ")))
+        })
     }
 }

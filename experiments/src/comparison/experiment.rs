@@ -2,7 +2,7 @@
 
 use dragnet_proto::state_machine::ParticipantError;
 use dragnet_scenario::Scenario;
-use dragnet_search::information::InformationTable;
+use dragnet_search::utility::UtilityTable;
 use dragnet_sim::comparison::{self, Setting, Trial};
 use dragnet_sim::simulation::End;
 
@@ -45,7 +45,7 @@ impl Experiment {
         threads: Option<u16>,
         progress: &dyn Progress,
     ) -> Result<Done<Trial>, ExperimentError> {
-        InformationTable::warm_up();
+        UtilityTable::warm_up();
         jobs::run(&self.share(shard), threads, "episodes", progress, |(case, seed)| {
             case.run(*seed).map_err(ExperimentError::run)
         })

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use csv::Writer;
 use dragnet_learn::policy::{PolicyName, Shipped};
 use dragnet_search::policy::PolicyName as Exact;
-use dragnet_sim::comparison::{MeanCurve, Row};
+use dragnet_sim::comparison::{Difference, Interval, MeanCurve, Row};
 
 use crate::plot::{Figure, Line, LineStyle};
 use crate::seeds::Seeds;
@@ -19,7 +19,12 @@ const SETTLED: f64 = 0.005;
 ///
 /// # Errors
 /// If one cannot be drawn or written.
-pub fn write(folder: &Path, rows: &[Row], seeds: Seeds) -> Result<Vec<PathBuf>, ExperimentError> {
+pub fn write(
+    folder: &Path,
+    rows: &[Row],
+    differences: &[Difference],
+    seeds: Seeds,
+) -> Result<Vec<PathBuf>, ExperimentError> {
     let mut written = Vec::new();
     let mut keep = |name: String, content: Vec<u8>| {
         let path = folder.join(name);
@@ -27,9 +32,12 @@ pub fn write(folder: &Path, rows: &[Row], seeds: Seeds) -> Result<Vec<PathBuf>, 
         written.push(path);
         Ok::<(), ExperimentError>(())
     };
-    for (name, table) in
-        [("summary.csv", summary(rows)), ("episodes.csv", episodes(rows)), ("curves.csv", curves(rows))]
-    {
+    for (name, table) in [
+        ("summary.csv", summary(rows)),
+        ("differences.csv", differences_table(differences)),
+        ("episodes.csv", episodes(rows)),
+        ("curves.csv", curves(rows)),
+    ] {
         keep(name.to_owned(), table.map_err(|error| failure(&folder.join(name), error))?)?;
     }
     for rows in rows.chunk_by(|a, b| a.scenario == b.scenario) {
@@ -60,6 +68,11 @@ pub(crate) fn summary(rows: &[Row]) -> Result<Vec<u8>, csv::Error> {
         "cells_to_full_recall_mean",
         "cells_to_full_recall_sem",
         "cells_to_full_recall_reached",
+        "cells_to_full_recall_restricted_mean",
+        "cells_to_full_recall_restricted_sem",
+        "cells_to_50_recall_restricted_mean",
+        "cells_to_80_recall_restricted_mean",
+        "cells_to_95_recall_restricted_mean",
         "remaining_mean",
         "remaining_sem",
         "expected_remaining_mean",
@@ -76,11 +89,42 @@ pub(crate) fn summary(rows: &[Row]) -> Result<Vec<u8>, csv::Error> {
             writer.serialize((
                 (&row.scenario, &row.map, &row.policy, row.robots, row.seeds, row.budget_cells),
                 (f1.mean, f1.sem, recall.mean, recall.sem),
-                (full.mean, full.sem, full.reached),
+                (full.mean, full.sem, full.reached, full.restricted_mean, full.restricted_sem),
+                row.cells_to_recall.iter().map(|it| it.restricted_mean).collect::<Vec<_>>(),
                 (row.remaining.mean, row.remaining.sem),
                 (row.expected_remaining.mean, row.expected_remaining.sem, row.seeds_with_remaining),
                 (row.tail_s.mean, row.tail_s.sem),
                 (row.decision_ms.p50, row.decision_ms.p99),
+            ))
+        })
+    })
+}
+
+/// A row for each policy and scenario beside the baseline.
+fn differences_table(differences: &[Difference]) -> Result<Vec<u8>, csv::Error> {
+    let titles = [
+        "scenario",
+        "policy",
+        "baseline",
+        "cells_to_full_recall_mean",
+        "cells_to_full_recall_low",
+        "cells_to_full_recall_high",
+        "cells_to_full_recall_verdict",
+        "average_recall_mean",
+        "average_recall_low",
+        "average_recall_high",
+        "average_recall_verdict",
+        "auc_f1_mean",
+        "auc_f1_low",
+        "auc_f1_high",
+        "auc_f1_verdict",
+    ];
+    let columns = |interval: Interval| (interval.mean, interval.low, interval.high, interval.verdict);
+    table(titles, |writer| {
+        differences.iter().try_for_each(|it| {
+            writer.serialize((
+                (&it.scenario, &it.policy, &it.baseline),
+                (columns(it.cells_to_full_recall), columns(it.average_recall), columns(it.auc_f1)),
             ))
         })
     })
@@ -96,6 +140,9 @@ pub(crate) fn episodes(rows: &[Row]) -> Result<Vec<u8>, csv::Error> {
         "auc_f1",
         "average_recall",
         "cells_to_full_recall",
+        "cells_to_50_recall",
+        "cells_to_80_recall",
+        "cells_to_95_recall",
         "f1_at_end",
         "recall_at_end",
         "cells_at_end",
@@ -108,7 +155,8 @@ pub(crate) fn episodes(rows: &[Row]) -> Result<Vec<u8>, csv::Error> {
             |(row, trial)| {
                 writer.serialize((
                     (&row.scenario, &row.policy, row.robots, trial.seed, trial.auc_f1, trial.average_recall),
-                    (trial.cells_to_full_recall, trial.f1, trial.recall, trial.farthest_cells),
+                    (trial.cells_to_full_recall, trial.cells_to_recall),
+                    (trial.f1, trial.recall, trial.farthest_cells),
                     (trial.remaining, trial.expected_remaining, trial.tail_seconds),
                 ))
             },
@@ -142,9 +190,9 @@ pub(crate) fn table<const COLUMNS: usize>(
 
 /// The curves of one scenario.
 pub(crate) fn figure(rows: &[Row], seeds: Seeds) -> Figure<'_> {
-    let lines = rows.iter().map(|row| Line {
+    let lines = rows.iter().zip(line_styles(rows)).map(|(row, line_style)| Line {
         label: &row.policy,
-        line_style: row.policy.parse().map_or(LineStyle::default(), line_style),
+        line_style,
         lengths: &row.curve.cells,
         mean: &row.curve.mean,
         standard_error: &row.curve.sem,
@@ -162,6 +210,20 @@ pub(crate) fn figure(rows: &[Row], seeds: Seeds) -> Figure<'_> {
         height: 1.0,
         lines: lines.collect(),
     }
+}
+
+/// The style of each row's policy. Of one policy with several parameters the later ones have the next dashes.
+fn line_styles(rows: &[Row]) -> Vec<LineStyle> {
+    let mut styles: Vec<LineStyle> = Vec::new();
+    for row in rows {
+        let name = row.policy.split('(').next().unwrap_or_default();
+        let mut style = name.parse().map_or(LineStyle::default(), line_style);
+        while styles.contains(&style) && style.dashes + 1 < LineStyle::DASHES {
+            style.dashes += 1;
+        }
+        styles.push(style);
+    }
+    styles
 }
 
 /// A learned policy has the color of its expert, with its own dashes; the general one has its own color.

@@ -2,8 +2,8 @@
 
 use dragnet_scenario::Scenario;
 use dragnet_search::cell::Cell;
-use dragnet_search::information::InformationTable;
 use dragnet_search::policy::PolicyName;
+use dragnet_search::utility::UtilityTable;
 use dragnet_sim::world::World;
 
 use super::map::{Map, Size};
@@ -91,7 +91,7 @@ fn watch_all(
     seeds: Seeds,
     progress: &dyn Progress,
 ) -> Result<Vec<Walk>, ExperimentError> {
-    InformationTable::warm_up();
+    UtilityTable::warm_up();
     let work = progress.begin(seeds.count(), "seeds watched");
     let walks = (0..seeds.count()).map(|place| {
         let walk = walk(scenarios, seeds.at(place));

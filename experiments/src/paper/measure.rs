@@ -122,6 +122,7 @@ mod tests {
             auc_f1,
             average_recall: 0.0,
             cells_to_full_recall: None,
+            cells_to_recall: [None; 3],
             f1: 0.0,
             recall: 0.0,
             farthest_cells: 2.0,

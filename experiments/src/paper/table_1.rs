@@ -5,8 +5,8 @@ use std::time::Duration;
 use dragnet_agent::agent::Agent;
 use dragnet_learn::policy::{self, PolicyName, Shipped};
 use dragnet_scenario::Scenario;
-use dragnet_search::information::InformationTable;
 use dragnet_search::policy::{Parameters, PathIntegralReference, Policy, PolicyName as Exact};
+use dragnet_search::utility::UtilityTable;
 use dragnet_sim::comparison::Latencies;
 use dragnet_sim::episode;
 use dragnet_sim::simulation::End;
@@ -102,7 +102,7 @@ pub(super) fn section(seeds: Seeds, progress: &dyn Progress) -> Result<Section, 
 
 /// Decisions run one after the other, on one thread.
 fn measure(seeds: Seeds, progress: &dyn Progress) -> Result<Vec<Timing>, ExperimentError> {
-    InformationTable::warm_up();
+    UtilityTable::warm_up();
     let scenario = Map::IceCreamCone.scenario(Size::Thirty)?;
     let work = progress.begin((DECIDERS.len() * DECISIONS) as u64, "decisions");
     let timings = DECIDERS.iter().map(|&(decider, paper_seconds)| {

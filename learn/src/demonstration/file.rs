@@ -17,7 +17,7 @@ use crate::file::{self, Kind, Tensor, Tensors};
 
 /// Without a limit: their size depends on the map and on the length of the search.
 pub(super) const KIND: Kind =
-    Kind { name: "demonstrations", format: "dragnet-demonstrations-1", max_bytes: u64::MAX };
+    Kind { name: "demonstrations", format: "dragnet-demonstrations-2", max_bytes: u64::MAX };
 
 #[derive(Serialize, Deserialize)]
 struct Header {
@@ -107,7 +107,7 @@ fn tensors(trajectory: &Trajectory) -> Vec<Tensor> {
         let precision: Vec<i64> =
             decisions.iter().flat_map(|decision| -> Vec<i64> { of_decision(decision) }).collect();
         let bytes = precision.iter().flat_map(|precision| precision.to_le_bytes()).collect();
-        tensors.push(tensor("promised", Dtype::I64, &[count, cells], bytes));
+        tensors.push(tensor("planned_precision", Dtype::I64, &[count, cells], bytes));
     }
     tensors
 }
@@ -187,16 +187,16 @@ impl Reader<'_> {
 
     /// The planned precision of each decision; empty if the file has none.
     fn planned_precision(&self) -> Result<Vec<PlannedPrecision>, String> {
-        if !self.tensors.has("promised") {
+        if !self.tensors.has("planned_precision") {
             return Ok(Vec::new());
         }
         let cells = self.terrain.grid().cell_count();
-        let bytes = self.tensors.get("promised", Dtype::I64, &[self.count, cells])?;
+        let bytes = self.tensors.get("planned_precision", Dtype::I64, &[self.count, cells])?;
         let precision: Vec<i64> =
             bytes.as_chunks::<8>().0.iter().map(|bytes| i64::from_le_bytes(*bytes)).collect();
         let of_decision = |precision: &[i64]| {
             PlannedPrecision::from_precision(precision.to_vec())
-                .ok_or_else(|| "promised is below 0".to_owned())
+                .ok_or_else(|| "planned_precision is below 0".to_owned())
         };
         precision.chunks(cells).map(of_decision).collect()
     }

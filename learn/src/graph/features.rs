@@ -19,9 +19,9 @@ pub const FEATURE_NAMES: [&str; FEATURES] = [
     // Over ln 2.
     "entropy",
     // Information gain of an observation from the cell, beyond teammates' plans, over the best cell's.
-    "look_gain",
+    "information_gain",
     // ln of that, from 0 at 1e-4 of the best to 1 at the best.
-    "log_look_gain",
+    "log_information_gain",
     // ln(1 + L) / 4, L the length of the path to the cell in cells.
     "log_path_length",
     // ln(1 + L / 5) / 3: the paper's weight of path length, as a logarithm.
@@ -31,7 +31,7 @@ pub const FEATURE_NAMES: [&str; FEATURES] = [
     // Share of the eight cells around that are traversable and in reach.
     "openness",
     // k / (k + 10), k the planned precision of teammates.
-    "promised",
+    "planned_precision",
 ];
 
 /// Gains below this share of the best one count as none.

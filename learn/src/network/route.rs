@@ -5,34 +5,34 @@ use crate::graph::Graph;
 use super::exponential::{exp, ln};
 use super::{LEAST_SUM, SUM_LOG_RANGE};
 
-/// Channels that decay along the path: `r(child) = m(child) + fade * r(parent)`.
+/// Channels that decay along the path: `r(child) = m(child) + factor * r(parent)`.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Decay {
-    /// Share that remains after one cell, `0..1`, shape `[memory]`.
-    fade: Vec<f32>,
+    /// Share that remains after one cell, `0..1`, shape `[decay_channels]`.
+    factors: Vec<f32>,
 }
 
 impl Decay {
     /// From the logits of the shares.
     pub(super) fn new(logits: &[f32]) -> Self {
-        Self { fade: logits.iter().map(|logit| 1.0 / (1.0 + (-logit).exp())).collect() }
+        Self { factors: logits.iter().map(|logit| 1.0 / (1.0 + (-logit).exp())).collect() }
     }
 
-    /// In place, shape `[nodes, memory]`.
+    /// In place, shape `[nodes, decay_channels]`.
     #[inline(always)]
-    pub(super) fn carry(&self, memory: &mut [f32], graph: &Graph) {
-        let width = self.fade.len();
+    pub(super) fn carry(&self, channels: &mut [f32], graph: &Graph) {
+        let width = self.factors.len();
         for &node in &graph.order[1..] {
             let parent = graph.parent[node as usize] as usize * width;
             let node = node as usize * width;
-            for (channel, fade) in self.fade.iter().enumerate() {
-                memory[node + channel] += fade * memory[parent + channel];
+            for (channel, factor) in self.factors.iter().enumerate() {
+                channels[node + channel] += factor * channels[parent + channel];
             }
         }
     }
 }
 
-/// `ln(S + LEAST_SUM)` of sums along the path, `S(child) = exp(x(child)) + S(parent)`, in place, shape `[nodes, sums]`.
+/// `ln(S + LEAST_SUM)` of sums along the path, `S(child) = exp(x(child)) + S(parent)`, in place, shape `[nodes, sum_channels]`.
 /// The root adds nothing, since the observation from the robot's own cell has already been made.
 #[inline(always)]
 pub(super) fn log_sums(values: &mut [f32], graph: &Graph) {

@@ -106,7 +106,7 @@ fn a_trajectory_comes_back_from_its_file_byte_for_byte() {
 fn plans_are_written_only_if_there_are_any() {
     let mut trajectory = trajectory("path", 7);
     let has_promises = |trajectory: &Trajectory| {
-        Parts::of(&written(trajectory).2).tensors.iter().any(|part| part.name == "promised")
+        Parts::of(&written(trajectory).2).tensors.iter().any(|part| part.name == "planned_precision")
     };
     assert!(has_promises(&trajectory));
     trajectory.decisions.remove(1);
@@ -130,8 +130,8 @@ fn a_contradictory_header_is_rejected() {
     };
     check(
         "format",
-        json!("dragnet-demonstrations-2"),
-        "format \"dragnet-demonstrations-2\": this program reads",
+        json!("dragnet-demonstrations-9"),
+        "format \"dragnet-demonstrations-9\": this program reads",
     );
     check("decisions", json!(4), "log_odds_nats is F32 [3, 15]; expected F32 [4, 15]");
     check("decisions", json!(usize::MAX), "log_odds_nats is F32 [3, 15]; expected F32 [");
@@ -143,8 +143,8 @@ fn a_contradictory_header_is_rejected() {
     check("radius", json!(0), "sensor radius 0 cells");
     check("noise_variance", json!(-1.0), "sensor variance noise_variance = -1");
     check("expert", json!(null), "the header's \"dragnet\": invalid type: null");
-    let weights = |parts: &mut Parts| parts.header = json!({"format": "dragnet-weights-1"});
-    refuse(&path, &changed(&file, weights), "format \"dragnet-weights-1\": this program reads");
+    let weights = |parts: &mut Parts| parts.header = json!({"format": "dragnet-weights-2"});
+    refuse(&path, &changed(&file, weights), "format \"dragnet-weights-2\": this program reads");
 }
 
 #[test]
@@ -158,7 +158,7 @@ fn invalid_decisions_are_rejected() {
     check(&|parts| put(parts, "scores", &f32::NAN.to_le_bytes()), "scores holds NaN at place 0");
     check(&|parts| put(parts, "robot", &15_u32.to_le_bytes()), "robot 15 is no traversable cell of the map");
     check(&|parts| put(parts, "chosen", &6_u32.to_le_bytes()), "chosen 6 is no traversable cell of the map");
-    check(&|parts| put(parts, "promised", &(-1_i64).to_le_bytes()), "promised is below 0");
+    check(&|parts| put(parts, "planned_precision", &(-1_i64).to_le_bytes()), "planned_precision is below 0");
     check(&|parts| parts.tensors.retain(|part| part.name != "chosen"), "chosen is missing");
     check(&|parts| parts.get("robot").dtype = Dtype::I32, "robot is I32 [3]; expected U32 [3]");
 }

@@ -42,7 +42,7 @@ fn refuse(file: &[u8], expected: &str) {
 
 #[test]
 fn weights_come_back_from_a_file_byte_for_byte() {
-    for shape in [Shape::DEFAULT, Shape { hidden: 64, layers: 1, memory: 0, sums: 0 }] {
+    for shape in [Shape::DEFAULT, Shape { hidden: 64, layers: 1, decay_channels: 0, sum_channels: 0 }] {
         let weights = weights(shape);
         let bytes = weights.to_bytes().unwrap();
         let read = Weights::from_bytes(&bytes).unwrap();
@@ -95,14 +95,14 @@ fn a_contradictory_header_is_rejected() {
         let changed = changed(&file, |parts| *parts.header.pointer_mut(pointer).unwrap() = value);
         refuse(&changed, expected);
     };
-    check("/format", json!("dragnet-weights-2"), "format \"dragnet-weights-2\": this program reads");
+    check("/format", json!("dragnet-weights-9"), "format \"dragnet-weights-9\": this program reads");
     check("/features/3", json!("luck"), "weights for the features probability, log_odds, entropy, luck, ");
     check("/features", json!(["luck"]), "weights for the features luck; this program has probability, ");
     check("/shape/hidden", json!(64), "parameter encoder.weight is F32 [32, 10]; expected F32 [64, 10]");
     check("/shape/layers", json!(4), "parameter attention.3.weight is missing");
     check("/shape/layers", json!(2), "parameters; a network of these sizes has ");
-    check("/shape/memory", json!(0), "parameter mix.weight is F32 [32, 48]; expected F32 [32, 32]");
-    check("/shape/sums", json!(5), "parameter sum.weight is F32 [4, 32]; expected F32 [5, 32]");
+    check("/shape/decay_channels", json!(0), "parameter mix.weight is F32 [32, 48]; expected F32 [32, 32]");
+    check("/shape/sum_channels", json!(5), "parameter sum.weight is F32 [4, 32]; expected F32 [5, 32]");
     for (size, value) in [
         ("hidden", json!(0)),
         ("hidden", json!(33)),
@@ -110,8 +110,8 @@ fn a_contradictory_header_is_rejected() {
         ("hidden", json!(1_u64 << 40)),
         ("layers", json!(0)),
         ("layers", json!(1_u64 << 40)),
-        ("memory", json!(1_u64 << 40)),
-        ("sums", json!(usize::MAX)),
+        ("decay_channels", json!(1_u64 << 40)),
+        ("sum_channels", json!(usize::MAX)),
     ] {
         let expected = format!("{size}: {value}");
         let error = Weights::from_bytes(&changed(&file, |parts| parts.header["shape"][size] = value));
@@ -139,8 +139,8 @@ fn parameters_that_do_not_fit_are_rejected() {
         "parameter head.weight holds -inf at place 0",
     );
     check(
-        &|parts| parts.tensors.retain(|part| part.name != "memory.fade"),
-        "parameter memory.fade is missing",
+        &|parts| parts.tensors.retain(|part| part.name != "decay.factor"),
+        "parameter decay.factor is missing",
     );
     let extra = || Part { name: "more".to_owned(), dtype: Dtype::F32, shape: vec![1], bytes: vec![0; 4] };
     let count = Parts::of(&file).tensors.len();

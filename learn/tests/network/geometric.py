@@ -75,13 +75,13 @@ class Network(torch.nn.Module):
 
     def forward(self, graph):
         channels = self.attend(graph)
-        if self.shape["memory"]:
-            fade = torch.sigmoid(self.tensors["memory.fade"])
-            channels = torch.cat([channels, graph.carry(leaky_relu(self.linear("memory", channels)), fade)], 1)
+        if self.shape["decay_channels"]:
+            fade = torch.sigmoid(self.tensors["decay.factor"])
+            channels = torch.cat([channels, graph.carry(leaky_relu(self.linear("decay", channels)), fade)], 1)
         inputs = [leaky_relu(self.linear("mix", channels))]
-        if self.shape["sums"]:
+        if self.shape["sum_channels"]:
             counted = self.linear("sum", inputs[0]).clamp(-12.0, 6.0).exp() * graph.is_not_root
-            inputs.append(torch.log(graph.carry(counted, torch.ones(self.shape["sums"])) + 1e-6))
+            inputs.append(torch.log(graph.carry(counted, torch.ones(self.shape["sum_channels"])) + 1e-6))
         inputs = torch.cat([*inputs, graph.features], 1)
         head = leaky_relu(self.linear("head", inputs))
         return LOGIT_SCALE * self.linear("logit", torch.cat([head, inputs], 1)).squeeze(1)

@@ -53,10 +53,10 @@ fn features_match_their_names() {
     check("robot", [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     check("openness", [0.125, 0.25, 0.25, 0.25, 0.25, 0.125]);
     // 1 / v(d) of the sensor: 1000 in the cell itself, then 200 / d^2.
-    check("promised", [0.990_099, 0.952_381, 0.833_333, 0.689_655, 0.555_556, 0.444_444]);
-    let gains = find("look_gain");
+    check("planned_precision", [0.990_099, 0.952_381, 0.833_333, 0.689_655, 0.555_556, 0.444_444]);
+    let gains = find("information_gain");
     assert!(gains[0] <= 0.0 && gains.iter().filter(|&&gain| gain >= 1.0).count() == 1, "{gains:?}");
-    check("log_look_gain", gains.map(|gain| 1.0 - (gain + 1e-4).ln() / 1e-4_f64.ln()));
+    check("log_information_gain", gains.map(|gain| 1.0 - (gain + 1e-4).ln() / 1e-4_f64.ln()));
 }
 
 #[test]

@@ -17,12 +17,12 @@ use rand::RngExt;
 /// The shape of the built-in networks; one that only decays, one that only sums; one without paths.
 const SHAPES: [Shape; 4] = [
     Shape::DEFAULT,
-    Shape { hidden: 64, layers: 1, memory: 5, sums: 0 },
-    Shape { hidden: 32, layers: 2, memory: 0, sums: 3 },
+    Shape { hidden: 64, layers: 1, decay_channels: 5, sum_channels: 0 },
+    Shape { hidden: 32, layers: 2, decay_channels: 0, sum_channels: 3 },
     PATHLESS,
 ];
 
-const PATHLESS: Shape = Shape { hidden: 32, layers: 3, memory: 0, sums: 0 };
+const PATHLESS: Shape = Shape { hidden: 32, layers: 3, decay_channels: 0, sum_channels: 0 };
 
 /// Two orders of summing the same numbers, of the order of 10 and of 32 bits, differ by less.
 const TOLERANCE: f32 = 1e-4;
@@ -32,7 +32,7 @@ fn weights(shape: Shape, seed: u64) -> Weights {
     let mut random = stream(seed, Purpose::Training, 0);
     let fill = |name: &str, shape: &[usize]| {
         let limit = match (name, shape) {
-            ("memory.fade", _) => 3.0,
+            ("decay.factor", _) => 3.0,
             (_, [outputs, inputs]) => (6.0 / (outputs + inputs) as f32).sqrt(),
             _ => 0.5,
         };

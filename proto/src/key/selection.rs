@@ -38,7 +38,7 @@ impl fmt::Display for Selection {
             Self::Alive => formatter.write_str("**/alive/*"),
             Self::SyncRequestsTo(to) => write!(formatter, "**/sync_request/{}", Address(to)),
             Self::SyncRepliesTo(to) => write!(formatter, "**/sync_reply/{}", Address(to)),
-            Self::PublishedBy(who) => write!(formatter, "{}/**", Home(who)),
+            Self::PublishedBy(participant) => write!(formatter, "{}/**", Home(participant)),
             Self::Simulator => formatter.write_str("sim/**"),
             Self::Everything => formatter.write_str("**"),
         }

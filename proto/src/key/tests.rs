@@ -20,7 +20,8 @@ fn topics() -> impl Strategy<Value = Topic> {
         robots().prop_map(Topic::Observation),
         robots().prop_map(Topic::Intent),
         robots().prop_map(Topic::Heartbeat),
-        (participants(), any::<u64>()).prop_map(|(who, identity)| Topic::Alive { who, identity }),
+        (participants(), any::<u64>())
+            .prop_map(|(participant, identity)| Topic::Alive { participant, identity }),
         pair().prop_map(|(from, to)| Topic::SyncRequest { from, to }),
         pair().prop_map(|(from, to)| Topic::SyncReply { from, to }),
         Just(Topic::Status),
@@ -70,8 +71,8 @@ fn keys_are_spelled_as_documented() {
     };
     let (robot, three) = (RobotId::new(12).unwrap(), Participant::Robot(RobotId::new(3).unwrap()));
     check(Topic::Observation(robot), "robots/12/observation");
-    check(Topic::Alive { who: three, identity: 0xab }, "robots/3/alive/00000000000000ab");
-    let coordinator = Topic::Alive { who: Participant::Coordinator, identity: u64::MAX };
+    check(Topic::Alive { participant: three, identity: 0xab }, "robots/3/alive/00000000000000ab");
+    let coordinator = Topic::Alive { participant: Participant::Coordinator, identity: u64::MAX };
     check(coordinator, "coordinator/alive/ffffffffffffffff");
     check(
         Topic::SyncRequest { from: three, to: Participant::Coordinator },
@@ -136,8 +137,8 @@ fn a_selection_matches_its_keys_and_no_others() {
         Topic::Observation(RobotId::new(3).unwrap()),
         Topic::Intent(RobotId::new(4).unwrap()),
         Topic::Heartbeat(RobotId::new(3).unwrap()),
-        Topic::Alive { who: three, identity: 1 },
-        Topic::Alive { who: coordinator, identity: 2 },
+        Topic::Alive { participant: three, identity: 1 },
+        Topic::Alive { participant: coordinator, identity: 2 },
         Topic::SyncRequest { from: coordinator, to: three },
         Topic::SyncRequest { from: four, to: three },
         Topic::SyncRequest { from: three, to: coordinator },

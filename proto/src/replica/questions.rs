@@ -55,7 +55,7 @@ impl Questions {
     }
 
     /// Whether a participant may now be asked about an origin.
-    pub(super) fn may_ask(&mut self, now: MissionTime, whom: Participant, of: Origin) -> bool {
+    pub(super) fn may_request(&mut self, now: MissionTime, whom: Participant, of: Origin) -> bool {
         match self.asked.get(&of) {
             Some(question) if !question.may_follow(now, whom, self.patience) => false,
             Some(question) if question.whom == whom => true,
@@ -131,7 +131,7 @@ mod tests {
     fn ask(questions: &mut Questions, now: MissionTime, whom: u16, incarnations: std::ops::Range<u64>) {
         for incarnation in incarnations {
             let of = Origin { source: RobotId::new(9).unwrap().into(), incarnation };
-            if questions.may_ask(now, robot(whom), of) {
+            if questions.may_request(now, robot(whom), of) {
                 questions.ask(now, robot(whom), of);
             }
         }

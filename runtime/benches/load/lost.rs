@@ -60,7 +60,7 @@ async fn until_lost(cut: Cut) -> Duration {
     here.wait_for(&[other], Duration::from_secs(10), |_| ()).await.unwrap();
     order.send(()).unwrap();
     let started = Instant::now();
-    while !matches!(here.receive().await, Some(Incoming::Left(who, _)) if who == other) {}
+    while !matches!(here.receive().await, Some(Incoming::Left(participant, _)) if participant == other) {}
     let lasted = started.elapsed();
     path.abort();
     drop(there);

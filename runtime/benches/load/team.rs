@@ -34,7 +34,7 @@ pub(crate) async fn run(robots: u32, side: u32, seconds: u64) {
     }
     eprintln!("{robots} robots in a mesh, {:.0} MB", resident_megabytes());
     let mut spectator = |_, _: dragnet_sim::simulation::StepContext| ();
-    let server = WorldServer::open(session, mission, &scenario, 1, 1.0, &mut spectator).await.unwrap();
+    let server = WorldServer::open(session, mission, &scenario, 1, 1.0, false, &mut spectator).await.unwrap();
     let started = Instant::now();
     let reported = async {
         let mut each = tokio::time::interval(Duration::from_secs(seconds.div_ceil(5).max(1)));

@@ -46,9 +46,9 @@ pub(super) struct Expected {
 
 impl Clocks {
     /// A participant has sent a time. Delayed messages are ignored.
-    pub(super) fn receive(&mut self, who: Participant, at: Duration, time: MissionTime) {
+    pub(super) fn receive(&mut self, participant: Participant, at: Duration, time: MissionTime) {
         let moment = Moment { at, time };
-        let [_, last] = self.reported.entry(who).or_insert([moment; 2]);
+        let [_, last] = self.reported.entry(participant).or_insert([moment; 2]);
         if time >= last.time {
             *last = moment;
         }
@@ -61,10 +61,9 @@ impl Clocks {
 
     pub(super) fn findings(&self, expected: Expected) -> Vec<Finding> {
         let Some(oldest) = self.oldest(expected.real_time_factor) else { return Vec::new() };
-        let paces = self
-            .reported
-            .iter()
-            .filter_map(|(&who, &moments)| real_time_factor(who, moments, expected.real_time_factor));
+        let paces = self.reported.iter().filter_map(|(&participant, &moments)| {
+            real_time_factor(participant, moments, expected.real_time_factor)
+        });
         paces.chain(self.apart(expected)).chain([own(oldest, expected)].into_iter().flatten()).collect()
     }
 
@@ -72,7 +71,7 @@ impl Clocks {
     fn begun(&self, real_time_factor: f64) -> impl Iterator<Item = (Participant, f64)> + '_ {
         let begun =
             move |moment: Moment| moment.time.as_seconds() - real_time_factor * moment.at.as_secs_f64();
-        self.reported.iter().map(move |(&who, &[_, last])| (who, begun(last)))
+        self.reported.iter().map(move |(&participant, &[_, last])| (participant, begun(last)))
     }
 
     /// The participant with the longest time.
@@ -109,7 +108,11 @@ impl Expected {
 }
 
 /// A participant with another real-time factor soon has another time, even if it is adjusted often.
-fn real_time_factor(who: Participant, [first, last]: [Moment; 2], real_time_factor: f64) -> Option<Finding> {
+fn real_time_factor(
+    participant: Participant,
+    [first, last]: [Moment; 2],
+    real_time_factor: f64,
+) -> Option<Finding> {
     let span = last.at.saturating_sub(first.at);
     let passed = last.time.since(first.time).as_secs_f64();
     let rate = passed / span.as_secs_f64();
@@ -120,7 +123,7 @@ fn real_time_factor(who: Participant, [first, last]: [Moment; 2], real_time_fact
     }
     let span = span.as_secs_f64();
     let found = format!(
-        "of {who} {passed:.0} s passed in {span:.1} s; by `common.real_time_factor` here it is {real_time_factor} s a second"
+        "of {participant} {passed:.0} s passed in {span:.1} s; by `common.real_time_factor` here it is {real_time_factor} s a second"
     );
     let advice =
         "give all the same real_time_factor; a clock that was just set forward is well when you ask again";
@@ -129,18 +132,19 @@ fn real_time_factor(who: Participant, [first, last]: [Moment; 2], real_time_fact
 
 /// Compares the time at which the robot would continue with that of the participant with the longest time: a shorter
 /// one is set forward with the first message; a longer one would set forward all others.
-fn own((who, begun): (Participant, f64), expected: Expected) -> Option<Finding> {
+fn own((participant, begun): (Participant, f64), expected: Expected) -> Option<Finding> {
     let Expected { me, resumed, .. } = expected;
-    if who == me {
+    if participant == me {
         return None;
     }
     let Some(resumed) = resumed else {
-        let found = format!("the mission is {begun:.0} s old by the clock of {who}, which {me} adopts");
+        let found =
+            format!("the mission is {begun:.0} s old by the clock of {participant}, which {me} adopts");
         return Some(Finding::pass("clocks", found));
     };
     let resumed = resumed.as_seconds();
     let found = format!(
-        "by the journal of {me} the mission is {resumed:.0} s old, by the clock of {who} {begun:.0} s"
+        "by the journal of {me} the mission is {resumed:.0} s old, by the clock of {participant} {begun:.0} s"
     );
     if resumed <= begun + expected.tolerance_seconds() {
         let set = begun - resumed;
@@ -170,8 +174,8 @@ mod tests {
 
     fn check(reported: &[(Participant, u64, u64)], expected: Expected, lines: &[&str]) {
         let mut clocks = Clocks::default();
-        for &(who, at, seconds) in reported {
-            clocks.receive(who, Duration::from_secs(at), MissionTime(seconds * 1_000_000_000));
+        for &(participant, at, seconds) in reported {
+            clocks.receive(participant, Duration::from_secs(at), MissionTime(seconds * 1_000_000_000));
         }
         let found: Vec<String> = clocks.findings(expected).iter().map(ToString::to_string).collect();
         assert_eq!(found.len(), lines.len(), "{found:?}");

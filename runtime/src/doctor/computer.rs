@@ -9,7 +9,7 @@ use dragnet_proto::validation::SPEED_TOLERANCE;
 use dragnet_ros2::input::Image;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::time::MissionTime;
-use dragnet_search::information::InformationTable;
+use dragnet_search::utility::UtilityTable;
 use dragnet_vehicle::camera::CameraSettings;
 
 use super::Finding;
@@ -113,7 +113,7 @@ pub(super) fn decisions(agent_config: &AgentConfig) -> Finding {
     let cells: Vec<_> = agent_config.terrain.traversable_cells().collect();
     let start = MissionTime::START + mission.stagger * u32::from(agent_config.place.member);
     // Shared tables are built once.
-    InformationTable::warm_up();
+    UtilityTable::warm_up();
     let mut slowest = Duration::ZERO;
     for place in 0..DECISIONS.min(cells.len()) {
         let cell = cells[place * cells.len() / DECISIONS.min(cells.len())];
@@ -143,7 +143,7 @@ pub(super) fn speed(vehicle: f64, scenario: &Scenario) -> Finding {
         "make vehicle.speed_meters_per_second and mission.speed_meters_per_second true of the vehicle";
     Finding::fail(
         "speed",
-        format!("{found}: its observations are rejected, as of a robot that cannot be there yet"),
+        format!("{found}: its observations are rejected, as of a robot that moves too fast"),
         advice,
     )
 }

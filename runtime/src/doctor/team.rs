@@ -67,10 +67,12 @@ pub(super) async fn examine(
             "another version, map or mission is running there: give all the same scenario and program";
         tell(Finding::fail("team", format!("what came under {key} was refused: {reason}"), advice));
     }
-    for who in roll.doubled.iter().filter(|who| **who != Participant::Robot(member.robot)) {
-        let advice = "give each robot a number of its own, and start it once; who was started again after its computer \
+    for participant in
+        roll.doubled.iter().filter(|participant| **participant != Participant::Robot(member.robot))
+    {
+        let advice = "give each robot a number of its own, and start it once; participant was started again after its computer \
                       had died is there twice for ten seconds";
-        tell(Finding::fail("team", format!("{who} is there twice"), advice));
+        tell(Finding::fail("team", format!("{participant} is there twice"), advice));
     }
     let (me, mission) = (Participant::Robot(member.robot), member.scenario.mission());
     let expected = Expected {
@@ -80,7 +82,7 @@ pub(super) async fn examine(
         tolerance: mission.clock_tolerance,
     };
     roll.clocks.findings(expected).into_iter().for_each(&mut *tell);
-    if roll.clocks.is_empty() && roll.present.iter().any(|who| *who != me) {
+    if roll.clocks.is_empty() && roll.present.iter().any(|participant| *participant != me) {
         let (seconds, heartbeat) =
             (listen.as_secs_f64(), mission.heartbeat.as_secs_f64() / member.real_time_factor);
         tell(Finding::pass(
@@ -115,7 +117,8 @@ async fn call(link: &mut Link<ReceiveOnly>, listen: Duration) -> Roll {
 
 fn mates(roll: &Roll, endpoints: &Endpoints, member: &Member<'_>, listen: Duration) -> Finding {
     let me = Participant::Robot(member.robot);
-    let names: Vec<String> = roll.present.iter().filter(|who| **who != me).map(ToString::to_string).collect();
+    let names: Vec<String> =
+        roll.present.iter().filter(|participant| **participant != me).map(ToString::to_string).collect();
     if !names.is_empty() {
         return Finding::pass(
             "team",

@@ -38,8 +38,8 @@ impl Children {
         robot: RobotId,
         zenoh: Endpoints,
     ) -> Result<(), RuntimeError> {
-        let who = Participant::Robot(robot);
-        let failed = |reason: String| RuntimeError::Process { who, reason };
+        let participant = Participant::Robot(robot);
+        let failed = |reason: String| RuntimeError::Process { participant, reason };
         let settings = brief.settings(robot, zenoh).map_err(failed)?;
         let folder = tempfile::tempdir().map_err(|error| failed(error.to_string()))?;
         let file = folder.path().join("robot.toml");
@@ -52,16 +52,16 @@ impl Children {
             .env("RUST_LOG", std::env::var("RUST_LOG").unwrap_or_else(|_| "warn,zenoh=error".to_owned()))
             .spawn()
             .map_err(|error| failed(format!("{}: {error}", brief.program.display())))?;
-        self.running.push((who, child, folder));
+        self.running.push((participant, child, folder));
         Ok(())
     }
 
     /// Whether all are still running.
     pub(super) fn check(&mut self) -> Result<(), RuntimeError> {
-        for (who, child, _) in &mut self.running {
+        for (participant, child, _) in &mut self.running {
             if let Ok(Some(status)) = child.try_wait() {
                 return Err(RuntimeError::Process {
-                    who: *who,
+                    participant: *participant,
                     reason: format!("it ended before the mission did: {status}"),
                 });
             }
@@ -102,9 +102,9 @@ impl Drop for Children {
         for (_, child, _) in &mut self.running {
             drop(child.stdin.take());
         }
-        for (who, child, _) in &mut self.running {
+        for (participant, child, _) in &mut self.running {
             if let Err(error) = child.wait() {
-                tracing::warn!("the process of {who} was not seen to end: {error}");
+                tracing::warn!("the process of {participant} was not seen to end: {error}");
             }
         }
     }

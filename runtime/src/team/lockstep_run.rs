@@ -35,14 +35,14 @@ pub(super) fn run(
     let mut children = Children::default();
     let mut robots = Vec::new();
     for agent_config in AgentConfig::of_team(scenario, seed) {
-        let who = Participant::Robot(agent_config.robot.id);
+        let participant = Participant::Robot(agent_config.robot.id);
         if let Some(program) = &options.processes {
             let (mission, time) = (&stage.mission, TimeSource::Simulator);
             let brief = Brief { program, scenario, seed, mission, time, real_time_factor: 1.0 };
-            children.start(&brief, agent_config.robot.id, mesh.participant(who))?;
+            children.start(&brief, agent_config.robot.id, mesh.participant(participant))?;
         } else {
-            let session = runtime.block_on(mesh.open_participant(who))?;
-            robots.push(runtime.spawn(stage.clone().search(session, who, agent_config)));
+            let session = runtime.block_on(mesh.open_participant(participant))?;
+            robots.push(runtime.spawn(stage.clone().search(session, participant, agent_config)));
         }
     }
     let mut participants =
@@ -50,8 +50,8 @@ pub(super) fn run(
     let rules = Rules { end: End::Resting, coordinator: Membership::Present };
     let episode = episode::run_with(scenario, seed, rules, &mut participants, spectator)?;
     let observations_merged = participants.observations(Participant::Coordinator)?;
-    for &who in &stage.team {
-        participants.dismiss(who)?;
+    for &participant in &stage.team {
+        participants.dismiss(participant)?;
     }
     for robot in robots {
         runtime.block_on(joined(robot))?;
@@ -73,11 +73,14 @@ impl Stage {
     async fn search(
         self,
         session: Session,
-        who: Participant,
+        participant: Participant,
         agent_config: AgentConfig,
     ) -> Result<(), RuntimeError> {
         let mut agent = Agent::new(agent_config);
-        LockstepNode::new(session, self.mission, who, self.grid, self.team, &mut agent).await?.serve().await
+        LockstepNode::new(session, self.mission, participant, self.grid, self.team, &mut agent)
+            .await?
+            .serve()
+            .await
     }
 
     async fn coordinate(
@@ -85,8 +88,11 @@ impl Stage {
         session: Session,
         mut node: CoordinatorNode,
     ) -> Result<CoordinatorNode, RuntimeError> {
-        let who = Participant::Coordinator;
-        LockstepNode::new(session, self.mission, who, self.grid, self.team, &mut node).await?.serve().await?;
+        let participant = Participant::Coordinator;
+        LockstepNode::new(session, self.mission, participant, self.grid, self.team, &mut node)
+            .await?
+            .serve()
+            .await?;
         Ok(node)
     }
 }

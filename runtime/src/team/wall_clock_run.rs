@@ -51,14 +51,14 @@ pub(super) async fn run(
     let search = async {
         for agent_config in AgentConfig::of_team(scenario, seed) {
             let robot = agent_config.robot.id;
-            let who = Participant::Robot(robot);
+            let participant = Participant::Robot(robot);
             if let Some(program) = &options.processes {
                 let time = TimeSource::Wall;
                 let brief = Brief { program, scenario, seed, mission: &mission, time, real_time_factor };
-                children.start(&brief, robot, mesh.participant(who))?;
+                children.start(&brief, robot, mesh.participant(participant))?;
             } else {
-                let session = mesh.open_participant(who).await?;
-                let link = Link::join(session, mission.clone(), who, codec).await?;
+                let session = mesh.open_participant(participant).await?;
+                let link = Link::join(session, mission.clone(), participant, codec).await?;
                 let reports = world::sensor(&link, robot, codec).await?;
                 robots.push(participate(
                     link,
@@ -70,7 +70,10 @@ pub(super) async fn run(
             }
         }
         let mission = mission.clone();
-        WorldServer::open(world, mission, scenario, seed, real_time_factor, spectator).await?.run().await
+        WorldServer::open(world, mission, scenario, seed, real_time_factor, false, spectator)
+            .await?
+            .run()
+            .await
     };
     // However it ends, the coordinator's recording is finished.
     let mut ended = tokio::select! {

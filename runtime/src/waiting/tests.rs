@@ -44,7 +44,8 @@ fn a_flooding_sender_loses_its_own_oldest_messages_and_memory_is_bounded() {
     }
     assert_eq!(queues.dropped.keys().copied().collect::<Vec<_>>(), [FAULTY]);
     let taken = taken(&mut queues);
-    let of = |who| taken.iter().filter(move |(from, _)| *from == who).map(|&(_, number)| number);
+    let of =
+        |participant| taken.iter().filter(move |(from, _)| *from == participant).map(|&(_, number)| number);
     assert!(of(HONEST).eq(0..50) && of(Sender::Stranger).eq(0..50));
     let kept: Vec<u64> = of(FAULTY).collect();
     assert!(!kept.is_empty() && kept[..] == (5000 - kept.len() as u64..5000).collect::<Vec<_>>());
@@ -88,7 +89,7 @@ fn presence_is_known_however_often_a_process_comes_and_goes() {
     (1..100).for_each(|number| queues.put_message(FAULTY, raw(number, 1000)));
     let presence: Vec<bool> = std::iter::from_fn(|| queues.take())
         .filter_map(|arrival| match arrival {
-            Arrival::Presence { who, is_here, .. } if who == robot(1) => Some(is_here),
+            Arrival::Presence { participant, is_here, .. } if participant == robot(1) => Some(is_here),
             _ => None,
         })
         .collect();

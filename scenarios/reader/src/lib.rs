@@ -14,6 +14,6 @@ pub mod shipped;
 pub mod time;
 
 pub use scenario::{
-    Budget, Drawn, Invalid, Mission, Network, Objects, Partition, Policy, Reason, Recording, Robot, Scenario,
-    ScenarioError, Source, Start, Warning, file, schema_json, schema_of,
+    Budget, Drawn, Invalid, Mission, Network, Objects, Partition, Policy, PolicyTextError, Reason, Recording,
+    Robot, Scenario, ScenarioError, Source, Start, Warning, file, policies, schema_json, schema_of,
 };

@@ -11,6 +11,7 @@ mod locate;
 mod mission;
 mod network;
 mod objects;
+mod policy_text;
 mod prior;
 mod robots;
 mod schema;
@@ -23,7 +24,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use dragnet_files::text_of;
-use dragnet_learn::policy::{PolicyName, Shipped};
+use dragnet_learn::policy::Shipped;
 use dragnet_search::belief::Belief;
 use dragnet_search::route::Connectivity;
 use dragnet_search::sensor::Sensor;
@@ -39,6 +40,7 @@ pub use error::ScenarioError;
 pub use mission::{Budget, Mission};
 pub use network::{Network, Partition};
 pub use objects::Objects;
+pub use policy_text::{PolicyTextError, policies};
 pub use robots::{Policy, Robot, Start};
 pub use schema::{schema_json, schema_of};
 pub use warning::{Reason, Warning};
@@ -151,12 +153,18 @@ impl Scenario {
         })
     }
 
-    /// The same scenario with this policy, with default parameters, for every robot.
+    /// The same scenario with this policy for every robot. Without parameters it has the defaults, not the scenario's.
     ///
     /// # Errors
-    /// Never for a scenario whose files are unchanged.
-    pub fn with_policy(&self, policy: impl Into<PolicyName>) -> Result<Self, ScenarioError> {
-        self.deciding_by(PolicyField::Name(policy.into().as_str().to_owned()))
+    /// If a parameter is not one of the policy, or out of its range.
+    pub fn with_policy(&self, policy: impl Into<PolicyField>) -> Result<Self, ScenarioError> {
+        let policy = policy.into();
+        self.changed(|file| {
+            file.robots.policy = policy;
+            for robot in &mut file.robots.robot {
+                robot.policy = None;
+            }
+        })
     }
 
     /// The same scenario with the policy `gnn` and these weights for every robot; the file is relative to the working
@@ -171,24 +179,17 @@ impl Scenario {
             let invalid = Invalid::new("robots.policy.weights", found, "the path of a file, in UTF-8");
             return Err(self.source.override_error(invalid.into()));
         };
-        self.deciding_by(PolicyField::Table(PolicyTable {
+        self.with_policy(PolicyField::Table(PolicyTable {
             name: Shipped::General.as_str().to_owned(),
             path_length_weight: None,
+            utility: None,
+            pattern: None,
+            after_pattern: None,
             lane_spacing_cells: None,
             evaluations: None,
             replan_after_cells: None,
             weights: Some(weights.to_owned()),
         }))
-    }
-
-    /// The same scenario with this policy for every robot.
-    fn deciding_by(&self, policy: PolicyField) -> Result<Self, ScenarioError> {
-        self.changed(|file| {
-            file.robots.policy = policy;
-            for robot in &mut file.robots.robot {
-                robot.policy = None;
-            }
-        })
     }
 
     /// The same scenario with this number of robots.

@@ -1,77 +1,112 @@
-//! Parallel lanes over all cells in reach, in an order fixed at the first decision.
+//! Search patterns: an order of cells that is fixed at the first decision.
+//!
+//! The patterns are those of the IAMSAR Manual (volume II, chapter 5). Departure: track spacing follows from the sensor
+//! and the belief, and where no robot can stand the track goes around.
 
+mod pattern;
+mod spacing;
+
+use super::path_integral::Path;
 use super::worth::without_plans;
-use super::{Decision, Policy};
+use super::{Decision, Parameters, Policy};
 use crate::cell::Cell;
 use crate::intent::PlannedPrecision;
 use crate::route::ShortestPathTree;
 use crate::seed::Stream;
 use crate::situation::{Place, Situation};
+use crate::utility::Utility;
 
-/// A boustrophedon over lanes from west to east and back, south to north. A team shares the order: each robot takes an
-/// equal, contiguous part.
+pub use pattern::Pattern;
+
+/// What follows a pattern that is done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AfterPattern {
+    /// The pattern again.
+    Repeat,
+    /// The policy `path`, for what the pattern left in doubt.
+    Path,
+}
+
+impl AfterPattern {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Repeat, Self::Path];
+
+    /// As written in scenarios and on the command line.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Repeat => "repeat",
+            Self::Path => "path",
+        }
+    }
+}
+
+/// A pattern, followed cell by cell. A team shares the order: each robot takes an equal, contiguous part.
 pub(super) struct Coverage {
-    lane_spacing_cells: u32,
+    pattern: Pattern,
+    after: AfterPattern,
+    lane_spacing_cells: Option<u32>,
+    path: Path,
     order: Option<Vec<Cell>>,
     next: usize,
 }
 
 impl Coverage {
-    pub(super) const fn new(lane_spacing_cells: u32) -> Self {
-        Self { lane_spacing_cells, order: None, next: 0 }
+    pub(super) const fn new(parameters: Parameters) -> Self {
+        Self {
+            pattern: parameters.pattern,
+            after: parameters.after_pattern,
+            lane_spacing_cells: parameters.lane_spacing_cells,
+            path: Path::new(parameters.path_length_weight, Utility::Information),
+            order: None,
+            next: 0,
+        }
+    }
+
+    /// The robot's part of the pattern.
+    fn order(&self, situation: &Situation<'_>, routes: &ShortestPathTree) -> Vec<Cell> {
+        let spacing = self.lane_spacing_cells.unwrap_or_else(|| spacing::confirming(situation, routes));
+        let order = self.pattern.cells(situation, routes, spacing);
+        share(&order, situation.place).to_vec()
     }
 }
 
 impl Policy for Coverage {
-    fn decide(&mut self, situation: &Situation<'_>, _: &mut Stream) -> Decision {
+    fn decide(&mut self, situation: &Situation<'_>, random: &mut Stream) -> Decision {
         let routes = ShortestPathTree::from(situation.terrain, situation.connectivity, situation.robot);
+        if self.order.is_none() {
+            self.order = Some(self.order(situation, &routes));
+        }
+        let order = self.order.as_deref().unwrap_or_default();
+        // Cells that the robot stands in, or that were closed or cut off since.
+        let is_waypoint = |cell: Cell| cell != situation.robot && routes.length(cell).is_finite();
+        let rest = &order[self.next.min(order.len())..];
+        let ahead = rest.iter().position(|&cell| is_waypoint(cell)).map(|skipped| self.next + skipped);
+        let place = match (ahead, self.after) {
+            (None, AfterPattern::Path) => {
+                self.next = order.len();
+                return self.path.decide(situation, random);
+            }
+            (None, AfterPattern::Repeat) => order.iter().position(|&cell| is_waypoint(cell)),
+            (Some(_), _) => ahead,
+        };
         let mut scores = vec![f64::NEG_INFINITY; situation.terrain.grid().cell_count()];
         for cell in routes.candidates() {
             scores[cell.index()] = 0.0;
         }
-        let lane_spacing_cells = self.lane_spacing_cells;
-        let order = self.order.get_or_insert_with(|| lanes(situation, &routes, lane_spacing_cells));
-        while order.get(self.next).is_some_and(|&cell| cell == situation.robot) {
-            self.next += 1;
-        }
-        if self.next >= order.len() {
-            // All is covered: start again.
-            self.next = order.iter().position(|&cell| cell != situation.robot).unwrap_or(0);
-        }
-        if let Some(&waypoint) = order.get(self.next)
-            && waypoint != situation.robot
-        {
-            scores[waypoint.index()] = 1.0;
-            self.next += 1;
+        if let Some(place) = place {
+            scores[order[place].index()] = 1.0;
+            self.next = place + 1;
         }
         let nothing = PlannedPrecision::nothing(situation.terrain);
         Decision::best(&routes, scores).unless_all_is_known(&without_plans(situation, &nothing), &routes)
     }
 }
 
-/// The robot's part of the lanes. The first lane lies half a lane inside the southernmost row in reach.
-fn lanes(situation: &Situation<'_>, routes: &ShortestPathTree, lane_spacing_cells: u32) -> Vec<Cell> {
-    let row = |cell: Cell| situation.terrain.grid().position(cell).row;
-    let southernmost = routes.reached().iter().map(|&cell| row(cell)).min().unwrap_or(0);
-    let first = southernmost + lane_spacing_cells / 2;
-    let mut reached: Vec<Cell> = routes.reached().to_vec();
-    reached.sort_unstable();
-    let mut order = Vec::new();
-    for lane in reached.chunk_by(|&a, &b| row(a) == row(b)) {
-        let Some(from_first) = row(lane[0]).checked_sub(first) else { continue };
-        if from_first % lane_spacing_cells != 0 {
-            continue;
-        }
-        if (from_first / lane_spacing_cells).is_multiple_of(2) {
-            order.extend(lane);
-        } else {
-            order.extend(lane.iter().rev());
-        }
-    }
-    share(&order, situation.place).to_vec()
-}
-
 fn share(order: &[Cell], Place { member, team }: Place) -> &[Cell] {
     let bound = |member: u16| order.len() * usize::from(member) / usize::from(team.max(1));
     &order[bound(member)..bound(member + 1)]
 }
+
+#[cfg(test)]
+mod tests;

@@ -8,40 +8,42 @@
 
 use super::{Decision, LEAST_NATS, Policy, path_length_weight};
 use crate::cell::Cell;
-use crate::information::{InformationTable, SATURATION};
-use crate::information_gain::{CellGain, Frame, InformationGain, saturated};
 use crate::route::ShortestPathTree;
 use crate::seed::Stream;
 use crate::situation::Situation;
+use crate::utility::{SATURATION, Tables, Utility, UtilityTable};
+use crate::utility_gain::{CellGain, Frame, UtilityGain, saturated};
 
 pub(super) struct Path {
     path_length_weight: f64,
+    tables: Tables,
 }
 
 impl Path {
-    pub(super) const fn new(path_length_weight: f64) -> Self {
-        Self { path_length_weight }
+    pub(super) const fn new(path_length_weight: f64, utility: Utility) -> Self {
+        Self { path_length_weight, tables: Tables::new(utility) }
     }
 }
 
 impl Policy for Path {
     fn decide(&mut self, situation: &Situation<'_>, _: &mut Stream) -> Decision {
         let routes = ShortestPathTree::from(situation.terrain, situation.connectivity, situation.robot);
-        self.best_within(situation, &InformationGain::new(situation), &routes)
+        let gain = UtilityGain::new(self.tables.of(situation), situation);
+        best_within(situation, self.path_length_weight, &gain, &routes)
     }
 
     /// Exact, by a bound: the information gain of a path is at most that of all cells together, and its weight falls with its
     /// length. Candidates are scored up to some path length, which is doubled until no longer path can score more.
     fn choose(&mut self, situation: &Situation<'_>, _: &mut Stream) -> Decision {
-        let gain = InformationGain::new(situation);
-        let most_nats = gain.most_nats() * ROUNDING + LEAST_NATS;
+        let gain = UtilityGain::new(self.tables.of(situation), situation);
+        let most = gain.most() * ROUNDING + LEAST_NATS;
         let mut longest = FIRST_RADII * situation.sensor.radius().max(1) as f32;
         loop {
             let routes =
                 ShortestPathTree::within(situation.terrain, situation.connectivity, situation.robot, longest);
-            let decision = self.best_within(situation, &gain, &routes);
+            let decision = best_within(situation, self.path_length_weight, &gain, &routes);
             let best = decision.scores[decision.chosen.index()].max(LEAST_NATS / ROUNDING);
-            let farther = path_length_weight(self.path_length_weight, longest) * most_nats;
+            let farther = path_length_weight(self.path_length_weight, longest) * most;
             if !routes.is_cut() || farther < best {
                 return decision;
             }
@@ -55,23 +57,22 @@ const FIRST_RADII: f32 = 4.0;
 /// Factor on the bound: scores are sums of 32-bit numbers, and the table of gains is interpolated.
 const ROUNDING: f64 = 1.01;
 
-impl Path {
-    fn best_within(
-        &self,
-        situation: &Situation<'_>,
-        gain: &InformationGain,
-        routes: &ShortestPathTree,
-    ) -> Decision {
-        let cell_count = situation.terrain.grid().cell_count();
-        let mut scores = vec![f64::NEG_INFINITY; cell_count];
-        let mut walk = Walk::new(situation, gain);
-        for visit in depth_first(routes, cell_count) {
-            let utility = walk.enter(visit);
-            let weight = path_length_weight(self.path_length_weight, routes.length(visit.cell));
-            scores[visit.cell.index()] = weight * f64::from(utility);
-        }
-        Decision::most_informative(routes, scores)
+/// The best of the paths of a tree.
+fn best_within(
+    situation: &Situation<'_>,
+    weight_per_cell: f64,
+    gain: &UtilityGain<'_>,
+    routes: &ShortestPathTree,
+) -> Decision {
+    let cell_count = situation.terrain.grid().cell_count();
+    let mut scores = vec![f64::NEG_INFINITY; cell_count];
+    let mut walk = Walk::new(situation, gain);
+    for visit in depth_first(routes, cell_count) {
+        let utility = walk.enter(visit);
+        let weight = path_length_weight(weight_per_cell, routes.length(visit.cell));
+        scores[visit.cell.index()] = weight * f64::from(utility);
     }
+    Decision::most_informative(routes, scores)
 }
 
 /// A cell of the tree in the order of a depth-first walk.
@@ -104,17 +105,18 @@ fn depth_first(routes: &ShortestPathTree, cell_count: usize) -> Vec<Visit> {
 }
 
 /// The state of the traversal: precision of every cell, and what to restore on return.
-struct Walk {
+struct Walk<'t> {
+    table: &'t UtilityTable,
     gains: Vec<CellGain>,
     frame: Frame,
     observations: Vec<(isize, i32)>,
     changed: Vec<(u32, CellGain)>,
-    /// Of each cell on the path: changes made before it, and information of the path up to it.
+    /// Of each cell on the path: changes made before it, and utility of the path up to it.
     path: Vec<(usize, f32)>,
 }
 
-impl Walk {
-    fn new(situation: &Situation<'_>, gain: &InformationGain) -> Self {
+impl<'t> Walk<'t> {
+    fn new(situation: &Situation<'_>, gain: &UtilityGain<'t>) -> Self {
         let frame = gain.frame();
         let observations = situation
             .sensor
@@ -122,25 +124,32 @@ impl Walk {
             .iter()
             .map(|observation| (frame.stride_of(observation.offset), saturated(observation.precision)))
             .collect();
-        Self { gains: gain.cells().to_vec(), frame, observations, changed: Vec::new(), path: vec![] }
+        Self {
+            table: gain.table(),
+            gains: gain.cells().to_vec(),
+            frame,
+            observations,
+            changed: Vec::new(),
+            path: vec![],
+        }
     }
 
-    /// Information of the path to the next cell of a depth-first walk, nats.
+    /// Utility of the path to the next cell of a depth-first walk.
     fn enter(&mut self, visit: Visit) -> f32 {
         while self.path.len() >= visit.depth {
             self.leave();
         }
-        let before = self.path.last().map_or(0.0, |&(_, information)| information);
+        let before = self.path.last().map_or(0.0, |&(_, utility)| utility);
         self.path.push((self.changed.len(), 0.0));
-        let information = before + self.observation(self.frame.index(visit.cell));
+        let utility = before + self.observation(self.frame.index(visit.cell));
         if let Some(last) = self.path.last_mut() {
-            last.1 = information;
+            last.1 = utility;
         }
-        information
+        utility
     }
 
     fn observation(&mut self, from: usize) -> f32 {
-        let table = InformationTable::shared();
+        let table = self.table;
         let mut gain = 0.0;
         for &(offset, precision) in &self.observations {
             let index = from.wrapping_add_signed(offset);
@@ -151,9 +160,9 @@ impl Walk {
             #[expect(clippy::cast_possible_truncation, reason = "a framed map has fewer than 2^32 cells")]
             self.changed.push((index as u32, *cell));
             cell.precision = (cell.precision + precision).min(SATURATION);
-            let information = table.information(cell.row, cell.precision);
-            gain += information - cell.information;
-            cell.information = information;
+            let utility = table.utility(cell.row, cell.precision);
+            gain += utility - cell.utility;
+            cell.utility = utility;
         }
         gain
     }

@@ -5,11 +5,11 @@
 
 use super::{Decision, Policy, path_length_weight};
 use crate::cell::Cell;
-use crate::information::{InformationTable, Row};
-use crate::information_gain::saturated;
 use crate::route::ShortestPathTree;
 use crate::seed::Stream;
 use crate::situation::Situation;
+use crate::utility::{Row, UtilityTable};
+use crate::utility_gain::saturated;
 
 /// `path` as Eq. 3 and 4 of the paper define it: candidates share nothing but the tree of paths, the table, and each
 /// cell's row in it.
@@ -52,7 +52,7 @@ struct PathSum<'a> {
 impl<'a> PathSum<'a> {
     fn new(situation: &'a Situation<'a>) -> Self {
         let grid = situation.terrain.grid();
-        let table = InformationTable::shared();
+        let table = UtilityTable::information();
         let rows = grid.cells().map(|cell| table.row(situation.belief.log_odds_nats(cell))).collect();
         Self { situation, rows, added: vec![0; grid.cell_count()], seen: Vec::new() }
     }
@@ -86,5 +86,5 @@ impl<'a> PathSum<'a> {
 }
 
 fn information(row: Row, precision: i64) -> f64 {
-    f64::from(InformationTable::shared().information(row, saturated(precision)))
+    f64::from(UtilityTable::information().utility(row, saturated(precision)))
 }

@@ -22,11 +22,11 @@ use super::worth::without_plans;
 use super::{Decision, Policy};
 use crate::cell::Cell;
 use crate::evidence::{CellEvidence, UNITS};
-use crate::information_gain::Frame;
 use crate::intent::PlannedPrecision;
 use crate::route::ShortestPathTree;
 use crate::seed::Stream;
 use crate::situation::Situation;
+use crate::utility_gain::Frame;
 
 /// Where NATS and GUTS differ.
 pub(super) struct Thompson {

@@ -7,7 +7,8 @@
 //! tours that are equally good.
 //!
 //! Annealing is bounded by evaluations, never by time, and draws from the robot's own stream: decisions are a function
-//! of the robot's history. A robot that restarts has no tour and plans anew.
+//! of the robot's history. A robot that restarts has no tour and plans anew. With sensors wider than the default there
+//! are fewer evaluations, in proportion to the cells that they see.
 //!
 //! The robot drives the whole path of a decision unless it decides again before, as by default it does
 //! ([`REPLAN_AFTER_CELLS`]). On a large map the tour covers the nearest cells only ([`ground`]). Where no tour is worth
@@ -32,12 +33,19 @@ use super::worth::is_path_informative;
 use super::{Decision, Policy};
 use crate::cell::Cell;
 use crate::seed::Stream;
+use crate::sensor::Sensor;
 use crate::situation::Situation;
+use crate::utility::Utility;
 
 /// Number of cells after which a robot improves its tour, unless its scenario says otherwise.
 pub(super) const REPLAN_AFTER_CELLS: NonZeroU32 = NonZeroU32::new(4).unwrap();
 /// Evaluations of a first tour, times those of later ones.
 const FIRST_FACTOR: u32 = 10;
+/// Cells that a sensor of the default radius sees.
+const DEFAULT_FOOTPRINT: u64 = {
+    let radius = Sensor::DEFAULT_RADIUS as u64;
+    2 * radius * (radius + 1) + 1
+};
 /// The temperature that a first tour is annealed from, and later ones, cells.
 const HOT: f64 = 1.0;
 const WARM: f64 = 0.3;
@@ -68,7 +76,7 @@ impl Tour {
             table: None,
             ground: None,
             plan: Plan::default(),
-            path: Path::new(path_length_weight),
+            path: Path::new(path_length_weight, Utility::Information),
         }
     }
 
@@ -81,7 +89,8 @@ impl Tour {
         let is_new = kept.is_none();
         let ground = self.ground.insert(kept.unwrap_or_else(|| Ground::new(situation)));
         let planner = Planner::new(ground, table, situation, ground.number(situation.robot)?);
-        let (mut tour, mut evaluations, mut temperature) = (self.plan.rest(&planner), self.evaluations, WARM);
+        let evaluations = affordable(self.evaluations, situation.sensor);
+        let (mut tour, mut evaluations, mut temperature) = (self.plan.rest(&planner), evaluations, WARM);
         if is_new && tour.is_empty() {
             tour = best_lanes(&planner);
             (evaluations, temperature) = (evaluations.saturating_mul(FIRST_FACTOR), HOT);
@@ -89,9 +98,11 @@ impl Tour {
         let (tour, cost) = anneal::anneal(&planner, tour, evaluations, temperature, random);
         let saved_cells = planner.cost(&[]) - cost;
         self.plan = Plan::new(&planner, &tour);
-        let path = self.plan.cells.clone();
+        // Messages hold no longer path than the map has cells; a tour may enter cells again.
+        let cell_count = situation.terrain.grid().cell_count();
+        let path: Vec<Cell> = self.plan.cells.iter().copied().take(cell_count).collect();
         let chosen = *path.last().filter(|_| is_path_informative(situation, &path))?;
-        let mut scores = vec![f64::NEG_INFINITY; situation.terrain.grid().cell_count()];
+        let mut scores = vec![f64::NEG_INFINITY; cell_count];
         scores[chosen.index()] = saved_cells;
         Some(Decision { chosen, path, scores })
     }
@@ -117,15 +128,23 @@ impl Plan {
         }
     }
 
+    /// Cells that have been driven of the plan when the robot is here. A tour may enter a cell several times: of the
+    /// possible numbers it is the greatest up to that at which robots decide anew, or the least above. A robot that is
+    /// where the plan starts is there again, if the plan comes back: otherwise it would start it over and over.
+    fn driven(&self, robot: Cell) -> usize {
+        let entered =
+            self.cells.iter().enumerate().filter(|(_, cell)| **cell == robot).map(|(place, _)| place + 1);
+        let usual = REPLAN_AFTER_CELLS.get() as usize;
+        let (early, late): (Vec<usize>, Vec<usize>) = entered.partition(|&count| count <= usual);
+        let is_at_root = self.root == Some(robot);
+        early.last().copied().or_else(|| late.first().copied().filter(|_| !is_at_root)).unwrap_or(0)
+    }
+
     /// The legs that have not been driven to their end when the robot is where the planner starts.
     fn rest(&self, planner: &Planner<'_>) -> Vec<Leg> {
         let ground = planner.ground;
         let robot = ground.cell(planner.root.at);
-        let driven = if self.root == Some(robot) {
-            0
-        } else {
-            self.cells.iter().position(|&cell| cell == robot).map_or(0, |index| index + 1)
-        };
+        let driven = self.driven(robot);
         let ahead = self.legs.iter().filter(|&&(_, end)| end > driven);
         ahead
             .filter_map(|&(bend, end)| {
@@ -134,6 +153,14 @@ impl Plan {
             })
             .collect()
     }
+}
+
+/// Evaluations that take about as long as these do with a sensor of the default radius: an evaluation takes as long as
+/// the sensor sees cells.
+fn affordable(evaluations: u32, sensor: &Sensor) -> u32 {
+    let seen = u64::try_from(sensor.footprint().len()).unwrap_or(u64::MAX);
+    let affordable = u64::from(evaluations) * DEFAULT_FOOTPRINT / seen.max(DEFAULT_FOOTPRINT);
+    u32::try_from(affordable).unwrap_or(u32::MAX)
 }
 
 fn best_lanes(planner: &Planner<'_>) -> Vec<Leg> {

@@ -2,11 +2,11 @@
 
 use super::Decision;
 use crate::cell::Cell;
-use crate::information::InformationTable;
-use crate::information_gain::{InformationGain, saturated};
 use crate::intent::PlannedPrecision;
 use crate::route::ShortestPathTree;
 use crate::situation::Situation;
+use crate::utility::UtilityTable;
+use crate::utility_gain::{UtilityGain, saturated};
 
 /// Information that a path must yield to be driven, nats: if no score of an information policy is above this, the robot
 /// is to rest.
@@ -94,7 +94,7 @@ pub(super) fn without_plans<'a>(situation: &Situation<'a>, nothing: &'a PlannedP
 /// Information of the observations along the path to each candidate, each taken alone, nats, shape `[cells]`; `-inf`
 /// for cells that are not candidates. On the tree of shortest paths it is that of the parent cell plus one observation.
 pub(super) fn path_information(situation: &Situation<'_>, routes: &ShortestPathTree) -> Vec<f64> {
-    let mut information = InformationGain::new(situation).observation_gains(situation, routes);
+    let mut information = UtilityGain::information(situation).observation_gains(situation, routes);
     information[routes.root().index()] = 0.0;
     for &cell in routes.candidates() {
         information[cell.index()] += information[routes.parent(cell).index()];
@@ -113,11 +113,11 @@ pub(super) fn is_path_informative(situation: &Situation<'_>, path: &[Cell]) -> b
 }
 
 fn observation_information(situation: &Situation<'_>, from: Cell) -> f64 {
-    let (table, grid) = (InformationTable::shared(), situation.terrain.grid());
+    let (table, grid) = (UtilityTable::information(), situation.terrain.grid());
     let gain = |(cell, look_precision): (Cell, i64)| {
         let row = table.row(situation.belief.log_odds_nats(cell));
         let planned_precision = situation.planned_precision.precision(cell);
-        let at = |precision: i64| f64::from(table.information(row, saturated(precision)));
+        let at = |precision: i64| f64::from(table.utility(row, saturated(precision)));
         at(planned_precision.saturating_add(look_precision)) - at(planned_precision)
     };
     let seen = situation.sensor.footprint().iter();

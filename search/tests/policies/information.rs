@@ -2,15 +2,15 @@
 
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::UNITS;
-use dragnet_search::information::InformationTable;
 use dragnet_search::policy::{Decision, Parameters, PathIntegralReference, Policy, PolicyName, build};
 use dragnet_search::seed::{Purpose, stream};
+use dragnet_search::utility::UtilityTable;
 
 use super::{Case, check};
 
 /// Information of observations from these cells, beyond the planned precision, nats.
 fn information(case: &Case, from: &[Cell]) -> f64 {
-    let table = InformationTable::shared();
+    let table = UtilityTable::information();
     let grid = case.terrain.grid();
     let mut sum = 0.0;
     for cell in case.terrain.searched_cells() {
@@ -23,7 +23,7 @@ fn information(case: &Case, from: &[Cell]) -> f64 {
         }
         let row = table.row(case.belief.log_odds_nats(cell));
         let planned_precision = case.planned_precision.precision(cell);
-        let at = |units: i64| f64::from(table.information(row, i32::try_from(units).unwrap()));
+        let at = |units: i64| f64::from(table.utility(row, i32::try_from(units).unwrap()));
         assert!((planned_precision + precision) as f64 / UNITS < 30_000.0);
         sum += at(planned_precision + precision) - at(planned_precision);
     }

@@ -137,11 +137,14 @@ fn random_goes_everywhere_in_reach_and_nowhere_else() {
     assert_eq!(chosen, candidates);
 }
 
+/// Coverage whose tracks touch.
+const EVERY_ROW: Parameters = Parameters { lane_spacing_cells: Some(1), ..Parameters::DEFAULT };
+
 #[test]
 fn coverage_visits_every_cell_in_reach_once_around() {
     for seed in 0..20 {
         let mut case = Case::new(seed);
-        let mut policy = build(PolicyName::Coverage, Parameters::default());
+        let mut policy = build(PolicyName::Coverage, EVERY_ROW);
         let mut random = stream(seed, Purpose::Decision, 1);
         let mut left: Vec<Cell> = case.routes().reached().to_vec();
         left.retain(|&cell| cell != case.robot);
@@ -161,7 +164,7 @@ fn a_coverage_team_shares_the_cells() {
     let planned_precision = PlannedPrecision::nothing(&terrain);
     let mut visited = Vec::new();
     for member in 0..3 {
-        let mut policy = build(PolicyName::Coverage, Parameters::default());
+        let mut policy = build(PolicyName::Coverage, EVERY_ROW);
         let mut robot = terrain.grid().cells().next().unwrap();
         for _ in 0..4 {
             let situation = Situation {

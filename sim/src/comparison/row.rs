@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use super::{Latencies, Setting, Trial};
+use super::{Latencies, PARTIAL_RECALLS, Setting, Trial};
 
 /// One policy on one scenario, over all seeds. Names are those of the JSON object.
 #[derive(Serialize)]
@@ -26,7 +26,9 @@ pub struct Row {
     /// Mean of recall over path lengths up to the budget, `0..=1`.
     pub average_recall: Estimate,
     /// Path length of the farthest robot until every object was found, cells.
-    pub cells_to_full_recall: FullRecall,
+    pub cells_to_full_recall: CellsToRecall,
+    /// The same until 50, 80 and 95 % of them were found.
+    pub cells_to_recall: Vec<CellsToRecall>,
     /// Objects in reach that were not found at the end of an episode.
     pub remaining: Estimate,
     /// Expected number of remaining objects by the belief at that time. If episodes end by it, the two have the same
@@ -57,15 +59,21 @@ pub struct Estimate {
     pub sem: Option<f64>,
 }
 
-/// Path length until every object was found, over the seeds that reached this.
+/// Path length of the farthest robot until a share of the objects was found, cells.
 #[derive(Serialize)]
-pub struct FullRecall {
-    /// Unknown if none did.
-    pub mean: Option<f64>,
-    /// Standard error; unknown from one value.
-    pub sem: Option<f64>,
-    /// Seeds that did.
+pub struct CellsToRecall {
+    /// The share, `0..=1`.
+    pub recall: f64,
+    /// Restricted mean over all seeds: one that did not reach the share within the budget counts as the budget.
+    pub restricted_mean: f64,
+    /// Its standard error; unknown from one value.
+    pub restricted_sem: Option<f64>,
+    /// Seeds that reached the share.
     pub reached: usize,
+    /// Mean over those only; unknown if there is none.
+    pub mean: Option<f64>,
+    /// Its standard error; unknown from one value.
+    pub sem: Option<f64>,
 }
 
 /// Milliseconds, over all decisions; `None` without one.
@@ -103,7 +111,17 @@ impl Row {
             budget_cells: setting.budget_cells,
             auc_f1: Estimate::of(trials.iter().map(|trial| trial.auc_f1)),
             average_recall: Estimate::of(trials.iter().map(|trial| trial.average_recall)),
-            cells_to_full_recall: FullRecall::of(&trials),
+            cells_to_full_recall: CellsToRecall::of(
+                1.0,
+                setting,
+                trials.iter().map(|it| it.cells_to_full_recall),
+            ),
+            cells_to_recall: (0..PARTIAL_RECALLS.len())
+                .map(|place| {
+                    let cells = trials.iter().map(|trial| trial.cells_to_recall[place]);
+                    CellsToRecall::of(PARTIAL_RECALLS[place], setting, cells)
+                })
+                .collect(),
             remaining: Estimate::of(trials.iter().map(|trial| f64::from(trial.remaining))),
             expected_remaining: Estimate::of(trials.iter().map(|trial| trial.expected_remaining)),
             seeds_with_remaining: trials.iter().filter(|trial| trial.remaining > 0).count(),
@@ -127,12 +145,20 @@ impl Estimate {
     }
 }
 
-impl FullRecall {
-    fn of(trials: &[Trial]) -> Self {
-        let cells = trials.iter().filter_map(|trial| trial.cells_to_full_recall);
-        let reached = cells.clone().count();
-        let estimate = (reached > 0).then(|| Estimate::of(cells));
-        Self { mean: estimate.map(|it| it.mean), sem: estimate.and_then(|it| it.sem), reached }
+impl CellsToRecall {
+    fn of(recall: f64, setting: &Setting, cells: impl Iterator<Item = Option<f64>> + Clone) -> Self {
+        let budget = setting.budget_cells;
+        let restricted = Estimate::of(cells.clone().map(|cells| cells.unwrap_or(budget).min(budget)));
+        let reached = cells.clone().flatten().count();
+        let estimate = (reached > 0).then(|| Estimate::of(cells.flatten()));
+        Self {
+            recall,
+            restricted_mean: restricted.mean,
+            restricted_sem: restricted.sem,
+            reached,
+            mean: estimate.map(|it| it.mean),
+            sem: estimate.and_then(|it| it.sem),
+        }
     }
 }
 

@@ -7,6 +7,9 @@ use serde::{Deserialize, Serialize};
 use super::Setting;
 use crate::episode::Episode;
 
+/// Shares of the objects whose path length is reported beside that of all.
+pub const PARTIAL_RECALLS: [f64; 3] = [0.5, 0.8, 0.95];
+
 /// The results of an episode from which tables and curves are made.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -19,6 +22,8 @@ pub struct Trial {
     pub average_recall: f64,
     /// Path length of the farthest robot until every object was found, cells; `None` if that was never.
     pub cells_to_full_recall: Option<f64>,
+    /// The same until these shares of them were found, [`PARTIAL_RECALLS`].
+    pub cells_to_recall: [Option<f64>; PARTIAL_RECALLS.len()],
     /// F1 at the end.
     pub f1: f64,
     /// Recall at the end.
@@ -48,6 +53,7 @@ impl Trial {
             auc_f1: outcome.f1.mean_until(setting.budget_cells),
             average_recall: outcome.recall.mean_until(setting.budget_cells),
             cells_to_full_recall: outcome.cells_to_full_recall,
+            cells_to_recall: PARTIAL_RECALLS.map(|share| outcome.recall.first_at_least(share)),
             f1: score.f1(),
             recall: score.recall(),
             farthest_cells: path_cells.into_iter().fold(0.0, f64::max),
@@ -94,6 +100,7 @@ mod tests {
             auc_f1: 0.1 + 0.2,
             average_recall: 1.0 / 3.0,
             cells_to_full_recall: Some(f64::MIN_POSITIVE),
+            cells_to_recall: [Some(0.1), Some(1.0 / 3.0), None],
             f1: 1.0 - f64::EPSILON,
             recall: 0.0,
             farthest_cells: 1e9 / 7.0,

@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use dragnet_learn::policy::{PolicyName, Shipped};
+use dragnet_scenario::file::PolicyField;
 use dragnet_search::policy::PolicyName as Exact;
 
 use super::*;
 
-fn field(policy: impl Into<PolicyName>) -> Scenario {
+fn field(policy: impl Into<PolicyField>) -> Scenario {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/field.toml");
     Scenario::load(&path).unwrap().with_policy(policy).unwrap()
 }
@@ -41,7 +42,7 @@ fn a_vehicle_finds_the_objects_and_its_observations_are_accepted() {
     let mut found = 0;
     for seed in [1, 2, 7, 10] {
         let (trial, _) = trial(&scenario, seed, DecisionTime::NONE);
-        assert_eq!((trial.refused, trial.decisions.is_empty()), (0, false), "seed {seed}");
+        assert_eq!((trial.rejected, trial.decisions.is_empty()), (0, false), "seed {seed}");
         assert!(trial.score.false_positives <= 1, "{:?}", trial.score);
         // It drove at full speed, and observed in every cell of its paths.
         let seconds = trial.ended.as_seconds();
@@ -72,7 +73,7 @@ fn three_vehicles_share_observations_and_are_done_sooner() {
     let (alone, team) = (field(Exact::Path), field(Exact::Path).with_robots(3).unwrap());
     let seconds = |scenario: &Scenario| -> f64 {
         let times = [1, 2, 3].map(|seed| trial(scenario, seed, DecisionTime::NONE).0);
-        assert!(times.iter().all(|trial| trial.refused == 0));
+        assert!(times.iter().all(|trial| trial.rejected == 0));
         times.iter().map(|trial| trial.ended.as_seconds()).sum()
     };
     let (alone, team) = (seconds(&alone), seconds(&team));

@@ -50,8 +50,8 @@ impl Participants for SharedParticipants<'_> {
     type MessageRef = Arc<Message>;
     type Error = ParticipantError;
 
-    fn step(&mut self, who: Participant, now: MissionTime, event: Event<Arc<Message>>) -> Delivered {
-        let machine = self.participants.machine(who)?;
+    fn step(&mut self, participant: Participant, now: MissionTime, event: Event<Arc<Message>>) -> Delivered {
+        let machine = self.participants.machine(participant)?;
         match event.into_message() {
             Ok((from, message)) => receive(machine, now, from, &message),
             Err(event) => Ok(machine.handle(now, event)?.map(Arc::new)),
@@ -65,12 +65,14 @@ impl Participants for SharedParticipants<'_> {
         to: &[(Participant, MissionTime)],
     ) -> Result<Vec<Effects<Arc<Message>>>, ParticipantError> {
         let robots: Vec<(usize, MissionTime)> =
-            to.iter().map_while(|&(who, now)| Some((index(who)?, now))).collect();
+            to.iter().map_while(|&(participant, now)| Some((index(participant)?, now))).collect();
         let in_order = robots.is_sorted_by(|(a, _), (b, _)| a < b);
         let (Some(helpers), true) = (&self.helpers, in_order && robots.len() > LEAST_RECEIVERS) else {
             return to
                 .iter()
-                .map(|&(who, now)| receive(self.participants.machine(who)?, now, from, message))
+                .map(|&(participant, now)| {
+                    receive(self.participants.machine(participant)?, now, from, message)
+                })
                 .collect();
         };
         let share = robots.len().div_ceil(self.threads).max(LEAST_RECEIVERS / 2);
@@ -97,20 +99,20 @@ impl Participants for SharedParticipants<'_> {
         for delivered in delivered.into_iter().flatten() {
             effects.push(delivered?);
         }
-        for &(who, now) in &to[robots.len()..] {
-            effects.push(receive(self.participants.machine(who)?, now, from, message)?);
+        for &(participant, now) in &to[robots.len()..] {
+            effects.push(receive(self.participants.machine(participant)?, now, from, message)?);
         }
         Ok(effects)
     }
 
-    fn digest(&mut self, who: Participant, now: MissionTime) -> Result<Digest, ParticipantError> {
-        self.participants.digest(who, now)
+    fn digest(&mut self, participant: Participant, now: MissionTime) -> Result<Digest, ParticipantError> {
+        self.participants.digest(participant, now)
     }
 }
 
 /// A robot's index in its team.
-fn index(who: Participant) -> Option<usize> {
-    match who {
+fn index(participant: Participant) -> Option<usize> {
+    match participant {
         Participant::Robot(robot) => Some(robot.index()),
         Participant::Coordinator => None,
     }

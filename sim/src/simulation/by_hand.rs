@@ -32,7 +32,7 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
     }
 
     fn is_any_moving(&self) -> bool {
-        self.members.iter().any(|member| match member.who {
+        self.members.iter().any(|member| match member.participant {
             Participant::Robot(robot) => self.world.body(robot).is_moving(),
             Participant::Coordinator => false,
         })

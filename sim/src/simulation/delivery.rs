@@ -19,7 +19,7 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
         let mut due = now;
         let mut together = Vec::new();
         for index in 0..self.members.len() {
-            let to = self.members[index].who;
+            let to = self.members[index].participant;
             let is_meant = match audience {
                 Audience::All => to != from,
                 Audience::One(one) => to == one,
@@ -61,17 +61,17 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
     ) -> Result<(), C::Error> {
         let later = to.split_off(self.count_together(&to));
         let mut receivers = Vec::with_capacity(to.len());
-        for who in to {
-            if self.members[self.place(who)].is_up {
-                receivers.push((who, now + self.faults.ahead(who)));
+        for participant in to {
+            if self.members[self.place(participant)].is_up {
+                receivers.push((participant, now + self.faults.ahead(participant)));
             }
         }
         let effects = self.participants.deliver(from, &message, &receivers)?;
         if !later.is_empty() {
             self.queue.put_back(now, SimEvent::Delivery { from, to: later, message });
         }
-        for ((who, _), effects) in receivers.into_iter().zip(effects) {
-            self.react(now, who, effects);
+        for ((participant, _), effects) in receivers.into_iter().zip(effects) {
+            self.react(now, participant, effects);
         }
         Ok(())
     }
@@ -83,6 +83,8 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
         }
         let is_busy = |member: &&Member| !member.is_resting();
         let Some(searcher) = self.members.iter().rev().find(is_busy) else { return to.len() };
-        to.iter().position(|&who| who == searcher.who).map_or(to.len(), |place| place.max(1))
+        to.iter()
+            .position(|&participant| participant == searcher.participant)
+            .map_or(to.len(), |place| place.max(1))
     }
 }

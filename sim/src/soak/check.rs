@@ -68,17 +68,17 @@ impl<'a> Checks<'a> {
     }
 
     /// A participant restarts with only these observations.
-    pub(super) fn restart(&mut self, who: Participant, now: MissionTime, known: &[Arc<Observation>]) {
-        self.shadows.remove(&who);
-        let shadow = self.shadow(who, now);
+    pub(super) fn restart(&mut self, participant: Participant, now: MissionTime, known: &[Arc<Observation>]) {
+        self.shadows.remove(&participant);
+        let shadow = self.shadow(participant, now);
         for observation in known {
             shadow.count(observation);
         }
     }
 
-    fn shadow(&mut self, who: Participant, now: MissionTime) -> &mut Shadow {
+    fn shadow(&mut self, participant: Participant, now: MissionTime) -> &mut Shadow {
         let scenario = self.scenario;
-        self.shadows.entry(who).or_insert_with(|| Shadow {
+        self.shadows.entry(participant).or_insert_with(|| Shadow {
             belief: scenario.prior().clone(),
             names: BTreeSet::new(),
             declared: BTreeSet::new(),
@@ -88,8 +88,8 @@ impl<'a> Checks<'a> {
     }
 
     /// Records an event before it is handled.
-    pub(super) fn before(&mut self, who: Participant, now: MissionTime, event: &Event<Message>) {
-        let shadow = self.shadow(who, now);
+    pub(super) fn before(&mut self, participant: Participant, now: MissionTime, event: &Event<Message>) {
+        let shadow = self.shadow(participant, now);
         if matches!(event, Event::Start | Event::Sensed { .. }) {
             shadow.moved = now;
         }
@@ -98,15 +98,15 @@ impl<'a> Checks<'a> {
     /// Checks a participant's effects, belief and observations after an event.
     pub(super) fn after(
         &mut self,
-        who: Participant,
+        participant: Participant,
         now: MissionTime,
         effects: &Effects<Message>,
         digest: Digest,
         observations: u64,
     ) -> Result<(), Violation> {
         self.count += 1;
-        let broken = |what: String| Err(Violation::Broken { at: now, who, what });
-        let shadow = self.shadow(who, now);
+        let broken = |what: String| Err(Violation::Broken { at: now, participant, what });
+        let shadow = self.shadow(participant, now);
         for observation in &effects.kept {
             if !shadow.count(observation) {
                 return broken(format!("{} counts twice", name_of(observation)));
@@ -116,23 +116,23 @@ impl<'a> Checks<'a> {
             let kept = shadow.names.len();
             return broken(format!("its evidence is not that of the {kept} observations that it kept"));
         }
-        self.check_awake(who, now, effects)?;
-        self.check_published(who, now, effects)
+        self.check_awake(participant, now, effects)?;
+        self.check_published(participant, now, effects)
     }
 
     /// A robot is woken for every heartbeat, makes progress while it searches, and does not move while it is paused.
     fn check_awake(
         &mut self,
-        who: Participant,
+        participant: Participant,
         now: MissionTime,
         effects: &Effects<Message>,
     ) -> Result<(), Violation> {
-        if who == Participant::Coordinator {
+        if participant == Participant::Coordinator {
             return Ok(());
         }
-        let broken = |what: String| Err(Violation::Broken { at: now, who, what });
+        let broken = |what: String| Err(Violation::Broken { at: now, participant, what });
         let (sleep, patience) = (2 * self.scenario.mission().heartbeat, self.patience);
-        let shadow = self.shadow(who, now);
+        let shadow = self.shadow(participant, now);
         if effects.activity != Activity::Searching {
             shadow.moved = now;
         }
@@ -154,16 +154,16 @@ impl<'a> Checks<'a> {
 
     fn check_published(
         &mut self,
-        who: Participant,
+        participant: Participant,
         now: MissionTime,
         effects: &Effects<Message>,
     ) -> Result<(), Violation> {
-        let broken = |what: String| Err(Violation::Broken { at: now, who, what });
+        let broken = |what: String| Err(Violation::Broken { at: now, participant, what });
         for (_, message) in &effects.published {
             match message {
                 Message::Observation(observation) => {
                     let name = (observation.origin, observation.sequence);
-                    if !self.shadow(who, now).names.contains(&name) {
+                    if !self.shadow(participant, now).names.contains(&name) {
                         return broken(format!("it published {} and did not keep it", name_of(observation)));
                     }
                     let known = self.published.entry(name).or_insert_with(|| Arc::clone(observation));
@@ -173,7 +173,7 @@ impl<'a> Checks<'a> {
                 }
                 Message::MissionStatus(status) => {
                     let declared = status.declared.iter().map(|detection| detection.cell).collect();
-                    let shadow = self.shadow(who, now);
+                    let shadow = self.shadow(participant, now);
                     let withdrawn = shadow.declared.difference(&declared);
                     let believed = withdrawn.map(|&cell| (cell, shadow.belief.probability(cell)));
                     if let Some((cell, probability)) = believed.into_iter().find(|it| it.1 >= WITHDRAWN_BELOW)
@@ -191,7 +191,7 @@ impl<'a> Checks<'a> {
 
     /// The observations of each participant, as numbers of every origin.
     pub(super) fn known(&self) -> String {
-        let of = |(who, shadow): (&Participant, &Shadow)| {
+        let of = |(participant, shadow): (&Participant, &Shadow)| {
             let mut runs: Vec<(Origin, u64, u64)> = Vec::new();
             for &(origin, sequence) in &shadow.names {
                 match runs.last_mut() {
@@ -202,7 +202,7 @@ impl<'a> Checks<'a> {
             let runs = runs.into_iter().map(|(Origin { source, incarnation }, first, last)| {
                 format!("{source}@{incarnation}: {first} to {last}")
             });
-            format!("{who} knows {}", runs.collect::<Vec<_>>().join(", "))
+            format!("{participant} knows {}", runs.collect::<Vec<_>>().join(", "))
         };
         self.shadows.iter().map(of).collect::<Vec<_>>().join("; ")
     }
@@ -213,9 +213,9 @@ impl<'a> Checks<'a> {
         // A robot that returns late rests at once.
         let most = MissionTime::START + budget + self.patience + Duration::from_secs(200);
         if ended > most {
-            let who = Participant::Coordinator;
+            let participant = Participant::Coordinator;
             let what = format!("the mission was to end by {:.0} s", most.as_seconds());
-            return Err(Violation::Broken { at: ended, who, what });
+            return Err(Violation::Broken { at: ended, participant, what });
         }
         Ok(())
     }

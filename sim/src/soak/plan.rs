@@ -97,14 +97,14 @@ impl Draw<'_> {
     fn faults(&mut self) -> Faults {
         let mut faults = Faults::default();
         for robot in RobotId::first(self.robots) {
-            let who = Participant::Robot(robot);
+            let participant = Participant::Robot(robot);
             if self.random.random_bool(0.4) {
                 // At least one robot restarts, so that there is a search to the end.
                 let crash = self.crash(robot == RobotId::FIRST);
-                faults.crashes.insert(who, crash);
+                faults.crashes.insert(participant, crash);
             }
             if self.random.random_bool(0.4) {
-                faults.clocks.insert(who, Duration::from_millis(self.random.random_range(1..30_000)));
+                faults.clocks.insert(participant, Duration::from_millis(self.random.random_range(1..30_000)));
             }
             if self.random.random_bool(0.3) {
                 faults.full.insert(robot, self.interval());

@@ -133,7 +133,7 @@ impl Report {
              messages      {}\n\
              beliefs       {beliefs} in all robots, digest {}\n\
              {recording}",
-            self.way(),
+            self.distance(),
             self.decisions(),
             self.observations_sent,
             self.messages(),
@@ -152,7 +152,7 @@ impl Report {
         )
     }
 
-    fn way(&self) -> String {
+    fn distance(&self) -> String {
         let total: f64 = self.path_cells.iter().sum();
         let farthest = self.path_cells.iter().copied().fold(0.0, f64::max);
         match self.robots {
@@ -170,7 +170,8 @@ impl Report {
                     self.decisions
                 )
             }
-            _ => "none".to_owned(),
+            // Robots of other processes decide there.
+            _ => "none here".to_owned(),
         }
     }
 }

@@ -87,8 +87,8 @@ fn settings(arguments: &Arguments) -> Result<Settings, Failure> {
     let shape = Shape {
         hidden: arguments.hidden,
         layers: arguments.layers,
-        memory: arguments.decay_channels,
-        sums: arguments.sum_channels,
+        decay_channels: arguments.decay_channels,
+        sum_channels: arguments.sum_channels,
     };
     let wrong =
         |flag: &str, value: f64, allowed: &str| Err(Failure::Input(format!("--{flag} {value}: {allowed}")));

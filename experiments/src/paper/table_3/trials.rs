@@ -7,8 +7,8 @@ use dragnet_learn::policy::{PolicyName, Shipped};
 use dragnet_scenario::Scenario;
 use dragnet_scenario::shipped::FOLDER;
 use dragnet_scenario::time::MissionTime;
-use dragnet_search::information::InformationTable;
 use dragnet_search::policy::PolicyName as Exact;
+use dragnet_search::utility::UtilityTable;
 use dragnet_sim::field::{self, DecisionTime, Trial};
 
 use crate::progress::Progress;
@@ -111,7 +111,7 @@ pub(super) fn run(
     threads: Option<u16>,
     progress: &dyn Progress,
 ) -> Result<Trials, ExperimentError> {
-    InformationTable::warm_up();
+    UtilityTable::warm_up();
     let field = Scenario::load(&Path::new(FOLDER).join("field.toml")).map_err(ExperimentError::run)?;
     let named = CONFIGURATIONS.iter().map(|&(_, seed)| seed);
     let seeds: Vec<u64> = named.chain((0..seeds.count()).map(|place| seeds.at(place))).collect();

@@ -14,6 +14,7 @@
 
 use std::path::Path;
 
+use dragnet_files::in_words;
 use serde::{Deserialize, Deserializer};
 
 use super::picture::{self, Picture, Shade};
@@ -118,7 +119,7 @@ pub(super) fn load(file: &Path, cell_meters: f64) -> Result<MapFile, MapFileErro
 
 fn read_header(file: &Path, text: &str) -> Result<(Header, MapOrigin), MapFileError> {
     let header: Header = serde_path_to_error::deserialize(serde_yaml_ng::Deserializer::from_str(text))
-        .map_err(|error| MapFileError::syntax(file, error))?;
+        .map_err(|error| MapFileError::syntax(file, in_words(&error.to_string())))?;
     let is_length = header.resolution.is_finite() && header.resolution > 0.0;
     if !is_length {
         let allowed = "a finite length in meters above 0";

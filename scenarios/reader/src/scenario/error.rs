@@ -3,7 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
-use dragnet_files::FileError;
+use dragnet_files::{FileError, in_words};
 
 use super::Source;
 use super::check::{Invalid, shortened};
@@ -95,14 +95,14 @@ impl Source {
         key: Option<&serde_path_to_error::Path>,
     ) -> ScenarioError {
         let line = error.span().map(|span| line_at(&self.text, span.start));
-        let message = error.message().trim_end();
+        let message = &in_words(error.message().trim_end());
         let (line, message) = match (line, key.map(ToString::to_string).filter(|key| key != ".")) {
             (line, Some(key)) => (line, format!("{key}: {message}")),
             // For a key with too many parts the parser reports neither the key nor its place.
             (None, None) => {
                 (Some(line_of_longest_key(&self.text)), format!("a key of too many parts: {message}"))
             }
-            (line, None) => (line, message.to_owned()),
+            (line, None) => (line, message.clone()),
         };
         ScenarioError::Syntax { place: self.place(line), message: shortened(&message) }
     }

@@ -3,10 +3,11 @@
 
 use dragnet_learn::policy::PolicyName;
 use dragnet_search::generated::Generated;
-use dragnet_search::policy::PolicyName as Exact;
+use dragnet_search::policy::{AfterPattern, Pattern, PolicyName as Exact};
 use dragnet_search::sensor::Sensor;
 use dragnet_search::shape::Shape;
 use dragnet_search::situation::DEFAULT_DETECTION_THRESHOLD;
+use dragnet_search::utility::Utility;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -176,7 +177,7 @@ pub struct RobotTable {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(
     untagged,
-    expecting = "a policy is its name, or a table of `name`, `path_length_weight` (number), `lane_spacing_cells` (whole number), `evaluations` (whole number), `replan_after_cells` (whole number) and `weights` (file)"
+    expecting = "a policy is its name, or a table of `name`, `path_length_weight` (number), `utility` (text), `pattern` (text), `after_pattern` (text), `lane_spacing_cells` (whole number), `evaluations` (whole number), `replan_after_cells` (whole number) and `weights` (file)"
 )]
 pub enum PolicyField {
     /// The name alone.
@@ -197,7 +198,22 @@ pub struct PolicyTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = 1000.0))]
     pub path_length_weight: Option<f64>,
-    /// For `coverage`: cells between its lanes, 1 to 1000, 1 by default.
+    /// For `greedy` and `path`: what observations are worth, the entropy that they are expected to remove
+    /// (`information`, the default) or the objects that they are expected to find (`recall`).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("enum" = Utility::ALL.map(Utility::as_str)))]
+    pub utility: Option<String>,
+    /// For `coverage`: its search pattern, as the IAMSAR Manual names them; `parallel_track` by default.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("enum" = Pattern::ALL.map(Pattern::as_str)))]
+    pub pattern: Option<String>,
+    /// For `coverage`: what follows once the pattern is done, the pattern again (`repeat`, the default) or the policy
+    /// `path`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("enum" = AfterPattern::ALL.map(AfterPattern::as_str)))]
+    pub after_pattern: Option<String>,
+    /// For `coverage`: cells between its tracks, 1 to 1000; by default the most at which one pass finds an object
+    /// anywhere between two of them with probability 0.9.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1, max = 1000))]
     pub lane_spacing_cells: Option<i64>,

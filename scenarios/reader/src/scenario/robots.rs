@@ -9,8 +9,9 @@ use dragnet_learn::policy::{PolicyName, Shipped};
 use dragnet_learn::weights::Weights;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::RobotId;
-use dragnet_search::policy::{Parameters, PolicyName as Exact};
+use dragnet_search::policy::{AfterPattern, Parameters, Pattern, PolicyName as Exact};
 use dragnet_search::terrain::Terrain;
+use dragnet_search::utility::Utility;
 
 use super::check::{self, Invalid};
 use super::error::Fault;
@@ -109,10 +110,25 @@ fn policy_table(key: &str, table: &PolicyTable, folder: &Path) -> Result<Policy,
         check_is_of(&key, check::written(weight), name, &[Exact::Path.into(), Exact::PathAdditive.into()])?;
         policy.parameters.path_length_weight = check::at_least_zero(key, weight, 1000.0)?;
     }
+    if let Some(word) = &table.utility {
+        let key = format!("{key}.utility");
+        check_is_of(&key, format!("{word:?}"), name, &[Exact::Greedy.into(), Exact::Path.into()])?;
+        policy.parameters.utility = one_of(key, word, Utility::ALL.map(|it| (it.as_str(), it)))?;
+    }
+    if let Some(word) = &table.pattern {
+        let key = format!("{key}.pattern");
+        check_is_of(&key, format!("{word:?}"), name, &[Exact::Coverage.into()])?;
+        policy.parameters.pattern = one_of(key, word, Pattern::ALL.map(|it| (it.as_str(), it)))?;
+    }
+    if let Some(word) = &table.after_pattern {
+        let key = format!("{key}.after_pattern");
+        check_is_of(&key, format!("{word:?}"), name, &[Exact::Coverage.into()])?;
+        policy.parameters.after_pattern = one_of(key, word, AfterPattern::ALL.map(|it| (it.as_str(), it)))?;
+    }
     if let Some(cells) = table.lane_spacing_cells {
         let key = format!("{key}.lane_spacing_cells");
         check_is_of(&key, cells, name, &[Exact::Coverage.into()])?;
-        policy.parameters.lane_spacing_cells = check::integer(key, cells, 1, 1000)?;
+        policy.parameters.lane_spacing_cells = Some(check::integer(key, cells, 1, 1000)?);
     }
     if let Some(evaluations) = table.evaluations {
         let key = format!("{key}.evaluations");
@@ -130,6 +146,19 @@ fn policy_table(key: &str, table: &PolicyTable, folder: &Path) -> Result<Policy,
         policy.network = Some(Arc::new(Network::new(&weights)));
     }
     Ok(policy)
+}
+
+/// The value of a word.
+fn one_of<T: Copy, const COUNT: usize>(
+    key: String,
+    word: &str,
+    allowed: [(&'static str, T); COUNT],
+) -> Result<T, Invalid> {
+    allowed
+        .iter()
+        .find(|(name, _)| *name == word)
+        .map(|&(_, value)| value)
+        .ok_or_else(|| Invalid::new(key, format!("{word:?}"), allowed.map(|(name, _)| name).join(", ")))
 }
 
 fn check_is_of(

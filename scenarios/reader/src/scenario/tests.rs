@@ -1,6 +1,7 @@
 use std::fs;
 use std::time::Duration;
 
+use dragnet_learn::policy::PolicyName;
 use dragnet_search::cell::Position;
 use dragnet_search::observation::RobotId;
 use dragnet_search::policy::PolicyName as Exact;
@@ -96,7 +97,7 @@ fn robots_differ_as_the_scenario_specifies() {
     assert_eq!((&robots[0].policy, robots[0].start), (&plain(Exact::Path), Start::Cell(cell)));
     assert_eq!((&robots[1].policy, robots[1].start), (&plain(Exact::Greedy), Start::Cell(cell)));
     assert_eq!((robots[2].id, robots[2].start), (RobotId::new(3).unwrap(), Start::Scattered));
-    assert_eq!(robots[2].policy.parameters.lane_spacing_cells, 2);
+    assert_eq!(robots[2].policy.parameters.lane_spacing_cells, Some(2));
     assert_eq!(robots[2].policy.replan_after_cells.unwrap().get(), 4);
 }
 
@@ -295,7 +296,11 @@ fn an_invalid_scenario_names_line_key_and_allowed_values() {
     check("name = 'small'", "name = ", ["a.toml, line 1: ", "string"]);
     check("name = 'small'\n", "", ["a.toml", "missing field `name`"]);
     check("radius = 1", "radus = 1", ["line 5: sensor", "unknown field `radus`, expected one of `radius`"]);
-    check("radius = 1", "radius = 1.5", ["line 5: sensor.radius: ", "floating point `1.5`, expected i64"]);
+    check(
+        "radius = 1",
+        "radius = 1.5",
+        ["line 5: sensor.radius: ", "floating point `1.5`, expected a whole number"],
+    );
     check("", "[robot]\ncount = 3", ["line 10: ", "unknown field `robot`, expected one of `name`"]);
     check("", "[robots]\npolicy = 3", ["line 11: robots.policy: ", "a policy is its name, or a table of"]);
     check(

@@ -1,6 +1,6 @@
 //! What a cell still hides from a search, by its log-odds and the precision that is planned for it.
 
-use std::f64::consts::SQRT_2;
+use crate::utility::{found, log_odds_nats as log_odds_of};
 
 /// Log-odds of the axis of rows, nats; a belief outside counts as at its end. At the lower end a cell in 3e10 holds an
 /// object.
@@ -36,8 +36,7 @@ pub(super) struct HiddenTable {
 impl HiddenTable {
     /// The table for a detection threshold, a probability.
     pub(super) fn new(detection_threshold: f64) -> Self {
-        let odds = detection_threshold / (1.0 - detection_threshold);
-        let found_nats = libm::log(odds).clamp(LOWEST_NATS, HIGHEST_NATS);
+        let found_nats = log_odds_of(detection_threshold).clamp(LOWEST_NATS, HIGHEST_NATS);
         let mut values = Vec::with_capacity((2 * ROWS + 1) * COLUMNS);
         for theta in [found_nats, NOTICED_NATS.min(found_nats)] {
             for row in 0..ROWS {
@@ -86,14 +85,6 @@ impl HiddenTable {
 pub(super) fn steps(precision_units: i64) -> u8 {
     let steps = precision_units as f64 / crate::evidence::UNITS * STEPS_PER_PRECISION;
     steps.round().clamp(0.0, f64::from(u8::MAX)) as u8
-}
-
-fn found(log_odds_nats: f64, precision: f64, theta_nats: f64) -> f64 {
-    if precision <= 0.0 {
-        return f64::from(u8::from(log_odds_nats >= theta_nats));
-    }
-    let deviations = (log_odds_nats + precision / 2.0 - theta_nats) / precision.sqrt();
-    0.5 * libm::erfc(-deviations / SQRT_2)
 }
 
 #[cfg(test)]

@@ -21,8 +21,10 @@ const MOVE_COST: f64 = 0.02;
 /// to exceed what is left of the search: otherwise giving up looks cheapest.
 const TAIL_CELLS: f64 = 40.0;
 const TAIL_SHARE: f64 = 0.8;
-/// The longest tour, steps.
+/// The longest tour, steps: at most this, and twice the cells of the ground and a few. Longer ones look at the same
+/// cells again and again.
 const MAX_STEPS: u16 = 4000;
+const FEW_STEPS: u16 = 100;
 
 /// How far an imagined search has come.
 #[derive(Clone)]
@@ -61,6 +63,7 @@ pub(super) struct Planner<'a> {
     /// The search as it stands.
     pub root: Progress,
     tail: f64,
+    most_steps: u16,
     /// At least one object is left, or there is nothing to plan for.
     boost: f64,
 }
@@ -86,7 +89,8 @@ impl<'a> Planner<'a> {
         }
         let root = Progress { precision, hidden, left, cost: 0.0, at, steps: 0 };
         let tail = TAIL_CELLS + TAIL_SHARE * f64::from(ground.count());
-        Self { ground, table, rows, root, tail, boost: (1.0 / left.max(1e-12)).max(1.0) }
+        let most_steps = ground.count().saturating_mul(2).saturating_add(FEW_STEPS).min(MAX_STEPS);
+        Self { ground, table, rows, root, tail, most_steps, boost: (1.0 / left.max(1e-12)).max(1.0) }
     }
 
     /// What a place of the frame hides at the start.
@@ -155,7 +159,7 @@ impl<'a> Planner<'a> {
     fn walk(&self, progress: &mut Progress, leg: Leg, limit: f64) -> bool {
         while progress.at != leg.to {
             self.advance(progress, leg);
-            if progress.cost > limit || progress.steps >= MAX_STEPS {
+            if progress.cost > limit || progress.steps >= self.most_steps {
                 return false;
             }
         }
@@ -253,7 +257,7 @@ impl WalkedTour {
     fn rest(&mut self, planner: &Planner<'_>, from: usize, end: usize, limit: f64) -> f64 {
         let (here, old) = (&self.scratch, &self.marks[from]);
         let (start, stop) = (usize::from(old.steps), usize::from(self.marks[end].steps));
-        if usize::from(here.steps) + stop - start >= usize::from(MAX_STEPS) {
+        if usize::from(here.steps) + stop - start >= usize::from(planner.most_steps) {
             return f64::INFINITY;
         }
         self.changes.clear();

@@ -180,6 +180,45 @@ fn the_rest_of_a_tour_is_kept() {
     }
 }
 
+/// A tour that looks at its cells again and again passes its start on the way.
+#[test]
+fn a_tour_that_comes_back_is_not_started_over() {
+    let grid = Grid::new(1, 9).unwrap();
+    let cells: Vec<Cell> = grid.cells().collect();
+    let plan = |way: &[usize]| Plan {
+        root: Some(cells[0]),
+        cells: way.iter().map(|&cell| cells[cell]).collect(),
+        legs: vec![(0, way.len())],
+    };
+    let back = plan(&[1, 0, 1, 0, 1, 2, 3, 4, 3]);
+    let driven = [0, 1, 2, 3, 4, 5].map(|cell| back.driven(cells[cell]));
+    assert_eq!(driven, [4, 3, 6, 7, 8, 0]);
+    let late = plan(&[1, 2, 3, 4, 3, 2, 1, 0]);
+    assert_eq!([0, 1, 4].map(|cell| late.driven(cells[cell])), [0, 1, 4], "it has not moved");
+}
+
+/// From the middle of a corridor a tour to both ends enters half of the cells twice.
+#[test]
+fn no_path_is_longer_than_the_map_has_cells() {
+    let mut case = Case::new(1, 3..4);
+    case.terrain = Terrain::from_ascii(&format!("{}\n", ".".repeat(60)), 1.0).unwrap();
+    case.belief = Belief::uniform(&case.terrain, 0.2).unwrap();
+    case.planned_precision = PlannedPrecision::nothing(&case.terrain);
+    case.sensor = Sensor::default();
+    case.robot = case.terrain.grid().cells().nth(30).unwrap();
+    let mut tour = Tour::new(300, 0.2);
+    let decision = tour.decide(&case.situation(), &mut stream(0, Purpose::Decision, 1));
+    case.check_path(&decision);
+    assert!(tour.plan.cells.len() > 60, "{}", tour.plan.cells.len());
+    assert_eq!(decision.path, tour.plan.cells[..60]);
+}
+
+#[test]
+fn wide_sensors_get_fewer_evaluations() {
+    let of = |radius| affordable(1000, &Sensor::new(radius, 0.0005, Noise::Gaussian).unwrap());
+    assert_eq!([1, 5, 10, 60].map(of), [1000, 1000, 276, 8]);
+}
+
 #[test]
 fn decisions_are_those_of_the_seed() {
     let case = Case::new(5, 12..14);

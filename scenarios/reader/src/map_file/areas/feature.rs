@@ -82,9 +82,34 @@ impl Facts {
         self.is_account |= key.trim().eq_ignore_ascii_case(Self::POD);
         if let Some(known) = known_key(key) {
             self.learn(known, value);
-        } else if is_own_key(key) || is_kind(value) {
+        } else {
+            self.suspect_property(key, value);
+        }
+    }
+
+    /// Looks for what seems to be meant for a search in a property that has no meaning.
+    pub(super) fn suspect_property(&mut self, key: &str, value: &str) {
+        // A column `no_go` tells of most rows that they are none.
+        let is_denied = matches!(value.trim().to_lowercase().as_str(), "" | "false" | "no" | "0" | "none");
+        let is_about = is_own_key(key)
+            || is_kind(value)
+            || words(key).iter().any(|word| word == NO_GO_WORD) && !is_denied
+            || description::lines(value).iter().any(|line| is_about_searches(line));
+        if is_about {
             self.suspect(&format!("{key}: {value}"));
         }
+    }
+
+    /// Looks for it in a text that describes more than this feature, such as the name of its folder.
+    pub(super) fn suspect_text(&mut self, whose: &str, text: &str) {
+        if let Some(line) = Self::line_about_searches(text) {
+            self.unclear.get_or_insert_with(|| format!("{whose} {:?}", shortened(&line)));
+        }
+    }
+
+    /// The first line of a text that seems to be meant for a search.
+    pub(super) fn line_about_searches(text: &str) -> Option<String> {
+        description::lines(text).into_iter().find(|line| is_about_searches(line))
     }
 
     /// Stores the properties in the lines of a description, such as `poa: 25 %`, for tools without properties.

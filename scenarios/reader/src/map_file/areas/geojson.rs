@@ -21,7 +21,15 @@ pub(super) fn features(file: &Path, text: &str) -> Result<Vec<Feature>, MapFileE
         }
         GeoJson::Feature(drawn) => vec![feature(1, drawn)],
         GeoJson::FeatureCollection(collection) => {
-            (1..).zip(collection.features).map(|(number, drawn)| feature(number, drawn)).collect()
+            let of_all = collection.foreign_members.unwrap_or_default();
+            let mut features: Vec<Feature> =
+                (1..).zip(collection.features).map(|(number, drawn)| feature(number, drawn)).collect();
+            for facts in features.iter_mut().map(|feature| &mut feature.facts) {
+                for (key, value) in &of_all {
+                    facts.suspect_text(&format!("in the collection with {key}"), &plain(value));
+                }
+            }
+            features
         }
     })
 }
@@ -77,12 +85,22 @@ fn members_of_geometry<'a>(geometry: &'a Geometry, all_members: &mut Vec<&'a Jso
 
 fn feature(number: usize, drawn: Drawn) -> Feature {
     let properties = drawn.properties.unwrap_or_default();
-    let text = |key: &str| properties.get(key).map(plain);
+    // Tools write `Name` and `Description` too.
+    let text = |name: &str| {
+        let of_name = |(key, _): &(&String, &JsonValue)| key.eq_ignore_ascii_case(name);
+        properties.iter().filter(of_name).map(|(_, value)| plain(value)).find(|text| !text.is_empty())
+    };
     let mut feature = Feature::at(&format!("feature {number}"), text("name").or_else(|| text("title")));
-    for (key, value) in &properties {
+    let is_description = |key: &str| key.eq_ignore_ascii_case("description");
+    for (key, value) in properties.iter().filter(|(key, _)| !is_description(key)) {
         feature.facts.add_property(key, &plain(value));
     }
-    feature.facts.describe(&text("description").unwrap_or_default());
+    for (_, value) in properties.iter().filter(|(key, _)| is_description(key)) {
+        feature.facts.describe(&plain(value));
+    }
+    for (key, value) in &drawn.foreign_members.unwrap_or_default() {
+        feature.facts.suspect_property(key, &plain(value));
+    }
     if let Some(geometry) = drawn.geometry {
         draw(&mut feature.shapes, geometry.value);
     }

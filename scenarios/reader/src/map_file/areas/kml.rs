@@ -7,7 +7,7 @@ use quick_xml::Reader as Scan;
 use quick_xml::events::{BytesStart, Event};
 use roxmltree::{Document, Node, ParsingOptions};
 
-use super::feature::{Feature, Position, Shapes};
+use super::feature::{Facts, Feature, Position, Shapes};
 use crate::map_file::MapFileError;
 
 /// The most elements, texts and comments of one file.
@@ -29,13 +29,29 @@ pub(super) fn features(file: &Path, text: &str) -> Result<Vec<Feature>, MapFileE
     let drawn = |node: &Node<'_, '_>| is(*node, "Placemark") || is(*node, "NetworkLink");
     let mut features = Vec::new();
     let mut end = 0;
-    for node in root.descendants().filter(drawn) {
+    // Folders that are open: where each ends, and a text of it, or of one around it, that seems meant for a search.
+    let mut folders: Vec<(usize, Option<String>)> = Vec::new();
+    for node in root.descendants() {
+        while folders.last().is_some_and(|&(end, _)| node.range().start >= end) {
+            folders.pop();
+        }
+        let around = folders.last().and_then(|(_, text)| text.clone());
+        if is(node, "Folder") || is(node, "Document") {
+            folders.push((node.range().end, around.or_else(|| reader.folder_text(node))));
+        }
+        if !drawn(&node) {
+            continue;
+        }
         if node.range().start < end {
             let place = format!("the placemark in {}", reader.line(node));
             return Err(MapFileError::value(file, place, "within another one", "one beside others"));
         }
         end = node.range().end;
-        features.push(reader.feature(node)?);
+        let mut feature = reader.feature(node)?;
+        if let Some(text) = folders.last().and_then(|(_, text)| text.as_deref()) {
+            feature.facts.suspect_text("in the folder", text);
+        }
+        features.push(feature);
     }
     Ok(features)
 }
@@ -122,8 +138,20 @@ impl Reader<'_> {
         if let Some(description) = placemark.children().find(|node| is(*node, "description")) {
             feature.facts.describe(&self.html(description));
         }
+        for name in ["Snippet", "snippet"] {
+            feature
+                .facts
+                .suspect_text("described by its snippet as", &text_of(placemark, name).unwrap_or_default());
+        }
         feature.shapes = self.shapes(placemark)?;
         Ok(feature)
+    }
+
+    /// The line of a folder's name or description that seems meant for a search, if any.
+    fn folder_text(&self, folder: Node<'_, '_>) -> Option<String> {
+        let description = folder.children().find(|node| is(*node, "description"));
+        let texts = [text_of(folder, "name"), description.map(|node| self.html(node))];
+        texts.into_iter().flatten().find_map(|text| Facts::line_about_searches(&text))
     }
 
     /// The content of an element as HTML: its text, and its elements as written.

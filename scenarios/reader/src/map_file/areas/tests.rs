@@ -57,6 +57,7 @@ fn collection(features: &[(&str, &str)]) -> String {
 
 const TRIANGLE: &str = r#"{"type":"Polygon","coordinates":[[[0,0],[0.01,0],[0,0.01],[0,0]]]}"#;
 const POINT: &str = r#"{"type":"Point","coordinates":[0.001,0.002]}"#;
+const SQUARE: &str = r#"{"type":"Polygon","coordinates":[[[0,0],[0.01,0],[0.01,0.01],[0,0]]]}"#;
 const LINE: &str = r#"{"type":"LineString","coordinates":[[0,0],[0.01,0.01]]}"#;
 
 #[test]
@@ -342,6 +343,58 @@ fn an_invalid_kml_is_rejected_with_its_line() {
     check(&quarry("0.003,0.002", "0.003,91"), "line 13 \"Quarry\", polygon 1, ring 1, position 2");
     check(&quarry("0.003,0.002 0.003,0.003", ""), "ring 1 is 2 positions; allowed is at least 4");
     check(&quarry("0.008,0.008", "0.006,0.006"), "line 17 \"Ridge\", polygon 1 is not valid");
+}
+
+/// What a person writes for a no-go area without knowing the convention must not become a search area.
+#[test]
+fn a_no_go_area_is_never_searched_for_want_of_a_word() {
+    for properties in [r#""Description":"kind: no_go""#, r#""DESCRIPTION":"<p>kind: no_go</p>""#] {
+        let areas = geojson(&collection(&[(properties, SQUARE)])).unwrap();
+        assert!(matches!(areas.areas[0].purpose, Purpose::NoGo(..)), "{properties}");
+    }
+    let polygon = "<Polygon><outerBoundaryIs><LinearRing><coordinates>0,0 0.1,0 0.1,0.1 0,0</coordinates>\
+                   </LinearRing></outerBoundaryIs></Polygon>";
+    let placemark = |inside: &str| format!("<Placemark>{inside}{polygon}</Placemark>");
+    let mut errors: Vec<(String, Result<Areas, String>)> = Vec::new();
+    for properties in [
+        r#""Name":"No-go quarry""#,
+        r#""notes":"kind: no_go""#,
+        r#""comment":"no go area""#,
+        r#""no_go":true"#,
+        r#""nogo":"yes""#,
+        r#""properties":{"kind":"no_go"}"#,
+        r#""name":"Quarry","title":"No-go""#,
+    ] {
+        errors.push((properties.to_owned(), geojson(&collection(&[(properties, SQUARE)]))));
+    }
+    for foreign in [r#""kind":"no_go""#, r#""folder":"No-go areas""#] {
+        let feature = collection(&[(r#""name":"A""#, SQUARE)]);
+        let of_feature = feature.replace(r#""properties""#, &format!(r#"{foreign},"properties""#));
+        errors.push((of_feature.clone(), geojson(&of_feature)));
+    }
+    let collected = collection(&[(r#""name":"A""#, SQUARE)]);
+    let named = collected.replacen('{', r#"{"name":"no_go","#, 1);
+    errors.push((named.clone(), geojson(&named)));
+    for text in [
+        format!("<kml><Document><name>No-go areas</name>{}</Document></kml>", placemark("")),
+        format!("<kml><Folder><name>No-go</name><Folder>{}</Folder></Folder></kml>", placemark("")),
+        format!("<kml><Folder><description>kind: no_go</description>{}</Folder></kml>", placemark("")),
+        format!("<kml>{}</kml>", placemark("<Snippet>kind: no_go</Snippet>")),
+    ] {
+        errors.push((text.clone(), kml(&text)));
+    }
+    for (text, result) in errors {
+        let error = result.expect_err(&text);
+        assert!(error.contains("which is not understood; allowed is a property"), "{text}: {error}");
+    }
+    // A column of a table, a folder beside, and a kind that is said.
+    assert!(geojson(&collection(&[(r#""no_go":false"#, SQUARE)])).is_ok());
+    let beside = format!("<kml><Folder><name>No-go</name></Folder>{}</kml>", placemark(""));
+    assert!(kml(&beside).is_ok());
+    let said = placemark("<description>kind: search</description>");
+    assert!(
+        kml(&format!("<kml><Document><name>No-go and search areas</name>{said}</Document></kml>")).is_ok()
+    );
 }
 
 #[test]

@@ -1,17 +1,17 @@
-//! The information gain of a further observation of each cell, shared by all information policies and the learned ones.
+//! The utility gain of a further observation of each cell, shared by all policies that score it and the learned ones.
 
 use std::ops::Range;
 
 use crate::cell::{Cell, Grid, Offset};
-use crate::information::{InformationTable, Row, SATURATION};
 use crate::route::ShortestPathTree;
 use crate::situation::Situation;
+use crate::utility::{Row, SATURATION, UtilityTable};
 
-/// Per cell: its row of the information table, the precision that teammates plan to add, and the information of that
-/// precision.
+/// Per cell: its row of a utility table, the precision that teammates plan to add, and the utility of that precision.
 ///
 /// The map is framed by `radius` cells of certainty on each side, so that a footprint never leaves the array.
-pub struct InformationGain {
+pub struct UtilityGain<'t> {
+    table: &'t UtilityTable,
     frame: Frame,
     cells: Vec<CellGain>,
 }
@@ -24,8 +24,8 @@ pub(crate) struct CellGain {
     /// Precision counted so far, units of evidence, at most [`SATURATION`]; [`SATURATION`] for a cell that can yield
     /// nothing.
     pub(crate) precision: i32,
-    /// Information of that precision, nats.
-    pub(crate) information: f32,
+    /// Utility of that precision.
+    pub(crate) utility: f32,
 }
 
 /// Indices of the framed map.
@@ -69,13 +69,20 @@ impl Frame {
     }
 }
 
-impl InformationGain {
-    /// Computes the information gain of a situation.
+impl UtilityGain<'static> {
+    /// The information gain of a situation.
     #[must_use]
-    pub fn new(situation: &Situation<'_>) -> Self {
-        let table = InformationTable::shared();
+    pub fn information(situation: &Situation<'_>) -> Self {
+        Self::new(UtilityTable::information(), situation)
+    }
+}
+
+impl<'t> UtilityGain<'t> {
+    /// The utility gain of a situation, by a table.
+    #[must_use]
+    pub fn new(table: &'t UtilityTable, situation: &Situation<'_>) -> Self {
         let frame = Frame::new(situation.terrain.grid(), situation.sensor.radius());
-        let certain = CellGain { row: table.row(f64::INFINITY), precision: SATURATION, information: 0.0 };
+        let certain = CellGain { row: table.row(f64::INFINITY), precision: SATURATION, utility: 0.0 };
         let mut cells = vec![certain; frame.cell_count()];
         for cell in situation.terrain.grid().cells() {
             let precision = saturated(situation.planned_precision.precision(cell));
@@ -86,18 +93,22 @@ impl InformationGain {
             if row.is_certain() {
                 continue;
             }
-            let information = table.information(row, precision);
-            cells[frame.index(cell)] = CellGain { row, precision, information };
+            let utility = table.utility(row, precision);
+            cells[frame.index(cell)] = CellGain { row, precision, utility };
         }
-        Self { frame, cells }
+        Self { table, frame, cells }
     }
 
-    /// Information gain of all cells together, nats: an upper bound for any path.
-    pub(crate) fn most_nats(&self) -> f64 {
-        let table = InformationTable::shared();
+    /// Utility gain of all cells together: an upper bound for any path.
+    pub(crate) fn most(&self) -> f64 {
+        let table = self.table;
         let open = self.cells.iter().filter(|cell| cell.precision < SATURATION);
         // The table rises with the precision but for what interpolation leaves.
-        open.map(|cell| f64::from(table.information(cell.row, SATURATION) - cell.information).max(0.0)).sum()
+        open.map(|cell| f64::from(table.utility(cell.row, SATURATION) - cell.utility).max(0.0)).sum()
+    }
+
+    pub(crate) const fn table(&self) -> &'t UtilityTable {
+        self.table
     }
 
     pub(crate) const fn frame(&self) -> Frame {
@@ -108,8 +119,8 @@ impl InformationGain {
         &self.cells
     }
 
-    /// Information of one observation from each cell, beyond what teammates plan to observe, nats, shape `[cells]`
-    /// (paper, Eq. 2 with the table of [`crate::information`]); `-inf` for cells that are not candidates.
+    /// Utility of one observation from each cell, beyond what teammates plan to observe, shape `[cells]` (paper, Eq. 2
+    /// with the tables of [`crate::utility`]); `-inf` for cells that are not candidates.
     ///
     /// All cells at one distance are observed with one precision, so a cell's gain is looked up once per ring; the rest
     /// is addition, row by row.
@@ -124,7 +135,7 @@ impl InformationGain {
     }
 
     fn sum_of_rings(&self, situation: &Situation<'_>) -> Vec<f32> {
-        let table = InformationTable::shared();
+        let table = self.table;
         let grid = situation.terrain.grid();
         let columns = grid.columns() as usize;
         let mut sums = vec![0.0_f32; grid.cell_count()];
@@ -133,7 +144,7 @@ impl InformationGain {
             let look_precision = saturated(ring[0].precision);
             for (gain, cell) in ring_gain.iter_mut().zip(&self.cells) {
                 *gain = if cell.precision < SATURATION {
-                    table.information(cell.row, cell.precision + look_precision) - cell.information
+                    table.utility(cell.row, cell.precision + look_precision) - cell.utility
                 } else {
                     0.0
                 };
