@@ -72,7 +72,7 @@ impl Declarations {
     #[must_use]
     pub fn expected_remaining(&self, terrain: &Terrain, reach: &Reach, belief: &Belief) -> f64 {
         let undeclared = terrain.searched_cells().filter(|&cell| reach.covers(cell) && !self.contains(cell));
-        undeclared.map(|cell| belief.probability(cell)).sum()
+        undeclared.map(|cell| belief.probability(cell)).sum::<f64>() + 0.0
     }
 }
 

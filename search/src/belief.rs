@@ -179,7 +179,8 @@ impl Belief {
     /// Expected number of objects in cells whose probability is below `tau`, of those that a robot can see.
     #[must_use]
     pub fn expected_remaining(&self, terrain: &Terrain, reach: &Reach, tau: f64) -> f64 {
-        self.remaining(terrain, reach, tau).sum()
+        // The sum of none is -0.
+        self.remaining(terrain, reach, tau).sum::<f64>() + 0.0
     }
 
     /// Whether [`Belief::expected_remaining`] is at most `most`; stops summing once it is not.

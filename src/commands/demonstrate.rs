@@ -86,7 +86,7 @@ fn plan(arguments: &Arguments) -> Result<Plan, Failure> {
     let Arguments { expert, max_decisions, explore, seeds, .. } = *arguments;
     if expert == PolicyName::Exact(dragnet_search::policy::PolicyName::Tour) {
         return Err(Failure::Input(
-            "--expert tour: it decides on a whole tour and scores no other waypoints; allowed are all other policies"
+            "--expert tour: it decides on a whole tour and scores no other waypoints; allowed are all others"
                 .to_owned(),
         ));
     }

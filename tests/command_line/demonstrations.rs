@@ -81,6 +81,10 @@ fn an_expert_that_cannot_be_recorded_is_rejected() {
     let place = Place::new();
     place.refuse(&["demonstrate", "--expert", "path", "--out", "a"], &["<SCENARIO>"]);
     place.refuse(&["demonstrate", "small.toml", "--out", "a"], &["--expert"]);
+    place.refuse(
+        &["demonstrate", "small.toml", "--expert", "tour", "--out", "a"],
+        &["--expert tour", "others"],
+    );
     place.refuse(&[&FEW as &[&str], &["a", "--explore", "1.5"]].concat(), &["--explore", "0 to 1"]);
     place.refuse(
         &["demonstrate", "small.toml", "small.toml", "--expert", "path", "--out", "a"],

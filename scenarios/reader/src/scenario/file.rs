@@ -1,6 +1,8 @@
 //! The scenario file as it is written: names and defaults, not checked yet. The comments of this file are the
 //! descriptions in `scenarios/scenario.schema.json`.
 
+use std::fmt;
+
 use dragnet_learn::policy::PolicyName;
 use dragnet_search::generated::Generated;
 use dragnet_search::policy::{AfterPattern, Pattern, PolicyName as Exact};
@@ -9,7 +11,9 @@ use dragnet_search::shape::Shape;
 use dragnet_search::situation::DEFAULT_DETECTION_THRESHOLD;
 use dragnet_search::utility::Utility;
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{self, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// A Dragnet scenario: the map, the objects, the sensor, the robots, the mission and the network.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -174,16 +178,36 @@ pub struct RobotTable {
 }
 
 /// A policy by its name, or by a table of its name and parameters.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(
-    untagged,
-    expecting = "a policy is its name, or a table of `name`, `path_length_weight` (number), `utility` (text), `pattern` (text), `after_pattern` (text), `lane_spacing_cells` (whole number), `evaluations` (whole number), `replan_after_cells` (whole number) and `weights` (file)"
-)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[serde(untagged)]
 pub enum PolicyField {
     /// The name alone.
     Name(#[schemars(extend("enum" = policy_names()))] String),
     /// The name and parameters.
     Table(PolicyTable),
+}
+
+/// By hand, so that an error within the table names its key.
+impl<'de> Deserialize<'de> for PolicyField {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Of;
+        impl<'de> Visitor<'de> for Of {
+            type Value = PolicyField;
+
+            fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+                formatter.write_str("the name of a policy, or a table of `name` and parameters")
+            }
+
+            fn visit_str<E: de::Error>(self, name: &str) -> Result<PolicyField, E> {
+                Ok(PolicyField::Name(name.to_owned()))
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, table: A) -> Result<PolicyField, A::Error> {
+                PolicyTable::deserialize(MapAccessDeserializer::new(table)).map(PolicyField::Table)
+            }
+        }
+        deserializer.deserialize_any(Of)
+    }
 }
 
 /// A policy and its parameters.
@@ -248,7 +272,7 @@ pub struct MissionTable {
     /// Probability from which a cell is declared to hold an object, above 0.5 and below 1.
     #[schemars(extend("exclusiveMinimum" = 0.5, "exclusiveMaximum" = 1))]
     pub detection_threshold: f64,
-    /// Path length that each robot may drive, meters, above 0.
+    /// Path length after which a robot makes no further step, meters, above 0: its last step may end beyond it.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub budget_meters: Option<f64>,

@@ -4,7 +4,8 @@ use std::time::Duration;
 use dragnet_learn::policy::PolicyName;
 use dragnet_search::cell::Position;
 use dragnet_search::observation::RobotId;
-use dragnet_search::policy::PolicyName as Exact;
+use dragnet_search::policy::{AfterPattern, Parameters, Pattern, PolicyName as Exact};
+use dragnet_search::utility::Utility;
 use proptest::prelude::*;
 
 use super::*;
@@ -88,16 +89,19 @@ fn robots_differ_as_the_scenario_specifies() {
     let scenario = small(|text| {
         format!(
             "{text}[robots]\ncount = 3\nstart = [0, 0]\n\
-             [[robots.robot]]\nnumber = 3\npolicy = {{ name = 'coverage', lane_spacing_cells = 2, replan_after_cells = 4 }}\nstart = 'scattered'\n\
-             [[robots.robot]]\nnumber = 2\npolicy = 'greedy'\n"
+             [[robots.robot]]\nnumber = 3\npolicy = {{ name = 'coverage', lane_spacing_cells = 2, pattern = 'sector', after_pattern = 'path', replan_after_cells = 4 }}\nstart = 'scattered'\n\
+             [[robots.robot]]\nnumber = 2\npolicy = {{ name = 'greedy', utility = 'recall' }}\n"
         )
     });
     let cell = scenario.terrain().grid().cell(Position { row: 0, column: 0 }).unwrap();
     let robots = scenario.robots();
     assert_eq!((&robots[0].policy, robots[0].start), (&plain(Exact::Path), Start::Cell(cell)));
-    assert_eq!((&robots[1].policy, robots[1].start), (&plain(Exact::Greedy), Start::Cell(cell)));
+    let greedy = &robots[1].policy;
+    assert_eq!((greedy.name, greedy.parameters.utility), (Exact::Greedy.into(), Utility::Recall));
+    assert_eq!(robots[1].start, Start::Cell(cell));
     assert_eq!((robots[2].id, robots[2].start), (RobotId::new(3).unwrap(), Start::Scattered));
-    assert_eq!(robots[2].policy.parameters.lane_spacing_cells, Some(2));
+    let Parameters { lane_spacing_cells, pattern, after_pattern, .. } = robots[2].policy.parameters;
+    assert_eq!((lane_spacing_cells, pattern, after_pattern), (Some(2), Pattern::Sector, AfterPattern::Path));
     assert_eq!(robots[2].policy.replan_after_cells.unwrap().get(), 4);
 }
 
@@ -251,6 +255,21 @@ fn a_robot_or_a_network_out_of_range_names_line_value_and_range() {
         &["robots.policy.lane_spacing_cells is 2 for path", "coverage only"],
     );
     check(
+        "[robots]\npolicy = {name = 'path', utility = 'speed'}",
+        &["robots.policy.utility is \"speed\"", "information, recall"],
+    );
+    check(
+        "[robots]\npolicy = {name = 'tour', utility = 'recall'}",
+        &["robots.policy.utility is \"recall\" for tour", "greedy and path only"],
+    );
+    check(
+        "[robots]\npolicy = {name = 'coverage', pattern = 'lawnmower'}",
+        &[
+            "robots.policy.pattern is \"lawnmower\"",
+            "parallel_track, creeping_line, expanding_square, sector",
+        ],
+    );
+    check(
         "[robots]\npolicy = {name = 'path', replan_after_cells = 0}",
         &["robots.policy.replan_after_cells is 0"],
     );
@@ -302,7 +321,12 @@ fn an_invalid_scenario_names_line_key_and_allowed_values() {
         ["line 5: sensor.radius: ", "floating point `1.5`, expected a whole number"],
     );
     check("", "[robot]\ncount = 3", ["line 10: ", "unknown field `robot`, expected one of `name`"]);
-    check("", "[robots]\npolicy = 3", ["line 11: robots.policy: ", "a policy is its name, or a table of"]);
+    check("", "[robots]\npolicy = 3", ["line 11: robots.policy: ", "the name of a policy, or a table of"]);
+    check(
+        "",
+        "[robots]\npolicy = { name = 'tour', evaluations = 10.5 }",
+        ["line 11: robots.policy.evaluations: ", "floating point `10.5`, expected a whole number"],
+    );
     check(
         "",
         "[robots]\npolicy = { name = 'path', weight = 1 }",
