@@ -20,8 +20,6 @@ pub(crate) const SETTLING: Duration = Duration::from_secs(12);
 /// A process that has been on the network for longer than this meets no old tokens: those are there already when a
 /// process starts.
 const MEETING: Duration = Duration::from_secs(2);
-/// Time between two announcements of a process to others of its number.
-const ANNOUNCING: Duration = Duration::from_secs(1);
 /// Difference in age, as received, below which no process counts as older.
 const MARGIN_MS: u64 = 1_000;
 
@@ -32,8 +30,6 @@ pub(crate) struct Doubles {
     elders: BTreeSet<u64>,
     /// How long this process had been on the network when it met each other one of its number.
     met: BTreeMap<u64, Duration>,
-    /// When this process last told the others of its number its age.
-    announced: Option<Duration>,
     /// Since when a participant has two processes, and when that was last reported.
     reported: BTreeMap<Participant, (Duration, Option<Duration>)>,
 }
@@ -66,24 +62,12 @@ impl Doubles {
         others.iter().any(|&other| may_have_died(self, other) || self.elders.contains(&other))
     }
 
-    /// Whether this process is to tell others of its number its age now. Processes that stand, and those whose mission
-    /// has not begun, send nothing else.
-    pub(crate) fn must_announce(&mut self, now: Duration, has_rivals: bool) -> bool {
-        self.announced.take_if(|_| !has_rivals);
-        let is_due = has_rivals && self.announced.is_none_or(|at| now >= at + ANNOUNCING);
-        if is_due {
-            self.announced = Some(now);
-        }
-        is_due
-    }
-
-    /// When the next report or announcement is due, if no process joins or leaves.
+    /// When the next report is due, if no process joins or leaves.
     pub(crate) fn due(&self) -> Option<Duration> {
-        let reports = self
-            .reported
+        self.reported
             .values()
-            .map(|&(since, reported)| reported.map_or(since + SETTLING, |reported| reported + PERIOD));
-        reports.chain(self.announced.map(|at| at + ANNOUNCING)).min()
+            .map(|&(since, reported)| reported.map_or(since + SETTLING, |reported| reported + PERIOD))
+            .min()
     }
 
     /// Robots that have had several processes for longer than a dead one would be among them.
@@ -215,16 +199,6 @@ mod tests {
     #[test]
     fn a_process_that_takes_over_is_older_than_all_others() {
         assert!(is_older(Process { identity: 1, age_ms: u64::MAX }, process(9, 1 << 40)));
-    }
-
-    #[test]
-    fn a_process_tells_its_age_each_second_while_there_is_another() {
-        let mut doubles = Doubles::default();
-        let mut at = |ms, has_rivals| doubles.must_announce(Duration::from_millis(ms), has_rivals);
-        assert!(!at(100, false));
-        assert!(at(200, true) && !at(300, true) && at(1200, true));
-        assert!(!at(1300, false) && at(1400, true), "another one comes");
-        assert_eq!(doubles.due(), Some(Duration::from_millis(2400)));
     }
 
     #[test]

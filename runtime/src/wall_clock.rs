@@ -10,7 +10,7 @@ use dragnet_proto::message::{Audience, Message, SyncReply, SyncRequest};
 use dragnet_proto::state_machine::{Effects, Event, StateMachine};
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
-use dragnet_search::observation::{Origin, RobotId};
+use dragnet_search::observation::RobotId;
 use tokio::sync::mpsc;
 
 use crate::RuntimeError;
@@ -271,7 +271,6 @@ impl Driver<'_> {
             self.handle(link, now, Event::Doubled(doubled)).await?;
         }
         let is_robot = matches!(me, Participant::Robot(_));
-        self.announce_to_rivals(link).await;
         let stands = is_robot && self.doubles.must_stand(link.process(), link.processes(me));
         if stands == self.stands {
             return Ok(());
@@ -285,20 +284,6 @@ impl Driver<'_> {
             self.handle(link, now, Event::Released).await?;
         }
         Ok(())
-    }
-
-    /// Tells other processes of this robot its age, in a request that nobody else gets and nobody answers.
-    async fn announce_to_rivals(&mut self, link: &Link) {
-        let Participant::Robot(robot) = link.me() else { return };
-        if !self.doubles.must_announce(link.age(), !link.processes(link.me()).is_empty()) {
-            return;
-        }
-        let request =
-            Message::SyncRequest(SyncRequest { from: link.me(), of: Origin::first(robot), first: 0 });
-        if let Err(error) = link.publish(self.published, Audience::One(link.me()), &request).await {
-            self.teller.warn(Kind::Network, Sender::Known(link.me()), error);
-        }
-        self.published += 1;
     }
 
     fn report_double_processes(&mut self, link: &Link) {

@@ -16,7 +16,6 @@ use dragnet_scenario::participant::Participant;
 use dragnet_search::observation::RobotId;
 
 use crate::durability::endless;
-use crate::eventually;
 use crate::field::{DRAGNET, Field, Process};
 use crate::security;
 
@@ -35,8 +34,8 @@ impl Reported {
         let (file, log) = (field.path(&format!("{name}.toml")), field.path(&format!("{name}.log")));
         std::fs::write(&file, settings).unwrap();
         let mut command = Command::new(DRAGNET);
-        command.args(["agent", "--config"]).arg(file);
-        Self { process: Process::start_logged(&mut command, &log), log }
+        command.args(["agent", "--config"]).arg(file).stderr(std::fs::File::create(&log).unwrap());
+        Self { process: Process::start(&mut command), log }
     }
 
     fn log(&self) -> String {
@@ -101,10 +100,7 @@ fn copy(keyed: &security::Field, place: usize) -> Command {
 #[test]
 fn of_two_with_one_certificate_the_later_one_stops_and_both_are_reported() {
     let keyed = security::Field::new(Topology::Mesh);
-    // With a decision every few seconds.
-    let often =
-        endless(2).replace("policy = \"random\"", "policy = { name = \"random\", replan_after_cells = 2 }");
-    std::fs::write(keyed.path("field.toml"), often).unwrap();
+    std::fs::write(keyed.path("field.toml"), endless(2)).unwrap();
     let [one, two] = [1, 2].map(|number| Name::robot(number).unwrap());
     let start = |name, place| security::Process::start(&mut keyed.command(name, place));
     let (_world, coordinator) = (start(Name::Simulator, 0), start(Name::COORDINATOR, 1));
@@ -124,32 +120,6 @@ fn of_two_with_one_certificate_the_later_one_stops_and_both_are_reported() {
     drop(first);
     stands(&second.lines_until(&["robot 1 goes on"]));
     second.logs(&["robot 1 decided: "]);
-}
-
-/// Nobody moves them yet, so that neither has anything to say.
-#[test]
-fn before_the_mission_begins_the_younger_one_stands_for_as_long_as_the_older_one_is_there() {
-    let field = Field::new(SEARCH, 1, 1);
-    let settings = std::fs::read_to_string(field.robot_settings(1, None)).unwrap();
-    let first = Reported::start(&field, "first", &settings);
-    eventually("the first is there", || first.log().contains(" listens at "));
-    std::thread::sleep(Duration::from_millis(1500));
-    let own = &field.endpoints(2).listen[0];
-    let elsewhere = free_endpoints(1).unwrap().remove(0);
-    let copy = settings
-        .replacen(own, &elsewhere, 1)
-        .replacen("connect = [", &format!("connect = [{own:?}, "), 1)
-        .replacen("robot = 1\n", "robot = 1\njournal = \"copy.journal\"\n", 1);
-    let second = Reported::start(&field, "second", &copy);
-    eventually("the second stands", || second.log().contains("robot 1 stands still"));
-    eventually("both have been there for long", || second.log().contains("TWO PROCESSES ARE RUNNING"));
-    std::thread::sleep(Duration::from_secs(2));
-    let goes_on = |log: &str| log.contains("robot 1 goes on");
-    assert!(goes_on(&first.log()) || !first.log().contains("robot 1 stands still"), "{}", first.log());
-    assert!(!goes_on(&second.log()), "{}", second.log());
-    first.process.kill();
-    eventually("the second goes on", || goes_on(&second.log()));
-    second.process.terminate();
 }
 
 #[tokio::test(flavor = "multi_thread")]
