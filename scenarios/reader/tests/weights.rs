@@ -119,7 +119,10 @@ fn only_the_general_network_takes_weights() {
             ],
         );
     }
-    place.refuse("policy = { name = 'gnn', weights = 3 }", &["line 9: robots.policy: ", "`weights` (file)"]);
+    place.refuse(
+        "policy = { name = 'gnn', weights = 3 }",
+        &["line 9: robots.policy.weights: ", "integer `3`"],
+    );
 }
 
 #[test]
