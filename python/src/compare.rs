@@ -1,5 +1,6 @@
 //! Policies against each other, as the command line compares them.
 
+use dragnet_scenario::file::PolicyField;
 use dragnet_search::utility::UtilityTable;
 use dragnet_sim::comparison::{self, Difference, Row, Setting, Trial, Verdict};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -33,8 +34,8 @@ pub(crate) fn compare<'py>(
     if seeds.is_empty() {
         return Err(PyValueError::new_err("no seed; allowed is at least one"));
     }
-    let labels: Vec<String> =
-        policies.iter().map(|it| Ok(policy_field(it)?.to_string())).collect::<PyResult<_>>()?;
+    let policies = policies.iter().map(|it| policy_field(it)).collect::<PyResult<Vec<_>>>()?;
+    let labels: Vec<String> = policies.iter().map(ToString::to_string).collect();
     let baseline = match baseline {
         Some(wanted) => policy_field(&wanted)?.to_string(),
         None => labels.first().cloned().unwrap_or_default(),
@@ -67,10 +68,9 @@ pub(crate) fn compare<'py>(
     ))
 }
 
-fn case(scenario: &Scenario, policy: &str) -> PyResult<Case> {
-    let policy = policy_field(policy)?;
+fn case(scenario: &Scenario, policy: &PolicyField) -> PyResult<Case> {
     let label = policy.to_string();
-    let scenario = scenario.inner().with_policy(policy).map_err(|error| refused(&error))?;
+    let scenario = scenario.inner().with_policy(policy.clone()).map_err(|error| refused(&error))?;
     Ok(Case { setting: Setting::new(&scenario, label), scenario })
 }
 

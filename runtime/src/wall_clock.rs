@@ -231,12 +231,9 @@ impl Driver<'_> {
                 );
                 if let Participant::Robot(robot) = participant {
                     self.narrator.lose(robot);
-                }
-                if let Participant::Robot(robot) = participant
-                    && participant != link.me()
-                    && !self.stands
-                {
-                    self.handle(link, now, Event::Lost(robot)).await?;
+                    if participant != link.me() && !self.stands {
+                        self.handle(link, now, Event::Lost(robot)).await?;
+                    }
                 }
             }
         }

@@ -181,14 +181,8 @@ impl Scenario {
         };
         self.with_policy(PolicyField::Table(PolicyTable {
             name: Shipped::General.as_str().to_owned(),
-            path_length_weight: None,
-            utility: None,
-            pattern: None,
-            after_pattern: None,
-            lane_spacing_cells: None,
-            evaluations: None,
-            replan_after_cells: None,
             weights: Some(weights.to_owned()),
+            ..PolicyTable::default()
         }))
     }
 

@@ -43,9 +43,7 @@ impl AfterPattern {
 
 /// A pattern, followed cell by cell. A team shares the order: each robot takes an equal, contiguous part.
 pub(super) struct Coverage {
-    pattern: Pattern,
-    after: AfterPattern,
-    lane_spacing_cells: Option<u32>,
+    parameters: Parameters,
     path: Path,
     order: Option<Vec<Cell>>,
     next: usize,
@@ -54,9 +52,7 @@ pub(super) struct Coverage {
 impl Coverage {
     pub(super) const fn new(parameters: Parameters) -> Self {
         Self {
-            pattern: parameters.pattern,
-            after: parameters.after_pattern,
-            lane_spacing_cells: parameters.lane_spacing_cells,
+            parameters,
             path: Path::new(parameters.path_length_weight, Utility::Information),
             order: None,
             next: 0,
@@ -65,8 +61,9 @@ impl Coverage {
 
     /// The robot's part of the pattern.
     fn order(&self, situation: &Situation<'_>, routes: &ShortestPathTree) -> Vec<Cell> {
-        let spacing = self.lane_spacing_cells.unwrap_or_else(|| spacing::confirming(situation, routes));
-        let order = self.pattern.cells(situation, routes, spacing);
+        let Parameters { pattern, lane_spacing_cells, .. } = self.parameters;
+        let spacing = lane_spacing_cells.unwrap_or_else(|| spacing::confirming(situation, routes));
+        let order = pattern.cells(situation, routes, spacing);
         share(&order, situation.place).to_vec()
     }
 }
@@ -80,9 +77,9 @@ impl Policy for Coverage {
         let order = self.order.as_deref().unwrap_or_default();
         // Cells that the robot stands in, or that were closed or cut off since.
         let is_waypoint = |cell: Cell| cell != situation.robot && routes.length(cell).is_finite();
-        let rest = &order[self.next.min(order.len())..];
+        let rest = &order[self.next..];
         let ahead = rest.iter().position(|&cell| is_waypoint(cell)).map(|skipped| self.next + skipped);
-        let place = match (ahead, self.after) {
+        let place = match (ahead, self.parameters.after_pattern) {
             (None, AfterPattern::Path) => {
                 self.next = order.len();
                 return self.path.decide(situation, random);

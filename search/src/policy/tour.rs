@@ -132,12 +132,9 @@ impl Plan {
     /// possible numbers it is the greatest up to that at which robots decide anew, or the least above. A robot that is
     /// where the plan starts is there again, if the plan comes back: otherwise it would start it over and over.
     fn driven(&self, robot: Cell) -> usize {
-        let entered =
-            self.cells.iter().enumerate().filter(|(_, cell)| **cell == robot).map(|(place, _)| place + 1);
-        let usual = REPLAN_AFTER_CELLS.get() as usize;
-        let (early, late): (Vec<usize>, Vec<usize>) = entered.partition(|&count| count <= usual);
-        let is_at_root = self.root == Some(robot);
-        early.last().copied().or_else(|| late.first().copied().filter(|_| !is_at_root)).unwrap_or(0)
+        let mut entered = (1..).zip(&self.cells).filter(|(_, cell)| **cell == robot).map(|(count, _)| count);
+        let early = entered.clone().take_while(|&count| count <= REPLAN_AFTER_CELLS.get() as usize).last();
+        early.or_else(|| entered.next().filter(|_| self.root != Some(robot))).unwrap_or(0)
     }
 
     /// The legs that have not been driven to their end when the robot is where the planner starts.

@@ -4,6 +4,7 @@ use dragnet_search::seed::{Purpose, stream};
 use rand::RngExt;
 use serde::Serialize;
 
+use super::trial::restricted;
 use super::{Row, Trial};
 
 /// Resamples of a bootstrap: enough that the ends of an interval move by a hundredth of its length.
@@ -83,8 +84,7 @@ impl Difference {
             let pairs = row.trials.iter().zip(&baseline.trials);
             pairs.map(|(ours, theirs)| of(row, ours) - of(baseline, theirs)).collect()
         };
-        let cells =
-            paired(&|row, trial| trial.cells_to_full_recall.unwrap_or(f64::INFINITY).min(row.budget_cells));
+        let cells = paired(&|row, trial| restricted(trial.cells_to_full_recall, row.budget_cells));
         Self {
             scenario: row.scenario.clone(),
             policy: row.policy.clone(),

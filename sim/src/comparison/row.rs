@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use serde::Serialize;
 
+use super::trial::restricted;
 use super::{Latencies, PARTIAL_RECALLS, Setting, Trial};
 
 /// One policy on one scenario, over all seeds. Names are those of the JSON object.
@@ -147,8 +148,7 @@ impl Estimate {
 
 impl CellsToRecall {
     fn of(recall: f64, setting: &Setting, cells: impl Iterator<Item = Option<f64>> + Clone) -> Self {
-        let budget = setting.budget_cells;
-        let restricted = Estimate::of(cells.clone().map(|cells| cells.unwrap_or(budget).min(budget)));
+        let restricted = Estimate::of(cells.clone().map(|cells| restricted(cells, setting.budget_cells)));
         let reached = cells.clone().flatten().count();
         let estimate = (reached > 0).then(|| Estimate::of(cells.flatten()));
         Self {

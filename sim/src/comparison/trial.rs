@@ -66,6 +66,11 @@ impl Trial {
     }
 }
 
+/// A path length (cells) restricted to the budget: one that was not reached counts as the budget.
+pub(super) fn restricted(cells: Option<f64>, budget_cells: f64) -> f64 {
+    cells.map_or(budget_cells, |cells| cells.min(budget_cells))
+}
+
 /// Durations as whole nanoseconds, below 2^64 (five hundred years).
 mod nanoseconds {
     use std::time::Duration;

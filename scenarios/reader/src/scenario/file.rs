@@ -211,7 +211,7 @@ impl<'de> Deserialize<'de> for PolicyField {
 }
 
 /// A policy and its parameters.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PolicyTable {
     /// The policy's name.

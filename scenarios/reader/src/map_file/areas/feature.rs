@@ -100,11 +100,16 @@ impl Facts {
         }
     }
 
-    /// Looks for it in a text that describes more than this feature, such as the name of its folder.
+    /// Looks for it in a text.
     pub(super) fn suspect_text(&mut self, whose: &str, text: &str) {
         if let Some(line) = Self::line_about_searches(text) {
-            self.unclear.get_or_insert_with(|| format!("{whose} {:?}", shortened(&line)));
+            self.suspect_line(whose, &line);
         }
+    }
+
+    /// Stores such a line of a text that describes more than this feature.
+    pub(super) fn suspect_line(&mut self, whose: &str, line: &str) {
+        self.unclear.get_or_insert_with(|| format!("{whose} {:?}", shortened(line)));
     }
 
     /// The first line of a text that seems to be meant for a search.

@@ -24,9 +24,12 @@ pub(super) fn features(file: &Path, text: &str) -> Result<Vec<Feature>, MapFileE
             let of_all = collection.foreign_members.unwrap_or_default();
             let mut features: Vec<Feature> =
                 (1..).zip(collection.features).map(|(number, drawn)| feature(number, drawn)).collect();
-            for facts in features.iter_mut().map(|feature| &mut feature.facts) {
-                for (key, value) in &of_all {
-                    facts.suspect_text(&format!("in the collection with {key}"), &plain(value));
+            let about_searches = of_all
+                .iter()
+                .find_map(|(key, value)| Some((key, Facts::line_about_searches(&plain(value))?)));
+            if let Some((key, line)) = about_searches {
+                for feature in &mut features {
+                    feature.facts.suspect_line(&format!("in the collection with {key}"), &line);
                 }
             }
             features

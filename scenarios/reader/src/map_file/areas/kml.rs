@@ -35,8 +35,8 @@ pub(super) fn features(file: &Path, text: &str) -> Result<Vec<Feature>, MapFileE
         while folders.last().is_some_and(|&(end, _)| node.range().start >= end) {
             folders.pop();
         }
-        let around = folders.last().and_then(|(_, text)| text.clone());
         if is(node, "Folder") || is(node, "Document") {
+            let around = folders.last().and_then(|(_, text)| text.clone());
             folders.push((node.range().end, around.or_else(|| reader.folder_text(node))));
         }
         if !drawn(&node) {
@@ -48,8 +48,8 @@ pub(super) fn features(file: &Path, text: &str) -> Result<Vec<Feature>, MapFileE
         }
         end = node.range().end;
         let mut feature = reader.feature(node)?;
-        if let Some(text) = folders.last().and_then(|(_, text)| text.as_deref()) {
-            feature.facts.suspect_text("in the folder", text);
+        if let Some(line) = folders.last().and_then(|(_, line)| line.as_deref()) {
+            feature.facts.suspect_line("in the folder", line);
         }
         features.push(feature);
     }
