@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 use std::collections::{BinaryHeap, VecDeque};
 
-use crate::cell::{Cell, Offset};
+use crate::cell::{Cell, Offset, Position};
 use crate::terrain::Terrain;
 
 const FOUR: [Offset; 4] = [step(-1, 0), step(0, -1), step(0, 1), step(1, 0)];
@@ -38,8 +38,13 @@ impl Connectivity {
     /// The cell that one of the steps leads to from a cell, if it can be taken.
     #[must_use]
     pub fn step(terrain: &Terrain, from: Cell, offset: Offset) -> Option<Cell> {
+        Self::step_from(terrain, terrain.grid().position(from), offset)
+    }
+
+    #[inline]
+    fn step_from(terrain: &Terrain, from: Position, offset: Offset) -> Option<Cell> {
         let grid = terrain.grid();
-        let is_open = |offset| grid.step(from, offset).filter(|&to| terrain.is_traversable(to));
+        let is_open = |offset| grid.step_from(from, offset).filter(|&to| terrain.is_traversable(to));
         let to = is_open(offset)?;
         let is_straight = offset.north == 0 || offset.east == 0;
         let is_clear = || {
@@ -51,7 +56,8 @@ impl Connectivity {
 
     /// Cells that can be reached from a cell in one move, by index.
     pub fn neighbors(self, terrain: &Terrain, from: Cell) -> impl Iterator<Item = Cell> + '_ {
-        self.offsets().iter().filter_map(move |&offset| Self::step(terrain, from, offset))
+        let from = terrain.grid().position(from);
+        self.offsets().iter().filter_map(move |&offset| Self::step_from(terrain, from, offset))
     }
 }
 
@@ -251,7 +257,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::cell::{Grid, Position};
+    use crate::cell::Grid;
     use crate::terrain::Ground;
 
     /// Path lengths by Bellman-Ford: relax every move until nothing changes.

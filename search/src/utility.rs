@@ -87,6 +87,14 @@ pub struct Row {
     fraction: f32,
 }
 
+/// Where a precision falls on the table.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Column {
+    step: u32,
+    /// `0.0..1.0` within the step.
+    fraction: f32,
+}
+
 impl Row {
     const CERTAIN: Self = Self { start: 0, fraction: 0.0 };
 
@@ -202,8 +210,22 @@ impl UtilityTable {
     #[must_use]
     #[inline]
     pub fn utility(&self, row: Row, precision: i32) -> f32 {
+        self.at(row, Self::column(precision))
+    }
+
+    /// Where a total precision falls on the table (units of evidence, from 0; all above [`SATURATION`] are equal).
+    #[must_use]
+    #[inline]
+    pub(crate) fn column(precision: i32) -> Column {
         let shifted = (precision.min(SATURATION - 1) as f32) + ONE;
         let (step, fraction) = PRECISION.place(shifted, ONE);
+        Column { step, fraction }
+    }
+
+    /// Utility at a place on the table.
+    #[must_use]
+    #[inline]
+    pub(crate) fn at(&self, row: Row, Column { step, fraction }: Column) -> f32 {
         let [constant, along_k, along_l, across] = self.patches[(row.start + step) as usize];
         constant + fraction * along_k + row.fraction * (along_l + fraction * across)
     }

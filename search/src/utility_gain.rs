@@ -42,6 +42,11 @@ impl Frame {
         Self { grid, radius, stride: grid.columns() as usize + 2 * radius }
     }
 
+    /// Cells of a row, with the frame.
+    pub(crate) const fn stride(self) -> usize {
+        self.stride
+    }
+
     pub(crate) fn cell_count(self) -> usize {
         (self.grid.rows() as usize + 2 * self.radius) * self.stride
     }
@@ -117,6 +122,11 @@ impl<'t> UtilityGain<'t> {
 
     pub(crate) fn cells(&self) -> &[CellGain] {
         &self.cells
+    }
+
+    /// The table, and the cells to count precision in.
+    pub(crate) fn table_and_cells(&mut self) -> (&'t UtilityTable, &mut [CellGain]) {
+        (self.table, &mut self.cells)
     }
 
     /// Utility of one observation from each cell, beyond what teammates plan to observe, shape `[cells]` (paper, Eq. 2

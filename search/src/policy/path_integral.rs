@@ -3,8 +3,14 @@
 //! Paper, Eq. 3 read with its text ("after assimilating all en-route observations"), weighted by Eq. 4. Readings of one
 //! cell are independent given its state, so the joint information of a path is exactly `U(x) = sum_c I(L_c, k_c(path))`
 //! with `k_c` the summed precision. One depth-first traversal of the tree of shortest paths adds precision on descent
-//! and restores it on return: every candidate is scored exactly, and no path is traversed twice. Departure: the
-//! observation from the robot's own cell is not part of the path, since it has already been made.
+//! and restores it on return: every candidate is scored exactly, and no path is traversed twice. Most candidates of a
+//! large map lie on straight runs ([`runs`]), where the gain of the last observation needs no traversal ([`stencil`]).
+//! Departure: the observation from the robot's own cell is not part of the path, since it has already been made.
+
+mod runs;
+mod stencil;
+
+use runs::Kind;
 
 use super::{Decision, LEAST_NATS, Policy, path_length_weight};
 use crate::cell::Cell;
@@ -28,26 +34,30 @@ impl Path {
 impl Policy for Path {
     fn decide(&mut self, situation: &Situation<'_>, _: &mut Stream) -> Decision {
         let routes = ShortestPathTree::from(situation.terrain, situation.connectivity, situation.robot);
-        let gain = UtilityGain::new(self.tables.of(situation), situation);
-        best_within(situation, self.path_length_weight, &gain, &routes)
+        let mut gain = UtilityGain::new(self.tables.of(situation), situation);
+        best_within(situation, self.path_length_weight, &mut gain, &routes)
     }
 
     /// Exact, by a bound: the information gain of a path is at most that of all cells together, and its weight falls with its
-    /// length. Candidates are scored up to some path length, which is doubled until no longer path can score more.
+    /// length. Candidates are scored up to some path length; then, if a longer path can score more than the best of them,
+    /// up to the length from which none can.
     fn choose(&mut self, situation: &Situation<'_>, _: &mut Stream) -> Decision {
-        let gain = UtilityGain::new(self.tables.of(situation), situation);
+        let mut gain = UtilityGain::new(self.tables.of(situation), situation);
         let most = gain.most() * ROUNDING + LEAST_NATS;
         let mut longest = FIRST_RADII * situation.sensor.radius().max(1) as f32;
         loop {
             let routes =
                 ShortestPathTree::within(situation.terrain, situation.connectivity, situation.robot, longest);
-            let decision = best_within(situation, self.path_length_weight, &gain, &routes);
+            let decision = best_within(situation, self.path_length_weight, &mut gain, &routes);
             let best = decision.scores[decision.chosen.index()].max(LEAST_NATS / ROUNDING);
-            let farther = path_length_weight(self.path_length_weight, longest) * most;
-            if !routes.is_cut() || farther < best {
+            let is_best = path_length_weight(self.path_length_weight, longest) * most < best;
+            if is_best || !routes.is_cut() {
                 return decision;
             }
-            longest *= 2.0;
+            // Infinite where the weight does not fall.
+            #[expect(clippy::cast_possible_truncation, reason = "rounded up by far more")]
+            let reach = ((most / best - 1.0) / self.path_length_weight * ROUNDING) as f32;
+            longest = reach;
         }
     }
 }
@@ -61,53 +71,60 @@ const ROUNDING: f64 = 1.01;
 fn best_within(
     situation: &Situation<'_>,
     weight_per_cell: f64,
-    gain: &UtilityGain<'_>,
+    gain: &mut UtilityGain<'_>,
     routes: &ShortestPathTree,
 ) -> Decision {
-    let cell_count = situation.terrain.grid().cell_count();
-    let mut scores = vec![f64::NEG_INFINITY; cell_count];
-    let mut walk = Walk::new(situation, gain);
-    for visit in depth_first(routes, cell_count) {
-        let utility = walk.enter(visit);
-        let weight = path_length_weight(weight_per_cell, routes.length(visit.cell));
-        scores[visit.cell.index()] = weight * f64::from(utility);
+    let utility = utilities(situation, gain, routes, &runs::kinds(situation, routes));
+    let mut scores = vec![f64::NEG_INFINITY; utility.len()];
+    for &cell in routes.candidates() {
+        let weight = path_length_weight(weight_per_cell, routes.length(cell));
+        scores[cell.index()] = weight * f64::from(utility[cell.index()]);
     }
     Decision::most_informative(routes, scores)
 }
 
-/// A cell of the tree in the order of a depth-first walk.
-#[derive(Clone, Copy)]
-struct Visit {
-    cell: Cell,
-    /// Moves from the root, from 1.
-    depth: usize,
+/// Utility of the path to each candidate, shape `[cells]`.
+fn utilities(
+    situation: &Situation<'_>,
+    gain: &mut UtilityGain<'_>,
+    routes: &ShortestPathTree,
+    kinds: &[Kind],
+) -> Vec<f32> {
+    let mut utility = vec![0.0; kinds.len()];
+    walk(situation, gain, routes, kinds, &mut utility);
+    stencil::score(situation, gain, routes, kinds, &mut utility);
+    utility
 }
 
-/// All candidates, each followed by its whole subtree.
-fn depth_first(routes: &ShortestPathTree, cell_count: usize) -> Vec<Visit> {
-    let mut size = vec![1_usize; cell_count];
-    for &cell in routes.candidates().iter().rev() {
-        size[routes.parent(cell).index()] += size[cell.index()];
+/// Scores the candidates that are to be walked, depth first.
+fn walk(
+    situation: &Situation<'_>,
+    gain: &mut UtilityGain<'_>,
+    routes: &ShortestPathTree,
+    kinds: &[Kind],
+    utility: &mut [f32],
+) {
+    let mut walk = Walk::new(situation, gain);
+    let mut waiting = Vec::new();
+    let (mut cell, mut depth) = (routes.root(), 0);
+    loop {
+        let children = situation.connectivity.neighbors(situation.terrain, cell);
+        let is_child = |next: &Cell| kinds[next.index()] == Kind::Walked && routes.parent(*next) == cell;
+        waiting.extend(children.filter(is_child).map(|next| (next, depth + 1)));
+        match waiting.pop() {
+            Some(next) => (cell, depth) = next,
+            None => break,
+        }
+        utility[cell.index()] = walk.enter(cell, depth);
     }
-    // The position of a cell's next child: after the subtrees of its earlier children.
-    let mut next = vec![0_usize; cell_count];
-    let mut depth = vec![0_usize; cell_count];
-    let mut visits = vec![Visit { cell: routes.root(), depth: 0 }; routes.candidates().len()];
-    for &cell in routes.candidates() {
-        let parent = routes.parent(cell);
-        let place = next[parent.index()];
-        next[parent.index()] += size[cell.index()];
-        next[cell.index()] = place + 1;
-        depth[cell.index()] = depth[parent.index()] + 1;
-        visits[place] = Visit { cell, depth: depth[cell.index()] };
-    }
-    visits
+    walk.leave_to(0);
 }
 
-/// The state of the traversal: precision of every cell, and what to restore on return.
-struct Walk<'t> {
-    table: &'t UtilityTable,
-    gains: Vec<CellGain>,
+/// The state of the traversal: what to restore on return.
+struct Walk<'w> {
+    table: &'w UtilityTable,
+    /// Precision of every cell on the way.
+    gains: &'w mut [CellGain],
     frame: Frame,
     observations: Vec<(isize, i32)>,
     changed: Vec<(u32, CellGain)>,
@@ -115,8 +132,8 @@ struct Walk<'t> {
     path: Vec<(usize, f32)>,
 }
 
-impl<'t> Walk<'t> {
-    fn new(situation: &Situation<'_>, gain: &UtilityGain<'t>) -> Self {
+impl<'w> Walk<'w> {
+    fn new(situation: &Situation<'_>, gain: &'w mut UtilityGain<'_>) -> Self {
         let frame = gain.frame();
         let observations = situation
             .sensor
@@ -124,27 +141,17 @@ impl<'t> Walk<'t> {
             .iter()
             .map(|observation| (frame.stride_of(observation.offset), saturated(observation.precision)))
             .collect();
-        Self {
-            table: gain.table(),
-            gains: gain.cells().to_vec(),
-            frame,
-            observations,
-            changed: Vec::new(),
-            path: vec![],
-        }
+        let (table, gains) = gain.table_and_cells();
+        Self { table, gains, frame, observations, changed: Vec::new(), path: Vec::new() }
     }
 
-    /// Utility of the path to the next cell of a depth-first walk.
-    fn enter(&mut self, visit: Visit) -> f32 {
-        while self.path.len() >= visit.depth {
-            self.leave();
-        }
+    /// Utility of the path to the next cell of a depth-first walk; `depth` counts moves from the root, from 1.
+    fn enter(&mut self, cell: Cell, depth: usize) -> f32 {
+        self.leave_to(depth - 1);
         let before = self.path.last().map_or(0.0, |&(_, utility)| utility);
-        self.path.push((self.changed.len(), 0.0));
-        let utility = before + self.observation(self.frame.index(visit.cell));
-        if let Some(last) = self.path.last_mut() {
-            last.1 = utility;
-        }
+        let changes = self.changed.len();
+        let utility = before + self.observation(self.frame.index(cell));
+        self.path.push((changes, utility));
         utility
     }
 
@@ -167,13 +174,95 @@ impl<'t> Walk<'t> {
         gain
     }
 
-    fn leave(&mut self) {
-        if let Some((changes, _)) = self.path.pop() {
-            while self.changed.len() > changes {
-                if let Some((index, before)) = self.changed.pop() {
-                    self.gains[index as usize] = before;
-                }
+    /// Goes back to the cell at a depth of the path.
+    fn leave_to(&mut self, depth: usize) {
+        let Some(&(changes, _)) = self.path.get(depth) else { return };
+        self.path.truncate(depth);
+        while self.changed.len() > changes {
+            if let Some((index, before)) = self.changed.pop() {
+                self.gains[index as usize] = before;
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+    use rand::RngExt;
+
+    use super::*;
+    use crate::belief::Belief;
+    use crate::cell::Grid;
+    use crate::intent::PlannedPrecision;
+    use crate::route::Connectivity;
+    use crate::seed::{Purpose, stream};
+    use crate::sensor::{Noise, Sensor};
+    use crate::situation::{DEFAULT_DETECTION_THRESHOLD, Place};
+    use crate::terrain::{Ground, Terrain};
+
+    /// Bits of the utility of all paths, with straight runs apart and all walked, and how many straight runs score.
+    fn both_ways(radius: u32, rows: u32, columns: u32, blocked: f64, seed: u64) -> ([Vec<u32>; 2], usize) {
+        let grid = Grid::new(rows, columns).unwrap();
+        let mut random = stream(seed, Purpose::Start, 1);
+        let robot = grid.cells().nth(random.random_range(0..grid.cell_count())).unwrap();
+        let is_open = |cell: Cell, draw: f64| cell == robot || draw >= blocked;
+        let ground = grid
+            .cells()
+            .map(|cell| if is_open(cell, random.random()) { Ground::OPEN } else { Ground::BLOCKED });
+        let terrain = Terrain::new(grid, 1.0, ground.collect()).unwrap();
+        // Long runs of equal cells, as unseen ground has them, and cells like no other.
+        let log_odds = grid.cells().map(|_| match random.random_range(0..4) {
+            0 => random.random_range(-9.0..9.0),
+            _ => -4.0,
+        });
+        let belief = Belief::from_log_odds(&terrain, log_odds.collect()).unwrap();
+        let sensor = Sensor::new(radius, 0.005, Noise::Gaussian).unwrap();
+        let mut planned_precision = PlannedPrecision::nothing(&terrain);
+        let promised: Vec<Cell> = grid.cells().filter(|_| random.random_bool(0.05)).collect();
+        planned_precision.add_path(&terrain, &sensor, &promised);
+        let situation = Situation {
+            terrain: &terrain,
+            connectivity: Connectivity::Four,
+            sensor: &sensor,
+            belief: &belief,
+            planned_precision: &planned_precision,
+            robot,
+            place: Place::ALONE,
+            detection_threshold: DEFAULT_DETECTION_THRESHOLD,
+        };
+        let routes = ShortestPathTree::from(&terrain, Connectivity::Four, robot);
+        let mut gain = UtilityGain::information(&situation);
+        let kinds = runs::kinds(&situation, &routes);
+        let straight = kinds.iter().filter(|kind| matches!(kind, Kind::Straight(_))).count();
+        let mut bits = |kinds: &[Kind]| {
+            utilities(&situation, &mut gain, &routes, kinds).into_iter().map(f32::to_bits).collect()
+        };
+        ([bits(&kinds), bits(&runs::walked(&routes, kinds.len()))], straight)
+    }
+
+    proptest! {
+        #[test]
+        fn straight_runs_score_the_same_bits_as_the_traversal(
+            radius in 1_u32..4,
+            rows in 1_u32..40,
+            columns in 1_u32..40,
+            blocked in prop_oneof![Just(0.0), 0.0..0.3],
+            seed in any::<u64>(),
+        ) {
+            let ([apart, walked], _) = both_ways(radius, rows, columns, blocked, seed);
+            prop_assert_eq!(apart, walked);
+        }
+    }
+
+    #[test]
+    fn most_candidates_of_a_large_map_lie_on_straight_runs() {
+        let ([apart, walked], straight) = both_ways(5, 100, 90, 0.0, 1);
+        assert_eq!(apart, walked);
+        assert!(straight > 5_000, "{straight}");
+        // Where walls turn paths around, runs beyond the bend count only where they are clear of the path before it.
+        let ([apart, walked], straight) = both_ways(1, 60, 60, 0.1, 2);
+        assert_eq!(apart, walked);
+        assert!(straight > 500, "{straight}");
     }
 }

@@ -100,3 +100,18 @@ fn path_chooses_the_same_where_nobody_looks_at_the_scores() {
     }
     assert!(cut > 10 && cut < 60 && rests < 40, "{cut} cut, {rests} rests");
 }
+
+/// No length of path is then too long to win.
+#[test]
+fn path_chooses_the_same_where_lengths_weigh_nothing() {
+    for path_length_weight in [0.0, 1e-6, 1e6] {
+        let parameters = Parameters { path_length_weight, ..Parameters::default() };
+        for seed in 0..10 {
+            let case = Case::of_side(seed, 30..50);
+            let random = || stream(seed, Purpose::Decision, 1);
+            let decision = build(PolicyName::Path, parameters).decide(&case.situation(), &mut random());
+            let chosen = build(PolicyName::Path, parameters).choose(&case.situation(), &mut random());
+            assert_eq!(chosen.path, decision.path, "weight {path_length_weight}, seed {seed}");
+        }
+    }
+}
