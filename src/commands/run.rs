@@ -31,9 +31,11 @@ Examples:
   dragnet run scenarios/team.toml --policy greedy --robots 4 --seed 7 --json
   dragnet run scenarios/team.toml --robots 100
   dragnet run scenarios/team.toml --live
+  dragnet run area.kml --robots 2
   dragnet run scenarios/team.toml --policy gnn --weights mine.safetensors")]
 pub(crate) struct Arguments {
-    /// Scenario file (TOML): map, objects, sensor and robots; or a name that `dragnet scenarios` lists
+    /// Scenario file (TOML): map, objects, sensor and robots; or a name that `dragnet scenarios` lists; or a map alone,
+    /// such as areas in KML: then the rest is assumed, and told
     scenario: PathBuf,
     /// Policy of all robots instead of the scenario's, with its default parameters or as in 'tour(evaluations=4000)'
     #[arg(long, value_parser = scenario::POLICY)]

@@ -12,13 +12,36 @@ use dragnet_scenario::file::PolicyField;
 use dragnet_scenario::{Scenario, ScenarioError};
 
 use super::{Failure, complain};
+use crate::terminal::counted;
 
 /// The policy that takes weights.
 const GNN: PolicyName = PolicyName::Learned(Shipped::General);
 
-/// Reads a scenario.
+/// Reads a scenario; for a map alone, tells what is assumed.
 pub(super) fn load(path: &Path) -> Result<Scenario, Failure> {
-    Scenario::load(path).map_err(Failure::input)
+    let scenario = Scenario::load(path).map_err(Failure::input)?;
+    if scenario.is_of_map() {
+        complain("assumed", &assumed(&scenario));
+    }
+    Ok(scenario)
+}
+
+/// What is assumed of a map alone.
+fn assumed(scenario: &Scenario) -> String {
+    let (terrain, file) = (scenario.terrain(), scenario.source().path.display());
+    let (grid, hours) =
+        (terrain.grid(), scenario.mission().budget.time().unwrap_or_default().as_secs_f64() / 3600.0);
+    format!(
+        "{file} is a map: cells of {} m ({} x {}), a sensor that sees {} cells, {}, {}, policy {}, {hours} h; \
+         to change it: dragnet scenarios --write {file}",
+        terrain.cell_meters(),
+        grid.rows(),
+        grid.columns(),
+        scenario.sensor().radius(),
+        scenario.objects(),
+        counted(scenario.robots().len(), "robot"),
+        policies(scenario),
+    )
 }
 
 /// Reads scenarios, each of a name of its own that is none of those that are `taken`; tells what is odd about them.

@@ -19,6 +19,7 @@ fn one_json_object_holds_all_measures() {
         "objects_out_of_reach",
         "found",
         "false_positives",
+        "declared",
         "recall",
         "precision",
         "f1",

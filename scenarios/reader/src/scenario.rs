@@ -11,6 +11,7 @@ mod locate;
 mod mission;
 mod network;
 mod objects;
+mod of_map;
 mod policy_text;
 mod prior;
 mod robots;
@@ -90,18 +91,36 @@ impl Scenario {
     pub const MAX_BYTES: usize = 1 << 22;
 
     /// Reads a scenario file and the files that it names. Where no file is, the path may be the name of a
-    /// [shipped] scenario.
+    /// [shipped] scenario. Of a map alone it is a scenario in which all else is assumed: see
+    /// [`Scenario::text_of_map`].
     ///
     /// # Errors
     /// If one cannot be read, is not valid in its format, or a value is out of range or contradicts another.
     pub fn load(path: &Path) -> Result<Self, ScenarioError> {
         let path = shipped::resolve(path);
+        if of_map::is_map(&path) {
+            let file = path.file_name().unwrap_or_default().to_string_lossy();
+            return Self::from_text(&path, Self::text_of_map(&path, &file));
+        }
         let text = shipped::read_at_most(&path, Self::MAX_BYTES as u64).and_then(text_of);
         let text = text.map_err(|source| match source.kind() {
             io::ErrorKind::NotFound => ScenarioError::Missing { file: path.clone(), source },
             _ => ScenarioError::Read { file: path.clone(), source },
         })?;
         Self::from_text(&path, text)
+    }
+
+    /// The text of a scenario for a map, which it names as `file`: one object, one robot that starts in a random cell
+    /// with the policy `tour`, cells so long that the map's longer side has at most 80, and six hours.
+    #[must_use]
+    pub fn text_of_map(map: &Path, file: &str) -> String {
+        of_map::text(map, file)
+    }
+
+    /// Whether it was made for a map alone.
+    #[must_use]
+    pub fn is_of_map(&self) -> bool {
+        of_map::is_map(&self.source.path)
     }
 
     /// A scenario from its text, as if read from a path: messages name it, and files are relative to its

@@ -2,7 +2,8 @@
 
 use dragnet_runtime::team::Medium;
 use dragnet_scenario::Scenario;
-use dragnet_search::cell::Cell;
+use dragnet_scenario::map_file::GeoPoint;
+use dragnet_search::cell::{Cell, Position};
 use dragnet_sim::comparison::Latencies;
 use dragnet_sim::episode::Episode;
 use serde::Serialize;
@@ -28,6 +29,8 @@ pub(super) struct Report {
     objects_out_of_reach: usize,
     found: u32,
     false_positives: u32,
+    /// Cells that are declared to hold an object, by index.
+    declared: Vec<Declared>,
     recall: f64,
     precision: f64,
     f1: f64,
@@ -55,6 +58,21 @@ pub(super) struct Report {
     recording: Option<String>,
 }
 
+/// A cell that is declared to hold an object.
+#[derive(Serialize)]
+struct Declared {
+    row: u32,
+    column: u32,
+    /// The cell's center; absent if the map is not georeferenced.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    latitude_degrees: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    longitude_degrees: Option<f64>,
+    probability: f64,
+    /// Whether there is one.
+    is_object: bool,
+}
+
 /// Milliseconds; absent without a decision.
 #[derive(Serialize)]
 struct DecisionTimes {
@@ -76,6 +94,7 @@ impl Report {
             objects_out_of_reach: truth.objects().iter().filter(|&&cell| !reach.covers(cell)).count(),
             found: score.true_positives,
             false_positives: score.false_positives,
+            declared: declared(scenario, &ended.episode),
             recall: score.recall(),
             precision: score.precision(),
             f1: score.f1(),
@@ -176,12 +195,41 @@ impl Report {
     }
 }
 
+fn declared(scenario: &Scenario, episode: &Episode) -> Vec<Declared> {
+    let threshold = scenario.mission().detection_threshold;
+    let is_found = |cell: &Cell| episode.belief.is_found(*cell, threshold);
+    let declare = |cell: Cell| {
+        let Position { row, column } = scenario.terrain().grid().position(cell);
+        let center = center(scenario, cell);
+        Declared {
+            row,
+            column,
+            latitude_degrees: center.map(|center| center.latitude_degrees),
+            longitude_degrees: center.map(|center| center.longitude_degrees),
+            probability: episode.belief.probability(cell),
+            is_object: episode.truth.is_object(cell),
+        }
+    };
+    scenario.terrain().searched_cells().filter(is_found).map(declare).collect()
+}
+
+/// Where on the earth a cell's center is, if the map is georeferenced.
+fn center(scenario: &Scenario, cell: Cell) -> Option<GeoPoint> {
+    Some(scenario.georeference()?.point(scenario.terrain().center_meters(cell)))
+}
+
 /// The objects found at the end, when and by which robot, the missed ones, and the false finds.
 fn objects(scenario: &Scenario, episode: &Episode, finds: &[Find]) -> String {
     let (belief, truth) = (&episode.belief, &episode.truth);
     let (grid, detection_threshold) = (scenario.terrain().grid(), scenario.mission().detection_threshold);
     let is_found = |cell: Cell| belief.is_found(cell, detection_threshold);
-    let line = |cell: Cell| format!("{}, probability {:.4}", place(grid, cell), belief.probability(cell));
+    let line = |cell: Cell| {
+        let center = center(scenario, cell).map_or_else(String::new, |center| {
+            let GeoPoint { latitude_degrees, longitude_degrees } = center;
+            format!(" at latitude {latitude_degrees:.6}, longitude {longitude_degrees:.6}")
+        });
+        format!("{}{center}, probability {:.4}", place(grid, cell), belief.probability(cell))
+    };
     let finds = finds.iter().filter(|find| is_found(find.cell) && truth.is_object(find.cell));
     let found = finds.map(|Find { cell, robot, time }| {
         format!("{}, robot {robot} after {:.1} s", line(*cell), time.as_seconds())

@@ -1,0 +1,131 @@
+//! A scenario for a map alone: what the map does not say is assumed.
+
+use std::ffi::OsStr;
+use std::path::Path;
+
+use dragnet_search::sensor::Sensor;
+
+use crate::map_file::MapFile;
+
+/// Edges of cells to choose from, meters, longest first.
+const CELL_METERS: [f64; 13] =
+    [1000.0, 500.0, 300.0, 200.0, 100.0, 50.0, 30.0, 20.0, 10.0, 5.0, 3.0, 2.0, 1.0];
+/// The longer side of the map, cells: the shortest edge is taken that gives no more.
+const LONGEST_SIDE: u32 = 80;
+/// The edge for a map that has a cell for each of its characters, and for one that cannot be read; as in scenarios.
+const USUAL_CELL_METERS: f64 = 30.0;
+/// The most characters of a name.
+const LONGEST_NAME: usize = 64;
+
+/// Whether a path has an extension of a map, and not of a scenario.
+pub(super) fn is_map(path: &Path) -> bool {
+    is_drawn(path) || has_extension(path, &["kml", "geojson", "json", "yaml", "yml"])
+}
+
+/// Whether each cell is a character of the file.
+fn is_drawn(path: &Path) -> bool {
+    has_extension(path, &["map", "txt"])
+}
+
+fn has_extension(path: &Path, extensions: &[&str]) -> bool {
+    let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
+    extension.is_some_and(|extension| extensions.contains(&extension.as_str()))
+}
+
+/// The text of a scenario for a map; `file` is the map's path as the scenario is to name it.
+pub(super) fn text(map: &Path, file: &str) -> String {
+    let (cell_meters, side) = cells(map);
+    let radius = Sensor::DEFAULT_RADIUS.min(side);
+    let name = name(map.file_stem().unwrap_or_default());
+    let file = toml::Value::String(file.to_owned());
+    format!(
+        "# Made for a map alone: all but map.file is assumed. `dragnet schema` describes all keys.\n\
+         name = \"{name}\"\n\n\
+         [map]\n\
+         file = {file}\n\
+         cell_meters = {cell_meters:?}\n\n\
+         [sensor]\n\
+         # In cells.\n\
+         radius = {radius}\n\n\
+         [objects]\n\
+         count = 1\n\n\
+         [robots]\n\
+         count = 1\n\
+         policy = \"tour\"\n\
+         start = \"random\"\n\n\
+         [mission]\n\
+         # Six hours.\n\
+         budget_seconds = 21600.0\n"
+    )
+}
+
+/// The edge of the cells, meters, and how many the map's longer side then has.
+fn cells(map: &Path) -> (f64, u32) {
+    let side = |cell_meters: f64| {
+        let grid = MapFile::load(map, cell_meters).ok()?.terrain.grid();
+        Some((cell_meters, grid.rows().max(grid.columns())))
+    };
+    let unreadable = (USUAL_CELL_METERS, Sensor::DEFAULT_RADIUS);
+    if is_drawn(map) {
+        return side(USUAL_CELL_METERS).unwrap_or(unreadable);
+    }
+    // Of areas that are smaller than the longest edges no cell is inside.
+    let mut from_longest = CELL_METERS.into_iter().map(side).skip_while(Option::is_none).map_while(|it| it);
+    let Some(mut chosen) = from_longest.next() else { return unreadable };
+    for shorter in from_longest.take_while(|&(_, side)| side <= LONGEST_SIDE) {
+        chosen = shorter;
+    }
+    chosen
+}
+
+fn name(stem: &OsStr) -> String {
+    let is_allowed = |letter: char| letter.is_ascii_alphanumeric() || matches!(letter, '_' | '-');
+    let name: String = stem
+        .to_string_lossy()
+        .chars()
+        .take(LONGEST_NAME)
+        .map(|letter| if is_allowed(letter) { letter } else { '_' })
+        .collect();
+    if name.is_empty() { "search".to_owned() } else { name }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+    use crate::Scenario;
+
+    fn shipped(map: &str) -> std::path::PathBuf {
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../maps").join(map)
+    }
+
+    #[test]
+    fn a_map_alone_is_a_scenario() {
+        for map in ["missing_person.kml", "jersey.geojson", "warehouse.yaml"] {
+            let scenario = Scenario::load(&shipped(map)).unwrap();
+            assert!(scenario.is_of_map(), "{map}");
+            let grid = scenario.terrain().grid();
+            let side = grid.rows().max(grid.columns());
+            assert!((LONGEST_SIDE / 3..=LONGEST_SIDE).contains(&side), "{map}: {grid:?}");
+            assert_eq!(scenario.robots().len(), 1);
+        }
+        let drawn = tempfile::tempdir().unwrap();
+        let map = drawn.path().join("The moor (west).txt");
+        fs::write(&map, "....\n.##.\n....\n").unwrap();
+        let scenario = Scenario::load(&map).unwrap();
+        assert_eq!(scenario.name(), "The_moor__west_");
+        assert!((scenario.terrain().cell_meters() - USUAL_CELL_METERS).abs() < f64::EPSILON);
+    }
+
+    #[test]
+    fn a_map_that_cannot_be_read_says_why() {
+        let error = Scenario::load(Path::new("nowhere.kml")).unwrap_err().to_string();
+        assert!(error.contains("nowhere.kml"), "{error}");
+        let folder = tempfile::tempdir().unwrap();
+        let map = folder.path().join("a.kml");
+        fs::write(&map, "<kml/>").unwrap();
+        let error = Scenario::load(&map).unwrap_err().to_string();
+        assert!(error.contains("a.kml"), "{error}");
+    }
+}
