@@ -36,14 +36,11 @@ pub(crate) fn compare<'py>(
     }
     let policies = policies.iter().map(|it| policy_field(it)).collect::<PyResult<Vec<_>>>()?;
     let labels: Vec<String> = policies.iter().map(ToString::to_string).collect();
-    let baseline = match baseline {
-        Some(wanted) => policy_field(&wanted)?.to_string(),
-        None => labels.first().cloned().unwrap_or_default(),
-    };
-    if !labels.is_empty() && !labels.contains(&baseline) {
-        let allowed = labels.join(", ");
-        return Err(PyValueError::new_err(format!("baseline={baseline}; allowed are {allowed}")));
-    }
+    let wanted = baseline.map(|wanted| policy_field(&wanted)).transpose()?.map(|wanted| wanted.to_string());
+    let baseline = comparison::baseline(labels.iter().map(String::as_str), wanted.as_deref());
+    let baseline = baseline.map_err(|allowed| {
+        PyValueError::new_err(format!("baseline={}; {allowed}", wanted.as_deref().unwrap_or_default()))
+    })?;
     let mut cases = Vec::new();
     for scenario in &scenarios {
         for policy in &policies {
@@ -61,7 +58,7 @@ pub(crate) fn compare<'py>(
         rows.collect::<Result<Vec<Row>, String>>()
     });
     let rows = rows.map_err(PyRuntimeError::new_err)?;
-    let differences = comparison::differences(&rows, &baseline);
+    let differences = comparison::differences(&rows, baseline);
     Ok((
         rows.iter().map(|row| columns(py, row)).collect::<PyResult<_>>()?,
         differences.iter().map(|it| difference_columns(py, it)).collect::<PyResult<_>>()?,

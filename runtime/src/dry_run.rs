@@ -1,9 +1,9 @@
-//! Replays a recording of a vehicle's network through a robot: what it would have believed, decided and published.
+//! Replays a recording of a vehicle's network through a robot, and reports what the robot would have observed, decided
+//! and published.
 //!
-//! Nothing is sent or stored. The vehicle does not follow the robot's decisions: its pilot gets no route, so that it
-//! makes an observation in each cell that it enters, and the robot decides anew from there. Everything uses the
-//! recording's own clock, so that the same recording, settings and program give the same output, except for computing
-//! times.
+//! Nothing is sent or stored. The recorded vehicle does not follow the robot's decisions: its pilot gets no route,
+//! makes an observation in each cell that it enters, and the robot decides again from there. All times are those of the
+//! recording, so the same recording, settings and program give the same output, except for computing times.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::Path;
@@ -50,10 +50,10 @@ pub enum News {
         from: Position,
         /// Number of cells that were read.
         readings: usize,
-        /// Those of them with an object.
+        /// Number of cells with a reading of an object.
         objects: Vec<Position>,
     },
-    /// It decides to move, or to stay.
+    /// It decides on a path, or to stay.
     Decides {
         /// Number of cells to enter.
         cells: usize,
@@ -64,7 +64,7 @@ pub enum News {
     },
     /// A cell's probability reaches the detection threshold.
     Finds(FoundObject),
-    /// It no longer does.
+    /// A cell's probability falls below the detection threshold again.
     Doubts(Position),
     /// A fault begins or ends.
     Tells(Diagnostic),
@@ -111,14 +111,14 @@ pub struct Traffic {
     pub message: &'static str,
     /// Number of messages.
     pub messages: u64,
-    /// Number of invalid ones, for any reason.
+    /// Number of invalid messages.
     pub refused: u64,
-    /// The reason of the last one.
+    /// Why the last invalid message was rejected.
     pub reason: String,
 }
 
-/// Replays a recording through the robot of a file of settings; `tell` receives each note as it occurs. `make` makes
-/// its detector, if its settings ask for one.
+/// Replays a recording through a robot with these settings. `tell` receives each note as it occurs. `make` constructs
+/// the detector, if the settings have one.
 ///
 /// # Errors
 /// If the settings are invalid, have no vehicle, or the recording cannot be read.
@@ -271,11 +271,7 @@ impl Rehearsal<'_> {
 
     /// Passes an event to the agent.
     fn handle(&mut self, event: Event<Message>) -> Result<(), RuntimeError> {
-        let effects = self.agent.handle(self.now, event);
-        let effects = effects.map_err(|error| RuntimeError::Participant {
-            participant: error.participant,
-            reason: error.reason,
-        })?;
+        let effects = self.agent.handle(self.now, event)?;
         self.wake_at = effects.wake_at;
         self.log.decisions.extend(effects.decision);
         if let Some(route) = effects.route {

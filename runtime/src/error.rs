@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
+use dragnet_proto::state_machine::ParticipantError;
 use dragnet_scenario::participant::Participant;
 
 use crate::source_places::without;
 
-/// Why a participant, or a whole team, cannot go on.
+/// Why a participant, or a whole team, cannot continue.
 #[derive(Debug, thiserror::Error)]
 pub enum RuntimeError {
     /// A file of settings is invalid.
@@ -21,7 +22,7 @@ pub enum RuntimeError {
     /// A session could not be opened, for example because a port is in use.
     #[error("cannot open a Zenoh session that listens on [{listen}]: {reason}", reason = without(reason))]
     Open {
-        /// Where it was to listen.
+        /// The endpoints to listen on.
         listen: String,
         /// Zenoh's message.
         reason: String,
@@ -75,6 +76,12 @@ pub enum RuntimeError {
     Unsupported(String),
 }
 
+impl From<ParticipantError> for RuntimeError {
+    fn from(ParticipantError { participant, reason }: ParticipantError) -> Self {
+        Self::Participant { participant, reason }
+    }
+}
+
 impl RuntimeError {
     /// Wraps Zenoh's error, with the operation.
     pub(crate) fn zenoh(what: impl Into<String>) -> impl FnOnce(zenoh::Error) -> Self {
@@ -82,7 +89,7 @@ impl RuntimeError {
         move |error| Self::Zenoh { what, reason: error.to_string() }
     }
 
-    /// Whether other input can help, rather than trying again.
+    /// Whether the input is the cause, so that trying again with the same input cannot help.
     #[must_use]
     pub const fn is_bad_input(&self) -> bool {
         use dragnet_coordinator::RecordingError;

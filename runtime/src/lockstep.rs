@@ -1,4 +1,4 @@
-//! A participant driven by the simulator: event by event, in simulated time.
+//! A participant driven by the simulator, event by event, in simulated time.
 //!
 //! Messages go from peer to peer as in the field. The simulator only determines when each arrives, by its number, so
 //! that a run over the network is the same run as in one process.
@@ -41,7 +41,7 @@ pub struct LockstepNode<'a> {
 }
 
 impl<'a> LockstepNode<'a> {
-    /// Puts a state machine on a session. `team` is all participants.
+    /// Connects a state machine to a session. `team` is all participants.
     ///
     /// # Errors
     /// If Zenoh fails.
@@ -66,7 +66,7 @@ impl<'a> LockstepNode<'a> {
     /// Handles the simulator's events until the mission is over.
     ///
     /// # Errors
-    /// If the state machine or the network fails; the simulator has been informed.
+    /// If the state machine or the network fails. The simulator has been informed in that case.
     pub async fn serve(mut self) -> Result<(), RuntimeError> {
         loop {
             let query = tokio::select! {
@@ -105,11 +105,7 @@ impl<'a> LockstepNode<'a> {
             Ok((from, number)) => Event::Received { from, message: self.message(from, number).await? },
             Err(event) => event,
         };
-        let effects = self.machine.handle(MissionTime(step.time_ns), event);
-        let effects = effects.map_err(|error| RuntimeError::Participant {
-            participant: self.link.me(),
-            reason: error.reason,
-        })?;
+        let effects = self.machine.handle(MissionTime(step.time_ns), event)?;
         self.carry_out(effects).await
     }
 

@@ -38,11 +38,11 @@ pub struct Log {
     pub ended: MissionTime,
 }
 
-/// A report of a vehicle: the mission's time, if it knows that better than this clock, and an event.
+/// A report of a vehicle: the mission time, if the vehicle has a more exact one than this clock, and an event.
 pub type Report = (Option<MissionTime>, Event<Message>);
 
-/// Runs a state machine until `stop` is ready or the network closes. `reports` come from its vehicle: a coordinator has
-/// none. Everything to be stored is in the journal, if there is one, before anything is published.
+/// Runs a state machine until `stop` is ready or the network closes. `reports` are those of its vehicle; a coordinator
+/// has none. With a journal, everything to be stored is on disk before anything is published.
 ///
 /// # Errors
 /// If the state machine fails.
@@ -327,9 +327,7 @@ impl Driver<'_> {
         now: MissionTime,
         event: Event<Message>,
     ) -> Result<(), RuntimeError> {
-        let effects = self.machine.handle(now, event);
-        let effects = effects
-            .map_err(|error| RuntimeError::Participant { participant: link.me(), reason: error.reason })?;
+        let effects = self.machine.handle(now, event)?;
         self.narrator.tell(self.machine, &effects);
         let Effects { kept, mut published, wake_at, decision, repeats, rejected, .. } = effects;
         if let Some(journal) = &mut self.journal {

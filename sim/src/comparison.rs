@@ -13,7 +13,7 @@ use dragnet_proto::state_machine::ParticipantError;
 use dragnet_scenario::Scenario;
 
 use crate::episode;
-pub use difference::{Difference, Interval, Verdict, differences};
+pub use difference::{Difference, Interval, Verdict, baseline, differences};
 pub use latencies::Latencies;
 pub use row::{CellsToRecall, DecisionTimes, Estimate, MeanCurve, Row};
 pub use setting::{Setting, digest};

@@ -44,7 +44,7 @@ fn assumed(scenario: &Scenario) -> String {
     )
 }
 
-/// Reads scenarios, each of a name of its own that is none of those that are `taken`; tells what is odd about them.
+/// Reads scenarios, and prints their warnings. Their names must differ from each other and from those that are `taken`.
 pub(super) fn load_each(paths: &[PathBuf], taken: &[&str]) -> Result<Vec<Scenario>, Failure> {
     let mut names: BTreeSet<String> = taken.iter().map(ToString::to_string).collect();
     let mut scenarios = Vec::new();
@@ -63,7 +63,7 @@ pub(super) fn load_each(paths: &[PathBuf], taken: &[&str]) -> Result<Vec<Scenari
     Ok(scenarios)
 }
 
-/// Tells what is odd about a scenario.
+/// Prints a scenario's warnings.
 pub(super) fn warn(scenario: &Scenario) {
     for warning in scenario.warnings() {
         complain("warning", &format!("{}: {warning}", scenario.source().path.display()));
@@ -154,27 +154,13 @@ pub(super) fn with_policy(
         Some(file) if takes_weights(policy) => scenario
             .with_weights(file)
             .map_err(|error| Failure::Input(format!("--weights {}: {error}", file.display()))),
-        _ => with(scenario.clone(), flag, Some(policy.clone()), |scenario, policy| {
-            scenario.with_policy(from_here(policy))
-        }),
+        _ => with(scenario.clone(), flag, Some(policy.clone()), Scenario::with_local_policy),
     }
 }
 
 /// Whether a policy takes the weights of another option: those of its own would be forgotten.
 fn takes_weights(policy: &PolicyField) -> bool {
     matches!(policy, PolicyField::Name(name) if name == GNN.as_str())
-}
-
-/// The policy of an option, whose weights are relative to the working directory.
-fn from_here(mut policy: PolicyField) -> PolicyField {
-    if let PolicyField::Table(table) = &mut policy
-        && let Some(file) = &mut table.weights
-        && let Ok(absolute) = std::path::absolute(&*file)
-        && let Some(absolute) = absolute.to_str()
-    {
-        absolute.clone_into(file);
-    }
-    policy
 }
 
 /// The policies of a scenario's robots, each named once.

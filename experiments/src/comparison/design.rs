@@ -46,13 +46,9 @@ impl Design {
     /// # Errors
     /// If the experiment has no such policy.
     pub fn baseline<'a>(&'a self, wanted: Option<&str>) -> Result<&'a str, ExperimentError> {
-        let mut policies: Vec<&str> = self.settings.iter().map(|setting| setting.policy.as_str()).collect();
-        let first = policies.first().copied().unwrap_or_default();
-        let Some(wanted) = wanted else { return Ok(first) };
-        policies.iter().copied().find(|&policy| policy == wanted).ok_or_else(|| {
-            policies.sort_unstable();
-            policies.dedup();
-            ExperimentError::Input(format!("--baseline {wanted}: allowed are {}", policies.join(", ")))
+        let policies = self.settings.iter().map(|setting| setting.policy.as_str());
+        dragnet_sim::comparison::baseline(policies, wanted).map_err(|allowed| {
+            ExperimentError::Input(format!("--baseline {}: {allowed}", wanted.unwrap_or_default()))
         })
     }
 }

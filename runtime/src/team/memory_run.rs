@@ -24,10 +24,7 @@ pub(super) fn run(
     let threads = if options.threads == 0 { cores } else { options.threads };
     let mut participants = SharedParticipants::new(&mut robots, Some(&mut node), threads);
     let rules = Rules { end: End::Resting, coordinator: Membership::Present };
-    let episode =
-        episode::run_with(scenario, seed, rules, &mut participants, spectator).map_err(|error| {
-            RuntimeError::Participant { participant: error.participant, reason: error.reason }
-        })?;
+    let episode = episode::run_with(scenario, seed, rules, &mut participants, spectator)?;
     let observations_merged = node.observations();
     node.finish(episode.outcome.ended, recording::summary(&episode))?;
     Ok(Run { episode, observations_merged, recording: options.recording.clone() })

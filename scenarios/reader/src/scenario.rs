@@ -54,7 +54,7 @@ use prior::Prior;
 #[derive(Clone, Debug)]
 pub struct Scenario {
     source: Source,
-    /// The file that the parts below were made of; overrides change it and make them again.
+    /// The file that the fields below are computed from; overrides change it, and the fields are computed again.
     file: ScenarioFile,
     map: Arc<MapFile>,
     connectivity: Connectivity,
@@ -80,7 +80,7 @@ pub struct Source {
 /// Settings of the recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Recording {
-    /// The file, relative to the working directory; without it the caller names one.
+    /// The file, relative to the working directory; `None`: the caller chooses one.
     pub file: Option<PathBuf>,
     /// Time between two recorded beliefs.
     pub belief_period: Duration,
@@ -172,7 +172,8 @@ impl Scenario {
         })
     }
 
-    /// The same scenario with this policy for every robot. Without parameters it has the defaults, not the scenario's.
+    /// A copy of the scenario in which every robot uses this policy. Without parameters it has the defaults, not the
+    /// scenario's.
     ///
     /// # Errors
     /// If a parameter is not one of the policy, or out of its range.
@@ -186,26 +187,40 @@ impl Scenario {
         })
     }
 
-    /// The same scenario with the policy `gnn` and these weights for every robot; the file is relative to the working
-    /// directory.
+    /// A copy of the scenario in which every robot uses the policy `gnn` with these weights; the file is relative to
+    /// the working directory.
     ///
     /// # Errors
     /// If it is not a weights file, or its path cannot be made absolute or is not UTF-8.
     pub fn with_weights(&self, file: &Path) -> Result<Self, ScenarioError> {
+        let table = PolicyTable { name: Shipped::General.as_str().to_owned(), ..PolicyTable::default() };
+        self.with_weights_of_table(table, file)
+    }
+
+    /// Like [`Scenario::with_policy`], but a weights file is relative to the working directory, not to the scenario.
+    ///
+    /// # Errors
+    /// As [`Scenario::with_policy`] and [`Scenario::with_weights`].
+    pub fn with_local_policy(&self, policy: PolicyField) -> Result<Self, ScenarioError> {
+        let PolicyField::Table(mut table) = policy else { return self.with_policy(policy) };
+        match table.weights.take() {
+            Some(file) => self.with_weights_of_table(table, Path::new(&file)),
+            None => self.with_policy(PolicyField::Table(table)),
+        }
+    }
+
+    fn with_weights_of_table(&self, mut table: PolicyTable, file: &Path) -> Result<Self, ScenarioError> {
         let absolute = std::path::absolute(file).ok();
         let Some(weights) = absolute.as_deref().and_then(Path::to_str) else {
             let found = format!("{:?}", file.display());
             let invalid = Invalid::new("robots.policy.weights", found, "the path of a file, in UTF-8");
             return Err(self.source.override_error(invalid.into()));
         };
-        self.with_policy(PolicyField::Table(PolicyTable {
-            name: Shipped::General.as_str().to_owned(),
-            weights: Some(weights.to_owned()),
-            ..PolicyTable::default()
-        }))
+        table.weights = Some(weights.to_owned());
+        self.with_policy(PolicyField::Table(table))
     }
 
-    /// The same scenario with this number of robots.
+    /// A copy of the scenario with this number of robots.
     ///
     /// # Errors
     /// If there are none, too many, or too few for a robot that the scenario names.
@@ -213,7 +228,7 @@ impl Scenario {
         self.changed(|file| file.robots.count = count.into())
     }
 
-    /// The same scenario with objects of this density; the prior follows unless the scenario sets it.
+    /// A copy of the scenario with objects of this density; the prior changes accordingly unless the scenario sets it.
     ///
     /// # Errors
     /// If it is not above 0 and below 1.
@@ -223,7 +238,7 @@ impl Scenario {
         })
     }
 
-    /// The same scenario with a budget of this path length (cells) instead of all its budgets.
+    /// A copy of the scenario in which a budget of this path length (cells) replaces all budgets.
     ///
     /// # Errors
     /// If it is 0.
@@ -265,7 +280,7 @@ impl Scenario {
         &self.map.terrain
     }
 
-    /// The map with its position, to be shared.
+    /// The map with its position, shared.
     #[must_use]
     pub const fn map(&self) -> &Arc<MapFile> {
         &self.map
@@ -301,13 +316,13 @@ impl Scenario {
         &self.prior.belief
     }
 
-    /// The regions that the prior was made of, if any.
+    /// The regions that the prior was computed from, if any.
     #[must_use]
     pub fn claims(&self) -> Option<&Claims> {
         self.prior.claims.as_ref()
     }
 
-    /// The areas of the map and of the prior, used and ignored ones.
+    /// The areas of the map and of the prior, including ignored ones.
     #[must_use]
     pub fn areas(&self) -> Areas {
         let (map, prior) = (&self.map.areas, &self.prior.areas);
@@ -342,8 +357,8 @@ impl Scenario {
         &self.mission
     }
 
-    /// Path length that each robot may drive, cells: the budget of path length, or else what it can drive in the budget
-    /// of time.
+    /// Path length that each robot may drive, cells: the budget of path length, or else the length that it can drive in
+    /// the budget of time.
     #[must_use]
     pub fn budget_cells(&self) -> f64 {
         let seconds = self.mission.budget.time().map_or(0.0, |time| time.as_secs_f64());
@@ -365,7 +380,7 @@ impl Scenario {
         &self.recording
     }
 
-    /// A Zenoh configuration file that exists, if the scenario names one.
+    /// The Zenoh configuration file that the scenario names, if any; the file exists.
     #[must_use]
     pub fn zenoh_config(&self) -> Option<&Path> {
         self.zenoh_config.as_deref()

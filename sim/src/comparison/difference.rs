@@ -52,6 +52,26 @@ pub enum Verdict {
     Worse,
 }
 
+/// The label of the policy that the others are compared with: the wanted one, or else the first.
+///
+/// # Errors
+/// If it is not one of the policies: the allowed labels.
+pub fn baseline<'a>(
+    policies: impl Iterator<Item = &'a str>,
+    wanted: Option<&str>,
+) -> Result<&'a str, String> {
+    let mut labels = Vec::new();
+    for policy in policies {
+        if wanted.is_none_or(|wanted| wanted == policy) {
+            return Ok(policy);
+        }
+        if !labels.contains(&policy) {
+            labels.push(policy);
+        }
+    }
+    Err(format!("allowed are {}", labels.join(", ")))
+}
+
 /// Every other policy of a scenario compared with this one.
 #[must_use]
 pub fn differences(rows: &[Row], baseline: &str) -> Vec<Difference> {
