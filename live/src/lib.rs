@@ -2,10 +2,10 @@
 //!
 //! - [`view`], [`frame`]: the contents of the page, folded from the coordinator's records; the same for a running
 //!   mission and for a recorded one;
-//! - [`replay`]: a recording at any of its times;
+//! - [`replay`]: the view of a recording at any time;
 //! - [`polygon`], [`ask`]: the operator's commands, from the page's messages to the mission's events;
-//! - [`page`]: the server of the page; [`guard`] is its access control, and `door`, which alone has a socket, limits
-//!   its connections.
+//! - [`page`]: the server of the page; [`guard`] is its access control, and `door`, the only module with a socket,
+//!   limits its connections.
 //!
 //! `page/` contains the page itself in TypeScript, and compiled for browsers in `page/dist/`.
 
@@ -15,6 +15,9 @@ mod curve;
 mod door;
 pub mod frame;
 pub mod guard;
+#[cfg(test)]
+#[path = "../../tests/mentions/mod.rs"]
+mod mentions;
 pub mod page;
 pub mod polygon;
 pub mod replay;

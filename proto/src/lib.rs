@@ -1,12 +1,12 @@
-//! Messages between Dragnet's processes: their keys, their bytes, and the rules by which they count.
+//! Messages between Dragnet's processes: their keys, their bytes, and the rules for accepting them.
 //!
 //! - [`message`], [`step`], [`dragnet_msgs`], [`convert`]: the content, as ROS 2 messages in CDR;
 //! - [`key`], [`sender`], [`clock`]: keys, sending processes, and mission time;
-//! - [`replica`], [`validation`]: observations count exactly once, and only if they are possible;
+//! - [`replica`], [`validation`]: each observation counts exactly once, and only if it is physically possible;
 //! - [`command`], [`directive`]: the operator's commands, and how they reach every robot;
 //! - [`state_machine`]: the contract of robots and coordinator: events in, effects out.
 //!
-//! Only this crate and `dragnet-ros2`, which has ROS's own part, know wire bytes and key expressions.
+//! Only this crate and `dragnet-ros2`, for ROS 2, contain wire formats and key expressions.
 
 pub mod clock;
 pub mod command;
@@ -14,6 +14,9 @@ pub mod convert;
 pub mod directive;
 pub mod dragnet_msgs;
 pub mod key;
+#[cfg(test)]
+#[path = "../../tests/mentions/mod.rs"]
+mod mentions;
 pub mod message;
 pub mod replica;
 pub mod sender;

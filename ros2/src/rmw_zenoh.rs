@@ -43,9 +43,9 @@ pub struct Node {
 /// The role of a node at a topic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// It publishes.
+    /// The node publishes on the topic.
     Publisher,
-    /// It subscribes.
+    /// The node subscribes to the topic.
     Subscription,
 }
 
@@ -87,7 +87,7 @@ fn mangled(name: &impl fmt::Display) -> String {
     name.to_string().replace('/', SLASH)
 }
 
-/// Key expression of the tokens of all publishers of a topic, whatever their type.
+/// Key expression of the tokens of all publishers of a topic, of any type.
 #[must_use]
 pub fn publishers(domain: u32, topic: &TopicName) -> String {
     format!("{ADMIN}/{domain}/*/*/*/MP/*/*/*/{}/**", mangled(topic))
@@ -117,7 +117,7 @@ impl Publisher {
         Some(Self { node, dds_name: dds_name.to_owned(), hash: hash.to_owned() })
     }
 
-    /// Why a subscriber of a type does not receive it; `None` if it does.
+    /// Why a subscriber of a type does not receive this publisher's messages; `None` if it does.
     #[must_use]
     pub fn mismatch(&self, expected: &MessageType) -> Option<String> {
         let node = &self.node;
@@ -145,7 +145,7 @@ pub struct Attachments {
 }
 
 impl Attachments {
-    /// For the publisher of a token: the token's hash is its id.
+    /// The attachments of the publisher with this token; the token's hash is its identifier.
     #[must_use]
     pub fn of(token: &str) -> Self {
         Self { publisher: xxh3_128(token.as_bytes()).to_le_bytes(), count: 0 }
@@ -167,6 +167,7 @@ impl Attachments {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mentions::assert_mentions;
     use crate::wire::standard::PoseStamped;
 
     const HASH: &str = "RIHS01_10f3786d7d40fd2b54367835614bff85d4ad3b5dab62bf8bca0cc232d73b4cd8";
@@ -206,13 +207,12 @@ mod tests {
             let publisher = Publisher::from_token(&token).unwrap();
             let reported = publisher.mismatch(&MessageType::of::<PoseStamped>());
             assert_eq!(reported.is_some(), expected.is_some(), "{reported:?}");
-            assert!(reported.unwrap_or_default().contains(expected.unwrap_or_default()));
+            assert_mentions(&reported.unwrap_or_default(), expected.unwrap_or_default());
         };
         check("%", &format!("geometry_msgs::msg::dds_::PoseStamped_/{HASH}"), None);
-        let wrong = "node /a/b/driver publishes it as nav_msgs/msg/Odometry; allowed is geometry_msgs/msg/PoseStamped";
+        let wrong = "/a/b/driver .. nav_msgs/msg/Odometry .. geometry_msgs/msg/PoseStamped";
         check("%a%b", "nav_msgs::msg::dds_::Odometry_/RIHS01_00", Some(wrong));
-        let other =
-            "node /driver publishes another definition of geometry_msgs/msg/PoseStamped, type hash RIHS01_00";
+        let other = "/driver .. another definition .. geometry_msgs/msg/PoseStamped .. RIHS01_00";
         check("%", "geometry_msgs::msg::dds_::PoseStamped_/RIHS01_00", Some(other));
     }
 

@@ -1,16 +1,17 @@
-//! Participants on Zenoh: the only crate that speaks it, with all sockets but those of the live page.
+//! Participants on Zenoh. This is the only crate that uses Zenoh, and it opens all sockets except those of the live
+//! page.
 //!
-//! State machines ([`dragnet_proto::state_machine::StateMachine`]) have no network; this crate gives them one.
+//! State machines ([`dragnet_proto::state_machine::StateMachine`]) have no network; this crate connects them to one.
 //!
-//! - [`session`], [`link`]: how a session is opened, and what a participant publishes and receives;
-//! - [`refusals`]: connections that Zenoh rejects, in plain words; [`source_places`]: paths of the build machine, removed from
+//! - [`session`], [`link`]: opening of sessions, and a participant's publications and subscriptions;
+//! - [`refusals`]: logs connections that Zenoh rejects; [`source_places`]: removes paths of the build machine from
 //!   messages;
-//! - [`wall_clock`], [`clock`]: a participant driven by the wall clock, as in the field, in mission time; [`journal`]: what it
-//!   restarts from;
+//! - [`wall_clock`], [`clock`]: a participant driven by the wall clock, as in the field, and its mission time;
+//!   [`journal`]: its stored state for a restart;
 //! - [`lockstep`], [`remote_participants`]: participants driven by the simulator, event by event, over the same messages;
 //! - [`ros`], [`vehicle`]: a robot's ROS 2 network, and its vehicle on it; [`dry_run`]: the same on a recording;
 //! - [`doctor`]: checks of a robot's settings and surroundings;
-//! - [`stop`]: signals that end a process; [`relay`]: a bad link, for tests;
+//! - [`stop`]: signals that end a process; [`relay`]: emulates a bad link, for tests;
 //! - [`world`]: the simulator for participants driven by the wall clock;
 //! - [`team`]: a whole team in one call; [`config`], [`serve`]: each part as a process of its own.
 
@@ -21,6 +22,9 @@ pub mod dry_run;
 pub mod journal;
 pub mod link;
 pub mod lockstep;
+#[cfg(test)]
+#[path = "../../tests/mentions/mod.rs"]
+mod mentions;
 pub mod refusals;
 pub mod relay;
 pub mod remote_participants;

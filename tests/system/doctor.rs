@@ -54,14 +54,14 @@ fn a_robot_whose_team_is_there_may_go() {
             "pass  settings: robot 1 of 2",
             "pass  journal: ",
             "pass  decisions: path",
-            "FAIL  team: no participant is there",
+            "FAIL  team: no participant",
         ],
     );
     let _mate = field.robot(2);
     let _coordinator = field.coordinator();
     // They join once they have started.
     let (said, _) = std::iter::repeat_with(|| examine(&settings, 3)).find(|(_, will_do)| *will_do).unwrap();
-    check(&said, &["pass  team: 2 of the mission are there: robot 2, the coordinator"]);
+    check(&said, &["pass  team: 2 of the mission", "robot 2, the coordinator"]);
 }
 
 /// For one robot that is slower than its vehicle.
@@ -87,22 +87,16 @@ fn a_port_that_is_taken_and_an_address_of_another_computer_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let endpoint = free_endpoints(1).unwrap().remove(0);
     let (said, _) = examine(&robot_settings(folder.path(), 1, &endpoint, "tcp/127.0.0.1:9"), 1);
-    check(&said, &[&format!("pass  port {endpoint}: it is free")]);
+    check(&said, &[&format!("pass  port {endpoint}: ")]);
     let other = std::net::TcpListener::bind(endpoint.trim_start_matches("tcp/")).unwrap();
     let (said, will_do) = examine(&robot_settings(folder.path(), 1, &endpoint, "tcp/127.0.0.1:9"), 1);
     assert!(!will_do);
-    check(
-        &said,
-        &[
-            &format!("FAIL  port {endpoint}: another process listens there already"),
-            "FAIL  team: no participant",
-        ],
-    );
+    check(&said, &[&format!("FAIL  port {endpoint}: another process"), "FAIL  team: no participant"]);
     drop(other);
     let (said, will_do) =
         examine(&robot_settings(folder.path(), 1, "tcp/192.0.2.7:7140", "tcp/127.0.0.1:9"), 1);
     assert!(!will_do);
-    check(&said, &["FAIL  port tcp/192.0.2.7:7140: that is no address of this computer"]);
+    check(&said, &["FAIL  port tcp/192.0.2.7:7140: "]);
 }
 
 #[test]
@@ -126,10 +120,10 @@ fn another_robots_number_is_reported_and_the_own_one_is_not() {
     let folder = tempfile::tempdir().unwrap();
     let (said, will_do) = examine(&robot_settings(folder.path(), 1, "tcp/127.0.0.1:0", &calls), 3);
     assert!(!will_do);
-    check(&said, &["FAIL  number: a robot 1 is there already"]);
+    check(&said, &["FAIL  number: a robot 1"]);
     let (said, _) = examine(&robot_settings(folder.path(), 2, "tcp/127.0.0.1:0", &calls), 3);
     assert!(!said.contains("number"), "{said}");
-    check(&said, &["pass  team: 1 of the mission are there: robot 1"]);
+    check(&said, &["pass  team: 1 of the mission"]);
     robot.terminate();
 }
 
@@ -157,7 +151,7 @@ async fn examine_aside(file: &Path) -> (String, bool) {
 async fn two_of_one_number_are_reported_for_the_own_and_for_other_numbers() {
     let folder = tempfile::tempdir().unwrap();
     for (numbers, expected) in
-        [([2, 2], "FAIL  team: robot 2 is there twice"), ([1, 1], "FAIL  number: 2 robots have number 1")]
+        [([2, 2], "FAIL  team: robot 2"), ([1, 1], "FAIL  number: 2 robots have number 1")]
     {
         let endpoint = free_endpoints(1).unwrap().remove(0);
         let file = robot_settings(folder.path(), 1, "tcp/127.0.0.1:0", &endpoint);
@@ -196,7 +190,7 @@ async fn a_journal_ahead_of_the_only_participant_is_reported_and_not_changed() {
     });
     let (said, will_do) = examine_aside(&file).await;
     assert!(will_do, "{said}");
-    check(&said, &["pass  clocks: the mission is 5", " s old by the clock of robot 2, which robot 1 adopts"]);
+    check(&said, &["pass  clocks: the mission is 5", "by the clock of robot 2"]);
     let scenario = scenario(TEAM);
     let journal = folder.path().join("field-robot-1.journal");
     for (seconds, expected) in [(9000, "FAIL  clocks: "), (100, "pass  clocks: ")] {
@@ -254,7 +248,7 @@ fn a_journal_that_the_robot_would_reject_fails_and_a_damaged_one_is_a_warning() 
     }
     std::fs::remove_file(&path).unwrap();
     std::fs::create_dir(&path).unwrap();
-    check(&examine(&file, 1).0, &["FAIL  journal: ", "no plain file, as a journal is; name another"]);
+    check(&examine(&file, 1).0, &["FAIL  journal: ", "no plain file"]);
 }
 
 /// Edge of the scenario's cells, meters.
@@ -300,11 +294,11 @@ async fn a_different_map_is_reported_and_unused_topics_are_not_required() {
         let examined = file.clone();
         let (said, _) = tokio::task::spawn_blocking(move || examine(&examined, 3)).await.unwrap();
         publishing.abort();
-        check(&said, &[expected, "pass  place: it stands in cell [1, 2]", "FAIL  /odom: 0 messages"]);
-        check(&said, &["pass  /navigate_to_pose/_action/status: 0 messages in 3 s: no goal was given yet"]);
+        check(&said, &[expected, "pass  place: ", "[1, 2]", "FAIL  /odom: 0 messages"]);
+        check(&said, &["pass  /navigate_to_pose/_action/status: 0 messages"]);
         assert!(!said.contains("/fix"), "{said}");
         let outside = if east_meters > 0.0 { 24 } else { 0 };
-        check(&said, &[&format!("of 64 cells that are free in the scenario {outside} lie outside")]);
+        check(&said, &[&format!("of 64 cells that are free in the scenario {outside} ")]);
     }
 }
 
@@ -316,7 +310,7 @@ fn invalid_settings_are_the_only_finding() {
     std::fs::write(&settings, text.replace("robot = 2", "robot = 7")).unwrap();
     let (said, will_do) = examine(&settings, 1);
     assert!(!will_do && said.lines().count() == 2, "{said}");
-    check(&said, &["FAIL  settings: robot is 7, of a team of 2"]);
+    check(&said, &["FAIL  settings: robot is 7"]);
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -332,7 +326,7 @@ async fn each_topic_of_a_vehicle_is_reported() {
     );
     std::fs::write(&file, settings).unwrap();
     let (said, _) = examine(&file, 1);
-    check(&said, &["pass  team: it searches alone", "FAIL  vehicle: no router and no bridge answers"]);
+    check(&said, &["pass  team: it searches alone", "FAIL  vehicle: no router"]);
     let bridge = Endpoints { listen: vec![endpoint], mode: Some(Mode::Router), ..Endpoints::default() };
     let session = open(&bridge).await.unwrap();
     let _follower = session.declare_subscriber("dragnet/path").await.unwrap();
@@ -355,11 +349,11 @@ async fn each_topic_of_a_vehicle_is_reported() {
         &[
             "FAIL  /odom: ",
             "before this computer's clock",
-            "FAIL  camera narrow: ros.cameras has no topic for it",
-            "FAIL  speed: the vehicle drives 2 m/s, the scenario's robots 1 m/s",
+            "FAIL  camera narrow: ros.cameras",
+            "FAIL  speed: the vehicle drives 2 m/s",
             "FAIL  /seen: ",
             "not the bytes",
-            "pass  path: it has a subscriber",
+            "pass  path: ",
         ],
     );
 }

@@ -20,6 +20,8 @@ mod interpreter;
 mod late_network;
 mod localization;
 mod logs;
+#[path = "../mentions/mod.rs"]
+mod mentions;
 mod networks;
 mod one_number;
 mod policies;

@@ -1,4 +1,4 @@
-//! The assignment of bearings to tracks with the least total cost.
+//! Assigns bearings to tracks with the least total cost.
 //!
 //! Kuhn (1955) and Munkres (1957). The caller gives the cost of each pair; an unassigned track and an unassigned
 //! bearing together cost as much as a pair at the limit. So the chosen assignment has the least sum of costs with the
@@ -23,7 +23,7 @@ pub struct Assignment {
     pub observed_alone: Vec<usize>,
 }
 
-/// Why nothing was assigned.
+/// Why bearings could not be assigned.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum AssignmentError {
     /// An invalid cost.
@@ -133,6 +133,7 @@ mod tests {
     use rand::RngExt;
 
     use super::*;
+    use crate::mentions::assert_mentions;
     use dragnet_lattice::plane::wrapped_radians;
 
     /// By angles alone.
@@ -222,12 +223,9 @@ mod tests {
         let message = |predicted: &[f64], observed: &[f64], gate| {
             assign(predicted, observed, gate).unwrap_err().to_string()
         };
-        let needed = "needed is a number of at least 0";
-        assert_eq!(
-            message(&[0.0], &[1.0, f64::NAN], 0.1),
-            format!("the cost of track 0 and bearing 1 is NaN: {needed}")
-        );
-        assert!(super::assign(1, 1, 1.0, |_, _| -0.5).unwrap_err().to_string().ends_with(needed));
+        assert_mentions(&message(&[0.0], &[1.0, f64::NAN], 0.1), "track 0 .. bearing 1 .. NaN .. at least 0");
+        let negative = super::assign(1, 1, 1.0, |_, _| -0.5).unwrap_err().to_string();
+        assert_mentions(&negative, "-0.5 .. at least 0");
         assert!(message(&[0.0], &[0.0], f64::NAN).contains("limit"));
         assert!(message(&[0.0], &[0.0], 0.0).contains("limit"));
         assert!(message(&[0.0], &vec![0.0; 10_000], 0.1).contains("10000 bearings"));

@@ -178,6 +178,7 @@ mod tests {
     use dragnet_search::sensor::Noise;
 
     use super::*;
+    use crate::mentions::assert_mentions;
 
     /// As drawn by the simulator: this many at each distance, every fourth of an object.
     fn readings(noise_variance: f64, each: usize, noise: Noise, seed: u64) -> Vec<LabeledReading> {
@@ -253,7 +254,7 @@ mod tests {
         let good = readings(0.005, 40, Noise::Gaussian, 1);
         let check = |readings: &[LabeledReading], message: &str| {
             let error = calibrate(readings).unwrap_err().to_string();
-            assert!(error.contains(message), "{error}");
+            assert_mentions(&error, message);
         };
         let changed = |change: fn(&mut LabeledReading)| {
             let mut readings = good.clone();
@@ -262,14 +263,11 @@ mod tests {
         };
         check(&[], "0 readings");
         check(&good[..60], "20 readings");
-        check(
-            &changed(|reading| reading.value = f32::NAN),
-            "reading 0: a value of NaN: allowed are -1000 to 1000",
-        );
-        check(&changed(|reading| reading.distance = 101), "reading 0: 101 cells away: at most 100");
+        check(&changed(|reading| reading.value = f32::NAN), "reading 0 .. NaN .. -1000 to 1000");
+        check(&changed(|reading| reading.distance = 101), "reading 0 .. 101 cells .. 100");
         check(&changed(|reading| reading.distance = 3), "readings at 1 distance");
-        check(&changed(|reading| reading.is_object = true), "all readings are at objects");
-        check(&changed(|reading| reading.is_object = false), "all readings are at empty cells");
+        check(&changed(|reading| reading.is_object = true), "all .. objects");
+        check(&changed(|reading| reading.is_object = false), "all .. empty cells");
         check(&changed(|reading| reading.value = f32::from(u8::from(reading.is_object))), "no noise");
     }
 }

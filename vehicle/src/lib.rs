@@ -15,6 +15,9 @@ pub mod assignment;
 pub mod calibration;
 pub mod camera;
 pub mod evidence;
+#[cfg(test)]
+#[path = "../../tests/mentions/mod.rs"]
+mod mentions;
 pub mod pilot;
 pub mod settings;
 pub mod tracker;

@@ -5,6 +5,8 @@ mod damage;
 mod episode;
 #[path = "../../../tests/python/interpreter.rs"]
 mod interpreter;
+#[path = "../../../tests/mentions/mod.rs"]
+mod mentions;
 mod python;
 
 use std::fs;

@@ -2,5 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
 mod demonstrations;
+#[path = "../../../tests/mentions/mod.rs"]
+mod mentions;
 mod parts;
 mod weights;

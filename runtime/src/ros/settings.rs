@@ -442,6 +442,7 @@ impl Names {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mentions::assert_mentions;
 
     fn check(text: &str) -> Result<Checked, String> {
         let settings: Settings = toml::from_str(text).map_err(|error| error.to_string())?;
@@ -492,26 +493,26 @@ mod tests {
     fn invalid_settings_are_reported_with_their_key() {
         let refused = |text: &str, reason: &str| {
             let error = check(&format!("transport = 'bridge'\n{text}")).unwrap_err();
-            assert!(error.contains(reason), "{error}");
+            assert_mentions(&error, reason);
         };
-        refused("domain = 233", "field/robot.toml: ros.domain is 233; allowed is 0 to 232");
-        refused("topics = 1", "unknown field `topics`");
-        refused("subscribe.odom = 'odom'", "unknown field `odom`");
-        refused("subscribe.odometry = 'a b'", "ros.subscribe.odometry: \"a b\" is no name of a ROS 2 topic");
-        refused("namespace = '1'", "ros.namespace: \"1\" is no name");
+        refused("domain = 233", "field/robot.toml .. ros.domain .. 233 .. 0 to 232");
+        refused("topics = 1", "unknown .. `topics`");
+        refused("subscribe.odom = 'odom'", "unknown .. `odom`");
+        refused("subscribe.odometry = 'a b'", "ros.subscribe.odometry .. \"a b\"");
+        refused("namespace = '1'", "ros.namespace .. \"1\"");
         refused(
             "localization_timeout_seconds = 0",
-            "localization_timeout_seconds is 0; allowed is above 0, at most 3600",
+            "localization_timeout_seconds .. 0 .. above 0, at most 3600",
         );
-        refused("max_uncorrected_meters = nan", "ros.max_uncorrected_meters is NaN");
-        refused("map_frame = ''", "ros.map_frame is empty");
-        refused("publish.goal = 'odom'", "topic /odom is named twice");
-        refused("zenoh.listen = ['tcp/127.0.0.1:7447']", "a client calls one endpoint");
-        refused("zenoh.connect = []", "a client calls one endpoint");
-        refused("cameras = [{ name = 'a' }]", "ros.cameras: \"a\" has no topic");
+        refused("max_uncorrected_meters = nan", "ros.max_uncorrected_meters .. NaN");
+        refused("map_frame = ''", "ros.map_frame .. empty");
+        refused("publish.goal = 'odom'", "/odom .. twice");
+        refused("zenoh.listen = ['tcp/127.0.0.1:7447']", "client .. one endpoint");
+        refused("zenoh.connect = []", "client .. one endpoint");
+        refused("cameras = [{ name = 'a' }]", "ros.cameras .. \"a\" .. no topic");
         refused(
             "cameras = [{ name = 'a', image = 'x' }, { name = 'a', image = 'y' }]",
-            "each with a name of its own",
+            "ros.cameras .. name",
         );
     }
 }

@@ -24,6 +24,7 @@ use zenoh_ext::{AdvancedPublisherBuilderExt, AdvancedSubscriberBuilderExt, Cache
 use super::incoming::Incoming;
 use super::node::Node;
 use super::settings::{Checked, Settings};
+use crate::mentions::assert_mentions;
 use crate::session::{Endpoints, Mode, free_endpoints, open};
 
 const ODOMETRY: &str =
@@ -131,17 +132,13 @@ async fn an_invalid_message_is_rejected_and_the_next_one_received() {
     let node = Node::open(network.settings("transport = 'bridge'")).await.unwrap();
     let publisher = network.publisher("odom".to_owned()).await;
     publisher.put(cdr::encode(&grid())).await.unwrap();
-    assert!(refusal(&node, "/odom").await.starts_with("not the bytes of nav_msgs/msg/Odometry: "));
+    assert_mentions(&refusal(&node, "/odom").await, "nav_msgs/msg/Odometry");
     publisher.put(odometry(f64::NAN, "odom")).await.unwrap();
-    assert!(refusal(&node, "/odom").await.contains("pose.pose.position.x is NaN"));
+    assert_mentions(&refusal(&node, "/odom").await, "pose.pose.position.x .. NaN");
     publisher.put(odometry(1.0, "map")).await.unwrap();
-    assert!(
-        refusal(&node, "/odom")
-            .await
-            .contains("frame_id is \"map\"; allowed is \"odom\", the odometry_frame")
-    );
+    assert_mentions(&refusal(&node, "/odom").await, "frame_id .. \"map\" .. \"odom\"");
     publisher.put(vec![0; 8193]).await.unwrap();
-    assert!(refusal(&node, "/odom").await.contains("8193 bytes; allowed are at most 8192"));
+    assert_mentions(&refusal(&node, "/odom").await, "8193 bytes .. 8192");
     publisher.put(odometry(2.0, "/odom")).await.unwrap();
     assert!((received_x(&node).await - 2.0).abs() < 1e-12);
 }
@@ -154,15 +151,10 @@ async fn a_publisher_of_another_type_is_reported_with_its_node() {
     let _before = liveliness.declare_token(before).await.unwrap();
     let node = Node::open(network.settings("transport = 'rmw_zenoh'")).await.unwrap();
     let reason = refusal(&node, "/odom").await;
-    assert_eq!(
-        reason,
-        "node /driver publishes it as nav_msgs/msg/OccupancyGrid; allowed is nav_msgs/msg/Odometry"
-    );
+    assert_mentions(&reason, "/driver .. nav_msgs/msg/OccupancyGrid .. nav_msgs/msg/Odometry");
     let after = "@ros2_lv/0/ab/0/2/MP/%/%bot/other/%odom/nav_msgs::msg::dds_::Odometry_/TypeHashNotSupported/::,10:,:,:,,";
     let _after = liveliness.declare_token(after).await.unwrap();
-    assert!(
-        refusal(&node, "/odom").await.starts_with("node /bot/other publishes another definition of nav_msgs")
-    );
+    assert_mentions(&refusal(&node, "/odom").await, "/bot/other .. another definition .. nav_msgs");
 }
 
 #[tokio::test(flavor = "multi_thread")]

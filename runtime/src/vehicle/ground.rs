@@ -95,6 +95,7 @@ mod tests {
     use dragnet_search::cell::Grid;
 
     use super::*;
+    use crate::mentions::assert_mentions;
 
     /// Three by two cells of 10 m, one of them blocked.
     fn terrain() -> Terrain {
@@ -134,6 +135,6 @@ mod tests {
         let mut turned = map([-4.0, 7.0], 0);
         turned.origin.yaw_radians = 0.5;
         let error = Likeness::of(&search, &turned, &terrain()).unwrap_err();
-        assert_eq!(error, "the map is turned by 0.500 rad against the search's");
+        assert_mentions(&error, "map .. turned .. 0.500 rad");
     }
 }

@@ -1,12 +1,16 @@
 //! Scenario files, and the map files that they name.
 //!
-//! - [`Scenario`] and its parts: a search that can be run; [`file`](mod@file): the same as written;
-//! - [`map_file`]: drawn, surveyed or recorded maps, as the terrain that is searched, and their position on the earth;
-//! - [`shape`]: lists in a file that are longer than what is read of them;
+//! - [`Scenario`] and its parts: a checked search that can be run; [`file`](mod@file): the scenario file as it is
+//!   written;
+//! - [`map_file`]: reads drawn, surveyed or recorded maps, and their position on the earth;
+//! - [`shape`]: detects lists in a file that are longer than the reader expects;
 //! - [`shipped`]: the scenarios that come with the program;
 //! - [`participant`], [`time`]: participants, and the mission's time.
 
 pub mod map_file;
+#[cfg(test)]
+#[path = "../../../tests/mentions/mod.rs"]
+mod mentions;
 pub mod participant;
 mod scenario;
 pub mod shape;

@@ -1,10 +1,10 @@
-//! Checks that a TOML text has the shape of what was read of it. Serde accepts a list for a table, value by value, and
-//! ignores the rest of a list that is too long, which is most likely a mistake.
+//! Checks that a TOML text has the shape of the values read from it. Serde accepts a list in place of a table, and
+//! ignores the rest of a list that is too long; both are most likely mistakes.
 
 use serde::Serialize;
 use toml::{Table, Value};
 
-/// A list in a text that is longer than, or different from, what was read of it.
+/// A list in a text that is longer than, or different from, the values read from it.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{key} is {found}; allowed is {allowed}")]
 pub struct WrongShape {
@@ -16,10 +16,10 @@ pub struct WrongShape {
     pub allowed: String,
 }
 
-/// Compares a text with what was read of it, serialized under the same names.
+/// Compares a text with the values read from it, serialized under the same names.
 ///
 /// # Errors
-/// The first list that was read as a table, or is longer than what was read of it.
+/// The first list that was read as a table, or is longer than the values read from it.
 pub fn check(text: &str, read: &impl Serialize) -> Result<(), WrongShape> {
     let (Ok(written), Ok(read)) = (text.parse::<Table>(), Table::try_from(read)) else { return Ok(()) };
     tables("", &written, &read)
@@ -57,6 +57,7 @@ mod tests {
     use serde::Deserialize;
 
     use super::*;
+    use crate::mentions::assert_mentions;
 
     #[derive(Serialize, Deserialize)]
     struct Drawn {
@@ -78,8 +79,8 @@ mod tests {
         };
         assert_eq!(reported("corners = [[1, 2], [3, 4]]\norigin = { north = 1, east = 2 }"), Ok(()));
         let long = reported("corners = [[1, 2], [3, 4, 5]]").unwrap_err();
-        assert_eq!(long, "corners[1] is a list of 3 values; allowed is a list of 2");
+        assert_mentions(&long, "corners[1] .. 3 .. a list of 2");
         let list = reported("corners = []\norigin = [1, 2]").unwrap_err();
-        assert_eq!(list, "origin is a list; allowed is a table with keys such as east, north");
+        assert_mentions(&list, "origin .. a list .. a table .. east, north");
     }
 }

@@ -13,6 +13,9 @@
 //! Part 4 needs libtorch; the others do not.
 
 pub mod letterbox;
+#[cfg(test)]
+#[path = "../../../tests/mentions/mod.rs"]
+mod mentions;
 mod metadata;
 pub mod network;
 pub mod output;

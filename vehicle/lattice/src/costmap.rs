@@ -1,9 +1,9 @@
-//! The cost of the ground, and where a vehicle cannot be.
+//! The cost map: the cost of the ground, and cells that a vehicle cannot enter.
 
 use dragnet_search::cell::{Cell, Grid, GridSizeError, Position};
 use dragnet_search::terrain::Terrain;
 
-/// Cost from which on no part of the vehicle may be in a cell.
+/// Cost from which a cell is lethal: no part of the vehicle may be in it.
 pub const LETHAL: u8 = 253;
 
 /// The cost of each cell of a rectangle of ground. A path of length `l` through cells of cost `c` costs `l (1 + c)`.
@@ -29,16 +29,16 @@ pub struct OccupancyRule {
 /// Why a cost map is invalid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CostMapError {
-    /// No cell, or too many.
+    /// The grid has no cells, or too many.
     #[error(transparent)]
     Size(#[from] GridSizeError),
-    /// Not a length.
+    /// The resolution is not a positive length.
     #[error("a resolution of {0} m: allowed is a finite length above 0")]
     Resolution(f64),
-    /// Not a position.
+    /// The origin is not finite.
     #[error("an origin of ({0} m, {1} m): allowed are finite numbers")]
     Origin(f64, f64),
-    /// A cell list of another length than the grid.
+    /// The list of cells and the grid differ in length.
     #[error("costs of {given} cells for a grid of {expected}; a map of another size is a new map")]
     CellCount {
         /// Cells given.
@@ -162,7 +162,7 @@ impl CostMap {
         &self.costs
     }
 
-    /// Whether no part of a vehicle may be there.
+    /// Whether a cell is lethal: no part of a vehicle may be in it.
     #[must_use]
     pub fn is_lethal(&self, cell: Cell) -> bool {
         self.costs[cell.index()] >= LETHAL
@@ -200,6 +200,7 @@ impl CostMap {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mentions::assert_mentions;
 
     #[test]
     fn a_terrain_is_cut_finer() {
@@ -225,9 +226,8 @@ mod tests {
         let map = |bytes: &[i8]| CostMap::from_occupancy(grid, 0.1, (-1.0, 2.0), bytes, rule);
         assert_eq!(map(&[-1, 0, 64, 65]).unwrap().costs(), [10, 0, 64, LETHAL]);
         let message = |bytes: &[i8]| map(bytes).unwrap_err().to_string();
-        let allowed = "allowed are 0 to 100, and -1 for unknown";
-        assert_eq!(message(&[0, 101, 0, 0]), format!("occupancy 101 of cell 1: {allowed}"));
-        assert_eq!(message(&[0, 0, -2, 0]), format!("occupancy -2 of cell 2: {allowed}"));
-        assert_eq!(message(&[0]), "costs of 1 cells for a grid of 4; a map of another size is a new map");
+        assert_mentions(&message(&[0, 101, 0, 0]), "101 .. cell 1 .. 0 to 100 .. -1");
+        assert_mentions(&message(&[0, 0, -2, 0]), "-2 .. cell 2 .. 0 to 100 .. -1");
+        assert_mentions(&message(&[0]), "1 cells .. 4");
     }
 }

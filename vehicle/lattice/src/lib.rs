@@ -8,8 +8,8 @@
 //! Memory: about 8 bytes for each cell of the map, and 8 more for each state near visited ones: 60 to 135 MB on 3000 x
 //! 3000 cells.
 //!
-//! The library reads no clock and no file: the caller passes the text, and says before each batch of work whether there
-//! is time for it.
+//! The library reads no clock and no file: the caller passes the text, and decides before each batch of work whether to
+//! continue.
 
 mod ara;
 mod bits;
@@ -22,6 +22,9 @@ mod guide;
 mod heuristic;
 mod layers;
 pub mod maneuvers;
+#[cfg(test)]
+#[path = "../../../tests/mentions/mod.rs"]
+mod mentions;
 mod metric;
 mod motions;
 pub mod mprim;

@@ -305,6 +305,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::mentions::assert_mentions;
     use crate::{mprim, primitives};
 
     const CAR: Maneuvers = Maneuvers {
@@ -389,7 +390,7 @@ mod tests {
     #[test]
     fn a_radius_that_fits_no_primitive_is_reported() {
         let error = Maneuvers { turning_radius_meters: 300.0, ..CAR }.primitives().unwrap_err().to_string();
-        assert!(error.starts_with("a turning radius of 300 m: allowed are lengths above 0"), "{error}");
+        assert_mentions(&error, "turning radius .. 300 m .. above 0");
         assert!(Maneuvers { turning_radius_meters: f64::NAN, ..CAR }.primitives().is_err());
         assert!(Maneuvers { reverse: Some(0), ..CAR }.primitives().is_err());
     }

@@ -13,6 +13,7 @@ use super::maneuvers::{Headings, Maneuvers};
 use super::plan::{Effort, Goal, Plan, PlanError, Solution};
 use super::planner::Planner;
 use super::primitives::{Primitive, PrimitiveSet};
+use crate::mentions::assert_mentions;
 use crate::plane::{Pose, turn_radians};
 
 const RESOLUTION_METERS: f64 = 0.5;
@@ -359,7 +360,7 @@ fn bad_starts_and_goals_are_reported() {
     assert_eq!(error, Err(PlanError::Effort { first: 0.5, step: 0.5 }));
     let larger = CostMap::new(Grid::new(1, 1).unwrap(), 0.1, (0.0, 0.0), vec![0]).unwrap();
     let message = planner.replace_map(larger).unwrap_err().to_string();
-    assert_eq!(message, "primitives for cells of 0.5 m on a map with cells of 0.1 m: both must be equal");
+    assert_mentions(&message, "0.5 m .. 0.1 m .. equal");
     let cell = Grid::new(1_000, 1_000).unwrap().cell_numbered(999_999).unwrap();
     let message = planner.set_costs(&[(cell, 0)]).unwrap_err().to_string();
     assert!(message.starts_with("cell 999999 of a map of"), "{message}");

@@ -8,6 +8,7 @@ use nalgebra::Vector2;
 
 use super::*;
 use crate::camera::{Camera, CameraSettings, View};
+use crate::mentions::assert_mentions;
 use crate::tracker::Tracker;
 use crate::tracker::frame::Frame;
 use crate::tracker::pose_error::PoseError;
@@ -331,10 +332,7 @@ fn a_vehicle_that_is_nowhere_sees_nothing_and_says_why() {
     assert!(message(f64::NAN, 1.0, 0.0).contains("not a number"));
     assert!(message(1.0, 1.0, f64::INFINITY).contains("not a number"));
     assert!(message(-0.1, 1.0, 0.0).contains("-0.1 m east"));
-    assert!(message(1.0, 100.0, 0.0).contains("100 m north of the map's corner: the map has 90 m, 100 m"));
+    assert_mentions(&message(1.0, 100.0, 0.0), "100 m north .. 90 m, 100 m");
     assert!(message(1e300, -1e300, 0.0).contains("of the map's corner"));
-    assert_eq!(
-        message(5.0, 5.0, 0.0),
-        "the vehicle stands in row 0, column 0, where the map lets none stand"
-    );
+    assert_mentions(&message(5.0, 5.0, 0.0), "row 0, column 0");
 }

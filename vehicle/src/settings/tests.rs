@@ -2,6 +2,7 @@
 
 use super::check::Source;
 use super::*;
+use crate::mentions::assert_mentions;
 use dragnet_lattice::maneuvers::{Headings, Maneuvers};
 use dragnet_lattice::mprim;
 
@@ -14,7 +15,7 @@ fn check(text: &str, message: &str) {
         Ok(settings) => settings.check(None).unwrap_err().to_string(),
         Err(error) => error,
     };
-    assert!(error.contains(message), "{text}: {error}");
+    assert_mentions(&error, message);
 }
 
 #[test]
@@ -65,46 +66,34 @@ fn primitives_come_from_a_file_that_the_caller_reads() {
     };
     assert_eq!(set.headings_radians().len(), 8);
     let error = settings.check(Some("resolution_m: 0\n")).unwrap_err().to_string();
-    assert!(error.starts_with("vehicle.motion.primitives: line 1: a resolution of 0 m"), "{error}");
-    check("motion = { kind = 'lattice', primitives = 'a.mprim' }", "allowed is a file that was read");
-    check(
-        "motion = { kind = 'lattice', primitives = 'a.mprim', headings = 8 }",
-        "allowed is either a file, or",
-    );
+    assert_mentions(&error, "vehicle.motion.primitives .. line 1 .. 0 m");
+    check("motion = { kind = 'lattice', primitives = 'a.mprim' }", "allowed .. a file");
+    check("motion = { kind = 'lattice', primitives = 'a.mprim', headings = 8 }", "allowed .. a file");
 }
 
 #[test]
 fn an_invalid_value_names_its_key_and_the_allowed_values() {
-    check("cameras = []", "vehicle.cameras = 0 cameras: allowed is 1 to 16");
-    check(
-        "speed_meters_per_second = 0.0",
-        "vehicle.speed_meters_per_second = 0: allowed is above 0, at most 1000",
-    );
-    check("speed_meters_per_second = nan", "vehicle.speed_meters_per_second = NaN");
-    check("initial_scan_seconds = -1.0", "vehicle.initial_scan_seconds = -1: allowed is 0 to 3600");
-    check(
-        "motion = { kind = 'lattice', headings = 12 }",
-        "vehicle.motion.headings = 12: allowed is 8, 16 or 32",
-    );
-    check(
-        "motion = { kind = 'lattice', reverse_cost = 0 }",
-        "vehicle.motion.reverse_cost = 0: allowed is 1 to 1000",
-    );
-    check("motion = { kind = 'fly' }", "unknown variant `fly`");
-    check("motion = { kind = 'goal', foo = 1 }", "unknown field `foo`");
-    check("footprint = { shape = 'disc', radius_meters = -1.0 }", "vehicle.footprint.radius_meters = -1");
-    check("tracker = { range_hypotheses = 0 }", "vehicle.tracker: 0 range hypotheses");
-    check("tracker = { gate_degrees = 270.0 }", "vehicle.tracker: gate_radians");
-    check("safety = { pose_timeout_seconds = 0.0 }", "vehicle.safety.pose_timeout_seconds = 0");
-    check("[safety.on_fault]\ncamera = 'panic'", "unknown variant `panic`, expected `stop` or `continue`");
-    check("color = 'red'", "unknown field `color`, expected one of `cameras`, `tracker`");
+    check("cameras = []", "vehicle.cameras .. 0 .. 1 to 16");
+    check("speed_meters_per_second = 0.0", "vehicle.speed_meters_per_second .. 0 .. above 0, at most 1000");
+    check("speed_meters_per_second = nan", "vehicle.speed_meters_per_second .. NaN");
+    check("initial_scan_seconds = -1.0", "vehicle.initial_scan_seconds .. -1 .. 0 to 3600");
+    check("motion = { kind = 'lattice', headings = 12 }", "vehicle.motion.headings .. 12 .. 8, 16 or 32");
+    check("motion = { kind = 'lattice', reverse_cost = 0 }", "vehicle.motion.reverse_cost .. 0 .. 1 to 1000");
+    check("motion = { kind = 'fly' }", "`fly`");
+    check("motion = { kind = 'goal', foo = 1 }", "unknown .. `foo`");
+    check("footprint = { shape = 'disc', radius_meters = -1.0 }", "vehicle.footprint.radius_meters .. -1");
+    check("tracker = { range_hypotheses = 0 }", "vehicle.tracker .. 0 range hypotheses");
+    check("tracker = { gate_degrees = 270.0 }", "vehicle.tracker .. gate_radians");
+    check("safety = { pose_timeout_seconds = 0.0 }", "vehicle.safety.pose_timeout_seconds .. 0");
+    check("[safety.on_fault]\ncamera = 'panic'", "`panic` .. `stop` or `continue`");
+    check("color = 'red'", "`color` .. `cameras`, `tracker`");
     let camera = |changes: &str| {
         format!(
             "[[cameras]]\nname = 'a'\nwidth_pixels = 100\nheight_pixels = 50\nmax_range_meters = 50.0\n{changes}\n"
         )
     };
-    check(&camera("field_of_view_degrees = 200.0"), "vehicle.cameras: camera a: a field of view of 3.49");
+    check(&camera("field_of_view_degrees = 200.0"), "vehicle.cameras .. camera a .. field of view");
     check(&camera("field_of_view_degrees = 60.0\nmin_range_meters = 60.0"), "from 60 m to 50 m");
     let one = camera("field_of_view_degrees = 60.0");
-    check(&format!("{one}{one}"), "vehicle.cameras.name = \"a\" twice");
+    check(&format!("{one}{one}"), "vehicle.cameras.name .. \"a\"");
 }

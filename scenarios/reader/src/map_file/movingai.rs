@@ -90,6 +90,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::mentions::assert_mentions;
 
     fn read(text: &str) -> Result<Terrain, String> {
         super::read(Path::new("a.map"), text, 2.0).map_err(|error| error.to_string())
@@ -105,19 +106,16 @@ mod tests {
     fn a_false_header_is_rejected() {
         let check = |text: &str, message: &str| {
             let error = read(text).unwrap_err();
-            assert!(error.contains(message), "{error}");
+            assert_mentions(&error, message);
         };
-        check("", "a.map: line 1 is \"\"; allowed is `type octile`");
-        check("type octile\nwidth 3\n", "line 2 is \"width 3\"; allowed is `height` and a number");
-        check("type octile\nheight 2\nwidth -3\nmap\n", "line 3 is \"width -3\"");
-        check("type octile\nheight 0\nwidth 3\nmap\n", "0 rows and 3 columns: allowed are 1 to");
+        check("", "a.map .. line 1 .. \"\" .. `type octile`");
+        check("type octile\nwidth 3\n", "line 2 .. \"width 3\" .. `height`");
+        check("type octile\nheight 2\nwidth -3\nmap\n", "line 3 .. \"width -3\"");
+        check("type octile\nheight 0\nwidth 3\nmap\n", "0 rows .. 3 columns .. 1 to");
         check("type octile\nheight 99999\nwidth 99999\nmap\n", "allowed are 1 to 16777216 cells");
-        check("type octile\nheight 1\nwidth 3\nmap\n..\n", "line 5 is 2 characters long; allowed is width 3");
-        check("type octile\nheight 2\nwidth 2\nmap\n..\n", "number of map lines is 1; allowed is height 2");
-        check(
-            "type octile\nheight 1\nwidth 2\nmap\n..\n..\n",
-            "number of map lines is 2; allowed is height 1",
-        );
+        check("type octile\nheight 1\nwidth 3\nmap\n..\n", "line 5 .. 2 .. width 3");
+        check("type octile\nheight 2\nwidth 2\nmap\n..\n", "map lines .. 1 .. height 2");
+        check("type octile\nheight 1\nwidth 2\nmap\n..\n..\n", "map lines .. 2 .. height 1");
     }
 
     proptest! {

@@ -84,6 +84,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::mentions::assert_mentions;
 
     fn decode(bytes: &[u8]) -> Result<Picture, String> {
         super::decode(Path::new("a.pgm"), bytes).map_err(|error| error.to_string())
@@ -102,12 +103,12 @@ mod tests {
     fn a_file_that_is_not_an_image_is_rejected() {
         let check = |bytes: &[u8], message: &str| {
             let error = decode(bytes).map(|_| ()).unwrap_err();
-            assert!(error.contains(message), "{error}");
+            assert_mentions(&error, message);
         };
-        check(b"", "a.pgm: no PGM or PNG image");
-        check(b"P5 3 3 255 ab", "a.pgm: no PGM or PNG image");
-        check(b"P5 300000 300000 255 ab", "image size is 300000 x 300000 pixels; allowed is 1 to");
-        check(b"P5 0 3 255 ", "image size is 0 x 3 pixels");
+        check(b"", "a.pgm .. PGM or PNG");
+        check(b"P5 3 3 255 ab", "a.pgm .. PGM or PNG");
+        check(b"P5 300000 300000 255 ab", "image size .. 300000 x 300000 .. 1 to");
+        check(b"P5 0 3 255 ", "image size .. 0 x 3");
     }
 
     proptest! {

@@ -69,6 +69,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::mentions::assert_mentions;
 
     fn read(text: &str) -> Result<Vec<f64>, String> {
         let grid = Grid::new(2, 3).unwrap();
@@ -84,12 +85,12 @@ mod tests {
     fn a_bad_number_names_its_place() {
         let check = |text: &str, message: &str| {
             let error = read(text).unwrap_err();
-            assert!(error.contains(message), "{error}");
+            assert_mentions(&error, message);
         };
-        check("0,0,0\n0,1,0\n", "a.csv: line 2, column 2 is \"1\"; allowed is a number from 0 to below 1");
+        check("0,0,0\n0,1,0\n", "a.csv .. line 2 .. column 2 .. \"1\" .. 0 to below 1");
         check("0,0,0\n0,nan,0\n", "\"nan\"");
-        check("0,0\n", "size is 2 rows and 2 columns; allowed is the map's 2 rows and 3 columns");
-        check("0,0,0\n", "size is 1 rows and 3 columns");
+        check("0,0\n", "2 rows and 2 columns .. 2 rows and 3 columns");
+        check("0,0,0\n", "1 rows and 3 columns");
     }
 
     #[test]

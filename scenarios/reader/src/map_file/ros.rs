@@ -184,6 +184,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::mentions::assert_mentions;
 
     const YAML: &str = "image: a.pgm\nresolution: 0.5\norigin: [1.0, -2.0, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.25\n";
 
@@ -269,24 +270,20 @@ mod tests {
         let image = b"P2 1 1 255 255";
         let check = |from: &str, to: &str, message: &str| {
             let error = load(&YAML.replace(from, to), image, 0.5).unwrap_err();
-            assert!(error.contains("a.yaml: ") && error.contains(message), "{error}");
+            assert_mentions(&error, &format!("a.yaml .. {message}"));
         };
-        check("0.5", ".nan", "resolution is NaN; allowed is a finite length in meters above 0");
-        check("0.5", "-0.5", "resolution is -0.5");
+        check("0.5", ".nan", "resolution .. NaN .. above 0");
+        check("0.5", "-0.5", "resolution .. -0.5");
         check("0.5", "wide", "resolution: \"wide\" is no number");
-        check("0.65", "0.2", "free_thresh is 0.25 and occupied_thresh 0.2; allowed is 0 <= free_thresh <");
-        check("0.65", ".nan", "occupied_thresh NaN");
-        check("[1.0, -2.0, 0.0]", "[1.0]", "origin is 1 numbers; allowed is [x, y, yaw]");
-        check("negate: 0", "negate: 0\nmode: gray", "mode: \"gray\"; allowed is trinary, scale or raw");
-        check(
-            "negate: 0",
-            "negate: perhaps",
-            "negate: \"perhaps\" is neither; allowed is a whole number, or yes",
-        );
-        check("negate: 0", "negate: nO", "negate: \"nO\" is neither");
-        check("-2.0", "far", "origin: \"far\" is no number");
-        check("image: a.pgm", "picture: a.pgm", "missing field `image`");
-        check("image: a.pgm", "image: ''", "image is empty; allowed is the path of a PGM or PNG");
+        check("0.65", "0.2", "free_thresh .. 0.25 .. occupied_thresh .. 0.2 .. 0 <= free_thresh <");
+        check("0.65", ".nan", "occupied_thresh .. NaN");
+        check("[1.0, -2.0, 0.0]", "[1.0]", "origin .. 1 .. [x, y, yaw]");
+        check("negate: 0", "negate: 0\nmode: gray", "mode .. \"gray\" .. trinary, scale or raw");
+        check("negate: 0", "negate: perhaps", "negate .. \"perhaps\" .. a whole number");
+        check("negate: 0", "negate: nO", "negate .. \"nO\"");
+        check("-2.0", "far", "origin .. \"far\"");
+        check("image: a.pgm", "picture: a.pgm", "missing .. `image`");
+        check("image: a.pgm", "image: ''", "image .. empty .. PGM or PNG");
     }
 
     #[test]
@@ -294,8 +291,8 @@ mod tests {
         let error = load(&YAML.replace("a.pgm", "b.pgm"), b"", 0.5).unwrap_err();
         assert!(error.contains("b.pgm: No such file"), "{error}");
         let error = load(YAML, b"P2 1 1 255 255", 0.25).unwrap_err();
-        let expected = "cell edge is 0.25 m; allowed is at least the map's pixel of 0.5 m";
-        assert!(error.contains(expected), "{error}");
+        let expected = "cell edge .. 0.25 m .. 0.5 m";
+        assert_mentions(&error, expected);
     }
 
     proptest! {

@@ -6,6 +6,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::map_file::Georeference;
+use crate::mentions::assert_mentions;
 
 /// Output of Google Earth, `CalTopo` and QGIS.
 const KML: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
@@ -112,46 +113,46 @@ fn without_a_kind_a_polygon_is_searched_and_one_with_a_poa_is_a_prior() {
 fn an_area_of_the_wrong_kind_is_rejected() {
     let check = |properties: &str, geometry: &str, message: &str| {
         let error = geojson(&collection(&[(properties, geometry)])).unwrap_err();
-        assert!(error.starts_with("a.geojson: feature 1") && error.contains(message), "{error}");
+        assert!(error.starts_with("a.geojson: feature 1"), "{error}");
+        assert_mentions(&error, message);
     };
     check(
         r#""kind":"forest","name":"A""#,
         TRIANGLE,
-        "\"A\", kind is \"forest\"; allowed is search, no_go, prior, last_known_position",
+        "\"A\" .. kind .. \"forest\" .. search, no_go, prior, last_known_position",
     );
-    check(r#""kind":"search""#, POINT, "is search drawn as 1 point; allowed is a polygon");
-    check(r#""kind":"no_go""#, "null", "is no_go drawn as nothing; allowed is a polygon or a line");
-    check(r#""kind":"last_known_position""#, TRIANGLE, "drawn as 1 polygon; allowed is one point");
-    check(r#""kind":"prior""#, TRIANGLE, "poa is missing; allowed is a share from 0 to 1, or percent");
-    check(r#""poa":25"#, TRIANGLE, "poa is 25; allowed is a share");
-    check(r#""kind":"no_go","poa":"30%""#, LINE, "poa is \"30%\"; allowed is none with no_go");
-    check(r#""kind":"search","poa":0.5"#, TRIANGLE, "poa is \"0.5\"; allowed is none with search");
+    check(r#""kind":"search""#, POINT, "search .. 1 point .. a polygon");
+    check(r#""kind":"no_go""#, "null", "no_go .. nothing .. a polygon or a line");
+    check(r#""kind":"last_known_position""#, TRIANGLE, "1 polygon .. one point");
+    check(r#""kind":"prior""#, TRIANGLE, "poa .. missing .. 0 to 1");
+    check(r#""poa":25"#, TRIANGLE, "poa .. 25 .. a share");
+    check(r#""kind":"no_go","poa":"30%""#, LINE, "poa .. \"30%\" .. none with no_go");
+    check(r#""kind":"search","poa":0.5"#, TRIANGLE, "poa .. \"0.5\" .. none with search");
     let account = collection(&[(r#""kind":"search","poa":0.5,"pod":0.9"#, TRIANGLE)]);
     assert_eq!(geojson(&account).unwrap().areas[0].purpose.word(), "search", "an export of ours");
-    check(r#""poa":"nan""#, TRIANGLE, "poa is nan; allowed");
-    check(r#""poa":"-3%""#, TRIANGLE, "poa is -3%; allowed");
-    check(r#""poa":0.5"#, POINT, "spread_meters is missing; allowed is meters above 0 to 100000");
-    check(r#""poa":0.5,"spread_meters":0"#, POINT, "spread_meters is 0; allowed");
-    check(r#""poa":0.5,"spread_meters":"inf""#, POINT, "spread_meters is inf; allowed");
+    check(r#""poa":"nan""#, TRIANGLE, "poa .. nan .. allowed");
+    check(r#""poa":"-3%""#, TRIANGLE, "poa .. -3% .. allowed");
+    check(r#""poa":0.5"#, POINT, "spread_meters .. missing .. 0 to 100000");
+    check(r#""poa":0.5,"spread_meters":0"#, POINT, "spread_meters .. 0 .. allowed");
+    check(r#""poa":0.5,"spread_meters":"inf""#, POINT, "spread_meters .. inf .. allowed");
 }
 
 #[test]
 fn contradictory_properties_are_rejected() {
     let check = |properties: &str, message: &str| {
         let error = geojson(&collection(&[(properties, TRIANGLE)])).unwrap_err();
-        assert!(error.contains(message), "{error}");
+        assert_mentions(&error, message);
     };
-    let conflict =
-        "feature 1, kind is \"search\" and \"no_go\"; allowed is one value in all properties and the";
+    let conflict = "feature 1 .. kind .. \"search\" .. \"no_go\" .. one value";
     check(r#""kind":"search","description":"kind: no_go""#, conflict);
     check(r#""Kind":"search","kind":"no_go""#, conflict);
-    check(r#""poa":"30%","description":"poa: 0.4""#, "feature 1, poa is \"30%\" and \"0.4\"; allowed is one");
-    let twice = "\"kind\" stands twice in one object; allowed is each key once at line 1 column";
+    check(r#""poa":"30%","description":"poa: 0.4""#, "feature 1 .. poa .. \"30%\" .. \"0.4\" .. one");
+    let twice = "\"kind\" .. twice .. each key once .. line 1";
     check(r#""kind":"no_go","kind":"search""#, twice);
     check(r#""a":[{"kind":1,"kind":1}]"#, twice);
     let data = "<ExtendedData><Data name='kind'><value>prior</value></Data></ExtendedData>";
     let described = format!("{data}<description>kind: no_go</description>{KML_TRIANGLE}");
-    assert!(kml(&placemark(&described)).unwrap_err().contains("kind is \"prior\" and \"no_go\""));
+    assert_mentions(&kml(&placemark(&described)).unwrap_err(), "kind .. \"prior\" .. \"no_go\"");
     let same = r#""kind":"no_go","description":"kind: No go""#;
     assert_eq!(geojson(&collection(&[(same, TRIANGLE)])).unwrap().areas[0].purpose.word(), "no_go");
     let same = r#""poa":0.3,"description":"poa: 30 %""#;
@@ -232,28 +233,23 @@ fn commented_out_elements_have_no_effect() {
 fn a_feature_that_seems_meant_but_is_not_understood_is_rejected_by_name() {
     let refused = |content: &str, message: &str| {
         let error = kml(&placemark(&format!("<name>Cliff</name>{content}"))).unwrap_err();
-        assert!(error.starts_with("a.kml: line 1 \"Cliff\"") && error.contains(message), "{error}");
+        assert!(error.starts_with("a.kml: line 1 \"Cliff\""), "{error}");
+        assert_mentions(&error, message);
     };
     let described = |text: &str, shape: &str| format!("<description>{text}</description>{shape}");
-    refused(
-        &described("kind no_go", KML_LINE),
-        "is \"kind no_go\", which is not understood; allowed is a property",
-    );
-    refused(&described("kind:", KML_LINE), "\"kind:\", which is not understood");
+    refused(&described("kind no_go", KML_LINE), "\"kind no_go\" .. not understood .. a property");
+    refused(&described("kind:", KML_LINE), "\"kind:\" .. not understood");
     refused(&described("This is a no-go area!", KML_TRIANGLE), "\"This is a no-go area!\"");
     refused(&described("POA is 60 %", KML_TRIANGLE), "\"POA is 60 %\"");
-    refused(&described("spread_meters: 100", KML_POINT), "poa is missing");
-    refused(
-        &described("poa: 60%", KML_LINE),
-        "is a likely place drawn as 1 line; allowed is a polygon or one point",
-    );
+    refused(&described("spread_meters: 100", KML_POINT), "poa .. missing");
+    refused(&described("poa: 60%", KML_LINE), "1 line .. a polygon or one point");
     let data = |key: &str, value: &str, shape: &str| {
         format!("<ExtendedData><Data name='{key}'><value>{value}</value></Data></ExtendedData>{shape}")
     };
-    refused(&data("type", "No go", KML_LINE), "\"type: No go\", which is not understood");
-    refused(&data("POA (%)", "60", KML_TRIANGLE), "\"POA (%): 60\", which is not understood");
+    refused(&data("type", "No go", KML_LINE), "\"type: No go\" .. not understood");
+    refused(&data("POA (%)", "60", KML_TRIANGLE), "\"POA (%): 60\" .. not understood");
     let error = kml(&placemark(&format!("<name>No-go: cliff</name>{KML_TRIANGLE}"))).unwrap_err();
-    assert!(error.contains("is its name, \"No-go: cliff\", which is not understood"), "{error}");
+    assert_mentions(&error, "name .. \"No-go: cliff\" .. not understood");
     // A feature with a kind may have any other properties, and no unnecessary ones are required.
     for content in [
         format!("<name>No go</name>{}", data("kind", "search", KML_TRIANGLE)),
@@ -281,8 +277,11 @@ fn coordinates_of_another_system_are_rejected() {
             match geojson(&text) {
                 Ok(read) => assert!(is_read && read.areas.len() == 1, "{text}"),
                 Err(error) => {
-                    let expected = format!("a.geojson: crs is \"{crs}\"; allowed is longitude and latitude");
-                    assert!(!is_read && error.starts_with(&expected), "{error}");
+                    assert!(!is_read, "{error}");
+                    assert_mentions(
+                        &error,
+                        &format!("a.geojson .. crs .. \"{crs}\" .. longitude and latitude"),
+                    );
                 }
             }
         }
@@ -303,7 +302,7 @@ fn elements_with_attributes_without_end_are_rejected_at_once() {
     };
     let check = |text: &str| {
         let error = kml(text).unwrap_err();
-        assert!(error.contains("line 2 is an element with ") && error.contains("at most 100"), "{error}");
+        assert_mentions(&error, "line 2 .. an element .. at most 100");
     };
     check(&format!("<kml>\n<Document{}></Document></kml>", attributes(160_000, "a")));
     check(&format!("<kml>\n<Document{}/></kml>", attributes(101, "a")));
@@ -315,34 +314,32 @@ fn elements_with_attributes_without_end_are_rejected_at_once() {
     assert!(kml(&format!("<kml>\n{beside}</kml>")).is_ok());
     let nested = "<Placemark>".repeat(100_000) + &"</Placemark>".repeat(100_000);
     let error = kml(&format!("<kml>{nested}</kml>")).unwrap_err();
-    assert!(error.contains("the placemark in line 1 is within another one"), "{error}");
+    assert_mentions(&error, "placemark .. line 1 .. within another");
 }
 
 #[test]
 fn an_invalid_kml_is_rejected_with_its_line() {
     let check = |text: &str, message: &str| {
         let error = kml(text).unwrap_err();
-        assert!(error.starts_with("a.kml: ") && error.contains(message), "{error}");
+        assert!(error.starts_with("a.kml: "), "{error}");
+        assert_mentions(&error, message);
     };
     check("", "no XML");
-    check("<kml><Document></kml>", "no XML: expected 'Document' tag, not 'kml' at 1:16");
-    check("<html/>", "the root element is <html>; allowed is <kml>");
+    check("<kml><Document></kml>", "no XML .. 'Document' .. 'kml' .. 1:16");
+    check("<html/>", "root element .. <html> .. <kml>");
     let bomb = "<!DOCTYPE kml [<!ENTITY a SYSTEM \"file:///etc/passwd\">]><kml><name>&a;</name></kml>";
-    check(bomb, "the beginning is a <!DOCTYPE>; allowed is no document type");
-    check("<kml><name>&a;</name></kml>", "no XML: unknown entity reference 'a' at 1:12");
+    check(bomb, "<!DOCTYPE> .. no document type");
+    check("<kml><name>&a;</name></kml>", "no XML .. 'a' .. 1:12");
     let quarry = |from: &str, to: &str| KML.replace(from, to);
-    check(&quarry("0.003,0.002", "0.003 0.002"), "\"Quarry\", polygon 1, ring 1, position 2 is [0.003]");
     check(
-        &quarry("0.003,0.002", "0,003,0,x"),
-        "line 14, coordinates is \"0,003,0,x\"; allowed is longitude,",
+        &quarry("0.003,0.002", "0.003 0.002"),
+        "\"Quarry\" .. polygon 1 .. ring 1 .. position 2 .. [0.003]",
     );
-    check(
-        &quarry("0.003,0.002", "0.003,NaN"),
-        "position 2 is [0.003, NaN]; allowed is [longitude, latitude]",
-    );
-    check(&quarry("0.003,0.002", "0.003,91"), "line 13 \"Quarry\", polygon 1, ring 1, position 2");
-    check(&quarry("0.003,0.002 0.003,0.003", ""), "ring 1 is 2 positions; allowed is at least 4");
-    check(&quarry("0.008,0.008", "0.006,0.006"), "line 17 \"Ridge\", polygon 1 is not valid");
+    check(&quarry("0.003,0.002", "0,003,0,x"), "line 14 .. coordinates .. \"0,003,0,x\" .. longitude");
+    check(&quarry("0.003,0.002", "0.003,NaN"), "position 2 .. [0.003, NaN] .. [longitude, latitude]");
+    check(&quarry("0.003,0.002", "0.003,91"), "line 13 .. \"Quarry\" .. polygon 1 .. ring 1 .. position 2");
+    check(&quarry("0.003,0.002 0.003,0.003", ""), "ring 1 .. 2 .. at least 4");
+    check(&quarry("0.008,0.008", "0.006,0.006"), "line 17 .. \"Ridge\" .. polygon 1");
 }
 
 /// What a person writes for a no-go area without knowing the convention must not become a search area.
@@ -385,7 +382,7 @@ fn a_no_go_area_is_never_searched_for_want_of_a_word() {
     }
     for (text, result) in errors {
         let error = result.expect_err(&text);
-        assert!(error.contains("which is not understood; allowed is a property"), "{text}: {error}");
+        assert_mentions(&error, "not understood .. a property");
     }
     // A column of a table, a folder beside, and a kind that is said.
     assert!(geojson(&collection(&[(r#""no_go":false"#, SQUARE)])).is_ok());
@@ -402,10 +399,10 @@ fn files_that_are_too_large_are_rejected() {
     let points = |count: usize| vec!["[0,0]"; count].join(",");
     let line = format!(r#"{{"type":"LineString","coordinates":[{}]}}"#, points(MAX_CORNERS + 1));
     let error = geojson(&line).unwrap_err();
-    assert!(error.contains("number of corners is 20001; allowed is at most 20000"), "{error}");
+    assert_mentions(&error, "corners .. 20001 .. at most 20000");
     let many = vec![("", POINT); MAX_FEATURES + 1];
     let error = geojson(&collection(&many)).unwrap_err();
-    assert!(error.contains("number of features is 10001; allowed is at most 10000"), "{error}");
+    assert_mentions(&error, "features .. 10001 .. at most 10000");
     // Deeply nested elements.
     let deep = "<kml>".repeat(200_000);
     assert!(kml(&deep).is_err());
@@ -414,7 +411,7 @@ fn files_that_are_too_large_are_rejected() {
     let file = folder.path().join("a.kml");
     std::fs::File::create(&file).unwrap().set_len(Areas::MAX_BYTES + 1).unwrap();
     let error = Areas::load(&file).unwrap_err().to_string();
-    assert!(error.contains("a.kml: longer than the 16777216 bytes that are read"), "{error}");
+    assert_mentions(&error, "a.kml .. longer than .. 16777216 bytes");
 }
 
 /// A map of 10 x 10 cells of 100 m at the equator.
@@ -498,18 +495,14 @@ fn invalid_regions_are_rejected() {
     .map(|edges| rectangle(&frame, edges));
     let check = |features: &[(&str, &str)], objects: f64, message: &str| {
         let error = prior(features, objects).unwrap_err();
-        assert!(error.contains(message), "{error}");
+        assert_mentions(&error, message);
     };
     let named = r#""name":"A","poa":"60%""#;
-    check(&[(named, &all_but_one_row)], 30.0, "the rest is 12.000 objects in 10 cells outside of all areas");
-    check(&[(named, &all), (named, &cell)], 1.0, "the sum of all poa is 1.200000; allowed is at most 1");
-    check(
-        &[(named, &cell)],
-        2.0,
-        "area \"A\" is a probability of 1.200 in one of 1 cells; allowed is below 1",
-    );
-    check(&[(named, &beside)], 1.0, "area \"A\" is on no searched cell; allowed is an area that touches");
-    check(&[(named, &far)], 1.0, "area \"A\" is 200 km away; allowed is at most 100 km from the map's");
+    check(&[(named, &all_but_one_row)], 30.0, "the rest .. 12.000 objects .. 10 cells");
+    check(&[(named, &all), (named, &cell)], 1.0, "poa .. 1.200000 .. at most 1");
+    check(&[(named, &cell)], 2.0, "area \"A\" .. 1.200 .. below 1");
+    check(&[(named, &beside)], 1.0, "area \"A\" .. no searched cell .. an area that touches");
+    check(&[(named, &far)], 1.0, "area \"A\" .. 200 km .. at most 100 km");
 }
 
 proptest! {
