@@ -19,17 +19,17 @@ Examples:
   dragnet agent --config robot_1.toml
   dragnet agent --config robot_1.toml --dry-run yesterday.mcap")]
 pub(crate) struct Arguments {
-    /// Settings of the robot (TOML)
+    /// File with the settings of the robot (TOML)
     #[arg(long, value_name = "FILE", required_unless_present = "print_config")]
     config: Option<PathBuf>,
-    /// Print complete settings with comments and exit
+    /// Print a complete file of settings with comments, and exit
     #[arg(long, exclusive = true)]
     print_config: bool,
-    /// Replay a recorded ROS 2 bag (MCAP, as recorded by `ros2 bag record --storage mcap`) through the agent without
-    /// publishing anything, and print what the robot would have observed, believed and decided
+    /// Replay a ROS 2 bag (MCAP, recorded by `ros2 bag record --storage mcap`) through the agent without publishing
+    /// anything, and print the observations, finds and decisions that the robot would have made
     #[arg(long, value_name = "RECORDING")]
     dry_run: Option<PathBuf>,
-    /// Take over from another process with this robot's number, which then stops
+    /// Stop any other process with this robot's number, and take its place
     #[arg(long, conflicts_with = "dry_run")]
     take_over: bool,
 }

@@ -21,9 +21,9 @@ use crate::terminal::table::Table;
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  dragnet calibrate scores.csv --plot fit.svg")]
 pub(crate) struct Arguments {
-    /// The labeled scores (CSV)
+    /// The table of labeled scores (CSV)
     file: PathBuf,
-    /// Draw the variance by distance and the fit (SVG); the file must not exist
+    /// Draw the variance by distance, measured and fitted, to this file (SVG), which must not exist
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
 }

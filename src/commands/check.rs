@@ -19,13 +19,13 @@ const MAX_BYTES: u64 = 1 << 24;
 
 /// Check scenario files, the maps that they name, and settings.
 ///
-/// Summarizes each file, warns of likely mistakes, or says why it is invalid. Settings of `dragnet agent`,
-/// `coordinator` and `sim` are recognized by their keys; `dragnet doctor` checks the files and devices that settings
-/// refer to on this computer.
+/// Prints a summary of each file with warnings about likely mistakes, or the reason why it is invalid. Settings of
+/// `dragnet agent`, `coordinator` and `sim` are recognized by their keys; `dragnet doctor` checks the files and devices
+/// that settings refer to on this computer.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  dragnet check scenarios/*.toml")]
 pub(crate) struct Arguments {
-    /// Scenarios and settings (TOML)
+    /// Files of scenarios or settings (TOML), or names that `dragnet scenarios` lists
     #[arg(required = true, value_name = "FILE")]
     scenarios: Vec<PathBuf>,
 }

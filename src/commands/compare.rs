@@ -35,31 +35,33 @@ pub(crate) struct Arguments {
     /// Scenario files (TOML), or names that `dragnet scenarios` lists
     #[arg(required = true, value_name = "SCENARIO")]
     scenarios: Vec<PathBuf>,
-    /// Policies, separated by commas; parameters, which are those of scenarios, in parentheses
+    /// Policies to compare, separated by commas. Parameters in parentheses are those of scenarios; all others have
+    /// their defaults
     #[arg(long, value_name = "A,B(KEY=VALUE,..),..", value_parser = scenario::POLICIES)]
     policies: Policies,
-    /// Weights for the policy gnn, instead of the built-in ones
+    /// Weights file for the policy gnn, instead of the built-in weights
     #[arg(long, value_name = "FILE")]
     weights: Option<PathBuf>,
-    /// Seeds: N for 0 to N - 1, or A..B for A to B - 1
+    /// Seeds: N for 0 to N - 1, or A..B for A to B - 1; at most 1000000 of them
     #[arg(long, value_name = "N | A..B", default_value = "10", allow_negative_numbers = true)]
     seeds: Seeds,
-    /// Number of robots, instead of the scenario's
+    /// Number of robots, 1 to 1000, instead of the scenario's
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     robots: Option<u32>,
-    /// Probability that a searched cell holds an object, instead of the scenario's
+    /// Probability that a searched cell holds an object, above 0 and below 1, instead of the scenario's objects
     #[arg(long, value_name = "D", allow_negative_numbers = true)]
     density: Option<f64>,
-    /// Path length that each robot may drive, instead of all budgets of the scenario
+    /// Path length that each robot may drive, cells, at least 1, instead of all budgets of the scenario
     #[arg(long, value_name = "CELLS", allow_negative_numbers = true)]
     budget: Option<u32>,
-    /// When an episode ends: `all_found` when every object is found or all robots rest, `resting` only when they rest
+    /// When an episode ends: `all_found` when every object is found or all robots rest, `resting` only when all robots
+    /// rest
     #[arg(long, value_name = "WHEN", default_value = "all_found", value_parser = parse_end)]
     end: End,
-    /// Episodes to run in parallel [default: the number of cores]
+    /// Number of episodes to run in parallel, 1 to 1024 [default: the number of cores]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024), allow_negative_numbers = true)]
     threads: Option<u16>,
-    /// Run only shard I of N and write its part to the folder of --out; `dragnet merge` joins the parts
+    /// Run only shard I of N, 1 to N, and write its part to the folder of --out; `dragnet merge` joins the parts
     #[arg(
         long,
         value_name = "I/N",

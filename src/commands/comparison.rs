@@ -19,7 +19,7 @@ pub(super) struct Output {
     /// Write tables (CSV) and the curves of each scenario (SVG) to this folder, replacing older ones
     #[arg(long, value_name = "DIR")]
     pub(super) out: Option<PathBuf>,
-    /// The policy, with its parameters, that the others are compared with [default: the first]
+    /// The policy that the others are compared with, written as in --policies [default: the first]
     #[arg(long, value_name = "POLICY", value_parser = scenario::POLICY)]
     baseline: Option<PolicyField>,
     /// Print one JSON object instead of tables

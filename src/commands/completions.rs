@@ -7,14 +7,14 @@ use super::Failure;
 use crate::CommandLine;
 use crate::terminal;
 
-/// Print shell completions.
+/// Print a script of shell completions.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
   dragnet completions bash > ~/.local/share/bash-completion/completions/dragnet
   dragnet completions fish > ~/.config/fish/completions/dragnet.fish")]
 pub(crate) struct Arguments {
-    /// The shell
+    /// The shell to print them for
     shell: Shell,
 }
 

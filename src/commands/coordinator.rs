@@ -8,20 +8,21 @@ use super::Failure;
 use super::settings::Kind;
 use crate::{VERSION, terminal};
 
-/// Watch and record a mission in the field.
+/// Monitor and record a mission in the field.
 ///
 /// The coordinator declares finds, tracks which robots are alive, and records all messages. Robots continue to search
 /// without it.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  dragnet coordinator --config coordinator.toml")]
 pub(crate) struct Arguments {
-    /// Settings of the coordinator (TOML)
+    /// File with the settings of the coordinator (TOML)
     #[arg(long, value_name = "FILE", required_unless_present = "print_config")]
     config: Option<PathBuf>,
-    /// Print complete settings with comments and exit
+    /// Print a complete file of settings with comments, and exit
     #[arg(long, exclusive = true)]
     print_config: bool,
-    /// Forward messages between robots that can reach only the coordinator; set `mode = "router"` in their settings too
+    /// Forward messages between robots that can reach only the coordinator; needs `mode = "router"` in their settings
+    /// too
     #[arg(long)]
     router: bool,
 }

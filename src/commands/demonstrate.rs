@@ -28,33 +28,35 @@ pub(crate) struct Arguments {
     /// Scenario files (TOML), or names that `dragnet scenarios` lists
     #[arg(required_unless_present = "mixture", conflicts_with = "mixture", value_name = "SCENARIO")]
     scenarios: Vec<PathBuf>,
-    /// Generate a different scenario for each seed, with many sizes, densities, sensors and teams, instead of reading
+    /// Generate a different scenario for each seed, with random map, density, sensor and team, instead of reading
     /// scenarios
     #[arg(long)]
     mixture: bool,
     /// The policy to record
     #[arg(long, value_parser = scenario::policy_names())]
     expert: PolicyName,
-    /// Seeds; one trajectory for each, on each scenario: N for 0 to N - 1, or A..B for A to B - 1
+    /// Seeds, each for one trajectory on each scenario: N for 0 to N - 1, or A..B for A to B - 1; at most 1000000 of
+    /// them
     #[arg(long, value_name = "N | A..B", default_value = "100000..100150", allow_negative_numbers = true)]
     seeds: Seeds,
-    /// Maximum number of decisions in a trajectory, over all robots
+    /// Maximum number of decisions in a trajectory, of all robots together, at least 1
     #[arg(long, value_name = "N", default_value_t = 75, value_parser = clap::value_parser!(u32).range(1..), allow_negative_numbers = true)]
     max_decisions: u32,
-    /// Share of decisions after which a robot goes to a random cell instead of the expert's, whose decision is recorded
-    /// all the same; the network then also learns from situations that the expert would not reach
+    /// Share of decisions, 0 to 1, after which a robot goes to a random cell instead of the expert's. The expert's
+    /// decision is recorded in any case, so the network also learns from situations that the expert would not reach
     #[arg(long, value_name = "SHARE", default_value_t = 0.1, value_parser = parse_share, allow_negative_numbers = true)]
     explore: f64,
-    /// Probability that a searched cell holds an object, instead of the scenario's
+    /// Probability that a searched cell holds an object, above 0 and below 1, instead of the scenario's objects
     #[arg(long, value_name = "D", conflicts_with = "mixture", allow_negative_numbers = true)]
     density: Option<f64>,
-    /// Searches to run in parallel [default: the number of cores]
+    /// Number of searches to run in parallel, 1 to 1024 [default: the number of cores]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024), allow_negative_numbers = true)]
     threads: Option<u16>,
-    /// Run only shard I of N; `dragnet merge` checks that all shards are complete, and joins those of several folders
+    /// Run only shard I of N, 1 to N; `dragnet merge` checks that all shards are complete, and joins those in several
+    /// folders
     #[arg(long, value_name = "I/N", allow_negative_numbers = true)]
     shard: Option<Shard>,
-    /// Write the trajectories to this folder
+    /// Write the trajectories to this folder; existing trajectories are kept
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }

@@ -20,21 +20,20 @@ use super::Failure;
 ///
 /// Runs a YOLO network (a TorchScript module from `yolo export format=torchscript`) on images exactly as a robot does,
 /// and prints its detections: class, confidence, box edges in pixels and, for a known camera, the bearing of the box's
-/// center. The field guide lists the supported modules. A module is a program: run only modules from sources that you
-/// trust.
+/// center. The field guide lists the supported modules. A module is a program: run only modules from trusted sources.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
   dragnet detect --module best.torchscript yard.jpg --save found.png
   dragnet detect --module best.torchscript images/*.png --classes person,0 --camera wide.toml --csv boxes.csv")]
 pub(crate) struct Arguments {
-    /// Images (JPEG, PNG, PPM)
+    /// Image files (JPEG, PNG, PPM)
     #[arg(required = true, value_name = "IMAGE")]
     images: Vec<PathBuf>,
-    /// The network (TorchScript)
+    /// The network, a TorchScript module
     #[arg(long, value_name = "FILE")]
     module: PathBuf,
-    /// Detect only these classes, given by name or by number from 0 [default: all]
+    /// Detect only these classes, separated by commas, each a name or a number from 0 [default: all classes]
     #[arg(long, value_name = "CLASS,..", value_delimiter = ',')]
     classes: Vec<String>,
     /// Minimum confidence of a detection, 0 to 1
@@ -43,30 +42,31 @@ pub(crate) struct Arguments {
     /// Intersection over union above which two boxes count as one object, 0 to 1
     #[arg(long, value_name = "PART", default_value_t = 0.7, allow_negative_numbers = true)]
     iou: f32,
-    /// Merge overlapping boxes of different classes too
+    /// Count overlapping boxes of different classes as one object too
     #[arg(long)]
     class_agnostic: bool,
-    /// Resolution at which an image is fitted to the network: `half` first halves its columns and rows, as the paper
-    /// does with its 5320 x 3032 pixels; `full` is for images that are hardly larger than the network's input
+    /// Resolution at which an image is used: `half` first halves its columns and rows, as the paper does with images of
+    /// 5320 x 3032 pixels; `full` is for images that are hardly larger than the network's input
     #[arg(long, value_enum, default_value_t = Resolution::Half)]
     resolution: Resolution,
-    /// Input size of the network: columns and rows, such as 640x384, or N for a square [default: from the module's
-    /// file]
+    /// Input size of the network, pixels: columns and rows, such as 640x384, or N for a square [default: the size in
+    /// the module's file]
     #[arg(long, value_name = "N | CxR")]
     input: Option<Input>,
-    /// Camera description (TOML), to compute bearings
+    /// File with a camera's table (TOML), to compute bearings
     #[arg(long, value_name = "FILE")]
     camera: Option<PathBuf>,
-    /// Write the image with its boxes, each class in its own color (PNG); for one image, and the file must not exist
+    /// Write the image with its boxes, each class in its own color, to this file (PNG), which must not exist; for one
+    /// image only
     #[arg(long, value_name = "FILE")]
     save: Option<PathBuf>,
-    /// Write a table with a row for each box (CSV); the file must not exist
+    /// Write a table with a row for each box to this file (CSV), which must not exist
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
     /// Print one JSON object instead of text
     #[arg(long)]
     json: bool,
-    /// Threads of libtorch on the CPU; the last bits of confidences and edges depend on their number
+    /// Number of libtorch's threads on the CPU, 1 to 1024; the last bits of confidences and edges depend on it
     #[arg(long, value_name = "T", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024), allow_negative_numbers = true)]
     threads: u16,
     /// Use the CPU even if libtorch finds a GPU

@@ -17,17 +17,17 @@ use crate::terminal;
 /// Check a robot's settings, network, sensors and clocks before a mission.
 ///
 /// Checks the settings, journal and disk, the decision time on this computer, the team's network and its participants,
-/// clocks, certificates and, for a vehicle, each topic of its ROS 2 network. Prints a line for each (pass, WARN or
-/// FAIL) and what to do about it.
+/// clocks, certificates and, for a vehicle, each topic of its ROS 2 network. Prints a line for each check (pass, WARN
+/// or FAIL), and the remedy for each problem.
 #[derive(clap::Args)]
 #[command(
     after_help = "Example:\n  dragnet doctor --config robot_1.toml\n\nExit codes: 0 all checks passed, 1 a check failed."
 )]
 pub(crate) struct Arguments {
-    /// Settings of the robot (TOML)
+    /// File with the settings of the robot (TOML)
     #[arg(long, value_name = "FILE")]
     config: PathBuf,
-    /// Seconds to listen to each network
+    /// Time to listen to each network, seconds, 1 to 600
     #[arg(long, value_name = "SECONDS", default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=600))]
     listen: u64,
 }

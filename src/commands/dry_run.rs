@@ -1,4 +1,4 @@
-//! `dragnet agent --dry-run`: what a robot would have done, as lines and a summary.
+//! `dragnet agent --dry-run`: prints the actions of a robot on a recording, and a summary.
 
 use std::path::Path;
 use std::time::Duration;

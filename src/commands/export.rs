@@ -24,19 +24,20 @@ use crate::terminal::{self, counted};
     after_help = "Examples:\n  dragnet export missing_person-0.mcap --to mission.kml\n  dragnet export missing_person-0.mcap --to next.plan --at 600\n  dragnet export warehouse-0.mcap --to mission.geojson --origin 49.236,-2.24"
 )]
 pub(crate) struct Arguments {
-    /// A recording (MCAP)
+    /// The recording (MCAP)
     recording: PathBuf,
-    /// The new file; its extension determines the format. For `next.plan` each robot's file is named as
-    /// next-robot-1.plan
+    /// The file to write; its extension determines the format. The format `plan` writes a file for each robot:
+    /// next-robot-1.plan for --to next.plan
     #[arg(long, value_name = "FILE")]
     to: PathBuf,
-    /// The format, overriding the extension
+    /// The format of the file, instead of that of the extension
     #[arg(long, value_enum)]
     format: Option<Format>,
-    /// Latitude and longitude of the map's south-western corner, degrees, for a recording without them
+    /// Latitude (-85 to 85) and longitude (-180 to 180) of the map's south-western corner, degrees; only for a
+    /// recording without a position on the earth
     #[arg(long, value_name = "LAT,LON", value_parser = parse_origin, allow_hyphen_values = true)]
     origin: Option<GeoPoint>,
-    /// Export the mission as it was this long after its start [default: at its end]
+    /// Mission time of the exported state, seconds from the mission's start [default: the end of the search]
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds, allow_negative_numbers = true)]
     at: Option<MissionTime>,
 }

@@ -14,7 +14,7 @@ use crate::terminal;
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  dragnet inspect ice_cream_cone-0.mcap")]
 pub(crate) struct Arguments {
-    /// A recording (MCAP)
+    /// The recording (MCAP)
     file: PathBuf,
 }
 

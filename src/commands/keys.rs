@@ -15,7 +15,7 @@ use super::Failure;
 use crate::terminal;
 use crate::terminal::table::Table;
 
-/// Make and revoke the certificates of a mission.
+/// Create, list and revoke the certificates of a mission.
 ///
 /// A folder holds the certificate authority of one mission and a folder for each participant, which is copied to the
 /// participant's computer unchanged. There, the settings of `dragnet agent`, `coordinator` or `sim` name its
@@ -34,23 +34,23 @@ pub(crate) struct Arguments {
 
 #[derive(clap::Subcommand)]
 enum Action {
-    /// Make a mission's certificate authority, and certificates of its robots, its coordinator and its simulator
+    /// Create a mission's certificate authority, and certificates of its robots, its coordinator and its simulator
     Init {
-        /// A new folder
+        /// The folder to create; it must not exist
         folder: PathBuf,
         /// Name of the mission, as in the settings of its processes
         #[arg(long, value_name = "NAME", value_parser = parse_mission)]
         mission: Mission,
-        /// Number of robots, which are numbered from 1
+        /// Number of robots, which are numbered from 1, 0 to 65535
         #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true)]
         robots: u16,
-        /// Make all participants connect to the coordinator only, which forwards their messages
+        /// Create settings for a star: all participants connect to the coordinator only, which forwards their messages
         #[arg(long)]
         star: bool,
         #[command(flatten)]
         terms: Terms,
     },
-    /// Make further certificates, also for a participant whose certificate was revoked
+    /// Create further certificates, also for a participant whose certificate was revoked
     Add {
         /// A folder made by `dragnet keys init`
         folder: PathBuf,
@@ -68,7 +68,7 @@ enum Action {
         #[arg(long)]
         json: bool,
     },
-    /// Revoke a participant's certificate, and print how to inform the others
+    /// Revoke a participant's certificate, and print which files the other participants need
     Revoke {
         /// A folder made by `dragnet keys init`
         folder: PathBuf,
@@ -81,10 +81,11 @@ enum Action {
 /// The contents of a certificate.
 #[derive(clap::Args)]
 struct Terms {
-    /// Host name or address of the participant; may be repeated. Host names are verified once every certificate has one
+    /// Host name or IP address of the participant; may be repeated. Host names are verified if every certificate has
+    /// one
     #[arg(long = "host", value_name = "NAME|IP", value_parser = parse_host)]
     hosts: Vec<String>,
-    /// Days for which the certificate is valid
+    /// Validity of the certificate, days, 1 to 3650
     #[arg(
         long, value_name = "D", default_value_t = 365, allow_negative_numbers = true,
         value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_DAYS))

@@ -19,7 +19,7 @@ Examples:
   dragnet merge parts --out results
   dragnet merge part-1-of-2.json part-2-of-2.json")]
 pub(crate) struct Arguments {
-    /// Parts, or folders whose parts are all joined
+    /// Part files, or folders of which all parts are joined
     #[arg(required = true, value_name = "PART")]
     parts: Vec<PathBuf>,
     #[command(flatten)]

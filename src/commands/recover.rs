@@ -13,9 +13,9 @@ use crate::terminal;
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  dragnet recover cut_off.mcap mended.mcap")]
 pub(crate) struct Arguments {
-    /// The truncated or damaged recording
+    /// The truncated or damaged recording (MCAP)
     file: PathBuf,
-    /// The new file; it must not exist
+    /// The new recording; the file must not exist
     out: PathBuf,
 }
 

@@ -7,21 +7,21 @@ use dragnet_runtime::relay::{self, Forward, Quality};
 
 use super::Failure;
 
-/// Relay connections with delay and limited rate, to emulate a bad radio link.
+/// Relay TCP connections with a delay and a limited rate, to emulate a bad radio link.
 ///
 /// Robots connect to the relay instead of to each other. Runs until it is stopped.
 #[derive(clap::Args)]
 #[command(after_help = "\
-Example: what robot 2 says to robot 1, at 10.0.0.11, takes a fifth of a second, and so does what it hears
+Example: delay the messages between robot 2 and robot 1, which listens at 10.0.0.11, by 0.2 s in each direction
   dragnet relay 10.0.0.9:7140=10.0.0.11:7140 --delay 0.2 --rate 20000")]
 pub(crate) struct Arguments {
-    /// Where to listen, and where to connect to for each accepted connection
+    /// Addresses IP:PORT to listen at, and to connect to for each accepted connection
     #[arg(required = true, value_name = "LISTEN=TO", value_parser = parse_forward)]
     forwards: Vec<Forward>,
-    /// Delay in each direction
+    /// Delay in each direction, seconds, 0 to 3600
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = parse_delay)]
     delay: f64,
-    /// Bytes per second of each connection, in each direction [default: unlimited]
+    /// Maximum rate of each connection in each direction, bytes per second, 1 to 1e12 [default: unlimited]
     #[arg(long, value_name = "BYTES", value_parser = parse_rate)]
     rate: Option<f64>,
 }

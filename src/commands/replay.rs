@@ -33,9 +33,10 @@ use crate::terminal::{self, counted};
     after_help = "Examples:\n  dragnet replay ice_cream_cone-0.mcap\n  dragnet replay ice_cream_cone-0.mcap --live"
 )]
 pub(crate) struct Arguments {
-    /// A recording (MCAP)
+    /// The recording (MCAP)
     file: PathBuf,
-    /// Serve a page at this address, until Ctrl-C
+    /// Serve the mission as a page until Ctrl-C, at this address: IP:PORT, IP or PORT [default without ADDRESS:
+    /// 127.0.0.1 and any free port]
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, require_equals = true, default_missing_value = live::ANYWHERE, value_parser = live::parse_address)]
     live: Option<SocketAddr>,
 }

@@ -37,38 +37,40 @@ pub(crate) struct Arguments {
     /// Scenario file (TOML): map, objects, sensor and robots; or a name that `dragnet scenarios` lists; or a map alone,
     /// such as areas in KML: then the rest is assumed, and told
     scenario: PathBuf,
-    /// Policy of all robots instead of the scenario's, with its default parameters or as in 'tour(evaluations=4000)'
+    /// Policy of all robots, instead of the scenario's. Parameters in parentheses, as in 'tour(evaluations=4000)', are
+    /// those of scenarios; all others have their defaults
     #[arg(long, value_parser = scenario::POLICY)]
     policy: Option<PolicyField>,
-    /// Weights for --policy gnn, instead of the built-in ones
+    /// Weights file for --policy gnn, instead of the built-in weights
     #[arg(long, value_name = "FILE")]
     weights: Option<PathBuf>,
-    /// Number of robots, instead of the scenario's
+    /// Number of robots, 1 to 1000, instead of the scenario's
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     robots: Option<u32>,
-    /// Seed of object positions, start cells, sensor noise and random decisions
+    /// Seed of object positions, start cells, sensor noise and random decisions: a whole number from 0
     #[arg(long, value_name = "S", default_value_t = 0, allow_negative_numbers = true)]
     seed: u64,
-    /// Medium of the messages; the search and its recording are the same [default: zenoh for up to 8 robots and with
-    /// --processes, --real-time-factor or --live; memory for more]
+    /// Medium of the messages. The search and its recording do not depend on it [default: zenoh for up to 8 robots and
+    /// with --processes, --real-time-factor or --live; otherwise memory]
     #[arg(long, value_name = "MEDIUM")]
     over: Option<Over>,
-    /// Number of threads that deliver messages with --over memory; the search and its recording are the same [default: the
-    /// number of cores]
+    /// Number of threads that deliver messages with --over memory, 1 to 1024. The search and its recording do not
+    /// depend on it [default: the number of cores]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), allow_negative_numbers = true)]
     threads: Option<u16>,
-    /// Run every robot in a process of its own
+    /// Run every robot in its own process
     #[arg(long)]
     processes: bool,
-    /// Mission seconds per second of the wall clock [default: as fast as possible]
+    /// Mission seconds per second of the wall clock, 0.001 to 10000 [default: 10 with --live; otherwise the search runs
+    /// as fast as possible]
     #[arg(long, value_name = "X", value_parser = parse_real_time_factor, allow_negative_numbers = true)]
     real_time_factor: Option<f64>,
-    /// Show the search as a page at this address, and serve it until Ctrl-C; the search then runs ten times as fast as
-    /// in the field unless --real-time-factor is given
+    /// Serve a live page of the search until Ctrl-C, at this address: IP:PORT, IP or PORT [default without ADDRESS:
+    /// 127.0.0.1 and any free port]
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, require_equals = true, default_missing_value = live::ANYWHERE, value_parser = live::parse_address)]
     live: Option<SocketAddr>,
-    /// Record to this file, which must not exist [default: the scenario's, or else NAME-SEED.mcap in the current
-    /// folder, with a number added if that exists]
+    /// Write the recording (MCAP) to this file, which must not exist [default: `recording.file` of the scenario, or
+    /// else NAME-SEED.mcap in the working directory, with a number added if that exists]
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
     /// Print one JSON object instead of text
@@ -79,9 +81,9 @@ pub(crate) struct Arguments {
 /// Medium of the messages of a team.
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum Over {
-    /// Each participant has a Zenoh session of its own, as in the field
+    /// Each participant has its own Zenoh session, as in the field
     Zenoh,
-    /// The memory of this process: faster, in simulated time only
+    /// Messages stay in the memory of this process: faster, but in simulated time only
     Memory,
 }
 

@@ -12,8 +12,8 @@ use crate::terminal;
 
 /// List the scenarios that come with the program, or copy some.
 ///
-/// `run`, `compare`, `demonstrate` and `check` take these names instead of files, and maps too: --write of a map makes
-/// the scenario that they assume.
+/// `run`, `compare`, `demonstrate`, `check` and `sim` accept these names in place of files, and map files too: --write of
+/// a map creates the scenario that they assume.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -22,10 +22,10 @@ Examples:
   dragnet scenarios --write warehouse        # to change it: warehouse.toml, and its map in maps/
   dragnet scenarios --write area.kml         # area.toml, for a map alone")]
 pub(crate) struct Arguments {
-    /// Copy a scenario with the maps that it names, or make one for a map file
+    /// Copy these scenarios, with the maps that they name, or create one for a map file
     #[arg(long, value_name = "NAME|MAP", num_args = 1..)]
     write: Vec<String>,
-    /// Folder to copy to; it is made if it is missing
+    /// Folder to copy to; it is created if it does not exist
     #[arg(long, value_name = "FOLDER", default_value = ".", requires = "write")]
     into: PathBuf,
 }
@@ -82,7 +82,7 @@ fn list() -> String {
     })
 }
 
-/// Writes files, none of which may exist with another content, and tells which were written.
+/// Writes files, none of which may exist with another content; returns the list of written files as text.
 fn write(files: Vec<(PathBuf, Vec<u8>)>) -> Result<String, Failure> {
     for (file, bytes) in &files {
         if file.exists() && fs::read(file).ok().as_ref() != Some(bytes) {

@@ -17,7 +17,7 @@ pub(crate) struct Arguments {
     /// The kind of file
     #[arg(value_enum, default_value = "scenario", value_name = "KIND")]
     kind: Kind,
-    /// Print a table of all keys (Markdown) instead
+    /// Print a table of all keys (Markdown) instead of the schema
     #[arg(long)]
     markdown: bool,
 }

@@ -67,7 +67,7 @@ impl Kind {
     }
 }
 
-/// The keys that tell kinds apart.
+/// The keys that distinguish the kinds.
 #[derive(Default, Deserialize)]
 struct Keys {
     common: Option<IgnoredAny>,
@@ -77,7 +77,7 @@ struct Keys {
 }
 
 impl Keys {
-    /// The keys of lines, in a file that is not valid TOML: its error is told by the reader of its kind.
+    /// The keys at the beginning of lines, for a file that is not valid TOML: the reader of its kind reports the error.
     fn seen(text: &str) -> Self {
         let mut keys = Self::default();
         for line in text.lines().map(str::trim_start) {

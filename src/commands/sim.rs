@@ -17,13 +17,13 @@ use crate::terminal;
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  dragnet sim scenarios/team.toml --config sim.toml")]
 pub(crate) struct Arguments {
-    /// The scenario (TOML)
+    /// Scenario file (TOML), or a name that `dragnet scenarios` lists
     #[arg(required_unless_present = "print_config")]
     scenario: Option<PathBuf>,
-    /// Settings of the simulator (TOML)
+    /// File with the settings of the simulator (TOML)
     #[arg(long, value_name = "FILE", required_unless_present = "print_config")]
     config: Option<PathBuf>,
-    /// Print complete settings with comments and exit
+    /// Print a complete file of settings with comments, and exit
     #[arg(long, exclusive = true)]
     print_config: bool,
     /// Print one JSON object instead of text

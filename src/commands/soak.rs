@@ -31,13 +31,13 @@ Examples:
   dragnet soak --seeds 2000
   dragnet soak --seeds 1000000..2000000 --minutes 60")]
 pub(crate) struct Arguments {
-    /// Seeds; one episode for each: N for 0 to N - 1, or A..B for A to B - 1
+    /// Seeds, each for one episode: N for 0 to N - 1, or A..B for A to B - 1; at most 1000000 of them
     #[arg(long, value_name = "N | A..B", default_value = "2000", allow_negative_numbers = true)]
     seeds: Seeds,
-    /// Stop after this many minutes, even if seeds are left
+    /// Time after which no further episodes start, even if seeds are left, minutes, at least 1
     #[arg(long, value_name = "M", value_parser = clap::value_parser!(u32).range(1..), allow_negative_numbers = true)]
     minutes: Option<u32>,
-    /// Episodes to run in parallel [default: the number of cores]
+    /// Number of episodes to run in parallel, 1 to 1024 [default: the number of cores]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024), allow_negative_numbers = true)]
     threads: Option<u16>,
     /// Print one JSON object instead of text

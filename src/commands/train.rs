@@ -27,44 +27,45 @@ pub(crate) struct Arguments {
     /// Write the weights to this file, which must not exist
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// Seed of the initial weights and of the order of decisions
+    /// Seed of the initial weights and of the order of decisions: a whole number from 0
     #[arg(long, value_name = "S", default_value_t = 0, allow_negative_numbers = true)]
     seed: u64,
-    /// Maximum number of passes over the demonstrations
+    /// Maximum number of epochs (passes over the demonstrations), 1 to 60000
     #[arg(long, value_name = "N", default_value_t = 14, value_parser = clap::value_parser!(u32).range(1..=60_000), allow_negative_numbers = true)]
     epochs: u32,
-    /// Stop after this many epochs without improvement on the validation trajectories
+    /// Number of epochs without a lower validation loss after which training stops, at least 1
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..), allow_negative_numbers = true)]
     patience: u32,
-    /// Decisions per training step
+    /// Number of decisions per training step, 1 to 65535
     #[arg(long, value_name = "N", default_value_t = 32, value_parser = clap::value_parser!(u16).range(1..), allow_negative_numbers = true)]
     batch: u16,
-    /// Initial learning rate of Adam; it falls to 0 along half a cosine
+    /// Initial learning rate of Adam, above 0 to 1; it falls to 0 along half a cosine
     #[arg(long, value_name = "R", default_value_t = 3e-3, allow_negative_numbers = true)]
     learning_rate: f64,
-    /// Use every N-th trajectory for validation
+    /// Use every N-th trajectory for validation instead of training, 2 to 65535
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u16).range(2..), allow_negative_numbers = true)]
     validation_every: u16,
-    /// Weight of the expert's choice in the training target (1 in the paper's Eq. 5); the rest is spread by the
-    /// expert's scores, which distinguish near ties from mistakes
+    /// Weight of the expert's choice in the training target, 0 to 1 (1 in the paper's Eq. 5). The rest is spread over
+    /// cells in proportion to a power of the expert's scores, which distinguish near ties from mistakes
     #[arg(long, value_name = "SHARE", default_value_t = 0.5, allow_negative_numbers = true)]
     choice_weight: f64,
-    /// Power of the expert's scores by which the rest of the training target is spread over cells
+    /// The power of the expert's scores by which the rest of the training target is spread, 1 to 10000
     #[arg(long, value_name = "P", default_value_t = 60.0, allow_negative_numbers = true)]
     target_exponent: f64,
-    /// Channels of a node, a multiple of 32
+    /// Number of channels of a node, a multiple of 32 up to 1024
     #[arg(long, value_name = "N", default_value_t = 32, allow_negative_numbers = true)]
     hidden: usize,
-    /// Attention layers
+    /// Number of attention layers, 1 to 64
     #[arg(long, value_name = "N", default_value_t = 3, allow_negative_numbers = true)]
     layers: usize,
-    /// Channels that decay along the path; 0 for none
+    /// Number of channels that decay along the path, 0 to 1024
     #[arg(long, value_name = "N", default_value_t = 16, allow_negative_numbers = true)]
     decay_channels: usize,
-    /// Channels that are summed along the path; 0 for none
+    /// Number of channels that are summed along the path, 0 to 256
     #[arg(long, value_name = "N", default_value_t = 4, allow_negative_numbers = true)]
     sum_channels: usize,
-    /// Threads of libtorch on the CPU; with more than one, the last bits of the weights may differ from run to run
+    /// Number of libtorch's threads on the CPU, 1 to 1024. With more than one, the last bits of the weights may differ
+    /// from run to run
     #[arg(long, value_name = "T", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024), allow_negative_numbers = true)]
     threads: u16,
     /// Train on the CPU even if libtorch finds a GPU
