@@ -1,4 +1,4 @@
-//! The robot as a state machine: events go in, effects come out.
+//! The robot's state machine: handles events and returns effects.
 
 use dragnet_learn::policy;
 use dragnet_proto::directive::{Directive, added_prior};
@@ -167,7 +167,7 @@ struct Waiting {
 }
 
 impl Agent {
-    /// A robot with its configuration, before it knows its cell.
+    /// A robot with this configuration; its cell is unknown until its first event.
     #[must_use]
     pub fn new(config: AgentConfig) -> Self {
         let dragnet_scenario::Policy { name, parameters, ref network, .. } = config.robot.policy;
@@ -228,14 +228,14 @@ impl Agent {
         }
     }
 
-    /// Keeps at most the last `held` observations of each origin in memory, once all are stored. The belief does not
-    /// change.
+    /// Releases observations from memory: at most the last `held` of each origin are kept. To be called once all are
+    /// stored. The belief does not change.
     pub fn release(&mut self, held: NonZeroUsize) {
         self.replica.release(held);
     }
 
-    /// The only function besides [`Agent::receive`] that changes the robot's state; `now` comes from the caller. Robots
-    /// ignore events that are the coordinator's.
+    /// Handles an event. Together with [`Agent::receive`] it is the only function that changes the robot's state while
+    /// it runs; the caller passes the time. Events of the coordinator are ignored.
     pub fn react(&mut self, now: MissionTime, event: Event<Message>) -> Effects<Message> {
         let mut effects = Effects::default();
         match event {
@@ -255,7 +255,8 @@ impl Agent {
         Effects { wake_at: self.wake_at(), activity: self.activity, ..effects }
     }
 
-    /// Like [`Agent::react`] to [`Event::Received`], for a message that others receive too.
+    /// Handles a message like [`Event::Received`], by reference: a message need not be copied for each of its
+    /// receivers.
     pub fn receive(&mut self, now: MissionTime, from: Participant, message: &Message) -> Effects<Message> {
         let mut effects = Effects::default();
         self.process(now, from, message, &mut effects);
@@ -270,7 +271,7 @@ impl Agent {
         if self.plans == 0 && self.cell.is_some() { due.min(self.config.first_decision()) } else { due }
     }
 
-    /// What the robot believes.
+    /// The robot's belief.
     #[must_use]
     pub const fn belief(&self) -> &Belief {
         &self.belief
@@ -282,7 +283,7 @@ impl Agent {
         self.belief.is_found(cell, self.config.mission.detection_threshold)
     }
 
-    /// What the robot does.
+    /// The robot's activity.
     #[must_use]
     pub const fn activity(&self) -> Activity {
         self.activity
@@ -453,7 +454,7 @@ impl Agent {
     }
 
     /// Of two robots that did not know each other's plans, the one that decided later, or has the higher number,
-    /// yields: it decides anew in its next cell.
+    /// yields: it decides again in its next cell.
     fn learn_plan(&mut self, now: MissionTime, intent: &Intent) {
         let is_news = self.team.plans(now, intent);
         let made = (MissionTime(intent.time_ns), intent.robot);

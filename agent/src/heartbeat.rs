@@ -1,4 +1,4 @@
-//! When a robot sends heartbeats: in its turn, and to synchronize with participants that have joined.
+//! The times of a robot's heartbeats: periodic, and to synchronize with participants that have joined.
 
 use std::time::Duration;
 
@@ -31,7 +31,7 @@ impl HeartbeatSchedule {
         schedule
     }
 
-    /// Starts or restarts the schedule: the next heartbeat is that of the robot's next turn.
+    /// Starts or restarts the schedule: the next heartbeat is at the robot's next time slot.
     pub fn restart(&mut self, now: MissionTime) {
         let since_start = now.since(MissionTime::START).as_nanos();
         let (period, turn) = (self.period.as_nanos(), self.turn(self.period).as_nanos());
@@ -46,7 +46,7 @@ impl HeartbeatSchedule {
         self.sync.map_or(self.next, |sync| sync.min(self.next))
     }
 
-    /// Whether a heartbeat is due now; if so, it counts as sent.
+    /// Whether a heartbeat is due now; if so, it is marked as sent.
     pub fn beats(&mut self, now: MissionTime) -> bool {
         let is_due = now >= self.due();
         if is_due {

@@ -1,7 +1,7 @@
 //! One robot of a search team.
 //!
-//! [`agent`] is the robot's state machine: it takes events and returns actions, and has no clock, socket or thread.
-//! [`heartbeat`] schedules its heartbeats, and [`team`] keeps its knowledge of its teammates.
+//! [`agent`] is the robot's state machine: it handles events and returns effects, and has no clock, socket or thread.
+//! [`heartbeat`] schedules its heartbeats, and [`team`] stores what it knows of its teammates.
 
 pub mod agent;
 pub mod heartbeat;

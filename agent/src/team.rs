@@ -11,7 +11,7 @@ use dragnet_search::observation::RobotId;
 use dragnet_search::sensor::Sensor;
 use dragnet_search::terrain::Terrain;
 
-/// The teammates that were ever received from.
+/// The teammates that messages have been received from.
 #[derive(Clone, Debug, Default)]
 pub struct Team {
     mates: BTreeMap<RobotId, Teammate>,
@@ -53,7 +53,7 @@ impl Team {
         self.changes
     }
 
-    /// Whether a teammate still has cells to enter.
+    /// Whether any teammate has cells left to enter.
     #[must_use]
     pub fn is_anything_planned(&self) -> bool {
         self.plans_of_all().any(|plan| !plan.path.is_empty())
@@ -65,12 +65,13 @@ impl Team {
         self.mates.contains_key(&robot)
     }
 
-    /// A message of a teammate has arrived.
+    /// Records that a message of a teammate has arrived.
     pub fn received(&mut self, now: MissionTime, robot: RobotId) {
         self.mate(now, robot);
     }
 
-    /// A teammate's plan: it replaces an older one, and a repeated one reports progress. Returns whether it is news.
+    /// Records a teammate's plan: a newer plan replaces the older one, and a repeated plan reports progress. Returns
+    /// whether anything changed.
     pub fn plans(&mut self, now: MissionTime, intent: &Intent) -> bool {
         let mate = self.mate(now, intent.robot);
         let known = mate.plan.as_ref();
@@ -83,7 +84,7 @@ impl Team {
         is_newer
     }
 
-    /// A teammate has observed from a cell: that part of its plan is done.
+    /// Records that a teammate has observed from a cell: its plan up to that cell is done.
     pub fn walked(&mut self, now: MissionTime, robot: RobotId, cell: Cell) {
         let mate = self.mate(now, robot);
         if let Some(plan) = &mut mate.plan
@@ -95,7 +96,7 @@ impl Team {
         }
     }
 
-    /// A teammate is lost: its plan lapses.
+    /// Removes a lost teammate and its plan.
     pub fn lost(&mut self, robot: RobotId) {
         self.changes += u64::from(self.mates.remove(&robot).is_some());
     }

@@ -1,4 +1,4 @@
-//! Declarations: which cells are declared to hold an object, and since when.
+//! Declarations: the cells that are declared to hold an object, and the time of each declaration.
 //!
 //! An object is declared when its probability reaches `detection_threshold`. It stays declared while the evidence
 //! fluctuates, and is withdrawn only when its probability falls below one half.
@@ -24,13 +24,13 @@ pub struct Declarations {
 }
 
 impl Declarations {
-    /// No declarations. An object is declared from a probability of `detection_threshold` on, above 0.
+    /// An empty list. Objects are declared from a probability of `detection_threshold` on, which is above 0.
     #[must_use]
     pub const fn new(detection_threshold: f64) -> Self {
         Self { detection_threshold, declared: BTreeMap::new() }
     }
 
-    /// Reviews cells whose belief has changed; returns whether anything was declared or withdrawn.
+    /// Updates the declarations of cells whose belief has changed; returns whether anything was declared or withdrawn.
     pub fn review(
         &mut self,
         now: MissionTime,

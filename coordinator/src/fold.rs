@@ -1,6 +1,6 @@
 //! The state of a mission from its records: the belief with added areas and marks, finds, positions and plans.
 //!
-//! The live page, `replay`, `export` and Python fold a mission's records here, so that they agree.
+//! The live page, `replay`, `export` and Python all use this fold, so that they show the same state.
 
 use dragnet_proto::directive::added_prior;
 use dragnet_proto::message::{Detection, MissionStatus};
@@ -25,7 +25,7 @@ pub struct MissionFold {
     status: Option<MissionStatus>,
 }
 
-/// The change by a record.
+/// The changes caused by a record.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Change {
     /// The robot that has moved, and its cell.
@@ -35,7 +35,8 @@ pub struct Change {
 }
 
 impl MissionFold {
-    /// A mission before its first record. `prior` has shape `[cells]`: probabilities, 0 where nothing is searched.
+    /// The state of a mission before its first record. `prior` has shape `[cells]`: probabilities, 0 where nothing is
+    /// searched.
     #[must_use]
     pub fn new(terrain: &Terrain, prior: &[f32]) -> Self {
         let belief = prior_belief(terrain, prior);
@@ -48,7 +49,7 @@ impl MissionFold {
         }
     }
 
-    /// A recorded mission before its first record.
+    /// The state of a recorded mission before its first record.
     #[must_use]
     pub fn of(playback: &Playback) -> Self {
         Self::new(&playback.terrain, &playback.prior)

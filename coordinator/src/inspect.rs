@@ -26,7 +26,7 @@ pub struct Inspection {
     pub path: PathBuf,
     /// Its size, bytes.
     pub file_bytes: u64,
-    /// How much of it can be read, bytes.
+    /// The size of its readable part, bytes.
     pub readable_bytes: u64,
     /// How it ends.
     pub ending: Ending,

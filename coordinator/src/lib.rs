@@ -1,13 +1,13 @@
 //! The coordinator: declares finds, tracks which robots are alive, and records the mission.
 //!
 //! - [`mission`]: the state machine, made of [`declaration`], [`liveness`] and [`track`];
-//! - [`record`]: the recording, an MCAP file that ROS 2 tools and viewers read; [`recording`]: how it survives a full
-//!   disk;
+//! - [`record`]: the recording, an MCAP file that ROS 2 tools and viewers read; [`recording`]: recording that tolerates
+//!   a full disk;
 //! - [`inspect`], [`recover`]: inspection and repair of recordings;
-//! - [`playback`]: a recording as the records that made it; [`fold`]: the state that follows from records;
+//! - [`playback`]: reads a recording as a list of records; [`fold`]: computes the state of a mission from records;
 //! - [`bag`]: recordings made by ROS 2.
 //!
-//! Robots continue to search without any of this.
+//! Robots continue to search without a coordinator.
 
 pub mod bag;
 pub mod declaration;

@@ -1,4 +1,4 @@
-//! Liveness: which robots are alive, and which are lost.
+//! Liveness: determines which robots are alive and which are lost.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -18,7 +18,7 @@ pub enum Presence {
     },
     /// It has left the network, or was silent for too long.
     Lost {
-        /// When that was noticed.
+        /// When that was detected.
         since: MissionTime,
     },
 }
@@ -31,14 +31,14 @@ pub struct Liveness {
 }
 
 impl Liveness {
-    /// Expects these robots. One that is silent for longer than `lost_after` is lost.
+    /// A team of these robots. A robot that is silent for longer than `lost_after` is lost.
     #[must_use]
     pub fn new(robots: impl IntoIterator<Item = RobotId>, lost_after: Duration) -> Self {
         let robots = robots.into_iter().map(|robot| (robot, Presence::Awaited)).collect();
         Self { lost_after, robots }
     }
 
-    /// A message of a robot has arrived; returns whether it was not alive before.
+    /// Records that a message of a robot has arrived; returns whether the robot was not alive before.
     pub fn received(&mut self, now: MissionTime, robot: RobotId) -> bool {
         let presence = self.robots.entry(robot).or_insert(Presence::Awaited);
         let was_alive = matches!(presence, Presence::Alive { .. });
@@ -46,7 +46,7 @@ impl Liveness {
         !was_alive
     }
 
-    /// A robot has left the network; returns whether it was alive before.
+    /// Records that a robot has left the network; returns whether it was alive before.
     pub fn left(&mut self, now: MissionTime, robot: RobotId) -> bool {
         match self.robots.get_mut(&robot) {
             Some(presence @ Presence::Alive { .. }) => {

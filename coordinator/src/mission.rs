@@ -1,7 +1,7 @@
-//! The mission: events go in; messages to publish and records to write come out.
+//! The mission's state machine: handles events, and returns messages to publish and records to write.
 //!
-//! It merges observations, declares objects, detects lost robots and publishes the operator's orders. It has no clock,
-//! network or files.
+//! It merges observations, declares objects, detects lost robots and publishes the operator's commands. It has no
+//! clock, network or files.
 
 mod command;
 
@@ -46,7 +46,7 @@ pub struct CoordinatorConfig {
     pub heartbeat: Duration,
     /// A robot that is silent for longer is lost.
     pub lost_after: Duration,
-    /// Between two records of the belief, above 0.
+    /// Time between two records of the belief, above 0.
     pub belief_period: Duration,
 }
 
@@ -74,7 +74,7 @@ impl CoordinatorConfig {
 /// The result of an event.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outcome {
-    /// Messages to publish, and what was rejected.
+    /// Messages to publish, and rejected messages and observations.
     pub effects: Effects<Message>,
     /// Records for the recording, in order.
     pub records: Vec<Record>,
@@ -83,11 +83,11 @@ pub struct Outcome {
 /// A record of the mission.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Record {
-    /// An observation that counts from now on, whichever participant sent it: each is recorded once.
+    /// An observation that counts from now on; each is recorded once, independently of which participants sent it.
     Observation(Arc<Observation>),
-    /// A robot's plan, as it was received.
+    /// A received plan of a robot.
     Intent(Intent),
-    /// A robot's heartbeat, as it was received.
+    /// A received heartbeat of a robot.
     Heartbeat(Heartbeat),
     /// A robot has moved.
     Pose {
@@ -95,7 +95,7 @@ pub enum Record {
         robot: RobotId,
         /// Its cell.
         cell: Cell,
-        /// Since when, by the robot's clock.
+        /// When it entered the cell, by the robot's clock.
         time: MissionTime,
     },
     /// A robot's plan has changed.
@@ -105,9 +105,9 @@ pub enum Record {
         /// Cells still to be entered, in order; empty when it rests or is lost.
         path: Vec<Cell>,
     },
-    /// The mission's status, as it was published.
+    /// A published status of the mission.
     Status(MissionStatus),
-    /// The belief: periodically, and at the end.
+    /// The belief, recorded periodically and at the end.
     Belief(Arc<Belief>),
 }
 
@@ -156,8 +156,8 @@ impl Mission {
         }
     }
 
-    /// The only function besides [`Mission::receive`] and [`Mission::finish`] that changes the state; `now` comes from the caller. Events of a
-    /// vehicle are ignored.
+    /// Handles an event. Together with [`Mission::receive`] and [`Mission::finish`] it is the only function that
+    /// changes the state; the caller passes the time. Events of a vehicle are ignored.
     pub fn react(&mut self, now: MissionTime, event: Event<Message>) -> Outcome {
         let mut outcome = Outcome::default();
         match event {
@@ -180,7 +180,8 @@ impl Mission {
         outcome
     }
 
-    /// Like [`Mission::react`] to [`Event::Received`], for a message that others receive too.
+    /// Handles a message like [`Event::Received`], by reference: a message need not be copied for each of its
+    /// receivers.
     pub fn receive(&mut self, now: MissionTime, from: Participant, message: &Message) -> Outcome {
         let mut outcome = Outcome::default();
         self.process(now, from, message, &mut outcome);
@@ -214,7 +215,7 @@ impl Mission {
         &self.replica
     }
 
-    /// Objects that are declared now, by cell.
+    /// Currently declared objects, by cell.
     pub fn declared(&self) -> impl Iterator<Item = Detection> + '_ {
         self.declarations.detections(&self.belief)
     }

@@ -25,7 +25,7 @@ pub struct CoordinatorNode {
     latest: MissionTime,
 }
 
-/// Called with each record as it is made, with its mission time.
+/// A function that is called with each new record and its mission time.
 pub type Listener = Box<dyn FnMut(MissionTime, &Record) + Send>;
 
 impl CoordinatorNode {
@@ -35,13 +35,13 @@ impl CoordinatorNode {
         Self { mission, recording: recorder.map(Recording::new), listener: None, latest: MissionTime::START }
     }
 
-    /// The same with a listener for each record from now on.
+    /// Adds a listener, which is called with each record from now on.
     #[must_use]
     pub fn with_listener(self, listener: Option<Listener>) -> Self {
         Self { listener, ..self }
     }
 
-    /// The same with a listener for notices about the recording.
+    /// Adds a listener for notices about the recording.
     #[must_use]
     pub fn notifying(mut self, notify: Notify) -> Self {
         if let Some(recording) = &mut self.recording {
@@ -56,14 +56,14 @@ impl CoordinatorNode {
         &self.mission
     }
 
-    /// Why recording fails now, if it does.
+    /// Why the recording currently fails, if it does.
     #[must_use]
     pub fn failure(&self) -> Option<&RecordingError> {
         self.recording.as_ref()?.failure()
     }
 
-    /// Ends the mission and its recording, after all messages: a team that has finished searching exchanges messages
-    /// until all have the same observations.
+    /// Ends the mission and its recording. To be called after the last message: a team that has finished searching
+    /// still exchanges messages until all have the same observations.
     ///
     /// # Errors
     /// If not everything could be recorded.

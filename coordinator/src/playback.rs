@@ -1,4 +1,4 @@
-//! A recording as the records that made it, in order.
+//! Reads a recording as a list of records, in order.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -101,7 +101,7 @@ impl Playback {
         self.records.iter().map(|(time, _)| *time).max().unwrap_or(MissionTime::START)
     }
 
-    /// When the search was over, if recorded; else the end. Robots exchange messages after that.
+    /// When the search was over, if recorded; otherwise the end. Robots exchange messages after the search is over.
     #[must_use]
     pub fn searched_until(&self) -> MissionTime {
         let seconds = self.summary.get(MISSION_TIME).and_then(|text| text.parse().ok());
@@ -110,8 +110,8 @@ impl Playback {
     }
 }
 
-/// The belief before the first reading, from a recorded prior: probabilities, shape `[cells]`, in single precision. A
-/// list of another length, or a value that is not a number, is ignored.
+/// The belief before the first reading, from a recorded prior: probabilities, shape `[cells]`, in single precision. If
+/// the list has another length it is ignored, as are values that are not numbers.
 #[must_use]
 pub fn prior_belief(terrain: &Terrain, prior: &[f32]) -> Belief {
     let log_odds = prior.iter().map(|&p| f64::from(p)).map(|p| (p / (1.0 - p)).ln());
@@ -207,7 +207,7 @@ impl Tape {
     }
 }
 
-/// The ground: the map says which cells are traversable, the first belief which are searched.
+/// The terrain: the map defines which cells are traversable, the first belief which are searched.
 fn terrain(map: &OccupancyGrid, belief: &OccupancyGrid) -> Result<Terrain, String> {
     const BLOCKED: i8 = 100;
     const NOT_SEARCHED: i8 = -1;

@@ -64,7 +64,7 @@ pub const FLUSH_PERIOD: Duration = Duration::from_secs(1);
 const PROFILE: &str = "ros2";
 const LIBRARY: &str = concat!("dragnet ", env!("CARGO_PKG_VERSION"));
 
-/// The beginning of a recording.
+/// The content of a recording's beginning.
 #[derive(Clone, Debug)]
 pub struct Header {
     /// The mission's start, Unix time, nanoseconds.
@@ -173,7 +173,7 @@ impl Recorder {
         &self.path
     }
 
-    /// Why the disk is not writable now, if so: records wait in memory.
+    /// Why the disk is currently not writable, if it is not; records wait in memory meanwhile.
     #[must_use]
     pub fn trouble(&self) -> Option<String> {
         self.file.trouble()
@@ -215,8 +215,8 @@ impl Recorder {
         self.tick(now)
     }
 
-    /// Flushes if it is due. Each record does this; a caller calls it in between if there are no records for a long
-    /// time.
+    /// Flushes the file if the flush period has passed. [`Recorder::record`] does this too; call this function when
+    /// there are no records for longer than that period.
     ///
     /// # Errors
     /// As [`Recorder::record`].

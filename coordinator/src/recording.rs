@@ -1,7 +1,8 @@
 //! The recording of a mission in the field, which tolerates a full disk.
 //!
-//! While the disk is full, records wait in memory. If there are too many the file ends with what was written, and once
-//! there is space again another file beside it begins, with all observations so far: each file can be shown by itself.
+//! While the disk is full, records wait in memory. If there are too many, the file ends with the records that were
+//! written. Once there is space again, another file beside it begins with all observations so far, so that each file
+//! can be shown by itself.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -31,7 +32,7 @@ pub enum Notice {
         /// The file.
         path: PathBuf,
     },
-    /// A file ends before the mission does.
+    /// A file has ended before the mission, because of this error.
     Ended(RecordingError),
     /// The recording continues in another file.
     GoesOn {
@@ -73,7 +74,7 @@ impl fmt::Display for Notice {
 }
 
 impl Notice {
-    /// Whether it reports an error that persists.
+    /// Whether it reports a persisting error.
     #[must_use]
     pub const fn is_trouble(&self) -> bool {
         matches!(self, Self::Waits { .. } | Self::Ended(_))

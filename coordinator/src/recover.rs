@@ -18,7 +18,7 @@ use crate::mcap_file::{Ending, RecordingError};
 /// The result of a recovery.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Recovered {
-    /// How the recording ended.
+    /// How the damaged recording ends.
     pub ending: Ending,
     /// Its size, bytes.
     pub file_bytes: u64,

@@ -23,7 +23,7 @@ pub struct Tracks {
 }
 
 impl Tracks {
-    /// A robot was in a cell at a time; returns whether that is news.
+    /// Records that a robot was in a cell at a time; returns whether its position has changed.
     pub fn at(&mut self, robot: RobotId, cell: Cell, time: MissionTime) -> bool {
         let track = self.robots.entry(robot).or_default();
         let is_later = track.pose.is_none_or(|(_, known)| time >= known);
@@ -34,7 +34,7 @@ impl Tracks {
         is_later && has_moved
     }
 
-    /// A robot's plan; returns whether it is news: a newer plan, or the same one with fewer cells left.
+    /// Records a robot's plan; returns whether it has changed: it is newer, or the same plan with fewer cells left.
     pub fn plans(&mut self, intent: &Intent) -> bool {
         let track = self.robots.entry(intent.robot).or_default();
         let is_news = track.plan.as_ref().is_none_or(|known| intent.supersedes(known));
@@ -44,7 +44,7 @@ impl Tracks {
         is_news
     }
 
-    /// A robot is lost and its plan lapses; returns whether there was one.
+    /// Removes the plan of a lost robot; returns whether there was one.
     pub fn lapses(&mut self, robot: RobotId) -> bool {
         let plan = self.robots.get_mut(&robot).and_then(|track| track.plan.take());
         plan.is_some_and(|plan| !plan.path.is_empty())

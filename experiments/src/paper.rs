@@ -1,7 +1,7 @@
 //! The paper's experiments in simulation, as one page.
 //!
-//! [`run`] makes a [`Report`]. Each table and figure is a section in a file of its own; `study` runs the comparisons
-//! that several of them show, `page` assembles them.
+//! [`run`] returns a [`Report`]. Each table and figure of the paper is a section with its own file; `study` runs the
+//! comparisons that several sections show, and `page` assembles them.
 
 mod curves;
 mod figure_5;
@@ -113,10 +113,10 @@ fn find(comparisons: &[Comparison], study: Study) -> &Comparison {
     comparisons.iter().find(|comparison| comparison.study == study).expect("a study that was run")
 }
 
-/// Creates the folder and checks that files can be written to it, before minutes of work.
+/// Creates the folder and checks that files can be written to it, before experiments that take minutes.
 ///
 /// # Errors
-/// If not.
+/// If the folder cannot be created, or not written to.
 pub fn prepare(folder: &Path) -> Result<(), ExperimentError> {
     output::make_folder(folder)?;
     let failure =

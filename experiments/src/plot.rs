@@ -42,9 +42,9 @@ const DASHES: [(u32, u32); 4] = [(24, 12), (6, 8), (48, 12), (14, 28)];
 
 /// Curves of values, none below 0, by length.
 pub struct Figure<'a> {
-    /// Above the drawing.
+    /// The title above the drawing.
     pub title: String,
-    /// Below the title.
+    /// The line below the title.
     pub subtitle: String,
     /// The meaning of the lengths, with unit.
     pub horizontal: &'a str,
@@ -64,7 +64,7 @@ pub struct Line<'a> {
     pub label: &'a str,
     /// Its color and dashes.
     pub line_style: LineStyle,
-    /// Ascending.
+    /// The lengths, ascending.
     pub lengths: &'a [f64],
     /// Mean value at each length.
     pub mean: &'a [f64],
@@ -75,9 +75,9 @@ pub struct Line<'a> {
 /// Color and dashes of a curve.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LineStyle {
-    /// Number of its color, below [`LineStyle::COLORS`]; others are taken modulo it.
+    /// Number of its color, below [`LineStyle::COLORS`]; other numbers are taken modulo it.
     pub color: usize,
-    /// 0 for a solid line, else the number of its dashes, below [`LineStyle::DASHES`]; others are taken modulo it.
+    /// Number of its dash pattern, 0 for a solid line, below [`LineStyle::DASHES`]; other numbers are taken modulo it.
     pub dashes: usize,
 }
 
@@ -111,7 +111,7 @@ impl Figure<'_> {
     /// The drawing as SVG.
     ///
     /// # Errors
-    /// If plotters cannot draw it.
+    /// If the drawing library fails.
     pub fn draw(&self) -> Result<String, String> {
         let mut svg = String::new();
         self.draw_on(&SVGBackend::with_string(&mut svg, SIZE).into_drawing_area())

@@ -1,4 +1,4 @@
-//! Shards: the division of a command's jobs among processes, and the files of their results.
+//! Shards: the division of a command's jobs among processes, and the files with their results.
 
 use std::fmt;
 use std::fs;
@@ -16,7 +16,7 @@ const MAX_NAMED: usize = 20;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct Shard {
-    /// From 1 to `count`.
+    /// Its number, from 1 to the number of shards.
     number: u32,
     count: u32,
 }
@@ -25,7 +25,7 @@ impl Shard {
     /// The maximum number of shards.
     pub(crate) const MAX_COUNT: u32 = 100_000;
 
-    /// All jobs.
+    /// The only shard of an undivided command: all jobs.
     pub const WHOLE: Self = Self { number: 1, count: 1 };
 
     /// Whether a job, by its index from 0, belongs to this shard.
@@ -62,7 +62,7 @@ impl Shard {
 /// The maximum size of a part, bytes.
 pub(crate) const MAX_PART_BYTES: u64 = 1 << 30;
 
-/// The file itself, or all parts in a folder: at least one.
+/// The path itself if it is a file, or all parts in the folder: at least one.
 ///
 /// # Errors
 /// If the folder cannot be read, or contains no part.

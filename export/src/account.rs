@@ -1,4 +1,4 @@
-//! The state of a recorded mission at a time, on the earth.
+//! The state of a recorded mission at a time, with its position on the earth.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -24,7 +24,7 @@ const USUAL_SPEED_METERS_PER_SECOND: f64 = 2.0;
 /// The state of a recorded mission at a time.
 #[derive(Clone, Debug)]
 pub struct Account {
-    /// Of the mission.
+    /// The mission's name.
     pub name: String,
     /// The mission's start, Unix time, nanoseconds.
     pub start_unix_ns: u64,
@@ -88,11 +88,11 @@ impl Coverage {
 }
 
 impl Account {
-    /// Reads a recording up to a time, or to its end. `origin` is that of the map's south-western corner, for a
-    /// recording without one.
+    /// Reads a recording up to the time `until`, or to its end. `origin` is the position of the map's south-western
+    /// corner, for a recording without a position on the earth.
     ///
     /// # Errors
-    /// Without an origin, or with two.
+    /// If the recording has no position on the earth and `origin` is `None`, or if both are given.
     pub fn new(
         playback: &Playback,
         origin: Option<GeoPoint>,

@@ -21,7 +21,7 @@ use crate::account::{Account, Coverage, Visit};
 use crate::bands::{Band, bands};
 use crate::time::wall_time;
 
-/// The text of a file.
+/// The text of a `GeoJSON` file.
 #[must_use]
 pub fn text(account: &Account) -> String {
     let areas = account.areas.iter().map(|(area, coverage)| drawn(area, coverage.as_ref()));

@@ -1,5 +1,5 @@
-//! An account as GPX 1.1: found objects as waypoints, tracks of the robots with times. GPX has no areas: cleared cells
-//! are in the other formats.
+//! An account as GPX 1.1: found objects as waypoints, tracks of the robots with times. GPX has no areas, so cleared
+//! cells are left out.
 
 use std::io;
 
@@ -12,7 +12,7 @@ use crate::account::{Account, Visit};
 use crate::time::wall_time;
 use crate::xml::{self, Document};
 
-/// The text of a file.
+/// The text of a GPX file.
 #[must_use]
 pub fn text(account: &Account) -> String {
     xml::document(|writer| {

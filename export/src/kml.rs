@@ -16,7 +16,7 @@ use crate::xml::{self, Document};
 /// Colors of the bands, from the lowest probability: alpha, blue, green, red.
 const BAND_COLORS: [&str; Band::COUNT] = ["6000a5ff", "6000ffff", "6000ff80", "80008000"];
 
-/// The text of a file.
+/// The text of a KML file.
 #[must_use]
 pub fn text(account: &Account) -> String {
     xml::document(|writer| {

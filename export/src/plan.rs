@@ -21,10 +21,10 @@ const WAYPOINT: u32 = 16;
 /// `MAV_FRAME_GLOBAL_RELATIVE_ALT`.
 const RELATIVE_HEIGHT: u32 = 3;
 
-/// The text of a file for each robot with a plan.
+/// The number of each robot with a plan, and the text of its file.
 ///
 /// # Errors
-/// If none has one.
+/// If no robot has a plan.
 pub fn texts(account: &Account) -> Result<Vec<(RobotId, String)>, ExportError> {
     if account.plans.is_empty() {
         return Err(ExportError::NoPlan { seconds: account.until.as_seconds() });

@@ -16,7 +16,7 @@ pub enum FileError {
         /// The cause.
         source: io::Error,
     },
-    /// Writing failed; an older file is kept, and no part of the new one.
+    /// Writing failed; an older file is unchanged, and no part of the new one remains.
     #[error("{path}: cannot write: {source}")]
     Write {
         /// The file.
@@ -29,7 +29,7 @@ pub enum FileError {
     Content {
         /// The file.
         path: PathBuf,
-        /// What is wrong, and what is allowed.
+        /// The error, and the allowed values.
         reason: String,
     },
 }

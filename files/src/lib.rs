@@ -1,6 +1,6 @@
 //! Bounded reading of files that users name, and atomic writing.
 //!
-//! The content of files is the concern of other crates.
+//! This crate does not interpret the content of files.
 
 mod error;
 mod read;

@@ -1,4 +1,4 @@
-//! Bounded reading, whatever kind of file a path names.
+//! Bounded reading of regular files; other kinds of files are rejected.
 
 use std::fs::{File, FileType};
 use std::io::{self, Read};
@@ -7,7 +7,7 @@ use std::path::Path;
 /// The byte-order mark that some editors write before a text.
 const BYTE_ORDER_MARK: char = '\u{feff}';
 
-/// Opens a regular file for reading. Opening a pipe could block for ever.
+/// Opens a regular file for reading. Other kinds are rejected, since opening a pipe could block without end.
 ///
 /// # Errors
 /// If it cannot be opened, or is a folder, a pipe, a device or a socket.
@@ -52,9 +52,10 @@ pub fn read_at_most(path: &Path, max_bytes: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The text of a file of bounded length: UTF-8, or UTF-16 with a byte-order mark. The mark is not part of the text.
+/// The text of a file of bounded length: UTF-8, or UTF-16 with a byte-order mark. The returned text does not contain
+/// the mark.
 ///
-/// Every text file that a user names is read here.
+/// All text files that users name are read by this function.
 ///
 /// # Errors
 /// If it cannot be read, is not a regular file, is longer, or is not text.
@@ -86,8 +87,8 @@ pub fn text_of(bytes: Vec<u8>) -> io::Result<String> {
     text.ok_or_else(|| none("no UTF-16 text, as which its byte-order mark has it".to_owned()))
 }
 
-/// Checks that a file which other code reads without a bound is regular and short enough. A missing file is left to
-/// that code.
+/// Checks that a file is regular and short enough, before other code reads it without a bound. A missing file is not an
+/// error here; the other code reports it.
 ///
 /// # Errors
 /// If it is not a regular file, or longer.

@@ -1,6 +1,6 @@
-//! Errors of serde in words, without the types of Rust.
+//! Rewrites serde's error messages without names of Rust types.
 
-/// Names of types, and what a person calls them.
+/// Names of Rust types, and the words that replace them.
 const TYPES: [(&str, &str); 13] = [
     ("u8", "a whole number from 0 to 255"),
     ("u16", "a whole number from 0 to 65535"),
@@ -17,7 +17,7 @@ const TYPES: [(&str, &str); 13] = [
     ("a nonzero u32", "a whole number from 1 to 4294967295"),
 ];
 
-/// A message of serde in which each `expected TYPE` says what is allowed.
+/// A message of serde with each `expected TYPE` replaced by the allowed values.
 #[must_use]
 pub fn in_words(message: &str) -> String {
     const EXPECTED: &str = "expected ";

@@ -8,7 +8,8 @@ use tempfile::Builder;
 
 use crate::FileError;
 
-/// Writes a file atomically: its name refers to the whole new content or to the old file, even after a power failure.
+/// Writes a file atomically: afterwards the path contains either the complete new content or the old file, even after a
+/// power failure.
 ///
 /// # Errors
 /// If it cannot be written.

@@ -4,7 +4,7 @@
 //! has a connection, so that messages over robot 2's connection can be checked against robot 2's keys. Messages that a
 //! router forwards come over the router's certificate: in a star the robots must trust the coordinator completely.
 //!
-//! Nothing is allowed that is not listed. All participants may receive everything: messages are not secret within a
+//! Everything that is not listed is denied. All participants may receive everything: messages are not secret within a
 //! mission.
 
 use dragnet_proto::key::{Mission, Selection, Topic};
@@ -33,7 +33,7 @@ const SPEAKING: [&str; 2] = ["put", "liveliness_token"];
 /// Those that answer the simulator's queries.
 const ANSWERING: [&str; 2] = ["declare_queryable", "reply"];
 
-/// Settings for the owner of a certificate, JSON, to be placed beside its files.
+/// The Zenoh settings of a certificate's owner, JSON, to be placed in the folder of the certificate's files.
 #[must_use]
 pub fn settings(register: &Register, mission: &Mission, owner: Name) -> Value {
     let [certificate, key] = [format!("{owner}.pem"), format!("{owner}.key")];

@@ -19,7 +19,7 @@ pub const MAX_DAYS: u32 = 3650;
 /// Certificates are valid from this many days before they are made: vehicles' clocks may be behind.
 pub const SLACK_DAYS: i64 = 30;
 
-/// A certificate and its private key, as PEM.
+/// A certificate and its private key, PEM.
 #[derive(Clone)]
 pub struct Signed {
     /// The certificate.
@@ -36,7 +36,7 @@ pub fn validity(pem: &[u8]) -> Option<Range<OffsetDateTime>> {
     Some(validity.not_before.to_datetime()..validity.not_after.to_datetime())
 }
 
-/// Makes the authority of a mission.
+/// Creates the certificate authority of a mission.
 ///
 /// # Errors
 /// If the system provides no randomness.
@@ -52,10 +52,10 @@ pub fn authority(mission: &Mission, now: OffsetDateTime) -> Result<Signed, KeysE
     Ok(Signed { certificate: certificate.pem(), private_key: key.serialize_pem() })
 }
 
-/// Makes the certificate of an entry, for a client and a server.
+/// Creates the certificate of an entry, for use as client and as server.
 ///
 /// # Errors
-/// If a host is invalid, or the authority's files are.
+/// If a host or the authority's files are invalid.
 pub fn issue(
     authority: &Signed,
     mission: &Mission,
@@ -88,10 +88,10 @@ fn params(mission: &Mission, common_name: &str, serial: u64, now: OffsetDateTime
     params
 }
 
-/// Whether a host can be part of a certificate.
+/// Checks that a host can be part of a certificate.
 ///
 /// # Errors
-/// If it is neither a name nor an address.
+/// If it is neither a host name nor an IP address.
 pub fn check_host(host: &str) -> Result<(), KeysError> {
     let is_label = |label: &str| {
         !label.is_empty() && label.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'-')

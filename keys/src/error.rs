@@ -6,7 +6,7 @@ use dragnet_proto::key::MissionError;
 
 use crate::name::NameError;
 
-/// Why certificates could not be made, listed or revoked.
+/// Why certificates could not be created, listed or revoked.
 #[derive(Debug, thiserror::Error)]
 pub enum KeysError {
     /// Reading or writing a file or folder failed.
@@ -59,7 +59,7 @@ pub enum KeysError {
         /// The participants that have one, in words.
         holders: String,
     },
-    /// Making the certificate failed.
+    /// The certificate could not be created.
     #[error("cannot make the certificate of {name}: {reason}")]
     Certificate {
         /// The participant.

@@ -8,8 +8,9 @@
 //! FOLDER/revoked/robot-1#2/ what was revoked
 //! ```
 //!
-//! Folders are open to their owner alone, and private keys are from the moment they exist; no key is ever overwritten.
-//! `zenoh.json5` holds no secret: after a certificate was added or revoked it is all that the others need.
+//! Only their owner can read folders and private keys, from their creation on; no key is ever overwritten.
+//! `zenoh.json5` contains no secret: after a certificate was added or revoked it is the only file that the other
+//! participants need.
 
 use std::fs::{self, DirBuilder, OpenOptions};
 use std::io::Write;
@@ -40,7 +41,7 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Makes a folder with the authority of a mission, which has signed nothing yet.
+    /// Creates a folder with a new certificate authority of a mission, without any participants.
     ///
     /// # Errors
     /// If the folder exists, or cannot be written.
@@ -83,7 +84,7 @@ impl Folder {
         self.path.join(name.to_string())
     }
 
-    /// Makes certificates with these hosts, valid for this many days, and new settings for all participants.
+    /// Creates certificates with these hosts, valid for `days` days, and new settings for all participants.
     ///
     /// # Errors
     /// If one of the participants has a valid certificate, a host is invalid, or something cannot be written.
@@ -120,8 +121,8 @@ impl Folder {
         self.save()
     }
 
-    /// Revokes a participant's certificate: moves its files away and makes new settings for the others. Returns the
-    /// revoked certificate.
+    /// Revokes a participant's certificate: moves its files to `revoked/`, and creates new settings for the others.
+    /// Returns the revoked certificate.
     ///
     /// # Errors
     /// If there is no valid one, or something cannot be written.

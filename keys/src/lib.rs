@@ -1,10 +1,10 @@
-//! A mission's certificates, and what their owners may publish.
+//! A mission's certificates, and the keys that their owners may publish under.
 //!
 //! - [`name`]: the owners of certificates;
 //! - [`register`]: the list of certificates, and which of them are valid;
-//! - [`certificate`]: the authority, and what it signs;
+//! - [`certificate`]: the certificate authority, and the certificates that it signs;
 //! - [`access`]: settings of Zenoh that let each participant publish under its own keys only;
-//! - [`folder`]: all of it on disk, private keys readable by their owner only.
+//! - [`folder`]: these files on disk; only their owner can read private keys.
 //!
 //! The crate opens no socket, and takes the time from its caller.
 

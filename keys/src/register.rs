@@ -13,11 +13,11 @@ use crate::name::Name;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Topology {
-    /// Every pair has a connection: no participant must trust another to forward messages.
+    /// Every pair of participants has a connection, so no participant has to trust another to forward messages.
     #[default]
     Mesh,
-    /// All connect to the coordinator only, which forwards the messages of the others: it must be trusted with all of
-    /// them.
+    /// All participants connect to the coordinator only, which forwards the messages of the others, so all have to
+    /// trust it.
     Star,
 }
 
@@ -40,9 +40,9 @@ pub struct Register {
 pub struct Entry {
     /// The owner.
     pub name: Name,
-    /// Its number among all of the mission, from 2: the authority's own is 1.
+    /// Its serial number in the mission, from 2: that of the authority's own certificate is 1.
     pub serial: u64,
-    /// When it ends, seconds since 1970-01-01 UTC.
+    /// When its validity ends, seconds since 1970-01-01 UTC.
     pub valid_until: i64,
     /// Whether it was revoked.
     #[serde(default)]
@@ -117,7 +117,7 @@ impl Register {
         Ok(self.mission.parse()?)
     }
 
-    /// The number of the next certificate: none is used twice.
+    /// The serial number of the next certificate; no number is used twice.
     #[must_use]
     pub fn next_serial(&self) -> u64 {
         self.certificates.iter().map(|entry| entry.serial).max().unwrap_or(1) + 1

@@ -24,16 +24,16 @@ pub use file::{read, write};
 pub use folder::{Folder, file_name};
 pub use record::Recorder;
 
-/// What all files of one folder have in common: the expert, and how it was recorded.
+/// Properties that all files of one folder share: the expert, and how it was recorded.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Source {
     /// The expert: a policy's name.
     pub expert: String,
     /// `w_l` of its path-length weight (Eq. 4), if it has one.
     pub path_length_weight: f64,
-    /// Decisions of a trajectory, at most.
+    /// Maximum number of decisions of a trajectory.
     pub max_decisions: u32,
-    /// Share of the decisions after which the robot went to a random cell instead of the expert's.
+    /// Share of the decisions after which the robot went to a random cell instead of the expert's, 0 to 1.
     pub explore: f64,
     /// Version and commit of the program.
     pub program: String,
@@ -90,7 +90,7 @@ pub struct Demonstration {
 }
 
 impl Trajectory {
-    /// The situation of a decision; `belief` is that of [`Trajectory::belief`].
+    /// The situation of a decision. `belief` is the result of [`Trajectory::belief`].
     #[must_use]
     pub fn situation<'a>(&'a self, decision: &'a Demonstration, belief: &'a Belief) -> Situation<'a> {
         Situation {
@@ -105,7 +105,7 @@ impl Trajectory {
         }
     }
 
-    /// The belief at a decision; `None` if the file holds a NaN or fits another map.
+    /// The belief at a decision; `None` if the log-odds contain a NaN or do not fit the map.
     #[must_use]
     pub fn belief(&self, decision: &Demonstration) -> Option<Belief> {
         let log_odds = decision.log_odds_nats.iter().copied().map(f64::from).collect();

@@ -1,4 +1,4 @@
-//! Files of tensors: safetensors with one text of Dragnet's in the header, so that equal content gives equal bytes.
+//! Files of tensors: safetensors with one entry of Dragnet's in the header's metadata. Equal content gives equal bytes.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -12,14 +12,14 @@ use serde::{Deserialize, Serialize};
 /// The one key of the header.
 const HEADER_KEY: &str = "dragnet";
 
-/// A kind of file: its name in messages, and the version that this program reads and writes.
+/// A kind of file: its name in error messages, and the format version that this program reads and writes.
 #[derive(Clone, Copy)]
 pub struct Kind {
-    /// `weights`, as in "no weights of Dragnet".
+    /// The content in words, such as `weights`.
     pub name: &'static str,
     /// The `format` in the header.
     pub format: &'static str,
-    /// Longer files are not read.
+    /// Maximum size of a file, bytes.
     pub max_bytes: u64,
 }
 
@@ -48,7 +48,7 @@ pub struct Tensor {
     pub dtype: Dtype,
     /// Values along each dimension.
     pub shape: Vec<usize>,
-    /// Little-endian, row-major.
+    /// The values, little-endian, row-major.
     pub bytes: Vec<u8>,
 }
 
@@ -90,10 +90,10 @@ pub fn serialize(kind: Kind, content: &impl Serialize, tensors: &[Tensor]) -> Re
     safetensors::serialize(views, Some(header)).map_err(|error| error.to_string())
 }
 
-/// The header's content, and the tensors.
+/// Parses a file: returns the header's content and the tensors.
 ///
 /// # Errors
-/// If the bytes are not such a file, truncated, or of another version.
+/// If the bytes are not a file of this kind, are truncated, or have another format version.
 pub fn parse<T: DeserializeOwned>(kind: Kind, bytes: &[u8]) -> Result<(T, Tensors<'_>), String> {
     let name = kind.name;
     let broken = |error: SafeTensorError| format!("no {name} file, or a truncated one: {error}");
@@ -126,7 +126,7 @@ impl Tensors<'_> {
         self.0.tensor(name).is_ok()
     }
 
-    /// The bytes of a tensor that has this type and shape.
+    /// The bytes of the tensor with this name, type and shape.
     ///
     /// # Errors
     /// If there is none.
@@ -139,7 +139,7 @@ impl Tensors<'_> {
         Ok(tensor.data().to_vec())
     }
 
-    /// Values of a tensor of `f32` that has this shape.
+    /// The values of the `f32` tensor with this name and shape.
     ///
     /// # Errors
     /// If there is none.

@@ -17,7 +17,7 @@ use dragnet_search::utility_gain::UtilityGain;
 pub use features::{FEATURE_NAMES, FEATURES};
 pub use topology::{NEIGHBORS, Topology};
 
-/// One situation as a graph. Nodes are numbered by the index of their cells.
+/// One situation as a graph. Nodes are numbered in order of the indices of their cells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Graph {
     /// Nodes and edges, which stay the same while a robot searches one map.

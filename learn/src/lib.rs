@@ -3,9 +3,9 @@
 //! Reading order:
 //!
 //! 1. [`graph`]: the network's input;
-//! 2. [`network`]: from a graph to a logit for each cell, in plain Rust; [`shape`], [`weights`]: its sizes and its
-//!    parameters as a file;
-//! 3. [`policy`]: the network as a policy, with the built-in ones; names of all policies;
+//! 2. [`network`]: inference in plain Rust, from a graph to a logit for each cell; [`shape`], [`weights`]: its sizes,
+//!    and its parameters as a file;
+//! 3. [`policy`]: the network as a policy, the built-in networks, and the names of all policies;
 //! 4. [`demonstration`]: an expert's decisions as files; [`mod@file`]: the common format of files.
 //!
 //! Training is a separate crate above this one, since it needs libtorch.

@@ -1,13 +1,14 @@
-//! From a graph to a logit for each node, in plain Rust.
+//! Inference in plain Rust: from a graph to a logit for each node.
 //!
 //! Attention is that of Veličković et al., "Graph Attention Networks" (ICLR 2018), Eq. 1 to 5, with heads concatenated.
 //! Departures: the inverse distance of an edge enters its score, times a learned number a head (the paper weights edges
 //! so, Section V-C); a node's own channels are added to the layer's output instead of counting as a neighbor;
-//! rectifiers leak. After the attention layers comes a layer that the paper's network lacks, the route layer: channels
-//! that decay along the shortest path from the robot, and channels that are summed along it, as Eq. 3 sums information.
+//! rectifiers are leaky. After the attention layers comes a layer that the paper's network lacks, the route layer:
+//! channels that decay along the shortest path from the robot, and channels that are summed along it, as Eq. 3 sums
+//! information.
 //!
-//! Sums are taken in a fixed order, with multiplications fused into them on every machine (where the processor cannot,
-//! slowly), so that all compute the same bits.
+//! Sums are computed in a fixed order with fused multiply-add on every machine (emulated, slowly, where the processor
+//! has none), so that all machines compute the same bits.
 
 #![expect(
     clippy::inline_always,
@@ -29,15 +30,16 @@ use attention::Attention;
 use linear::Linear;
 use route::Decay;
 
-/// Slope of a rectifier below 0, as libtorch has it by default.
+/// Slope of a rectifier below 0; libtorch's default.
 pub const RECTIFIER_LEAK: f32 = 0.01;
 /// Slope of a score's rectifier below 0, as in Veličković et al.
 pub const SCORE_LEAK: f32 = 0.2;
-/// Logarithms of sums are taken of the sum plus this.
+/// Added to a sum before its logarithm is taken.
 pub const LEAST_SUM: f32 = 1e-6;
 /// Sums are of `exp(x)`, with `x` clamped to this range.
 pub const SUM_LOG_RANGE: (f32, f32) = (-12.0, 6.0);
-/// Logits are the last layer's output times this: an expert's choice is sharp, and small weights learn it slowly.
+/// Factor from the last layer's output to logits: an expert's choice is nearly certain, which small weights learn
+/// slowly.
 pub const LOGIT_SCALE: f32 = 10.0;
 
 /// A network, ready for inference.
@@ -66,7 +68,7 @@ pub struct Workspace {
 }
 
 impl Network {
-    /// Builds the network of these weights.
+    /// Builds a network with these weights.
     #[must_use]
     pub fn new(weights: &Weights) -> Self {
         let shape = weights.shape();
@@ -100,7 +102,8 @@ impl Network {
         workspace.logits
     }
 
-    /// The same, in buffers that are kept from one graph to the next: allocating them takes a fifth of the time.
+    /// Like [`Network::logits`], with buffers that are reused from one graph to the next: allocating them takes a fifth
+    /// of the time.
     pub fn logits_in<'a>(&self, graph: &Graph, workspace: &'a mut Workspace) -> &'a [f32] {
         // The widest vector instructions that this machine has; the order of operations is the same for all.
         Arch::new().dispatch(Forward { network: self, graph, workspace });
@@ -134,8 +137,8 @@ impl Network {
     }
 }
 
-/// A pass through the network: what [`Arch`] compiles once for each set of vector instructions. All that it calls is
-/// inlined, for what is not would be compiled for the least of them.
+/// A pass through the network, which [`Arch`] compiles once for each set of vector instructions. All functions that it
+/// calls are inlined; others would be compiled for the smallest set.
 struct Forward<'a> {
     network: &'a Network,
     graph: &'a Graph,

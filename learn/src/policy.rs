@@ -1,4 +1,4 @@
-//! All policies by name, the learned ones among them.
+//! All policies by name, including the learned ones.
 
 mod gnn;
 mod name;
@@ -14,7 +14,7 @@ pub use gnn::Gnn;
 pub use name::{PolicyName, UnknownPolicy};
 pub use shipped::Shipped;
 
-/// Builds the policy of a name. Learned ones use `network`, if given, instead of the built-in one of their name.
+/// Builds the policy with this name. Learned ones use `network`, if given, instead of the built-in one.
 #[must_use]
 pub fn build(
     name: PolicyName,

@@ -1,23 +1,24 @@
-//! Sizes of a network, and so the names and shapes of its parameters.
+//! Sizes of a network, which determine the names and shapes of its parameters.
 
 use serde::{Deserialize, Serialize};
 
 use crate::graph::FEATURES;
 
-/// Attention heads a layer.
+/// Number of attention heads per layer.
 pub const HEADS: usize = 4;
 
 /// Sizes of a network.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Shape {
-    /// Channels of a node between layers: a multiple of 32, so that each head fills vector registers.
+    /// Channels of a node between layers: a multiple of 32 up to 1024, so that each head fills vector registers.
     pub hidden: usize,
-    /// Attention layers.
+    /// Number of attention layers, from 1 to 64.
     pub layers: usize,
-    /// Channels that decay along the path: they carry what the preceding cells have observed.
+    /// Channels that decay along the path, 0 to 1024: they carry information about the preceding cells.
     pub decay_channels: usize,
-    /// Channels that are summed along the path. Without `decay_channels` and `sum_channels` the network does not use paths.
+    /// Channels that are summed along the path, 0 to 256. Without `decay_channels` and `sum_channels` the network does
+    /// not use paths.
     pub sum_channels: usize,
 }
 
@@ -28,7 +29,7 @@ impl Shape {
     /// The largest sizes that are accepted; larger ones are rejected before memory is allocated.
     const MOST: Self = Self { hidden: 1024, layers: 64, decay_channels: 1024, sum_channels: 256 };
 
-    /// Channels a head.
+    /// Channels per head.
     #[must_use]
     pub const fn head_channels(self) -> usize {
         self.hidden / HEADS
@@ -40,7 +41,7 @@ impl Shape {
         self.hidden + self.sum_channels + FEATURES
     }
 
-    /// Whether such a network can exist: at least 1 of everything but `decay_channels` and `sum_channels`.
+    /// Whether all sizes are within the ranges of the fields.
     #[must_use]
     pub const fn is_valid(self) -> bool {
         let most = Self::MOST;
@@ -83,9 +84,9 @@ impl Shape {
 /// A parameter: its name and shape.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Parameter {
-    /// As in a weights file.
+    /// Its name in a weights file.
     pub name: String,
-    /// Row-major.
+    /// Its shape, row-major.
     pub shape: Vec<usize>,
 }
 

@@ -1,4 +1,4 @@
-//! A network's parameters as a file: safetensors, with the recipe that made them inside.
+//! A network's parameters as a file: safetensors, with a record of how they were trained.
 
 use std::path::Path;
 
@@ -20,7 +20,7 @@ struct Header {
     recipe: Recipe,
 }
 
-/// Parameters that fit together: every one is there, has the right shape, and is finite.
+/// A complete set of parameters: each is present, has the shape of [`Shape::parameters`], and is finite.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weights {
     shape: Shape,
@@ -29,40 +29,40 @@ pub struct Weights {
     tensors: Vec<(String, Vec<f32>)>,
 }
 
-/// How weights were made.
+/// How the weights were trained.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Recipe {
     /// The expert that was imitated.
     pub expert: String,
     /// Scenarios that it was recorded on.
     pub scenarios: Vec<String>,
-    /// Decisions that were trained on.
+    /// Number of decisions that they were trained on.
     pub decisions: u64,
     /// Seed of the training.
     pub seed: u64,
-    /// Passes over the decisions until these weights.
+    /// Number of passes over the decisions.
     pub epochs: u32,
-    /// Mean loss on validation trajectories.
+    /// Mean loss on validation trajectories, nats.
     pub held_out_loss: f64,
     /// Version and commit of the program.
     pub program: String,
 }
 
 impl Weights {
-    /// Weights of a shape, each parameter filled by a function of its name and shape.
+    /// Weights of a shape; `values` gives the values of each parameter.
     ///
     /// # Errors
     /// If a parameter has another number of values, or one that is not finite.
     pub fn build(
         shape: Shape,
         recipe: Recipe,
-        mut fill: impl FnMut(&str, &[usize]) -> Vec<f32>,
+        mut values: impl FnMut(&str, &[usize]) -> Vec<f32>,
     ) -> Result<Self, String> {
         if !shape.is_valid() {
             return Err(format!("no network has the sizes {shape:?}"));
         }
         let parameters = shape.parameters().into_iter().map(|parameter| {
-            let values = fill(&parameter.name, &parameter.shape);
+            let values = values(&parameter.name, &parameter.shape);
             check(&parameter.name, &parameter.shape, &values)?;
             Ok((parameter.name, values))
         });
@@ -72,8 +72,8 @@ impl Weights {
     /// Reads a weights file.
     ///
     /// # Errors
-    /// If it cannot be read, or is truncated, of another format, shape or feature set, or holds a number that is not
-    /// finite.
+    /// If the file cannot be read, is truncated, has another format, shape or feature set, or contains a number that is
+    /// not finite.
     pub fn load(path: &Path) -> Result<Self, FileError> {
         file::read(KIND, path, Self::from_bytes)
     }
@@ -81,7 +81,7 @@ impl Weights {
     /// Weights from the bytes of a file.
     ///
     /// # Errors
-    /// What is wrong with them, as [`Weights::load`].
+    /// As for [`Weights::load`].
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
         let (header, tensors): (Header, _) = file::parse(KIND, bytes)?;
         if header.features != FEATURE_NAMES {
@@ -111,7 +111,7 @@ impl Weights {
     /// The bytes of a file.
     ///
     /// # Errors
-    /// If they cannot be serialized.
+    /// If the weights cannot be serialized.
     pub fn to_bytes(&self) -> Result<Vec<u8>, String> {
         let header = Header {
             features: FEATURE_NAMES.map(str::to_owned).to_vec(),
@@ -131,7 +131,7 @@ impl Weights {
         self.shape
     }
 
-    /// How they were made.
+    /// How the weights were trained.
     #[must_use]
     pub const fn recipe(&self) -> &Recipe {
         &self.recipe

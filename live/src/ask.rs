@@ -1,4 +1,4 @@
-//! Commands of the page, their checks, and their answers.
+//! Commands of the page: their format, validation and answers.
 
 use dragnet_proto::command::{Command, Mark};
 use dragnet_search::cell::Position;
@@ -17,9 +17,9 @@ pub enum Ask {
     Resume {},
     /// Mark a cell.
     Mark {
-        /// From the south.
+        /// Row of the cell, from the south.
         row: u32,
-        /// From the west.
+        /// Column of the cell, from the west.
         column: u32,
         /// The mark.
         r#as: MarkName,
@@ -71,7 +71,7 @@ pub enum AskError {
     /// An invalid polygon.
     #[error(transparent)]
     Polygon(#[from] PolygonError),
-    /// A polygon that changes nothing.
+    /// All cells of the polygon are searched already.
     #[error("all {0} cells in it are searched already")]
     NothingNew(usize),
 }

@@ -1,4 +1,4 @@
-//! A curve over the mission's time with a bounded number of points.
+//! A curve over mission time with a bounded number of points.
 
 /// The maximum number of points.
 const MOST: usize = 512;

@@ -1,4 +1,4 @@
-//! Frames: messages to a page, JSON. A new viewer gets the whole state, then changes.
+//! Frames: JSON messages to a page. A new viewer receives the whole state, then changes.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 
 use crate::view::{State, View};
 
-/// Log-odds beyond this are shown as this, nats: a probability of 0.9997.
+/// Log-odds are clamped to this absolute value for display, nats: a probability of 0.9997.
 pub const MOST_NATS: f64 = 8.0;
 /// If more than this share of the cells has changed, the whole map is sent.
 const SHARE: usize = 8;

@@ -53,7 +53,7 @@ impl Token {
         }
     }
 
-    /// Its text.
+    /// The token as text.
     #[must_use]
     pub fn text(&self) -> &str {
         &self.0
@@ -65,7 +65,7 @@ impl Token {
         authorization.and_then(|value| value.strip_prefix("Bearer ")).is_some_and(|given| self.is(given))
     }
 
-    /// Compares in constant time.
+    /// Compares the token with a text, in constant time.
     #[must_use]
     pub fn is(&self, given: &str) -> bool {
         let difference = self
@@ -84,8 +84,8 @@ impl std::fmt::Debug for Token {
     }
 }
 
-/// Whether a request addresses this server by an address that DNS cannot redirect, and comes from a page of this
-/// server, if from a page: `Host` is a number or `localhost`, and `Origin`, if present, is that host.
+/// Whether a request addresses this server by an address that DNS cannot redirect and, if it comes from a page, comes
+/// from a page of this server: `Host` is an IP address or `localhost`, and `Origin`, if present, is that host.
 #[must_use]
 pub fn is_own_page(host: Option<&str>, origin: Option<&str>) -> bool {
     let Some(host) = host else { return false };

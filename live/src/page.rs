@@ -1,4 +1,5 @@
-//! The server of the page: its files, a stream of frames to each viewer, and commands of those with the token.
+//! The server of the page: serves its files, streams frames to each viewer, and accepts commands from viewers with the
+//! token.
 
 use std::io;
 use std::net::{SocketAddr, TcpListener};
@@ -87,7 +88,7 @@ pub enum PageError {
     Token(#[from] TokenError),
 }
 
-/// A page that is served until this is dropped.
+/// A page, which is served until this value is dropped.
 pub struct Page {
     runtime: Runtime,
     address: String,
@@ -106,8 +107,8 @@ impl Drop for Teller {
 }
 
 impl Page {
-    /// Serves a mission that is about to run; returns the page, a listener for the coordinator's records, and the
-    /// operator's commands.
+    /// Serves a mission before its start; returns the page, a listener for the coordinator's records, and the receiver
+    /// of the operator's commands.
     ///
     /// # Errors
     /// If the address cannot be used, or there is no token.
@@ -167,7 +168,7 @@ impl Page {
         &self.address
     }
 
-    /// Serves the page until the future of `stop` is ready, within the runtime of the page.
+    /// Serves the page until the future that `stop` returns is ready. The future runs on the Tokio runtime of the page.
     pub fn serve_until<F: Future<Output = ()>>(self, stop: impl FnOnce() -> F) {
         self.runtime.block_on(async { stop().await });
         self.runtime.shutdown_background();

@@ -1,4 +1,4 @@
-//! A recording at any of its times.
+//! The view of a recording at any time.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use crate::view::{About, View};
 /// Detection threshold for recordings without one.
 const DEFAULT_DETECTION_THRESHOLD: f64 = 0.95;
 
-/// The mission of a recording.
+/// The facts about a recorded mission.
 #[must_use]
 pub fn about(playback: &Playback) -> About {
     let fact = |name: &str| playback.run.get(name).map(String::as_str);
@@ -56,7 +56,7 @@ impl Replay {
         Self { view: View::new(Arc::clone(&about)), about, playback, taken: 0 }
     }
 
-    /// Moves the view to a time, forward or back.
+    /// Moves the view to a mission time, forward or backward.
     pub fn seek(&mut self, time: MissionTime) {
         if time < self.view.now() {
             self.view = View::new(Arc::clone(&self.about));

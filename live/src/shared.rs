@@ -39,7 +39,7 @@ pub(crate) enum Show {
 /// A mission that is running.
 pub(crate) struct Running {
     pub(crate) view: Mutex<View>,
-    /// Counts records, so that viewers know when to update; and says whether there will be more.
+    /// Counts records, so that viewers know when to update, and stores whether there will be more.
     pub(crate) news: watch::Sender<News>,
     pub(crate) commands: mpsc::Sender<Commanded>,
 }

@@ -1,8 +1,8 @@
 //! The view: the contents of the page, folded from the coordinator's records one by one.
 //!
-//! It has no socket and no clock. A running mission and a recorded one go through the same fold
-//! ([`dragnet_coordinator::fold`]), so that the page shows the same of both at the same time. The view adds what only a
-//! page shows: trails, the curve, and message rates.
+//! It has no socket and no clock. Running and recorded missions use the same fold ([`dragnet_coordinator::fold`]), so
+//! that the page shows the same state of both at the same mission time. The view adds the contents that only a page
+//! shows: trails, the curve, and message rates.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -34,7 +34,7 @@ pub struct About {
     pub name: String,
     /// The map.
     pub terrain: Arc<Terrain>,
-    /// The prior probability of an object, shape `[cells]`: in single precision, as in recordings.
+    /// The prior probability of an object, shape `[cells]`, in single precision as in recordings.
     pub prior: Vec<f32>,
     /// Sensor radius of the robots, cells; unknown for older recordings, and then no cell is shown as out of reach.
     pub sensor_radius: Option<u32>,
@@ -47,7 +47,7 @@ pub struct About {
 }
 
 impl About {
-    /// For a scenario's mission, with the objects if known.
+    /// The facts about a scenario's mission; `objects` are the objects, if known.
     #[must_use]
     pub fn of(scenario: &Scenario, objects: Option<Vec<Cell>>) -> Self {
         Self {

@@ -1,4 +1,5 @@
-//! The mission clock: one time that all participants agree on, however late, reset or wrong their own clocks are.
+//! The mission clock: one time that all participants agree on, even if their computers' clocks are late, reset or
+//! wrong.
 //!
 //! A mission begins with the first observation of its first robot, and its time is the longest that any participant has
 //! counted since. Heartbeats, plans, observations and statuses carry it, so every message gives a lower bound of the
@@ -8,15 +9,15 @@
 //! cannot be set; the date of a computer is never used. So
 //!
 //! - a robot that starts late, or has lost its journal, has the mission's time with the first message that it receives;
-//! - one that restarts goes on from its journal ([`Kept`]): within one boot of its computer by the computer's uptime,
-//!   after another boot from the last stored time, until it receives more;
-//! - one without a connection counts by itself, and all agree on the longest time as soon as they connect.
+//! - one that restarts continues from its journal ([`Kept`]): within one boot of its computer by the computer's uptime,
+//!   after another boot from the last stored time, until it receives a later one;
+//! - one without a connection uses its own clock, and all agree on the longest time as soon as they connect.
 //!
 //! A participant is *joining* until [`JOINING`] after its first message, at each start, and accepts all times within
 //! [`LONGEST`]. After that, messages move it forward by no more than [`CREDIT`] at once, and then by one second per
 //! second: a participant that publishes false times makes a mission seem ten minutes older, and then its time pass
-//! twice as fast, and no more. To one that is joining it can do more: date it so late that its budget is spent and it
-//! rests, or that others reject its observations as dated in the future.
+//! twice as fast, and no more. A joining participant is more vulnerable: false times can advance its clock so far that
+//! its budget of time is spent, or that others reject its observations as dated in the future.
 
 use std::time::Duration;
 
@@ -33,7 +34,7 @@ pub const JOINING: Duration = Duration::from_secs(10);
 pub const CREDIT: Duration = Duration::from_mins(10);
 /// The longest mission: longer times are rejected.
 pub const LONGEST: Duration = Duration::from_hours(365 * 24);
-/// A simulator that is behind by no more than this, by the participant's clock, still sends the exact time: messages
+/// A simulator's time is accepted as exact if it is behind the participant's clock by at most this, because messages
 /// take time.
 const LATENCY: Duration = Duration::from_secs(1);
 
@@ -55,9 +56,9 @@ pub struct MissionClock {
 /// The result of receiving a time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Adjustment {
-    /// The adjustment, mission time.
+    /// By how much the clock was set forward, mission time.
     pub by: Duration,
-    /// The rest of the difference, which is not accepted, or not yet.
+    /// The rest of the difference, which is rejected, or not accepted yet.
     pub left: Duration,
 }
 
@@ -70,7 +71,7 @@ impl MissionClock {
         Self { real_time_factor, moment: (Duration::ZERO, first), has_begun: false, met: None, credit }
     }
 
-    /// The same with this mission time now.
+    /// The clock, set to this mission time now.
     #[must_use]
     pub const fn at(self, local: Duration, now: MissionTime) -> Self {
         Self { moment: (local, now), has_begun: true, ..self }
@@ -104,7 +105,7 @@ impl MissionClock {
         }
     }
 
-    /// Receives a time from another participant, that of its message.
+    /// Receives the mission time in another participant's message.
     pub fn receive(&mut self, local: Duration, time: MissionTime) -> Adjustment {
         let now = self.now(local);
         let ahead = time.since(now);
@@ -141,7 +142,7 @@ impl MissionClock {
     }
 }
 
-/// The mission time at which a message was made, by its author's clock; `None` for messages that repeat others.
+/// The mission time at which a message was created, by its author's clock; `None` for messages that repeat others.
 #[must_use]
 pub fn dated(from: Participant, message: &Message) -> Option<MissionTime> {
     let time_ns = match message {

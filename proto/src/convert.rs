@@ -1,7 +1,7 @@
-//! From domain messages to bytes and back, checked on the way back: decoded messages are well formed.
+//! Conversion of domain messages to bytes and back. Decoding checks every field: decoded messages are well formed.
 //!
-//! Encoding cannot fail. Decoding needs the mission's [`Grid`]: cells travel as numbers, and only those on the map
-//! become cells.
+//! Encoding a message cannot fail. Decoding needs the mission's [`Grid`]: cells are encoded as numbers, and numbers
+//! that are not on the map are rejected.
 
 mod check;
 mod directive;
@@ -95,13 +95,13 @@ pub struct Codec {
 }
 
 impl Codec {
-    /// For messages about this grid, for any team.
+    /// A codec for messages about this grid, for any team.
     #[must_use]
     pub const fn new(grid: Grid) -> Self {
         Self { grid, robots: u16::MAX }
     }
 
-    /// For messages of this scenario's team: lists are limited to what such a team can have.
+    /// A codec for messages of this scenario's team: the lengths of lists are limited accordingly.
     #[must_use]
     pub fn of(scenario: &Scenario) -> Self {
         let robots = u16::try_from(scenario.robots().len()).unwrap_or(u16::MAX);

@@ -1,8 +1,8 @@
-//! The directive: the operator's orders so far, gossiped by all participants.
+//! The directive: all commands of the operator so far except marks, gossiped by all participants.
 //!
-//! Every status of the coordinator and every heartbeat carries it, so that it also reaches robots that do not hear the
-//! coordinator, and a restarted coordinator learns it from the robots. Merging is commutative and idempotent: of pauses
-//! the newest counts, and added cells stay.
+//! Every status of the coordinator and every heartbeat carries it, so that it also reaches robots without a connection
+//! to the coordinator, and a restarted coordinator receives it from the robots. Merging is commutative and idempotent:
+//! the newest pause or resumption counts, and added cells are never removed.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
@@ -16,7 +16,7 @@ use dragnet_search::terrain::Terrain;
 /// later order could follow one at the end of time.
 const MOST_AHEAD: Duration = Duration::from_hours(365 * 24);
 
-/// All orders of the operator. The default is none.
+/// The operator's latest pause or resumption, and all added cells. The default contains neither.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Directive {
     /// When the search was last paused or resumed: nanoseconds of mission time, or one more than the number before if

@@ -41,7 +41,7 @@ pub struct Key {
     pub topic: Topic,
 }
 
-/// The content of a key.
+/// The topic of a key: all but its mission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Topic {
     /// A robot's observations, [`MessageKind::Observation`].
@@ -102,7 +102,7 @@ impl Topic {
         }
     }
 
-    /// The kind and the sender of the messages under this topic, if participants exchange them.
+    /// The kind and the sender of the messages under this topic; `None` if it is not for messages between participants.
     #[must_use]
     pub const fn speech(self) -> Option<(MessageKind, Participant)> {
         match self {

@@ -89,16 +89,16 @@ pub struct Intent {
     pub robot: RobotId,
     /// Its incarnation, as in its [`Origin`].
     pub incarnation: u64,
-    /// Number of the decision of that incarnation, from 0; a higher one replaces a lower one.
+    /// Number of the decision in that incarnation, from 0; a higher number replaces a lower one.
     pub decision: u64,
-    /// When it was decided, nanoseconds of mission time.
+    /// When the decision was made, nanoseconds of mission time.
     pub time_ns: u64,
     /// Cells still to be entered, in order; empty when the robot rests.
     pub path: Vec<Cell>,
 }
 
 impl Intent {
-    /// Whether this replaces a known plan of the same robot: it is newer, or the same one with fewer cells left.
+    /// Whether this replaces a known plan of the same robot: it is newer, or it is the same plan with fewer cells left.
     #[must_use]
     pub fn supersedes(&self, known: &Self) -> bool {
         let is_further = self.number() == known.number() && self.path.len() < known.path.len();
@@ -135,7 +135,7 @@ pub struct Heartbeat {
     pub versions: Versions,
     /// Digest of its evidence.
     pub digest: Digest,
-    /// The operator's directive, as far as known.
+    /// The operator's directive, as far as the robot has received it.
     pub directive: Directive,
 }
 
@@ -157,7 +157,7 @@ pub enum Activity {
 }
 
 impl Activity {
-    /// The reason why a robot does not move, in words.
+    /// The reason why a robot with this activity does not move, in words.
     #[must_use]
     pub const fn reason(self) -> &'static str {
         match self {
@@ -170,7 +170,7 @@ impl Activity {
         }
     }
 
-    /// Whether the robot has ended its search: a paused or waiting one may go on.
+    /// Whether the robot has ended its search; a paused or waiting robot may continue.
     #[must_use]
     pub const fn is_rest(self) -> bool {
         match self {
@@ -185,7 +185,7 @@ impl Activity {
 pub struct SyncRequest {
     /// The participant that asks.
     pub from: Participant,
-    /// The origin of the missing observations; often, not always, the participant that is asked.
+    /// The origin of the missing observations; it may be another participant than the one that is asked.
     pub of: Origin,
     /// The first sequence number that is missing.
     pub first: u64,
@@ -208,7 +208,7 @@ impl SyncReply {
 pub struct MissionStatus {
     /// When, nanoseconds of mission time.
     pub time_ns: u64,
-    /// Objects that are declared now.
+    /// Currently declared objects.
     pub declared: Vec<Detection>,
     /// Expected number of objects that are not declared.
     pub expected_remaining: f64,

@@ -4,8 +4,8 @@
 //! version vector reports more observations of any robot, its own or another's, is asked for them, so that the
 //! observations of a lost robot spread from any participant that received them.
 //!
-//! An observation that is missing for ever, for example because a robot lost its storage before any participant had
-//! received it, ends its log: later ones do not count, at any participant.
+//! If an observation is lost permanently, for example because a robot lost its storage before any participant had
+//! received it, the log of its origin ends there: no participant counts later observations of that origin.
 
 mod questions;
 
@@ -39,7 +39,7 @@ pub struct Replica {
 /// The result of receiving a message.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Received {
-    /// New observations: their readings count now.
+    /// New observations, whose readings count from now on.
     pub new: Vec<Arc<Observation>>,
     /// Requests and replies to send.
     pub replies: Vec<(Participant, Message)>,
@@ -75,11 +75,11 @@ impl Replica {
         &self.rejected
     }
 
-    /// Records an observation that the owner made or had stored. It is validated by the same limits as others: what all
-    /// others reject must not count here either.
+    /// Records an observation that the owner made, or had stored. It is validated by the same limits as those of
+    /// others: an observation that others reject must not count here either.
     ///
     /// # Errors
-    /// Why it does not count.
+    /// If validation rejects it: the reason.
     pub fn record(&mut self, observation: Arc<Observation>) -> Result<Entry, Rejected> {
         let of = observation.origin.source;
         self.offer(observation).map_err(|why| self.reject(self.owner, of, why))

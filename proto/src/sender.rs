@@ -1,4 +1,5 @@
-//! The process that a message comes from, in addition to its participant: two processes may have been given one number.
+//! The process that a message comes from, in addition to its participant: two processes may be configured with one
+//! number.
 
 /// The attachment of each message: three numbers of 64 bits, little-endian.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,14 +13,14 @@ pub struct Envelope {
 /// One process of a participant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Process {
-    /// Drawn when it starts.
+    /// Random identifier, drawn when the process starts.
     pub identity: u64,
     /// How long it has run, milliseconds; `u64::MAX` if it is to take over from all others of its number.
     pub age_ms: u64,
 }
 
 impl Envelope {
-    /// Its bytes.
+    /// Encodes the envelope.
     #[must_use]
     pub fn encode(self) -> Vec<u8> {
         [self.number, self.process.identity, self.process.age_ms]

@@ -1,7 +1,7 @@
-//! The contract of a mission's participants: an event goes in, effects come out.
+//! The contract of a mission's participants: a state machine that turns an event into effects.
 //!
 //! Robots and the coordinator are state machines without clock, network or files: the caller, in real time or in
-//! simulation, gives the time with each event and carries the effects out.
+//! simulation, passes the time with each event and carries out the effects.
 
 use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
@@ -23,14 +23,15 @@ pub trait StateMachine: Send {
     /// Handles an event at the caller's time.
     ///
     /// # Errors
-    /// Why the participant cannot go on, for example because its disk is full.
+    /// If the participant cannot continue, for example because its disk is full.
     fn handle(
         &mut self,
         now: MissionTime,
         event: Event<Message>,
     ) -> Result<Effects<Message>, ParticipantError>;
 
-    /// Handles a message like [`Event::Received`], by reference: a message with many receivers need not be copied for each.
+    /// Handles a message like [`Event::Received`], by reference: a message need not be copied for each of its
+    /// receivers.
     ///
     /// # Errors
     /// As [`StateMachine::handle`].
@@ -43,8 +44,9 @@ pub trait StateMachine: Send {
         self.handle(now, Event::Received { from, message: message.clone() })
     }
 
-    /// All observations to be stored are stored: at most the last `held` of each origin need to stay in memory, if the
-    /// caller answers requests for the others ([`Effects::repeats`]). Without storage, all stay in memory.
+    /// Releases stored observations from memory: at most the last `held` of each origin are kept. To be called only
+    /// when all observations are stored, by a caller that answers requests for the others ([`Effects::repeats`]). A
+    /// participant without storage keeps all in memory.
     fn release(&mut self, _held: NonZeroUsize) {}
 
     /// Whether a cell's probability reaches the detection threshold of a robot. Always false for the coordinator, which
@@ -60,7 +62,7 @@ pub trait StateMachine: Send {
     fn observations(&self) -> u64;
 }
 
-/// Why a participant cannot go on.
+/// Why a participant cannot continue.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{participant} cannot go on: {reason}")]
 pub struct ParticipantError {
@@ -77,7 +79,7 @@ pub struct ParticipantError {
 pub enum Event<M> {
     /// The mission starts.
     Start,
-    /// A robot is in a cell, for the first time, after a move, or standing, and took these readings.
+    /// A robot has taken readings from a cell: at its start, after a move, or while it stands.
     Sensed {
         /// The robot's cell.
         cell: Cell,
@@ -97,11 +99,11 @@ pub enum Event<M> {
     Came,
     /// A robot has left the network.
     Lost(RobotId),
-    /// The operator gives a command, at the coordinator.
+    /// The operator has given a command at the coordinator.
     Commanded(Command),
-    /// Another, older process of this robot's number is in the mission: the robot stops.
+    /// An older process with this robot's number is in the mission: the robot stops.
     Halted,
-    /// It may go on.
+    /// There is no older process any more: the robot continues.
     Released,
     /// The robots whose number is now used by several processes.
     Doubled(BTreeSet<RobotId>),
@@ -111,7 +113,7 @@ impl<M> Event<M> {
     /// The sender and message of [`Event::Received`].
     ///
     /// # Errors
-    /// Any other event: it has no message, so that it is one of every message type.
+    /// Any other event, converted to another message type, since it contains no message.
     pub fn into_message<N>(self) -> Result<(Participant, M), Event<N>> {
         Err(match self {
             Self::Received { from, message } => return Ok((from, message)),
@@ -128,14 +130,14 @@ impl<M> Event<M> {
     }
 }
 
-/// The effects of an event, to be carried out in this order.
+/// The effects of an event, to be carried out in the order of the fields.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Effects<M> {
-    /// New observations: to be stored before anything is published.
+    /// New observations, to be stored before anything is published.
     pub kept: Vec<Arc<Observation>>,
     /// Published messages, in order.
     pub published: Vec<(Audience, M)>,
-    /// A robot's new path, if it changes: cells to enter from now on; empty: stay.
+    /// A robot's new path, if it changes: cells to enter, in order; empty to stay.
     pub route: Option<Vec<Cell>>,
     /// When to wake the participant if no event happens before.
     pub wake_at: MissionTime,
@@ -166,7 +168,7 @@ impl<M> Default for Effects<M> {
 }
 
 impl<M> Effects<M> {
-    /// The same effects with each message replaced.
+    /// The effects with each message converted.
     #[must_use]
     pub fn map<N>(self, replace: impl Fn(M) -> N) -> Effects<N> {
         let published = self.published.into_iter().map(|(audience, message)| (audience, replace(message)));

@@ -22,12 +22,13 @@ pub struct Step {
 /// The simulator's request.
 #[derive(Clone, Debug, PartialEq)]
 pub enum StepEvent {
-    /// An event of the contract; messages are referred to by their numbers among their sender's. Only events of
-    /// simulated time have bytes: no participant joins, is halted, doubled or commanded there.
+    /// An event of [`crate::state_machine`]; a message is referred to by its sequence number in its sender's process.
+    /// Only events that occur in simulated time can be encoded: there, no participant joins, is halted, is doubled or
+    /// gets a command.
     Event(Event<u64>),
     /// No event; the digest of the evidence is requested.
     Report,
-    /// The mission is over: leave.
+    /// The mission is over: the participant ends.
     Finish,
 }
 
@@ -41,7 +42,7 @@ pub struct StepReply {
     pub digest: Digest,
     /// Observations known to the participant.
     pub observations: u64,
-    /// Why the participant cannot go on; empty if it can.
+    /// Why the participant cannot continue; empty if it can.
     pub error: String,
 }
 
@@ -54,7 +55,7 @@ pub struct MessageRef {
     pub kind: MessageKind,
 }
 
-/// Readings of a simulated sensor, sent to its robot. Not yet an observation: the robot numbers those.
+/// Readings of a simulated sensor, sent to its robot, which makes an observation of them and numbers it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sensed {
     /// The robot.

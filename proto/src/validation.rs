@@ -1,15 +1,15 @@
-//! Validation of observations: where a robot can be, the possible readings of its sensor, when, and at which speed.
+//! Validation of observations: possible positions of a robot, possible readings of its sensor, dates, and speed.
 //!
-//! Robots and coordinator validate every observation by the same [`Limits`], a robot its own too. Observations within
-//! them are accepted.
+//! Robots and the coordinator validate every observation by the same [`Limits`], including a robot's own. Observations
+//! within the limits are accepted.
 //!
 //! An observation counts only after all before it of its origin have counted ([`crate::replica`]), and each is
 //! validated by itself, by the one before it and by the first one. So the accepted part of an origin's log is its
 //! longest valid prefix: a function of what was published, not of the order of arrival. Two participants that receive
 //! the same observations, late, repeated or in any order, accept the same ones.
 //!
-//! Only the clock differs between participants. An observation that is dated in the future is therefore not judged: it
-//! is not taken now, and requested again like a lost one, until it is no longer in the future.
+//! Only the clock differs between participants. An observation that is dated in the future is therefore neither
+//! accepted nor finally rejected: it is requested again like a lost one, until it is no longer in the future.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -26,17 +26,17 @@ use dragnet_search::terrain::Terrain;
 
 use crate::command::Mark;
 
-/// Factor by which a robot may exceed the mission's speed: its clock drifts, its wheels are new.
+/// Factor by which a robot may exceed the mission's speed, because of clock drift and of wheels that are larger than nominal.
 pub const SPEED_TOLERANCE: f64 = 1.1;
 /// Cells by which a robot may get further between two observations than its speed allows: its position within its cell
 /// is unknown.
 const PLACE_TOLERANCE_CELLS: f64 = 2.0;
-/// The number of consecutive observations that may take no time.
+/// The number of consecutive observations that may have the same time.
 const OBSERVATIONS_AT_ONCE: u64 = 16;
 /// Observations that a robot may make in the time in which it crosses a cell at full speed. A robot observes once per
-/// cell; with unlimited observations it could make anything certain.
+/// cell; unlimited observations could make any cell certain.
 const OBSERVATIONS_PER_CELL: f64 = 2.0;
-/// Standard deviations that a reading may be off: one in 10^15 is.
+/// Maximum error of a reading, standard deviations: one reading in 10^15 exceeds it.
 const DEVIATIONS: f64 = 8.0;
 /// Share of the variance of the sensor's model by which a reading may be more precise.
 const VARIANCE_TOLERANCE: f32 = 0.01;
@@ -46,7 +46,7 @@ const VARIANCE_TOLERANCE: f32 = 0.01;
 pub enum Rejection {
     /// Its robot is not of the team.
     Stranger,
-    /// Another one of the same name is known; the first stays.
+    /// Another observation with the same identifier is known, and is kept.
     Conflicting,
     /// Its robot is in a cell that is not traversable.
     Blocked,
@@ -62,11 +62,11 @@ pub enum Rejection {
     Future,
     /// It is dated before the previous one.
     Backwards,
-    /// The robot cannot have got there since the previous one.
+    /// The robot cannot have reached its cell since the previous observation.
     TooFast,
     /// The robot observes more often than it can enter cells.
     TooOften,
-    /// It is attributed to the operator, who cannot mark a cell so.
+    /// It is attributed to the operator, but is not a valid mark.
     NoMark,
     /// The robot has restarted too often.
     TooManyStarts,
@@ -103,9 +103,9 @@ impl fmt::Display for Rejection {
 pub struct Rejected {
     /// The participant that sent it.
     pub from: Participant,
-    /// The source that it is about: a sync reply may repeat observations of any source.
+    /// The source of the rejected observation: a sync reply may repeat observations of any source.
     pub of: Source,
-    /// Why.
+    /// The reason.
     pub why: Rejection,
 }
 
@@ -127,7 +127,7 @@ pub struct RejectionKind {
     pub from: Option<Participant>,
     /// The source; `None` if it is not of the team.
     pub of: Option<Source>,
-    /// Why.
+    /// The reason.
     pub why: Rejection,
 }
 
@@ -268,7 +268,7 @@ impl Limits {
         Ok(())
     }
 
-    /// The straight line is the shortest path, whatever is in between.
+    /// The straight line is the shortest path, independently of obstacles.
     fn check_speed(&self, before: &Observation, observation: &Observation) -> Result<(), Rejection> {
         if observation.time_ns < before.time_ns {
             return Err(Rejection::Backwards);
@@ -295,7 +295,7 @@ impl Limits {
     }
 }
 
-/// The operator may mark any cell, one at a time, whatever its ground; one mark after another.
+/// The operator may mark any cell, traversable or not: one cell per mark, and marks in order of time.
 fn check_mark(observation: &Observation, known: Option<Ends<'_>>) -> Result<(), Rejection> {
     let is_mark = |mark: Mark| observation.readings[..] == [mark.reading(observation.from)];
     if !Mark::ALL.into_iter().any(is_mark) {

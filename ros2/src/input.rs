@@ -91,7 +91,7 @@ impl InputKind {
         }
     }
 
-    /// The maximum size of such a message: longer ones are not even copied.
+    /// The maximum size of a message of this kind, bytes: longer ones are rejected before they are copied.
     #[must_use]
     pub const fn max_bytes(self) -> usize {
         match self {
@@ -102,10 +102,10 @@ impl InputKind {
         }
     }
 
-    /// Decodes and checks such a message.
+    /// Decodes and checks a message of this kind.
     ///
     /// # Errors
-    /// If it is too long, not such a message, or holds an invalid value.
+    /// If it is too long, is not a message of this kind, or contains an invalid value.
     pub fn understand(self, bytes: &[u8]) -> Result<Input, InputError> {
         match self {
             Self::Odometry => Odometry::check(&self.decode(bytes)?).map(Input::Odometry),
@@ -119,7 +119,7 @@ impl InputKind {
         }
     }
 
-    /// Checks the size of such a message.
+    /// Checks the size of a message of this kind.
     ///
     /// # Errors
     /// If it is too long.
@@ -140,7 +140,7 @@ impl InputKind {
 /// Why a message is rejected.
 #[derive(Debug, thiserror::Error)]
 pub enum InputError {
-    /// More bytes than such a message has.
+    /// The message is longer than a message of this kind can be.
     #[error("{message}: {found} bytes; allowed are at most {most}")]
     Length {
         /// Its ROS name.
@@ -150,7 +150,7 @@ pub enum InputError {
         /// The maximum.
         most: usize,
     },
-    /// The bytes are not such a message: its publisher has another type.
+    /// The bytes are not a message of this type: its publisher uses another type.
     #[error("not the bytes of {message}: {source}")]
     Bytes {
         /// Its ROS name.

@@ -1,8 +1,8 @@
 //! The state of a waypoint that was sent to Nav2 on its goal topic.
 //!
-//! Nav2 makes a goal of its action `navigate_to_pose` of it, under an identifier that it does not publish. So the first
-//! goal that is accepted after the waypoint was sent is taken for it. Feedback of the action is not used: the robot's
-//! own odometry gives its position, also when another program drives it.
+//! Nav2 converts the waypoint to a goal of its action `navigate_to_pose`, with an identifier that it does not publish.
+//! So the first goal that is accepted after the waypoint was sent is taken for it. Feedback of the action is not used:
+//! the robot's own odometry gives its position, also when another program drives it.
 
 use std::collections::BTreeSet;
 
@@ -35,7 +35,7 @@ pub enum Progress {
 }
 
 impl NavigationGoal {
-    /// A waypoint that is sent now, while these goals are known.
+    /// A waypoint that is sent now; `goals` are the goals that exist already.
     #[must_use]
     pub fn begin(goals: &[GoalStatus]) -> Self {
         let older = goals.iter().map(|goal| goal.goal).collect();

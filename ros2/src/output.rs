@@ -21,13 +21,13 @@ pub enum Output {
     Goal(PlanarPose),
     /// `nav_msgs/Path`: the goals after it, in order; empty when the robot rests.
     Path(Vec<PlanarPose>),
-    /// `nav_msgs/OccupancyGrid`: the belief in percent, as drawn by [`crate::viewer::Viewer::belief`], and the pose of
-    /// its south-western corner.
+    /// `nav_msgs/OccupancyGrid`: the belief in percent, as returned by [`crate::viewer::Viewer::belief`], and the pose
+    /// of its south-western corner.
     Belief(OccupancyGrid, PlanarPose),
     /// `vision_msgs/Detection3DArray`: declared objects, with the probability and the position covariance of each,
     /// which a `PoseArray` cannot hold.
     Objects(Vec<ObjectEstimate>),
-    /// The same for the confirmed tracks of this robot, declared or not.
+    /// `vision_msgs/Detection3DArray`: the confirmed tracks of this robot, declared or not.
     Tracks(Vec<ObjectEstimate>),
     /// `diagnostic_msgs/DiagnosticArray`: the state of this program.
     Diagnostics(Vec<Diagnostic>),

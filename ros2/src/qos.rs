@@ -1,4 +1,4 @@
-//! Quality of service, as far as it is distinguished here.
+//! Quality of service: the settings that Dragnet uses.
 
 use std::fmt;
 
@@ -16,18 +16,18 @@ pub struct Qos {
 /// Whether lost messages are sent again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reliability {
-    /// They are.
+    /// Lost messages are sent again.
     Reliable,
-    /// They are not: the next one replaces them.
+    /// Lost messages are not sent again: the next one replaces them.
     BestEffort,
 }
 
 /// Whether late subscribers receive the last messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Durability {
-    /// They do not.
+    /// Late subscribers receive new messages only.
     Volatile,
-    /// They do, as long as the publisher exists.
+    /// Late subscribers receive the last messages, as long as the publisher exists.
     TransientLocal,
 }
 

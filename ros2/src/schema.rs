@@ -1,7 +1,7 @@
 //! ROS names and definitions of all messages, for recordings and bridges.
 //!
-//! A schema is the definition of a message followed by those of all messages in it, as MCAP's encoding `ros2msg` wants
-//! them: a reader needs no other file.
+//! A schema is the definition of a message followed by those of all messages in it, as MCAP's encoding `ros2msg`
+//! requires: a reader needs no other file.
 
 mod robot;
 mod standard;
@@ -53,7 +53,7 @@ impl MessageType {
         Self { name: T::NAME, hash: T::type_hash() }
     }
 
-    /// As DDS mangles it, `nav_msgs::msg::dds_::Odometry_`.
+    /// The name as mangled by DDS, such as `nav_msgs::msg::dds_::Odometry_`.
     #[must_use]
     pub fn dds_name(&self) -> String {
         match self.name.rsplit_once('/') {

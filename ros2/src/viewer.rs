@@ -21,7 +21,7 @@ pub const MAP_FRAME: &str = "map";
 /// Bytes of one `f32`.
 const CELL_BYTES: u32 = 4;
 
-/// Draws one mission on its map.
+/// Converts one mission to messages for viewers.
 #[derive(Clone, Copy, Debug)]
 pub struct Viewer<'a> {
     terrain: &'a Terrain,

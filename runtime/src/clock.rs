@@ -38,22 +38,22 @@ impl Clock {
         Self { started: Instant::now(), real_time_factor, mission, listens: Duration::ZERO }
     }
 
-    /// The same for a robot with its own vehicle: before its first observation begins a new mission it listens for an
-    /// existing one that it joins late, or has forgotten.
+    /// A clock for a robot with its own vehicle: before the robot's first observation begins a new mission, it listens
+    /// for a mission that is running already and that it has to join.
     #[must_use]
     pub fn listening(self) -> Self {
         Self { listens: LISTEN, ..self }
     }
 
-    /// Whether it listens to others first: one that knows the mission's time does so for a moment, too, to detect
-    /// another process of its number.
+    /// Whether it still listens to others. A robot that knows the mission's time listens for a moment too, to detect
+    /// another process with its number.
     #[must_use]
     pub fn listens(&self) -> bool {
         let listens = if self.has_begun() { self.listens.min(SETTLE) } else { self.listens };
         self.local() < listens
     }
 
-    /// The same with this mission time now.
+    /// The clock, set to this mission time now.
     #[must_use]
     pub fn at(self, now: MissionTime) -> Self {
         Self { mission: self.mission.at(self.local(), now), ..self }
@@ -65,13 +65,13 @@ impl Clock {
         self.mission.now(self.local())
     }
 
-    /// How long this process has run.
+    /// Time since this process started.
     #[must_use]
     pub fn local(&self) -> Duration {
         self.started.elapsed()
     }
 
-    /// Whether the mission has begun, as far as known here.
+    /// Whether the mission has begun, as far as this participant knows.
     #[must_use]
     pub const fn has_begun(&self) -> bool {
         self.mission.has_begun()
@@ -113,7 +113,7 @@ impl Clock {
         kept.resumed(&boot, uptime, self.real_time_factor)
     }
 
-    /// Whether it has been set since values were stored, so that a later start would use a wrong time.
+    /// Whether the clock was set since its values were stored, so that a restart would use a wrong time.
     #[must_use]
     pub fn has_moved_since(&self, noted: &Clock) -> bool {
         // The two differ only by adjustments.

@@ -162,7 +162,7 @@ pub struct Checked {
 }
 
 impl AgentSettings {
-    /// The path of the robot's journal, by the settings of a file.
+    /// The path of the robot's journal. `file` is the file of the settings.
     #[must_use]
     pub fn journal(&self, file: &Path) -> PathBuf {
         let folder = file.parent().unwrap_or(Path::new(""));
@@ -189,7 +189,7 @@ impl AgentSettings {
         )
     }
 
-    /// The robot's vehicle, if the settings of a file have one.
+    /// The robot's vehicle, if the settings have one. `file` is the file of the settings.
     ///
     /// # Errors
     /// If a value is invalid, or vehicle, network and scenario do not match: with the key and the allowed values.
@@ -273,10 +273,10 @@ impl AgentSettings {
 }
 
 impl Body {
-    /// Makes the detector for the cameras' images, by the settings of a file.
+    /// Constructs the detector for the cameras' images. `file` is the file of the settings.
     ///
     /// # Errors
-    /// If it cannot be made.
+    /// If the detector cannot be constructed.
     pub fn make_detector(
         &self,
         file: &Path,
@@ -301,7 +301,7 @@ fn parts(terrain: &Terrain) -> u32 {
 }
 
 impl Common {
-    /// Checks the settings of a file and loads the scenario.
+    /// Checks the settings, and loads the scenario. `file` is the file of the settings.
     ///
     /// # Errors
     /// If a value is invalid: with its key and the allowed values.
@@ -321,7 +321,7 @@ impl Common {
 }
 
 impl SimSettings {
-    /// Checks the settings of a file; returns the mission.
+    /// Checks the settings, and returns the mission. `file` is the file of the settings.
     ///
     /// # Errors
     /// If a value is invalid: with its key and the allowed values.
@@ -336,7 +336,7 @@ impl SimSettings {
 /// Checks a real-time factor.
 ///
 /// # Errors
-/// The allowed values.
+/// If it is out of range: the allowed values.
 pub fn check_real_time_factor(real_time_factor: f64) -> Result<(), String> {
     if real_time_factor.is_finite() && (1e-3..=1e4).contains(&real_time_factor) {
         Ok(())

@@ -1,6 +1,6 @@
-//! Checks of a robot before a mission: is everything there that its settings name?
+//! Checks of a robot before a mission: whether everything that its settings name exists and works.
 //!
-//! The doctor changes nothing, and does not announce itself: the robot itself may run meanwhile.
+//! The checks change nothing and are not announced on the network, so they can run while the robot runs.
 
 mod clocks;
 mod computer;
@@ -29,18 +29,18 @@ pub struct Finding {
     pub subject: String,
     /// The result in words.
     pub message: String,
-    /// What to do, if anything.
+    /// The remedy, if any.
     pub advice: String,
 }
 
 /// The verdict of a check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verdict {
-    /// It will.
+    /// It works.
     Pass,
     /// It works, with a caveat.
     Warn,
-    /// It does not work: the advice says what to do.
+    /// It does not work; the advice gives a remedy.
     Fail,
 }
 
@@ -75,9 +75,9 @@ impl Finding {
     }
 }
 
-/// Checks everything that the settings of a robot name; listens to its networks for this long. `tell` receives each
-/// finding as it is made. `make` makes its detector, if the settings ask for one. With invalid settings nothing else is
-/// checked.
+/// Checks everything that the settings of a robot name; listens to its networks for this duration. `tell` receives each
+/// finding as soon as it is known. `make` constructs the detector, if the settings have one. If the settings are
+/// invalid nothing else is checked.
 pub fn examine(file: &Path, listen: Duration, make: Make<'_>, tell: &mut dyn FnMut(Finding)) {
     let advice = "correct the settings: docs/guide.md and docs/field-guide.md explain them";
     let config = match config::load::<AgentSettings>(file) {

@@ -2,7 +2,7 @@
 //!
 //! Each process draws a random identity when it starts, which is part of its liveliness token and all its messages,
 //! together with its age. Of two processes of one robot the younger one stops, and publishes nothing, as long as the
-//! older one is there; every participant reports both. The token of a process that has died stays until the lease of
+//! older one is present; every participant reports both. The token of a process that has died stays until the lease of
 //! its session ends, and does not stop the process that replaces it for longer than [`SETTLING`].
 
 use std::collections::{BTreeMap, BTreeSet};

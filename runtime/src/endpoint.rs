@@ -1,4 +1,5 @@
-//! Endpoints that can never work, however late the network comes, and so must be mistakes in the settings.
+//! Detects endpoints that can never work, even if the network becomes available later, and so must be mistakes in the
+//! settings.
 //!
 //! An address that this computer does not have, an unknown name, and a port that another process holds may all be
 //! available later. An unsupported protocol, or an address without a port, never will.
@@ -12,7 +13,7 @@ const PROTOCOLS: [&str; 2] = ["tcp", "tls"];
 /// Checks all endpoints of Zenoh's settings.
 ///
 /// # Errors
-/// The first impossible one, and what is allowed.
+/// The first endpoint that can never work, and the allowed values.
 pub(crate) fn check(config: &Config) -> Result<(), String> {
     for key in ["listen/endpoints", "connect/endpoints"] {
         for endpoint in listed(&config.get_json(key).unwrap_or_default()) {
@@ -25,7 +26,7 @@ pub(crate) fn check(config: &Config) -> Result<(), String> {
 /// Checks an endpoint.
 ///
 /// # Errors
-/// What is wrong with it, and what is allowed.
+/// The error of an endpoint that can never work, and the allowed values.
 pub(crate) fn check_one(endpoint: &str) -> Result<(), String> {
     let parsed: EndPoint = endpoint
         .parse()

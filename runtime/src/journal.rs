@@ -1,4 +1,4 @@
-//! The journal: what a robot must store for a restart, on disk before it is published.
+//! The journal: the state that a robot needs for a restart, stored on disk before anything is published.
 //!
 //! One file for each robot, a [`redb`](https://docs.rs/redb) database: commits are atomic, even if the process or the
 //! power fails, which a recording in chunks does not guarantee; and a second process of the same robot is locked out. A
@@ -68,7 +68,8 @@ type Facts = [(&'static str, String); 5];
 /// The stored state of a restarted robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Memory {
-    /// Time of its first start by the date of its computer: Unix time, nanoseconds. For people: nothing depends on it.
+    /// Time of its first start by the date of its computer: Unix time, nanoseconds. For display only: nothing depends
+    /// on it.
     pub started_unix_ns: u64,
     /// All observations that it knew, its own in the order in which it made them.
     pub observations: Vec<Arc<Observation>>,
@@ -87,16 +88,16 @@ impl Memory {
 /// The result that [`Journal::open`] would have.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Prospect {
-    /// The robot continues with this state, and the stored mission time.
+    /// The robot continues with this state and the stored mission time.
     GoesOn(Memory, Option<Kept>),
-    /// It is damaged: the robot moves it aside, and begins a new one.
+    /// The journal is damaged: the robot moves it aside, and begins a new one.
     SetAside {
         /// The damage.
         damage: String,
     },
 }
 
-/// Checks a journal that its robot does not use now. The file is never changed.
+/// Checks a journal while its robot does not run. The file is never changed.
 ///
 /// # Errors
 /// If [`Journal::open`] would fail.
@@ -146,10 +147,10 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// Opens a robot's journal, and begins one if there is none: the robot starts now, `now_unix_ns` in Unix time.
+    /// Opens a robot's journal, or begins one if there is none. `now_unix_ns` is the current Unix time, nanoseconds.
     ///
-    /// The robot should start in any case: a damaged journal is moved aside, and a new one begun; one on a full disk is
-    /// read, and written later.
+    /// The robot should start in any case: a damaged journal is moved aside and a new one begun; a journal on a full
+    /// disk is read now and written later.
     ///
     /// # Errors
     /// If the file cannot be read or written for another reason, if it is in use, or if it is not this robot's journal.

@@ -1,4 +1,4 @@
-//! A participant's link to the network: it publishes and receives.
+//! A participant's link to the network: publishes and receives messages.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::hash::{BuildHasher, Hasher, RandomState};
@@ -36,13 +36,13 @@ pub struct Link<Me = Participant> {
     processes: BTreeMap<Participant, Vec<u64>>,
     identity: u64,
     started: Instant,
-    /// Whether it counts as older than all others of its number.
+    /// Whether this process takes precedence over all others with its number.
     takes_over: bool,
     /// The liveliness token of this participant.
     token: Option<LivelinessToken>,
 }
 
-/// A listener: it receives what is published to all, and publishes nothing.
+/// The owner of a link that only listens: it receives the messages that are published to all, and publishes nothing.
 #[derive(Clone, Copy, Debug)]
 pub struct ReceiveOnly;
 
@@ -66,7 +66,7 @@ pub enum Incoming {
         /// The content.
         message: Message,
     },
-    /// An invalid message under a key of the mission, or one of another sender than the key's.
+    /// An invalid message under a key of the mission, or a message whose sender is not that of the key.
     Rejected {
         /// The sender, by the key.
         from: Sender,
@@ -84,7 +84,7 @@ pub enum Incoming {
 }
 
 impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
-    /// Subscribes to all that concerns a participant, without announcing it: see [`Link::announce`].
+    /// Subscribes to all messages for a participant, without announcing the participant: see [`Link::announce`].
     ///
     /// # Errors
     /// If Zenoh fails.
@@ -205,20 +205,20 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
         sender(Some(participant), self.codec)
     }
 
-    /// The other participants that are there.
+    /// The other participants that are present.
     #[must_use]
     pub const fn present(&self) -> &BTreeSet<Participant> {
         &self.present
     }
 
-    /// The other processes of a participant that are there, in the order of their arrival.
+    /// The other processes of a participant that are present, in the order of their arrival.
     #[must_use]
     pub fn processes(&self, participant: Participant) -> &[u64] {
         self.processes.get(&participant).map_or(&[], Vec::as_slice)
     }
 
-    /// Participants that have several processes, including this one: as when two robots have one number. The token of a
-    /// dead process stays for a while, beside that of the process that replaces it.
+    /// Participants that have several processes, including this one; for example if two robots are configured with one
+    /// number. The token of a dead process remains for a while beside that of the process that replaces it.
     #[must_use]
     pub fn doubled(&self) -> BTreeSet<Participant> {
         let own = |participant| usize::from(self.participant() == Some(participant) && self.token.is_some());
@@ -234,7 +234,7 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
         Process { identity: self.identity, age_ms: if self.takes_over { u64::MAX } else { age_ms } }
     }
 
-    /// How long this process has been on the network.
+    /// Time since this process joined the network.
     #[must_use]
     pub fn age(&self) -> Duration {
         self.started.elapsed()
@@ -258,13 +258,13 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
         self.codec.grid()
     }
 
-    /// Whether another participant is there.
+    /// Whether another participant is present.
     #[must_use]
     pub fn is_present(&self, participant: Participant) -> bool {
         self.present.contains(&participant)
     }
 
-    /// Waits until all of these are there. Other incoming messages and events are passed to `others`.
+    /// Waits until all of these participants are present. Other incoming messages and events are passed to `others`.
     ///
     /// # Errors
     /// If one does not join in time.
@@ -292,13 +292,13 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
 }
 
 impl Link {
-    /// Who this is.
+    /// The owner of this link.
     #[must_use]
     pub const fn me(&self) -> Participant {
         self.me
     }
 
-    /// Lets the others know that this participant is there, and hears.
+    /// Announces this participant to the others by its liveliness token.
     ///
     /// # Errors
     /// If Zenoh refuses.
@@ -310,7 +310,7 @@ impl Link {
         Ok(())
     }
 
-    /// Says something, as the message of this number.
+    /// Publishes a message with this sequence number.
     ///
     /// # Errors
     /// If Zenoh refuses.
@@ -333,7 +333,7 @@ impl Link {
             .map_err(RuntimeError::zenoh("publish"))
     }
 
-    /// From now on it counts as older than all other processes of its number.
+    /// Gives this process precedence over all others with its number.
     pub const fn take_over(&mut self) {
         self.takes_over = true;
     }

@@ -17,7 +17,7 @@ pub(crate) const MOST_KINDS: usize = 1000;
 /// Time between two removals of old kinds.
 const CHECK_PERIOD: Duration = Duration::from_secs(1);
 
-/// Decides what is logged and what is only counted.
+/// Decides which lines are logged, and which are only counted.
 #[derive(Clone, Debug)]
 pub(crate) struct LogLimit<K> {
     /// The last line of each kind; `None` is the common kind of the rest.
@@ -137,7 +137,7 @@ pub(crate) enum Kind {
     One,
     /// The own robot stops.
     Stands,
-    /// It goes on.
+    /// The own robot continues.
     GoesOn,
 }
 
@@ -194,7 +194,7 @@ impl Teller {
         self.limit.admits(now, &(kind, sender))
     }
 
-    /// Waits until a count of suppressed lines is due, and logs it; for ever if there is none.
+    /// Waits until a count of suppressed lines is due, and logs it; never ends if there is none.
     pub(crate) async fn settle(&mut self) {
         match self.limit.due() {
             Some(due) => tokio::time::sleep_until(due.into()).await,

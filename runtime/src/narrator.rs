@@ -15,9 +15,9 @@ pub(crate) struct Narrator {
     grid: Grid,
     /// Cells in which a robot has found an object, or the coordinator has declared one.
     found: BTreeSet<Cell>,
-    /// What the coordinator last heard that each robot does.
+    /// The last activity of each robot that the coordinator received.
     activities: BTreeMap<RobotId, Activity>,
-    /// Whether the coordinator has said that all robots rest.
+    /// Whether the coordinator has logged that all robots rest.
     is_over: bool,
 }
 
@@ -26,7 +26,7 @@ impl Narrator {
         Self { me, grid, found: BTreeSet::new(), activities: BTreeMap::new(), is_over: false }
     }
 
-    /// A robot tells what it does: the coordinator logs once that all of them rest.
+    /// Handles the activity of a robot: the coordinator logs once that all robots rest.
     pub(crate) fn receive(&mut self, heartbeat: &Heartbeat) {
         self.activities.insert(heartbeat.robot, heartbeat.activity);
         self.tell_end();

@@ -1,4 +1,4 @@
-//! Logs connections and messages that Zenoh rejects, in plain words.
+//! Logs connections and messages that Zenoh rejects, with their meaning.
 //!
 //! Zenoh reports rejections in its own log only: some as misleading warnings, some at levels that are not shown. This
 //! layer of the log listens to those, and logs the meaning of each rejection once a minute.
@@ -22,8 +22,8 @@ const TLS: &str = "zenoh_link_tls";
 const CALLS: &str = "zenoh::net::runtime::orchestrator";
 const ACCESS: &str = "zenoh::net::routing::interceptor::access_control";
 
-/// A layer that listens to Zenoh, and logs rejections as warnings of this module. It must be part of the subscriber of
-/// the whole program.
+/// A layer that receives Zenoh's log events, and logs rejections as warnings of this module. It must be part of the
+/// program's global subscriber.
 #[must_use]
 pub fn layer<S: Subscriber + for<'a> LookupSpan<'a>>() -> impl Layer<S> {
     let (sender, receiver) = sync_channel(MOST);

@@ -1,4 +1,5 @@
-//! A slow link: forwards TCP connections with delay and limited rate. Not every kernel can do that to a link itself.
+//! Emulates a slow link: forwards TCP connections with delay and limited rate, also on systems whose kernel cannot do
+//! so itself.
 
 use std::net::SocketAddr;
 use std::time::Duration;

@@ -1,4 +1,4 @@
-//! The participants of a simulation on other sessions, each a [`crate::lockstep::LockstepNode`].
+//! Participants of a simulation on other sessions; each is a [`crate::lockstep::LockstepNode`].
 
 use std::time::Duration;
 
@@ -21,7 +21,7 @@ pub struct RemoteParticipants {
     session: Session,
     mission: Mission,
     codec: Codec,
-    /// Called while waiting for an answer; fails if it will never come.
+    /// Called while waiting for an answer; returns an error if no answer can come.
     watch: Box<dyn FnMut() -> Result<(), RuntimeError>>,
 }
 
@@ -31,7 +31,8 @@ const CHECK_PERIOD: Duration = Duration::from_millis(200);
 const RETRY: Duration = Duration::from_millis(20);
 
 impl RemoteParticipants {
-    /// Participants on this session. `watch` is called while answers are waited for.
+    /// Connects to participants by this session. `watch` is called while waiting for an answer; it returns an error if
+    /// no answer can come.
     #[must_use]
     pub fn new(
         session: Session,

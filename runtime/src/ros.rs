@@ -1,4 +1,4 @@
-//! A node on a robot's own ROS 2 network, over plain Zenoh: ROS is not needed to build it or to run it.
+//! A node on a robot's own ROS 2 network, over plain Zenoh: neither building nor running it needs ROS.
 //!
 //! There are two transports, [`settings::Transport`]: nodes of `rmw_zenoh` use their own keys, with the tokens and
 //! attachments that they expect; nodes of any other middleware are reached through a `zenoh-bridge-ros2dds`. The

@@ -32,16 +32,16 @@ use crate::wall_clock;
 use crate::world::{self, WorldServer};
 use crate::{RuntimeError, unix_time};
 
-/// Which of several processes of one robot goes on; the others stop.
+/// Which of several processes of one robot continues; the others stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Precedence {
-    /// The one that was started first.
+    /// The process that was started first.
     ByAge,
-    /// This one.
+    /// This process.
     First,
 }
 
-/// Runs one robot until it is asked to stop; `make` makes its detector, if its settings ask for one.
+/// Runs one robot until the process is asked to stop. `make` constructs the detector, if the settings have one.
 ///
 /// # Errors
 /// If the settings are invalid, or the robot fails.
@@ -183,13 +183,13 @@ fn resume(
 /// An additional role of the coordinator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// By its settings.
+    /// As configured in its settings.
     AsSet,
-    /// The router for robots that cannot reach each other.
+    /// It is the router for robots that cannot reach each other.
     Router,
 }
 
-/// Runs the coordinator until it is asked to stop; then the recording is finished.
+/// Runs the coordinator until the process is asked to stop; then finishes the recording.
 ///
 /// # Errors
 /// If the settings are invalid, or not everything could be recorded.

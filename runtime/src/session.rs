@@ -51,7 +51,7 @@ impl Mode {
 }
 
 impl Endpoints {
-    /// The same with paths relative to the file that names them.
+    /// The endpoints with paths relative to the file that names them.
     #[must_use]
     pub fn named_in(mut self, file: &Path) -> Self {
         let folder = file.parent().unwrap_or(Path::new(""));
@@ -63,7 +63,7 @@ impl Endpoints {
     /// this key.
     ///
     /// # Errors
-    /// The first that can never work, with its key and what is allowed.
+    /// The first endpoint that can never work, with its key and the allowed values.
     pub(crate) fn check(&self, key: &str, file: &Path) -> Result<(), String> {
         for (name, endpoints) in [("listen", &self.listen), ("connect", &self.connect)] {
             for endpoint in endpoints {
@@ -105,20 +105,20 @@ fn allow_more_files() {
     }
 }
 
-/// Opens a session as a peer: scouting is off unless the settings file turns it on.
+/// Opens a session. Scouting is off unless the Zenoh settings file turns it on.
 ///
 /// # Errors
-/// If the settings are not Zenoh's, or it cannot listen now.
+/// If Zenoh rejects the settings, or cannot listen now.
 pub async fn open(endpoints: &Endpoints) -> Result<Session, RuntimeError> {
     zenoh::open(settings(endpoints)?).await.map_err(refused(endpoints))
 }
 
-/// The same for a process in the field, whose network may come late: if it cannot listen yet, because an address is not
-/// there or another process has the port, it tries again every few seconds, for ever, and likewise for connections. The
-/// log says once a minute what is missing ([`crate::refusals`]).
+/// Opens a session for a process in the field, whose network may become available later: if it cannot listen yet,
+/// because an address does not exist or another process uses the port, it tries again every few seconds without limit;
+/// so it does for connections. Once a minute it logs what is missing ([`crate::refusals`]).
 ///
 /// # Errors
-/// If the settings are not Zenoh's, or name an endpoint that can never work: see `endpoint.rs`.
+/// If Zenoh rejects the settings, or they name an endpoint that can never work (`endpoint.rs`).
 pub async fn open_when_there(endpoints: &Endpoints) -> Result<Session, RuntimeError> {
     let mut config = settings(endpoints)?;
     let impossible = |reason: String| match &endpoints.config {
@@ -283,10 +283,10 @@ pub(crate) fn listened(endpoints: &Endpoints) -> Result<Vec<String>, RuntimeErro
     }
 }
 
-/// The certificates that a session shows and trusts: files that its settings name.
+/// The files of the certificates that a session presents and trusts, as named in its settings.
 ///
 /// # Errors
-/// If the settings are not Zenoh's.
+/// If Zenoh rejects the settings.
 pub fn certificates(endpoints: &Endpoints) -> Result<BTreeSet<PathBuf>, RuntimeError> {
     let Some(file) = &endpoints.config else { return Ok(BTreeSet::new()) };
     let config = read(file)?;
@@ -318,7 +318,7 @@ pub(crate) fn json(endpoints: &[String]) -> String {
 /// many of before the last one listens.
 const PORTS: std::ops::Range<u16> = 20_000..32_000;
 
-/// This many free endpoints on this computer's loopback interface. The search starts at a random port, so that two
+/// Finds `count` free endpoints on this computer's loopback interface. The search starts at a random port, so that two
 /// searches in parallel hardly collide.
 ///
 /// # Errors

@@ -6,7 +6,7 @@ use std::borrow::Cow;
 const BEGIN: &str = " at ";
 const END: &str = ".rs:";
 
-/// The same text, without positions in Rust source files.
+/// The text without positions in Rust source files.
 #[must_use]
 pub fn without(text: &str) -> Cow<'_, str> {
     let mut left = text;

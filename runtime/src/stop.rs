@@ -1,4 +1,4 @@
-//! Stopping of processes: by signals, or when their input or output is closed.
+//! Stops processes by signals, or when their input or output is closed.
 
 use std::future::Future;
 use std::io;
@@ -13,7 +13,7 @@ use crate::RuntimeError;
 /// Time between checks whether standard output is still read.
 const CHECK_PERIOD: Duration = Duration::from_millis(500);
 
-/// What ends a process besides signals.
+/// A stream whose closing ends a process, besides signals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bond {
     /// Nothing.
@@ -24,12 +24,12 @@ pub enum Bond {
     Output,
 }
 
-/// Ready when the process is asked to end: by Ctrl-C, by a service manager, by the end of its terminal (unless that
-/// signal is ignored, as with `nohup`), or by its bond. To be called within a runtime; from then on none of these
-/// signals ends the process by itself.
+/// A future that is ready when the process is asked to end: by Ctrl-C, by a service manager, by the end of its terminal
+/// (unless that signal is ignored, as with `nohup`), or by its bond. To be called within a Tokio runtime; from then on
+/// none of these signals ends the process by itself.
 ///
 /// # Errors
-/// If signals cannot be listened for.
+/// If signal handlers cannot be installed.
 pub fn asked(bond: Bond) -> Result<impl Future<Output = ()> + Send, RuntimeError> {
     let failed = |error: io::Error| RuntimeError::Zenoh {
         what: "listen for signals".to_owned(),

@@ -28,7 +28,7 @@ use crate::wall_clock::Report;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Medium {
-    /// Zenoh: each participant has a session of its own.
+    /// Zenoh: each participant has its own session.
     #[default]
     Zenoh,
     /// The memory of this process: nothing is encoded or sent.
@@ -46,7 +46,8 @@ pub struct Options {
     pub processes: Option<PathBuf>,
     /// Mission seconds per second of the wall clock; `None`: simulated time.
     pub real_time_factor: Option<f64>,
-    /// Number of threads that deliver messages in memory; 0 means the number of cores. The run is the same for all.
+    /// Number of threads that deliver messages in memory; 0 means the number of cores. The result does not depend on
+    /// it.
     pub threads: usize,
     /// Version and commit of this program, for the recording.
     pub version: String,
@@ -87,7 +88,7 @@ pub struct RunObserver {
     pub commands: mpsc::Receiver<Report>,
 }
 
-/// The same with an observer.
+/// Like [`run`], with an observer.
 ///
 /// # Errors
 /// As [`run`], and if there is an observer in simulated time.

@@ -72,7 +72,7 @@ pub(crate) struct Now {
 /// The effects of a vehicle, in order.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Effect {
-    /// For the agent: its cell, and the readings since the last observation.
+    /// For the agent: the vehicle's cell, and the readings since the last observation.
     Sensed { cell: Cell, readings: Vec<Reading> },
     /// For the vehicle's network.
     Publish(Output),

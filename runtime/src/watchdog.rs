@@ -27,7 +27,7 @@ impl Watchdog {
         Self { beat }
     }
 
-    /// Waits until a notification is due, for ever if none is required, and sends it.
+    /// Waits until a notification is due and sends it; never ends if none is required.
     pub(crate) async fn feed(&mut self) {
         match &mut self.beat {
             Some(beat) => {

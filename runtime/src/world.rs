@@ -1,4 +1,4 @@
-//! The simulated world by the wall clock: moves robots along their published plans, and sends them readings.
+//! The simulated world, driven by the wall clock: moves robots along their published plans, and sends them readings.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Mutex, PoisonError};
@@ -51,7 +51,7 @@ pub struct WorldServer<'a> {
     /// Time between the first observations of two robots.
     stagger: Duration,
     team: BTreeSet<RobotId>,
-    /// The robots that are there.
+    /// The robots that are present.
     robots: BTreeSet<RobotId>,
     /// Robots whose cell is known: a restarted world learns the cells from its robots.
     placed: BTreeSet<RobotId>,
@@ -69,7 +69,8 @@ pub struct WorldServer<'a> {
     teller: Teller,
 }
 
-/// Waits for robots that may be late, and reports each that is not there. Returns what was received.
+/// Waits for robots that may be late, and logs each that is not present. Returns the messages that were received
+/// meanwhile.
 async fn wait_for_some(
     link: &mut Link<ReceiveOnly>,
     team: &[Participant],
@@ -99,8 +100,9 @@ async fn wait_for_some(
 }
 
 impl<'a> WorldServer<'a> {
-    /// A world on a session, for the robots of a scenario; waits until they are there. Those that `may_be_late` are not
-    /// waited for once the mission runs, or for longer than a minute if another one is there: they start when they come.
+    /// Opens a world for the robots of a scenario on a session, and waits until they are present. It does not wait for
+    /// robots that `may_be_late` once the mission runs, or for longer than a minute if another robot is present: those
+    /// start when they join.
     ///
     /// # Errors
     /// If Zenoh fails, or a robot does not join that may not be late.
@@ -155,8 +157,8 @@ impl<'a> WorldServer<'a> {
         Ok(server)
     }
 
-    /// Runs until every robot rests and all beliefs are equal, or the time limit has passed; robots that are gone may
-    /// come back in that time.
+    /// Runs until every robot rests and all beliefs are equal, or the time limit has passed; robots that have left may
+    /// return in that time.
     ///
     /// # Errors
     /// If Zenoh fails, or the network closes.
@@ -299,7 +301,7 @@ impl<'a> WorldServer<'a> {
         }
     }
 
-    /// A robot's heartbeat: if messages to or from it were lost for a while, it shows what it waits for.
+    /// Handles a robot's heartbeat: if messages to or from the robot were lost, it shows what the robot is waiting for.
     async fn keep_up(&mut self, identity: u64, heartbeat: &Heartbeat) -> Result<(), RuntimeError> {
         let (now, robot) = (self.clock.now(), heartbeat.robot);
         if self.placed.insert(robot) && self.world.body(robot).cell != heartbeat.cell {
@@ -378,7 +380,7 @@ impl<'a> WorldServer<'a> {
     }
 }
 
-/// Readings of a robot's simulated sensor, from now on.
+/// Subscribes to the readings of a robot's simulated sensor.
 ///
 /// # Errors
 /// If Zenoh fails.

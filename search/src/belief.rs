@@ -1,4 +1,4 @@
-//! The belief: prior and evidence make the probability that a cell holds an object.
+//! The belief: the probability that a cell holds an object, from the prior and the evidence.
 
 use crate::cell::Cell;
 use crate::evidence::{CellEvidence, Digest, Evidence, Reading};
@@ -16,7 +16,7 @@ pub struct Belief {
 /// Why a prior is invalid.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum PriorError {
-    /// Not a probability, or one that no reading could change.
+    /// A value that is not a probability, or a probability of 1, which no reading could change.
     #[error("prior {probability} of cell {cell}: allowed is from 0 to below 1")]
     Probability {
         /// Index of the cell.
@@ -35,8 +35,8 @@ pub enum PriorError {
 }
 
 impl Belief {
-    /// The prior probability of an object, shape `[cells]`. Cells that the terrain does not search get 0 whatever the
-    /// list says, and no reading changes them.
+    /// The prior probability of an object, shape `[cells]`. Cells outside the search area get 0 regardless of the list,
+    /// and no reading changes them.
     ///
     /// # Errors
     /// If the list does not fit the map or holds a number outside `0.0..1.0`.
@@ -56,8 +56,8 @@ impl Belief {
         Ok(Self { prior_log_odds_nats, evidence: Evidence::none(expected) })
     }
 
-    /// The posterior of another belief as a prior: `ln(p / (1 - p))`, shape `[cells]`. Unlike a prior of probabilities
-    /// it may be certain.
+    /// The posterior of another belief as a prior: `ln(p / (1 - p))`, shape `[cells]`. Unlike [`Belief::new`] it
+    /// accepts certain cells (infinite log-odds).
     ///
     /// # Errors
     /// If the list does not fit the map or holds a NaN.
@@ -183,7 +183,7 @@ impl Belief {
         self.remaining(terrain, reach, tau).sum::<f64>() + 0.0
     }
 
-    /// Whether [`Belief::expected_remaining`] is at most `most`; stops summing once it is not.
+    /// Whether [`Belief::expected_remaining`] is at most `most`; the sum stops as soon as it is above.
     #[must_use]
     pub fn expects_at_most(&self, terrain: &Terrain, reach: &Reach, tau: f64, most: f64) -> bool {
         let mut expected = 0.0;

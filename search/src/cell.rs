@@ -2,7 +2,7 @@
 
 /// A cell of one [`Grid`]: its row-major index, row 0 in the south, column 0 in the west.
 ///
-/// Only a [`Grid`] makes cells, so a cell in hand is on the map.
+/// Only a [`Grid`] constructs cells, so every cell is on its map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Cell(u32);
 
@@ -13,14 +13,14 @@ impl Cell {
         self.0 as usize
     }
 
-    /// The same index as messages carry it.
+    /// The row-major index as it is sent in messages.
     #[must_use]
     pub const fn number(self) -> u32 {
         self.0
     }
 }
 
-/// Where a cell lies: rows count north from the southern edge, columns east from the western edge.
+/// Row and column of a cell: rows count north from the southern edge, columns east from the western edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Position {
     /// `0..rows`, south to north.
@@ -59,7 +59,7 @@ pub struct Grid {
     columns: u32,
 }
 
-/// A grid without cells, or with more than [`Grid::MAX_CELLS`].
+/// The requested grid has no cells, or more than [`Grid::MAX_CELLS`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("a map of {rows} rows and {columns} columns: allowed are 1 to {} cells", Grid::MAX_CELLS)]
 pub struct GridSizeError {
@@ -74,7 +74,7 @@ impl Grid {
     /// A grid of `rows` (south to north) by `columns` (west to east).
     ///
     /// # Errors
-    /// Without a cell, or with more than [`Grid::MAX_CELLS`].
+    /// If the grid has no cells, or more than [`Grid::MAX_CELLS`].
     pub fn new(rows: u32, columns: u32) -> Result<Self, GridSizeError> {
         let cells = u64::from(rows) * u64::from(columns);
         if (1..=Self::MAX_CELLS).contains(&cells) {
@@ -126,13 +126,13 @@ impl Grid {
         is_on.then(|| self.cell(Position { row: row as u32, column: column as u32 })).flatten()
     }
 
-    /// The cell of a row-major number, as it comes from a message.
+    /// The cell with a row-major index from a message, if it is on the map.
     #[must_use]
     pub const fn cell_numbered(self, number: u32) -> Option<Cell> {
         if (number as usize) < self.cell_count() { Some(Cell(number)) } else { None }
     }
 
-    /// Where a cell of this grid lies.
+    /// Row and column of a cell of this grid.
     #[must_use]
     pub const fn position(self, cell: Cell) -> Position {
         Position { row: cell.0 / self.columns, column: cell.0 % self.columns }

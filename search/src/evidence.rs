@@ -1,8 +1,8 @@
-//! Evidence: one pair of integers a cell that serves every policy.
+//! Evidence: two integers per cell, from which every policy computes.
 //!
 //! `precision = sum 1/v` and `weighted_sum = sum y/v` over all readings of a cell, in units of 1/65,536, each reading
-//! quantized once from its `f32` values. Sums of integers commute exactly, so robots that hold the same observations
-//! hold the same evidence to the bit, whatever the order, delay or route of the messages.
+//! quantized once from its `f32` values. Sums of integers commute exactly, so robots with the same observations have
+//! bit-for-bit the same evidence, independently of the order, delay and route of messages.
 
 use std::fmt;
 
@@ -10,7 +10,7 @@ use xxhash_rust::xxh3::Xxh3;
 
 use crate::cell::Cell;
 
-/// Units of evidence in 1.
+/// Units of evidence that represent the number 1.
 pub const UNITS: f64 = 65_536.0;
 /// The least variance of a reading.
 pub const MIN_VARIANCE: f32 = 1e-6;
@@ -21,7 +21,7 @@ pub const MAX_VALUE: f32 = 1e3;
 
 /// Number of cells that are hashed in one call, for speed; the hash is the same.
 const HASHED_AT_ONCE: usize = 64;
-/// Halfway between empty and an object.
+/// The value halfway between an empty cell (0) and an object (1).
 const UNDECIDED: f32 = 0.5;
 
 /// A measurement of one cell: `value = theta + N(0, variance)`.
@@ -36,8 +36,8 @@ pub struct Reading {
 }
 
 impl Reading {
-    /// A reading without evidence either way, for a cell that a detection may belong to, or to a neighbor. A robot
-    /// whose last observation contains one continues to observe there.
+    /// A reading that favors neither an object nor an empty cell, for a cell that a detection may belong to instead of
+    /// a neighbor. A robot whose last observation contains one continues to observe there.
     #[must_use]
     pub const fn undecided(cell: Cell) -> Self {
         Self { cell, value: UNDECIDED, variance: MAX_VARIANCE }
@@ -62,7 +62,7 @@ impl Reading {
         self.evidence_of(precision_units(self.variance))
     }
 
-    /// The same, with the precision `1 / variance` (units) already computed.
+    /// Like [`Reading::evidence`], with the precision `1 / variance` (units of evidence) already computed.
     #[must_use]
     #[expect(clippy::cast_possible_truncation, reason = "in range by is_valid")]
     #[inline]
@@ -90,7 +90,7 @@ pub struct CellEvidence {
 }
 
 impl CellEvidence {
-    /// Both sums together.
+    /// The sum of two pieces of evidence, saturating at the limits of `i64`.
     #[must_use]
     #[inline]
     pub const fn plus(self, other: Self) -> Self {
@@ -125,7 +125,7 @@ impl fmt::Display for Digest {
 }
 
 impl Evidence {
-    /// No readings, for a number of cells.
+    /// Evidence of no readings, for a number of cells.
     #[must_use]
     pub fn none(cell_count: usize) -> Self {
         Self { cells: vec![CellEvidence::default(); cell_count] }
@@ -162,7 +162,7 @@ impl Evidence {
         &self.cells
     }
 
-    /// XXH3-128 of all pairs, little-endian, by index.
+    /// XXH3-128 of all pairs of integers, little-endian, in order of the cells' indices.
     #[must_use]
     pub fn digest(&self) -> Digest {
         let mut hash = Xxh3::new();

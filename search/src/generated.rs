@@ -1,4 +1,4 @@
-//! Maps drawn from a seed, to train and to test on more than a few shapes.
+//! Maps generated from a seed, for training and testing on many shapes.
 
 use rand::RngExt;
 
@@ -9,7 +9,7 @@ use crate::terrain::{Ground, Terrain, TerrainError};
 /// A kind of generated map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Generated {
-    /// Winding halls: random cells, smoothed by majority.
+    /// Winding caves: random cells, smoothed by a majority filter.
     Caves,
     /// Open ground with rectangular blocks, as between buildings.
     Blocks,
@@ -33,7 +33,7 @@ impl Generated {
     /// All kinds.
     pub const ALL: [Self; 3] = [Self::Caves, Self::Blocks, Self::Rooms];
 
-    /// As written in scenarios.
+    /// The name used in scenarios.
     #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {
@@ -43,7 +43,7 @@ impl Generated {
         }
     }
 
-    /// Draws a map of cells of an edge in meters: one connected area that is open, the rest blocked.
+    /// Generates a map with cells of edge `cell_meters`, meters: one connected open area; all other cells are blocked.
     ///
     /// # Errors
     /// If the edge is not a positive length.

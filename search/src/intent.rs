@@ -1,4 +1,4 @@
-//! Teammates' planned observations: those of their planned paths, and their shares of the rest of the map.
+//! Observations that teammates plan to make: along their planned paths, and in their shares of the rest of the map.
 
 use std::cmp::Ordering;
 use std::ops::Range;
@@ -14,7 +14,7 @@ pub struct PlannedPrecision {
 }
 
 impl PlannedPrecision {
-    /// No plans.
+    /// No planned precision.
     #[must_use]
     pub fn nothing(terrain: &Terrain) -> Self {
         Self { precision: vec![0; terrain.grid().cell_count()] }

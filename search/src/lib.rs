@@ -1,6 +1,6 @@
 //! The algorithms of active search, and nothing else.
 //!
-//! This crate has no clock, socket, file, thread or unseeded randomness: whatever varies is an argument. Reading order:
+//! This crate has no clock, socket, file, thread or unseeded randomness: all inputs are arguments. Reading order:
 //!
 //! 1. [`cell`], [`terrain`], [`shape`], [`generated`]: the map;
 //! 2. [`sensor`], [`evidence`], [`belief`], [`observation`]: observations and what follows from them;
@@ -10,7 +10,7 @@
 //! 5. [`measures`], [`seed`]: how a search is measured and reproduced.
 //!
 //! The sensor is radially symmetric: the variance of a reading depends on the distance of its cell alone. [`sensor`]
-//! says so; [`utility_gain`], [`intent`] and [`reach`] use it, and so do the features of `dragnet-learn`.
+//! defines this; [`utility_gain`], [`intent`] and [`reach`] use it, and so do the features of `dragnet-learn`.
 //!
 //! To add a policy: write its file in `policy/`, implement [`policy::Policy`], add a variant to [`policy::PolicyName`]
 //! with its name in [`policy::PolicyName::ALL`], and build it in [`policy::build`]. Scenarios, the command line, their

@@ -11,7 +11,7 @@ use xxhash_rust::xxh3::xxh3_128;
 use crate::cell::Cell;
 use crate::evidence::Reading;
 
-/// A robot of the team, by its number. Robots count from 1.
+/// A robot of the team, by its number. Numbers start at 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct RobotId(NonZeroU16);
 
@@ -19,7 +19,7 @@ impl RobotId {
     /// The first of a team.
     pub const FIRST: Self = Self(NonZeroU16::MIN);
 
-    /// The robot of a number; none has 0.
+    /// The robot with a number; `None` for 0.
     #[must_use]
     pub const fn new(number: u16) -> Option<Self> {
         match NonZeroU16::new(number) {
@@ -62,13 +62,13 @@ pub enum Source {
 }
 
 impl Source {
-    /// The source of a number: 0 for the operator, or that of a robot.
+    /// The source with a number: 0 is the operator, all others are robots.
     #[must_use]
     pub fn numbered(number: u16) -> Self {
         RobotId::new(number).map_or(Self::Operator, Self::Robot)
     }
 
-    /// Its number, on the wire and wherever observations are stored.
+    /// Its number in messages and in stored observations.
     #[must_use]
     pub const fn number(self) -> u16 {
         match self {
@@ -99,9 +99,9 @@ impl fmt::Display for Source {
 
 /// One start (incarnation) of a source; its observations are numbered within it.
 ///
-/// A robot that restarts numbers its observations anew under a new origin, even if it has stored earlier ones: the last
-/// stored one need not be the last that was published, for example if the disk was full, and a name must never denote
-/// two observations.
+/// A robot that restarts numbers its observations from 0 under a new origin, even if it has stored earlier ones: the
+/// last stored observation may not be the last published one, for example if the disk was full, and an identifier must
+/// never denote two observations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Origin {
     /// The source.
@@ -119,15 +119,15 @@ impl Origin {
     }
 }
 
-/// All readings taken from one cell at one time. `(origin, sequence)` names it for ever.
+/// All readings taken from one cell at one time. `(origin, sequence)` identifies it permanently.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observation {
     /// The robot's origin.
     pub origin: Origin,
     /// The number of the observation: observations of an origin are numbered from 0 without a gap.
     pub sequence: u64,
-    /// When, nanoseconds of mission time. It bounds the robot's speed since its previous observation, and shows how
-    /// long the robot stands still; the meaning of the readings does not depend on it.
+    /// When it was made, nanoseconds of mission time. It bounds the robot's speed since its previous observation, and
+    /// shows how long the robot stands still; the meaning of the readings does not depend on it.
     pub time_ns: u64,
     /// The robot's cell.
     pub from: Cell,
@@ -142,9 +142,9 @@ pub enum Entry {
     New,
     /// It is known: its readings already count.
     Known,
-    /// An earlier one is missing: this one is not stored, and is sent again with the missing ones.
+    /// An earlier one is missing: this one is not stored. It will be received again with the missing ones.
     Early,
-    /// Another observation of the same name is known. The first one stays.
+    /// Another observation with the same identifier is known, and is kept.
     Conflicting,
 }
 
@@ -334,7 +334,7 @@ impl ObservationLog {
         known.held.last().map(|observation| &**observation)
     }
 
-    /// The version vector: what is known, by origin.
+    /// The version vector: the known observations, by origin.
     #[must_use]
     pub fn versions(&self) -> Versions {
         Versions { list: self.each().collect::<Vec<Version>>().into(), fingerprint: self.fingerprint }

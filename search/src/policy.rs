@@ -1,12 +1,12 @@
-//! Policies: a situation in, a decision out.
+//! Policies: functions from a situation to a decision.
 //!
-//! A robot goes where a policy's score is highest; of equal scores it takes the nearest cell. It rests where no path is
-//! informative (`worth`): policies that score information rest if no score is above [`LEAST_NATS`]. NATS, GUTS and the
-//! learned policies skip cells whose path yields no information, and rest if there is no other; `random` and `coverage`
-//! keep their order, and rest when no path yields any. Cells that teammates plan to observe count as observed for the
-//! policies that use plans: the information policies, and the learned ones that imitate them.
+//! A robot moves to the candidate with the highest score; ties are resolved in favor of the nearest cell. It rests if
+//! no path is informative (`worth`): policies that score information rest if no score is above [`LEAST_NATS`]. NATS,
+//! GUTS and the learned policies skip cells whose path yields no information, and rest if there is no other; `random`
+//! and `coverage` keep their order, and rest when no path yields any. Cells that teammates plan to observe count as
+//! observed for the policies that use plans: the information policies, and the learned ones that imitate them.
 //!
-//! To add one, write its file and add its line to [`PolicyName`] and [`build`].
+//! To add a policy, write its file and add it to [`PolicyName`] and [`build`]; `lib.rs` lists all steps.
 
 mod coverage;
 mod greedy;
@@ -36,11 +36,11 @@ pub use worth::LEAST_NATS;
 /// A policy is a function of its arguments; it keeps scratch space only, `coverage` its position in its fixed order, and
 /// `tour` the rest of its tour.
 pub trait Policy {
-    /// Decides in this situation. `random` is the robot's own stream of decisions.
+    /// Decides in this situation. `random` is the robot's random stream for decisions.
     fn decide(&mut self, situation: &Situation<'_>, random: &mut Stream) -> Decision;
 
-    /// Decides like [`Policy::decide`], for callers that do not use the scores: those of candidates that cannot be chosen may be
-    /// missing. If there are no scores at all, no cell was reachable.
+    /// Decides like [`Policy::decide`], for callers that do not use the scores: scores of candidates that cannot be
+    /// chosen may be missing. If all scores are `-inf`, no cell was reachable.
     fn choose(&mut self, situation: &Situation<'_>, random: &mut Stream) -> Decision {
         self.decide(situation, random)
     }
@@ -68,7 +68,7 @@ pub enum PolicyName {
     Coverage,
     /// The most informative single observation (paper, Eq. 1 and 2).
     Greedy,
-    /// The sum over the observations along the path, each taken alone (Eq. 3 as printed).
+    /// The sum over the observations along the path, each scored independently (Eq. 3 as printed).
     PathAdditive,
     /// The joint information of all observations along the path (Eq. 3 as explained in its text).
     Path,
@@ -93,7 +93,7 @@ impl PolicyName {
         Self::Guts,
     ];
 
-    /// As written in scenarios and on the command line.
+    /// The name used in scenarios and on the command line.
     #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {
@@ -108,7 +108,7 @@ impl PolicyName {
         }
     }
 
-    /// Number of cells after which a robot decides anew by default; `None`: at the waypoint.
+    /// Number of cells after which a robot decides again by default; `None`: at the waypoint.
     #[must_use]
     pub const fn replan_after_cells(self) -> Option<NonZeroU32> {
         match self {
@@ -124,7 +124,7 @@ impl fmt::Display for PolicyName {
     }
 }
 
-/// The name of no policy.
+/// The text is not the name of a policy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("unknown policy {0:?}; allowed are {allowed}", allowed = PolicyName::ALL.map(PolicyName::as_str).join(", "))]
 pub struct UnknownPolicy(pub String);
@@ -159,7 +159,7 @@ pub struct Parameters {
 }
 
 impl Parameters {
-    /// What a scenario gets that sets none.
+    /// The values for a scenario that sets none.
     pub const DEFAULT: Self = Self {
         path_length_weight: 0.2,
         utility: Utility::Information,
@@ -176,7 +176,7 @@ impl Default for Parameters {
     }
 }
 
-/// Builds the policy of a name.
+/// Builds the policy with this name.
 #[must_use]
 pub fn build(name: PolicyName, parameters: Parameters) -> Box<dyn Policy + Send> {
     match name {

@@ -15,7 +15,8 @@ const AROUND: [Offset; 4] = [
     Offset { north: 1, east: 0 },
 ];
 
-/// The cells that some robot can see from some cell that it can drive to, from where robots were seen to stand.
+/// The cells that some robot can see from some cell that it can drive to, given the cells that robots have observed
+/// from.
 ///
 /// It follows from the map, the sensor's radius and the cells that observations were made from, in any order: equal
 /// sets of observations give equal reach. Before any observation everything counts as in reach. Where diagonal moves
@@ -40,7 +41,7 @@ impl Reach {
         Self { grid, radius, distance: Vec::new(), areas: 0 }
     }
 
-    /// A robot stands in this cell, so it can drive to all cells connected with it.
+    /// Adds a cell that a robot has observed from: robots can drive to all cells connected with it.
     pub fn add_robot(&mut self, terrain: &Terrain, cell: Cell) {
         if self.distance.is_empty() {
             self.distance = vec![OUT_OF_SIGHT; self.grid.cell_count()];
@@ -95,7 +96,7 @@ impl Reach {
         self.distance.get(cell.index()).is_none_or(|&distance| distance <= self.radius)
     }
 
-    /// Changes whenever the reach changes.
+    /// A number that changes whenever the reach changes.
     #[must_use]
     pub const fn version(&self) -> u32 {
         self.areas

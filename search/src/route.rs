@@ -15,7 +15,7 @@ const fn step(north: i32, east: i32) -> Offset {
     Offset { north, east }
 }
 
-/// The neighbors that a robot can move to.
+/// The neighboring cells that a robot can move to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Connectivity {
     /// North, east, south and west, at cost 1.

@@ -1,4 +1,4 @@
-//! One named random stream for each purpose and robot, so that one more draw here moves no other stream.
+//! One named random stream for each purpose and robot, so that an additional draw from one stream changes no other.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -10,9 +10,9 @@ pub type Stream = ChaCha8Rng;
 /// The purpose of a stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
-    /// Where the objects are.
+    /// Positions of objects.
     Truth,
-    /// Where robots start.
+    /// Start cells of robots.
     Start,
     /// Noise of a robot's readings.
     Noise,
@@ -20,13 +20,13 @@ pub enum Purpose {
     Decision,
     /// Faults of the network.
     Network,
-    /// Learning from demonstrations.
+    /// Training on demonstrations.
     Training,
-    /// Maps that are generated.
+    /// Generated maps.
     Map,
-    /// Faults of whole teams.
+    /// Faults injected by `soak`.
     Soak,
-    /// Resamples of results.
+    /// Bootstrap samples of results.
     Bootstrap,
 }
 

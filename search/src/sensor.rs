@@ -9,7 +9,7 @@ use crate::cell::Offset;
 use crate::evidence::{MAX_VARIANCE, MIN_VARIANCE, precision_units};
 use crate::seed::Stream;
 
-/// How a reading scatters around the truth.
+/// Distribution of a reading given the truth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Noise {
     /// `y = theta + N(0, v)`: the model that the belief assumes.
@@ -38,17 +38,17 @@ pub struct FootprintCell {
     pub offset: Offset,
     /// Variance of a reading there.
     pub variance: f32,
-    /// What a reading there adds to the precision of its cell, units of 1/65,536.
+    /// Precision that a reading there adds to its cell, units of 1/65,536.
     pub precision: i64,
 }
 
 /// Why a sensor is invalid.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SensorError {
-    /// No radius, or too wide.
+    /// The radius is 0 or above [`Sensor::MAX_RADIUS`].
     #[error("sensor radius {0} cells: allowed are 1 to {max}", max = Sensor::MAX_RADIUS)]
     Radius(u32),
-    /// A variance outside what evidence can hold.
+    /// A variance is outside the range of [`crate::evidence`].
     #[error(
         "sensor variance noise_variance = {noise_variance}: variances over the radius go from {nearest} to {farthest}, allowed are {MIN_VARIANCE} to {MAX_VARIANCE}"
     )]
@@ -66,7 +66,7 @@ impl Sensor {
     /// The widest sensor, cells.
     pub const MAX_RADIUS: u32 = 100;
     /// `noise_variance` of NATS and GUTS.
-    pub const DEFAULT_SIGMA2: f64 = 0.005;
+    pub const DEFAULT_NOISE_VARIANCE: f64 = 0.005;
     /// Radius of the paper's robot as we assume it, cells: the paper gives none.
     pub const DEFAULT_RADIUS: u32 = 5;
 
@@ -122,7 +122,7 @@ impl Sensor {
         })
     }
 
-    /// Draws the reading of a cell at this place in the footprint.
+    /// Draws the value of a reading of this footprint cell.
     #[must_use]
     #[expect(clippy::cast_possible_truncation, reason = "readings travel as f32")]
     #[inline]
@@ -140,7 +140,7 @@ impl Sensor {
 
 impl Default for Sensor {
     fn default() -> Self {
-        let (radius, noise_variance) = (Self::DEFAULT_RADIUS, Self::DEFAULT_SIGMA2);
+        let (radius, noise_variance) = (Self::DEFAULT_RADIUS, Self::DEFAULT_NOISE_VARIANCE);
         Self { radius, noise_variance, noise: Noise::Gaussian, footprint: footprint(radius, noise_variance) }
     }
 }

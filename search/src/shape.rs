@@ -31,7 +31,7 @@ impl Shape {
     pub const ALL: [Self; 4] =
         [Self::IceCreamCone, Self::OpenAsterisk, Self::FigureFour, Self::AllTraversable];
 
-    /// As written in scenarios.
+    /// The name used in scenarios.
     #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {
@@ -42,8 +42,8 @@ impl Shape {
         }
     }
 
-    /// Draws the shape on a grid of cells of an edge in meters: cells whose center is inside are open, the others
-    /// blocked.
+    /// Draws the shape on a grid with cells of edge `cell_meters`, meters: cells whose center is inside are open, the
+    /// others blocked.
     ///
     /// # Errors
     /// If the edge is not a positive length.

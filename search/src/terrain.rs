@@ -16,13 +16,13 @@ pub struct Ground {
 }
 
 impl Ground {
-    /// Crossed and searched.
+    /// Traversable and searched.
     pub const OPEN: Self = Self { traversable: true, searched: true };
-    /// Neither crossed nor searched.
+    /// Neither traversable nor searched.
     pub const BLOCKED: Self = Self { traversable: false, searched: false };
-    /// Searched from outside only.
+    /// Searched, not traversable: an object can be here that is only seen from other cells.
     pub const OUT_OF_REACH: Self = Self { traversable: false, searched: true };
-    /// Crossed, not searched.
+    /// Traversable, not searched.
     pub const PASSAGE: Self = Self { traversable: true, searched: false };
 }
 
@@ -37,13 +37,13 @@ pub struct Terrain {
 /// Why a terrain is invalid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TerrainError {
-    /// No cell, or too many.
+    /// The grid has no cells, or too many.
     #[error(transparent)]
     Size(#[from] GridSizeError),
-    /// Not a length.
+    /// The edge of a cell is not a positive length.
     #[error("cell edge {0} m: allowed is a finite length above 0")]
     CellEdge(f64),
-    /// A cell list of another length than the grid.
+    /// The list of cells and the grid differ in length.
     #[error("ground of {given} cells for a grid of {expected}")]
     CellCount {
         /// Cells given.
@@ -51,7 +51,7 @@ pub enum TerrainError {
         /// Cells of the grid.
         expected: usize,
     },
-    /// A character that stands for no ground.
+    /// A character of the drawing has no meaning.
     #[error(
         "line {line}, column {column}: {found:?} is no ground; allowed are '.' open, '#' blocked, '~' out of reach, ',' passage"
     )]
@@ -63,7 +63,7 @@ pub enum TerrainError {
         /// The character.
         found: char,
     },
-    /// Lines of unequal length.
+    /// Lines of the drawing have different lengths.
     #[error("line {line} has {given} cells, the first line has {expected}")]
     Ragged {
         /// From 1.
@@ -94,7 +94,7 @@ impl Terrain {
     /// traversable), `,` passage (traversable, not searched). Blank lines and spaces at a line's end are ignored.
     ///
     /// # Errors
-    /// If a line is longer than another, or a character is none of these: with its line and column.
+    /// If the lines differ in length, or a character is none of these: with its line and column.
     pub fn from_ascii(drawing: &str, cell_meters: f64) -> Result<Self, TerrainError> {
         let lines: Vec<(usize, &str)> = drawing
             .lines()

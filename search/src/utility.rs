@@ -27,7 +27,7 @@ impl Utility {
     /// All utilities.
     pub const ALL: [Self; 2] = [Self::Information, Self::Recall];
 
-    /// As written in scenarios and on the command line.
+    /// The name used in scenarios and on the command line.
     #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {
@@ -98,7 +98,7 @@ pub(crate) struct Column {
 impl Row {
     const CERTAIN: Self = Self { start: 0, fraction: 0.0 };
 
-    /// Cells of this row can yield nothing.
+    /// Whether observations of the cells of this row have no utility.
     #[must_use]
     pub const fn is_certain(self) -> bool {
         self.start == Self::CERTAIN.start

@@ -14,8 +14,8 @@ use dragnet_search::policy::Policy;
 use crate::episode::{self, Observer};
 use crate::simulation::End;
 
-/// Runs a scenario until all objects are found, the budget is spent or enough decisions are recorded. Every robot has
-/// an expert, and the decisions of all are recorded.
+/// Runs a scenario until all objects are found, the budget is spent or enough decisions are recorded. Every robot uses
+/// the expert, and the decisions of all robots are recorded.
 ///
 /// # Errors
 /// Never, since robots of this process cannot fail.

@@ -1,4 +1,4 @@
-//! Whole episodes in this process: no socket, no thread, thousands of seeds.
+//! Whole episodes in the memory of this process, without sockets or threads.
 
 use std::ops::ControlFlow;
 
@@ -25,7 +25,7 @@ pub struct Episode {
     pub truth: Truth,
     /// The belief from all readings together.
     pub belief: Belief,
-    /// Cells that robots can observe from their start cells.
+    /// Cells that robots can observe, given their start cells.
     pub reach: Reach,
     /// The belief compared with the truth, counting cells in reach.
     pub score: Score,
@@ -75,7 +75,7 @@ pub fn run_robots(
     run_with(scenario, seed, alone(end), &mut LocalParticipants::new(robots, None), &mut |_, _| ())
 }
 
-/// Runs a scenario with any participants, with an observer of its steps.
+/// Runs a scenario with given participants, and passes each step to an observer.
 ///
 /// # Errors
 /// If a participant fails.
@@ -90,7 +90,7 @@ pub fn run_with<C: Participants>(
     Ok(Episode::new(world, outcome))
 }
 
-/// The same, with faults of the participants.
+/// Like [`run_with`], with faults of the participants.
 ///
 /// # Errors
 /// If a participant fails.
@@ -136,10 +136,10 @@ const fn alone(end: End) -> Rules {
 
 /// Observes the events of robots, and their effects.
 pub trait Observer {
-    /// An event of a robot.
+    /// Receives an event of a robot before it is handled.
     fn happens(&mut self, _stimulus: &Event<Message>) {}
 
-    /// The effects of an event. Breaks to stop the episode.
+    /// Receives the effects of an event. Returns `Break` to stop the episode.
     fn reacts(&mut self, effects: &Effects<Message>) -> ControlFlow<()>;
 }
 

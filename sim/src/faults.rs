@@ -1,6 +1,6 @@
 //! Faults of participants: crashes, clock errors, slow robots, full disks, one-way links; and commands of an operator.
 //!
-//! Faults of all messages alike are part of a scenario: [`dragnet_scenario::Network`].
+//! Faults that affect all messages equally are part of a scenario: [`dragnet_scenario::Network`].
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -24,7 +24,7 @@ pub struct Faults {
     pub full: BTreeMap<RobotId, Range<MissionTime>>,
     /// Links that lose messages in one direction.
     pub mute: Vec<OneWayLoss>,
-    /// A robot that publishes false readings, if any: others need not have its belief.
+    /// A robot that publishes false readings, if any. Its belief is not compared with the others'.
     pub liar: Option<RobotId>,
     /// The operator's commands to the coordinator with their times; delayed while there is no coordinator.
     pub commands: Vec<(MissionTime, Command)>,
@@ -35,14 +35,14 @@ pub struct Faults {
 pub struct Crash {
     /// When, by the simulator's clock.
     pub at: MissionTime,
-    /// When it restarts, if it does, and what it has stored.
+    /// When it restarts, and what it has stored; `None` if it does not restart.
     pub back: Option<(MissionTime, Memory)>,
 }
 
-/// What a restarted participant has stored.
+/// The stored state of a restarted participant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Memory {
-    /// All that its disk could store of what it had to: [`dragnet_proto::state_machine::Effects::kept`].
+    /// All of [`dragnet_proto::state_machine::Effects::kept`], as far as its disk was not full.
     Kept,
     /// Nothing.
     Lost,

@@ -1,14 +1,15 @@
 //! The field test: vehicles in continuous space that find objects with cameras.
 //!
-//! Everything between a camera's boxes and a vehicle's path is the production code: boxes go to the [`Pilot`] of a
-//! robot, its observations to the [`Agent`], the agent's routes back to the pilot, its paths to the wheels. Simulated
-//! are the ground (`site`), the vehicle's body (`body`), its cameras and detector with misses and false alarms, and its
-//! localization (`cameras`).
+//! Everything between a camera's boxes and a vehicle's path is production code: boxes go to the [`Pilot`] of a robot,
+//! its observations to the [`Agent`], the agent's routes back to the pilot, and its paths to the simulated vehicle. The
+//! ground (`site`), the vehicle's body (`body`), its cameras and detector with misses and false alarms, and its
+//! localization (`cameras`) are simulated.
 //!
 //! Time advances in ticks of [`TICK`]: in each, bodies move, poses and images are taken, and the resulting messages
 //! reach teammates within the tick. A trial ends when the belief from all readings together has found every object
-//! ([`Score`]), or with the mission's time. A decision takes the mission time that the caller says ([`DecisionTime`]),
-//! never its computing time: so a trial is a function of scenario, seed and that time, byte for byte.
+//! ([`Score`]), or with the mission's time. A decision takes the mission time that the caller passes
+//! ([`DecisionTime`]), never its computing time: so a trial is a function of scenario, seed and that time, byte for
+//! byte.
 
 mod body;
 mod cameras;
@@ -45,11 +46,11 @@ pub use site::settings;
 /// Time between two images of a camera.
 pub const TICK: Duration = Duration::from_millis(200);
 
-/// The mission time of a decision.
+/// The mission time that a decision takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DecisionTime {
-    /// The mission time of each decision. Meanwhile the vehicle drives on to the middle of the waypoint's cell, which
-    /// it has just entered, and stands there.
+    /// The duration of each decision. Meanwhile the vehicle continues to the middle of the waypoint's cell, which it
+    /// has just entered, and stops there.
     pub time: Duration,
 }
 
@@ -61,7 +62,7 @@ impl DecisionTime {
 /// The result of a trial.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trial {
-    /// When every object was found, if all were in time.
+    /// When every object was found; `None` if not all were found before the end.
     pub found: Option<MissionTime>,
     /// When the trial ended.
     pub ended: MissionTime,
@@ -86,16 +87,16 @@ pub struct Trial {
 /// Why a trial cannot run.
 #[derive(Debug, thiserror::Error)]
 pub enum FieldError {
-    /// Error of an agent.
+    /// An agent failed.
     #[error(transparent)]
     StateMachine(#[from] ParticipantError),
-    /// Error of the vehicle's settings.
+    /// The vehicle's settings are invalid.
     #[error(transparent)]
     Settings(#[from] SettingsError),
-    /// Error of the pilot.
+    /// The pilot cannot be constructed.
     #[error(transparent)]
     Pilot(#[from] PilotError),
-    /// Error of the site.
+    /// The site is invalid.
     #[error(transparent)]
     Site(#[from] site::SiteError),
 }

@@ -1,9 +1,10 @@
 //! The simulator.
 //!
-//! A [`simulation`] is a queue of events over a [`world`], a [`network`] with faults, and [`participants`] that handle events.
-//! [`episode`] runs one in this process; over Zenoh it is the same simulation with other participants. [`single_robot_env`] and
-//! [`team_env`] are stepped from outside. [`soak`] injects faults and checks what must hold after every step. [`comparison`]
-//! summarizes many episodes. [`field`] has vehicles with cameras in continuous space instead of the grid.
+//! A [`simulation`] is a queue of events of a [`world`], a [`network`] with faults, and [`participants`] that handle
+//! the events. [`episode`] runs one in this process; over Zenoh it is the same simulation with other participants.
+//! [`single_robot_env`] and [`team_env`] are environments that the caller advances move by move. [`soak`] injects
+//! faults and checks what must hold after every step. [`comparison`] summarizes many episodes. [`field`] has vehicles
+//! with cameras in continuous space instead of the grid.
 
 pub mod comparison;
 pub mod demonstration;

@@ -19,11 +19,11 @@ const DIAGONAL_EVERY: u32 = 5;
 /// One of this many has a sensor of another radius than the default.
 const OTHER_RADIUS_EVERY: u32 = 3;
 
-/// The search of a seed: a generated map of random size, density and sensor, with one robot or a few. The maps of the
+/// The scenario of a seed: a generated map of random size, density and sensor, with one robot or a few. The maps of the
 /// paper are not among them.
 ///
 /// # Errors
-/// Never; the type is that of all scenarios.
+/// Never, since all generated scenarios are valid.
 pub fn scenario(seed: u32) -> Result<Scenario, ScenarioError> {
     let mut random = stream(seed.into(), Purpose::Map, 1);
     let shape = Generated::ALL[random.random_range(0..Generated::ALL.len())].as_str();

@@ -17,7 +17,7 @@ pub(crate) struct Network {
     tally: Tally,
 }
 
-/// Numbers of messages, counted for each receiver.
+/// Numbers of messages by outcome; a message counts once for each receiver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Tally {
     /// Messages sent.
@@ -28,7 +28,7 @@ pub struct Tally {
     pub cut: u64,
     /// Arrived twice.
     pub duplicated: u64,
-    /// Held back to be overtaken.
+    /// Delayed so that later messages overtake it.
     pub reordered: u64,
     /// Lost on a one-way link.
     pub muted: u64,

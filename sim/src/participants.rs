@@ -11,7 +11,7 @@ use dragnet_search::evidence::Digest;
 
 pub use shared::SharedParticipants;
 
-/// The participants as the simulator drives them: in this process, or over a network.
+/// The participants, as driven by the simulator: in this process, or over a network.
 ///
 /// A published message is opaque here: the simulator determines when, and whether, it reaches each receiver, without
 /// knowing its content.
@@ -21,7 +21,7 @@ pub trait Participants {
     /// Why a participant failed.
     type Error;
 
-    /// Passes an event to a participant, and returns its effects.
+    /// Passes an event to a participant; returns its effects.
     ///
     /// # Errors
     /// If it fails.
@@ -91,7 +91,8 @@ pub struct LocalParticipants<'a> {
 }
 
 impl<'a> LocalParticipants<'a> {
-    /// Robots, numbered from 1 in this order, and their coordinator, if there is one.
+    /// Participants made of these robots, which have the numbers from 1 in this order, and of their coordinator, if
+    /// there is one.
     #[must_use]
     pub const fn new(robots: &'a mut [Agent], coordinator: Option<&'a mut dyn StateMachine>) -> Self {
         Self { robots, coordinator }

@@ -39,16 +39,17 @@ pub struct Rules {
 pub enum End {
     /// When no robot is searching.
     Resting,
-    /// Also when the merged belief has found every object, as the paper's trials end: only a simulator can know.
+    /// When no robot is searching, or as soon as the merged belief has found every object. The paper's trials end so;
+    /// only a simulator can determine it.
     AllFound,
 }
 
 /// Whether a participant is present.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Membership {
-    /// Yes.
+    /// It participates.
     Present,
-    /// No.
+    /// It does not participate.
     Absent,
 }
 
@@ -102,9 +103,9 @@ pub struct Outcome {
     pub decisions: Vec<Duration>,
     /// Observations made by all robots.
     pub observations: u64,
-    /// Numbers of messages by their fate on the network.
+    /// Numbers of messages by their outcome in the network.
     pub network: Tally,
-    /// Whether the evidence of all robots was equal to the bit, after the end.
+    /// Whether the evidence of all robots was bit-for-bit equal after the end.
     pub beliefs_equal: bool,
     /// Digest of the evidence of all readings.
     pub digest: Digest,

@@ -1,8 +1,8 @@
-//! An environment with one robot, one move at a time: the caller decides.
+//! An environment with one robot, for which the caller decides move by move.
 //!
-//! World, seeds, motion, belief and ends are those of an [`crate::episode`] of one robot, without messages and without
-//! a queue of events: hundreds of thousands of moves per second. [`field`] is what all searches of a scenario share,
-//! [`buffers`] the arrays with a learner's observation.
+//! World, seeds, motion, belief and stopping conditions are those of an [`crate::episode`] of one robot, but there are
+//! no messages and no queue of events: it makes hundreds of thousands of moves per second. [`field`] holds the data
+//! that all searches of a scenario share, [`buffers`] the arrays of a learner's observation.
 
 pub mod buffers;
 pub mod field;
@@ -110,13 +110,14 @@ impl SingleRobotEnv {
         env
     }
 
-    /// Goes to a cell that can be reached in one move. Returns the reward; 0, and nothing moves, if the search is over.
+    /// Moves to a cell that can be reached in one move, and returns the reward. If the search is over, the robot does
+    /// not move and the reward is 0.
     pub fn step(&mut self, to: Cell) -> f64 {
         self.act(|env| env.advance(to))
     }
 
-    /// Goes to a cell on the shortest path, or as far as the scenario lets a robot go between two decisions. Returns
-    /// the reward; 0, and nothing moves, if the search is over or there is no path.
+    /// Moves along the shortest path to a cell, at most as far as the scenario allows between two decisions, and
+    /// returns the reward. If the search is over or there is no path, the robot does not move and the reward is 0.
     pub fn go(&mut self, to: Cell) -> f64 {
         self.act(|env| {
             let scenario = env.field.scenario();
@@ -132,7 +133,8 @@ impl SingleRobotEnv {
         })
     }
 
-    /// Stays for the time of one cell, without an observation; it costs as much of each budget. Returns 0.
+    /// Waits for the time that one cell takes, without an observation; this costs as much of each budget as a move.
+    /// Returns 0.
     pub fn wait(&mut self) -> f64 {
         self.act(|env| {
             env.pass(1.0);
@@ -234,7 +236,7 @@ impl SingleRobotEnv {
         self.field.scenario().mission().budget.is_spent(self.spent_meters, elapsed)
     }
 
-    /// What all searches of the scenario share.
+    /// The data that all searches of the scenario share.
     #[must_use]
     pub const fn field(&self) -> &Arc<Field> {
         &self.field

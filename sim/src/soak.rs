@@ -38,7 +38,7 @@ const HELD: NonZeroUsize = NonZeroUsize::new(2).expect("above 0");
 pub struct FaultCounts {
     /// Faults of messages.
     pub network: Tally,
-    /// Robots that crashed for good.
+    /// Robots that crashed and did not restart.
     pub gone: u64,
     /// Robots that restarted with their stored state.
     pub returned_with_memory: u64,
@@ -121,10 +121,10 @@ pub enum Violation {
     },
 }
 
-/// Runs the search of a seed under its faults. `coordinator` makes a new coordinator.
+/// Runs the search of a seed under its faults. `coordinator` constructs a new coordinator.
 ///
 /// # Errors
-/// The violated invariant.
+/// The first violated invariant.
 pub fn run(
     seed: u64,
     coordinator: impl FnMut(&Scenario) -> Box<dyn StateMachine>,

@@ -1,7 +1,7 @@
-//! An environment with a team, one move of every robot at a time: the caller decides for each of them.
+//! An environment with a team: the caller decides for every robot, move by move.
 //!
-//! Everything else is the simulation itself: agents that exchange observations and repair lost ones, the scenario's
-//! network with its faults, crashes, and a separate belief of each robot.
+//! Everything else is simulated as in an episode: agents exchange observations and repair lost ones over the scenario's
+//! network with its faults, robots crash, and each robot has its own belief.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -30,7 +30,7 @@ use crate::single_robot_env::{Field, Reward};
 pub enum Move {
     /// Go to a cell that can be reached in one move.
     To(Cell),
-    /// Stay, without an observation; it costs as much of each budget as one cell.
+    /// Wait without an observation; this costs as much of each budget as entering one cell.
     Wait,
 }
 
@@ -61,7 +61,7 @@ pub struct TeamEnv {
 }
 
 impl TeamEnv {
-    /// The search of a seed, after the first observations. Robots of `crashes` stop for good at those times.
+    /// The search of a seed, after the first observations. Robots of `crashes` stop permanently at those times.
     ///
     /// # Errors
     /// Never, since robots of this process cannot fail.
@@ -156,7 +156,7 @@ impl TeamEnv {
         self.field.scenario().robots()[place].id
     }
 
-    /// What all searches of the scenario share.
+    /// The data that all searches of the scenario share.
     #[must_use]
     pub const fn field(&self) -> &Arc<Field> {
         &self.field
@@ -203,7 +203,7 @@ impl TeamEnv {
         self.simulation.world().merged()
     }
 
-    /// That belief compared with the truth.
+    /// The merged belief compared with the truth.
     #[must_use]
     pub fn score(&self) -> Score {
         self.simulation.world().score()

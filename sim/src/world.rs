@@ -25,9 +25,9 @@ pub struct World {
     sensor: Arc<Sensor>,
     truth: Truth,
     bodies: Vec<Body>,
-    /// The belief from every reading at once.
+    /// The belief from all readings of all robots.
     merged: Belief,
-    /// Cells that robots can observe from their start cells.
+    /// Cells that robots can observe, given their start cells.
     reach: Reach,
     detection_threshold: f64,
     score: Score,
@@ -47,7 +47,7 @@ pub struct Body {
 }
 
 impl Body {
-    /// Whether its route goes on.
+    /// Whether its route has further cells.
     #[must_use]
     pub const fn is_moving(&self) -> bool {
         !self.route.is_empty()
@@ -105,7 +105,7 @@ impl World {
         &self.merged
     }
 
-    /// Cells that robots can observe from their start cells.
+    /// Cells that robots can observe, given their start cells.
     #[must_use]
     pub const fn reach(&self) -> &Reach {
         &self.reach
@@ -183,7 +183,7 @@ impl World {
         self.terrain.grid().offset(from, to).euclidean()
     }
 
-    /// Moves a robot to another cell, whatever its route; the distance counts as a straight line.
+    /// Moves a robot to another cell, independently of its route; the path length grows by the straight-line distance.
     pub fn enter(&mut self, robot: RobotId, cell: Cell) {
         let distance = self.distance_cells(self.body(robot).cell, cell);
         let body = self.body_mut(robot);
@@ -199,7 +199,7 @@ impl World {
         (readings, found)
     }
 
-    /// As [`World::sense`], appending to the lists.
+    /// Like [`World::sense`], appending to the given lists.
     pub fn sense_into(&mut self, robot: RobotId, readings: &mut Vec<Reading>, found: &mut Vec<Cell>) {
         let sensor = Arc::clone(&self.sensor);
         let grid = self.terrain.grid();
@@ -264,7 +264,7 @@ pub(crate) fn draw_starts(scenario: &Scenario, seed: u64) -> Vec<Cell> {
         .collect()
 }
 
-/// Cells that robots can observe from their start cells.
+/// Cells that robots can observe, given their start cells.
 pub(crate) fn draw_reach(scenario: &Scenario, seed: u64) -> Reach {
     let mut reach = Reach::unknown(scenario.terrain().grid(), scenario.sensor().radius());
     for start in draw_starts(scenario, seed) {

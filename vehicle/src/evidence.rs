@@ -1,4 +1,4 @@
-//! Readings of an observation from tracks and camera frames.
+//! Computes the readings of an observation from tracks and camera frames.
 //!
 //! An observation lasts from one cell of the route to the next ([`readings`]), and all frames in between count
 //! ([`account`]). A cell is read if it is in the sensor's footprint around the vehicle's cell at the end, and an object
@@ -85,7 +85,7 @@ pub enum EvidenceError {
         /// Of the map, meters.
         height: f64,
     },
-    /// The position or the map is wrong: the team would reject observations from there.
+    /// The cell is not traversable: the position or the map is wrong, and the team would reject the observation.
     #[error("the vehicle stands in row {}, column {}, where the map lets none stand", .0.row, .0.column)]
     Blocked(Position),
 }

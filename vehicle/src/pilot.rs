@@ -1,7 +1,7 @@
-//! The pilot: between a vehicle's sensors and its agent.
+//! The pilot: connects a vehicle's sensors and its agent.
 //!
-//! Sensor data and the agent's routes go in with their times; observations for the agent and paths to drive come out.
-//! State changes only in [`Pilot::handle`].
+//! It handles sensor data and the agent's routes, each with its time, and returns observations for the agent and paths
+//! to drive. State changes only in [`Pilot::handle`].
 //!
 //! **Observations.** The pilot reports a cell to the agent when the vehicle enters it, with a reading of every cell
 //! that the cameras have observed well enough since the last observation ([`crate::evidence`]). Cells beside the route
@@ -62,16 +62,16 @@ const TURNING_SHARE: f64 = 0.25;
 /// Distance from a cell's center at which a vehicle has left it, cells; the border is at one half.
 const LEAVING_SHARE: f64 = 0.75;
 
-/// Why a pilot cannot be made.
+/// Why a pilot cannot be constructed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PilotError {
-    /// Error of the tracker.
+    /// The settings of the tracker are invalid.
     #[error(transparent)]
     Tracker(#[from] TrackerError),
     /// Footprint, motion primitives and map do not match.
     #[error(transparent)]
     Planner(#[from] PlannerError),
-    /// There are no such motion primitives at the map's resolution.
+    /// No motion primitives can be generated at the map's resolution.
     #[error(transparent)]
     Maneuvers(#[from] ManeuversError),
 }
@@ -95,7 +95,7 @@ pub struct Pilot {
 }
 
 impl Pilot {
-    /// A pilot without data. `map` is what its planner starts with, if it plans.
+    /// A pilot without data. `map` is the initial map of its planner, if it has one.
     ///
     /// # Errors
     /// If footprint, motion primitives and map do not match.
@@ -121,7 +121,8 @@ impl Pilot {
         })
     }
 
-    /// The only function that changes the state; `now_ns`, nanoseconds of mission time, comes from the caller.
+    /// Handles an event. It is the only function that changes the state; the caller passes the time, `now_ns`,
+    /// nanoseconds of mission time.
     pub fn handle(&mut self, now_ns: u64, event: Event) -> Vec<Action> {
         let mut actions = Vec::new();
         let is_now = self.read_clock(now_ns, &mut actions);
@@ -139,7 +140,7 @@ impl Pilot {
         actions
     }
 
-    /// The camera of this name.
+    /// The camera with this name.
     #[must_use]
     pub fn camera(&self, name: &str) -> Option<&Camera> {
         self.settings.cameras.iter().map(|(camera, _)| camera).find(|camera| camera.settings().name == name)

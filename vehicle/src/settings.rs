@@ -1,8 +1,8 @@
 //! The `[vehicle]` table of a robot's settings.
 //!
-//! Tables here are as they are written: names and defaults, nothing checked. [`Settings::check`] checks them and converts
-//! them for the rest of this crate; each error names the key, its value, and what is allowed. The descriptions here are those
-//! of the reference of settings (`docs/settings.md`).
+//! The types here are the tables as they are written: names and defaults, unchecked. [`Settings::check`] checks them
+//! and converts them for the rest of this crate; each error names the key, its value, and the allowed values. The
+//! descriptions here are also those of the reference of settings (`docs/settings.md`).
 
 mod check;
 

@@ -90,14 +90,14 @@ impl Tracker {
     /// Processes one frame of one camera. Several cameras may have frames of one time.
     ///
     /// # Errors
-    /// If the frame is invalid, is older than the latest, or is its camera's second of one time. Nothing has changed
-    /// then.
+    /// If the frame is invalid, is older than the latest one, or repeats a time of its camera. The state is unchanged
+    /// in that case.
     pub fn handle(&mut self, frame: &Frame) -> Result<Outcome, FrameError> {
         self.handle_where_unseen(frame, &|_| 1.0)
     }
 
-    /// The same with knowledge of earlier frames: `unseen` is the probability that an object at a position, meters east
-    /// and north, would have been missed so far.
+    /// Like [`Tracker::handle`], with knowledge of earlier frames: `unseen` returns the probability, 0 to 1, that an
+    /// object at a position, meters east and north, has been missed so far.
     ///
     /// # Errors
     /// As [`Tracker::handle`].

@@ -1,4 +1,4 @@
-//! The end of a recording, and what is lost of it.
+//! How a recording ends, and which parts of it are lost.
 
 use std::fmt;
 
@@ -17,7 +17,7 @@ pub enum Ending {
         /// Their length.
         bytes: u64,
     },
-    /// Its writer was stopped, or the end is lost.
+    /// It ends early: its writer was stopped, or its end was lost.
     CutOff,
     /// Parts of it are damaged. All intact parts are read, also those behind.
     Damaged {

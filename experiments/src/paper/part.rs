@@ -88,7 +88,7 @@ pub enum Choice {
 const ALL: &str = "all";
 
 impl Choice {
-    /// As written on the command line.
+    /// The name used on the command line.
     #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {

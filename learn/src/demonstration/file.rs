@@ -48,7 +48,7 @@ pub fn write(path: &Path, trajectory: &Trajectory) -> Result<(), FileError> {
 /// Reads a trajectory.
 ///
 /// # Errors
-/// If the file cannot be read, is truncated, of another format, or has invalid values.
+/// If the file cannot be read, is truncated, has another format, or contains invalid values.
 pub fn read(path: &Path) -> Result<Trajectory, FileError> {
     file::read(KIND, path, from_bytes)
 }

@@ -10,11 +10,11 @@ use rand::RngExt;
 
 use super::Demonstration;
 
-/// Decides as the expert does, and records its decisions with their situations.
+/// A policy that decides like an expert, and records the expert's decisions with their situations.
 ///
-/// With `explore` above 0 the robot sometimes goes to a random cell instead, while the recorded choice stays the
-/// expert's: so the network also learns from situations that the expert would not reach, as in DART (Laskey et al.,
-/// 2017). Departure: noise of a fixed rate, not fitted to the network's errors.
+/// With `explore` above 0 the robot sometimes goes to a random cell instead, but the expert's choice is recorded: so
+/// the network also learns from situations that the expert would not reach, as in DART (Laskey et al., 2017).
+/// Departure: the rate of the noise is fixed, not fitted to the network's errors.
 pub struct Recorder {
     expert: Box<dyn Policy + Send>,
     explore: f64,

@@ -4,7 +4,7 @@ use dragnet_search::cell::{Cell, Offset};
 use dragnet_search::route::ShortestPathTree;
 use dragnet_search::terrain::Terrain;
 
-/// The most neighbors of a node.
+/// Maximum number of neighbors of a node.
 pub const NEIGHBORS: usize = 8;
 
 const OFFSETS: [Offset; NEIGHBORS] = [
@@ -83,13 +83,13 @@ impl Topology {
         self.cells.len()
     }
 
-    /// Whether there is no node; a robot's own cell always is one.
+    /// Whether there is no node; never true, because the robot's own cell is a node.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.cells.is_empty()
     }
 
-    /// The cell of each node, ascending.
+    /// The cell of each node, by ascending index.
     #[must_use]
     pub fn cells(&self) -> &[Cell] {
         &self.cells

@@ -11,7 +11,7 @@ use crate::graph::{Graph, Topology};
 use crate::network::{Network, Workspace};
 
 /// Chooses the cell with the highest logit, the most probable choice of the expert, among the cells with an informative
-/// path; rests if there is none, as its expert does.
+/// path; rests if there is none, like its expert.
 #[derive(Clone, Debug)]
 pub struct Gnn {
     network: Arc<Network>,

@@ -1,4 +1,4 @@
-//! Names as scenarios and the command line write them.
+//! Names of policies in scenarios and on the command line.
 
 use std::fmt;
 use std::num::NonZeroU32;
@@ -11,9 +11,9 @@ use super::Shipped;
 /// A policy, by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum PolicyName {
-    /// A policy that is computed by its definition.
+    /// A policy that is computed, not learned.
     Exact(Exact),
-    /// A policy that was learned from such a one.
+    /// A built-in network that imitates a computed policy.
     Learned(Shipped),
 }
 
@@ -24,7 +24,7 @@ impl PolicyName {
         Exact::ALL.into_iter().map(Self::Exact).chain(learned)
     }
 
-    /// Number of cells after which a robot decides anew by default; `None`: at the waypoint.
+    /// Number of cells after which a robot decides again by default; `None`: at the waypoint.
     #[must_use]
     pub const fn replan_after_cells(self) -> Option<NonZeroU32> {
         match self {
@@ -33,7 +33,7 @@ impl PolicyName {
         }
     }
 
-    /// As written in scenarios and on the command line.
+    /// The name used in scenarios and on the command line.
     #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {
@@ -55,7 +55,7 @@ impl fmt::Display for PolicyName {
     }
 }
 
-/// The name of no policy.
+/// The text is not the name of a policy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("unknown policy {0:?}; allowed are {allowed}", allowed = allowed())]
 pub struct UnknownPolicy(pub String);

@@ -14,9 +14,9 @@ pub enum Shipped {
     GreedyIceCreamCone,
     /// `greedy`, on the all-traversable map.
     GreedyAllTraversable,
-    /// `greedy`, on the open asterisk: of the paper's Table II only.
+    /// `greedy`, on the open asterisk; for the paper's Table II only.
     GreedyOpenAsterisk,
-    /// `greedy`, on the figure four: likewise.
+    /// `greedy`, on the figure four; for the paper's Table II only.
     GreedyFigureFour,
     /// `path`, on the ice cream cone.
     PathIceCreamCone,
@@ -46,7 +46,7 @@ impl Shipped {
         Self::PathAllTraversable,
     ];
 
-    /// As written in scenarios and on the command line.
+    /// The name used in scenarios and on the command line.
     #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {
@@ -60,7 +60,7 @@ impl Shipped {
         }
     }
 
-    /// The network; read once.
+    /// The network; its weights are read once per process.
     #[must_use]
     pub fn network(self) -> Arc<Network> {
         Arc::clone(match self {

@@ -1,4 +1,4 @@
-//! The name that keeps missions apart.
+//! The name that distinguishes missions on one network.
 
 use std::fmt;
 use std::str::FromStr;

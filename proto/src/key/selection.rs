@@ -1,4 +1,4 @@
-//! Which keys to subscribe to.
+//! Sets of keys to subscribe to.
 
 use std::fmt;
 
@@ -6,7 +6,7 @@ use dragnet_scenario::participant::Participant;
 
 use super::{Address, Home};
 
-/// Some of the keys of a mission. [`super::Mission::expression`] makes a key expression of it.
+/// A set of keys of a mission. [`super::Mission::expression`] converts it to a key expression.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Selection {
     /// All robots' observations.
@@ -21,9 +21,9 @@ pub enum Selection {
     SyncRequestsTo(Participant),
     /// Replies addressed to a participant.
     SyncRepliesTo(Participant),
-    /// All that a participant publishes.
+    /// All messages that a participant publishes.
     PublishedBy(Participant),
-    /// All that the simulator publishes and queries.
+    /// All messages and queries of the simulator.
     Simulator,
     /// All keys.
     Everything,

@@ -48,9 +48,9 @@ pub struct PoseEstimate {
 /// A robot's velocity, in its own frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Velocity {
-    /// Meters a second.
+    /// Meters per second.
     pub forward_meters_per_second: f64,
-    /// Meters a second.
+    /// Meters per second.
     pub left_meters_per_second: f64,
     /// Counter-clockwise, radians a second.
     pub yaw_radians_per_second: f64,

@@ -1,4 +1,4 @@
-//! A camera's image, whatever its encoding: red, green and blue, one byte each.
+//! A camera's image, converted from any supported encoding to red, green and blue, one byte each.
 
 use std::io::Cursor;
 

@@ -1,4 +1,4 @@
-//! RIHS01: the hash by which two ROS 2 nodes check that they mean the same message.
+//! RIHS01: the hash by which two ROS 2 nodes check that their definitions of a message are equal.
 //!
 //! It is the SHA-256 of a message's description as JSON (REP 2011, REP 2016): names and types of its fields, then those
 //! of all messages in it, by name. Constants, defaults and comments play no part. JSON is written as Python's

@@ -79,7 +79,7 @@ pub struct NavSatFix {
     pub longitude: f64,
     /// Above the ellipsoid; NaN if unknown.
     pub altitude: f64,
-    /// Of east, north and up, square meters.
+    /// Covariance of east, north and up, square meters.
     pub position_covariance: [[f64; 3]; 3],
     /// 0 if the covariance is unknown.
     pub position_covariance_type: u8,
@@ -112,7 +112,7 @@ pub struct CompressedImage {
     pub header: Header,
     /// Such as `jpeg`, or `bgr8; jpeg compressed bgr8`.
     pub format: String,
-    /// The file.
+    /// The bytes of the image file.
     #[serde(with = "bytes")]
     pub data: Vec<u8>,
 }

@@ -23,8 +23,8 @@ const ROOM_BYTES: u64 = 1 << 30;
 /// Number of timed decisions, spread over the map.
 const DECISIONS: usize = 20;
 
-/// Checks the disk space for a journal, and what the robot would restore from it; returns the clock by which it would
-/// continue, if it has one.
+/// Checks the disk space for a journal, and the state that the robot would restore from it; returns the clock by which
+/// it would continue, if it has one.
 pub(super) fn journal(
     path: &Path,
     subject: Subject<'_>,

@@ -28,7 +28,7 @@ const MOST_SKEW_SECONDS: f64 = 1.0;
 enum Use {
     /// Without it the robot does not search.
     Needed,
-    /// It is used; the text says what is missing without it.
+    /// It is used; the text describes the restriction without it.
     Welcome(&'static str),
     /// These settings do not use it.
     None,

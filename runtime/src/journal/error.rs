@@ -36,7 +36,7 @@ pub enum JournalError {
         /// The file.
         path: PathBuf,
     },
-    /// It is a folder or a device, and is left alone.
+    /// It is a folder or a device, and is not changed.
     #[error("{path}: no plain file, as a journal is; name another", path = path.display())]
     NotAFile {
         /// The path.

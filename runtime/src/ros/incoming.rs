@@ -38,7 +38,7 @@ pub enum Incoming {
     Rejected {
         /// The topic.
         topic: TopicName,
-        /// What is wrong, and what is allowed.
+        /// The reason, with the allowed values.
         reason: String,
     },
 }

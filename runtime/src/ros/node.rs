@@ -1,4 +1,4 @@
-//! The node: its subscribers, with checked messages, and its publishers.
+//! The node: subscribers, which return checked messages, and publishers.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -93,7 +93,8 @@ impl Node {
         (subscription.topic.clone(), received)
     }
 
-    /// Publishes at a Unix time in nanoseconds; does nothing if the settings give no topic for it.
+    /// Publishes a message that is stamped with a Unix time, nanoseconds. Does nothing if the settings have no topic
+    /// for it.
     ///
     /// # Errors
     /// If Zenoh fails.
@@ -102,7 +103,7 @@ impl Node {
         publisher.publish(unix_ns, output.encode(&self.settings.map_frame, unix_ns)).await
     }
 
-    /// Whether there is a subscriber; a goal without one is lost.
+    /// Whether a topic has a subscriber; a goal that is published without one is lost.
     ///
     /// # Errors
     /// If Zenoh fails.

@@ -1,4 +1,4 @@
-//! A detector of this program for the images of a vehicle's cameras.
+//! The interface of a detector for the images of a vehicle's cameras.
 //!
 //! Its implementation, which needs libtorch, is not part of this crate: the caller that starts a robot passes it in.
 
@@ -78,7 +78,8 @@ pub trait Detector: Send {
     fn detect(&mut self, image: &Image) -> Result<Vec<DetectionBox>, String>;
 }
 
-/// Makes the detector of settings, whose paths are relative to the working directory, or returns why it cannot be made.
+/// Constructs a detector from settings, whose paths are relative to the working directory, or returns the reason why it
+/// cannot.
 pub type Make<'a> = &'a dyn Fn(&Settings) -> Result<Box<dyn Detector>, String>;
 
 /// An image for the detector.

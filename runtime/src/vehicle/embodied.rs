@@ -30,7 +30,7 @@ pub struct Embodied {
 }
 
 impl Embodied {
-    /// An agent that has restored its state.
+    /// Wraps an agent that has restored its stored state.
     #[must_use]
     pub fn new(agent: Agent) -> (Self, AgentOutputs) {
         let (routes, received) = mpsc::unbounded_channel();

@@ -7,7 +7,7 @@
 //! | `.map` | `MovingAI` benchmark | `movingai` |
 //! | `.geojson`, `.json`, `.kml` | areas drawn on the earth | [`areas`], `outline` |
 //!
-//! Reading any file gives a map or a [`MapFileError`] that says what is allowed instead.
+//! Reading a file returns a map, or a [`MapFileError`] that states the allowed values.
 
 pub mod areas;
 mod earth;
@@ -44,7 +44,7 @@ pub struct MapFile {
     pub georeference: Option<Georeference>,
     /// Its pose in the frame of its file.
     pub origin: MapOrigin,
-    /// The areas that its file draws, beside the ground; empty for all other formats.
+    /// The areas in its file, besides the ground; empty for formats without areas.
     pub areas: Areas,
 }
 
@@ -63,8 +63,8 @@ pub struct MapOrigin {
 }
 
 impl MapOrigin {
-    /// The position of a point of the map in the frame, meters: from the corner this far along the map's rows and up
-    /// its columns.
+    /// The position of a point of the map in the frame, meters. The point is given by its distance from the corner
+    /// along the map's rows and up its columns, meters.
     #[must_use]
     pub fn point(&self, (along_meters, up_meters): (f64, f64)) -> (f64, f64) {
         let (sine, cosine) = self.yaw_radians.sin_cos();
@@ -92,13 +92,13 @@ impl MapFile {
     /// The largest file that is read.
     pub const MAX_BYTES: u64 = 1 << 28;
 
-    /// A map without a position.
+    /// A map without a position on the earth, at the origin of its file's frame.
     #[must_use]
     pub fn unplaced(terrain: Terrain) -> Self {
         Self { terrain, georeference: None, origin: MapOrigin::default(), areas: Areas::default() }
     }
 
-    /// Reads a map file into cells of an edge in meters, by its extension.
+    /// Reads a map file into cells of edge `cell_meters`, meters. The file's extension determines the format.
     ///
     /// # Errors
     /// If the file, or an image that it names, cannot be read or is invalid; if the edge is not a positive length or is

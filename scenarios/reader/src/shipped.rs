@@ -1,11 +1,11 @@
-//! The scenarios that come with the program, and their maps: a search needs no file.
+//! The scenarios that are part of the program, and their maps.
 //!
-//! They lie in a folder that is on no disk, [`FOLDER`], so that all that reads scenarios and maps reads them too.
+//! They are in a virtual folder, [`FOLDER`], so that the same functions read these files and files on disk.
 
 use std::io;
 use std::path::{Component, Path, PathBuf};
 
-/// The folder of the shipped files.
+/// The virtual folder of the shipped files.
 pub const FOLDER: &str = "dragnet:";
 
 /// What a file's name ends with if it is a scenario.
@@ -56,7 +56,7 @@ pub struct ShippedScenario {
 }
 
 impl ShippedScenario {
-    /// All of them.
+    /// All shipped scenarios.
     pub fn all() -> impl Iterator<Item = Self> {
         FILES.iter().filter_map(|&(file, bytes)| {
             let is_scenario = Path::new(file).extension().is_some_and(|it| it == EXTENSION);
@@ -64,7 +64,7 @@ impl ShippedScenario {
         })
     }
 
-    /// The scenario of a name.
+    /// The scenario with this name, if there is one.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         Self::all().find(|scenario| scenario.name() == name)
@@ -76,13 +76,13 @@ impl ShippedScenario {
         self.file.strip_suffix(".toml").unwrap_or(self.file)
     }
 
-    /// Where it is read from.
+    /// Its path in [`FOLDER`].
     #[must_use]
     pub fn path(&self) -> PathBuf {
         Path::new(FOLDER).join(self.file)
     }
 
-    /// What it is about: the comment before its first key.
+    /// A summary: the comment before its first key.
     #[must_use]
     pub fn summary(&self) -> String {
         let comments = self.text.lines().map_while(|line| line.strip_prefix('#'));
@@ -90,7 +90,7 @@ impl ShippedScenario {
         lines.join(" ")
     }
 
-    /// The files that it consists of with their contents, by their paths in a folder: it first, then what it names.
+    /// Its files and their contents, by path in the folder: the scenario first, then the files that it names.
     pub fn files(&self) -> impl Iterator<Item = (&'static str, &'static [u8])> {
         let maps = MAPS.iter().filter(|(name, _)| *name == self.name()).flat_map(|(_, files)| files.iter());
         let names = std::iter::once(self.file).chain(maps.copied()).chain(["scenario.schema.json"]);
@@ -102,7 +102,8 @@ fn content(name: &str) -> Option<&'static [u8]> {
     FILES.iter().find(|(file, _)| *file == name).map(|&(_, bytes)| bytes)
 }
 
-/// Where a scenario is read from: as the path says, or, if nothing is there and it is the name of a shipped one, there.
+/// The path that a scenario is read from: the given path or, if no file exists there and it is the name of a shipped
+/// scenario, the path of that one.
 #[must_use]
 pub fn resolve(path: &Path) -> PathBuf {
     let shipped = || path.to_str().and_then(ShippedScenario::named).map(|scenario| scenario.path());

@@ -18,20 +18,20 @@ use crate::utility::Utility;
 
 pub use pattern::Pattern;
 
-/// What follows a pattern that is done.
+/// What a robot does after it has completed its pattern.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AfterPattern {
-    /// The pattern again.
+    /// It repeats the pattern.
     Repeat,
-    /// The policy `path`, for what the pattern left in doubt.
+    /// It uses the policy `path`, for cells that the pattern left uncertain.
     Path,
 }
 
 impl AfterPattern {
-    /// All of them.
+    /// All variants.
     pub const ALL: [Self; 2] = [Self::Repeat, Self::Path];
 
-    /// As written in scenarios and on the command line.
+    /// The name used in scenarios and on the command line.
     #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {

@@ -1,4 +1,4 @@
-//! [`Path`](super::path) by its definition: every candidate's path is traversed and summed separately.
+//! A reference implementation of [`Path`](super::path): every candidate's path is traversed and summed separately.
 //!
 //! The same scores as `path`, up to rounding, at the cost that its single traversal avoids. It is the reference of
 //! tests and benchmarks; no scenario can name it.
@@ -19,7 +19,7 @@ pub struct PathIntegralReference {
 }
 
 impl PathIntegralReference {
-    /// With `w_l` of the path-length weight (Eq. 4), at least 0.
+    /// A policy with this `w_l` of the path-length weight (Eq. 4), at least 0.
     #[must_use]
     pub const fn new(path_length_weight: f64) -> Self {
         Self { path_length_weight }

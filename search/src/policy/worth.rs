@@ -8,8 +8,8 @@ use crate::situation::Situation;
 use crate::utility::UtilityTable;
 use crate::utility_gain::{UtilityGain, saturated};
 
-/// Information that a path must yield to be driven, nats: if no score of an information policy is above this, the robot
-/// is to rest.
+/// Information above which a path is worth driving, nats: if no score of an information policy is above this, the robot
+/// rests.
 ///
 /// An observation that would reveal everything yields this little where its footprint holds an object with a
 /// probability of `6e-8` (`H(6e-8) = 1e-6` nats). With the default sensor 2^24 cells, the largest map, are 275,000
@@ -29,7 +29,8 @@ impl Decision {
         }
     }
 
-    /// The same for scores that are information, nats; to rest if none is above [`LEAST_NATS`].
+    /// Like [`Decision::best`], for scores that are information, nats; the decision is to rest if none is above
+    /// [`LEAST_NATS`].
     #[must_use]
     pub fn most_informative(routes: &ShortestPathTree, scores: Vec<f64>) -> Self {
         let best = Self::best(routes, scores);
@@ -37,7 +38,7 @@ impl Decision {
     }
 
     /// The best candidate by scores that are not information, of those whose path is informative: the observations
-    /// along it, each taken alone, add up to more than [`LEAST_NATS`]. To rest if there is none.
+    /// along it, each taken alone, add up to more than [`LEAST_NATS`]. The decision is to rest if there is none.
     #[must_use]
     pub fn best_of_informative(
         situation: &Situation<'_>,
@@ -73,7 +74,7 @@ impl Decision {
         Self { chosen: routes.root(), path: Vec::new(), scores }
     }
 
-    /// Whether the robot is to stay in its cell.
+    /// Whether the decision is to rest: the robot stays in its cell.
     #[must_use]
     pub const fn is_rest(&self) -> bool {
         self.path.is_empty()

@@ -14,7 +14,7 @@ pub struct ObservationBuffers<'a> {
     pub probability: &'a mut [f32],
     /// `sum 1/v` of the readings of the cell, exact to 1/65,536.
     pub precision: &'a mut [f64],
-    /// `sum y/v`, likewise.
+    /// `sum y/v` of the readings of the cell, exact to 1/65,536.
     pub weighted_sum: &'a mut [f64],
     /// Length of the shortest path from the robot, cells; infinite out of reach.
     pub distance_cells: &'a mut [f32],
@@ -34,7 +34,7 @@ pub enum Control {
 }
 
 impl SingleRobotEnv {
-    /// Writes everything.
+    /// Writes all arrays in full.
     pub fn draw(&mut self, buffers: &mut ObservationBuffers<'_>, control: Control) {
         self.seen.clear();
         buffers.draw_belief(self.world.merged(), self.field.scenario().terrain().grid().cells());

@@ -1,4 +1,4 @@
-//! What all searches of a scenario share: its map, and what follows from it.
+//! The data that all searches of a scenario share: its map, and tables computed from it.
 
 use dragnet_scenario::Scenario;
 use dragnet_search::cell::Cell;
@@ -21,7 +21,7 @@ pub struct Field {
 }
 
 impl Field {
-    /// Prepares a scenario.
+    /// Computes the tables of a scenario.
     #[must_use]
     pub fn new(scenario: Scenario) -> Self {
         let (terrain, connectivity) = (scenario.terrain(), scenario.connectivity());

@@ -23,7 +23,7 @@ pub struct Letterbox {
 }
 
 impl Letterbox {
-    /// For an image and an input of these sizes.
+    /// The letterbox for an image and an input of these sizes.
     ///
     /// # Errors
     /// If a size is invalid, or nothing is left of the image after reduction.

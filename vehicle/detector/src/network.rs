@@ -1,6 +1,6 @@
 //! The network: a TorchScript module that libtorch runs.
 //!
-//! A module is a program. Load only modules from sources that you trust: nothing here keeps one from running for ever.
+//! A module is a program. Load only modules from trusted sources: nothing here prevents one from running without end.
 
 use std::collections::BTreeMap;
 use std::io::Cursor;
@@ -89,9 +89,10 @@ impl Network {
     pub const MAX_INPUT_PIXELS: u32 = 4096;
 
     /// Loads a module from the bytes of its file, on this device; `input` is needed if the file does not give the input
-    /// size, or to use another one. It is run on a gray image, so that errors are found here.
+    /// size, or to use another one. The module is run once on a gray image, so that errors are found here.
     ///
-    /// From here on libtorch does not optimize modules at run time: the same image always gives the same boxes.
+    /// Run-time optimization of libtorch is switched off for the process, so that the same image always gives the same
+    /// boxes.
     ///
     /// # Errors
     /// If it is not a module, or its output is not that of a detector.
@@ -148,8 +149,8 @@ impl Network {
     /// The detections in an image.
     ///
     /// # Errors
-    /// If the settings are invalid, the image cannot be prepared, or the network fails. It can be used on the next
-    /// image all the same.
+    /// If the settings are invalid, the image cannot be prepared, or the network fails. The network remains usable
+    /// after an error.
     pub fn detect(&self, picture: &Picture<'_>, settings: &Settings) -> Result<Found, NetworkError> {
         settings.check().map_err(FindError::Settings)?;
         self.check_classes(&settings.classes)?;

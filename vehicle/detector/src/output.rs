@@ -91,7 +91,7 @@ impl<'a> Output<'a> {
             .ok_or_else(|| OutputError::Shape(shape.to_vec()))
     }
 
-    /// Values in the order of this shape, `[1, 4 + classes, anchors]`.
+    /// An output with these values, in the order of `shape`, `[1, 4 + classes, anchors]`.
     ///
     /// # Errors
     /// If the shape is another one, or does not match the number of values.

@@ -37,7 +37,7 @@ pub enum PictureError {
     /// An unsupported format.
     #[error("pixels of format {0}: understood are rgb8, bgr8 and mono8")]
     Format(String),
-    /// Too small or too large.
+    /// It is too small or too large.
     #[error("an image of {0} pixels: allowed are 1 to {max} columns and rows", max = Size::MAX_SIDE_PIXELS)]
     Size(Size),
     /// The number of bytes does not match the size.

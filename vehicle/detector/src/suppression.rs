@@ -4,11 +4,12 @@ use crate::output::Candidate;
 use crate::settings::{Settings, Suppression};
 use dragnet_vehicle::camera::DetectionBox;
 
-/// The candidates that stay, most confident first; of equals the first. `None` if there are more than `most` of them.
+/// The candidates that are kept, most confident first; of equals the first. `None` if there are more than `most` of
+/// them.
 ///
-/// The usual greedy algorithm: in this order a candidate stays unless one that stays already overlaps it by more than
-/// [`Settings::iou`]. Each is compared only with those that stay, so that the work is at most `most` times the number
-/// of candidates.
+/// The usual greedy algorithm: in this order a candidate is kept unless one that is already kept overlaps it by more
+/// than [`Settings::iou`]. Each is compared only with those that are kept, so that the work is at most `most` times the
+/// number of candidates.
 #[must_use]
 pub fn suppress(mut candidates: Vec<Candidate>, settings: &Settings, most: usize) -> Option<Vec<Candidate>> {
     // Stable, so that equals keep their order.

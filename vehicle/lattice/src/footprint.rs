@@ -1,11 +1,11 @@
-//! The ground that a vehicle covers.
+//! A vehicle's footprint: the ground that it covers.
 
 use crate::plane::Pose;
 
 /// Squares that are only touched are not covered; without this tolerance, rounding would decide.
 const TOUCH: f64 = 1e-6;
 
-/// Most corners of a polygon.
+/// Maximum number of corners of a polygon.
 pub const MAX_CORNERS: usize = 64;
 /// Maximum distance of a footprint's points from the reference point, in cells of the map.
 pub const MAX_FOOTPRINT_CELLS: f64 = 128.0;

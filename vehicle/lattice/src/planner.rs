@@ -3,9 +3,9 @@
 //! On a large map a coarse `guide` leads to first paths; the cost of the best then limits where the `heuristic` is
 //! needed. From there on, and on small maps from the start, it is ARA* (`ara`; Likhachev, Gordon and Thrun 2003).
 //!
-//! After the map or the start has changed, a plan is made anew. Kept are: the motions with the ground that they sweep;
-//! the bits of rows that have not changed; all memory; and, for the same goal on the same map, the guide's distances
-//! and those of a small map's heuristic.
+//! After the map or the start has changed, planning starts again. The planner keeps the motions with the ground that
+//! they sweep, the bits of rows that have not changed, all memory and, for the same goal on the same map, the guide's
+//! distances and those of a small map's heuristic.
 
 use dragnet_search::cell::{Cell, Position};
 
@@ -96,7 +96,8 @@ impl Planner {
     /// Sets costs of cells. Work grows with the rows between the first and the last of them, and the reach of motions.
     ///
     /// # Errors
-    /// If a cell is not on the map: then none is set. For a map of another size use [`Planner::replace_map`].
+    /// If a cell is not on the map. No cost is changed in that case. For a map of another size use
+    /// [`Planner::replace_map`].
     pub fn set_costs(&mut self, costs: &[(Cell, u8)]) -> Result<(), PlannerError> {
         let cells = self.map.grid().cell_count();
         if let Some((cell, _)) = costs.iter().find(|(cell, _)| cell.index() >= cells) {
@@ -119,7 +120,7 @@ impl Planner {
         Ok(())
     }
 
-    /// Replaces the map, by one of any size.
+    /// Replaces the map; the new one may have any size.
     ///
     /// # Errors
     /// If its resolution is not that of the primitives.

@@ -39,7 +39,7 @@ pub struct Detections {
     pub refused: Vec<(usize, BoxRefusal)>,
 }
 
-/// Too many boxes in an image: the detector is at fault, and none of its boxes counts.
+/// An image has too many boxes: the detector is faulty, and all boxes are ignored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0} boxes in one image: at most {max} can be objects", max = Camera::MAX_BOXES)]
 pub struct TooManyBoxes(pub usize);

@@ -66,7 +66,7 @@ impl View {
         Ok(Self { camera, half_radians, min_range_meters, max_range_meters, ground_meters: 0.0 })
     }
 
-    /// The same for a camera with the ground in view from this range on, meters.
+    /// The view of a camera that sees the ground from this range on, meters.
     #[must_use]
     pub const fn with_ground_from(self, ground_meters: f64) -> Self {
         Self { ground_meters, ..self }

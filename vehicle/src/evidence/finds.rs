@@ -77,7 +77,7 @@ impl Finds {
         self.declared = cells;
     }
 
-    /// Forgets all tracks, not what the team has declared.
+    /// Removes all tracks and finds; keeps the cells that the team has declared.
     pub fn restart(&mut self) {
         *self = Self { declared: std::mem::take(&mut self.declared), ..Self::default() };
     }

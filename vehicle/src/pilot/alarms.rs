@@ -30,7 +30,7 @@ impl<K: Ord + Clone> Alarms<K> {
         Self { recovery_ns, standing: BTreeMap::new() }
     }
 
-    /// Raises a fault of a subject; returns whether it is to be reported.
+    /// Records a fault of a subject; returns whether it is to be reported.
     pub fn raise(&mut self, now_ns: u64, subject: K, cause: impl Into<Cow<'static, str>>) -> bool {
         let cause = cause.into();
         let Some(alarm) = self.standing.get_mut(&subject) else {
@@ -47,14 +47,14 @@ impl<K: Ord + Clone> Alarms<K> {
         is_news
     }
 
-    /// A subject has no fault now.
+    /// Records that a subject has no fault now.
     pub fn ease(&mut self, now_ns: u64, subject: &K) {
         if let Some(alarm) = self.standing.get_mut(subject) {
             alarm.good_since_ns.get_or_insert(now_ns);
         }
     }
 
-    /// Ends the alarms of subjects that were without a fault for long enough; returns them in order.
+    /// Ends the alarms of subjects that have had no fault for the recovery time; returns these subjects, in order.
     pub fn settle(&mut self, now_ns: u64) -> Vec<K> {
         for alarm in self.standing.values_mut() {
             alarm.good_since_ns = alarm.good_since_ns.map(|since_ns| since_ns.min(now_ns));
@@ -73,7 +73,8 @@ impl<K: Ord + Clone> Alarms<K> {
         over
     }
 
-    /// Ends the alarm of a subject that is known to be good for long enough; returns whether there was one.
+    /// Ends the alarm of a subject that is known to have had no fault for long enough; returns whether there was an
+    /// alarm.
     pub fn end(&mut self, subject: &K) -> bool {
         self.standing.remove(subject).is_some()
     }

@@ -6,7 +6,7 @@ use std::fmt;
 use super::alarms::Alarms;
 use crate::settings::{FaultResponse, OnFault};
 
-/// The message when no pose arrives, not even an invalid one.
+/// The message when no pose arrives, neither valid nor invalid.
 pub const NO_POSE: &str = "no pose arrives";
 
 /// The severity.
@@ -16,7 +16,7 @@ pub enum Level {
     Ok,
     /// It works with restrictions.
     Warning,
-    /// Input is missing without which nothing is observed, or the position is unknown.
+    /// Required input is missing, so that nothing is observed, or the position is unknown.
     Error,
 }
 

@@ -14,7 +14,7 @@ use dragnet_lattice::plane::Pose;
 /// An event of a vehicle.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
-    /// Its pose.
+    /// A pose estimate of the vehicle.
     Pose(PoseEstimate),
     /// A camera's detections in an image.
     Frame(CameraFrame),
@@ -26,7 +26,7 @@ pub enum Event {
     Declared(BTreeSet<Cell>),
     /// Progress of a navigation stack with the last [`Action::Go`].
     Drive(Report),
-    /// Time passes. Needed often enough to detect timeouts.
+    /// Time has passed. The caller sends this event often enough to detect timeouts.
     Tick,
 }
 
@@ -92,7 +92,7 @@ pub enum Action {
     Hold,
     /// Publish a diagnostic.
     Tell(Diagnostic),
-    /// Count an invalid input. It occurs for each, while [`Action::Tell`] occurs once.
+    /// Count an invalid input. It occurs for each invalid input, while [`Action::Tell`] occurs once per fault.
     Refuse(InputSource, String),
 }
 

@@ -47,7 +47,7 @@ pub struct Checked {
 /// How a vehicle gets to a cell.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Motion {
-    /// By paths on the lattice.
+    /// It drives along paths that are planned on the lattice.
     Lattice {
         /// The source of the motion primitives.
         source: Source,
@@ -58,7 +58,7 @@ pub enum Motion {
         /// Distance from its path beyond which the vehicle plans anew, meters.
         replan_beyond_meters: f64,
     },
-    /// By goal poses.
+    /// It sends goal poses to a navigation stack.
     Goal,
 }
 
@@ -305,7 +305,7 @@ fn source(table: &MotionTable, text: Option<&str>) -> Result<Source, SettingsErr
 }
 
 impl Source {
-    /// The motion primitives, on a map of this resolution.
+    /// The motion primitives for a map of this resolution, meters.
     ///
     /// # Errors
     /// If no primitive of that radius fits the resolution.

@@ -77,7 +77,7 @@ impl Gaussian {
     }
 
     /// Updates the state by a bearing. Returns the natural logarithm of its predicted density, `ln N(z; z', S)`; `None`
-    /// if rounding has made the distribution invalid, which must not be used any more.
+    /// if rounding has made the distribution invalid, and it must not be used any more.
     #[must_use]
     pub fn update(&mut self, measurement: &BearingMeasurement) -> Option<f64> {
         let offsets = self.point_offsets()?;

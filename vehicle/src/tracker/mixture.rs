@@ -78,7 +78,7 @@ impl Mixture {
         &self.members
     }
 
-    /// Predicts all members, see [`Gaussian::predict`].
+    /// Predicts all members by [`Gaussian::predict`].
     pub fn predict(&mut self, elapsed_seconds: f64, acceleration_density: f64) {
         for member in &mut self.members {
             member.state.predict(elapsed_seconds, acceleration_density);
@@ -117,7 +117,8 @@ impl Mixture {
         Some((Self::pruned(members), log_density))
     }
 
-    /// The mixture with weights times a likelihood of each member; unchanged if it is negligible for all.
+    /// The mixture with each member's weight multiplied by a likelihood; unchanged if the likelihood is negligible for
+    /// all.
     #[must_use]
     pub fn reweighted(&self, likelihood: impl Fn(&Gaussian) -> f64) -> Self {
         let mut members = self.members.clone();

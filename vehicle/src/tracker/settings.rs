@@ -53,7 +53,7 @@ impl Default for Settings {
 /// Why settings are invalid.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SettingsError {
-    /// Not within `1..=64`.
+    /// The number of range hypotheses is not within `1..=64`.
     #[error("{0} range hypotheses of a track: allowed are 1 to 64")]
     RangeHypotheses(u32),
     /// A value out of its range.

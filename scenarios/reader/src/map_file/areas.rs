@@ -55,7 +55,7 @@ pub struct Area {
 pub enum Purpose {
     /// Objects are searched inside.
     Search(MultiPolygon<f64>),
-    /// No robot enters a cell that this touches; cells of the search area are still searched, from outside.
+    /// Robots enter no cell that it touches; such cells of the search area are still searched, from outside.
     NoGo(MultiPolygon<f64>, MultiLineString<f64>),
     /// The object is inside with this probability, uniformly distributed.
     Prior {
@@ -68,7 +68,7 @@ pub enum Purpose {
     LastKnownPosition {
         /// The place.
         point: GeoPoint,
-        /// Standard deviation to the east, and the same to the north, meters.
+        /// Standard deviation to the east and to the north, meters.
         spread_meters: f64,
         /// Probability of area, a share from 0 to 1.
         poa: f64,
@@ -93,7 +93,7 @@ impl Areas {
         Self { areas, left_out }
     }
 
-    /// Reads a file by its extension: `.kml`, else `GeoJSON`.
+    /// Reads a file: KML if its extension is `.kml`, otherwise `GeoJSON`.
     pub(crate) fn load(file: &Path) -> Result<Self, MapFileError> {
         let text = super::read_text_at_most(file, Self::MAX_BYTES)?;
         let is_kml = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("kml"));
@@ -135,7 +135,7 @@ impl Areas {
         Ok(read)
     }
 
-    /// The same areas as a `GeoJSON` text that [`Areas::from_geojson`] reads back; ignored features are not in it.
+    /// The areas as a `GeoJSON` text; [`Areas::from_geojson`] returns equal areas. Ignored features are left out.
     #[must_use]
     pub fn to_geojson(&self) -> String {
         geojson::text(&self.areas)
@@ -143,7 +143,7 @@ impl Areas {
 }
 
 impl Area {
-    /// The area as a `GeoJSON` feature that is read back as the same.
+    /// The area as a `GeoJSON` feature; reading it returns an equal area.
     #[must_use]
     pub fn feature(&self) -> ::geojson::Feature {
         geojson::feature_of(self)

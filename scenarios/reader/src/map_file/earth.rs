@@ -11,7 +11,7 @@ use super::georeference::{GeoPoint, Georeference};
 pub struct Earth {
     /// The frame of its map.
     pub frame: Georeference,
-    /// The areas drawn there.
+    /// The areas drawn on the map.
     pub areas: Vec<Area>,
     /// Total number of expected objects, to which probabilities of area refer.
     pub expected_objects: f64,
@@ -23,7 +23,7 @@ const REFERENCE: &str = "reference_latitude_degrees";
 const OBJECTS: &str = "expected_objects";
 
 impl Earth {
-    /// All but the areas, as text by name.
+    /// All fields except the areas, as text by name.
     #[must_use]
     pub fn facts(&self) -> BTreeMap<String, String> {
         let corner = self.frame.south_west();

@@ -83,8 +83,8 @@ impl Georeference {
         }
     }
 
-    /// The same frame for a map whose rows are rotated by this angle from east, counterclockwise: meters are then along
-    /// its rows and up its columns.
+    /// The frame for a map whose rows are rotated from east by this angle, radians counterclockwise: meters are then
+    /// measured along its rows and up its columns.
     #[must_use]
     pub const fn turned(self, yaw_radians: f64) -> Self {
         Self { yaw_radians, ..self }

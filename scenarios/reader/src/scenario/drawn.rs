@@ -8,7 +8,7 @@ use crate::map_file::Purpose;
 pub struct Drawn {
     /// Its name.
     pub name: String,
-    /// Its kind as files name it.
+    /// Its kind, as named in files.
     pub kind: &'static str,
     /// Searched cells that it covers at least in part, or closes: those are still searched, from outside.
     pub cells: usize,

@@ -17,9 +17,9 @@ pub enum ScenarioError {
     /// There is no such file, and no shipped scenario has this name.
     #[error("{}: {source}; scenarios that need no file: {}", file.display(), names())]
     Missing {
-        /// Which file.
+        /// The file.
         file: PathBuf,
-        /// What the system says.
+        /// The cause.
         source: io::Error,
     },
     /// The file is unreadable.
@@ -35,7 +35,7 @@ pub enum ScenarioError {
     Syntax {
         /// File and line.
         place: String,
-        /// The key, what is wrong, and what is allowed.
+        /// The key, the error, and the allowed values.
         message: String,
     },
     /// A value that is out of range, or contradicts another.

@@ -1,5 +1,5 @@
-//! The scenario file as it is written: names and defaults, not checked yet. The comments of this file are the
-//! descriptions in `scenarios/scenario.schema.json`.
+//! The scenario file as it is written: names and defaults, unchecked. The comments of this file are the descriptions in
+//! `scenarios/scenario.schema.json`.
 
 use std::fmt;
 
@@ -381,7 +381,7 @@ impl Default for SensorTable {
     fn default() -> Self {
         Self {
             radius: Sensor::DEFAULT_RADIUS.into(),
-            noise_variance: Sensor::DEFAULT_SIGMA2,
+            noise_variance: Sensor::DEFAULT_NOISE_VARIANCE,
             noise: "gaussian".to_owned(),
         }
     }

@@ -12,7 +12,7 @@ const MIN_SPEED: f64 = 0.001;
 /// The most heartbeats, or recorded beliefs, while a robot crosses a cell.
 const MAX_PERIODS_A_CELL: f64 = 1000.0;
 
-/// When objects count as found, when the search ends, and how participants communicate.
+/// Detection threshold, stopping conditions, and communication periods.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mission {
     /// A cell whose probability reaches this is declared an object; above 0.5 and below 1.
@@ -30,7 +30,7 @@ pub struct Mission {
     pub heartbeat: Duration,
     /// Silence after which a robot counts as lost, above the heartbeat period.
     pub lost_after: Duration,
-    /// Robot `k` takes its first decision `k - 1` times this after the mission's start.
+    /// Robot `k` makes its first decision `k - 1` times this duration after the mission's start.
     pub stagger: Duration,
     /// Allowed clock skew: observations that are dated later are not accepted yet.
     pub clock_tolerance: Duration,
@@ -56,7 +56,8 @@ impl Budget {
         self.time
     }
 
-    /// Whether a robot with this path length at this time from the mission's start may not make another step.
+    /// Whether the budget is spent for a robot with this path length at this time from the mission's start: it makes no
+    /// further step.
     #[must_use]
     pub fn is_spent(&self, path_meters: f64, elapsed: Duration) -> bool {
         self.meters.is_some_and(|budget| path_meters >= budget)
@@ -103,7 +104,8 @@ impl Mission {
     }
 }
 
-/// Checks that a robot crosses a cell in a bounded number of periods: otherwise a step takes for ever.
+/// Checks that a robot crosses a cell in a bounded number of periods: otherwise the simulation of a step would take too
+/// long.
 pub(super) fn check_period(
     key: &str,
     period: Duration,

@@ -11,7 +11,7 @@ use super::file::ObjectsTable;
 /// The objects of a scenario.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Objects {
-    /// This number, in searched cells drawn at random; no more than there are.
+    /// This number of objects, in searched cells drawn at random; at most the number of searched cells.
     Count(u32),
     /// Each searched cell holds one with this probability, above 0 and below 1, independently.
     Density(f64),
@@ -45,8 +45,8 @@ impl Objects {
         self.expected_density(terrain) * f64::from(searched_count(terrain))
     }
 
-    /// Expected share of the searched cells that hold an object. For a known number it is kept half an object away from
-    /// none and from all, so that it is a probability that evidence can change.
+    /// Expected share of the searched cells that hold an object. For a given number of objects it is kept half an
+    /// object away from 0 and from the number of cells, so that evidence can change it.
     #[must_use]
     pub fn expected_density(&self, terrain: &Terrain) -> f64 {
         let searched = f64::from(searched_count(terrain));
@@ -59,7 +59,7 @@ impl Objects {
     }
 }
 
-/// In words.
+/// A description in words.
 impl fmt::Display for Objects {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let counted = |count: usize| format!("{count} object{}", if count == 1 { "" } else { "s" });

@@ -1,7 +1,7 @@
-//! A policy as a word: `path`, or `path(path_length_weight = 1, replan_after_cells = 3)`.
+//! A policy as text: `path`, or `path(path_length_weight = 1, replan_after_cells = 3)`.
 //!
-//! What stands between the parentheses is what stands in a scenario's table, so that names, types and limits are those
-//! of scenarios. Words need no quotation marks: `path(utility=recall)`.
+//! The parameters in parentheses have the names, types and limits of the keys in a scenario's policy table. Strings
+//! need no quotation marks: `path(utility=recall)`.
 
 use std::fmt;
 use std::str::FromStr;
@@ -15,15 +15,15 @@ use super::file::{PolicyField, PolicyTable};
 /// Why a text is not a policy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PolicyTextError {
-    /// It names no policy.
+    /// The name is not that of a policy.
     #[error(transparent)]
     Unknown(#[from] UnknownPolicy),
-    /// What stands between the parentheses is not a list of parameters.
+    /// The text in parentheses is not a list of parameters.
     #[error("{text:?}: {reason}; allowed is a policy, or one with parameters as in NAME(KEY=VALUE,..)")]
     Parameters {
         /// The text.
         text: String,
-        /// What is wrong with it.
+        /// The reason.
         reason: String,
     },
 }
@@ -86,7 +86,7 @@ impl From<dragnet_search::policy::PolicyName> for PolicyField {
     }
 }
 
-/// As [`PolicyField::from_str`] reads it.
+/// In the form that [`PolicyField::from_str`] parses.
 impl fmt::Display for PolicyField {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let table = match self {
@@ -124,10 +124,10 @@ impl fmt::Display for PolicyField {
     }
 }
 
-/// Several policies, separated by commas: those between parentheses separate parameters.
+/// Parses several policies, separated by commas. Commas in parentheses separate parameters.
 ///
 /// # Errors
-/// If one is no policy, or is there twice.
+/// If one is not a policy, or is repeated.
 pub fn policies(text: &str) -> Result<Vec<PolicyField>, String> {
     let mut depth = 0_usize;
     let parts = text.split(|character| {

@@ -38,7 +38,7 @@ pub struct Policy {
     pub name: PolicyName,
     /// Its parameters.
     pub parameters: Parameters,
-    /// Number of cells after which it decides anew; `None`: at the waypoint.
+    /// Number of cells after which it decides again; `None`: at the waypoint.
     pub replan_after_cells: Option<NonZeroU32>,
     /// The network of the weights file that the scenario names; `None`: the built-in one of a learned policy.
     pub network: Option<Arc<Network>>,

@@ -54,7 +54,7 @@ pub enum Warning {
         /// Objects by `[objects]`, as expected.
         by_objects: f64,
     },
-    /// Given objects that are never found.
+    /// Objects in given cells that can never be found.
     NeverFound {
         /// The reason.
         reason: Reason,
@@ -75,7 +75,7 @@ pub enum Warning {
 /// Why an object is never found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reason {
-    /// The prior is 0 in its cell, and no reading changes that.
+    /// The prior of its cell is 0, which no reading changes.
     Excluded,
     /// No robot can observe its cell.
     OutOfSight,

@@ -10,7 +10,7 @@ use crate::situation::Situation;
 /// A search pattern of the IAMSAR Manual.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pattern {
-    /// Parallel tracks along the longer side of what is in reach; along the rows of a square.
+    /// Parallel tracks along the longer side of the area in reach; along the rows if it is square.
     ParallelTrack,
     /// Parallel tracks along the shorter side.
     CreepingLine,
@@ -24,7 +24,7 @@ impl Pattern {
     /// All patterns.
     pub const ALL: [Self; 4] = [Self::ParallelTrack, Self::CreepingLine, Self::ExpandingSquare, Self::Sector];
 
-    /// As written in scenarios and on the command line.
+    /// The name used in scenarios and on the command line.
     #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {

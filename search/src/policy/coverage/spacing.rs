@@ -1,4 +1,4 @@
-//! The distance between tracks at which one pass over all of them confirms what is there.
+//! The greatest distance between tracks at which one pass over all of them confirms the objects between them.
 
 use crate::route::ShortestPathTree;
 use crate::sensor::Sensor;

@@ -87,7 +87,7 @@ impl Facts {
         }
     }
 
-    /// Looks for what seems to be meant for a search in a property that has no meaning.
+    /// Looks for text that seems to be meant for a search in a property that has no meaning.
     pub(super) fn suspect_property(&mut self, key: &str, value: &str) {
         // A column `no_go` tells of most rows that they are none.
         let is_denied = matches!(value.trim().to_lowercase().as_str(), "" | "false" | "no" | "0" | "none");

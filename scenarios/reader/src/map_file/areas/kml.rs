@@ -177,7 +177,7 @@ impl Reader<'_> {
         Ok(shapes)
     }
 
-    /// The outer boundary first, whatever the order in the file.
+    /// The rings of a polygon, the outer boundary first, independently of their order in the file.
     fn rings(&self, polygon: Node<'_, '_>) -> Result<Vec<Vec<Position>>, MapFileError> {
         let boundaries = |name| polygon.children().filter(move |node| is(*node, name));
         boundaries("outerBoundaryIs")

@@ -27,7 +27,7 @@ const SPREADS: f64 = 8.0;
 /// Tolerance for the sum of rounded shares.
 const WHOLE: f64 = 1.0 + 1e-9;
 
-/// The prior that follows from regions of a map.
+/// The prior computed from regions of a map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RegionPrior {
     /// Prior probability of an object, shape `[cells]`, from 0 to below 1.
@@ -78,7 +78,7 @@ pub struct Weights {
 }
 
 impl Weights {
-    /// The same cells with weights that sum to 1.
+    /// The cells of [`Weights::shares`] with weights that sum to 1.
     pub fn cells(&self) -> impl Iterator<Item = (Cell, f64)> + '_ {
         let sum: f64 = self.shares.iter().map(|(_, share)| share).sum();
         self.shares.iter().map(move |&(cell, share)| (cell, share / sum))
