@@ -146,7 +146,7 @@ fn area(writer: &mut Document, area: &Area, coverage: Option<&Coverage>) -> io::
         }
         data(writer, &facts)?;
         match &area.purpose {
-            Purpose::LastKnownPosition { point: place, .. } => point(writer, *place),
+            Purpose::LastKnownPosition { point: place, .. } | Purpose::Start(place) => point(writer, *place),
             Purpose::NoGo(region, lines) if !lines.0.is_empty() => {
                 writer.create_element("MultiGeometry").write_inner_content(|writer| {
                     region.iter().try_for_each(|it| polygon(writer, it))?;

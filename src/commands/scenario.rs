@@ -17,13 +17,9 @@ use crate::terminal::counted;
 /// The policy that takes weights.
 const GNN: PolicyName = PolicyName::Learned(Shipped::General);
 
-/// Reads a scenario; for a map alone, tells what is assumed.
+/// Reads a scenario.
 pub(super) fn load(path: &Path) -> Result<Scenario, Failure> {
-    let scenario = Scenario::load(path).map_err(Failure::input)?;
-    if scenario.is_of_map() {
-        complain("assumed", &assumed(&scenario));
-    }
-    Ok(scenario)
+    Scenario::load(path).map_err(Failure::input)
 }
 
 /// What is assumed of a map alone.
@@ -65,6 +61,9 @@ pub(super) fn load_each(paths: &[PathBuf], taken: &[&str]) -> Result<Vec<Scenari
 
 /// Prints a scenario's warnings.
 pub(super) fn warn(scenario: &Scenario) {
+    if scenario.is_of_map() {
+        complain("assumed", &assumed(scenario));
+    }
     for warning in scenario.warnings() {
         complain("warning", &format!("{}: {warning}", scenario.source().path.display()));
     }

@@ -16,6 +16,7 @@ mod policy_text;
 mod prior;
 mod robots;
 mod schema;
+mod start;
 mod warning;
 mod world;
 
@@ -155,7 +156,7 @@ impl Scenario {
         {
             mission::check_period(key, period, terrain.cell_meters(), &mission)?;
         }
-        let robots = robots::robots(&file.robots, source.folder(), terrain)?;
+        let robots = robots::robots(&file.robots, source.folder(), &map)?;
         Ok(Self {
             connectivity: world::connectivity(file.map.connectivity)?,
             sensor: world::sensor(&file.sensor, terrain.grid())?,

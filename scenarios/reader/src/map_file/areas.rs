@@ -73,6 +73,8 @@ pub enum Purpose {
         /// Probability of area, a share from 0 to 1.
         poa: f64,
     },
+    /// Robots start here.
+    Start(GeoPoint),
 }
 
 impl Areas {
@@ -151,12 +153,16 @@ impl Area {
 }
 
 impl Purpose {
+    /// All kinds, as files name them.
+    pub const KINDS: [&str; 5] =
+        [kind::SEARCH, kind::NO_GO, kind::PRIOR, kind::LAST_KNOWN_POSITION, kind::START];
+
     /// The probability of area, if it has one.
     #[must_use]
     pub const fn poa(&self) -> Option<f64> {
         match self {
             Self::Prior { poa, .. } | Self::LastKnownPosition { poa, .. } => Some(*poa),
-            Self::Search(_) | Self::NoGo(..) => None,
+            Self::Search(_) | Self::NoGo(..) | Self::Start(_) => None,
         }
     }
 
@@ -168,6 +174,7 @@ impl Purpose {
             Self::NoGo(..) => kind::NO_GO,
             Self::Prior { .. } => kind::PRIOR,
             Self::LastKnownPosition { .. } => kind::LAST_KNOWN_POSITION,
+            Self::Start(_) => kind::START,
         }
     }
 
@@ -177,7 +184,7 @@ impl Purpose {
         match self {
             Self::Search(polygons) | Self::NoGo(polygons, _) => &polygons.0,
             Self::Prior { region, .. } => &region.0,
-            Self::LastKnownPosition { .. } => &[],
+            Self::LastKnownPosition { .. } | Self::Start(_) => &[],
         }
     }
 }

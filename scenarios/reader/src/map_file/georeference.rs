@@ -127,10 +127,10 @@ impl Georeference {
     }
 
     /// The allowed points.
-    pub(super) const NEAR: &str = "at most 100 km from the map's south-western corner";
+    pub(crate) const NEAR: &str = "at most 100 km from the map's south-western corner";
 
     /// A point's distance in words, if it is too far for this frame.
-    pub(super) fn check_near(&self, point: GeoPoint) -> Result<(), String> {
+    pub(crate) fn check_near(&self, point: GeoPoint) -> Result<(), String> {
         let (east, north) = self.meters(point);
         let meters = east.hypot(north);
         if meters <= NEAR_METERS { Ok(()) } else { Err(format!("{:.0} km away", meters / 1000.0)) }

@@ -74,7 +74,7 @@ pub struct MapTable {
     pub file: Option<String>,
     /// Position of the map's south-western corner on the earth, for a map whose file has none.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub origin: Option<OriginTable>,
+    pub origin: Option<GeoPointTable>,
     /// Edge of a cell, meters, from 0.001.
     #[serde(default = "default_cell_meters")]
     #[schemars(range(min = 0.001))]
@@ -88,7 +88,7 @@ pub struct MapTable {
 /// A point of WGS84.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct OriginTable {
+pub struct GeoPointTable {
     /// North positive, -85 to 85.
     #[schemars(range(min = -85.0, max = 85.0))]
     pub latitude_degrees: f64,
@@ -155,8 +155,10 @@ pub struct RobotsTable {
     pub count: i64,
     /// The policy of the robots.
     pub policy: PolicyField,
-    /// Start cells of the robots.
-    pub start: StartField,
+    /// Start cells of the robots. Default: where the map has features of kind `start`, robot k in the cell nearest to
+    /// the kth of them, and so on in turn; else `random`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub start: Option<StartField>,
     /// Robots that differ from the rest.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub robot: Vec<RobotTable>,
@@ -256,13 +258,18 @@ pub struct PolicyTable {
 
 /// Start cells of robots.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged, expecting = "a start is \"random\", \"scattered\", or a cell as [row, column]")]
+#[serde(
+    untagged,
+    expecting = "a start is \"random\", \"scattered\", a cell as [row, column], or a point as { latitude_degrees, longitude_degrees }"
+)]
 pub enum StartField {
     /// `random`: one cell for all, drawn in the largest connected area; `scattered`: a cell for each robot, drawn
     /// there.
     Word(#[schemars(extend("enum" = ["random", "scattered"]))] String),
     /// This traversable cell, `[row, column]`: rows from 0 in the south, columns from 0 in the west.
     Cell([i64; 2]),
+    /// The traversable cell nearest to this point, on a georeferenced map.
+    Point(GeoPointTable),
 }
 
 /// Budget, detection threshold and communication. At least one budget is required.
@@ -392,7 +399,7 @@ impl Default for RobotsTable {
         Self {
             count: 1,
             policy: PolicyField::Name(Exact::Path.as_str().to_owned()),
-            start: StartField::Word("random".to_owned()),
+            start: None,
             robot: Vec::new(),
         }
     }

@@ -51,8 +51,7 @@ pub(super) fn text(map: &Path, file: &str) -> String {
          count = 1\n\n\
          [robots]\n\
          count = 1\n\
-         policy = \"tour\"\n\
-         start = \"random\"\n\n\
+         policy = \"tour\"\n\n\
          [mission]\n\
          # Six hours.\n\
          budget_seconds = 21600.0\n"

@@ -10,12 +10,13 @@ use dragnet_learn::weights::Weights;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::RobotId;
 use dragnet_search::policy::{AfterPattern, Parameters, Pattern, PolicyName as Exact};
-use dragnet_search::terrain::Terrain;
 use dragnet_search::utility::Utility;
 
 use super::check::{self, Invalid};
 use super::error::Fault;
-use super::file::{PolicyField, PolicyTable, RobotsTable, StartField};
+use super::file::{PolicyField, PolicyTable, RobotsTable};
+use super::start;
+use crate::map_file::MapFile;
 
 /// The largest team.
 pub(super) const MAX_ROBOTS: u32 = 1000;
@@ -64,12 +65,13 @@ pub enum Start {
 }
 
 /// The team, by number.
-pub(super) fn robots(table: &RobotsTable, folder: &Path, terrain: &Terrain) -> Result<Vec<Robot>, Fault> {
+pub(super) fn robots(table: &RobotsTable, folder: &Path, map: &MapFile) -> Result<Vec<Robot>, Fault> {
     let count = check::integer("robots.count", table.count, 1, MAX_ROBOTS)?;
-    let rest =
-        (policy("robots.policy", &table.policy, folder)?, start("robots.start", &table.start, terrain)?);
+    let of_all = policy("robots.policy", &table.policy, folder)?;
+    let start = start::of_team(table, map)?;
     let team = RobotId::first(u16::try_from(count).unwrap_or(u16::MAX));
-    let mut robots: Vec<Robot> = team.map(|id| Robot { id, policy: rest.0.clone(), start: rest.1 }).collect();
+    let robot = |id: RobotId| Robot { id, policy: of_all.clone(), start: start(id.index()) };
+    let mut robots: Vec<Robot> = team.map(robot).collect();
     let mut is_named = vec![false; robots.len()];
     for (index, differing) in table.robot.iter().enumerate() {
         let key = format!("robots.robot[{index}]");
@@ -82,7 +84,7 @@ pub(super) fn robots(table: &RobotsTable, folder: &Path, terrain: &Terrain) -> R
             robots[place].policy = policy(&format!("{key}.policy"), field, folder)?;
         }
         if let Some(field) = &differing.start {
-            robots[place].start = start(&format!("{key}.start"), field, terrain)?;
+            robots[place].start = start::of_field(&format!("{key}.start"), field, map)?;
         }
     }
     Ok(robots)
@@ -172,24 +174,4 @@ fn check_is_of(
     }
     let allowed = of.iter().map(|name| name.as_str()).collect::<Vec<_>>().join(" and ");
     Err(Invalid::new(key, format!("{value} for {name}"), format!("a value for {allowed} only")))
-}
-
-fn start(key: &str, field: &StartField, terrain: &Terrain) -> Result<Start, Invalid> {
-    match field {
-        StartField::Word(word) if word == "random" => Ok(Start::Together),
-        StartField::Word(word) if word == "scattered" => Ok(Start::Scattered),
-        StartField::Word(word) => {
-            let allowed = "\"random\", \"scattered\" or a cell as [row, column]";
-            Err(Invalid::new(key, format!("{word:?}"), allowed))
-        }
-        &StartField::Cell(position) => {
-            let cell = check::cell(key, position, terrain.grid())?;
-            if terrain.is_traversable(cell) {
-                Ok(Start::Cell(cell))
-            } else {
-                let found = format!("{position:?}, not traversable");
-                Err(Invalid::new(key, found, "a traversable cell"))
-            }
-        }
-    }
 }

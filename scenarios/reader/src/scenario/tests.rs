@@ -274,8 +274,13 @@ fn a_robot_or_a_network_out_of_range_names_line_value_and_range() {
         "[robots]\npolicy = {name = 'path', replan_after_cells = 0}",
         &["robots.policy.replan_after_cells is 0"],
     );
-    check("[robots]\nstart = 'north'", &["robots.start is \"north\"", "\"random\", \"scattered\" or a cell"]);
+    check("[robots]\nstart = 'north'", &["robots.start is \"north\"", "\"random\", \"scattered\", a cell"]);
     check("[robots]\nstart = [1, 3]", &["robots.start is [1, 3], not traversable", "a traversable cell"]);
+    let point = "{ latitude_degrees = 49.2, longitude_degrees = -2.1 }";
+    check(
+        &format!("[robots]\nstart = {point}"),
+        &["robots.start is latitude 49.2, longitude -2.1", "the map is not georeferenced"],
+    );
     check("[robots]\nstart = [0, 4]", &["robots.start is [0, 4]", "[row, column] from [0, 0] to [1, 3]"]);
     let robot = "[[robots.robot]]\nnumber = ";
     check(&format!("{robot}2"), &["line 11: robots.robot[0].number is 2", "1 to 1"]);

@@ -8,7 +8,9 @@ use dragnet_search::observation::RobotId;
 use dragnet_search::route::ShortestPathTree;
 use dragnet_search::terrain::Terrain;
 
-use super::{Drawn, Objects, Scenario, Start};
+use crate::map_file::areas::Purpose;
+
+use super::{Drawn, Objects, Scenario, Start, start};
 
 /// A likely mistake in a scenario that can still be run.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,6 +67,15 @@ pub enum Warning {
         /// The first one.
         first: Position,
     },
+    /// A start on the earth that lies in no traversable cell: robots start in the nearest one.
+    MovedStart {
+        /// Its name in the map, or its key.
+        name: String,
+        /// The cell.
+        cell: Position,
+        /// From the point to the cell's center, meters.
+        meters: f64,
+    },
     /// A feature of a file that has no meaning for the search.
     LeftOut {
         /// Its name, or its position in the file.
@@ -116,7 +127,16 @@ impl fmt::Display for Warning {
                     "{objects} of {given} given objects lie {reason} and are never found, the first one in [{row}, {column}]"
                 )
             }
-            Self::LeftOut { name } => write!(formatter, "left out: {}, no area of ours", name.escape_debug()),
+            Self::MovedStart { name, cell: Position { row, column }, meters } => write!(
+                formatter,
+                "{name} lies in no traversable cell: robots start in the nearest one, [{row}, {column}], {meters:.0} m away"
+            ),
+            Self::LeftOut { name } => write!(
+                formatter,
+                "left out: {}; kinds are {}",
+                name.escape_debug(),
+                Purpose::KINDS.join(", ")
+            ),
         }
     }
 }
@@ -147,7 +167,9 @@ impl Scenario {
         }
         let left_out = self.areas().left_out.into_iter().map(|name| Warning::LeftOut { name });
         let is_seen = within(self.terrain(), &reached, self.sensor().radius());
-        let mut warnings: Vec<Warning> = self.unseen(&is_seen).into_iter().chain(apart).collect();
+        let starts = start::warnings(&self.file.robots, &self.map);
+        let mut warnings: Vec<Warning> =
+            self.unseen(&is_seen).into_iter().chain(apart).chain(starts).collect();
         warnings.extend(self.contradiction());
         warnings.extend(self.never_found(&is_seen));
         warnings.extend(drawn.iter().filter_map(about_area));

@@ -12,7 +12,7 @@ use dragnet_search::terrain::Terrain;
 
 use super::check::{self, Invalid};
 use super::error::Fault;
-use super::file::{MapTable, OriginTable, SensorTable};
+use super::file::{GeoPointTable, MapTable, SensorTable};
 use crate::map_file::{GeoPoint, Georeference, MapFile};
 
 /// One row of as many cells as a grid can have.
@@ -39,7 +39,7 @@ pub(super) fn map(table: &MapTable, folder: &Path) -> Result<MapFile, Fault> {
     })
 }
 
-fn georeference(table: &OriginTable, map: &MapFile) -> Result<Georeference, Invalid> {
+fn georeference(table: &GeoPointTable, map: &MapFile) -> Result<Georeference, Invalid> {
     let key = "map.origin";
     if map.georeference.is_some() {
         let allowed = "no such key beside a map whose file has a position";

@@ -255,7 +255,7 @@ impl Shapes {
         let is_beside = match purpose {
             Purpose::Search(_) | Purpose::Prior { .. } => [false, true, true],
             Purpose::NoGo(..) => [false, false, true],
-            Purpose::LastKnownPosition { .. } => [true, true, false],
+            Purpose::LastKnownPosition { .. } | Purpose::Start(_) => [true, true, false],
         };
         let counts = [self.polygons.len(), self.lines.len(), self.points.len()];
         let is_some = is_beside.iter().zip(counts).any(|(is_beside, count)| *is_beside && count > 0);

@@ -170,7 +170,7 @@ fn geometry(purpose: &Purpose) -> GeometryValue {
         Purpose::NoGo(region, lines) => GeometryValue::GeometryCollection {
             geometries: vec![Geometry::new(multi_polygon(region)), Geometry::new(multi_line(lines))],
         },
-        Purpose::LastKnownPosition { point, .. } => {
+        Purpose::LastKnownPosition { point, .. } | Purpose::Start(point) => {
             GeometryValue::Point { coordinates: [point.longitude_degrees, point.latitude_degrees].into() }
         }
     }

@@ -13,6 +13,7 @@ pub(super) const SEARCH: &str = "search";
 pub(super) const NO_GO: &str = "no_go";
 pub(super) const PRIOR: &str = "prior";
 pub(super) const LAST_KNOWN_POSITION: &str = "last_known_position";
+pub(super) const START: &str = "start";
 
 /// Kinds that an export adds to the areas of its mission, which are not inputs of a search.
 const EXPORTED: [&str; 3] = ["found", "track", "cleared"];
@@ -30,6 +31,7 @@ pub(super) fn area(file: &Path, feature: &Feature) -> Result<Option<Area>, MapFi
         SEARCH => Purpose::Search(polygons(file, feature, kind)?),
         NO_GO => no_go(file, feature)?,
         PRIOR => Purpose::Prior { region: polygons(file, feature, kind)?, poa: poa(file, feature)? },
+        START => Purpose::Start(point(file, feature, kind)?),
         _ => last_known_position(file, feature)?,
     };
     let name = feature.name.clone().unwrap_or_else(|| feature.place.clone());
@@ -47,6 +49,9 @@ fn check_agreement(file: &Path, feature: &Feature) -> Result<(), MapFileError> {
 /// which contains results of a search.
 fn check_likelihood(file: &Path, feature: &Feature, kind: &str) -> Result<(), MapFileError> {
     match feature.facts.get(Facts::POA) {
+        Some(poa) if kind == START => {
+            Err(invalid(file, feature, Facts::POA, format!("{poa:?}"), &format!("none with {START}")))
+        }
         Some(poa) if matches!(kind, SEARCH | NO_GO) && !feature.facts.is_account() => {
             let allowed = format!(
                 "none with {kind}; the same polygon once more, with kind: {PRIOR}, gives its probability"
@@ -63,10 +68,9 @@ fn kind(file: &Path, feature: &Feature) -> Result<Option<&'static str>, MapFileE
     if EXPORTED.contains(&plain.as_str()) {
         return Ok(None);
     }
-    let known = [SEARCH, NO_GO, PRIOR, LAST_KNOWN_POSITION];
-    known.into_iter().find(|known| *known == plain).map(Some).ok_or_else(|| {
+    Purpose::KINDS.into_iter().find(|known| *known == plain).map(Some).ok_or_else(|| {
         let shown: String = word.chars().take(40).collect();
-        invalid(file, feature, Facts::KIND, format!("{shown:?}"), &known.join(", "))
+        invalid(file, feature, Facts::KIND, format!("{shown:?}"), &Purpose::KINDS.join(", "))
     })
 }
 
@@ -109,11 +113,15 @@ fn no_go(file: &Path, feature: &Feature) -> Result<Purpose, MapFileError> {
     Ok(Purpose::NoGo(rings::polygons(file, &feature.place, &shapes.polygons)?, MultiLineString(lines?)))
 }
 
-fn last_known_position(file: &Path, feature: &Feature) -> Result<Purpose, MapFileError> {
+fn point(file: &Path, feature: &Feature, kind: &str) -> Result<GeoPoint, MapFileError> {
     let [point] = &feature.shapes.points[..] else {
-        return Err(wrong_shape(file, feature, LAST_KNOWN_POSITION, "one point"));
+        return Err(wrong_shape(file, feature, kind, "one point"));
     };
-    let corner = rings::corner(file, &feature.place, point)?;
+    Ok(GeoPoint::from(rings::corner(file, &feature.place, point)?))
+}
+
+fn last_known_position(file: &Path, feature: &Feature) -> Result<Purpose, MapFileError> {
+    let point = point(file, feature, LAST_KNOWN_POSITION)?;
     let allowed = "meters above 0 to 100000";
     let spread = feature.facts.get(Facts::SPREAD).unwrap_or("missing");
     let spread_meters = spread
@@ -121,7 +129,7 @@ fn last_known_position(file: &Path, feature: &Feature) -> Result<Purpose, MapFil
         .ok()
         .filter(|&meters: &f64| meters > 0.0 && meters <= MAX_SPREAD_METERS)
         .ok_or_else(|| invalid(file, feature, Facts::SPREAD, spread, allowed))?;
-    Ok(Purpose::LastKnownPosition { point: GeoPoint::from(corner), spread_meters, poa: poa(file, feature)? })
+    Ok(Purpose::LastKnownPosition { point, spread_meters, poa: poa(file, feature)? })
 }
 
 /// A share, or a percentage with its sign: a bare 25 is ambiguous.

@@ -191,6 +191,7 @@ impl Area {
                 let center = (east / cell_meters, north / cell_meters);
                 (normal_cells(terrain.grid(), center, spread_meters / cell_meters), 1.0)
             }
+            Purpose::Start(_) => (Vec::new(), 1.0),
         };
         cells.retain(|&(cell, share)| share > 0.0 && terrain.is_searched(cell));
         let sum: f64 = cells.iter().map(|(_, share)| share).sum();
@@ -223,7 +224,7 @@ impl Area {
             Purpose::NoGo(region, lines) => {
                 region.coords_iter().chain(lines.coords_iter()).map(GeoPoint::from).collect()
             }
-            Purpose::LastKnownPosition { point, .. } => vec![*point],
+            Purpose::LastKnownPosition { point, .. } | Purpose::Start(point) => vec![*point],
         }
     }
 }
