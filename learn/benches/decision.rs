@@ -16,11 +16,11 @@ use dragnet_search::belief::Belief;
 use dragnet_search::cell::{Grid, Position};
 use dragnet_search::intent::PlannedPrecision;
 use dragnet_search::policy::Policy;
-use dragnet_search::route::{Connectivity, ShortestPathTree};
+use dragnet_search::route::ShortestPathTree;
 use dragnet_search::seed::{Purpose, stream};
 use dragnet_search::sensor::Sensor;
 use dragnet_search::shape::Shape;
-use dragnet_search::situation::{DEFAULT_DETECTION_THRESHOLD, Place, Situation};
+use dragnet_search::situation::Situation;
 use rand::RngExt;
 
 fn decisions(criterion: &mut Criterion) {
@@ -36,16 +36,13 @@ fn decisions(criterion: &mut Criterion) {
         let log_odds = grid.cells().map(|_| random.random_range(-5.0..2.0)).collect();
         let belief = Belief::from_log_odds(&terrain, log_odds).unwrap();
         let (sensor, planned_precision) = (Sensor::default(), PlannedPrecision::nothing(&terrain));
-        let situation = Situation {
-            terrain: &terrain,
-            connectivity: Connectivity::Four,
-            sensor: &sensor,
-            belief: &belief,
-            planned_precision: &planned_precision,
-            robot: grid.cell(Position { row: side / 3, column: side / 3 }).unwrap(),
-            place: Place::ALONE,
-            detection_threshold: DEFAULT_DETECTION_THRESHOLD,
-        };
+        let situation = Situation::alone(
+            &terrain,
+            &sensor,
+            &belief,
+            &planned_precision,
+            grid.cell(Position { row: side / 3, column: side / 3 }).unwrap(),
+        );
         let routes = ShortestPathTree::from(&terrain, situation.connectivity, situation.robot);
         let (mut topology, mut workspace) = (None, Workspace::default());
         let graph = Graph::new(&situation, &routes, &mut topology);

@@ -16,7 +16,7 @@ use dragnet_search::cell::Cell;
 use dragnet_search::intent::PlannedPrecision;
 use dragnet_search::route::Connectivity;
 use dragnet_search::sensor::Sensor;
-use dragnet_search::situation::{DEFAULT_DETECTION_THRESHOLD, Place, Situation};
+use dragnet_search::situation::Situation;
 use dragnet_search::terrain::Terrain;
 use serde::{Deserialize, Serialize};
 
@@ -94,14 +94,14 @@ impl Trajectory {
     #[must_use]
     pub fn situation<'a>(&'a self, decision: &'a Demonstration, belief: &'a Belief) -> Situation<'a> {
         Situation {
-            terrain: &self.terrain,
             connectivity: self.connectivity,
-            sensor: &self.sensor,
-            belief,
-            planned_precision: &decision.planned_precision,
-            robot: decision.robot,
-            place: Place::ALONE,
-            detection_threshold: DEFAULT_DETECTION_THRESHOLD,
+            ..Situation::alone(
+                &self.terrain,
+                &self.sensor,
+                belief,
+                &decision.planned_precision,
+                decision.robot,
+            )
         }
     }
 

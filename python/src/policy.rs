@@ -8,10 +8,9 @@ use dragnet_search::belief::Belief;
 use dragnet_search::cell::{Cell, Grid, Position};
 use dragnet_search::evidence::{CellEvidence, Evidence, UNITS};
 use dragnet_search::intent::PlannedPrecision;
-use dragnet_search::route::Connectivity;
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_search::sensor::Sensor;
-use dragnet_search::situation::{DEFAULT_DETECTION_THRESHOLD, Place, Situation};
+use dragnet_search::situation::Situation;
 use dragnet_search::terrain::{Ground, Terrain};
 use numpy::{PyArray1, PyReadonlyArray2, ToPyArray};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -120,22 +119,14 @@ impl Policy {
     fn decide_in(&self, state: &mut PolicyState, observed: &Observed) -> dragnet_search::policy::Decision {
         let usual = Sensor::default();
         let planned_precision = PlannedPrecision::nothing(&observed.terrain);
-        let situation = Situation {
-            terrain: &observed.terrain,
-            connectivity: self
-                .scenario
-                .as_ref()
-                .map_or(Connectivity::default(), dragnet_scenario::Scenario::connectivity),
-            sensor: self.scenario.as_ref().map_or(&usual, dragnet_scenario::Scenario::sensor),
-            belief: &observed.belief,
-            planned_precision: &planned_precision,
-            robot: observed.robot,
-            place: Place::ALONE,
-            detection_threshold: self
-                .scenario
-                .as_ref()
-                .map_or(DEFAULT_DETECTION_THRESHOLD, |scenario| scenario.mission().detection_threshold),
-        };
+        let scenario = self.scenario.as_ref();
+        let sensor = scenario.map_or(&usual, dragnet_scenario::Scenario::sensor);
+        let Observed { terrain, belief, robot, .. } = observed;
+        let mut situation = Situation::alone(terrain, sensor, belief, &planned_precision, *robot);
+        if let Some(scenario) = scenario {
+            situation.connectivity = scenario.connectivity();
+            situation.detection_threshold = scenario.mission().detection_threshold;
+        }
         state.policy.decide(&situation, &mut state.random)
     }
 

@@ -6,11 +6,11 @@ use dragnet_search::evidence::Reading;
 use dragnet_search::intent::PlannedPrecision;
 use dragnet_search::measures::Truth;
 use dragnet_search::policy::{Decision, Parameters, Policy, PolicyName, build};
-use dragnet_search::route::Connectivity;
+
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_search::sensor::Sensor;
 use dragnet_search::shape::Shape;
-use dragnet_search::situation::{DEFAULT_DETECTION_THRESHOLD, Place, Situation};
+use dragnet_search::situation::Situation;
 use dragnet_search::terrain::Terrain;
 use rand::RngExt;
 use rand::seq::IndexedRandom;
@@ -78,16 +78,7 @@ impl Field {
 
     /// The robot's situation.
     pub(crate) fn situation(&self) -> Situation<'_> {
-        Situation {
-            terrain: &self.terrain,
-            connectivity: Connectivity::Four,
-            sensor: &self.sensor,
-            belief: &self.belief,
-            planned_precision: &self.planned_precision,
-            robot: self.robot,
-            place: Place::ALONE,
-            detection_threshold: DEFAULT_DETECTION_THRESHOLD,
-        }
+        Situation::alone(&self.terrain, &self.sensor, &self.belief, &self.planned_precision, self.robot)
     }
 
     /// Decides in the current situation, with the robot's own random stream.

@@ -28,6 +28,30 @@ pub struct Situation<'a> {
     pub detection_threshold: f64,
 }
 
+impl<'a> Situation<'a> {
+    /// The situation of a robot without teammates in a cell, with moves to four neighbors and the default detection
+    /// threshold.
+    #[must_use]
+    pub const fn alone(
+        terrain: &'a Terrain,
+        sensor: &'a Sensor,
+        belief: &'a Belief,
+        planned_precision: &'a PlannedPrecision,
+        robot: Cell,
+    ) -> Self {
+        Self {
+            terrain,
+            connectivity: Connectivity::Four,
+            sensor,
+            belief,
+            planned_precision,
+            robot,
+            place: Place::ALONE,
+            detection_threshold: DEFAULT_DETECTION_THRESHOLD,
+        }
+    }
+}
+
 /// The usual [`Situation::detection_threshold`].
 pub const DEFAULT_DETECTION_THRESHOLD: f64 = 0.95;
 

@@ -12,7 +12,7 @@ use dragnet_search::intent::PlannedPrecision;
 use dragnet_search::route::{Connectivity, ShortestPathTree};
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_search::sensor::Sensor;
-use dragnet_search::situation::{DEFAULT_DETECTION_THRESHOLD, Place, Situation};
+use dragnet_search::situation::Situation;
 use dragnet_search::terrain::Terrain;
 use dragnet_train::{Device, Model, set_threads};
 use rand::RngExt;
@@ -77,16 +77,8 @@ fn graph(terrain: &Terrain, connectivity: Connectivity, random: &mut Stream) -> 
     planned_precision.add_path(terrain, &sensor, &path);
     let robot = *terrain.largest_area().choose(random).unwrap();
     let (belief, planned_precision) = (&belief, &planned_precision);
-    let situation = Situation {
-        terrain,
-        connectivity,
-        sensor: &sensor,
-        belief,
-        planned_precision,
-        robot,
-        place: Place::ALONE,
-        detection_threshold: DEFAULT_DETECTION_THRESHOLD,
-    };
+    let situation =
+        Situation { connectivity, ..Situation::alone(terrain, &sensor, belief, planned_precision, robot) };
     Graph::new(&situation, &ShortestPathTree::from(terrain, connectivity, robot), &mut None)
 }
 

@@ -9,7 +9,7 @@ use dragnet_search::intent::PlannedPrecision;
 use dragnet_search::route::{Connectivity, ShortestPathTree};
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_search::sensor::Sensor;
-use dragnet_search::situation::{DEFAULT_DETECTION_THRESHOLD, Place, Situation};
+use dragnet_search::situation::Situation;
 use dragnet_search::terrain::{Ground, Terrain};
 use rand::RngExt;
 use rand::seq::IndexedRandom;
@@ -81,14 +81,8 @@ impl Scene {
         let (belief, sensor) =
             (Belief::from_log_odds(&self.terrain, self.log_odds_nats.clone()).unwrap(), Sensor::default());
         let situation = Situation {
-            terrain: &self.terrain,
             connectivity: self.connectivity,
-            sensor: &sensor,
-            belief: &belief,
-            planned_precision: &self.planned_precision,
-            robot: self.robot,
-            place: Place::ALONE,
-            detection_threshold: DEFAULT_DETECTION_THRESHOLD,
+            ..Situation::alone(&self.terrain, &sensor, &belief, &self.planned_precision, self.robot)
         };
         Graph::new(&situation, &self.routes(), &mut None)
     }

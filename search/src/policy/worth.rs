@@ -146,7 +146,6 @@ mod tests {
     use crate::route::Connectivity;
     use crate::seed::{Purpose, stream};
     use crate::sensor::{Noise, Sensor};
-    use crate::situation::{DEFAULT_DETECTION_THRESHOLD, Place};
     use crate::terrain::Terrain;
 
     struct Case {
@@ -165,16 +164,13 @@ mod tests {
         }
 
         fn decide(&self, name: PolicyName, robot: usize) -> Decision {
-            let situation = Situation {
-                terrain: &self.terrain,
-                connectivity: Connectivity::Four,
-                sensor: &self.sensor,
-                belief: &self.belief,
-                planned_precision: &self.planned_precision,
-                robot: self.terrain.grid().cells().nth(robot).unwrap(),
-                place: Place::ALONE,
-                detection_threshold: DEFAULT_DETECTION_THRESHOLD,
-            };
+            let situation = Situation::alone(
+                &self.terrain,
+                &self.sensor,
+                &self.belief,
+                &self.planned_precision,
+                self.terrain.grid().cells().nth(robot).unwrap(),
+            );
             build(name, Parameters::default()).decide(&situation, &mut stream(1, Purpose::Decision, 1))
         }
     }

@@ -66,14 +66,8 @@ impl Case {
 
     fn situation(&self) -> Situation<'_> {
         Situation {
-            terrain: &self.terrain,
             connectivity: self.connectivity,
-            sensor: &self.sensor,
-            belief: &self.belief,
-            planned_precision: &self.planned_precision,
-            robot: self.robot,
-            place: Place::ALONE,
-            detection_threshold: DEFAULT_DETECTION_THRESHOLD,
+            ..Situation::alone(&self.terrain, &self.sensor, &self.belief, &self.planned_precision, self.robot)
         }
     }
 

@@ -4,7 +4,7 @@ use dragnet_learn::policy;
 use dragnet_scenario::Scenario;
 use dragnet_search::intent::PlannedPrecision;
 use dragnet_search::seed::{Purpose, stream};
-use dragnet_search::situation::{DEFAULT_DETECTION_THRESHOLD, Place, Situation};
+use dragnet_search::situation::Situation;
 
 use super::buffers::Control;
 use super::*;
@@ -28,14 +28,14 @@ fn search(scenario: &Scenario, end: End, seed: u64) -> SingleRobotEnv {
     let planned_precision = PlannedPrecision::nothing(scenario.terrain());
     while env.ended().is_none() {
         let situation = Situation {
-            terrain: scenario.terrain(),
             connectivity: scenario.connectivity(),
-            sensor: scenario.sensor(),
-            belief: env.belief(),
-            planned_precision: &planned_precision,
-            robot: env.cell(),
-            place: Place::ALONE,
-            detection_threshold: DEFAULT_DETECTION_THRESHOLD,
+            ..Situation::alone(
+                scenario.terrain(),
+                scenario.sensor(),
+                env.belief(),
+                &planned_precision,
+                env.cell(),
+            )
         };
         let decision = policy.decide(&situation, &mut random);
         if decision.is_rest() {

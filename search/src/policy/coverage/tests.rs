@@ -7,7 +7,6 @@ use crate::policy::{PolicyName, build};
 use crate::route::Connectivity;
 use crate::seed::{Purpose, stream};
 use crate::sensor::Sensor;
-use crate::situation::DEFAULT_DETECTION_THRESHOLD;
 use crate::terrain::Terrain;
 
 struct Case {
@@ -37,16 +36,7 @@ impl Case {
     }
 
     fn situation(&self) -> Situation<'_> {
-        Situation {
-            terrain: &self.terrain,
-            connectivity: Connectivity::Four,
-            sensor: &self.sensor,
-            belief: &self.belief,
-            planned_precision: &self.planned_precision,
-            robot: self.robot,
-            place: Place::ALONE,
-            detection_threshold: DEFAULT_DETECTION_THRESHOLD,
-        }
+        Situation::alone(&self.terrain, &self.sensor, &self.belief, &self.planned_precision, self.robot)
     }
 
     fn routes(&self) -> ShortestPathTree {
