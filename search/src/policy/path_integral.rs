@@ -198,7 +198,6 @@ mod tests {
     use crate::route::Connectivity;
     use crate::seed::{Purpose, stream};
     use crate::sensor::{Noise, Sensor};
-    use crate::situation::{DEFAULT_DETECTION_THRESHOLD, Place};
     use crate::terrain::{Ground, Terrain};
 
     /// Bits of the utility of all paths, with straight runs apart and all walked, and how many straight runs score.
@@ -221,16 +220,7 @@ mod tests {
         let mut planned_precision = PlannedPrecision::nothing(&terrain);
         let promised: Vec<Cell> = grid.cells().filter(|_| random.random_bool(0.05)).collect();
         planned_precision.add_path(&terrain, &sensor, &promised);
-        let situation = Situation {
-            terrain: &terrain,
-            connectivity: Connectivity::Four,
-            sensor: &sensor,
-            belief: &belief,
-            planned_precision: &planned_precision,
-            robot,
-            place: Place::ALONE,
-            detection_threshold: DEFAULT_DETECTION_THRESHOLD,
-        };
+        let situation = Situation::alone(&terrain, &sensor, &belief, &planned_precision, robot);
         let routes = ShortestPathTree::from(&terrain, Connectivity::Four, robot);
         let mut gain = UtilityGain::information(&situation);
         let kinds = runs::kinds(&situation, &routes);
