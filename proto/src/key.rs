@@ -2,18 +2,18 @@
 //!
 //! ```text
 //! dragnet/<mission>/robots/<robot>/{observation,intent,heartbeat}
-//! dragnet/<mission>/robots/<robot>/alive/<identity>
+//! dragnet/<mission>/robots/<robot>/alive/<seniority>/<identity>
 //! dragnet/<mission>/robots/<from>/{sync_request,sync_reply}/<to>
 //! dragnet/<mission>/coordinator/{status,observation}
-//! dragnet/<mission>/coordinator/alive/<identity>
+//! dragnet/<mission>/coordinator/alive/<seniority>/<identity>
 //! dragnet/<mission>/coordinator/{sync_request,sync_reply}/<to>
 //! dragnet/<mission>/sim/step/<participant>
 //! dragnet/<mission>/sim/sensed/<robot>
 //! ```
 //!
-//! `<robot>` is a number, `<from>` too; `<to>` and `<participant>` are a number or `coordinator`; `<identity>` is that
-//! of a process ([`crate::sender`]), 16 hexadecimal digits. [`Key`]'s `Display` builds each key, its `FromStr` parses
-//! each; they are inverse.
+//! `<robot>` is a number, `<from>` too; `<to>` and `<participant>` are a number or `coordinator`; `<seniority>` and
+//! `<identity>` are the claim of a process ([`crate::sender`]), a number to 255 and 16 hexadecimal digits. [`Key`]'s
+//! `Display` builds each key, its `FromStr` parses each; they are inverse.
 
 mod mission;
 mod selection;
@@ -28,6 +28,7 @@ pub use mission::{Mission, MissionError};
 pub use selection::Selection;
 
 use crate::message::{Audience, MessageKind};
+use crate::sender::Claim;
 
 const ROOT: &str = "dragnet";
 const COORDINATOR: &str = "coordinator";
@@ -54,8 +55,8 @@ pub enum Topic {
     Alive {
         /// The participant.
         participant: Participant,
-        /// Its process.
-        identity: u64,
+        /// The claim of its process.
+        claim: Claim,
     },
     /// Requests of one participant to another, [`MessageKind::SyncRequest`].
     SyncRequest {
@@ -125,8 +126,8 @@ impl fmt::Display for Key {
             Topic::Observation(robot) => write!(formatter, "robots/{robot}/observation"),
             Topic::Intent(robot) => write!(formatter, "robots/{robot}/intent"),
             Topic::Heartbeat(robot) => write!(formatter, "robots/{robot}/heartbeat"),
-            Topic::Alive { participant, identity } => {
-                write!(formatter, "{}/alive/{identity:016x}", Home(participant))
+            Topic::Alive { participant, claim: Claim { seniority, identity } } => {
+                write!(formatter, "{}/alive/{seniority}/{identity:016x}", Home(participant))
             }
             Topic::SyncRequest { from, to } => {
                 write!(formatter, "{}/sync_request/{}", Home(from), Address(to))
@@ -219,10 +220,10 @@ fn topic(chunks: &[&str]) -> Result<Option<Topic>, NotARobot> {
         ["robots", robot, "observation"] => Topic::Observation(number(robot)?),
         ["robots", robot, "intent"] => Topic::Intent(number(robot)?),
         ["robots", robot, "heartbeat"] => Topic::Heartbeat(number(robot)?),
-        ["robots", robot, "alive", chunk] => {
+        ["robots", robot, "alive", seniority, identity] => {
             let participant = Participant::Robot(number(robot)?);
-            let Some(identity) = identity(chunk) else { return Ok(None) };
-            Topic::Alive { participant, identity }
+            let Some(claim) = claim(seniority, identity) else { return Ok(None) };
+            Topic::Alive { participant, claim }
         }
         ["robots", from, "sync_request", to] => {
             Topic::SyncRequest { from: Participant::Robot(number(from)?), to: address(to)? }
@@ -232,9 +233,9 @@ fn topic(chunks: &[&str]) -> Result<Option<Topic>, NotARobot> {
         }
         [COORDINATOR, "status"] => Topic::Status,
         [COORDINATOR, "observation"] => Topic::ByHand,
-        [COORDINATOR, "alive", chunk] => {
-            let Some(identity) = identity(chunk) else { return Ok(None) };
-            Topic::Alive { participant: Participant::Coordinator, identity }
+        [COORDINATOR, "alive", seniority, identity] => {
+            let Some(claim) = claim(seniority, identity) else { return Ok(None) };
+            Topic::Alive { participant: from_coordinator, claim }
         }
         [COORDINATOR, "sync_request", to] => Topic::SyncRequest { from: from_coordinator, to: address(to)? },
         [COORDINATOR, "sync_reply", to] => Topic::SyncReply { from: from_coordinator, to: address(to)? },
@@ -248,8 +249,12 @@ fn address(chunk: &str) -> Result<Participant, NotARobot> {
     if chunk == COORDINATOR { Ok(Participant::Coordinator) } else { number(chunk).map(Participant::Robot) }
 }
 
-fn identity(chunk: &str) -> Option<u64> {
-    u64::from_str_radix(chunk, 16).ok().filter(|identity| format!("{identity:016x}") == chunk)
+fn claim(seniority: &str, identity: &str) -> Option<Claim> {
+    let claim =
+        Claim { seniority: seniority.parse().ok()?, identity: u64::from_str_radix(identity, 16).ok()? };
+    // One claim has one spelling, too.
+    let is_usual = claim.seniority.to_string() == seniority && format!("{:016x}", claim.identity) == identity;
+    is_usual.then_some(claim)
 }
 
 /// One number has one spelling, so that a key has only one.

@@ -101,7 +101,7 @@ pub enum Event<M> {
     Lost(RobotId),
     /// The operator has given a command at the coordinator.
     Commanded(Command),
-    /// An older process with this robot's number is in the mission: the robot stops.
+    /// Another process of this robot's number goes on: the robot stops.
     Halted,
     /// There is no older process any more: the robot continues.
     Released,

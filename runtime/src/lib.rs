@@ -8,6 +8,7 @@
 //!   messages;
 //! - [`wall_clock`], [`clock`]: a participant driven by the wall clock, as in the field, and its mission time;
 //!   [`journal`]: its stored state for a restart;
+//! - [`progress`]: warnings of a robot that nothing moves;
 //! - [`lockstep`], [`remote_participants`]: participants driven by the simulator, event by event, over the same messages;
 //! - [`ros`], [`vehicle`]: a robot's ROS 2 network, and its vehicle on it; [`dry_run`]: the same on a recording;
 //! - [`doctor`]: checks of a robot's settings and surroundings;
@@ -25,6 +26,7 @@ pub mod lockstep;
 #[cfg(test)]
 #[path = "../../tests/mentions/mod.rs"]
 mod mentions;
+pub mod progress;
 pub mod refusals;
 pub mod relay;
 pub mod remote_participants;
@@ -38,11 +40,13 @@ pub mod vehicle;
 pub mod wall_clock;
 pub mod world;
 
+mod contender;
 mod doubles;
 mod endpoint;
 mod error;
 mod log_limit;
 mod narrator;
+mod tokens;
 mod unix_time;
 mod waiting;
 mod watchdog;

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::key::{Key, Mission, Selection, Topic};
 use dragnet_proto::message::{Audience, Message};
-use dragnet_proto::sender::{Envelope, Process};
+use dragnet_proto::sender::{Claim, Envelope};
 use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::Grid;
 use zenoh::Session;
@@ -17,12 +17,10 @@ use zenoh::qos::CongestionControl;
 use zenoh::sample::{Sample, SampleKind};
 
 use crate::RuntimeError;
+use crate::tokens::{Change, Tokens};
 use crate::waiting::{self, Arrival, Inlet, Outlet, Raw};
 
 pub use crate::waiting::Sender;
-
-/// Maximum number of known processes of one participant.
-const MOST_PROCESSES: usize = 16;
 
 /// The link of a participant, or of a listener ([`ReceiveOnly`]), to the network.
 pub struct Link<Me = Participant> {
@@ -32,12 +30,10 @@ pub struct Link<Me = Participant> {
     codec: Codec,
     waiting: Outlet,
     present: BTreeSet<Participant>,
-    /// The other processes of each participant, including this one, in the order of their arrival.
-    processes: BTreeMap<Participant, Vec<u64>>,
-    identity: u64,
+    /// The liveliness tokens of the other processes of each participant, including this one.
+    tokens: Tokens,
+    claim: Claim,
     started: Instant,
-    /// Whether this process takes precedence over all others with its number.
-    takes_over: bool,
     /// The liveliness token of this participant.
     token: Option<LivelinessToken>,
 }
@@ -75,9 +71,7 @@ pub enum Incoming {
         /// The reason.
         reason: String,
     },
-    /// A message of another process of this participant.
-    Rival(Process),
-    /// A participant's process has joined.
+    /// A participant's process has joined, or is from now on the one that goes on.
     Came(Participant, u64),
     /// The last process of a participant has left.
     Left(Participant, u64),
@@ -110,7 +104,7 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
             let (inlet, what) = (inlet.clone(), format!("subscribe to {expression}"));
             session
                 .declare_subscriber(expression)
-                .callback(move |sample| put_message(&inlet, &sample, participant, identity, codec))
+                .callback(move |sample| put_message(&inlet, &sample, participant, codec))
                 .background()
                 .await
                 .map_err(RuntimeError::zenoh(what))?;
@@ -130,10 +124,9 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
             codec,
             waiting,
             present: BTreeSet::new(),
-            processes: BTreeMap::new(),
-            identity,
+            tokens: Tokens::default(),
+            claim: Claim { seniority: 0, identity },
             started: Instant::now(),
-            takes_over: false,
             token: None,
         })
     }
@@ -147,51 +140,32 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
         loop {
             match self.waiting.take().await? {
                 Arrival::Message { from, raw } => {
-                    return Some(read(raw, from, self.participant(), self.codec));
+                    return Some(read(raw, from, self.codec));
                 }
-                Arrival::Presence { participant, identity, is_here: true } => {
-                    if self.come(participant, identity) {
-                        return Some(Incoming::Came(participant, identity));
+                Arrival::Presence { participant, claim, is_here } => {
+                    let change = if is_here { Tokens::come } else { Tokens::leave };
+                    let change = change(&mut self.tokens, participant, claim);
+                    if let Some(change) = change {
+                        return Some(self.changed(participant, change));
                     }
                 }
-                Arrival::Presence { participant, identity, is_here: false } => {
-                    return Some(match self.leave(participant, identity) {
-                        // The participant is still there: its remaining process counts as joined, for those that knew
-                        // the other one.
-                        Some(left) => Incoming::Came(participant, left),
-                        None => Incoming::Left(participant, identity),
-                    });
+            }
+        }
+    }
+
+    fn changed(&mut self, participant: Participant, change: Change) -> Incoming {
+        match change {
+            Change::Came(identity) => {
+                if self.participant() != Some(participant) {
+                    self.present.insert(participant);
                 }
+                Incoming::Came(participant, identity)
+            }
+            Change::Left(identity) => {
+                self.present.remove(&participant);
+                Incoming::Left(participant, identity)
             }
         }
-    }
-
-    /// A process has joined; returns whether it is known from now on. More processes of one participant are not
-    /// credible.
-    fn come(&mut self, participant: Participant, identity: u64) -> bool {
-        let processes = self.processes.entry(participant).or_default();
-        if !processes.contains(&identity) {
-            if processes.len() >= MOST_PROCESSES {
-                return false;
-            }
-            processes.push(identity);
-        }
-        if self.participant() != Some(participant) {
-            self.present.insert(participant);
-        }
-        true
-    }
-
-    /// A process has left; returns the first remaining one of its participant.
-    fn leave(&mut self, participant: Participant, identity: u64) -> Option<u64> {
-        let processes = self.processes.get_mut(&participant)?;
-        processes.retain(|&process| process != identity);
-        let left = processes.first().copied();
-        if left.is_none() {
-            self.processes.remove(&participant);
-            self.present.remove(&participant);
-        }
-        left
     }
 
     /// Senders of messages that were dropped because too many were waiting, since the last call, and their numbers.
@@ -211,27 +185,29 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
         &self.present
     }
 
-    /// The other processes of a participant that are present, in the order of their arrival.
+    /// The claims of the other processes of a participant that are there.
+    pub fn claims(&self, participant: Participant) -> impl Iterator<Item = Claim> {
+        self.tokens.claims(participant)
+    }
+
+    /// The identity of the process of another participant that goes on, as one of several.
     #[must_use]
-    pub fn processes(&self, participant: Participant) -> &[u64] {
-        self.processes.get(&participant).map_or(&[], Vec::as_slice)
+    pub fn foremost(&self, participant: Participant) -> Option<u64> {
+        self.tokens.foremost(participant)
     }
 
     /// Participants that have several processes, including this one; for example if two robots are configured with one
     /// number. The token of a dead process remains for a while beside that of the process that replaces it.
     #[must_use]
     pub fn doubled(&self) -> BTreeSet<Participant> {
-        let own = |participant| usize::from(self.participant() == Some(participant) && self.token.is_some());
-        let several =
-            self.processes.iter().filter(|(participant, others)| others.len() + own(**participant) > 1);
-        several.map(|(&participant, _)| participant).collect()
+        let own = self.participant().filter(|_| self.token.is_some()).map(|me| (me, self.claim));
+        self.tokens.doubled(own)
     }
 
-    /// This process.
+    /// The claim of this process.
     #[must_use]
-    pub fn process(&self) -> Process {
-        let age_ms = u64::try_from(self.started.elapsed().as_millis()).unwrap_or(u64::MAX);
-        Process { identity: self.identity, age_ms: if self.takes_over { u64::MAX } else { age_ms } }
+    pub const fn claim(&self) -> Claim {
+        self.claim
     }
 
     /// Time since this process joined the network.
@@ -303,10 +279,26 @@ impl Link {
     /// # Errors
     /// If Zenoh refuses.
     pub async fn announce(&mut self) -> Result<(), RuntimeError> {
-        let key =
-            self.mission.key(Topic::Alive { participant: self.me, identity: self.identity }).to_string();
+        self.declare(self.claim).await
+    }
+
+    /// The same with a claim that has risen; it does nothing if that is not so.
+    ///
+    /// # Errors
+    /// If Zenoh refuses.
+    pub async fn rise(&mut self, claim: Claim) -> Result<(), RuntimeError> {
+        if claim == self.claim { Ok(()) } else { self.declare(claim).await }
+    }
+
+    async fn declare(&mut self, claim: Claim) -> Result<(), RuntimeError> {
+        let key = self.mission.key(Topic::Alive { participant: self.me, claim }).to_string();
         let token = self.session.liveliness().declare_token(key).await;
-        self.token = Some(token.map_err(RuntimeError::zenoh("say who is there"))?);
+        let token = token.map_err(RuntimeError::zenoh("say who is there"))?;
+        self.claim = claim;
+        // Only now: a process that has no token counts as gone.
+        if let Some(before) = self.token.replace(token) {
+            before.undeclare().await.map_err(RuntimeError::zenoh("withdraw its last token"))?;
+        }
         Ok(())
     }
 
@@ -326,28 +318,26 @@ impl Link {
         };
         self.session
             .put(self.mission.key(topic).to_string(), convert::encode(message))
-            .attachment(ZBytes::from(Envelope { number, process: self.process() }.encode()))
+            .attachment(ZBytes::from(Envelope { number, identity: self.claim.identity }.encode()))
             .congestion_control(CongestionControl::Block)
             .express(true)
             .await
             .map_err(RuntimeError::zenoh("publish"))
     }
 
-    /// Gives this process precedence over all others with its number.
+    /// From the announcement on it goes on instead of all other processes of its number.
     pub const fn take_over(&mut self) {
-        self.takes_over = true;
+        self.claim.seniority = Claim::TAKES_OVER;
     }
 }
 
-/// Queues a message, unless it is this process's own. Decoding is left to the receiver, so that dropped messages cost
-/// nothing.
-fn put_message(inlet: &Inlet, sample: &Sample, me: Option<Participant>, own: u64, codec: Codec) {
+/// Queues a message, unless it is of this participant: its own, or that of another process of its number. Decoding is
+/// left to the receiver, so that dropped messages cost nothing.
+fn put_message(inlet: &Inlet, sample: &Sample, me: Option<Participant>, codec: Codec) {
     let key = sample.key_expr().as_str();
     let from = key.parse().ok().and_then(|key: Key| key.topic.speech()).map(|(_, from)| from);
-    let raw = raw(sample);
-    let is_own = from.is_some() && from == me && raw.envelope.is_none_or(|it| it.process.identity == own);
-    if !is_own {
-        inlet.message(sender(from, codec), raw);
+    if from.is_none() || from != me {
+        inlet.message(sender(from, codec), raw(sample));
     }
 }
 
@@ -356,9 +346,9 @@ fn put_message(inlet: &Inlet, sample: &Sample, me: Option<Participant>, own: u64
 fn put_presence(inlet: &Inlet, sample: &Sample, own: u64, codec: Codec) {
     let key: Option<Key> = sample.key_expr().as_str().parse().ok();
     match key.map(|key| key.topic) {
-        Some(Topic::Alive { identity, .. }) if identity == own => {}
-        Some(Topic::Alive { participant, identity }) if codec.knows(participant) => {
-            inlet.presence(participant, identity, sample.kind() == SampleKind::Put);
+        Some(Topic::Alive { claim, .. }) if claim.identity == own => {}
+        Some(Topic::Alive { participant, claim }) if codec.knows(participant) => {
+            inlet.presence(participant, claim, sample.kind() == SampleKind::Put);
         }
         _ => inlet.message(Sender::Stranger, raw(sample)),
     }
@@ -376,7 +366,7 @@ fn raw(sample: &Sample) -> Raw {
 }
 
 /// Decodes a message, or returns why it is rejected.
-fn read(raw: Raw, from: Sender, me: Option<Participant>, codec: Codec) -> Incoming {
+fn read(raw: Raw, from: Sender, codec: Codec) -> Incoming {
     let refused = |key: String, reason: String| Incoming::Rejected { from, key, reason };
     let key: Key = match raw.key.parse() {
         Ok(key) => key,
@@ -389,15 +379,12 @@ fn read(raw: Raw, from: Sender, me: Option<Participant>, codec: Codec) -> Incomi
         };
         return refused(raw.key, reason);
     };
-    let Some(Envelope { number, process }) = raw.envelope else {
-        return refused(raw.key, "without number, identity and age as attachment, 24 bytes".to_owned());
+    let Some(Envelope { number, identity }) = raw.envelope else {
+        return refused(raw.key, "without number and identity as attachment, 16 bytes".to_owned());
     };
-    if me == Some(from) {
-        return Incoming::Rival(process);
-    }
     let message = codec.decode(kind, &raw.payload);
     match message.and_then(|message| convert::check_sender(&message, from).map(|()| message)) {
-        Ok(message) => Incoming::Message { from, identity: process.identity, number, message },
+        Ok(message) => Incoming::Message { from, identity, number, message },
         Err(error) => refused(raw.key, error.to_string()),
     }
 }

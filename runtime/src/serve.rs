@@ -23,12 +23,13 @@ use crate::config::{self, AgentSettings, Body, Checked, CoordinatorSettings, Sim
 use crate::journal::{Journal, Subject};
 use crate::link::Link;
 use crate::lockstep::LockstepNode;
+use crate::progress::{Expected, Mover};
 use crate::session::{Endpoints, Mode, block_on, leaving, open_when_there};
 use crate::stop::{self, Bond};
 use crate::team::recording::Existing;
 use crate::team::{self, Options};
 use crate::vehicle::{self, Embodied, detector};
-use crate::wall_clock;
+use crate::wall_clock::{self, Reports};
 use crate::world::{self, WorldServer};
 use crate::{RuntimeError, unix_time};
 
@@ -82,7 +83,9 @@ pub fn agent(file: &Path, precedence: Precedence, make: detector::Make<'_>) -> R
                 link.take_over();
             }
             let Some(body) = body else {
-                let reports = world::sensor(&link, robot, codec).await?;
+                let readings = world::sensor(&link, robot, codec).await?;
+                let factor = config.common.real_time_factor;
+                let reports = Reports::of(readings, Expected::of(Mover::Simulator, &scenario, factor));
                 enter(&mut link, &config.common.zenoh).await?;
                 return wall_clock::run(&mut link, &mut agent, clock, Some(journal), reports, stop)
                     .await
@@ -124,6 +127,7 @@ impl Own {
         let (sender, reports) = mpsc::channel(REPORTS);
         // A vehicle has its own time: the mission's may be set forward, which must not look like a silent camera.
         let time = Clock::new(1.0).at(MissionTime::START);
+        let reports = Reports::of(reports, Expected::of(Mover::Vehicle, &scenario, 1.0));
         let mut vehicle = tokio::spawn(async move {
             vehicle::serve::serve(body, &scenario, time, detector, agent_config, sender).await
         });

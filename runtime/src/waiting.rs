@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use dragnet_proto::sender::Envelope;
+use dragnet_proto::sender::{Claim, Envelope};
 use dragnet_scenario::participant::Participant;
 use tokio::sync::mpsc;
 
@@ -51,8 +51,8 @@ pub(crate) struct Raw {
 pub(crate) enum Arrival {
     /// A message, not decoded yet.
     Message { from: Sender, raw: Raw },
-    /// A process of a participant has joined or left.
-    Presence { participant: Participant, identity: u64, is_here: bool },
+    /// A liveliness token of a participant has come or gone.
+    Presence { participant: Participant, claim: Claim, is_here: bool },
 }
 
 /// The sending half. When the last one is dropped, nothing arrives any more.
@@ -83,9 +83,9 @@ impl Inlet {
         self.tell();
     }
 
-    /// Adds the arrival or departure of a process of the team.
-    pub(crate) fn presence(&self, participant: Participant, identity: u64, is_here: bool) {
-        lock(&self.queues).put_presence(participant, identity, is_here);
+    /// Adds the arrival or departure of a liveliness token of the team.
+    pub(crate) fn presence(&self, participant: Participant, claim: Claim, is_here: bool) {
+        lock(&self.queues).put_presence(participant, claim, is_here);
         self.tell();
     }
 
@@ -135,8 +135,8 @@ struct Queues {
 #[derive(Debug, Default)]
 struct Queue {
     messages: VecDeque<(u64, Raw)>,
-    /// The last two presence changes of each of its processes: earlier ones make no difference.
-    presence: VecDeque<(u64, Participant, u64, bool)>,
+    /// The last two presence changes of each of its tokens: earlier ones make no difference.
+    presence: VecDeque<(u64, Participant, Claim, bool)>,
     arrivals: u64,
     bytes: usize,
     /// Processed bytes, as if it had always had pending messages.
@@ -154,18 +154,17 @@ impl Queues {
         while self.bytes > self.max_bytes && self.drop_one() {}
     }
 
-    fn put_presence(&mut self, participant: Participant, identity: u64, is_here: bool) {
+    fn put_presence(&mut self, participant: Participant, claim: Claim, is_here: bool) {
         let queue = self.queue(Sender::Known(participant));
         let place = queue.arrive();
-        let mut same =
-            (0..).zip(&queue.presence).filter(|(_, (_, _, it, _))| *it == identity).map(|(at, _)| at);
+        let mut same = (0..).zip(&queue.presence).filter(|(_, (_, _, it, _))| *it == claim).map(|(at, _)| at);
         if let (Some(first), Some(_)) = (same.next(), same.next()) {
             queue.presence.remove(first);
         }
         if queue.presence.len() == MOST_PRESENCE {
             queue.forget_presence();
         }
-        queue.presence.push_back((place, participant, identity, is_here));
+        queue.presence.push_back((place, participant, claim, is_here));
     }
 
     fn queue(&mut self, from: Sender) -> &mut Queue {
@@ -209,15 +208,15 @@ impl Queue {
         self.arrivals
     }
 
-    /// Makes space: first a process that has joined and left again is forgotten, so that no known process stays for
-    /// ever; then the oldest arrival.
+    /// Makes space: first a token that has come and gone again is forgotten, so that no known one stays for ever; then
+    /// the oldest arrival.
     fn forget_presence(&mut self) {
         let presence = &self.presence;
-        let leaves = |identity| presence.iter().any(|&(_, _, it, is_here)| it == identity && !is_here);
-        let mut come = presence.iter().filter(|(.., is_here)| *is_here).map(|&(_, _, identity, _)| identity);
+        let leaves = |claim| presence.iter().any(|&(_, _, it, is_here)| it == claim && !is_here);
+        let mut come = presence.iter().filter(|(.., is_here)| *is_here).map(|&(_, _, claim, _)| claim);
         let oldest = come.clone().next();
-        match come.find(|&identity| leaves(identity)).or(oldest) {
-            Some(identity) => self.presence.retain(|(_, _, it, _)| *it != identity),
+        match come.find(|&claim| leaves(claim)).or(oldest) {
+            Some(claim) => self.presence.retain(|(_, _, it, _)| *it != claim),
             None => drop(self.presence.pop_front()),
         }
     }
@@ -232,8 +231,8 @@ impl Queue {
             let bytes = room(&raw);
             Some((Arrival::Message { from, raw }, bytes))
         } else {
-            let (_, participant, identity, is_here) = self.presence.pop_front()?;
-            Some((Arrival::Presence { participant, identity, is_here }, 0))
+            let (_, participant, claim, is_here) = self.presence.pop_front()?;
+            Some((Arrival::Presence { participant, claim, is_here }, 0))
         }
     }
 }

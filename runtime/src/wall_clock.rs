@@ -15,11 +15,13 @@ use tokio::sync::mpsc;
 
 use crate::RuntimeError;
 use crate::clock::Clock;
+use crate::contender::Contender;
 use crate::doubles::{Doubles, News};
 use crate::journal::Journal;
 use crate::link::{Incoming, Link, Sender};
 use crate::log_limit::{Kind, Teller};
 use crate::narrator::Narrator;
+use crate::progress::{Expected, Progress};
 use crate::watchdog::Watchdog;
 
 /// Number of observations of each origin that a robot with a journal holds in memory, the last ones: lost messages are
@@ -41,8 +43,31 @@ pub struct Log {
 /// A report of a vehicle: the mission time, if the vehicle has a more exact one than this clock, and an event.
 pub type Report = (Option<MissionTime>, Event<Message>);
 
-/// Runs a state machine until `stop` is ready or the network closes. `reports` are those of its vehicle; a coordinator
-/// has none. With a journal, everything to be stored is on disk before anything is published.
+/// Where reports come from.
+#[derive(Debug)]
+pub struct Reports {
+    arriving: mpsc::Receiver<Report>,
+    /// What is to be expected of it, if it moves a robot; then the log says if it does not.
+    expected: Option<Expected>,
+}
+
+impl Reports {
+    /// Reports of what moves a robot.
+    #[must_use]
+    pub const fn of(arriving: mpsc::Receiver<Report>, expected: Expected) -> Self {
+        Self { arriving, expected: Some(expected) }
+    }
+}
+
+/// Nothing is expected: there may be none.
+impl From<mpsc::Receiver<Report>> for Reports {
+    fn from(arriving: mpsc::Receiver<Report>) -> Self {
+        Self { arriving, expected: None }
+    }
+}
+
+/// Runs a state machine until `stop` is ready or the network closes. `reports` come from its vehicle: a coordinator has
+/// none. Everything to be stored is in the journal, if there is one, before anything is published.
 ///
 /// # Errors
 /// If the state machine fails.
@@ -51,9 +76,10 @@ pub async fn run(
     machine: &mut dyn StateMachine,
     mut clock: Clock,
     journal: Option<Journal>,
-    mut reports: mpsc::Receiver<Report>,
+    reports: impl Into<Reports>,
     stop: impl Future<Output = ()>,
 ) -> Result<Log, RuntimeError> {
+    let Reports { arriving: mut reports, expected } = reports.into();
     let mut driver = Driver {
         machine,
         journal,
@@ -66,7 +92,8 @@ pub async fn run(
         teller: Teller::default(),
         doubles: Doubles::default(),
         doubled: BTreeSet::new(),
-        stands: false,
+        contender: Contender::new(link.claim()),
+        progress: Progress::new(expected),
         has_stood: false,
     };
     driver.handle(link, clock.now(), Event::Start).await?;
@@ -76,23 +103,26 @@ pub async fn run(
     loop {
         driver.note_time(&clock);
         driver.report_doubles(link, clock.now()).await?;
-        let doubles = driver.doubles.due().map(|due| due.saturating_sub(link.age()));
+        driver.contend(link, clock.now()).await?;
+        driver.tell_standstill(link);
+        let due = driver.due().map(|due| due.saturating_sub(link.age()));
         tokio::select! {
             () = &mut stop => return Ok(driver.finish(&clock)),
-            () = tokio::time::sleep(doubles.unwrap_or_default()), if doubles.is_some() => {}
+            () = tokio::time::sleep(due.unwrap_or_default()), if due.is_some() => {}
             () = watchdog.feed() => {}
             () = driver.teller.settle() => {}
-            received = link.receive() => match received {
-                Some(received) => {
-                    if let Incoming::Message { from, message, .. } = &received
-                        && let Some(time) = clock::dated(*from, message)
-                    {
-                        driver.log_time(*from, clock.receive(time));
-                    }
-                    driver.receive(link, clock.now(), received).await?;
+            received = link.receive() => {
+                let Some(received) = received else {
+                    tracing::error!("{} ends: its session is closed", link.me());
+                    return Ok(driver.finish(&clock));
+                };
+                if let Incoming::Message { from, message, .. } = &received
+                    && let Some(time) = clock::dated(*from, message)
+                {
+                    driver.log_time(*from, clock.receive(time));
                 }
-                None => return Ok(driver.finish(&clock)),
-            },
+                driver.receive(link, clock.now(), received).await?;
+            }
             report = reports.recv(), if has_reports && !clock.listens() => match report {
                 Some((time, event)) => {
                     // Exactly the simulator's time: others validate a robot's speed by it.
@@ -107,7 +137,7 @@ pub async fn run(
                 None => has_reports = false,
             },
             () = tokio::time::sleep(LISTENS), if clock.listens() => {}
-            () = tokio::time::sleep_until(clock.instant(driver.wake_at)), if !driver.stands => {
+            () = tokio::time::sleep_until(clock.instant(driver.wake_at)), if !driver.contender.stands() => {
                 let now = clock.now().max(driver.wake_at);
                 driver.handle(link, now, Event::Woke).await?;
             }
@@ -145,8 +175,9 @@ struct Driver<'a> {
     doubles: Doubles,
     /// Robots with several processes, as the state machine knows them.
     doubled: BTreeSet<RobotId>,
-    /// Whether it stops and publishes nothing, because an older process of its number is in the mission.
-    stands: bool,
+    /// Whether it stops and publishes nothing, because another process of its number goes on.
+    contender: Contender,
+    progress: Progress,
     /// Whether it has received readings since it started.
     has_stood: bool,
 }
@@ -199,7 +230,7 @@ impl Driver<'_> {
             self.teller.warn(Kind::Dropped, from, text);
         }
         match received {
-            Incoming::Message { .. } if self.stands => {}
+            Incoming::Message { .. } if self.contender.stands() => {}
             Incoming::Message { from, message, .. } => {
                 if let Message::Heartbeat(heartbeat) = &message {
                     self.narrator.receive(heartbeat);
@@ -210,7 +241,6 @@ impl Driver<'_> {
                 let text = format_args!("rejected a message under {key}: {reason}");
                 self.teller.warn(Kind::NoMessage, from, text);
             }
-            Incoming::Rival(process) => self.doubles.receive(link.process(), process),
             Incoming::Came(participant, _) => {
                 let (kind, what) = if self.gone.remove(&participant) {
                     (Kind::Back, "is back")
@@ -218,7 +248,7 @@ impl Driver<'_> {
                     (Kind::Came, "is here")
                 };
                 self.teller.inform(kind, Sender::Known(participant), format_args!("{participant} {what}"));
-                if !self.stands {
+                if !self.contender.stands() {
                     self.handle(link, now, Event::Came).await?;
                 }
             }
@@ -231,7 +261,7 @@ impl Driver<'_> {
                 );
                 if let Participant::Robot(robot) = participant {
                     self.narrator.lose(robot);
-                    if participant != link.me() && !self.stands {
+                    if participant != link.me() && !self.contender.stands() {
                         self.handle(link, now, Event::Lost(robot)).await?;
                     }
                 }
@@ -249,38 +279,62 @@ impl Driver<'_> {
         event: Event<Message>,
         is_lost: bool,
     ) -> Result<(), RuntimeError> {
-        if self.stands {
+        if self.contender.stands() {
             return Ok(());
         }
         if is_lost && self.has_stood {
             return self.handle(link, now, Event::Came).await;
         }
-        self.has_stood |= matches!(event, Event::Sensed { .. });
+        if matches!(event, Event::Sensed { .. }) {
+            self.has_stood = true;
+            self.contender.observe();
+            self.progress.sense(link.age());
+        }
         self.handle(link, now, event).await
     }
 
-    /// Reports two processes of one number, and stops the younger one of this process's own number.
+    /// Reports two processes of one number.
     async fn report_doubles(&mut self, link: &Link, now: MissionTime) -> Result<(), RuntimeError> {
         self.report_double_processes(link);
-        let (me, doubled) = (link.me(), self.doubles.lasting(link.age()));
+        let doubled = self.doubles.lasting(link.age());
         if doubled != self.doubled {
             self.doubled.clone_from(&doubled);
             self.handle(link, now, Event::Doubled(doubled)).await?;
         }
-        let is_robot = matches!(me, Participant::Robot(_));
-        let stands = is_robot && self.doubles.must_stand(link.process(), link.processes(me));
-        if stands == self.stands {
+        Ok(())
+    }
+
+    /// When it has to look after anything but messages, reports and its state machine, by the link's age.
+    fn due(&self) -> Option<Duration> {
+        let standstill = self.progress.due().filter(|_| !self.contender.stands());
+        [self.doubles.due(), self.contender.due(), standstill].into_iter().flatten().min()
+    }
+
+    /// Logs that nothing moves the robot.
+    fn tell_standstill(&mut self, link: &Link) {
+        if !self.contender.stands()
+            && let Some(standstill) = self.progress.tell(link.age())
+        {
+            tracing::warn!("{}: {standstill}", link.me());
+        }
+    }
+
+    /// Stops a robot while another process of its number goes on.
+    async fn contend(&mut self, link: &mut Link, now: MissionTime) -> Result<(), RuntimeError> {
+        let (me, stood) = (link.me(), self.contender.stands());
+        if !matches!(me, Participant::Robot(_)) {
+            return Ok(());
+        }
+        self.contender.update(link.age(), link.claims(me));
+        if let Err(error) = link.rise(self.contender.claim()).await {
+            self.teller.warn(Kind::Network, Sender::Known(me), error);
+        }
+        let stands = self.contender.stands();
+        if stands == stood {
             return Ok(());
         }
         self.log_standing(me, stands);
-        if stands {
-            self.handle(link, now, Event::Halted).await?;
-        }
-        self.stands = stands;
-        if !stands {
-            self.handle(link, now, Event::Released).await?;
-        }
-        Ok(())
+        self.handle(link, now, if stands { Event::Halted } else { Event::Released }).await
     }
 
     fn report_double_processes(&mut self, link: &Link) {
@@ -311,12 +365,13 @@ impl Driver<'_> {
         let sender = Sender::Known(me);
         if stands {
             let text = format_args!(
-                "{me} stands still, and says nothing, as long as another process of {me} is in the mission; the one that \
-                 is started with --take-over goes on instead"
+                "{me} stands still, and says nothing, as long as another process of {me} is in the mission that has searched \
+                 for longer, or was started together with it; one that is started with --take-over goes on instead of both"
             );
             self.teller.error(Kind::Stands, sender, text);
         } else {
-            let text = format_args!("{me} goes on: no older process of it is in the mission");
+            let text =
+                format_args!("{me} goes on: no other process of it that went before it is in the mission");
             self.teller.inform(Kind::GoesOn, sender, text);
         }
     }
@@ -329,7 +384,10 @@ impl Driver<'_> {
     ) -> Result<(), RuntimeError> {
         let effects = self.machine.handle(now, event)?;
         self.narrator.tell(self.machine, &effects);
-        let Effects { kept, mut published, wake_at, decision, repeats, rejected, .. } = effects;
+        let Effects { kept, mut published, route, wake_at, decision, repeats, rejected, .. } = effects;
+        if let Some(route) = route {
+            self.progress.route(link.age(), &route);
+        }
         if let Some(journal) = &mut self.journal {
             journal.note(kept);
             if !published.is_empty() {

@@ -272,10 +272,7 @@ impl<'a> WorldServer<'a> {
                 self.world.set_route(robot, Vec::new());
                 self.observe(self.clock.now(), robot).await?;
             }
-            Incoming::Message { .. }
-            | Incoming::Rival(_)
-            | Incoming::Came(..)
-            | Incoming::Left(Participant::Coordinator, _) => {}
+            Incoming::Message { .. } | Incoming::Came(..) | Incoming::Left(Participant::Coordinator, _) => {}
             Incoming::Rejected { from, key, reason } => {
                 let text = format_args!("rejected a message under {key}: {reason}");
                 self.teller.warn(Kind::NoMessage, from, text);
@@ -284,11 +281,10 @@ impl<'a> WorldServer<'a> {
         Ok(())
     }
 
-    /// Whether a process's messages move a robot: of two processes of one number the first does.
+    /// Whether a process's messages move a robot: of two processes of one number the one that goes on does.
     fn is_moved_by(&self, participant: Participant, identity: u64) -> bool {
-        let first = self.link.processes(participant).first();
         matches!(participant, Participant::Robot(robot) if self.team.contains(&robot))
-            && first.is_none_or(|&first| first == identity)
+            && self.link.foremost(participant).is_none_or(|first| first == identity)
     }
 
     /// A robot's new plan: a repeated one moves no robot.
@@ -357,10 +353,10 @@ impl<'a> WorldServer<'a> {
         let sensed = Sensed { robot, time_ns: now.0, from: cell, readings };
         let key = self.link.mission().key(Topic::SimSensed(robot)).to_string();
         let shown = self.link.session().put(key, convert::encode_sensed(&sensed)).express(true);
-        // Of two processes of one number only the first gets readings: otherwise they would count twice.
-        let shown = match self.link.processes(Participant::Robot(robot)) {
-            [first, ..] => shown.attachment(first.to_le_bytes()),
-            [] => shown,
+        // Of two processes of one number only one gets readings: otherwise they would count twice.
+        let shown = match self.link.foremost(Participant::Robot(robot)) {
+            Some(first) => shown.attachment(first.to_le_bytes()),
+            None => shown,
         };
         shown.await.map_err(RuntimeError::zenoh("let a robot see"))
     }
@@ -394,7 +390,7 @@ pub async fn sensor(
     let warn = move |text: std::fmt::Arguments<'_>| {
         teller.lock().unwrap_or_else(PoisonError::into_inner).warn(Kind::Sensor, participant, text);
     };
-    let own = link.process().identity.to_le_bytes();
+    let own = link.claim().identity.to_le_bytes();
     let is_another =
         move |sample: &Sample| sample.attachment().is_some_and(|bytes| bytes.to_bytes().as_ref() != own);
     link.session()

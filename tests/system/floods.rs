@@ -11,7 +11,7 @@ use dragnet_proto::convert::encode;
 use dragnet_proto::directive::Directive;
 use dragnet_proto::key::Topic;
 use dragnet_proto::message::{Activity, Heartbeat, Intent, Message, MissionStatus};
-use dragnet_proto::sender::{Envelope, Process as Sender};
+use dragnet_proto::sender::{Claim, Envelope};
 use dragnet_runtime::session::open;
 use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::Cell;
@@ -35,7 +35,7 @@ const MOST_LINES: usize = 80;
 const MOST_KIB: u64 = 256 << 10;
 
 fn attached() -> Vec<u8> {
-    Envelope { number: 7, process: Sender { identity: 5, age_ms: 0 } }.encode()
+    Envelope { number: 7, identity: 5 }.encode()
 }
 
 /// The largest possible version vector.
@@ -112,7 +112,8 @@ async fn flood(session: Session, cell: Cell, rounds: Arc<AtomicU64>) {
             Participant::Coordinator,
             Participant::Robot(RobotId::new(77).unwrap()),
         ] {
-            let alive = key(Topic::Alive { participant, identity: 1000 + round });
+            let claim = Claim { seniority: 0, identity: 1000 + round };
+            let alive = key(Topic::Alive { participant, claim });
             session.liveliness().declare_token(alive).await.unwrap().undeclare().await.unwrap();
         }
         tokio::time::sleep(Duration::from_millis(1)).await;
@@ -165,7 +166,8 @@ async fn a_flood_fills_neither_logs_nor_memory_and_the_others_are_received() {
     let mate = Witnessed::start("agent", &field.robot_settings(2, None));
     let world = field.world();
     let session = open(&field.endpoints(4)).await.unwrap();
-    let alive = key(Topic::Alive { participant: Participant::Robot(FLOODER), identity: 1 });
+    let claim = Claim { seniority: 0, identity: 1 };
+    let alive = key(Topic::Alive { participant: Participant::Robot(FLOODER), claim });
     let _present = session.liveliness().declare_token(alive).await.unwrap();
     let observations = || inspect(&recording).map_or(0, |read| read.observations);
     eventually("they search", || observations() > 3);

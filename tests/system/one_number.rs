@@ -43,10 +43,12 @@ impl Reported {
     }
 }
 
-/// Another participant, which sends robot 1 its readings, over and over, and receives its observations.
+/// Another participant, which sends robot 1 its readings, over and over, once the mission has begun, and receives its
+/// observations.
 struct Ear {
     link: Link,
     sensed: Vec<u8>,
+    has_begun: bool,
 }
 
 impl Ear {
@@ -59,7 +61,7 @@ impl Ear {
         link.announce().await.unwrap();
         let from = scenario.terrain().grid().cells().next().unwrap();
         let sensed = encode_sensed(&Sensed { robot: RobotId::FIRST, time_ns: 0, from, readings: Vec::new() });
-        Self { link, sensed }
+        Self { link, sensed, has_begun: false }
     }
 
     /// Receives robot 1's messages until a condition holds: the processes that have published observations.
@@ -67,6 +69,8 @@ impl Ear {
         let mut speakers = Vec::new();
         let waiting = async {
             let mut ticks = tokio::time::interval(Duration::from_millis(100));
+            // The logs change also if nothing is received.
+            let mut looks = tokio::time::interval(Duration::from_millis(100));
             while !is_so(&self.link, &speakers) {
                 tokio::select! {
                     received = self.link.receive() => {
@@ -74,16 +78,28 @@ impl Ear {
                             speakers.push(identity);
                         }
                     }
-                    _ = ticks.tick() => {
+                    _ = ticks.tick(), if self.has_begun => {
                         let key = self.link.mission().key(Topic::SimSensed(RobotId::FIRST)).to_string();
                         self.link.session().put(key, self.sensed.clone()).await.unwrap();
                     }
+                    _ = looks.tick() => {}
                 }
             }
         };
         assert!(tokio::time::timeout(Duration::from_mins(1), waiting).await.is_ok(), "never: {what}");
         speakers
     }
+}
+
+/// A copy of settings, as on another computer: it listens elsewhere, and connects to all peers of the first, and to the
+/// first.
+fn twin(field: &Field, settings: &str) -> String {
+    let own = &field.endpoints(2).listen[0];
+    let elsewhere = free_endpoints(1).unwrap().remove(0);
+    settings
+        .replacen(own, &elsewhere, 1)
+        .replacen("connect = [", &format!("connect = [{own:?}, "), 1)
+        .replacen("robot = 1\n", "robot = 1\njournal = \"copy.journal\"\n", 1)
 }
 
 /// Robot 1, started a second time on another computer, with a copy of its folder of keys.
@@ -126,18 +142,12 @@ fn of_two_with_one_certificate_the_later_one_stops_and_both_are_reported() {
 async fn of_two_processes_of_one_robot_the_younger_stops_until_it_is_alone() {
     let field = Field::new(SEARCH, 1, 1);
     let mut ear = Ear::new(&field).await;
+    ear.has_begun = true;
     let settings = std::fs::read_to_string(field.robot_settings(1, None)).unwrap();
     let first = Reported::start(&field, "first", &settings);
     let speakers = ear.until("the first sees", |_, speakers| speakers.len() > 2).await;
     let identity = speakers[0];
-    // A copy, as on another computer: it listens elsewhere, and connects to all peers of the first, and to the first.
-    let own = &field.endpoints(2).listen[0];
-    let elsewhere = free_endpoints(1).unwrap().remove(0);
-    let copy = settings
-        .replacen(own, &elsewhere, 1)
-        .replacen("connect = [", &format!("connect = [{own:?}, "), 1)
-        .replacen("robot = 1\n", "robot = 1\njournal = \"copy.journal\"\n", 1);
-    let second = Reported::start(&field, "second", &copy);
+    let second = Reported::start(&field, "second", &twin(&field, &settings));
     let stands = || second.log().contains("robot 1 stands still");
     let is_told = || first.log().contains("robot 1 is here twice");
     ear.until("both say so", |link, _| stands() && is_told() && link.doubled().contains(&ONE)).await;
@@ -146,7 +156,63 @@ async fn of_two_processes_of_one_robot_the_younger_stops_until_it_is_alone() {
     let said = ear.until("the first goes on alone", |_, speakers| speakers.len() > 9).await;
     assert!(said.iter().all(|&speaker| speaker == identity), "{said:?} {identity}");
     first.process.kill();
-    let said = ear.until("the second goes on", |_, speakers| speakers.iter().any(|&it| it != identity)).await;
-    assert!(!said.is_empty() && ear.link.doubled().is_empty());
+    ear.until("the second goes on", |_, speakers| speakers.iter().any(|&it| it != identity)).await;
+    ear.until("there is one", |link, _| link.doubled().is_empty()).await;
     second.process.terminate();
+}
+
+const STANDS: &str = "robot 1 stands still";
+const BOTH_RUN: &str = "TWO PROCESSES ARE RUNNING AS robot 1";
+
+/// Both receive readings, as each would from its own vehicle.
+#[tokio::test(flavor = "multi_thread")]
+async fn of_two_that_start_before_the_mission_exactly_one_goes_on() {
+    let field = Field::new(SEARCH, 1, 1);
+    let mut ear = Ear::new(&field).await;
+    let settings = std::fs::read_to_string(field.robot_settings(1, None)).unwrap();
+    let both = [("first", settings.clone()), ("second", twin(&field, &settings))]
+        .map(|(name, settings)| Reported::start(&field, name, &settings));
+    let with = |text: &str| both.iter().filter(|process| process.log().contains(text)).count();
+    ear.until("one stands", |_, _| with(STANDS) == 1).await;
+    ear.until("both run for longer than the token of a dead one stays", |_, _| with(BOTH_RUN) == 2).await;
+    ear.has_begun = true;
+    let said = ear.until("one searches", |_, speakers| speakers.len() > 9).await;
+    let identity = said[0];
+    assert!(said.iter().all(|&speaker| speaker == identity), "{said:?}");
+    assert_eq!(with(STANDS), 1);
+    let [first, second] = both;
+    let [stands, goes] = if first.log().contains(STANDS) { [first, second] } else { [second, first] };
+    goes.process.kill();
+    ear.until("the other goes on", |_, speakers| speakers.iter().any(|&it| it != identity)).await;
+    stands.process.terminate();
+}
+
+/// The same over TLS with one certificate, directly and through a router.
+#[test]
+fn of_two_with_one_certificate_that_start_before_the_mission_exactly_one_goes_on() {
+    for topology in [Topology::Mesh, Topology::Star] {
+        let keyed = security::Field::new(topology);
+        std::fs::write(keyed.path("field.toml"), endless(2)).unwrap();
+        let [one, two] = [1, 2].map(|number| Name::robot(number).unwrap());
+        let start = |name, place| security::Process::start(&mut keyed.command(name, place));
+        let (coordinator, mate) = (start(Name::COORDINATOR, 0), start(two, 1));
+        let mut second = copy(&keyed, 3);
+        let both = [start(one, 2), security::Process::start(&mut second)];
+        coordinator.logs(&[BOTH_RUN]);
+        // By then each of the two has decided.
+        let lines = both.each_ref().map(|process| process.lines_until(&[BOTH_RUN]));
+        let stands = lines.each_ref().map(|lines| lines.iter().any(|line| line.contains(STANDS)));
+        assert!(stands[0] != stands[1], "{lines:#?}");
+        let goes_on = lines.iter().flatten().any(|line| line.contains("robot 1 goes on"));
+        assert!(!goes_on, "{lines:#?}");
+        let _world = start(Name::Simulator, 4);
+        mate.logs(&["robot 2 decided: "]);
+        let [first, second] = both;
+        let [stands, goes] = if stands[0] { [first, second] } else { [second, first] };
+        goes.logs(&["robot 1 decided: "]);
+        drop(goes);
+        let lines = stands.lines_until(&["robot 1 goes on"]);
+        assert!(lines.iter().all(|line| !line.contains("robot 1 decided: ")), "{lines:#?}");
+        stands.logs(&["robot 1 decided: "]);
+    }
 }

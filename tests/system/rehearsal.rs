@@ -8,6 +8,7 @@ use std::time::Duration;
 use dragnet_proto::convert::Codec;
 use dragnet_proto::directive::Directive;
 use dragnet_proto::message::{Activity, Audience, Heartbeat, Intent, Message};
+use dragnet_proto::sender::Claim;
 use dragnet_proto::state_machine::Event;
 use dragnet_runtime::link::{Incoming, Link, ReceiveOnly};
 use dragnet_runtime::session::{Endpoints, free_endpoints, open};
@@ -110,6 +111,9 @@ async fn a_robot_moves_by_its_heartbeats_and_not_by_repeated_messages() {
     let story = async {
         let robot = robot.insert(Robot::join(&row, &listen[0]).await);
         assert_eq!(robot.enters(usize::MAX).await, 0);
+        // As every robot after its first observation.
+        let risen = Claim { seniority: 1, ..robot.link.claim() };
+        robot.link.rise(risen).await.unwrap();
         robot.beat(0, 5, &[1, 2]).await;
         assert_eq!(robot.enters(0).await, 1);
         // Its arrival stops no robot.

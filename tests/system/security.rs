@@ -12,7 +12,7 @@ use dragnet_keys::name::Name;
 use dragnet_keys::register::Topology;
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::message::{Audience, Intent, Message};
-use dragnet_proto::sender::{Envelope, Process as Sender};
+use dragnet_proto::sender::Envelope;
 use dragnet_runtime::link::{Incoming, Link};
 use dragnet_runtime::session::{Endpoints, free_endpoints, open};
 use dragnet_scenario::participant::Participant;
@@ -250,7 +250,7 @@ async fn pose(endpoint: &str, settings: PathBuf) -> Link {
     let mut mouth = Link::join(session.clone(), "field".parse().unwrap(), participant, codec).await.unwrap();
     mouth.announce().await.unwrap();
     mouth.wait_for(&[Participant::Coordinator], PATIENCE, |_| ()).await.unwrap();
-    let number = Envelope { number: 7, process: Sender { identity: 5, age_ms: 0 } }.encode();
+    let number = Envelope { number: 7, identity: 5 }.encode();
     session
         .put("dragnet/field/robots/1/intent", convert::encode(&intent_of(1)))
         .attachment(number)

@@ -194,7 +194,7 @@ fn free_endpoints_are_distinct_and_on_loopback() {
 mod stranger {
     use dragnet_proto::convert::{self, Codec};
     use dragnet_proto::message::{Audience, Intent, Message};
-    use dragnet_proto::sender::{Envelope, Process};
+    use dragnet_proto::sender::Envelope;
     use dragnet_runtime::link::{Incoming, Link};
     use dragnet_scenario::participant::Participant;
     use dragnet_search::cell::Grid;
@@ -236,8 +236,7 @@ mod stranger {
             path: Vec::new(),
         };
         let honest = Message::Intent(intent.clone());
-        let process = Process { identity: 5, age_ms: 0 };
-        let number = Envelope { number: 7, process }.encode();
+        let number = Envelope { number: 7, identity: 5 }.encode();
         session
             .put("dragnet/m/robots/2/observation", vec![1, 2, 3])
             .attachment(number.clone())

@@ -35,7 +35,7 @@ impl fmt::Display for Selection {
             Self::Observations => formatter.write_str("robots/*/observation"),
             Self::Intents => formatter.write_str("robots/*/intent"),
             Self::Heartbeats => formatter.write_str("robots/*/heartbeat"),
-            Self::Alive => formatter.write_str("**/alive/*"),
+            Self::Alive => formatter.write_str("**/alive/*/*"),
             Self::SyncRequestsTo(to) => write!(formatter, "**/sync_request/{}", Address(to)),
             Self::SyncRepliesTo(to) => write!(formatter, "**/sync_reply/{}", Address(to)),
             Self::PublishedBy(participant) => write!(formatter, "{}/**", Home(participant)),

@@ -20,8 +20,9 @@ fn topics() -> impl Strategy<Value = Topic> {
         robots().prop_map(Topic::Observation),
         robots().prop_map(Topic::Intent),
         robots().prop_map(Topic::Heartbeat),
-        (participants(), any::<u64>())
-            .prop_map(|(participant, identity)| Topic::Alive { participant, identity }),
+        (participants(), any::<u8>(), any::<u64>()).prop_map(|(participant, seniority, identity)| {
+            Topic::Alive { participant, claim: Claim { seniority, identity } }
+        }),
         pair().prop_map(|(from, to)| Topic::SyncRequest { from, to }),
         pair().prop_map(|(from, to)| Topic::SyncReply { from, to }),
         Just(Topic::Status),
@@ -40,7 +41,7 @@ proptest! {
 
     #[test]
     fn a_text_that_is_a_key_is_the_only_one_of_it(
-        text in "(dragnet|drag)/[a-z]{1,2}/(robots|coordinator|sim)(/(0?[0-9]{1,5}|[0-9a-f]{16}|observation|alive|sync_reply|step|coordinator)){0,3}",
+        text in "(dragnet|drag)/[a-z]{1,2}/(robots|coordinator|sim)(/(0?[0-9]{1,5}|[0-9a-f]{16}|observation|alive|sync_reply|step|coordinator)){0,4}",
     ) {
         if let Ok(key) = text.parse::<Key>() {
             prop_assert_eq!(key.to_string(), text);
@@ -71,9 +72,11 @@ fn keys_are_spelled_as_documented() {
     };
     let (robot, three) = (RobotId::new(12).unwrap(), Participant::Robot(RobotId::new(3).unwrap()));
     check(Topic::Observation(robot), "robots/12/observation");
-    check(Topic::Alive { participant: three, identity: 0xab }, "robots/3/alive/00000000000000ab");
-    let coordinator = Topic::Alive { participant: Participant::Coordinator, identity: u64::MAX };
-    check(coordinator, "coordinator/alive/ffffffffffffffff");
+    let claim = Claim { seniority: 0, identity: 0xab };
+    check(Topic::Alive { participant: three, claim }, "robots/3/alive/0/00000000000000ab");
+    let claim = Claim { seniority: Claim::TAKES_OVER, identity: u64::MAX };
+    let coordinator = Topic::Alive { participant: Participant::Coordinator, claim };
+    check(coordinator, "coordinator/alive/255/ffffffffffffffff");
     check(
         Topic::SyncRequest { from: three, to: Participant::Coordinator },
         "robots/3/sync_request/coordinator",
@@ -102,7 +105,11 @@ fn a_wrong_key_is_rejected_with_the_allowed_ones() {
     check("other/m/coordinator/alive", "allowed are keys like");
     check("dragnet/m/robots/3/observation/", "allowed are keys like");
     check("dragnet/m/robots/3", "allowed are keys like");
-    check("dragnet/m/robots/3/alive/AB", "allowed are keys like");
+    for alive in
+        ["0/AB", "00000000000000ab", "01/00000000000000ab", "256/00000000000000ab", "+1/00000000000000ab"]
+    {
+        check(&format!("dragnet/m/robots/3/alive/{alive}"), "allowed are keys like");
+    }
     check("dragnet/m", "allowed are keys like");
     check("", "allowed are keys like");
 }
@@ -137,8 +144,8 @@ fn a_selection_matches_its_keys_and_no_others() {
         Topic::Observation(RobotId::new(3).unwrap()),
         Topic::Intent(RobotId::new(4).unwrap()),
         Topic::Heartbeat(RobotId::new(3).unwrap()),
-        Topic::Alive { participant: three, identity: 1 },
-        Topic::Alive { participant: coordinator, identity: 2 },
+        Topic::Alive { participant: three, claim: Claim { seniority: 0, identity: 1 } },
+        Topic::Alive { participant: coordinator, claim: Claim { seniority: 1, identity: 2 } },
         Topic::SyncRequest { from: coordinator, to: three },
         Topic::SyncRequest { from: four, to: three },
         Topic::SyncRequest { from: three, to: coordinator },

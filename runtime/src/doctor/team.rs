@@ -107,7 +107,7 @@ async fn call(link: &mut Link<ReceiveOnly>, listen: Duration) -> Roll {
             Incoming::Rejected { key, reason, .. } => {
                 roll.refused.insert(key, reason);
             }
-            Incoming::Came(..) | Incoming::Left(..) | Incoming::Rival(_) => {}
+            Incoming::Came(..) | Incoming::Left(..) => {}
         }
     }
     roll.present.clone_from(link.present());

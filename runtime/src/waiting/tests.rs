@@ -1,7 +1,5 @@
 use dragnet_search::observation::RobotId;
 
-use dragnet_proto::sender::Process;
-
 use super::*;
 
 const fn robot(number: u16) -> Participant {
@@ -12,11 +10,11 @@ const FAULTY: Sender = Sender::Known(robot(1));
 const HONEST: Sender = Sender::Known(robot(2));
 
 fn raw(number: u64, bytes: usize) -> Raw {
-    Raw {
-        key: String::new(),
-        payload: vec![0; bytes],
-        envelope: Some(Envelope { number, process: Process { identity: 0, age_ms: 0 } }),
-    }
+    Raw { key: String::new(), payload: vec![0; bytes], envelope: Some(Envelope { number, identity: 0 }) }
+}
+
+const fn claim(identity: u64) -> Claim {
+    Claim { seniority: 0, identity }
 }
 
 /// Takes all pending messages: their numbers by sender, in order.
@@ -83,7 +81,7 @@ fn presence_is_known_however_often_a_process_comes_and_goes() {
     let mut queues = Queues { max_bytes: 10_000, ..Queues::default() };
     queues.put_message(FAULTY, raw(0, 0));
     for turn in 0..10_001 {
-        queues.put_presence(robot(1), 7, turn % 2 == 0);
+        queues.put_presence(robot(1), claim(7), turn % 2 == 0);
     }
     // A flood does not drop presence changes.
     (1..100).for_each(|number| queues.put_message(FAULTY, raw(number, 1000)));
@@ -100,7 +98,7 @@ fn presence_is_known_however_often_a_process_comes_and_goes() {
 fn messages_of_one_sender_keep_their_order() {
     let mut queues = Queues { max_bytes: 10_000, ..Queues::default() };
     queues.put_message(FAULTY, raw(0, 10));
-    queues.put_presence(robot(1), 7, false);
+    queues.put_presence(robot(1), claim(7), false);
     queues.put_message(FAULTY, raw(1, 10));
     let is_message = |arrival| matches!(arrival, Arrival::Message { .. });
     let kinds: Vec<bool> = std::iter::from_fn(|| queues.take()).map(is_message).collect();
@@ -129,15 +127,15 @@ async fn no_record_is_missed_and_the_end_is_announced() {
 #[test]
 fn departures_are_reported_however_many_come_and_go_meanwhile() {
     let mut queues = Queues { max_bytes: 1 << 20, ..Queues::default() };
-    queues.put_presence(robot(1), 7, false);
+    queues.put_presence(robot(1), claim(7), false);
     for identity in 100..100 + 10 * MOST_PRESENCE as u64 {
-        queues.put_presence(robot(1), identity, true);
-        queues.put_presence(robot(1), identity, false);
+        queues.put_presence(robot(1), claim(identity), true);
+        queues.put_presence(robot(1), claim(identity), false);
     }
-    queues.put_presence(robot(1), 8, true);
+    queues.put_presence(robot(1), claim(8), true);
     let reported: Vec<(u64, bool)> = std::iter::from_fn(|| queues.take())
         .map(|arrival| match arrival {
-            Arrival::Presence { identity, is_here, .. } => (identity, is_here),
+            Arrival::Presence { claim, is_here, .. } => (claim.identity, is_here),
             Arrival::Message { .. } => panic!("{arrival:?}"),
         })
         .collect();
