@@ -11,6 +11,7 @@ pub mod files;
 pub mod part;
 
 pub use design::Design;
+pub use dragnet_sim::comparison::bound::Gap;
 pub use dragnet_sim::comparison::{Difference, Estimate, Interval, Row, Trial, differences};
 pub use estimate::estimate;
 pub use experiment::{Case, Experiment};

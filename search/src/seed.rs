@@ -28,6 +28,8 @@ pub enum Purpose {
     Soak,
     /// Bootstrap samples of results.
     Bootstrap,
+    /// The search for a bound.
+    Bound,
 }
 
 /// The stream of a purpose and robot (0 if none) under an episode's seed.
@@ -43,6 +45,7 @@ pub fn stream(seed: u64, purpose: Purpose, robot: u16) -> Stream {
         Purpose::Map => "map",
         Purpose::Soak => "soak",
         Purpose::Bootstrap => "bootstrap",
+        Purpose::Bound => "bound",
     };
     let mut key = [0; 32];
     for (part, bytes) in (0_u16..).zip(key.chunks_exact_mut(8)) {

@@ -99,6 +99,12 @@ impl Sensor {
         self.noise_variance
     }
 
+    /// How a reading scatters around the truth.
+    #[must_use]
+    pub const fn noise(&self) -> Noise {
+        self.noise
+    }
+
     /// Variance of a reading at a distance in cells.
     #[must_use]
     pub fn variance(&self, distance: u32) -> f32 {

@@ -3,6 +3,7 @@
 //! For a scenario whose robots use one policy, its [`Setting`], each episode gives a [`Trial`], and all of them a
 //! [`Row`].
 
+pub mod bound;
 mod difference;
 mod latencies;
 mod row;

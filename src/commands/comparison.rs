@@ -4,7 +4,7 @@ mod report;
 
 use std::path::PathBuf;
 
-use dragnet_experiments::comparison::{self, Design, Trial, files};
+use dragnet_experiments::comparison::{self, Design, Gap, Row, Trial, files};
 use dragnet_experiments::output;
 use dragnet_scenario::file::PolicyField;
 
@@ -39,15 +39,27 @@ impl Output {
         Ok(design.baseline(wanted.as_deref())?.to_owned())
     }
 
-    /// Writes and prints the results of a complete experiment.
-    pub(super) fn tell(&self, design: &Design, trials: Vec<Trial>, origin: Origin) -> Result<(), Failure> {
+    /// Writes and prints the results of a complete experiment, with the bounds of its scenarios if there are any.
+    pub(super) fn tell(
+        &self,
+        design: &Design,
+        trials: Vec<Trial>,
+        bounds: &[(String, f64)],
+        origin: Origin,
+    ) -> Result<(), Failure> {
         let rows = design.rows(trials);
         let differences = comparison::differences(&rows, &self.baseline(design)?);
+        let of_scenario = |row: &Row, (scenario, cells): &(String, f64)| {
+            (row.scenario == *scenario).then(|| Gap::of(row, *cells))
+        };
+        let gaps: Vec<Gap> =
+            rows.iter().filter_map(|row| bounds.iter().find_map(|bound| of_scenario(row, bound))).collect();
         let written = match &self.out {
-            Some(folder) => files::write(folder, &rows, &differences, design.seeds)?,
+            Some(folder) => files::write(folder, &rows, &differences, &gaps, design.seeds)?,
             None => Vec::new(),
         };
-        let report = Report { rows: &rows, differences: &differences, seeds: design.seeds, origin };
+        let report =
+            Report { rows: &rows, differences: &differences, gaps: &gaps, seeds: design.seeds, origin };
         if self.json {
             return Ok(terminal::print_json(&report.json())?);
         }

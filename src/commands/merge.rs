@@ -36,7 +36,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     }
     let joined = comparison::part::join(&files)?;
     arguments.output.prepare(&joined.design)?;
-    arguments.output.tell(&joined.design, joined.trials, Origin::Parts(joined.parts))
+    arguments.output.tell(&joined.design, joined.trials, &[], Origin::Parts(joined.parts))
 }
 
 /// Prints the totals of joined demonstrations.

@@ -178,3 +178,29 @@ fn tables_and_curves_are_written_where_asked() {
         ["<svg", "Path length", "F1", "greedy", "path", "<polygon"].iter().all(|part| drawing.contains(part))
     );
 }
+
+#[test]
+fn a_bound_stands_beside_the_policies() {
+    let place = Place::new();
+    let arguments = ["compare", "small.toml", "--policies", "greedy,path", "--seeds", "3", "--bound"];
+    let report = place.json(&[&arguments[..], &["--json", "--out", "results"]].concat());
+    let bounds = report["bounds"].as_array().unwrap();
+    assert_eq!(bounds.len(), 2);
+    for (gap, row) in bounds.iter().zip(report["rows"].as_array().unwrap()) {
+        assert_eq!(keys(gap), ["above_percent", "bound_cells", "cells", "policy", "scenario"]);
+        assert_eq!((&gap["scenario"], &gap["policy"]), (&row["scenario"], &row["policy"]));
+        assert_eq!(gap["cells"], row["cells_to_full_recall"]["restricted_mean"]);
+        let [bound, cells, above] =
+            ["bound_cells", "cells", "above_percent"].map(|key| gap[key].as_f64().unwrap());
+        assert!(bound > 1.0 && bound < 60.0, "{gap}");
+        assert!((bound * (1.0 + above / 100.0) - cells).abs() < 1e-9, "{gap}");
+    }
+    assert_eq!(fs::read_to_string(place.path("results/bounds.csv")).unwrap().lines().count(), 3);
+    let text = place.succeed(&arguments);
+    assert!(text.contains("Proven: no policy needs fewer than "), "{text}");
+    assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+    let small = fs::read_to_string(place.path("small.toml")).unwrap();
+    place.write("known.toml", &small.replace("count = 4", "cells = [[1, 1]]"));
+    let refused = ["compare", "known.toml", "--policies", "path", "--bound"];
+    place.refuse(&refused, &["--bound: small: objects in given cells", "objects.density or objects.count"]);
+}

@@ -3,6 +3,7 @@
 use dragnet_proto::state_machine::ParticipantError;
 use dragnet_scenario::Scenario;
 use dragnet_search::utility::UtilityTable;
+use dragnet_sim::comparison::bound;
 use dragnet_sim::comparison::{self, Setting, Trial};
 use dragnet_sim::simulation::End;
 
@@ -49,6 +50,27 @@ impl Experiment {
         jobs::run(&self.share(shard), threads, "episodes", progress, |(case, seed)| {
             case.run(*seed).map_err(ExperimentError::run)
         })
+    }
+
+    /// The least path length to full recall that any policy needs in the mean, cells, by scenario.
+    ///
+    /// # Errors
+    /// If there is no such bound for a scenario, or the system provides no threads.
+    pub fn bounds(
+        &self,
+        threads: Option<u16>,
+        progress: &dyn Progress,
+    ) -> Result<Vec<(String, f64)>, ExperimentError> {
+        // Cases of one scenario differ in their policies alone.
+        let of_scenarios = self.cases.chunk_by(|a, b| a.setting.scenario == b.setting.scenario);
+        let scenarios: Vec<&Scenario> = of_scenarios.map(|cases| &cases[0].scenario).collect();
+        let bounds = jobs::run(&scenarios, threads, "bounds", progress, |scenario| {
+            let name = scenario.name();
+            let bound = bound::least_cells_to_full_recall(scenario);
+            let bound = bound.map_err(|error| ExperimentError::Input(format!("--bound: {name}: {error}")))?;
+            Ok((name.to_owned(), bound))
+        });
+        Ok(bounds?.results)
     }
 
     fn share(&self, shard: Shard) -> Vec<(&Case, u64)> {

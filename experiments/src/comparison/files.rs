@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use csv::Writer;
 use dragnet_learn::policy::{PolicyName, Shipped};
 use dragnet_search::policy::PolicyName as Exact;
+use dragnet_sim::comparison::bound::Gap;
 use dragnet_sim::comparison::{Difference, Interval, MeanCurve, Row};
 
 use crate::plot::{Figure, Line, LineStyle};
@@ -23,6 +24,7 @@ pub fn write(
     folder: &Path,
     rows: &[Row],
     differences: &[Difference],
+    gaps: &[Gap],
     seeds: Seeds,
 ) -> Result<Vec<PathBuf>, ExperimentError> {
     let mut written = Vec::new();
@@ -39,6 +41,10 @@ pub fn write(
         ("curves.csv", curves(rows)),
     ] {
         keep(name.to_owned(), table.map_err(|error| failure(&folder.join(name), error))?)?;
+    }
+    if !gaps.is_empty() {
+        let table = gaps_table(gaps).map_err(|error| failure(&folder.join("bounds.csv"), error))?;
+        keep("bounds.csv".to_owned(), table)?;
     }
     for rows in rows.chunk_by(|a, b| a.scenario == b.scenario) {
         let name = format!("{}.svg", rows[0].scenario);
@@ -126,6 +132,16 @@ fn differences_table(differences: &[Difference]) -> Result<Vec<u8>, csv::Error> 
                 (&it.scenario, &it.policy, &it.baseline),
                 (columns(it.cells_to_full_recall), columns(it.average_recall), columns(it.auc_f1)),
             ))
+        })
+    })
+}
+
+/// A row for each policy and scenario beside the bound of the scenario.
+fn gaps_table(gaps: &[Gap]) -> Result<Vec<u8>, csv::Error> {
+    let titles = ["scenario", "policy", "bound_cells", "cells", "above_percent"];
+    table(titles, |writer| {
+        gaps.iter().try_for_each(|it| {
+            writer.serialize((&it.scenario, &it.policy, it.bound_cells, it.cells, it.above_percent))
         })
     })
 }

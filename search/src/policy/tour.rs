@@ -18,6 +18,8 @@ mod anneal;
 mod ground;
 mod hidden;
 mod lanes;
+#[cfg(test)]
+mod optimum;
 mod planner;
 #[cfg(test)]
 mod tests;

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::PathBuf;
 
-use dragnet_experiments::comparison::{Difference, Interval, Row, estimate};
+use dragnet_experiments::comparison::{Difference, Gap, Interval, Row, estimate};
 use dragnet_experiments::jobs::Effort;
 use dragnet_experiments::seeds::Seeds;
 use serde::Serialize;
@@ -15,6 +15,7 @@ use crate::terminal::{self, counted};
 pub(super) struct Report<'a> {
     pub(super) rows: &'a [Row],
     pub(super) differences: &'a [Difference],
+    pub(super) gaps: &'a [Gap],
     pub(super) seeds: Seeds,
     pub(super) origin: Origin,
 }
@@ -34,11 +35,14 @@ pub(super) struct Json<'a> {
     rows: &'a [Row],
     /// Of the policies other than the baseline.
     differences: &'a [Difference],
+    /// With `--bound` only.
+    #[serde(skip_serializing_if = "<[Gap]>::is_empty")]
+    bounds: &'a [Gap],
 }
 
 impl Report<'_> {
     pub(super) fn json(&self) -> Json<'_> {
-        Json { note: NOTE, rows: self.rows, differences: self.differences }
+        Json { note: NOTE, rows: self.rows, differences: self.differences, bounds: self.gaps }
     }
 
     pub(super) fn text(&self, written: &[PathBuf]) -> String {
@@ -74,6 +78,12 @@ impl Report<'_> {
         if !differences.is_empty() {
             text.push('\n');
             text.push_str(&compared(&differences).draw(1));
+        }
+        let gaps: Vec<&Gap> = self.gaps.iter().filter(|gap| gap.scenario == row.scenario).collect();
+        if let Some(gap) = gaps.first() {
+            let cells = gap.bound_cells;
+            text.push_str(&format!("\nProven: no policy needs fewer than {cells:.1} cells in the mean.\n\n"));
+            text.push_str(&above(&gaps).draw(1));
         }
         text
     }
@@ -129,6 +139,16 @@ fn compared(differences: &[&Difference]) -> Table {
             interval(it.average_recall, 3),
             verdict(it.average_recall),
         ]);
+    }
+    table
+}
+
+/// Distances to the bound.
+fn above(gaps: &[&Gap]) -> Table {
+    let mut table = Table::new(["policy", "full recall", "above the bound"]);
+    for gap in gaps {
+        let above = gap.above_percent.map_or_else(|| "-".to_owned(), |percent| format!("{percent:.0} %"));
+        table.push([gap.policy.clone(), format!("{:.1}", gap.cells), above]);
     }
     table
 }

@@ -58,12 +58,12 @@ impl Progress {
 /// probability that nothing is left, the first sum is the expected length of the search.
 pub(super) struct Planner<'a> {
     pub ground: &'a Ground,
-    table: &'a HiddenTable,
-    rows: Vec<Row>,
+    pub table: &'a HiddenTable,
+    pub rows: Vec<Row>,
     /// The search as it stands.
     pub root: Progress,
-    tail: f64,
-    most_steps: u16,
+    pub tail: f64,
+    pub most_steps: u16,
     /// At least one object is left, or there is nothing to plan for.
     boost: f64,
 }
@@ -119,12 +119,12 @@ impl<'a> Planner<'a> {
         (cells, ends)
     }
 
-    fn rate(&self, left: f64) -> f64 {
+    pub(super) fn rate(&self, left: f64) -> f64 {
         let left = left * self.boost;
         1.0 - libm::exp(-left) + NUMBER_WEIGHT * left
     }
 
-    fn total(&self, progress: &Progress) -> f64 {
+    pub(super) fn total(&self, progress: &Progress) -> f64 {
         progress.cost + self.tail * self.rate(progress.left)
     }
 
@@ -156,7 +156,7 @@ impl<'a> Planner<'a> {
     }
 
     /// Walks a leg; false once it costs more than it may, or the tour is too long.
-    fn walk(&self, progress: &mut Progress, leg: Leg, limit: f64) -> bool {
+    pub(super) fn walk(&self, progress: &mut Progress, leg: Leg, limit: f64) -> bool {
         while progress.at != leg.to {
             self.advance(progress, leg);
             if progress.cost > limit || progress.steps >= self.most_steps {
