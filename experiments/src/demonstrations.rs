@@ -7,9 +7,12 @@ pub mod part;
 mod plan;
 
 use std::path::Path;
+use std::sync::Arc;
 
-use dragnet_learn::demonstration::{self, Source, Trajectory};
-use dragnet_learn::policy::{self, PolicyName};
+use dragnet_learn::demonstration::{self, Recorder, Source, Trajectory};
+use dragnet_learn::network::Network;
+use dragnet_learn::policy::{self, Gnn, PolicyName};
+use dragnet_learn::weights::Weights;
 use dragnet_search::policy::Parameters;
 use dragnet_sim::demonstration::watch;
 
@@ -22,7 +25,7 @@ use plan::{Job, Search};
 pub use plan::{MIXTURE, Plan};
 
 /// How an expert is recorded.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Watch {
     /// The expert.
     pub expert: PolicyName,
@@ -30,6 +33,17 @@ pub struct Watch {
     pub max_decisions: u32,
     /// Share of the decisions after which a robot goes to a random cell, 0 to 1.
     pub explore: f64,
+    /// The network that robots follow instead of the expert.
+    pub follow: Option<Follow>,
+}
+
+/// A network to follow.
+#[derive(Clone, Debug)]
+pub struct Follow {
+    /// The network.
+    pub network: Arc<Network>,
+    /// Digest of its weights.
+    pub digest: String,
 }
 
 impl Watch {
@@ -40,8 +54,23 @@ impl Watch {
             path_length_weight: Parameters::default().path_length_weight,
             max_decisions: self.max_decisions,
             explore: self.explore,
+            follow: self.follow.as_ref().map(|follow| follow.digest.clone()),
+            scored_within_cells: policy::scored_within_cells(self.expert),
             program: program.to_owned(),
         }
+    }
+}
+
+impl Follow {
+    /// The network of a weights file.
+    ///
+    /// # Errors
+    /// If the file is none.
+    pub fn load(path: &Path) -> Result<Self, ExperimentError> {
+        let weights = Weights::load(path).map_err(ExperimentError::input)?;
+        let bytes = weights.to_bytes().map_err(ExperimentError::Input)?;
+        let digest = format!("{:032x}", xxhash_rust::xxh3::xxh3_128(&bytes));
+        Ok(Self { network: Arc::new(Network::new(&weights)), digest })
     }
 }
 
@@ -89,16 +118,22 @@ pub fn record(
 
 fn watch_one(job: &Job, plan: &Plan, folder: &Path) -> Result<Done, ExperimentError> {
     let path = folder.join(demonstration::file_name(&job.name, job.seed));
-    let search = job.search()?;
+    let search = job.search(plan.expert)?;
     let Search { scenario, digest } = &*search;
     if path.exists() {
         let known = demonstration::read(&path).map_err(ExperimentError::input)?;
         check_is_same(&known, &plan.source, digest, &path)?;
         return Ok(Done { decisions: known.decisions.len() as u64, was_there: true });
     }
-    let expert = || policy::build(plan.expert, Parameters::default(), None);
+    let record = |explore, sink| {
+        let recorder = Recorder::new(policy::expert(plan.expert, Parameters::default()), explore, sink);
+        match &plan.follow {
+            Some(follow) => recorder.following(Box::new(Gnn::new(Arc::clone(&follow.network)))),
+            None => recorder,
+        }
+    };
     let (source, digest) = (plan.source.clone(), digest.clone());
-    let trajectory = watch(scenario, job.seed, source, digest, expert).map_err(ExperimentError::run)?;
+    let trajectory = watch(scenario, job.seed, source, digest, record).map_err(ExperimentError::run)?;
     demonstration::write(&path, &trajectory).map_err(ExperimentError::run)?;
     Ok(Done { decisions: trajectory.decisions.len() as u64, was_there: false })
 }
@@ -122,8 +157,9 @@ fn check_is_same(
 }
 
 fn describe(source: &Source, digest: &str) -> String {
-    let Source { expert, max_decisions, explore, program, .. } = source;
+    let Source { expert, max_decisions, explore, program, follow, .. } = source;
+    let follow = follow.as_deref().map_or_else(String::new, |follow| format!(" after the network {follow}"));
     format!(
-        "{expert}, {max_decisions} decisions at most, exploring {explore}, scenario {digest}, by {program}"
+        "{expert}{follow}, {max_decisions} decisions at most, exploring {explore}, scenario {digest}, by {program}"
     )
 }

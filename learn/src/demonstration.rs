@@ -37,6 +37,12 @@ pub struct Source {
     pub explore: f64,
     /// Version and commit of the program.
     pub program: String,
+    /// Digest of the network that robots followed instead of the expert.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub follow: Option<String>,
+    /// If the expert scores only cells with a path shorter than this, cells.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scored_within_cells: Option<f32>,
 }
 
 impl Source {

@@ -16,17 +16,19 @@
 )]
 
 mod attention;
+mod coarse;
 mod exponential;
 mod linear;
 mod route;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::graph::Graph;
+use crate::graph::{Graph, NEIGHBORS};
 use crate::shape::Shape;
 use crate::weights::Weights;
 
 use attention::Attention;
+use coarse::{Coarse, CoarseWorkspace};
 use linear::Linear;
 use route::Decay;
 
@@ -48,6 +50,9 @@ pub struct Network {
     shape: Shape,
     encoder: Linear,
     attention: Vec<Attention>,
+    coarse: Option<Coarse>,
+    refine: Vec<Attention>,
+    within_cells: f32,
     decay: Option<(Linear, Decay)>,
     mix: Linear,
     sum: Option<Linear>,
@@ -59,6 +64,7 @@ pub struct Network {
 #[derive(Clone, Debug, Default)]
 pub struct Workspace {
     channels: Vec<f32>,
+    coarse: CoarseWorkspace,
     projected: Vec<f32>,
     faded: Vec<f32>,
     mixed: Vec<f32>,
@@ -72,13 +78,16 @@ impl Network {
     #[must_use]
     pub fn new(weights: &Weights) -> Self {
         let shape = weights.shape();
-        let linear = |name: &str| {
-            Linear::new(weights.get(&format!("{name}.weight")), weights.get(&format!("{name}.bias")))
-        };
+        let linear = |name: &str| linear(weights, name);
         Self {
             shape,
             encoder: linear("encoder"),
-            attention: (0..shape.layers).map(|layer| Attention::new(weights, layer)).collect(),
+            attention: (0..shape.layers)
+                .map(|layer| Attention::new(weights, &format!("attention.{layer}")))
+                .collect(),
+            coarse: (shape.levels > 0).then(|| Coarse::new(weights)),
+            refine: if shape.levels > 0 { attentions(weights, shape.refining(0)) } else { Vec::new() },
+            within_cells: weights.recipe().within_cells.unwrap_or(f32::INFINITY),
             decay: (shape.decay_channels > 0)
                 .then(|| (linear("decay"), Decay::new(weights.get("decay.factor")))),
             mix: linear("mix"),
@@ -92,6 +101,12 @@ impl Network {
     #[must_use]
     pub const fn shape(&self) -> Shape {
         self.shape
+    }
+
+    /// The network chooses among cells with a shorter path, cells.
+    #[must_use]
+    pub const fn within_cells(&self) -> f32 {
+        self.within_cells
     }
 
     /// A logit for each node, shape `[nodes]`. That of the root has no meaning, since the robot is there.
@@ -113,10 +128,17 @@ impl Network {
     #[inline(always)]
     fn compute<S: Simd>(&self, simd: S, graph: &Graph, workspace: &mut Workspace) {
         let features = graph.features.as_slice();
-        let Workspace { channels, projected, faded, mixed, sums, head, logits } = workspace;
+        let Workspace { channels, coarse, projected, faded, mixed, sums, head, logits } = workspace;
+        let edges = graph.topology.edge_lists();
         self.encoder.apply_rectified(simd, &[features], channels);
         for layer in &self.attention {
-            layer.add_to(simd, channels, &graph.topology, projected);
+            layer.add_to::<S, NEIGHBORS>(simd, channels, edges, projected);
+        }
+        if let Some(levels) = &self.coarse {
+            levels.add_to(simd, channels, &graph.levels, coarse);
+        }
+        for layer in &self.refine {
+            layer.add_to::<S, NEIGHBORS>(simd, channels, edges, projected);
         }
         faded.clear();
         if let Some((linear, decay)) = &self.decay {
@@ -135,6 +157,14 @@ impl Network {
             *logit *= LOGIT_SCALE;
         }
     }
+}
+
+fn linear(weights: &Weights, name: &str) -> Linear {
+    Linear::new(weights.get(&format!("{name}.weight")), weights.get(&format!("{name}.bias")))
+}
+
+fn attentions(weights: &Weights, names: impl Iterator<Item = String>) -> Vec<Attention> {
+    names.map(|name| Attention::new(weights, &name)).collect()
 }
 
 /// A pass through the network, which [`Arch`] compiles once for each set of vector instructions. All functions that it

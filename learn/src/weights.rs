@@ -6,7 +6,7 @@ use dragnet_files::FileError;
 use serde::{Deserialize, Serialize};
 
 use crate::file::{self, Kind, Tensor};
-use crate::graph::FEATURE_NAMES;
+use crate::graph::feature_names;
 use crate::shape::{Parameter, Shape};
 
 /// The limit is enough for 16 million parameters; the built-in networks have 8,000.
@@ -14,7 +14,7 @@ const KIND: Kind = Kind { name: "weights", format: "dragnet-weights-2", max_byte
 
 #[derive(Serialize, Deserialize)]
 struct Header {
-    /// [`FEATURE_NAMES`] of the program that made the file.
+    /// [`feature_names`] of the program that made the file.
     features: Vec<String>,
     shape: Shape,
     recipe: Recipe,
@@ -46,6 +46,9 @@ pub struct Recipe {
     pub held_out_loss: f64,
     /// Version and commit of the program.
     pub program: String,
+    /// If the expert scored only cells with a path shorter than this, cells: the network chooses among those.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub within_cells: Option<f32>,
 }
 
 impl Weights {
@@ -84,8 +87,9 @@ impl Weights {
     /// As for [`Weights::load`].
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
         let (header, tensors): (Header, _) = file::parse(KIND, bytes)?;
-        if header.features != FEATURE_NAMES {
-            let (found, known) = (header.features.join(", "), FEATURE_NAMES.join(", "));
+        let known = feature_names(header.shape.features());
+        if header.features != known {
+            let (found, known) = (header.features.join(", "), known.join(", "));
             return Err(format!("weights for the features {found}; this program has {known}"));
         }
         let Header { shape, recipe, .. } = header;
@@ -114,7 +118,7 @@ impl Weights {
     /// If the weights cannot be serialized.
     pub fn to_bytes(&self) -> Result<Vec<u8>, String> {
         let header = Header {
-            features: FEATURE_NAMES.map(str::to_owned).to_vec(),
+            features: feature_names(self.shape.features()).into_iter().map(str::to_owned).collect(),
             shape: self.shape,
             recipe: self.recipe.clone(),
         };

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Trains the networks that are part of the program, from demonstrations to weights: about half an hour on two cores.
+# Trains the networks that are part of the program, but gnn-tour (train/gpu/dagger.sh), from demonstrations to weights:
+# about half an hour on two cores.
 #
 #   learn/weights/train.sh DIR [NAME..]
 #

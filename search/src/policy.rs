@@ -29,12 +29,13 @@ use crate::utility::Utility;
 
 pub use coverage::{AfterPattern, Pattern};
 pub use path_integral_reference::PathIntegralReference;
+pub use tour::{Hidden, HiddenMass, SCORED_WITHIN_CELLS, TourScores};
 pub use worth::LEAST_NATS;
 
 /// Chooses the next path.
 ///
-/// A policy is a function of its arguments; it keeps scratch space only, `coverage` its position in its fixed order, and
-/// `tour` the rest of its tour.
+/// A policy is a function of its arguments; it keeps scratch space only, `coverage` its position in its fixed order,
+/// `tour` the rest of its tour, and `gnn-tour` where it decided last.
 pub trait Policy {
     /// Decides in this situation. `random` is the robot's random stream for decisions.
     fn decide(&mut self, situation: &Situation<'_>, random: &mut Stream) -> Decision;

@@ -2,20 +2,19 @@
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
-use std::sync::mpsc;
+use std::sync::mpsc::{self, Sender};
 
 use dragnet_agent::agent::Agent;
-use dragnet_learn::demonstration::{Recorder, Source, Trajectory};
+use dragnet_learn::demonstration::{Demonstration, Recorder, Source, Trajectory};
 use dragnet_proto::message::Message;
 use dragnet_proto::state_machine::{Effects, ParticipantError};
 use dragnet_scenario::Scenario;
-use dragnet_search::policy::Policy;
 
 use crate::episode::{self, Observer};
 use crate::simulation::End;
 
-/// Runs a scenario until all objects are found, the budget is spent or enough decisions are recorded. Every robot uses
-/// the expert, and the decisions of all robots are recorded.
+/// Runs a scenario until all objects are found, the budget is spent or enough decisions are recorded. Every robot has
+/// a recorder, made by `record`, and the decisions of all are recorded.
 ///
 /// # Errors
 /// Never, since robots of this process cannot fail.
@@ -24,11 +23,11 @@ pub fn watch(
     seed: u64,
     source: Source,
     scenario_digest: String,
-    expert: impl Fn() -> Box<dyn Policy + Send>,
+    record: impl Fn(f64, Sender<Demonstration>) -> Recorder,
 ) -> Result<Trajectory, ParticipantError> {
     let (sink, taken) = mpsc::channel();
     let mut robots = episode::team(scenario, seed, |config| {
-        Agent::with_policy(config, Box::new(Recorder::new(expert(), source.explore, sink.clone())))
+        Agent::with_policy(config, Box::new(record(source.explore, sink.clone())))
     });
     let mut enough = Enough { decisions_left: source.max_decisions };
     episode::watch(scenario, seed, End::AllFound, &mut robots, &mut enough)?;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use dragnet_experiments::demonstrations::{self, MIXTURE, Part, Plan, Watch};
+use dragnet_experiments::demonstrations::{self, Follow, MIXTURE, Part, Plan, Watch};
 use dragnet_experiments::output;
 use dragnet_experiments::seeds::Seeds;
 use dragnet_experiments::shard::Shard;
@@ -46,6 +46,10 @@ pub(crate) struct Arguments {
     /// decision is recorded in any case, so the network also learns from situations that the expert would not reach
     #[arg(long, value_name = "SHARE", default_value_t = 0.1, value_parser = parse_share, allow_negative_numbers = true)]
     explore: f64,
+    /// Weights file of a network that the robots follow instead of the expert. The expert's decisions are recorded in any
+    /// case, so the network learns from the situations that it leads to itself
+    #[arg(long, value_name = "FILE")]
+    follow: Option<PathBuf>,
     /// Probability that a searched cell holds an object, above 0 and below 1, instead of the scenario's objects
     #[arg(long, value_name = "D", conflicts_with = "mixture", allow_negative_numbers = true)]
     density: Option<f64>,
@@ -86,13 +90,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
 /// The trajectories of all shards.
 fn plan(arguments: &Arguments) -> Result<Plan, Failure> {
     let Arguments { expert, max_decisions, explore, seeds, .. } = *arguments;
-    if expert == PolicyName::Exact(dragnet_search::policy::PolicyName::Tour) {
-        return Err(Failure::Input(
-            "--expert tour: it decides on a whole tour and scores no other waypoints; allowed are all others"
-                .to_owned(),
-        ));
-    }
-    let mut plan = Plan::new(Watch { expert, max_decisions, explore }, VERSION);
+    let follow = arguments.follow.as_deref().map(Follow::load).transpose()?;
+    let mut plan = Plan::new(Watch { expert, max_decisions, explore, follow }, VERSION);
     if arguments.mixture {
         plan.add_mixture(seeds).map_err(|error| Failure::Input(format!("--seeds: {error}")))?;
     }

@@ -52,6 +52,10 @@ pub(crate) struct Arguments {
     /// The power of the expert's scores by which the rest of the training target is spread, 1 to 10000
     #[arg(long, value_name = "P", default_value_t = 60.0, allow_negative_numbers = true)]
     target_exponent: f64,
+    /// Spread the rest of the training target by `exp(score / T)` instead, T above 0 in the unit of the scores: for an
+    /// expert whose scores differ by how much better a choice is, such as `tour`, whose scores are cells
+    #[arg(long, value_name = "T", conflicts_with = "target_exponent", allow_negative_numbers = true)]
+    score_temperature: Option<f64>,
     /// Number of channels of a node, a multiple of 32 up to 1024
     #[arg(long, value_name = "N", default_value_t = 32, allow_negative_numbers = true)]
     hidden: usize,
@@ -64,6 +68,15 @@ pub(crate) struct Arguments {
     /// Number of channels that are summed along the path, 0 to 256
     #[arg(long, value_name = "N", default_value_t = 4, allow_negative_numbers = true)]
     sum_channels: usize,
+    /// Number of levels of coarser graphs, of 3, 9, 27 .. cells a node, through which a network sees the whole map, 0 to 8
+    #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true)]
+    levels: usize,
+    /// Number of channels of a node of the coarser graphs, a multiple of 32 up to 1024
+    #[arg(long, value_name = "N", default_value_t = 64, allow_negative_numbers = true)]
+    coarse_channels: usize,
+    /// Number of attention layers of each coarser graph on the way up, and as many on the way down, 1 to 64
+    #[arg(long, value_name = "N", default_value_t = 2, allow_negative_numbers = true)]
+    coarse_layers: usize,
     /// Number of libtorch's threads on the CPU, 1 to 1024. With more than one, the last bits of the weights may differ
     /// from run to run
     #[arg(long, value_name = "T", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024), allow_negative_numbers = true)]

@@ -40,6 +40,18 @@ fn an_expert_is_watched_once_and_the_same_on_any_number_of_threads() {
 }
 
 #[test]
+fn the_expert_may_be_asked_where_a_network_leads() {
+    let place = Place::new();
+    let weights = concat!(env!("CARGO_MANIFEST_DIR"), "/learn/weights/gnn-tour.safetensors");
+    let tour = ["demonstrate", "small.toml", "--expert", "tour", "--seeds", "2", "--out"];
+    place.succeed(&[&tour as &[&str], &["a"]].concat());
+    let reported = place.succeed(&[&tour as &[&str], &["b", "--follow", weights]].concat());
+    assert!(reported.contains("decisions of tour"), "{reported}");
+    assert!(trajectories(&place, "a") != trajectories(&place, "b"));
+    place.refuse(&[&tour as &[&str], &["a", "--follow", weights]].concat(), &["made otherwise", "network"]);
+}
+
+#[test]
 fn shards_give_the_same_files_as_the_whole() {
     let place = Place::new();
     demonstrate(&place, "whole", &[]);
@@ -81,10 +93,8 @@ fn an_expert_that_cannot_be_recorded_is_rejected() {
     let place = Place::new();
     place.refuse(&["demonstrate", "--expert", "path", "--out", "a"], &["<SCENARIO>"]);
     place.refuse(&["demonstrate", "small.toml", "--out", "a"], &["--expert"]);
-    place.refuse(
-        &["demonstrate", "small.toml", "--expert", "tour", "--out", "a"],
-        &["--expert tour", "others"],
-    );
+    place
+        .refuse(&[&FEW as &[&str], &["a", "--follow", "small.toml"]].concat(), &["small.toml", "no weights"]);
     place.refuse(&[&FEW as &[&str], &["a", "--explore", "1.5"]].concat(), &["--explore", "0 to 1"]);
     place.refuse(
         &["demonstrate", "small.toml", "small.toml", "--expert", "path", "--out", "a"],

@@ -1,10 +1,9 @@
 //! Demonstrations as graphs with training targets.
 
-use std::sync::Arc;
-
 use dragnet_files::FileError;
 use dragnet_learn::demonstration::{Demonstration, Folder, Source, Trajectory};
-use dragnet_learn::graph::{FEATURES, Graph, Topology};
+use dragnet_learn::graph::{Graph, Memory};
+use dragnet_learn::shape::Shape;
 use dragnet_search::route::ShortestPathTree;
 
 /// All demonstrations of a folder, divided into training and validation.
@@ -24,8 +23,19 @@ pub(super) struct Sample {
     pub(super) chosen: u32,
     /// The training target as a distribution, shape `[nodes]`.
     pub(super) wished: Vec<f32>,
+    /// Whether the expert scored a node, which otherwise is no candidate: shape `[nodes]`.
+    pub(super) is_scored: Vec<bool>,
     /// The expert's score over its best, where scores are above 0: shape `[nodes]`, or empty.
     pub(super) share_of_best: Vec<f32>,
+}
+
+/// How an expert's scores are spread over cells as a training target.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Spread {
+    /// By this power of them, for scores whose ratios tell how good a choice is.
+    Power(f64),
+    /// By `exp` of them over this, for scores whose differences do, as those of `tour`, cells.
+    Temperature(f64),
 }
 
 /// Why training data cannot be loaded.
@@ -56,20 +66,24 @@ pub enum DataError {
 
 impl Data {
     /// Reads a folder. Every `held_out_every`-th trajectory is used for validation, as a whole, since its decisions are
-    /// similar. `target_exponent` is the power of the expert's scores by which the training target is spread over
-    /// cells.
+    /// similar. The samples are for a network of this shape.
     ///
     /// # Errors
     /// If a file cannot be read, is of another expert, or there are too few or too many decisions.
-    pub fn load(folder: &Folder, held_out_every: usize, target_exponent: f64) -> Result<Self, DataError> {
+    pub fn load(
+        folder: &Folder,
+        held_out_every: usize,
+        spread: Spread,
+        shape: Shape,
+    ) -> Result<Self, DataError> {
         let name = folder.path().display().to_string();
         if folder.len() < 2 {
             return Err(DataError::TooFew(name));
         }
         let (mut learned, mut held_out) = (Vec::new(), Vec::new());
         let (mut source, mut scenarios) = (None, Vec::new());
-        let mut topology = None;
-        let mut budget = Budget::new();
+        let mut memory = Memory::default();
+        let mut budget = Budget::new(shape);
         for (place, trajectory) in folder.trajectories().enumerate() {
             let trajectory = trajectory?;
             budget.take(&trajectory).map_err(|(needed_mib, free_mib)| DataError::Memory {
@@ -84,7 +98,7 @@ impl Data {
                 trajectory
                     .decisions
                     .iter()
-                    .filter_map(|decision| sample(&trajectory, decision, target_exponent, &mut topology)),
+                    .filter_map(|decision| sample(&trajectory, decision, (spread, shape), &mut memory)),
             );
             if !scenarios.contains(&trajectory.scenario) {
                 scenarios.push(trajectory.scenario.clone());
@@ -130,12 +144,12 @@ impl Data {
     }
 }
 
-/// `None` for a decision without a choice. `topology` is that of the sample before: trajectories on one map share one.
+/// `None` for a decision without a choice. `memory` is that of the sample before: trajectories on one map share a topology.
 fn sample(
     trajectory: &Trajectory,
     decision: &Demonstration,
-    target_exponent: f64,
-    topology: &mut Option<Arc<Topology>>,
+    (spread, shape): (Spread, Shape),
+    memory: &mut Memory,
 ) -> Option<Sample> {
     let belief = trajectory.belief(decision)?;
     let situation = trajectory.situation(decision, &belief);
@@ -143,52 +157,66 @@ fn sample(
     if routes.parent(decision.chosen) == decision.chosen {
         return None;
     }
-    let graph = Graph::new(&situation, &routes, topology);
+    let graph = Graph::of_shape(shape, &situation, &routes, memory);
     let chosen = graph.topology.node(decision.chosen);
-    let scores = graph.topology.cells().iter().map(|cell| decision.scores[cell.index()]);
-    let best = decision.scores[decision.chosen.index()];
+    let scores: Vec<f64> =
+        graph.topology.cells().iter().map(|cell| decision.scores[cell.index()].into()).collect();
+    // An expert that scores nothing but its choice leaves all cells as candidates.
+    let finite_count = scores.iter().filter(|score| score.is_finite()).count();
+    let is_scored = scores.iter().map(|score| finite_count < 2 || score.is_finite()).collect();
+    let best = scores[chosen as usize];
+    #[expect(clippy::cast_possible_truncation, reason = "a share")]
     let share_of_best: Vec<f32> = if best > 0.0 && best.is_finite() {
-        scores.map(|score| (score / best).max(0.0)).collect()
+        scores.iter().map(|score| (score / best).max(0.0) as f32).collect()
     } else {
         Vec::new()
     };
-    let wished = wishes(&share_of_best, chosen, graph.topology.len(), target_exponent);
-    Some(Sample { graph, chosen, wished, share_of_best })
+    let wished = match spread {
+        Spread::Power(power) => powers(&share_of_best, power),
+        Spread::Temperature(cells) => scores.iter().map(|score| ((score - best) / cells).exp()).collect(),
+    };
+    let wished = normalized(wished, chosen, graph.topology.len());
+    Some(Sample { graph, chosen, wished, is_scored, share_of_best })
 }
 
-/// `share^target_exponent`, normalized; the choice alone if no score is above 0.
+fn powers(share_of_best: &[f32], power: f64) -> Vec<f64> {
+    share_of_best.iter().map(|&share| f64::from(share).powf(power)).collect()
+}
+
+/// A distribution over nodes; the choice alone if there is none.
 #[expect(clippy::cast_possible_truncation, reason = "learned from as f32")]
-fn wishes(share_of_best: &[f32], chosen: u32, nodes: usize, target_exponent: f64) -> Vec<f32> {
-    if share_of_best.is_empty() {
+fn normalized(wished: Vec<f64>, chosen: u32, nodes: usize) -> Vec<f32> {
+    let sum: f64 = wished.iter().sum();
+    if wished.is_empty() || !(sum.is_finite() && sum > 0.0) {
         let mut wished = vec![0.0; nodes];
         wished[chosen as usize] = 1.0;
         return wished;
     }
-    let powers: Vec<f64> =
-        share_of_best.iter().map(|&share| f64::from(share).powf(target_exponent)).collect();
-    let sum: f64 = powers.iter().sum();
-    powers.into_iter().map(|power| (power / sum) as f32).collect()
+    wished.into_iter().map(|wish| (wish / sum) as f32).collect()
 }
 
 /// Memory that samples may take.
 struct Budget {
     free_bytes: Option<u64>,
     taken_bytes: u64,
+    /// Numbers of a node.
+    numbers: usize,
 }
 
 impl Budget {
     /// The available memory by the kernel; `None` where it is unknown.
-    fn new() -> Self {
+    fn new(shape: Shape) -> Self {
         let text = std::fs::read_to_string("/proc/meminfo").unwrap_or_default();
         let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"));
         let kib = line.and_then(|line| line.split_whitespace().next()?.parse::<u64>().ok());
-        Self { free_bytes: kib.map(|kib| kib * 1024), taken_bytes: 0 }
+        // Features, parent, order, target, shares and candidates of each node, and a little for its part of the levels.
+        let numbers = shape.features() + 5 + shape.levels;
+        Self { free_bytes: kib.map(|kib| kib * 1024), taken_bytes: 0, numbers }
     }
 
     /// Needed and free MiB, if a trajectory does not fit.
     fn take(&mut self, trajectory: &Trajectory) -> Result<(), (u64, u64)> {
-        // Features, parent, order, target and shares of each node.
-        let of_node = size_of::<f32>() * (FEATURES + 4);
+        let of_node = size_of::<f32>() * self.numbers;
         let cells = trajectory.terrain.grid().cell_count();
         self.taken_bytes += (trajectory.decisions.len() * cells * of_node) as u64;
         match self.free_bytes {

@@ -13,7 +13,7 @@ mod trainer;
 
 pub use tch::Device;
 
-pub use data::{Data, DataError};
+pub use data::{Data, DataError, Spread};
 pub use model::Model;
 pub use settings::{Epoch, Measured, Settings};
 pub use trainer::Trainer;

@@ -4,8 +4,8 @@ use dragnet_search::seed::{Purpose, Stream, stream};
 use rand::RngExt;
 use tch::{Device, Kind, Tensor};
 
-use super::batch::{Batch, int};
-use dragnet_learn::graph::{Graph, NEIGHBORS};
+use super::batch::{Batch, Neighbors, int};
+use dragnet_learn::graph::Graph;
 use dragnet_learn::network::{LEAST_SUM, LOGIT_SCALE, SCORE_LEAK, SUM_LOG_RANGE};
 use dragnet_learn::shape::{HEADS, Shape};
 use dragnet_learn::weights::{Recipe, Weights};
@@ -82,7 +82,10 @@ impl Model {
     pub(super) fn logits(&self, batch: &Batch) -> Tensor {
         let mut channels = self.linear("encoder", &batch.features).leaky_relu();
         for layer in 0..self.shape.layers {
-            channels = &channels + self.attend(layer, &channels, batch).leaky_relu();
+            channels = self.attend(&format!("attention.{layer}"), &channels, &batch.neighbors);
+        }
+        if self.shape.levels > 0 {
+            channels = self.through_levels(channels, batch);
         }
         if self.shape.decay_channels > 0 {
             let decaying = self.linear("decay", &channels).leaky_relu() * &batch.is_node;
@@ -104,21 +107,48 @@ impl Model {
         logits.narrow(0, 0, batch.graphs * batch.nodes).view([batch.graphs, batch.nodes])
     }
 
-    fn attend(&self, layer: usize, channels: &Tensor, batch: &Batch) -> Tensor {
-        let get = |name: &str| self.get(&format!("attention.{layer}.{name}"));
-        let (heads, width) = (int(HEADS), int(self.shape.head_channels()));
-        let (rows, slots) = (channels.size()[0], int(NEIGHBORS));
+    /// The channels of cells with what the coarser graphs bring.
+    fn through_levels(&self, cells: Tensor, batch: &Batch) -> Tensor {
+        let mut channels = vec![cells];
+        for (number, level) in (1..).zip(&batch.levels) {
+            let below = &channels[number - 1];
+            let sums = Tensor::zeros([level.size.size()[0], below.size()[1]], (Kind::Float, self.device));
+            let mean = sums.index_add(0, &level.piece, below) / &level.parts;
+            let inputs = Tensor::cat(&[&mean, &level.size], 1);
+            let mut gathered = self.linear(&format!("gather.{number}"), &inputs).leaky_relu();
+            for name in self.shape.gathering(number) {
+                gathered = self.attend(&name, &gathered, &level.neighbors);
+            }
+            channels.push(gathered);
+        }
+        for (number, level) in batch.levels.iter().enumerate().rev() {
+            let spread = self.linear(&format!("spread.{number}"), &channels[number + 1]).leaky_relu();
+            let mut under = &channels[number] + spread.index_select(0, &level.piece);
+            let neighbors = number.checked_sub(1).map_or(&batch.neighbors, |it| &batch.levels[it].neighbors);
+            for name in self.shape.refining(number) {
+                under = self.attend(&name, &under, neighbors);
+            }
+            channels[number] = under;
+        }
+        channels.swap_remove(0)
+    }
+
+    /// A layer's channels, with its input added.
+    fn attend(&self, name: &str, channels: &Tensor, neighbors: &Neighbors) -> Tensor {
+        let get = |part: &str| self.get(&format!("{name}.{part}"));
+        let (rows, slots) = (channels.size()[0], neighbors.slots);
+        let (heads, width) = (int(HEADS), channels.size()[1] / int(HEADS));
         let projected = channels.linear(get("weight"), None::<&Tensor>);
         let of_heads = projected.view([rows, heads, width]);
         let score =
             |vector: &Tensor| (&of_heads * vector).sum_dim_intlist([-1_i64].as_slice(), false, Kind::Float);
-        let source = score(get("source")).index_select(0, &batch.neighbors).view([rows, slots, heads]);
-        let scores = source + score(get("target")).unsqueeze(1) + &batch.inverse_distance * get("edge");
+        let source = score(get("source")).index_select(0, &neighbors.rows).view([rows, slots, heads]);
+        let scores = source + score(get("target")).unsqueeze(1) + &neighbors.inverse_distance * get("edge");
         let scores = scores.maximum(&(&scores * f64::from(SCORE_LEAK)));
-        let attention = (scores + &batch.no_neighbor).softmax(1, Kind::Float) * &batch.is_neighbor;
-        let values = projected.index_select(0, &batch.neighbors).view([rows, slots, heads, width]);
+        let attention = (scores + &neighbors.is_missing).softmax(1, Kind::Float) * &neighbors.is_there;
+        let values = projected.index_select(0, &neighbors.rows).view([rows, slots, heads, width]);
         let sum = (values * attention.unsqueeze(-1)).sum_dim_intlist([1_i64].as_slice(), false, Kind::Float);
-        sum.view([rows, heads * width]) + get("bias")
+        channels + (sum.view([rows, heads * width]) + get("bias")).leaky_relu()
     }
 }
 

@@ -111,6 +111,7 @@ impl<'a> Trainer<'a> {
             epochs: number,
             held_out_loss: held_out.loss,
             program: self.program.clone(),
+            within_cells: self.data.source().scored_within_cells,
         };
         let weights = self.model.weights(recipe)?;
         if self.history.iter().all(|before| held_out.loss < before.held_out.loss) {

@@ -1,7 +1,7 @@
 //! A network in libtorch and in plain Rust computes the same decisions.
 #![expect(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
-use dragnet_learn::graph::Graph;
+use dragnet_learn::graph::{Graph, Memory};
 use dragnet_learn::network::Network;
 use dragnet_learn::shape::Shape;
 use dragnet_learn::weights::{Recipe, Weights};
@@ -18,12 +18,13 @@ use dragnet_train::{Device, Model, set_threads};
 use rand::RngExt;
 use rand::seq::IndexedRandom;
 
-/// The shape of the built-in networks; one that only decays, one that only sums; one without paths.
-const SHAPES: [Shape; 4] = [
+/// The shape of the built-in networks; one that only decays, one that only sums; one without paths; one with levels.
+const SHAPES: [Shape; 5] = [
     Shape::DEFAULT,
-    Shape { hidden: 64, layers: 1, decay_channels: 5, sum_channels: 0 },
-    Shape { hidden: 32, layers: 2, decay_channels: 0, sum_channels: 3 },
-    Shape { hidden: 32, layers: 3, decay_channels: 0, sum_channels: 0 },
+    Shape { hidden: 64, layers: 1, decay_channels: 5, sum_channels: 0, ..Shape::DEFAULT },
+    Shape { hidden: 32, layers: 2, decay_channels: 0, sum_channels: 3, ..Shape::DEFAULT },
+    Shape { hidden: 32, layers: 3, decay_channels: 0, sum_channels: 0, ..Shape::DEFAULT },
+    Shape::PLANNING,
 ];
 
 #[test]
@@ -33,7 +34,7 @@ fn the_network_that_learns_and_the_one_that_decides_are_one() {
         let mut random = stream(seed, Purpose::Training, 0);
         let weights = weights(shape, &mut random);
         let (network, model) = (Network::new(&weights), Model::of(&weights, Device::Cpu));
-        for graph in graphs(seed, &mut random) {
+        for graph in graphs(shape, seed, &mut random) {
             let (difference, spread) = worst(&network.logits(&graph), &model.logits_of(&graph));
             let nodes = graph.topology.len();
             assert!(difference < 1e-4, "{shape:?}, {nodes} nodes: {difference}");
@@ -52,17 +53,17 @@ fn weights(shape: Shape, random: &mut Stream) -> Weights {
 }
 
 /// A single cell and generated maps, with four and eight moves, and random beliefs and plans.
-fn graphs(seed: u64, random: &mut Stream) -> Vec<Graph> {
+fn graphs(shape: Shape, seed: u64, random: &mut Stream) -> Vec<Graph> {
     let grid = Grid::new(9, 14).unwrap();
     let mut terrains = vec![Terrain::from_ascii("#~#\n#.#\n.##\n", 30.0).unwrap()];
     terrains.extend(Generated::ALL.map(|kind| kind.terrain(grid, 30.0, seed).unwrap()));
     let pairs = terrains.iter().flat_map(|terrain| {
         [Connectivity::Four, Connectivity::Eight].map(|connectivity| (terrain, connectivity))
     });
-    pairs.map(|(terrain, connectivity)| graph(terrain, connectivity, random)).collect()
+    pairs.map(|(terrain, connectivity)| graph(shape, terrain, connectivity, random)).collect()
 }
 
-fn graph(terrain: &Terrain, connectivity: Connectivity, random: &mut Stream) -> Graph {
+fn graph(shape: Shape, terrain: &Terrain, connectivity: Connectivity, random: &mut Stream) -> Graph {
     let log_odds_nats = terrain.grid().cells().map(|cell| match random.random_range(0..20) {
         _ if !terrain.is_searched(cell) => f64::NEG_INFINITY,
         0 => -40.0,
@@ -79,7 +80,8 @@ fn graph(terrain: &Terrain, connectivity: Connectivity, random: &mut Stream) -> 
     let (belief, planned_precision) = (&belief, &planned_precision);
     let situation =
         Situation { connectivity, ..Situation::alone(terrain, &sensor, belief, planned_precision, robot) };
-    Graph::new(&situation, &ShortestPathTree::from(terrain, connectivity, robot), &mut None)
+    let routes = ShortestPathTree::from(terrain, connectivity, robot);
+    Graph::of_shape(shape, &situation, &routes, &mut Memory::default())
 }
 
 /// The largest difference between two lists of logits, and the range of the first.

@@ -254,6 +254,7 @@ fn line_style(policy: PolicyName) -> LineStyle {
         PolicyName::Learned(Shipped::GreedyFigureFour) => (of(Exact::Greedy), 4),
         PolicyName::Learned(Shipped::PathIceCreamCone) => (of(Exact::Path), 1),
         PolicyName::Learned(Shipped::PathAllTraversable) => (of(Exact::Path), 2),
+        PolicyName::Learned(Shipped::Tour) => (of(Exact::Tour), 1),
     };
     LineStyle { color, dashes }
 }

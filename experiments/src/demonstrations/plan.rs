@@ -7,13 +7,14 @@ use dragnet_learn::policy::PolicyName;
 use dragnet_scenario::Scenario;
 use dragnet_sim::{comparison, mixture};
 
-use super::Watch;
+use super::{Follow, Watch};
 use crate::ExperimentError;
 use crate::seeds::Seeds;
 
 /// All trajectories of a command, those of other shards included.
 pub struct Plan {
     pub(super) expert: PolicyName,
+    pub(super) follow: Option<Follow>,
     pub(super) source: Source,
     pub(super) jobs: Vec<Job>,
 }
@@ -40,7 +41,8 @@ impl Plan {
     /// An empty plan of this version of the program.
     #[must_use]
     pub fn new(watch: Watch, program: &str) -> Self {
-        Self { expert: watch.expert, source: watch.source(program), jobs: Vec::new() }
+        let source = watch.source(program);
+        Self { expert: watch.expert, follow: watch.follow, source, jobs: Vec::new() }
     }
 
     /// Adds a trajectory for each seed, each on its own generated scenario.
@@ -75,12 +77,14 @@ impl Plan {
 }
 
 impl Job {
-    pub(super) fn search(&self) -> Result<Arc<Search>, ExperimentError> {
+    /// The search, with the expert's way to decide anew.
+    pub(super) fn search(&self, expert: PolicyName) -> Result<Arc<Search>, ExperimentError> {
         if let Some(given) = &self.given {
             return Ok(Arc::clone(given));
         }
         let seed = u32::try_from(self.seed).unwrap_or(u32::MAX);
-        Ok(Arc::new(Search::new(mixture::scenario(seed).map_err(ExperimentError::run)?)))
+        let scenario = mixture::scenario(seed).map_err(ExperimentError::run)?;
+        Ok(Arc::new(Search::new(scenario.with_policy(expert).map_err(ExperimentError::input)?)))
     }
 }
 

@@ -17,6 +17,8 @@ use super::Demonstration;
 /// Departure: the rate of the noise is fixed, not fitted to the network's errors.
 pub struct Recorder {
     expert: Box<dyn Policy + Send>,
+    /// Who is followed instead of the expert, whose decisions are recorded all the same.
+    followed: Option<Box<dyn Policy + Send>>,
     explore: f64,
     sink: Sender<Demonstration>,
 }
@@ -25,7 +27,13 @@ impl Recorder {
     /// Records an expert. `explore` is the share of decisions that the robot does not follow, `0..=1`.
     #[must_use]
     pub fn new(expert: Box<dyn Policy + Send>, explore: f64, sink: Sender<Demonstration>) -> Self {
-        Self { expert, explore, sink }
+        Self { expert, followed: None, explore, sink }
+    }
+
+    /// Records the expert in the situations that another policy reaches, as in `DAgger` (Ross, Gordon and Bagnell, 2011).
+    #[must_use]
+    pub fn following(self, policy: Box<dyn Policy + Send>) -> Self {
+        Self { followed: Some(policy), ..self }
     }
 }
 
@@ -37,6 +45,10 @@ impl Policy for Recorder {
             // The receiver may be closed: then the search is about to be stopped.
             let _ = self.sink.send(demonstration(situation, &decision));
         }
+        let decision = match &mut self.followed {
+            Some(policy) => policy.decide(situation, random),
+            None => decision,
+        };
         // Drawn always, so that the robot's other random choices do not depend on the rate.
         let (strays, place) = (random.random::<f64>() < self.explore, random.random::<f64>());
         if !strays || decision.is_rest() {

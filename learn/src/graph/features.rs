@@ -2,7 +2,8 @@
 
 use dragnet_search::belief::entropy_nats;
 use dragnet_search::evidence::UNITS;
-use dragnet_search::route::ShortestPathTree;
+use dragnet_search::policy::Hidden;
+use dragnet_search::route::{Connectivity, ShortestPathTree};
 use dragnet_search::situation::Situation;
 
 use super::topology::{NEIGHBORS, Topology};
@@ -33,6 +34,78 @@ pub const FEATURE_NAMES: [&str; FEATURES] = [
     // k / (k + 10), k the planned precision of teammates.
     "planned_precision",
 ];
+
+/// Features of a node that networks with levels get beside [`FEATURES`].
+pub const PLANNING_FEATURES: usize = 9;
+
+const PLANNING_FEATURE_NAMES: [&str; PLANNING_FEATURES] = [
+    // What the cell hides, as `tour` counts it, over the most of all nodes.
+    "hidden",
+    // ln of that, nats, from 0 at 1e-6 to 1 at 1.
+    "log_hidden",
+    // What an observation from the cell takes from the sum of what all cells hide, over the best cell's.
+    "hidden_gain",
+    // ln of that, from 0 at 1e-4 of the best to 1 at the best.
+    "log_hidden_gain",
+    // 1 if the cell is suspected of an object that is not found.
+    "suspected",
+    // ln of the sum of what all cells hide, over 8.
+    "log_total_hidden",
+    // Length of the path to the cell, over 10 cells, at most 1.
+    "near_path_length",
+    // Radius of the sensor, over 10 cells.
+    "sensor_radius",
+    // 1 for a robot that moves to eight neighbors, 0 for one that moves to four.
+    "diagonal_moves",
+];
+
+/// Log-odds from which a cell is suspected, nats.
+const SUSPECTED_NATS: f64 = 1.0;
+/// What a cell hides counts from this on in its logarithm.
+const LEAST_HIDDEN: f32 = 1e-6;
+const LEAST_TOTAL_HIDDEN: f32 = 1e-3;
+
+/// Names of a network's features.
+pub(crate) fn feature_names(count: usize) -> Vec<&'static str> {
+    FEATURE_NAMES.into_iter().chain(PLANNING_FEATURE_NAMES).take(count).collect()
+}
+
+/// The features of [`of`] with those of planning behind them, shape `[nodes, FEATURES + PLANNING_FEATURES]`.
+pub(super) fn with_planning(
+    features: &[f32],
+    situation: &Situation<'_>,
+    routes: &ShortestPathTree,
+    topology: &Topology,
+    hidden: &Hidden,
+) -> Vec<f32> {
+    let most = |values: &[f32]| {
+        let of_nodes = topology.cells().iter().map(|cell| values[cell.index()]);
+        of_nodes.fold(0.0, f32::max).max(f32::MIN_POSITIVE)
+    };
+    let (most_hidden, most_gain) = (most(&hidden.mass), most(&hidden.gain));
+    let total: f32 = hidden.mass.iter().sum();
+    #[expect(clippy::cast_possible_truncation, reason = "features are f32")]
+    let least_share = LEAST_SHARE as f32;
+    let mut all = Vec::with_capacity(topology.len() * (FEATURES + PLANNING_FEATURES));
+    for (of_node, &cell) in features.chunks_exact(FEATURES).zip(topology.cells()) {
+        let mass = hidden.mass[cell.index()];
+        let gain = (hidden.gain[cell.index()] / most_gain).max(0.0);
+        let is_suspected = situation.belief.log_odds_nats(cell) >= SUSPECTED_NATS && mass > 0.0;
+        all.extend_from_slice(of_node);
+        all.extend([
+            mass / most_hidden,
+            1.0 - (mass + LEAST_HIDDEN).ln() / LEAST_HIDDEN.ln(),
+            gain,
+            1.0 - (gain + least_share).ln() / least_share.ln(),
+            f32::from(u8::from(is_suspected)),
+            (total + LEAST_TOTAL_HIDDEN).ln() / 8.0,
+            (routes.length(cell) / 10.0).min(1.0),
+            situation.sensor.radius() as f32 / 10.0,
+            f32::from(u8::from(situation.connectivity == Connectivity::Eight)),
+        ]);
+    }
+    all
+}
 
 /// Gains below this share of the best one count as none.
 const LEAST_SHARE: f64 = 1e-4;

@@ -28,9 +28,35 @@ pub struct Topology {
     /// Shape `[cells of the map]`.
     node: Vec<u32>,
     columns: u32,
+    edges: Edges,
+}
+
+/// The edges of all nodes of a graph.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Edges {
     /// First edge of each node in `edges`, and the end of the last: shape `[nodes + 1]`.
     starts: Vec<u32>,
     edges: Vec<Edge>,
+}
+
+impl Default for Edges {
+    fn default() -> Self {
+        Self { starts: vec![0], edges: Vec::new() }
+    }
+}
+
+impl Edges {
+    /// Adds those of the next node.
+    pub(super) fn push(&mut self, edges: impl IntoIterator<Item = Edge>) {
+        self.edges.extend(edges);
+        self.starts.push(u32::try_from(self.edges.len()).unwrap_or(u32::MAX));
+    }
+
+    /// Edges from the neighbors of a node to it.
+    #[must_use]
+    pub fn of(&self, node: usize) -> &[Edge] {
+        &self.edges[self.starts[node] as usize..self.starts[node + 1] as usize]
+    }
 }
 
 /// An edge to a neighbor.
@@ -40,6 +66,14 @@ pub struct Edge {
     pub node: u32,
     /// Inverse of its distance in cells (paper, Section V-C): 1, or `1 / sqrt 2` at a corner.
     pub inverse_distance: f32,
+}
+
+impl Edge {
+    /// An edge to a neighbor that lies straight ahead, or at a corner.
+    pub(super) const fn between(node: u32, is_straight: bool) -> Self {
+        let inverse_distance = if is_straight { 1.0 } else { std::f32::consts::FRAC_1_SQRT_2 };
+        Self { node, inverse_distance }
+    }
 }
 
 impl Topology {
@@ -53,19 +87,14 @@ impl Topology {
         for (number, cell) in (0..).zip(&cells) {
             node[cell.index()] = number;
         }
-        let (mut starts, mut edges) = (vec![0], Vec::with_capacity(cells.len() * NEIGHBORS));
+        let mut edges = Edges::default();
         for &cell in &cells {
-            for offset in OFFSETS {
+            edges.push(OFFSETS.into_iter().filter_map(|offset| {
                 let neighbor = grid.step(cell, offset).map_or(NONE, |to| node[to.index()]);
-                if neighbor != NONE {
-                    let is_straight = offset.north == 0 || offset.east == 0;
-                    let inverse_distance = if is_straight { 1.0 } else { std::f32::consts::FRAC_1_SQRT_2 };
-                    edges.push(Edge { node: neighbor, inverse_distance });
-                }
-            }
-            starts.push(u32::try_from(edges.len()).unwrap_or(u32::MAX));
+                (neighbor != NONE).then(|| Edge::between(neighbor, offset.north == 0 || offset.east == 0))
+            }));
         }
-        Self { cells, node, columns: grid.columns(), starts, edges }
+        Self { cells, node, columns: grid.columns(), edges }
     }
 
     /// Whether this is the topology of the area that `routes` reach on a terrain.
@@ -104,6 +133,12 @@ impl Topology {
     /// Edges from the neighbors of a node to it.
     #[must_use]
     pub fn edges(&self, node: usize) -> &[Edge] {
-        &self.edges[self.starts[node] as usize..self.starts[node + 1] as usize]
+        self.edges.of(node)
+    }
+
+    /// Those of all nodes.
+    #[must_use]
+    pub const fn edge_lists(&self) -> &Edges {
+        &self.edges
     }
 }

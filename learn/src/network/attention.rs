@@ -2,7 +2,7 @@
 
 use pulp::Simd;
 
-use crate::graph::{NEIGHBORS, Topology};
+use crate::graph::Edges;
 use crate::shape::HEADS;
 use crate::weights::Weights;
 
@@ -26,15 +26,17 @@ pub(super) struct Attention {
 const NODES: usize = 8;
 
 /// A number for each neighbor and head.
-type Scores = [[f32; HEADS]; NEIGHBORS];
+type Scores<const NEIGHBORS: usize> = [[f32; HEADS]; NEIGHBORS];
 
 /// Some channels of each head. A layer has as many of these as its heads have channels, over `LANES`.
 type Values = [[f32; LANES]; HEADS];
 
 impl Attention {
-    pub(super) fn new(weights: &Weights, layer: usize) -> Self {
-        let get = |name: &str| weights.get(&format!("attention.{layer}.{name}"));
-        let (hidden, channels) = (weights.shape().hidden, weights.shape().head_channels());
+    /// The layer of a name.
+    pub(super) fn new(weights: &Weights, name: &str) -> Self {
+        let get = |part: &str| weights.get(&format!("{name}.{part}"));
+        let hidden = get("bias").len();
+        let channels = hidden / HEADS;
         let weight = get("weight");
         let row = |output: usize| &weight[output * hidden..][..hidden];
         let order: Vec<usize> = (0..channels / LANES)
@@ -58,26 +60,28 @@ impl Attention {
         }
     }
 
-    /// Adds the layer's output to the channels, shape `[nodes, hidden]`. `projected` is a buffer.
+    /// Adds the layer's output to the channels, shape `[nodes, hidden]`. No node has more than `NEIGHBORS` edges.
+    /// `projected` is a buffer.
     #[inline(always)]
-    pub(super) fn add_to<S: Simd>(
+    pub(super) fn add_to<S: Simd, const NEIGHBORS: usize>(
         &self,
         simd: S,
         channels: &mut [f32],
-        topology: &Topology,
+        edges: &Edges,
         projected: &mut Vec<f32>,
     ) {
         self.project.apply(simd, &[channels], projected);
         let hidden = self.bias.len() * HEADS * LANES;
         let width = hidden + 2 * HEADS;
+        let count = channels.len() / hidden;
         let projected = |node: usize| projected[node * width..][..width].split_at(hidden);
         let mut powers = [[[0.0; HEADS]; NEIGHBORS]; NODES];
         for (first, channels) in (0..).step_by(NODES).zip(channels.chunks_mut(NODES * hidden)) {
             // Several nodes at a time, since the operations of one node depend on each other.
-            let nodes = (first..topology.len()).zip(&mut powers);
+            let nodes = (first..count).zip(&mut powers);
             for (node, powers) in nodes {
                 let target = of_heads(&projected(node).1[HEADS..]);
-                let edges = topology.edges(node).iter();
+                let edges = edges.of(node).iter();
                 let sources =
                     edges.map(|edge| (of_heads(projected(edge.node as usize).1), edge.inverse_distance));
                 *powers = self.scores(target, sources);
@@ -86,7 +90,7 @@ impl Attention {
                 *power = exp(*power);
             }
             for ((node, powers), channels) in (first..).zip(&powers).zip(channels.chunks_exact_mut(hidden)) {
-                let edges = topology.edges(node);
+                let edges = edges.of(node);
                 let mut share = [0.0; HEADS];
                 for (powers, _) in powers.iter().zip(edges) {
                     for head in 0..HEADS {
@@ -115,7 +119,11 @@ impl Attention {
 
     /// The exponents of the softmax: scores, less the highest of each head so that no power is too large.
     #[inline(always)]
-    fn scores(&self, target: [f32; HEADS], sources: impl Iterator<Item = ([f32; HEADS], f32)>) -> Scores {
+    fn scores<const NEIGHBORS: usize>(
+        &self,
+        target: [f32; HEADS],
+        sources: impl Iterator<Item = ([f32; HEADS], f32)>,
+    ) -> Scores<NEIGHBORS> {
         let edge = self.edge;
         let mut scores = [[0.0; HEADS]; NEIGHBORS];
         let mut most = [f32::MIN; HEADS];
@@ -139,9 +147,9 @@ impl Attention {
 
 /// The weighted mean of the edges' values in some lanes of each head.
 #[inline(always)]
-fn weigh<'a, S: Simd>(
+fn weigh<'a, S: Simd, const NEIGHBORS: usize>(
     simd: S,
-    powers: &Scores,
+    powers: &Scores<NEIGHBORS>,
     share: [f32; HEADS],
     brought: impl Iterator<Item = &'a Values>,
     lane: usize,

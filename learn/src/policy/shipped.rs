@@ -22,6 +22,8 @@ pub enum Shipped {
     PathIceCreamCone,
     /// `path`, on the all-traversable map.
     PathAllTraversable,
+    /// `tour`, on the mixture of generated maps.
+    Tour,
 }
 
 type Lazy = LazyLock<Arc<Network>>;
@@ -32,11 +34,12 @@ static GREEDY_AT: Lazy = Lazy::new(|| read(include_bytes!("../../weights/gnn-gre
 static GREEDY_OA: Lazy = Lazy::new(|| read(include_bytes!("../../weights/gnn-greedy-oa.safetensors")));
 static GREEDY_FOUR: Lazy = Lazy::new(|| read(include_bytes!("../../weights/gnn-greedy-four.safetensors")));
 static PATH_ICC: Lazy = Lazy::new(|| read(include_bytes!("../../weights/gnn-path.safetensors")));
+static TOUR: Lazy = Lazy::new(|| read(include_bytes!("../../weights/gnn-tour.safetensors")));
 static PATH_AT: Lazy = Lazy::new(|| read(include_bytes!("../../weights/gnn-path-at.safetensors")));
 
 impl Shipped {
     /// All built-in networks.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::General,
         Self::GreedyIceCreamCone,
         Self::GreedyAllTraversable,
@@ -44,6 +47,7 @@ impl Shipped {
         Self::GreedyFigureFour,
         Self::PathIceCreamCone,
         Self::PathAllTraversable,
+        Self::Tour,
     ];
 
     /// The name used in scenarios and on the command line.
@@ -57,6 +61,7 @@ impl Shipped {
             Self::GreedyFigureFour => "gnn-greedy-four",
             Self::PathIceCreamCone => "gnn-path",
             Self::PathAllTraversable => "gnn-path-at",
+            Self::Tour => "gnn-tour",
         }
     }
 
@@ -71,6 +76,7 @@ impl Shipped {
             Self::GreedyFigureFour => &GREEDY_FOUR,
             Self::PathIceCreamCone => &PATH_ICC,
             Self::PathAllTraversable => &PATH_AT,
+            Self::Tour => &TOUR,
         })
     }
 }

@@ -48,6 +48,8 @@ fn trajectory(expert: &str, seed: u64) -> Trajectory {
             max_decisions: 40,
             explore: 0.05,
             program: "0.1.0 (\"somewhere\")".to_owned(),
+            follow: Some("5b0e".to_owned()),
+            scored_within_cells: Some(5.0),
         },
         scenario: "süd_west".to_owned(),
         scenario_digest: "0123456789abcdef".to_owned(),

@@ -24,6 +24,7 @@ fn weights(shape: Shape) -> Weights {
         epochs: 3,
         held_out_loss: 0.1 + 0.2,
         program: "0.1.0".to_owned(),
+        within_cells: (shape.levels > 0).then_some(5.0),
     };
     let fill = |_: &str, shape: &[usize]| {
         (0..shape.iter().product()).map(|_| random.random_range(-1.0..1.0)).collect()
@@ -43,7 +44,8 @@ fn refuse(file: &[u8], expected: &str) {
 
 #[test]
 fn weights_come_back_from_a_file_byte_for_byte() {
-    for shape in [Shape::DEFAULT, Shape { hidden: 64, layers: 1, decay_channels: 0, sum_channels: 0 }] {
+    let pathless = Shape { hidden: 64, layers: 1, decay_channels: 0, sum_channels: 0, ..Shape::DEFAULT };
+    for shape in [Shape::DEFAULT, pathless, Shape::PLANNING] {
         let weights = weights(shape);
         let bytes = weights.to_bytes().unwrap();
         let read = Weights::from_bytes(&bytes).unwrap();
@@ -56,6 +58,23 @@ fn weights_come_back_from_a_file_byte_for_byte() {
     }
     // An unchanged file is valid.
     assert!(Weights::from_bytes(&changed(&file(), |_| ())).unwrap() == weights(Shape::DEFAULT));
+}
+
+#[test]
+fn built_in_files_without_levels_are_written_as_they_are_read() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/weights");
+    let files = fs::read_dir(folder).unwrap().map(|file| file.unwrap().path());
+    let files = files.filter(|path| path.extension().is_some_and(|it| it == "safetensors"));
+    let mut without_levels = 0;
+    for path in files {
+        let bytes = fs::read(&path).unwrap();
+        let weights = Weights::from_bytes(&bytes).unwrap();
+        if weights.shape().levels == 0 {
+            without_levels += 1;
+            assert!(weights.to_bytes().unwrap() == bytes, "{}", path.display());
+        }
+    }
+    assert_eq!(without_levels, 7);
 }
 
 #[test]

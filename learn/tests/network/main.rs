@@ -17,12 +17,16 @@ use rand::RngExt;
 /// The shape of the built-in networks; one that only decays, one that only sums; one without paths.
 const SHAPES: [Shape; 4] = [
     Shape::DEFAULT,
-    Shape { hidden: 64, layers: 1, decay_channels: 5, sum_channels: 0 },
-    Shape { hidden: 32, layers: 2, decay_channels: 0, sum_channels: 3 },
+    Shape { hidden: 64, layers: 1, decay_channels: 5, sum_channels: 0, ..Shape::DEFAULT },
+    Shape { hidden: 32, layers: 2, decay_channels: 0, sum_channels: 3, ..Shape::DEFAULT },
     PATHLESS,
 ];
 
-const PATHLESS: Shape = Shape { hidden: 32, layers: 3, decay_channels: 0, sum_channels: 0 };
+const PATHLESS: Shape = Shape { hidden: 32, layers: 3, decay_channels: 0, sum_channels: 0, ..Shape::DEFAULT };
+
+/// With levels, and without paths too, of which equally short ones are not turned with a map.
+const LEVELS: Shape = Shape { layers: 1, levels: 3, coarse_channels: 32, coarse_layers: 1, ..Shape::DEFAULT };
+const PATHLESS_LEVELS: Shape = Shape { decay_channels: 0, sum_channels: 0, ..LEVELS };
 
 /// Two orders of summing the same numbers, of the order of 10 and of 32 bits, differ by less.
 const TOLERANCE: f32 = 1e-4;

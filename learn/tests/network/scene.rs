@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use dragnet_learn::graph::{Graph, Topology};
+use dragnet_learn::graph::{Graph, Memory, Topology};
+use dragnet_learn::shape::Shape;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::{Cell, Grid, Offset, Position};
 use dragnet_search::intent::PlannedPrecision;
@@ -78,13 +79,18 @@ impl Scene {
     }
 
     pub(crate) fn graph(&self) -> Graph {
+        self.graph_of(Shape::DEFAULT)
+    }
+
+    /// The graph that a network of this shape takes.
+    pub(crate) fn graph_of(&self, shape: Shape) -> Graph {
         let (belief, sensor) =
             (Belief::from_log_odds(&self.terrain, self.log_odds_nats.clone()).unwrap(), Sensor::default());
         let situation = Situation {
             connectivity: self.connectivity,
             ..Situation::alone(&self.terrain, &sensor, &belief, &self.planned_precision, self.robot)
         };
-        Graph::new(&situation, &self.routes(), &mut None)
+        Graph::of_shape(shape, &situation, &self.routes(), &mut Memory::default())
     }
 
     /// The same on a map that is mirrored, turned and moved; cells added around it are blocked.

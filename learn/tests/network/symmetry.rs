@@ -10,7 +10,7 @@ use dragnet_search::seed::{Purpose, stream};
 
 use crate::motion::{Margin, Motion};
 use crate::scene::{Scene, maze, open, scenes};
-use crate::{PATHLESS, SHAPES, TOLERANCE, weights};
+use crate::{LEVELS, PATHLESS, PATHLESS_LEVELS, SHAPES, TOLERANCE, weights};
 
 const SEEDS: std::ops::Range<u64> = 0..3;
 
@@ -34,6 +34,7 @@ fn carried(graph: &Graph, scene: &Scene, motion: Motion) -> Graph {
         parent,
         order: graph.order.iter().map(|&from| to(from)).collect(),
         topology: Arc::clone(&topology),
+        levels: Vec::new(),
     }
 }
 
@@ -70,9 +71,9 @@ impl<'a> Answer<'a> {
     }
 }
 
-/// All of these networks, on a scene and on its graph under each motion.
+/// All of these networks, which take the same graphs, on a scene and on its graph under each motion.
 fn check_all(networks: &[Network], scene: &Scene, moved: impl Fn(&Graph, Motion) -> Graph) {
-    let graph = scene.graph();
+    let graph = scene.graph_of(networks[0].shape());
     let moved: Vec<_> = Motion::of_a_square().map(|motion| (motion, moved(&graph, motion))).collect();
     for network in networks {
         let answer = Answer::of(network, &graph);
@@ -98,6 +99,8 @@ fn without_routes_a_turned_map_gives_turned_logits() {
         let networks = [Network::new(&weights(PATHLESS, seed))];
         for scene in scenes(seed) {
             check_all(&networks, &scene, |_, motion| scene.moved(motion).graph());
+            let networks = [Network::new(&weights(PATHLESS_LEVELS, seed))];
+            check_all(&networks, &scene, |_, motion| scene.moved(motion).graph_of(PATHLESS_LEVELS));
         }
     }
 }
@@ -114,6 +117,8 @@ fn with_routes_it_does_where_shortest_paths_are_unique() {
             let scene = maze(6, 6, connectivity, &mut random);
             assert_is_tree(&scene);
             check_all(&networks, &scene, |_, motion| scene.moved(motion).graph());
+            let networks = [Network::new(&weights(LEVELS, seed))];
+            check_all(&networks, &scene, |_, motion| scene.moved(motion).graph_of(LEVELS));
         }
     }
 }
@@ -149,13 +154,14 @@ fn where_paths_are_equally_short_direction_decides() {
 fn a_map_that_is_moved_gives_the_same_logits_bit_for_bit() {
     let margins = [(1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 7, 0), (0, 0, 0, 7), (6, 1, 2, 9)];
     for seed in SEEDS {
-        let networks = SHAPES.map(|shape| Network::new(&weights(shape, seed)));
+        let shapes = SHAPES.into_iter().chain([LEVELS]);
+        let networks: Vec<Network> = shapes.map(|shape| Network::new(&weights(shape, seed))).collect();
         for scene in scenes(seed) {
-            let graph = scene.graph();
             for (south, west, north, east) in margins {
                 let motion = Motion { margin: Margin { south, west, north, east }, ..Motion::default() };
-                let moved = scene.moved(motion).graph();
                 for network in &networks {
+                    let (graph, moved) =
+                        (scene.graph_of(network.shape()), scene.moved(motion).graph_of(network.shape()));
                     let (before, after) = (Answer::of(network, &graph), Answer::of(network, &moved));
                     assert_eq!(before.logits, after.logits, "{}, {motion:?}", scene.name);
                     before.check(&scene, motion, &after);

@@ -21,10 +21,14 @@ mod lanes;
 #[cfg(test)]
 mod optimum;
 mod planner;
+mod scores;
 #[cfg(test)]
 mod tests;
 
 use std::num::NonZeroU32;
+
+pub use hidden::{Hidden, HiddenMass};
+pub use scores::{SCORED_WITHIN_CELLS, TourScores};
 
 use ground::Ground;
 use hidden::HiddenTable;

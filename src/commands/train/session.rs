@@ -8,7 +8,7 @@ use std::process::Command;
 
 use dragnet_learn::demonstration::Folder;
 use dragnet_learn::shape::Shape;
-use dragnet_train::{Data, DataError, Device, Settings, Trainer, set_threads};
+use dragnet_train::{Data, DataError, Device, Settings, Spread, Trainer, set_threads};
 
 use super::{Arguments, curves};
 use crate::VERSION;
@@ -27,12 +27,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     set_threads(arguments.threads);
     let device = if arguments.cpu { Device::Cpu } else { Device::cuda_if_available() };
     let folder = Folder::open(&arguments.demonstrations).map_err(Failure::input)?;
-    let data = Data::load(&folder, arguments.validation_every.into(), arguments.target_exponent).map_err(
-        |error| match error {
-            DataError::Memory { .. } => Failure::run(error),
-            _ => Failure::input(error),
-        },
-    )?;
+    let spread = match arguments.score_temperature {
+        Some(temperature) => Spread::Temperature(temperature),
+        None => Spread::Power(arguments.target_exponent),
+    };
+    let data =
+        Data::load(&folder, arguments.validation_every.into(), spread, settings.shape).map_err(|error| {
+            match error {
+                DataError::Memory { .. } => Failure::run(error),
+                _ => Failure::input(error),
+            }
+        })?;
     let mut trainer = if files.checkpoint.exists() {
         complain("note", &format!("going on from {}", files.checkpoint.display()));
         Trainer::resume(&data, settings, device, VERSION, &files.checkpoint).map_err(Failure::input)?
@@ -89,11 +94,15 @@ fn settings(arguments: &Arguments) -> Result<Settings, Failure> {
         layers: arguments.layers,
         decay_channels: arguments.decay_channels,
         sum_channels: arguments.sum_channels,
+        levels: arguments.levels,
+        coarse_channels: if arguments.levels > 0 { arguments.coarse_channels } else { 0 },
+        coarse_layers: if arguments.levels > 0 { arguments.coarse_layers } else { 0 },
     };
     let wrong =
         |flag: &str, value: f64, allowed: &str| Err(Failure::Input(format!("--{flag} {value}: {allowed}")));
     if !shape.is_valid() {
-        let allowed = "--hidden is a multiple of 32 up to 1024, --layers 1 to 64, --decay-channels up to 1024, --sum-channels up to 256";
+        let allowed = "--hidden is a multiple of 32 up to 1024, --layers 1 to 64, --decay-channels up to 1024, --sum-channels up to 256, \
+                       --levels up to 8, --coarse-channels as --hidden, --coarse-layers 1 to 64";
         return Err(Failure::Input(format!("no network has these sizes: {allowed}")));
     }
     if !(arguments.learning_rate > 0.0 && arguments.learning_rate <= 1.0) {
@@ -104,6 +113,9 @@ fn settings(arguments: &Arguments) -> Result<Settings, Failure> {
     }
     if !(1.0..=10_000.0).contains(&arguments.target_exponent) {
         return wrong("target-exponent", arguments.target_exponent, "allowed is a number from 1 to 10000");
+    }
+    if let Some(temperature) = arguments.score_temperature.filter(|it| !(*it > 0.0 && it.is_finite())) {
+        return wrong("score-temperature", temperature, "allowed is a number above 0");
     }
     Ok(Settings {
         shape,

@@ -1,6 +1,8 @@
 //! What a cell still hides from a search, by its log-odds and the precision that is planned for it.
 
+use crate::situation::Situation;
 use crate::utility::{found, log_odds_nats as log_odds_of};
+use crate::utility_gain::Frame;
 
 /// Log-odds of the axis of rows, nats; a belief outside counts as at its end. At the lower end a cell in 3e10 holds an
 /// object.
@@ -28,6 +30,7 @@ pub(super) struct Row(u32);
 /// Readings of precision `k` in total add `N(+k/2, k)` to the log-odds `L` of a cell with an object, so `F(L, k) =
 /// Phi((L + k/2 - theta) / sqrt k)`. `theta` is the detection threshold for cells that are suspected already, and
 /// [`NOTICED_NATS`] for others. `exp(-sum S)` is the probability that no object is left, if cells are independent.
+#[derive(Clone, Debug)]
 pub(super) struct HiddenTable {
     detection_threshold: f64,
     values: Vec<f32>,
@@ -85,6 +88,56 @@ impl HiddenTable {
 pub(super) fn steps(precision_units: i64) -> u8 {
     let steps = precision_units as f64 / crate::evidence::UNITS * STEPS_PER_PRECISION;
     steps.round().clamp(0.0, f64::from(u8::MAX)) as u8
+}
+
+/// What the cells of a map hide, as `tour` counts it: for policies that learn from it. It keeps its table.
+#[derive(Clone, Debug, Default)]
+pub struct HiddenMass(Option<HiddenTable>);
+
+/// What cells hide, and how much less after one observation from a cell, shape `[cells]` each.
+#[derive(Clone, Debug)]
+pub struct Hidden {
+    /// `S` of each cell.
+    pub mass: Vec<f32>,
+    /// What an observation from each cell would take from the sum over all cells.
+    pub gain: Vec<f32>,
+}
+
+impl HiddenMass {
+    /// In a situation, beyond what teammates plan to observe.
+    #[must_use]
+    pub fn of(&mut self, situation: &Situation<'_>) -> Hidden {
+        let threshold = situation.detection_threshold;
+        let known = self.0.take().filter(|table| table.serves(threshold));
+        let table = self.0.insert(known.unwrap_or_else(|| HiddenTable::new(threshold)));
+        let grid = situation.terrain.grid();
+        let frame = Frame::new(grid, situation.sensor.radius());
+        let mut cells = vec![(HiddenTable::NOTHING, 0_u8); frame.cell_count()];
+        let mut mass = vec![0.0; grid.cell_count()];
+        for cell in situation.terrain.searched_cells() {
+            let row = table.row(situation.belief.log_odds_nats(cell));
+            let planned = steps(situation.planned_precision.precision(cell));
+            cells[frame.index(cell)] = (row, planned);
+            mass[cell.index()] = table.hidden(row, planned);
+        }
+        let mut gain = vec![0.0; grid.cell_count()];
+        let mut of_ring = vec![0.0; cells.len()];
+        for ring in situation.sensor.rings() {
+            let added = steps(ring[0].precision);
+            for (gain, &(row, planned)) in of_ring.iter_mut().zip(&cells) {
+                *gain = table.hidden(row, planned) - table.hidden(row, planned.saturating_add(added));
+            }
+            for observation in ring {
+                let rows = gain.chunks_exact_mut(grid.columns() as usize);
+                for (sums, seen) in rows.zip(frame.rows_at(observation.offset)) {
+                    for (sum, gain) in sums.iter_mut().zip(&of_ring[seen]) {
+                        *sum += gain;
+                    }
+                }
+            }
+        }
+        Hidden { mass, gain }
+    }
 }
 
 #[cfg(test)]

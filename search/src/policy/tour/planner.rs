@@ -1,6 +1,6 @@
 //! What a tour costs: the search is imagined along it, observation by observation.
 
-use super::ground::{Ground, LENGTH_UNIT};
+use super::ground::{Ground, LENGTH_UNIT, Step};
 use super::hidden::{self, HiddenTable, Row};
 use crate::situation::Situation;
 
@@ -93,6 +93,17 @@ impl<'a> Planner<'a> {
         Self { ground, table, rows, root, tail, most_steps, boost: (1.0 / left.max(1e-12)).max(1.0) }
     }
 
+    /// The same decision after the search has been imagined along a path, whose cost counts.
+    pub(super) fn after(&self, path: &[u16]) -> Self {
+        let mut root = self.root.clone();
+        for &to in path {
+            let step = self.ground.step(0, root.at, to);
+            self.enter(&mut root, step);
+        }
+        root.steps = 0;
+        Self { ground: self.ground, table: self.table, rows: self.rows.clone(), root, ..*self }
+    }
+
     /// What a place of the frame hides at the start.
     pub(super) fn hidden_at(&self, number: u16) -> f64 {
         f64::from(self.root.hidden[self.ground.framed(number)])
@@ -147,6 +158,11 @@ impl<'a> Planner<'a> {
     /// Takes the next step of a leg; returns its length, cells.
     fn advance(&self, progress: &mut Progress, leg: Leg) -> f64 {
         let step = self.ground.step(leg.bend, progress.at, leg.to);
+        self.enter(progress, step)
+    }
+
+    /// Enters a neighbor; returns its distance, cells.
+    fn enter(&self, progress: &mut Progress, step: Step) -> f64 {
         progress.at = step.to;
         progress.steps += 1;
         self.observe(progress);

@@ -266,3 +266,65 @@ fn a_tour_that_is_too_long_counts_as_none() {
         assert!(none.is_empty() && cost.is_finite());
     });
 }
+
+#[test]
+fn an_expert_scores_near_cells_and_drives_to_the_best() {
+    for seed in 0..6 {
+        let case = Case::new(seed, 8..14);
+        let situation = case.situation();
+        let mut expert = TourScores::new(Parameters { evaluations: 60, ..Parameters::default() });
+        let decision = expert.decide(&situation, &mut stream(seed, Purpose::Decision, 0));
+        let routes = ShortestPathTree::from(situation.terrain, situation.connectivity, situation.robot);
+        let scored: Vec<Cell> =
+            case.terrain.grid().cells().filter(|cell| decision.scores[cell.index()].is_finite()).collect();
+        assert!(scored.len() > 3, "seed {seed}: {scored:?}");
+        assert!(scored.iter().all(|&cell| routes.length(cell) < SCORED_WITHIN_CELLS), "seed {seed}");
+        let best = scored.iter().map(|cell| decision.scores[cell.index()]).fold(f64::MIN, f64::max);
+        assert!(decision.scores[decision.chosen.index()] >= best, "seed {seed}");
+        assert_eq!(decision.path, routes.path(decision.chosen), "seed {seed}");
+        // No score promises more than finding all at once would save.
+        let most = case.with_planner(|planner| planner.cost(&[]));
+        assert!(best < most, "seed {seed}: {best} of {most}");
+    }
+}
+
+#[test]
+fn a_detour_costs_its_length_in_the_scores() {
+    // All that is hidden lies at the right end; the robot has seen its surroundings.
+    let terrain = Terrain::from_ascii("....................", 1.0).unwrap();
+    let log_odds = (0..20).map(|column| if column < 14 { -40.0 } else { -2.0 }).collect();
+    let case = Case {
+        belief: Belief::from_log_odds(&terrain, log_odds).unwrap(),
+        sensor: Sensor::new(1, 0.005, Noise::Gaussian).unwrap(),
+        planned_precision: PlannedPrecision::nothing(&terrain),
+        connectivity: Connectivity::Four,
+        robot: terrain.grid().cells().nth(6).unwrap(),
+        terrain,
+    };
+    let mut expert = TourScores::new(Parameters::default());
+    let decision = expert.decide(&case.situation(), &mut stream(1, Purpose::Decision, 0));
+    let scores = &decision.scores;
+    assert!(decision.chosen.index() > 6, "{}", decision.chosen.index());
+    // Each cell to the left is driven twice, while all is hidden still: `g` is 1 - exp(-1) + 0.02 at least.
+    let detour = scores[7] - scores[2];
+    assert!((5.0..12.0).contains(&detour), "{detour}");
+    assert!((scores[7] - scores[9]).abs() < 0.5, "{scores:?}");
+}
+
+#[test]
+fn the_gain_of_a_look_is_what_is_hidden_less_afterwards() {
+    let mut hidden = HiddenMass::default();
+    for seed in 0..6 {
+        let mut case = Case::new(seed, 6..12);
+        let sum = |hidden: &Hidden| hidden.mass.iter().map(|&mass| f64::from(mass)).sum::<f64>();
+        let before = hidden.of(&case.situation());
+        assert!(sum(&before) > 0.1);
+        for from in case.terrain.grid().cells().step_by(5) {
+            case.planned_precision = PlannedPrecision::nothing(&case.terrain);
+            case.planned_precision.add_path(&case.terrain, &case.sensor, &[from]);
+            let taken = sum(&before) - sum(&hidden.of(&case.situation()));
+            let gain = f64::from(before.gain[from.index()]);
+            assert!((taken - gain).abs() < 1e-4 * (1.0 + taken), "seed {seed}: {gain}, {taken} taken");
+        }
+    }
+}
