@@ -26,7 +26,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::heartbeat::HeartbeatSchedule;
-use crate::team::{Patience, Team};
+use crate::team::{Patience, Team, View};
 
 /// The configuration of a robot.
 #[derive(Clone, Debug)]
@@ -35,6 +35,8 @@ pub struct AgentConfig {
     pub robot: Robot,
     /// Its place in the team.
     pub place: Place,
+    /// All robots of the team, by number.
+    pub members: Arc<[RobotId]>,
     /// The map.
     pub terrain: Arc<Terrain>,
     /// The robot's moves.
@@ -59,12 +61,14 @@ impl AgentConfig {
         let prior = Arc::new(scenario.prior().clone());
         let numbers = scenario.robots().iter().map(|robot| robot.id);
         let limits = Limits::new(Arc::clone(&terrain), Arc::clone(&sensor), numbers, scenario.mission());
+        let members: Arc<[RobotId]> = scenario.robots().iter().map(|robot| robot.id).collect();
         let team = u16::try_from(scenario.robots().len()).unwrap_or(u16::MAX);
         (0..team)
             .zip(scenario.robots())
             .map(|(member, robot)| Self {
                 robot: robot.clone(),
                 place: Place { member, team },
+                members: Arc::clone(&members),
                 terrain: Arc::clone(&terrain),
                 connectivity: scenario.connectivity(),
                 sensor: Arc::clone(&sensor),
@@ -84,6 +88,16 @@ impl AgentConfig {
     fn step_time(&self) -> Duration {
         let meters = std::f64::consts::SQRT_2 * self.terrain.cell_meters();
         Duration::from_secs_f64((meters / self.mission.speed_meters_per_second).min(LONGEST_STEP_SECONDS))
+    }
+
+    fn view(&self, now: MissionTime) -> View<'_> {
+        View {
+            terrain: &self.terrain,
+            sensor: &self.sensor,
+            members: &self.members,
+            now,
+            cells_per_second: self.mission.speed_meters_per_second / self.terrain.cell_meters(),
+        }
     }
 
     /// A teammate may be slower than planned, and route around obstacles.
@@ -522,7 +536,7 @@ impl Agent {
         };
         let (activity, path) = match resting {
             Some(activity) => (activity, Vec::new()),
-            None => self.choose(cell),
+            None => self.choose(now, cell),
         };
         self.waiting = Waiting { since: now, known: self.known(), until: None };
         if activity != Activity::Searching && activity == self.activity {
@@ -544,11 +558,11 @@ impl Agent {
     /// informative it helps them: it goes to cells that they do not plan to observe, even if those are nearer to them,
     /// but no farther than its sensor radius before it decides again, since their next plans may leave it something. If
     /// they plan to observe all of that too, it waits; if they plan nothing, nothing is left.
-    fn choose(&mut self, robot: Cell) -> (Activity, Vec<Cell>) {
-        let planned_precision = self.team.planned_precision(&self.config.terrain, &self.config.sensor, robot);
+    fn choose(&mut self, now: MissionTime, robot: Cell) -> (Activity, Vec<Cell>) {
+        let planned_precision = self.team.planned_precision(self.config.view(now), robot);
         let mut decision = self.decide_with(&planned_precision, robot);
         if decision.is_rest() && decision.had_candidates() && self.team.is_anything_planned() {
-            let planned = self.team.planned(&self.config.terrain, &self.config.sensor);
+            let planned = self.team.planned(self.config.view(now));
             decision = self.decide_with(&planned, robot);
             decision.path.truncate(self.config.sensor.radius() as usize);
         }

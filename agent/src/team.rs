@@ -6,7 +6,7 @@ use std::time::Duration;
 use dragnet_proto::message::Intent;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
-use dragnet_search::intent::PlannedPrecision;
+use dragnet_search::intent::{PlannedPrecision, TeammatePlan};
 use dragnet_search::observation::RobotId;
 use dragnet_search::sensor::Sensor;
 use dragnet_search::terrain::Terrain;
@@ -22,6 +22,8 @@ pub struct Team {
 #[derive(Clone, Debug)]
 struct Teammate {
     last_received: MissionTime,
+    /// Where it observed last.
+    cell: Option<Cell>,
     /// The last plan received, without the cells entered since.
     plan: Option<Intent>,
     /// When it last made a plan or progress on it.
@@ -44,6 +46,21 @@ pub struct Patience {
     pub silence: Duration,
     /// The plan of a teammate that makes no progress for longer does not count.
     pub stillness: Duration,
+}
+
+/// What turns teammates' plans into planned observations.
+#[derive(Clone, Copy, Debug)]
+pub struct View<'a> {
+    /// The map.
+    pub terrain: &'a Terrain,
+    /// The sensor of all robots.
+    pub sensor: &'a Sensor,
+    /// All robots of the team, by number.
+    pub members: &'a [RobotId],
+    /// Now.
+    pub now: MissionTime,
+    /// How fast teammates go on.
+    pub cells_per_second: f64,
 }
 
 impl Team {
@@ -87,6 +104,7 @@ impl Team {
     /// Records that a teammate has observed from a cell: its plan up to that cell is done.
     pub fn walked(&mut self, now: MissionTime, robot: RobotId, cell: Cell) {
         let mate = self.mate(now, robot);
+        mate.cell = Some(cell);
         if let Some(plan) = &mut mate.plan
             && let Some(place) = plan.path.iter().position(|&planned| planned == cell)
         {
@@ -118,12 +136,21 @@ impl Team {
         self.mates.keys().copied()
     }
 
-    /// Precision from observations on the paths of all plans.
+    /// The observations on the paths of all plans.
     #[must_use]
-    pub fn planned(&self, terrain: &Terrain, sensor: &Sensor) -> PlannedPrecision {
-        let mut planned = PlannedPrecision::nothing(terrain);
-        for plan in self.plans_of_all() {
-            planned.add_path(terrain, sensor, &plan.path);
+    pub fn planned(&self, view: View<'_>) -> PlannedPrecision {
+        let mut planned = PlannedPrecision::nothing(view.terrain);
+        let mates = self.mates.iter().filter(|(_, mate)| !mate.is_stalled);
+        for (robot, mate) in mates {
+            let Some(plan) = &mate.plan else { continue };
+            let elapsed = view.now.since(mate.last_progress).as_secs_f64();
+            let plan = TeammatePlan {
+                member: index(view.members, *robot),
+                cell: mate.cell,
+                path: plan.path.clone(),
+                driven_cells: elapsed * view.cells_per_second,
+            };
+            planned.add_plan(view.terrain, view.sensor, plan);
         }
         planned
     }
@@ -131,10 +158,10 @@ impl Team {
     /// The planned precision for a robot: all teammates' paths, and their shares of cells that are nearer to their
     /// waypoints.
     #[must_use]
-    pub fn planned_precision(&self, terrain: &Terrain, sensor: &Sensor, robot: Cell) -> PlannedPrecision {
-        let mut planned_precision = self.planned(terrain, sensor);
+    pub fn planned_precision(&self, view: View<'_>, robot: Cell) -> PlannedPrecision {
+        let mut planned_precision = self.planned(view);
         let waypoints: Vec<Cell> = self.plans_of_all().filter_map(|plan| plan.path.last().copied()).collect();
-        planned_precision.add_shares(terrain, sensor, robot, &waypoints);
+        planned_precision.add_shares(view.terrain, view.sensor, robot, &waypoints);
         planned_precision
     }
 
@@ -145,6 +172,7 @@ impl Team {
     fn mate(&mut self, now: MissionTime, robot: RobotId) -> &mut Teammate {
         let mate = self.mates.entry(robot).or_insert(Teammate {
             last_received: now,
+            cell: None,
             plan: None,
             last_progress: now,
             is_stalled: false,
@@ -152,6 +180,10 @@ impl Team {
         mate.last_received = mate.last_received.max(now);
         mate
     }
+}
+
+fn index(members: &[RobotId], robot: RobotId) -> Option<u16> {
+    members.binary_search(&robot).ok().and_then(|index| u16::try_from(index).ok())
 }
 
 #[cfg(test)]
@@ -185,18 +217,33 @@ mod tests {
             );
         }
 
+        fn view(&self, now: MissionTime) -> View<'_> {
+            View {
+                terrain: &self.terrain,
+                sensor: &self.sensor,
+                members: &[MATE],
+                now,
+                cells_per_second: 0.5,
+            }
+        }
+
         fn check(&self, expected: impl IntoIterator<Item = u32>) {
-            let mut planned_precision = PlannedPrecision::nothing(&self.terrain);
+            let mut expected_precision = PlannedPrecision::nothing(&self.terrain);
             let robot = self.cells([0])[0];
             let path = self.cells(expected);
-            planned_precision.add_path(&self.terrain, &self.sensor, &path);
-            planned_precision.add_shares(
+            expected_precision.add_path(&self.terrain, &self.sensor, &path);
+            expected_precision.add_shares(
                 &self.terrain,
                 &self.sensor,
                 robot,
                 &path[path.len().saturating_sub(1)..],
             );
-            assert_eq!(self.team.planned_precision(&self.terrain, &self.sensor, robot), planned_precision);
+            let planned_precision = self.team.planned_precision(self.view(MissionTime::START), robot);
+            for cell in self.terrain.grid().cells() {
+                assert_eq!(planned_precision.precision(cell), expected_precision.precision(cell), "{cell:?}");
+            }
+            let paths = planned_precision.plans().iter().flat_map(|plan| plan.path.iter().copied());
+            assert_eq!(paths.collect::<Vec<_>>(), path);
         }
     }
 
@@ -223,6 +270,20 @@ mod tests {
         field.plans(3, 4..5);
         field.plans(3, 0..5);
         field.check(4..5);
+    }
+
+    /// Its messages may be lost: it is taken to go on along the last plan.
+    #[test]
+    fn a_teammate_that_is_not_heard_goes_on_along_its_plan() {
+        let mut field = Field::new();
+        field.plans(0, 0..5);
+        let at = |seconds: u64| MissionTime(seconds * 1_000_000_000);
+        let (first, robot) = (field.cells([0])[0], field.cells([5])[0]);
+        field.team.walked(at(4), MATE, first);
+        let planned_precision = field.team.planned_precision(field.view(at(10)), robot);
+        let plan = &planned_precision.plans()[0];
+        assert_eq!((plan.member, plan.cell), (Some(0), Some(first)));
+        assert_eq!((plan.path.len(), plan.driven_cells), (4, 3.0));
     }
 
     #[test]

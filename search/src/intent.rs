@@ -8,22 +8,37 @@ use crate::sensor::Sensor;
 use crate::terrain::Terrain;
 
 /// Precision that teammates' plans are expected to add, shape `[cells]`, units of evidence.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct PlannedPrecision {
     precision: Vec<i64>,
+    plans: Vec<TeammatePlan>,
+}
+
+/// What is known of a teammate's plan.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TeammatePlan {
+    /// Its index in the team, if it is one of the team.
+    pub member: Option<u16>,
+    /// Where it was last, if known.
+    pub cell: Option<Cell>,
+    /// The cells that it was still to enter when it was last heard of, in order.
+    pub path: Vec<Cell>,
+    /// How far it has come since, if it went on at its usual speed, cells.
+    pub driven_cells: f64,
 }
 
 impl PlannedPrecision {
     /// No planned precision.
     #[must_use]
     pub fn nothing(terrain: &Terrain) -> Self {
-        Self { precision: vec![0; terrain.grid().cell_count()] }
+        Self { precision: vec![0; terrain.grid().cell_count()], plans: Vec::new() }
     }
 
     /// Planned precision from stored values, units of evidence, shape `[cells]`; `None` if one is below 0.
     #[must_use]
     pub fn from_precision(precision: Vec<i64>) -> Option<Self> {
-        precision.iter().all(|&precision| precision >= 0).then_some(Self { precision })
+        let plans = Vec::new();
+        precision.iter().all(|&precision| precision >= 0).then_some(Self { precision, plans })
     }
 
     /// Whether any precision is planned.
@@ -41,6 +56,18 @@ impl PlannedPrecision {
                 }
             }
         }
+    }
+
+    /// Adds the observations of a teammate's plan, and keeps the plan for policies that ask when they happen.
+    pub fn add_plan(&mut self, terrain: &Terrain, sensor: &Sensor, plan: TeammatePlan) {
+        self.add_path(terrain, sensor, &plan.path);
+        self.plans.push(plan);
+    }
+
+    /// The plans added by [`PlannedPrecision::add_plan`], at most one of each teammate.
+    #[must_use]
+    pub fn plans(&self) -> &[TeammatePlan] {
+        &self.plans
     }
 
     /// Adds each teammate's share: one observation, from its own cell, of every cell that is nearer to a teammate's

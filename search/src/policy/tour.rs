@@ -22,6 +22,7 @@ mod lanes;
 mod optimum;
 mod planner;
 mod scores;
+mod team;
 #[cfg(test)]
 mod tests;
 
@@ -35,9 +36,10 @@ use hidden::HiddenTable;
 use planner::{Leg, Planner};
 
 use super::path_integral::Path;
-use super::worth::is_path_informative;
+use super::worth::{is_path_informative, without_plans};
 use super::{Decision, Policy};
 use crate::cell::Cell;
+use crate::intent::PlannedPrecision;
 use crate::seed::Stream;
 use crate::sensor::Sensor;
 use crate::situation::Situation;
@@ -45,8 +47,10 @@ use crate::utility::Utility;
 
 /// Number of cells after which a robot improves its tour, unless its scenario says otherwise.
 pub(super) const REPLAN_AFTER_CELLS: NonZeroU32 = NonZeroU32::new(4).unwrap();
-/// Evaluations of a first tour, times those of later ones.
+/// Evaluations of a first tour, times those of later ones; and those of a team, whose tours are shorter and have been
+/// improved together.
 const FIRST_FACTOR: u32 = 10;
+const TEAM_FACTOR: u32 = 2;
 /// Cells that a sensor of the default radius sees.
 const DEFAULT_FOOTPRINT: u64 = {
     let radius = Sensor::DEFAULT_RADIUS as u64;
@@ -75,6 +79,15 @@ struct Plan {
     legs: Vec<(u8, usize)>,
 }
 
+/// What a decision anneals.
+struct Start {
+    tour: Vec<Leg>,
+    /// What teammates observe meanwhile.
+    by_teammates: Vec<planner::PlannedObservation>,
+    evaluations: u32,
+    temperature: f64,
+}
+
 impl Tour {
     pub(super) fn new(evaluations: u32, path_length_weight: f64) -> Self {
         Self {
@@ -96,18 +109,40 @@ impl Tour {
         let ground = self.ground.insert(kept.unwrap_or_else(|| Ground::new(situation)));
         let planner = Planner::new(ground, table, situation, ground.number(situation.robot)?);
         let evaluations = affordable(self.evaluations, situation.sensor);
-        let (mut tour, mut evaluations, mut temperature) = (self.plan.rest(&planner), evaluations, WARM);
-        if is_new && tour.is_empty() {
-            tour = best_lanes(&planner);
-            (evaluations, temperature) = (evaluations.saturating_mul(FIRST_FACTOR), HOT);
-        }
-        let (tour, cost) = anneal::anneal(&planner, tour, evaluations, temperature, random);
+        let rest = self.plan.rest(&planner);
+        let start = match (is_new && rest.is_empty(), situation.place.team > 1) {
+            (false, _) => Start {
+                tour: rest,
+                by_teammates: team::planned(ground, situation),
+                evaluations,
+                temperature: WARM,
+            },
+            (true, false) => Start {
+                tour: best_lanes(&planner),
+                by_teammates: team::planned(ground, situation),
+                evaluations: evaluations.saturating_mul(FIRST_FACTOR),
+                temperature: HOT,
+            },
+            (true, true) => {
+                let (tour, by_teammates) = team::first_tour(&planner, situation, evaluations, random);
+                let evaluations = evaluations.saturating_mul(TEAM_FACTOR);
+                Start { tour, by_teammates, evaluations, temperature: HOT }
+            }
+        };
+        let planner = planner.beside(planner.root.at, start.by_teammates);
+        let (tour, cost) = anneal::anneal(&planner, start.tour, start.evaluations, start.temperature, random);
         let saved_cells = planner.cost(&[]) - cost;
         self.plan = Plan::new(&planner, &tour);
         // Messages hold no longer path than the map has cells; a tour may enter cells again.
         let cell_count = situation.terrain.grid().cell_count();
         let path: Vec<Cell> = self.plan.cells.iter().copied().take(cell_count).collect();
-        let chosen = *path.last().filter(|_| is_path_informative(situation, &path))?;
+        // The planner has counted what teammates plan to observe, from when they observe it.
+        let nothing = PlannedPrecision::nothing(situation.terrain);
+        let unplanned = match situation.planned_precision.plans() {
+            [] => *situation,
+            _ => without_plans(situation, &nothing),
+        };
+        let chosen = *path.last().filter(|_| is_path_informative(&unplanned, &path))?;
         let mut scores = vec![f64::NEG_INFINITY; cell_count];
         scores[chosen.index()] = saved_cells;
         Some(Decision { chosen, path, scores })

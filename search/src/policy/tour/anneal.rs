@@ -33,7 +33,12 @@ pub(super) fn anneal(
             temperature *= fall;
         }
         trial.clone_from(&tour);
-        let change = Change { ground: planner.ground, root: planner.root.at, end: walked.end(&tour) };
+        let change = Change {
+            ground: planner.ground,
+            root: planner.root.at,
+            end: walked.end(),
+            has_teammates: planner.has_teammates(),
+        };
         let Some(first) = change.apply(&mut trial, random) else { continue };
         let most = tour.len().min(trial.len()) - first;
         let ends = trial.iter().rev().zip(tour.iter().rev()).take(most);
@@ -59,8 +64,9 @@ pub(super) fn anneal(
 struct Change<'a> {
     ground: &'a Ground,
     root: u16,
-    /// The search at the end of the tour.
+    /// The search at the end of the tour, and of teammates' tours.
     end: &'a Progress,
+    has_teammates: bool,
 }
 
 impl Change<'_> {
@@ -142,6 +148,17 @@ impl Change<'_> {
     /// A waypoint, more likely where the tour leaves much.
     fn promising(&self, random: &mut Stream) -> u16 {
         let hidden = |number: u16| self.end.hidden[self.ground.framed(number)];
+        // A part of the map is left only here and there: most draws would miss it.
+        if self.has_teammates && below(2, random) == 0 {
+            let mut share = random.random::<f64>() * self.end.left;
+            let left = (0..self.ground.count()).find(|&number| {
+                share -= f64::from(hidden(number));
+                share < 0.0
+            });
+            if let Some(number) = left {
+                return self.near(number, 3, random);
+            }
+        }
         let any = |random: &mut Stream| random.random_range(0..self.ground.count());
         let mut best = any(random);
         for _ in 0..below(12, random) {

@@ -4,6 +4,7 @@
 use std::cell::OnceCell;
 
 use super::hidden;
+use super::planner::PlannedObservation;
 use crate::cell::{Cell, Offset};
 use crate::route::{Connectivity, ShortestPathTree};
 use crate::situation::Situation;
@@ -19,6 +20,7 @@ const MAX_LEG_ENTRIES: usize = 1 << 23;
 /// Lengths are counted in fifths of a cell, and a diagonal counts seven of them, so that sums are exact.
 const STRAIGHT: u16 = 5;
 const DIAGONAL: u16 = 7;
+pub(super) const PER_CELL: u32 = STRAIGHT as u32;
 pub(super) const LENGTH_UNIT: f64 = 1.0 / STRAIGHT as f64;
 const FAR: u16 = u16::MAX;
 /// The longest path is shorter than this, so lengths never overflow.
@@ -254,6 +256,41 @@ impl Ground {
     pub(super) fn observation(&self, from: u16) -> impl Iterator<Item = (usize, &[u8])> {
         let from = self.framed(from);
         self.footprint.iter().map(move |row| (from.wrapping_add_signed(row.offset), row.precision.as_slice()))
+    }
+
+    /// What a robot observes that enters these cells at these times, fifths of a cell. All observations of a cell while
+    /// the robot passes by count together, at the time of the best of them.
+    pub(super) fn planned(&self, steps: impl Iterator<Item = (u16, u32)>) -> Vec<PlannedObservation> {
+        let passing = 2 * u32::from(DIAGONAL) * (self.radius + 1);
+        // By place: what is planned for it last, and the precision of the best observation.
+        let mut last: Vec<Option<(PlannedObservation, u8)>> = vec![None; self.frame_len()];
+        let mut planned = Vec::new();
+        for (number, time) in steps {
+            for (start, row) in self.observation(number) {
+                for (place, &precision) in (start..).zip(row).filter(|(_, precision)| **precision > 0) {
+                    match &mut last[place] {
+                        Some((before, best)) if time <= before.time + passing => {
+                            before.precision = before.precision.saturating_add(precision);
+                            if precision > *best {
+                                (before.time, *best) = (time, precision);
+                            }
+                        }
+                        slot => {
+                            planned.extend(slot.map(|(before, _)| before));
+                            *slot = Some((PlannedObservation { time, place, precision }, precision));
+                        }
+                    }
+                }
+            }
+        }
+        planned.extend(last.into_iter().flatten().map(|(observation, _)| observation));
+        planned
+    }
+
+    /// Length of a move, fifths of a cell; of one from an unknown cell, that of a straight one.
+    pub(super) fn move_length(offset: Option<Offset>) -> u32 {
+        let is_diagonal = offset.is_some_and(|offset| offset.north != 0 && offset.east != 0);
+        u32::from(if is_diagonal { DIAGONAL } else { STRAIGHT })
     }
 
     /// The sensor's radius, cells.

@@ -136,7 +136,7 @@ impl<'a> Search<'a> {
     /// Tries all paths that go on from here.
     fn run(&mut self, progress: &Progress) {
         self.visited += 1;
-        let cost = self.planner.total(progress);
+        let cost = progress.cost + self.planner.tail * self.planner.rate(progress.left);
         if cost < self.least {
             (self.least, self.best) = (cost, self.path.clone());
         }

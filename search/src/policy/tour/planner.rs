@@ -41,6 +41,21 @@ pub(super) struct Progress {
     pub at: u16,
     /// Steps so far.
     pub steps: u16,
+    /// Length so far, fifths of a cell.
+    pub time: u32,
+    /// How many of teammates' planned observations have been made.
+    pub by_teammates: usize,
+}
+
+/// What a teammate's plan will have observed of a cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct PlannedObservation {
+    /// When, fifths of a cell: all robots are taken to be equally fast.
+    pub time: u32,
+    /// Place in the frame.
+    pub place: usize,
+    /// Precision, in steps of the table.
+    pub precision: u8,
 }
 
 impl Progress {
@@ -48,6 +63,7 @@ impl Progress {
         self.precision.copy_from_slice(&other.precision);
         self.hidden.copy_from_slice(&other.hidden);
         (self.left, self.cost, self.at, self.steps) = (other.left, other.cost, other.at, other.steps);
+        (self.time, self.by_teammates) = (other.time, other.by_teammates);
     }
 }
 
@@ -56,10 +72,15 @@ impl Progress {
 /// A tour costs `J = sum_t l_t [g(M_t) + 0.02] + tail g(M_T)`, cells, with `M_t` the sum of what all cells still hide
 /// after step `t` of length `l_t`, and `g(M) = 1 - exp(-b M) + 0.02 b M`, `b = max(1, 1 / M_0)`. Since `exp(-M)` is the
 /// probability that nothing is left, the first sum is the expected length of the search.
+///
+/// What teammates plan to observe lowers `M_t` from when they observe it, and the sum goes on without the robot until
+/// the last of them has ended its plan: then `J` is what the search of the whole team costs.
 pub(super) struct Planner<'a> {
     pub ground: &'a Ground,
     pub table: &'a HiddenTable,
     pub rows: Vec<Row>,
+    /// What teammates plan to observe, in order of time.
+    by_teammates: Vec<PlannedObservation>,
     /// The search as it stands.
     pub root: Progress,
     pub tail: f64,
@@ -79,18 +100,45 @@ impl<'a> Planner<'a> {
         let mut precision = vec![u8::MAX; ground.frame_len()];
         let mut hidden = vec![0.0; ground.frame_len()];
         let mut left = 0.0;
+        let has_plans = !situation.planned_precision.plans().is_empty();
         for cell in situation.terrain.searched_cells() {
             let Some(place) = ground.framed_visible(cell) else { continue };
             let row = table.row(situation.belief.log_odds_nats(cell));
             rows[place] = row;
-            precision[place] = hidden::steps(situation.planned_precision.precision(cell));
+            // The plans' observations count from when they happen.
+            precision[place] =
+                if has_plans { 0 } else { hidden::steps(situation.planned_precision.precision(cell)) };
             hidden[place] = table.hidden(row, precision[place]);
             left += f64::from(hidden[place]);
         }
-        let root = Progress { precision, hidden, left, cost: 0.0, at, steps: 0 };
+        let root = Progress { precision, hidden, left, cost: 0.0, at, steps: 0, time: 0, by_teammates: 0 };
         let tail = TAIL_CELLS + TAIL_SHARE * f64::from(ground.count());
         let most_steps = ground.count().saturating_mul(2).saturating_add(FEW_STEPS).min(MAX_STEPS);
-        Self { ground, table, rows, root, tail, most_steps, boost: (1.0 / left.max(1e-12)).max(1.0) }
+        Self {
+            ground,
+            table,
+            rows,
+            by_teammates: Vec::new(),
+            root,
+            tail,
+            most_steps,
+            boost: (1.0 / left.max(1e-12)).max(1.0),
+        }
+    }
+
+    /// Whether teammates plan anything.
+    pub(super) const fn has_teammates(&self) -> bool {
+        !self.by_teammates.is_empty()
+    }
+
+    /// The planner of a robot in this cell beside teammates who plan to observe this.
+    pub(super) fn beside(&self, at: u16, mut by_teammates: Vec<PlannedObservation>) -> Self {
+        by_teammates.retain(|observation| self.rows[observation.place] != HiddenTable::NOTHING);
+        by_teammates.sort_unstable_by_key(|it| (it.time, it.place, it.precision));
+        let mut root = Progress { at, ..self.root.clone() };
+        let planner = Self { rows: self.rows.clone(), by_teammates, root: root.clone(), ..*self };
+        planner.observe_planned(&mut root);
+        Self { root, ..planner }
     }
 
     /// The same decision after the search has been imagined along a path, whose cost counts.
@@ -101,7 +149,7 @@ impl<'a> Planner<'a> {
             self.enter(&mut root, step);
         }
         root.steps = 0;
-        Self { ground: self.ground, table: self.table, rows: self.rows.clone(), root, ..*self }
+        Self { rows: self.rows.clone(), by_teammates: self.by_teammates.clone(), root, ..*self }
     }
 
     /// What a place of the frame hides at the start.
@@ -113,7 +161,7 @@ impl<'a> Planner<'a> {
     pub(super) fn cost(&self, tour: &[Leg]) -> f64 {
         let mut progress = self.root.clone();
         let is_within = tour.iter().all(|&leg| self.walk(&mut progress, leg, f64::INFINITY));
-        if is_within { self.total(&progress) } else { f64::INFINITY }
+        if is_within { self.total(&mut progress) } else { f64::INFINITY }
     }
 
     /// Numbers of the cells entered along a tour, and how many have been entered at the end of each leg.
@@ -135,8 +183,29 @@ impl<'a> Planner<'a> {
         1.0 - libm::exp(-left) + NUMBER_WEIGHT * left
     }
 
-    pub(super) fn total(&self, progress: &Progress) -> f64 {
+    /// The cost of a tour that ends here, once teammates have ended theirs.
+    fn total(&self, progress: &mut Progress) -> f64 {
+        while let Some(next) = self.by_teammates.get(progress.by_teammates) {
+            let length = f64::from(next.time - progress.time) * LENGTH_UNIT;
+            progress.time = next.time;
+            self.observe_planned(progress);
+            progress.cost += length * self.rate(progress.left);
+        }
         progress.cost + self.tail * self.rate(progress.left)
+    }
+
+    /// Counts what teammates have observed by now.
+    fn observe_planned(&self, progress: &mut Progress) {
+        let mut gain = 0.0_f32;
+        let is_made = |by_teammates: &&PlannedObservation| by_teammates.time <= progress.time;
+        for made in self.by_teammates[progress.by_teammates..].iter().take_while(is_made) {
+            let precision = progress.precision[made.place].saturating_add(made.precision);
+            let after = self.table.hidden(self.rows[made.place], precision);
+            gain += progress.hidden[made.place] - after;
+            (progress.precision[made.place], progress.hidden[made.place]) = (precision, after);
+            progress.by_teammates += 1;
+        }
+        progress.left = (progress.left - f64::from(gain)).max(0.0);
     }
 
     fn observe(&self, progress: &mut Progress) {
@@ -165,6 +234,10 @@ impl<'a> Planner<'a> {
     fn enter(&self, progress: &mut Progress, step: Step) -> f64 {
         progress.at = step.to;
         progress.steps += 1;
+        progress.time += u32::from(step.length);
+        if self.has_teammates() {
+            self.observe_planned(progress);
+        }
         self.observe(progress);
         let length = f64::from(step.length) * LENGTH_UNIT;
         progress.cost += length * (self.rate(progress.left) + MOVE_COST);
@@ -194,6 +267,7 @@ pub(super) struct WalkedTour {
     /// Changes of what is left, by step: scratch of [`WalkedTour::rest`].
     changes: Vec<f32>,
     scratch: Progress,
+    end: Progress,
 }
 
 impl WalkedTour {
@@ -204,18 +278,20 @@ impl WalkedTour {
             left: vec![(planner.root.left, 0.0)],
             changes: Vec::new(),
             scratch: planner.root.clone(),
+            end: planner.root.clone(),
         };
         walked.walk(planner, tour, 0);
         walked
     }
 
-    /// The search at the end of the tour.
-    pub(super) fn end(&self, tour: &[Leg]) -> &Progress {
-        &self.marks[tour.len()]
+    /// The search at the end of the tour, and of all teammates' tours.
+    pub(super) const fn end(&self) -> &Progress {
+        &self.end
     }
 
-    pub(super) fn cost(&self, planner: &Planner<'_>, tour: &[Leg]) -> f64 {
-        planner.total(self.end(tour))
+    pub(super) fn cost(&mut self, planner: &Planner<'_>, tour: &[Leg]) -> f64 {
+        self.end.copy(&self.marks[tour.len()]);
+        planner.total(&mut self.end)
     }
 
     /// Walks a tour that is new from this leg on.
@@ -237,6 +313,9 @@ impl WalkedTour {
             while progress.at != leg.to {
                 let length = planner.advance(progress, leg);
                 self.left.push((progress.left, length));
+                if planner.has_teammates() {
+                    continue;
+                }
                 for (start, row) in planner.ground.observation(progress.at) {
                     for (observed, &precision) in self.observed[start..].iter_mut().zip(row) {
                         observed.push((progress.steps, precision));
@@ -259,13 +338,14 @@ impl WalkedTour {
         limit: f64,
     ) -> f64 {
         self.scratch.copy(&self.marks[first]);
-        let rest = common.saturating_sub(1);
+        // What follows depends on what teammates have observed by then.
+        let rest = if planner.has_teammates() { 0 } else { common.saturating_sub(1) };
         let middle = &trial[first..trial.len() - rest];
         if !middle.iter().all(|&leg| planner.walk(&mut self.scratch, leg, limit)) {
             return f64::INFINITY;
         }
         if rest == 0 {
-            return planner.total(&self.scratch);
+            return planner.total(&mut self.scratch);
         }
         self.rest(planner, tour.len() - rest, tour.len(), limit)
     }

@@ -4,7 +4,7 @@ use super::*;
 use crate::belief::Belief;
 use crate::cell::Grid;
 use crate::evidence::Reading;
-use crate::intent::PlannedPrecision;
+use crate::intent::{PlannedPrecision, TeammatePlan};
 use crate::policy::{Parameters, PolicyName, build};
 use crate::route::{Connectivity, ShortestPathTree};
 use crate::seed::{Purpose, stream};
@@ -20,6 +20,7 @@ struct Case {
     planned_precision: PlannedPrecision,
     connectivity: Connectivity,
     robot: Cell,
+    place: Place,
 }
 
 impl Case {
@@ -40,7 +41,8 @@ impl Case {
         let planned_precision = PlannedPrecision::nothing(&terrain);
         let connectivity = if seed.is_multiple_of(2) { Connectivity::Four } else { Connectivity::Eight };
         let robot = terrain.largest_area()[0];
-        Self { terrain, sensor, belief, planned_precision, connectivity, robot }
+        let place = Place::ALONE;
+        Self { terrain, sensor, belief, planned_precision, connectivity, robot, place }
     }
 
     fn situation(&self) -> Situation<'_> {
@@ -51,9 +53,49 @@ impl Case {
             belief: &self.belief,
             planned_precision: &self.planned_precision,
             robot: self.robot,
-            place: Place::ALONE,
+            place: self.place,
             detection_threshold: DEFAULT_DETECTION_THRESHOLD,
         }
+    }
+
+    /// An open map, one object in a hundred cells, and a team of which this robot is one.
+    fn of_team(side: u32, place: Place) -> Self {
+        let grid = Grid::new(side, side).unwrap();
+        let terrain = Terrain::new(grid, 1.0, vec![Surface::OPEN; grid.cell_count()]).unwrap();
+        let robot = grid.cells().nth((side / 2 * side + side / 2) as usize).unwrap();
+        Self {
+            belief: Belief::uniform(&terrain, 0.01).unwrap(),
+            planned_precision: PlannedPrecision::nothing(&terrain),
+            sensor: Sensor::default(),
+            connectivity: Connectivity::Four,
+            terrain,
+            robot,
+            place,
+        }
+    }
+
+    fn decide(&self, seed: u64) -> Vec<Cell> {
+        let mut tour = build(PolicyName::Tour, Parameters { evaluations: 400, ..Parameters::default() });
+        tour.decide(&self.situation(), &mut stream(seed, Purpose::Decision, u16::from(self.place.member > 0)))
+            .path
+    }
+
+    /// A teammate's path becomes known.
+    fn plan(&mut self, member: u16, path: &[Cell]) {
+        let plan = TeammatePlan {
+            member: Some(member),
+            cell: Some(self.robot),
+            path: path.to_vec(),
+            driven_cells: 0.0,
+        };
+        self.planned_precision.add_plan(&self.terrain, &self.sensor, plan);
+    }
+
+    /// The share of the map that is within the sensor's radius of a path.
+    fn seen(&self, path: &[Cell]) -> Vec<bool> {
+        let mut planned = PlannedPrecision::nothing(&self.terrain);
+        planned.add_path(&self.terrain, &self.sensor, path);
+        self.terrain.grid().cells().map(|cell| planned.precision(cell) > 0).collect()
     }
 
     fn with_planner<T>(&self, with: impl FnOnce(&Planner<'_>) -> T) -> T {
@@ -131,6 +173,100 @@ fn a_change_costs_what_the_whole_tour_costs() {
             assert!((walked.cost(planner, &changed) - planner.cost(&changed)).abs() < 1e-9);
         });
     }
+}
+
+/// A robot that stays while its teammate drives a tour waits for what it would find itself on that tour, and is spared
+/// the moves.
+#[test]
+fn what_teammates_observe_counts_from_when_they_observe_it() {
+    let mut lumped = 0;
+    for seed in 0..30 {
+        Case::new(seed, 4..12).with_planner(|alone| {
+            let mut random = stream(seed, Purpose::Decision, 0);
+            let (own, mates) = (any_tour(alone.ground, &mut random), any_tour(alone.ground, &mut random));
+            let (mut at, mut time, mut steps) = (alone.root.at, 0, Vec::new());
+            for leg in &mates {
+                while at != leg.to {
+                    let step = alone.ground.step(leg.bend, at, leg.to);
+                    (at, time) = (step.to, time + u32::from(step.length));
+                    steps.push((at, time));
+                }
+            }
+            let each: Vec<planner::PlannedObservation> = steps
+                .iter()
+                .flat_map(|&(from, time)| {
+                    let rows = alone.ground.observation(from);
+                    rows.flat_map(move |(start, row)| {
+                        (start..).zip(row).map(move |(place, &precision)| planner::PlannedObservation {
+                            time,
+                            place,
+                            precision,
+                        })
+                    })
+                })
+                .collect();
+            let expected = alone.cost(&mates) - 0.02 * f64::from(time) / 5.0;
+            let cost = alone.beside(alone.root.at, each.clone()).cost(&[]);
+            assert!((cost - expected).abs() < 1e-3 * expected, "{seed}: {cost} instead of {expected}");
+            // Counting a teammate's observations of a cell together keeps their precision.
+            let planned = alone.ground.planned(steps.into_iter());
+            let sum =
+                |of: &[planner::PlannedObservation]| of.iter().map(|it| u32::from(it.precision)).sum::<u32>();
+            assert!(sum(&planned) <= sum(&each) && !planned.is_empty() || each.is_empty());
+            lumped += each.len() - planned.len();
+            // A changed tour costs the same whether it is walked whole or from its first change.
+            let beside = alone.beside(alone.root.at, planned);
+            let mut walked = planner::WalkedTour::new(&beside, &own);
+            let trial = [&own[..1], &any_tour(alone.ground, &mut random)].concat();
+            let changed = walked.cost_of_changed(&beside, (&own, &trial), (1, 0), f64::INFINITY);
+            assert!((changed - beside.cost(&trial)).abs() < 1e-9);
+        });
+    }
+    assert!(lumped > 1000, "{lumped}");
+}
+
+/// Neither has heard the other: both divide the map alike.
+#[test]
+fn two_robots_in_one_cell_take_different_halves_with_and_without_messages() {
+    for is_heard in [false, true] {
+        let mut second = Case::of_team(24, Place { member: 1, team: 2 });
+        let first = Case::of_team(24, Place { member: 0, team: 2 }).decide(1);
+        if is_heard {
+            second.plan(0, &first);
+        }
+        let ahead = |path: Vec<Cell>| path.into_iter().take(30).collect::<Vec<Cell>>();
+        let (one, two) = (second.seen(&ahead(first)), second.seen(&ahead(second.decide(2))));
+        let count = |is_seen: &dyn Fn(bool, bool) -> bool| {
+            one.iter().zip(&two).filter(|&(&one, &two)| is_seen(one, two)).count()
+        };
+        let (either, both) = (count(&|one, two| one || two), count(&|one, two| one && two));
+        println!("heard {is_heard}: {either} seen, {both} of them twice");
+        assert!(either > 24 * 24 * 7 / 10, "{either}");
+        assert!(both < either * 2 / 5, "{both} of {either}");
+    }
+}
+
+#[test]
+fn the_part_of_a_lost_robot_is_taken_over() {
+    let mut case = Case::of_team(24, Place { member: 0, team: 2 });
+    let mut mate = Case::of_team(24, Place { member: 1, team: 2 }).decide(2);
+    mate.truncate(30);
+    case.plan(1, &mate);
+    let mut tour = build(PolicyName::Tour, Parameters { evaluations: 400, ..Parameters::default() });
+    let mut random = stream(1, Purpose::Decision, 0);
+    let before = tour.decide(&case.situation(), &mut random).path;
+    case.planned_precision = PlannedPrecision::nothing(&case.terrain);
+    let after = tour.decide(&case.situation(), &mut random).path;
+    let part = case.seen(&mate);
+    // Cells of the teammate's part that are seen in this many cells.
+    let seen = |path: &[Cell]| {
+        let seen = case.seen(&path[..path.len().min(60)]);
+        seen.into_iter().zip(&part).filter(|&(is_seen, &is_part)| is_seen && is_part).count()
+    };
+    let (before, after, all) = (seen(&before), seen(&after), seen(&mate));
+    println!("of {all} cells {before} while the teammate is there, {after} without it");
+    assert!(before < all * 2 / 3, "{before} of {all}");
+    assert!(after > all * 4 / 5, "{after} of {all}");
 }
 
 #[test]
@@ -299,6 +435,7 @@ fn a_detour_costs_its_length_in_the_scores() {
         planned_precision: PlannedPrecision::nothing(&terrain),
         connectivity: Connectivity::Four,
         robot: terrain.grid().cells().nth(6).unwrap(),
+        place: Place::ALONE,
         terrain,
     };
     let mut expert = TourScores::new(Parameters::default());
