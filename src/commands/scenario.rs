@@ -22,14 +22,20 @@ pub(super) fn load(path: &Path) -> Result<Scenario, Failure> {
     Scenario::load(path).map_err(Failure::input)
 }
 
+/// A path as a shell takes it.
+fn quoted(path: &str) -> String {
+    let is_plain = |letter: char| letter.is_alphanumeric() || "._-/+,:".contains(letter);
+    if path.chars().all(is_plain) { path.to_owned() } else { format!("'{}'", path.replace('\'', "'\\''")) }
+}
+
 /// What is assumed of a map alone.
 fn assumed(scenario: &Scenario) -> String {
     let (terrain, file) = (scenario.terrain(), scenario.source().path.display());
     let (grid, hours) =
         (terrain.grid(), scenario.mission().budget.time().unwrap_or_default().as_secs_f64() / 3600.0);
     format!(
-        "{file} is a map: cells of {} m ({} x {}), a sensor that sees {} cells, {}, {}, policy {}, {hours} h; \
-         to change it: dragnet scenarios --write {file}",
+        "{file} is a map: cells of {} m ({} x {}), a sensor with a radius of {}, {} anywhere in the search area, {}, \
+         policy {}, {hours} h; to change it: dragnet scenarios --write {}",
         terrain.cell_meters(),
         grid.rows(),
         grid.columns(),
@@ -37,6 +43,7 @@ fn assumed(scenario: &Scenario) -> String {
         scenario.objects(),
         counted(scenario.robots().len(), "robot"),
         policies(scenario),
+        quoted(&file.to_string()),
     )
 }
 

@@ -57,7 +57,9 @@ fn a_map_alone_is_searched_and_becomes_a_scenario() {
     }
     let output = place.command(&["run", "west wood.kml", "--json"]).output().unwrap();
     let told = String::from_utf8(output.stderr).unwrap();
-    for assumed in ["assumed: west wood.kml", "20 m", "1 object", "1 robot", "tour", "--write"] {
+    for assumed in
+        ["assumed: west wood.kml", "20 m", "1 object", "1 robot", "tour", "--write 'west wood.kml'"]
+    {
         assert!(told.contains(assumed), "{assumed}: {told}");
     }
     assert!(place.succeed(&["scenarios", "--write", "west wood.kml"]).contains("west wood.toml"));

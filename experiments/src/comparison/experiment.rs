@@ -64,11 +64,17 @@ impl Experiment {
         // Cases of one scenario differ in their policies alone.
         let of_scenarios = self.cases.chunk_by(|a, b| a.setting.scenario == b.setting.scenario);
         let scenarios: Vec<&Scenario> = of_scenarios.map(|cases| &cases[0].scenario).collect();
+        let refuse = |scenario: &Scenario, error| {
+            ExperimentError::Input(format!("--bound: {}: {error}", scenario.name()))
+        };
+        // Some bounds take minutes: what has none is told before.
+        for scenario in &scenarios {
+            bound::check(scenario).map_err(|error| refuse(scenario, error))?;
+        }
         let bounds = jobs::run(&scenarios, threads, "bounds", progress, |scenario| {
-            let name = scenario.name();
-            let bound = bound::least_cells_to_full_recall(scenario);
-            let bound = bound.map_err(|error| ExperimentError::Input(format!("--bound: {name}: {error}")))?;
-            Ok((name.to_owned(), bound))
+            let bound =
+                bound::least_cells_to_full_recall(scenario).map_err(|error| refuse(scenario, error))?;
+            Ok((scenario.name().to_owned(), bound))
         });
         Ok(bounds?.results)
     }

@@ -122,7 +122,7 @@ impl MapFile {
             Some("geojson" | "json" | "kml") => outline::map(file, Areas::load(file)?, cell_meters),
             _ => Err(MapFileError::Extension {
                 file: file.to_owned(),
-                allowed: ".txt drawing, .yaml ROS map, .map MovingAI, .geojson or .kml areas",
+                allowed: ".txt drawing, .yaml ROS map, .map MovingAI, .geojson or .kml areas (save a .kmz as KML)",
             }),
         }
     }

@@ -20,8 +20,8 @@
 //! that was not in sight from the two positions before, and `g_c` once, when any target of its *landmark* (a few
 //! neighboring targets) is first in sight. Every target seen has been paid in full, so that of all targets a walk leaves
 //! at least `u = sum (e_c + g_c) - V(t)` unseen, with `V(t)` the most credit that any walk of length `t` can earn. That is
-//! an exact dynamic program ([`walks`]) for any prices (Lagrangian relaxation of "each target counts once"; Hawkins 2003
-//! and Adelman and Mersereau 2008 relax coupled decisions so). [`prices`] looks for good ones. Robots of a team add up
+//! an exact dynamic program (`walks`) for any prices (Lagrangian relaxation of "each target counts once"; Hawkins 2003
+//! and Adelman and Mersereau 2008 relax coupled decisions so). `prices` looks for good ones. Robots of a team add up
 //! their credit. All of it is in integers.
 //!
 //! **What a glance is worth.** If the robot goes straight on, the two targets exactly aside at the sensor's radius are seen
@@ -41,7 +41,7 @@
 //! is no glance has paid in full. After a glance the cell is left, or looked at again for another `k e_c`: at most
 //! `q^(k e_c + g_c) E[max(psi_c, q^(k e_c))]`. With `p'` the probability after the glance where it does not reach the
 //! threshold, else 0, `E[max(psi_c, q^(k e))] = 1 - h(e)`, `h(e) = E[min(p', 1 - q^(k e))]`. It is concave in `e` with
-//! `h(0) = 0`, so `h(e) >= e h(1)`, and `1 - h(e) <= q^((1 - k) e)` holds if `h(1) >= (1 - k) ln(1 / q)`. [`glance_share`]
+//! `h(0) = 0`, so `h(e) >= e h(1)`, and `1 - h(e) <= q^((1 - k) e)` holds if `h(1) >= (1 - k) ln(1 / q)`. `glance_share`
 //! solves that for the least `k`: 0.85 at a density of 1 % and the sensor of the paper's scenarios. A robot learns so
 //! much from one look at its sensor's rim that noise proves little more than this.
 //!
@@ -117,6 +117,17 @@ enum Law {
     Independent(f64),
     /// So many of so many cells hold one.
     Number { objects: u32, searched: u32 },
+}
+
+/// Checks that there is a bound for a scenario, before it is computed.
+///
+/// # Errors
+/// If there is none.
+pub fn check(scenario: &Scenario) -> Result<(), NoBound> {
+    if matches!(scenario.objects(), Objects::Cells(_)) {
+        return Err(NoBound::KnownObjects);
+    }
+    Board::new(scenario, false).map(|_| ()).ok_or(NoBound::TooLarge)
 }
 
 /// The least expected path length, in cells, until a search finds every object or its budget is spent: a lower bound for
@@ -228,7 +239,7 @@ fn glance_share(density: f64, precision: f64, needed: f64) -> f64 {
     high
 }
 
-/// `h` of [`glance_share`]. A reading adds `N(k/2, k)` to the log-odds of a cell with an object, and `N(-k/2, k)` to those of an
+/// `h` of `glance_share`. A reading adds `N(k/2, k)` to the log-odds of a cell with an object, and `N(-k/2, k)` to those of an
 /// empty one.
 fn left_by_a_glance(density: f64, precision: f64, needed: f64, share: f64) -> f64 {
     let limit = 1.0 - libm::pow(1.0 - density, share);

@@ -82,7 +82,10 @@ impl Report<'_> {
         let gaps: Vec<&Gap> = self.gaps.iter().filter(|gap| gap.scenario == row.scenario).collect();
         if let Some(gap) = gaps.first() {
             let cells = gap.bound_cells;
-            text.push_str(&format!("\nProven: no policy needs fewer than {cells:.1} cells in the mean.\n\n"));
+            text.push_str(&format!(
+                "\nProven: no policy needs fewer than {cells:.1} cells in the mean, the budget for a\n\
+                 search that misses. The mean of few seeds may be below it by chance.\n\n"
+            ));
             text.push_str(&above(&gaps).draw(1));
         }
         text

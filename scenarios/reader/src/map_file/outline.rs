@@ -133,7 +133,7 @@ fn entered(
 ) -> Result<Vec<bool>, MapFileError> {
     let mut is_touched = vec![false; grid.cell_count()];
     for area in &areas.areas {
-        if matches!(area.purpose, Purpose::NoGo(..)) {
+        if matches!(area.purpose, Purpose::NoGo(..) | Purpose::Start(_)) {
             area.check_near(file, frame)?;
         }
         area.each_closed(frame, grid, cell_meters, |cell| is_touched[cell.index()] = true);

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use dragnet_files::{FileError, in_words};
 
-use super::Source;
 use super::check::{Invalid, shortened};
 use super::locate::{line_at, line_of_key, line_of_longest_key};
+use super::{Source, of_map};
 use crate::map_file::MapFileError;
 use crate::shipped::ShippedScenario;
 
@@ -54,6 +54,9 @@ pub enum ScenarioError {
         /// The cause.
         source: Box<MapFileError>,
     },
+    /// A map that is searched without a scenario is invalid.
+    #[error(transparent)]
+    Map(Box<MapFileError>),
     /// A weights file that the scenario names is invalid.
     #[error("{place}: {key}: {source}")]
     Weights {
@@ -113,6 +116,10 @@ impl Source {
                 let place = self.place(line_of_key(&self.text, &invalid.key));
                 ScenarioError::Value { place, invalid }
             }
+            // Nobody has written the text of a scenario that is made for a map.
+            Fault::MapFile { source, .. } if of_map::is_map(&self.path) => {
+                ScenarioError::Map(Box::new(source))
+            }
             Fault::MapFile { key, source } => {
                 let place = self.place(line_of_key(&self.text, key));
                 ScenarioError::MapFile { place, source: Box::new(source) }
@@ -137,6 +144,7 @@ impl Source {
 
     fn place(&self, line: Option<usize>) -> String {
         let file = self.path.display();
+        let line = line.filter(|_| !of_map::is_map(&self.path));
         line.map_or_else(|| file.to_string(), |line| format!("{file}, line {line}"))
     }
 }

@@ -19,7 +19,7 @@ const LONGEST_NAME: usize = 64;
 
 /// Whether a path has an extension of a map, and not of a scenario.
 pub(super) fn is_map(path: &Path) -> bool {
-    is_drawn(path) || has_extension(path, &["kml", "geojson", "json", "yaml", "yml"])
+    is_drawn(path) || has_extension(path, &["kml", "kmz", "geojson", "json", "yaml", "yml"])
 }
 
 /// Whether each cell is a character of the file.
@@ -125,6 +125,9 @@ mod tests {
         let map = folder.path().join("a.kml");
         fs::write(&map, "<kml/>").unwrap();
         let error = Scenario::load(&map).unwrap_err().to_string();
-        assert!(error.contains("a.kml"), "{error}");
+        // No line of a text that nobody has written.
+        assert!(error.matches("a.kml").count() == 1 && !error.contains("line 5"), "{error}");
+        let error = Scenario::load(Path::new("a.kmz")).unwrap_err().to_string();
+        assert!(error.contains("save a .kmz as KML"), "{error}");
     }
 }

@@ -206,5 +206,6 @@ mod tests {
         refuse(area, "count = 1", &["start", "one point"]);
         let likely = drawn("post", 0.001, 0.001).replace("\"kind\"", "\"poa\":0.5,\"kind\"");
         refuse(&likely, "count = 1", &["poa", "none with start"]);
+        refuse(&drawn("swapped", 47.0, 11.0), "count = 1", &["swapped", "km away", "100 km"]);
     }
 }
