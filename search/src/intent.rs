@@ -7,7 +7,8 @@ use crate::cell::{Cell, Grid, Offset, Position};
 use crate::sensor::Sensor;
 use crate::terrain::Terrain;
 
-/// Precision that teammates' plans are expected to add, shape `[cells]`, units of evidence.
+/// Precision that teammates' plans are expected to add, shape `[cells]`, units of evidence; and the plans, for policies
+/// that ask when it will be added.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlannedPrecision {
     precision: Vec<i64>,

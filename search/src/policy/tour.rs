@@ -6,6 +6,8 @@
 //! the tour, less what has been driven, and improve it under the new belief; without that the robot dithers between
 //! tours that are equally good.
 //!
+//! In a team each robot plans beside the tours of its teammates ([`team`]).
+//!
 //! Annealing is bounded by evaluations, never by time, and draws from the robot's own stream: decisions are a function
 //! of the robot's history. A robot that restarts has no tour and plans anew. With sensors wider than the default there
 //! are fewer evaluations, in proportion to the cells that they see.

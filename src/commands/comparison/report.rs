@@ -1,6 +1,6 @@
 //! The printed report of a comparison.
 
-use std::fmt;
+use std::fmt::{self, Write as _};
 use std::path::PathBuf;
 
 use dragnet_experiments::comparison::{Difference, Gap, Interval, Row, estimate};
@@ -82,10 +82,11 @@ impl Report<'_> {
         let gaps: Vec<&Gap> = self.gaps.iter().filter(|gap| gap.scenario == row.scenario).collect();
         if let Some(gap) = gaps.first() {
             let cells = gap.bound_cells;
-            text.push_str(&format!(
+            let _ = writeln!(
+                text,
                 "\nProven: no policy needs fewer than {cells:.1} cells in the mean, the budget for a\n\
-                 search that misses. The mean of few seeds may be below it by chance.\n\n"
-            ));
+                 search that misses. The mean of few seeds may be below it by chance.\n"
+            );
             text.push_str(&above(&gaps).draw(1));
         }
         text

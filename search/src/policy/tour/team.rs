@@ -18,8 +18,10 @@ use crate::intent::TeammatePlan;
 use crate::seed::Stream;
 use crate::situation::Situation;
 
-/// How often each piece is improved under the others, and the share of a decision's evaluations that it gets each time.
+/// How often each piece is improved under the others. It gets as many evaluations in all as a decision has, in teams of
+/// more than [`FEW`] robots fewer.
 const ROUNDS: u32 = 4;
+const FEW: u32 = 8;
 /// The temperature that pieces are annealed from, cells.
 const TEMPERATURE: f64 = 0.3;
 
@@ -49,6 +51,7 @@ pub(super) fn first_tour(
     let own = usize::from(situation.place.member);
     let mut parts = parts(planner, situation);
     let team = parts.len();
+    let evaluations = evaluations.saturating_mul(FEW) / (ROUNDS * u32::from(situation.place.team).max(FEW));
     for _ in 0..ROUNDS {
         // The robot's own part is the last of each round.
         for member in (1..=team).map(|index| (own + index) % team) {
@@ -57,7 +60,7 @@ pub(super) fn first_tour(
             }
             let planner = planner.beside(parts[member].at, planned_by_others(&parts, member));
             let tour = std::mem::take(&mut parts[member].tour);
-            let (tour, _) = anneal::anneal(&planner, tour, evaluations / ROUNDS, TEMPERATURE, random);
+            let (tour, _) = anneal::anneal(&planner, tour, evaluations, TEMPERATURE, random);
             parts[member].observed = of_tour(&planner, &tour);
             parts[member].tour = tour;
         }
