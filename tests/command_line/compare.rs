@@ -157,7 +157,7 @@ fn policies_take_parameters_and_are_compared_with_a_baseline() {
     assert_eq!(other["differences"][0]["baseline"], "tour(evaluations=10)");
     place.refuse(
         &["compare", "small.toml", "--policies", "path,greedy", "--baseline", "tour"],
-        &["--baseline tour", "greedy, path"],
+        &["--baseline tour", "path, greedy"],
     );
 }
 
