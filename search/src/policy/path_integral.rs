@@ -54,10 +54,11 @@ impl Policy for Path {
             if is_best || !routes.is_cut() {
                 return decision;
             }
-            // Infinite where the weight does not fall.
+            let reach = (most / best - 1.0) / self.path_length_weight * ROUNDING;
             #[expect(clippy::cast_possible_truncation, reason = "rounded up by far more")]
-            let reach = ((most / best - 1.0) / self.path_length_weight * ROUNDING) as f32;
-            longest = reach;
+            let reach = reach as f32;
+            // Where the weight hardly falls, or not at all, no length is too long to win.
+            longest = if reach > longest { reach } else { f32::INFINITY };
         }
     }
 }

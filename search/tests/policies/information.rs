@@ -104,7 +104,7 @@ fn path_chooses_the_same_where_nobody_looks_at_the_scores() {
 /// No length of path is then too long to win.
 #[test]
 fn path_chooses_the_same_where_lengths_weigh_nothing() {
-    for path_length_weight in [0.0, 1e-6, 1e6] {
+    for path_length_weight in [0.0, -0.0, 1e-300, 1e-17, 1e-6, 1e6] {
         let parameters = Parameters { path_length_weight, ..Parameters::default() };
         for seed in 0..10 {
             let case = Case::of_side(seed, 30..50);

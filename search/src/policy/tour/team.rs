@@ -1,7 +1,7 @@
 //! Tours of a team: what teammates will have observed, and when; and how first tours divide the map.
 //!
 //! A robot plans under the tours that its teammates have published. What they are to observe counts from when they
-//! observe it, so a cell is worth a visit if nobody else comes by, or only much later, and the cost of a tour is what
+//! observe it, so a cell is worth a visit if no teammate comes by, or only much later, and the cost of a tour is what
 //! the whole team's search is expected to take. Robots decide at different times, each under the last tours of the
 //! others: this is coordinate descent on that cost. The tour of a teammate that is lost is not counted any more, and
 //! what it would have seen is found among what is left.
