@@ -1,6 +1,6 @@
 //! `tour` as an expert to learn from: what the rest of the search costs if it starts with each of several cells.
 //!
-//! Of many tours that are equally good `tour` drives one; which it is, nobody can learn. The cost of the best tour that
+//! Of many tours that are equally good `tour` drives one; which it is cannot be learned. The cost of the best tour that
 //! starts with a cell has one value. So each scored cell is driven to in imagination, and the tour from there on is
 //! annealed. Cells are those that the robot can reach before it would decide anew, or little later.
 
