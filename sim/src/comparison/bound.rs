@@ -37,13 +37,13 @@
 //! P(T <= t) <= q^(-V(t)) prod_c W_c <= q^(sum (e_c + g_c) - V(t)).
 //! ```
 //!
-//! The last step is to be shown for each cell: `W_c <= q^(e_c + g_c)` at the start. Not to look gives `q`. A first look that
+//! The last step is to be shown for each cell: `W_c <= q^(e_c + g_c)` at the start. Not to look gives `q`. A first observation that
 //! is no glance has paid in full. After a glance the cell is left, or looked at again for another `k e_c`: at most
 //! `q^(k e_c + g_c) E[max(psi_c, q^(k e_c))]`. With `p'` the probability after the glance where it does not reach the
 //! threshold, else 0, `E[max(psi_c, q^(k e))] = 1 - h(e)`, `h(e) = E[min(p', 1 - q^(k e))]`. It is concave in `e` with
 //! `h(0) = 0`, so `h(e) >= e h(1)`, and `1 - h(e) <= q^((1 - k) e)` holds if `h(1) >= (1 - k) ln(1 / q)`. `glance_share`
 //! solves that for the least `k`: 0.85 at a density of 1 % and the sensor of the paper's scenarios. A robot learns so
-//! much from one look at its sensor's rim that noise proves little more than this.
+//! much from one observation at its sensor's rim that noise proves little more than this.
 //!
 //! # How tight it is
 //!
@@ -115,7 +115,7 @@ impl Gap {
 enum Law {
     /// Each target holds one with this probability.
     Independent(f64),
-    /// So many of so many cells hold one.
+    /// This number of the searched cells holds one.
     Number { objects: u32, searched: u32 },
 }
 

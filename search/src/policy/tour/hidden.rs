@@ -15,7 +15,7 @@ const COLUMNS: usize = u8::MAX as usize + 1;
 /// Steps of precision in 1, the precision of a reading of variance 1. At the end of the axis, 127.5, an object in any
 /// cell of the table is found almost surely.
 const STEPS_PER_PRECISION: f64 = 2.0;
-/// Log-odds that a first look at a cell must raise it to, nats: the tour is planned anew then.
+/// Log-odds that a first observation of a cell must raise it to, nats: the tour is planned anew then.
 const NOTICED_NATS: f64 = 1.0;
 /// Below this much a cell hides nothing.
 const NOTHING: f32 = 1e-9;

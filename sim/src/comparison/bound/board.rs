@@ -17,7 +17,7 @@ pub(super) struct Step {
 /// Positions and targets have numbers, by index of their cells.
 pub(super) struct Board {
     grid: Grid,
-    /// Radius of the sensor, cells, if glances are told from other looks.
+    /// Radius of the sensor, cells, if glances are distinguished from other looks.
     glance_radius: Option<u32>,
     /// Cells where a robot can stand.
     pub positions: Vec<Cell>,

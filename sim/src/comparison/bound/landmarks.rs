@@ -9,7 +9,7 @@ use super::board::Board;
 const MAX_COUNT: usize = 8;
 const MAX_STATES: usize = 1 << 19;
 
-/// As many as can be told apart with so many nodes of walks: each as far as possible from all before, the first from
+/// As many as can be told apart with this many nodes of walks: each as far as possible from all before, the first from
 /// the middle of the map.
 pub(super) fn landmarks(scenario: &Scenario, board: &Board, nodes: usize) -> Vec<Vec<u16>> {
     let (terrain, connectivity) = (scenario.terrain(), scenario.connectivity());
