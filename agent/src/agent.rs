@@ -35,8 +35,6 @@ pub struct AgentConfig {
     pub robot: Robot,
     /// Its place in the team.
     pub place: Place,
-    /// All robots of the team, by number.
-    pub members: Arc<[RobotId]>,
     /// The map.
     pub terrain: Arc<Terrain>,
     /// The robot's moves.
@@ -61,14 +59,12 @@ impl AgentConfig {
         let prior = Arc::new(scenario.prior().clone());
         let numbers = scenario.robots().iter().map(|robot| robot.id);
         let limits = Limits::new(Arc::clone(&terrain), Arc::clone(&sensor), numbers, scenario.mission());
-        let members: Arc<[RobotId]> = scenario.robots().iter().map(|robot| robot.id).collect();
         let team = u16::try_from(scenario.robots().len()).unwrap_or(u16::MAX);
         (0..team)
             .zip(scenario.robots())
             .map(|(member, robot)| Self {
                 robot: robot.clone(),
                 place: Place { member, team },
-                members: Arc::clone(&members),
                 terrain: Arc::clone(&terrain),
                 connectivity: scenario.connectivity(),
                 sensor: Arc::clone(&sensor),
@@ -84,17 +80,15 @@ impl AgentConfig {
         self.robot.id
     }
 
-    /// The duration of the longest move.
     fn step_time(&self) -> Duration {
-        let meters = std::f64::consts::SQRT_2 * self.terrain.cell_meters();
-        Duration::from_secs_f64((meters / self.mission.speed_meters_per_second).min(LONGEST_STEP_SECONDS))
+        self.mission.step_time(self.terrain.cell_meters())
     }
 
     fn view(&self, now: MissionTime) -> View<'_> {
         View {
             terrain: &self.terrain,
             sensor: &self.sensor,
-            members: &self.members,
+            team: self.place.team,
             now,
             cells_per_second: self.mission.speed_meters_per_second / self.terrain.cell_meters(),
         }
@@ -119,8 +113,6 @@ impl AgentConfig {
 
 /// Steps for which a teammate may make no progress, in addition to its liveness timeout.
 const SLOW_STEPS: u32 = 4;
-/// The longest time that a robot is waited for over one step, however slow it is.
-const LONGEST_STEP_SECONDS: f64 = 3600.0;
 
 /// A robot.
 pub struct Agent {

@@ -55,8 +55,8 @@ pub struct View<'a> {
     pub terrain: &'a Terrain,
     /// The sensor of all robots.
     pub sensor: &'a Sensor,
-    /// All robots of the team, by number.
-    pub members: &'a [RobotId],
+    /// Robots in the team, which are numbered from 1.
+    pub team: u16,
     /// Now.
     pub now: MissionTime,
     /// How fast teammates go on.
@@ -145,7 +145,7 @@ impl Team {
             let Some(plan) = &mate.plan else { continue };
             let elapsed = view.now.since(mate.last_progress).as_secs_f64();
             let plan = TeammatePlan {
-                member: index(view.members, *robot),
+                member: u16::try_from(robot.index()).ok().filter(|&index| index < view.team),
                 cell: mate.cell,
                 path: plan.path.clone(),
                 driven_cells: elapsed * view.cells_per_second,
@@ -182,10 +182,6 @@ impl Team {
     }
 }
 
-fn index(members: &[RobotId], robot: RobotId) -> Option<u16> {
-    members.binary_search(&robot).ok().and_then(|index| u16::try_from(index).ok())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -218,13 +214,7 @@ mod tests {
         }
 
         fn view(&self, now: MissionTime) -> View<'_> {
-            View {
-                terrain: &self.terrain,
-                sensor: &self.sensor,
-                members: &[MATE],
-                now,
-                cells_per_second: 0.5,
-            }
+            View { terrain: &self.terrain, sensor: &self.sensor, team: 2, now, cells_per_second: 0.5 }
         }
 
         fn check(&self, expected: impl IntoIterator<Item = u32>) {
@@ -282,7 +272,7 @@ mod tests {
         field.team.walked(at(4), MATE, first);
         let planned_precision = field.team.planned_precision(field.view(at(10)), robot);
         let plan = &planned_precision.plans()[0];
-        assert_eq!((plan.member, plan.cell), (Some(0), Some(first)));
+        assert_eq!((plan.member, plan.cell), (Some(1), Some(first)));
         assert_eq!((plan.path.len(), plan.driven_cells), (4, 3.0));
     }
 

@@ -13,6 +13,7 @@ use dragnet_learn::demonstration::{self, Recorder, Source, Trajectory};
 use dragnet_learn::network::Network;
 use dragnet_learn::policy::{self, Gnn, PolicyName};
 use dragnet_learn::weights::Weights;
+use dragnet_search::evidence::Digest;
 use dragnet_search::policy::Parameters;
 use dragnet_sim::demonstration::watch;
 
@@ -69,7 +70,7 @@ impl Follow {
     pub fn load(path: &Path) -> Result<Self, ExperimentError> {
         let weights = Weights::load(path).map_err(ExperimentError::input)?;
         let bytes = weights.to_bytes().map_err(ExperimentError::Input)?;
-        let digest = format!("{:032x}", xxhash_rust::xxh3::xxh3_128(&bytes));
+        let digest = Digest(xxhash_rust::xxh3::xxh3_128(&bytes)).to_string();
         Ok(Self { network: Arc::new(Network::new(&weights)), digest })
     }
 }

@@ -11,8 +11,6 @@ use dragnet_search::cell::Cell;
 const PATIENCE: Duration = Duration::from_secs(30);
 /// Time until it says so again.
 const PERIOD: Duration = Duration::from_mins(1);
-/// The longest time that a move is waited for, however slow the robot is.
-const LONGEST_MOVE_SECONDS: f64 = 3600.0;
 
 /// What moves a robot, and sends its readings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,12 +34,11 @@ impl Expected {
     #[must_use]
     pub fn of(mover: Mover, scenario: &Scenario, real_time_factor: f64) -> Self {
         let mission = scenario.mission();
-        let move_seconds =
-            std::f64::consts::SQRT_2 * scenario.terrain().cell_meters() / mission.speed_meters_per_second;
+        let step_seconds = mission.step_time(scenario.terrain().cell_meters()).as_secs_f64();
         let turns = u32::try_from(scenario.robots().len()).unwrap_or(u32::MAX);
         // The simulator begins with one robot after the other.
         let start_seconds = mission.stagger.saturating_mul(turns).as_secs_f64();
-        let usual_seconds = (2.0 * move_seconds.min(LONGEST_MOVE_SECONDS) + start_seconds) / real_time_factor;
+        let usual_seconds = (2.0 * step_seconds + start_seconds) / real_time_factor;
         Self { mover, usual: Duration::try_from_secs_f64(usual_seconds).unwrap_or(Duration::MAX) }
     }
 }

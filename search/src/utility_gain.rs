@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use crate::cell::{Cell, Grid, Offset};
 use crate::route::ShortestPathTree;
+use crate::sensor::Sensor;
 use crate::situation::Situation;
 use crate::utility::{Row, SATURATION, UtilityTable};
 
@@ -65,6 +66,33 @@ impl Frame {
             let start = start.wrapping_add_signed(self.stride_of(offset));
             start..start + columns
         })
+    }
+
+    /// The sum of `gain` over the footprint of an observation from each cell of the map, shape `[cells]`; `gain` of a cell
+    /// of the frame depends on the precision of its reading only, and so is computed once per ring.
+    pub(crate) fn sum_over_footprints<C>(
+        self,
+        sensor: &Sensor,
+        cells: &[C],
+        gain: impl Fn(&C, i64) -> f32,
+    ) -> Vec<f32> {
+        let columns = self.grid.columns() as usize;
+        let mut sums = vec![0.0_f32; self.grid.cell_count()];
+        let mut ring_gain = vec![0.0_f32; cells.len()];
+        for ring in sensor.rings() {
+            let precision = ring[0].precision;
+            for (ring_gain, cell) in ring_gain.iter_mut().zip(cells) {
+                *ring_gain = gain(cell, precision);
+            }
+            for observation in ring {
+                for (sums, seen) in sums.chunks_exact_mut(columns).zip(self.rows_at(observation.offset)) {
+                    for (sum, gain) in sums.iter_mut().zip(&ring_gain[seen]) {
+                        *sum += gain;
+                    }
+                }
+            }
+        }
+        sums
     }
 
     /// What to add to an index to move by an offset that is within the radius.
@@ -146,29 +174,13 @@ impl<'t> UtilityGain<'t> {
 
     fn sum_of_rings(&self, situation: &Situation<'_>) -> Vec<f32> {
         let table = self.table;
-        let grid = situation.terrain.grid();
-        let columns = grid.columns() as usize;
-        let mut sums = vec![0.0_f32; grid.cell_count()];
-        let mut ring_gain = vec![0.0_f32; self.cells.len()];
-        for ring in situation.sensor.rings() {
-            let look_precision = saturated(ring[0].precision);
-            for (gain, cell) in ring_gain.iter_mut().zip(&self.cells) {
-                *gain = if cell.precision < SATURATION {
-                    table.utility(cell.row, cell.precision + look_precision) - cell.utility
-                } else {
-                    0.0
-                };
+        self.frame.sum_over_footprints(situation.sensor, &self.cells, |cell, precision| {
+            if cell.precision < SATURATION {
+                table.utility(cell.row, cell.precision + saturated(precision)) - cell.utility
+            } else {
+                0.0
             }
-            for observation in ring {
-                for (sums, seen) in sums.chunks_exact_mut(columns).zip(self.frame.rows_at(observation.offset))
-                {
-                    for (sum, gain) in sums.iter_mut().zip(&ring_gain[seen]) {
-                        *sum += gain;
-                    }
-                }
-            }
-        }
-        sums
+        })
     }
 }
 

@@ -112,18 +112,48 @@ impl MapFile {
                 "a finite length in meters above 0",
             ));
         }
-        let extension = file.extension().map(|extension| extension.to_string_lossy().to_lowercase());
-        match extension.as_deref() {
-            Some("txt") => Terrain::from_ascii(&read_text(file)?, cell_meters)
+        match Format::of(file) {
+            Some(Format::Drawing) => Terrain::from_ascii(&read_text(file)?, cell_meters)
                 .map(Self::unplaced)
                 .map_err(|source| MapFileError::Terrain { file: file.to_owned(), source }),
-            Some("yaml" | "yml") => ros::load(file, cell_meters),
-            Some("map") => movingai::read(file, &read_text(file)?, cell_meters).map(Self::unplaced),
-            Some("geojson" | "json" | "kml") => outline::map(file, Areas::load(file)?, cell_meters),
-            _ => Err(MapFileError::Extension {
+            Some(Format::Ros) => ros::load(file, cell_meters),
+            Some(Format::MovingAi) => {
+                movingai::read(file, &read_text(file)?, cell_meters).map(Self::unplaced)
+            }
+            Some(Format::Areas) => outline::map(file, Areas::load(file)?, cell_meters),
+            Some(Format::Kmz) | None => Err(MapFileError::Extension {
                 file: file.to_owned(),
                 allowed: ".txt drawing, .yaml ROS map, .map MovingAI, .geojson or .kml areas (save a .kmz as KML)",
             }),
+        }
+    }
+}
+
+/// The format of a map file, by its extension.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Format {
+    /// A character for each cell, `.txt`.
+    Drawing,
+    /// ROS `map_server`, `.yaml`.
+    Ros,
+    /// `MovingAI`, a character for each cell, `.map`.
+    MovingAi,
+    /// Areas on the earth, `.geojson` and `.kml`.
+    Areas,
+    /// Compressed KML, which is not read.
+    Kmz,
+}
+
+impl Format {
+    /// The format of a file; `None` if it has no extension of a map.
+    pub(crate) fn of(file: &Path) -> Option<Self> {
+        match file.extension()?.to_string_lossy().to_lowercase().as_str() {
+            "txt" => Some(Self::Drawing),
+            "yaml" | "yml" => Some(Self::Ros),
+            "map" => Some(Self::MovingAi),
+            "geojson" | "json" | "kml" => Some(Self::Areas),
+            "kmz" => Some(Self::Kmz),
+            _ => None,
         }
     }
 }

@@ -103,12 +103,8 @@ impl Tour {
 
     /// The decision to drive a tour, if one is worth it.
     fn tour(&mut self, situation: &Situation<'_>, random: &mut Stream) -> Option<Decision> {
-        let threshold = situation.detection_threshold;
-        let table = self.table.take().filter(|table| table.serves(threshold));
-        let table = self.table.insert(table.unwrap_or_else(|| HiddenTable::new(threshold)));
-        let kept = self.ground.take().filter(|ground| ground.serves(situation));
-        let is_new = kept.is_none();
-        let ground = self.ground.insert(kept.unwrap_or_else(|| Ground::new(situation)));
+        let table = HiddenTable::kept_for(&mut self.table, situation.detection_threshold);
+        let (ground, is_new) = Ground::kept_for(&mut self.ground, situation);
         let planner = Planner::new(ground, table, situation, ground.number(situation.robot)?);
         let evaluations = affordable(self.evaluations, situation.sensor);
         let rest = self.plan.rest(&planner);
@@ -139,12 +135,13 @@ impl Tour {
         let cell_count = situation.terrain.grid().cell_count();
         let path: Vec<Cell> = self.plan.cells.iter().copied().take(cell_count).collect();
         // The planner has counted what teammates plan to observe, from when they observe it.
-        let nothing = PlannedPrecision::nothing(situation.terrain);
-        let unplanned = match situation.planned_precision.plans() {
-            [] => *situation,
-            _ => without_plans(situation, &nothing),
+        let is_informative = if situation.planned_precision.plans().is_empty() {
+            is_path_informative(situation, &path)
+        } else {
+            let nothing = PlannedPrecision::nothing(situation.terrain);
+            is_path_informative(&without_plans(situation, &nothing), &path)
         };
-        let chosen = *path.last().filter(|_| is_path_informative(&unplanned, &path))?;
+        let chosen = *path.last().filter(|_| is_informative)?;
         let mut scores = vec![f64::NEG_INFINITY; cell_count];
         scores[chosen.index()] = saved_cells;
         Some(Decision { chosen, path, scores })

@@ -124,9 +124,7 @@ enum Law {
 /// # Errors
 /// If there is none.
 pub fn check(scenario: &Scenario) -> Result<(), NoBound> {
-    if matches!(scenario.objects(), Objects::Cells(_)) {
-        return Err(NoBound::KnownObjects);
-    }
+    Law::of(scenario)?;
     Board::new(scenario, false).map(|_| ()).ok_or(NoBound::TooLarge)
 }
 
@@ -136,15 +134,7 @@ pub fn check(scenario: &Scenario) -> Result<(), NoBound> {
 /// # Errors
 /// If there is none for the scenario.
 pub fn least_cells_to_full_recall(scenario: &Scenario) -> Result<f64, NoBound> {
-    let terrain = scenario.terrain();
-    let law = match scenario.objects() {
-        Objects::Density(density) => Law::Independent(*density),
-        Objects::Count(objects) => {
-            let searched = terrain.searched_cells().count();
-            Law::Number { objects: *objects, searched: u32::try_from(searched).unwrap_or(u32::MAX) }
-        }
-        Objects::Cells(_) => return Err(NoBound::KnownObjects),
-    };
+    let law = Law::of(scenario)?;
     let glance = glance_units(scenario, law);
     let board = Board::new(scenario, glance < UNIT).ok_or(NoBound::TooLarge)?;
     let cases = Case::all(&board.starts, scenario.robots().len());
@@ -169,6 +159,17 @@ pub fn least_cells_to_full_recall(scenario: &Scenario) -> Result<f64, NoBound> {
 }
 
 impl Law {
+    fn of(scenario: &Scenario) -> Result<Self, NoBound> {
+        match scenario.objects() {
+            Objects::Density(density) => Ok(Self::Independent(*density)),
+            Objects::Count(objects) => {
+                let searched = scenario.terrain().searched_cells().count();
+                Ok(Self::Number { objects: *objects, searched: u32::try_from(searched).unwrap_or(u32::MAX) })
+            }
+            Objects::Cells(_) => Err(NoBound::KnownObjects),
+        }
+    }
+
     fn is_empty(self) -> f64 {
         match self {
             Self::Independent(density) => 1.0 - density,

@@ -18,8 +18,8 @@ use std::path::Path;
 
 use geo::{MultiLineString, MultiPolygon};
 
-use super::MapFileError;
 use super::georeference::GeoPoint;
+use super::{Format, MapFileError};
 
 pub use prior::{Claims, Region, RegionPrior, Rest, Weights};
 
@@ -83,8 +83,7 @@ impl Areas {
 
     /// Whether a file contains areas, by its extension.
     pub(crate) fn is_file(file: &Path) -> bool {
-        let extension = file.extension().map(|extension| extension.to_string_lossy().to_lowercase());
-        matches!(extension.as_deref(), Some("geojson" | "json" | "kml"))
+        Format::of(file) == Some(Format::Areas)
     }
 
     /// Only the areas with a probability; the others count as ignored.

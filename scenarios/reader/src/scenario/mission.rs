@@ -9,6 +9,8 @@ use super::file::MissionTable;
 const MAX_METERS: f64 = 1e9;
 /// The slowest robot, meters per second.
 const MIN_SPEED: f64 = 0.001;
+/// The longest time that a robot is waited for over one step, however slow it is.
+const LONGEST_STEP_SECONDS: f64 = 3600.0;
 /// The most heartbeats, or recorded beliefs, while a robot crosses a cell.
 const MAX_PERIODS_A_CELL: f64 = 1000.0;
 
@@ -66,6 +68,13 @@ impl Budget {
 }
 
 impl Mission {
+    /// The duration of the longest move of a robot, a diagonal one, on cells of an edge in meters; at most an hour.
+    #[must_use]
+    pub fn step_time(&self, cell_meters: f64) -> Duration {
+        let seconds = std::f64::consts::SQRT_2 * cell_meters / self.speed_meters_per_second;
+        Duration::from_secs_f64(seconds.min(LONGEST_STEP_SECONDS))
+    }
+
     pub(super) fn new(table: &MissionTable) -> Result<Self, Invalid> {
         let heartbeat = check::period("mission.heartbeat_seconds", table.heartbeat_seconds)?;
         let lost_after =

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use dragnet_search::sensor::Sensor;
 
-use crate::map_file::MapFile;
+use crate::map_file::{Format, MapFile};
 
 /// Edges of cells to choose from, meters, longest first.
 const CELL_METERS: [f64; 13] =
@@ -19,17 +19,7 @@ const LONGEST_NAME: usize = 64;
 
 /// Whether a path has an extension of a map, and not of a scenario.
 pub(super) fn is_map(path: &Path) -> bool {
-    is_drawn(path) || has_extension(path, &["kml", "kmz", "geojson", "json", "yaml", "yml"])
-}
-
-/// Whether each cell is a character of the file.
-fn is_drawn(path: &Path) -> bool {
-    has_extension(path, &["map", "txt"])
-}
-
-fn has_extension(path: &Path, extensions: &[&str]) -> bool {
-    let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
-    extension.is_some_and(|extension| extensions.contains(&extension.as_str()))
+    Format::of(path).is_some()
 }
 
 /// The text of a scenario for a map; `file` is the map's path as the scenario is to name it.
@@ -65,7 +55,8 @@ fn cells(map: &Path) -> (f64, u32) {
         Some((cell_meters, grid.rows().max(grid.columns())))
     };
     let unreadable = (USUAL_CELL_METERS, Sensor::DEFAULT_RADIUS);
-    if is_drawn(map) {
+    // Each cell is a character of the file.
+    if matches!(Format::of(map), Some(Format::Drawing | Format::MovingAi)) {
         return side(USUAL_CELL_METERS).unwrap_or(unreadable);
     }
     // Of areas that are smaller than the longest edges no cell is inside.

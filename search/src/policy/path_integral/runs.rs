@@ -11,13 +11,8 @@ use crate::situation::Situation;
 /// Sensors that see farther take more memory than this saves time: `(radius + 1)^2 (2 radius + 1)` numbers a column.
 const WIDEST_RADIUS: u8 = 8;
 
-/// The four moves, as a straight run repeats one.
-pub(super) const MOVES: [Offset; 4] = [
-    Offset { north: 1, east: 0 },
-    Offset { north: 0, east: 1 },
-    Offset { north: -1, east: 0 },
-    Offset { north: 0, east: -1 },
-];
+/// The moves of which a straight run repeats one: south, west, east, north.
+pub(super) const MOVES: &[Offset] = Connectivity::Four.offsets();
 
 /// What is to be done with each cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -117,10 +112,10 @@ pub(super) fn walked(routes: &ShortestPathTree, cell_count: usize) -> Vec<Kind> 
 fn step(grid: Grid, from: Cell, to: Cell) -> u8 {
     let (from, to) = (from.number(), to.number());
     match to.wrapping_sub(from) {
-        ahead if ahead == grid.columns() => 0,
-        1 => 1,
-        u32::MAX if grid.columns() > 1 => 3,
-        _ => 2,
+        ahead if ahead == grid.columns() => 3,
+        1 => 2,
+        u32::MAX if grid.columns() > 1 => 1,
+        _ => 0,
     }
 }
 

@@ -43,7 +43,7 @@ fn put_gains(situation: &Situation<'_>, gain: &UtilityGain<'_>, kinds: &[Kind], 
     let columns = situation.terrain.grid().columns() as usize;
     let of_rows = kinds.chunks_exact(columns).zip(gains.chunks_exact_mut(columns));
     for (row, (kinds, gains)) in of_rows.enumerate() {
-        for (step, &toward) in (0..).zip(&MOVES) {
+        for (step, &toward) in (0..).zip(MOVES) {
             let is_of = |kind: &Kind| *kind == Kind::Straight(step);
             let Some(first) = kinds.iter().position(is_of) else { continue };
             let end = kinds.iter().rposition(is_of).map_or(first, |last| last + 1);

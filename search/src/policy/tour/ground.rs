@@ -173,8 +173,16 @@ impl Ground {
         ground
     }
 
+    /// The ground of a situation, and whether it is new: the one that is kept, if it serves, or else a new one, which is
+    /// kept.
+    pub(super) fn kept_for<'g>(kept: &'g mut Option<Self>, situation: &Situation<'_>) -> (&'g Self, bool) {
+        let known = kept.take().filter(|ground| ground.serves(situation));
+        let is_new = known.is_none();
+        (kept.insert(known.unwrap_or_else(|| Self::new(situation))), is_new)
+    }
+
     /// Whether it still serves in this situation.
-    pub(super) fn serves(&self, situation: &Situation<'_>) -> bool {
+    fn serves(&self, situation: &Situation<'_>) -> bool {
         let is_near = || situation.terrain.grid().manhattan(self.center, situation.robot) <= 4 * self.radius;
         self.radius == situation.sensor.radius()
             && self.connectivity == situation.connectivity

@@ -57,8 +57,14 @@ impl HiddenTable {
         Self { detection_threshold, values }
     }
 
+    /// The table for a detection threshold: the one that is kept, if it is, or else a new one, which is kept.
+    pub(super) fn kept_for(kept: &mut Option<Self>, detection_threshold: f64) -> &Self {
+        let known = kept.take().filter(|table| table.serves(detection_threshold));
+        kept.insert(known.unwrap_or_else(|| Self::new(detection_threshold)))
+    }
+
     /// Whether it is for this detection threshold.
-    pub(super) const fn serves(&self, detection_threshold: f64) -> bool {
+    const fn serves(&self, detection_threshold: f64) -> bool {
         self.detection_threshold.to_bits() == detection_threshold.to_bits()
     }
 
@@ -107,9 +113,7 @@ impl HiddenMass {
     /// In a situation, beyond what teammates plan to observe.
     #[must_use]
     pub fn of(&mut self, situation: &Situation<'_>) -> Hidden {
-        let threshold = situation.detection_threshold;
-        let known = self.0.take().filter(|table| table.serves(threshold));
-        let table = self.0.insert(known.unwrap_or_else(|| HiddenTable::new(threshold)));
+        let table = HiddenTable::kept_for(&mut self.0, situation.detection_threshold);
         let grid = situation.terrain.grid();
         let frame = Frame::new(grid, situation.sensor.radius());
         let mut cells = vec![(HiddenTable::NOTHING, 0_u8); frame.cell_count()];
@@ -120,22 +124,9 @@ impl HiddenMass {
             cells[frame.index(cell)] = (row, planned);
             mass[cell.index()] = table.hidden(row, planned);
         }
-        let mut gain = vec![0.0; grid.cell_count()];
-        let mut of_ring = vec![0.0; cells.len()];
-        for ring in situation.sensor.rings() {
-            let added = steps(ring[0].precision);
-            for (gain, &(row, planned)) in of_ring.iter_mut().zip(&cells) {
-                *gain = table.hidden(row, planned) - table.hidden(row, planned.saturating_add(added));
-            }
-            for observation in ring {
-                let rows = gain.chunks_exact_mut(grid.columns() as usize);
-                for (sums, seen) in rows.zip(frame.rows_at(observation.offset)) {
-                    for (sum, gain) in sums.iter_mut().zip(&of_ring[seen]) {
-                        *sum += gain;
-                    }
-                }
-            }
-        }
+        let gain = frame.sum_over_footprints(situation.sensor, &cells, |&(row, planned), precision| {
+            table.hidden(row, planned) - table.hidden(row, planned.saturating_add(steps(precision)))
+        });
         Hidden { mass, gain }
     }
 }

@@ -42,11 +42,8 @@ impl TourScores {
 
     fn scored(&mut self, situation: &Situation<'_>, random: &mut Stream) -> Option<Decision> {
         let Tour { table, ground, plan, .. } = &mut self.tour;
-        let threshold = situation.detection_threshold;
-        let known = table.take().filter(|table| table.serves(threshold));
-        let table = table.insert(known.unwrap_or_else(|| HiddenTable::new(threshold)));
-        let known = ground.take().filter(|ground| ground.serves(situation));
-        let ground = ground.insert(known.unwrap_or_else(|| Ground::new(situation)));
+        let table = HiddenTable::kept_for(table, situation.detection_threshold);
+        let (ground, _) = Ground::kept_for(ground, situation);
         let planner = Planner::new(ground, table, situation, ground.number(situation.robot)?);
         let evaluations = affordable(self.evaluations, situation.sensor);
         // Where the robot did not follow the last tour, lanes may be better than its rest.
