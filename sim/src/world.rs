@@ -59,7 +59,7 @@ impl World {
     #[must_use]
     pub fn new(scenario: &Scenario, seed: u64) -> Self {
         let terrain = scenario.terrain();
-        let truth = draw_truth(terrain, scenario.objects(), &mut stream(seed, Purpose::Truth, 0));
+        let truth = draw_truth(scenario, &mut stream(seed, Purpose::Truth, 0));
         let bodies = draw_starts(scenario, seed)
             .into_iter()
             .zip(scenario.robots())
@@ -235,16 +235,40 @@ impl World {
     }
 }
 
-pub(crate) fn draw_truth(terrain: &Terrain, objects: &Objects, random: &mut Stream) -> Truth {
+pub(crate) fn draw_truth(scenario: &Scenario, random: &mut Stream) -> Truth {
+    let terrain = scenario.terrain();
     let searched: Vec<Cell> = terrain.searched_cells().collect();
-    let cells = match objects {
-        Objects::Count(count) => searched.sample(random, *count as usize).copied().collect(),
-        Objects::Density(density) => {
+    let cells = match (scenario.objects(), scenario.object_weights()) {
+        (Objects::Count(count), None) => searched.sample(random, *count as usize).copied().collect(),
+        (Objects::Count(count), Some(weights)) => sample(searched, weights, *count, random),
+        (Objects::Density(density), None) => {
             searched.into_iter().filter(|_| random.random::<f64>() < *density).collect()
         }
-        Objects::Cells(cells) => cells.clone(),
+        (Objects::Density(density), Some(weights)) => {
+            let factor = density * searched.len() as f64 / weights.iter().sum::<f64>();
+            let is_drawn = |cell: &Cell| random.random::<f64>() < factor * weights[cell.index()];
+            searched.into_iter().filter(is_drawn).collect()
+        }
+        (Objects::Cells(cells), _) => cells.clone(),
     };
     Truth::new(terrain, cells)
+}
+
+/// So many of the cells, one after the other, each in proportion to its weight.
+fn sample(mut cells: Vec<Cell>, weights: &[f64], count: u32, random: &mut Stream) -> Vec<Cell> {
+    cells.retain(|cell| weights[cell.index()] > 0.0);
+    let mut drawn = Vec::new();
+    while drawn.len() < count as usize && !cells.is_empty() {
+        let total: f64 = cells.iter().map(|cell| weights[cell.index()]).sum();
+        let mut left = random.random::<f64>() * total;
+        let place = cells.iter().position(|cell| {
+            left -= weights[cell.index()];
+            left < 0.0
+        });
+        // By rounding the sum may end above 0: that is the last cell.
+        drawn.push(cells.remove(place.unwrap_or(cells.len() - 1)));
+    }
+    drawn
 }
 
 pub(crate) fn draw_starts(scenario: &Scenario, seed: u64) -> Vec<Cell> {
@@ -278,6 +302,49 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+
+    /// A scenario of 2 x 4 cells, blocked in the north-east, whose prior is 0 in the first of its southern cells.
+    fn with_prior(objects: &str) -> Scenario {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("a.txt"), "...#\n....\n").unwrap();
+        std::fs::write(folder.path().join("a.csv"), "0.01,0.01,0.01,0.01\n0,0.03,0.2,0.05\n").unwrap();
+        let text = format!(
+            "name = 'a'\nmap = {{ file = 'a.txt', cell_meters = 10.0 }}\nsensor.radius = 1\n\
+             prior.file = 'a.csv'\nmission.budget_seconds = 60.0\n[objects]\n{objects}\n"
+        );
+        Scenario::from_text(&folder.path().join("a.toml"), text).unwrap()
+    }
+
+    /// In how many of 4,000 seeds each searched cell holds an object.
+    fn drawn(objects: &str) -> Vec<u32> {
+        let scenario = with_prior(objects);
+        let mut counts = vec![0; 8];
+        for seed in 0..4_000 {
+            let truth = draw_truth(&scenario, &mut stream(seed, Purpose::Truth, 0));
+            truth.objects().iter().for_each(|cell| counts[cell.index()] += 1);
+        }
+        counts
+    }
+
+    fn assert_near(counts: &[u32], expected: [f64; 8]) {
+        for (&count, expected) in counts.iter().zip(expected) {
+            let (mean, deviation) = (4_000.0 * expected, (4_000.0 * expected * (1.0 - expected)).sqrt());
+            assert!((f64::from(count) - mean).abs() <= 4.0 * deviation, "{counts:?}: {count}, {mean}");
+        }
+    }
+
+    #[test]
+    fn objects_lie_where_the_prior_expects_them() {
+        // Of 0.31 in all, row by row from the south.
+        let shares = [0.0, 0.03, 0.2, 0.05, 0.01, 0.01, 0.01, 0.0].map(|share| share / 0.31);
+        assert_near(&drawn("count = 1"), shares);
+        // The mean over seven searched cells is the density.
+        assert_near(&drawn("density = 0.1"), shares.map(|share| 0.7 * share));
+        let all = drawn("count = 6");
+        assert_eq!(all, [0, 4_000, 4_000, 4_000, 4_000, 4_000, 4_000, 0]);
+        let alike = [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0].map(|share: f64| share / 7.0);
+        assert_near(&drawn("count = 1\nplacement = 'uniform'"), alike);
+    }
 
     #[test]
     fn however_slow_a_robot_is_its_path_takes_some_time() {

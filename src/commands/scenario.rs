@@ -33,8 +33,11 @@ fn assumed(scenario: &Scenario) -> String {
     let (terrain, file) = (scenario.terrain(), scenario.source().path.display());
     let (grid, hours) =
         (terrain.grid(), scenario.mission().budget.time().unwrap_or_default().as_secs_f64() / 3600.0);
+    let place = scenario
+        .object_weights()
+        .map_or("anywhere in the search area", |_| "as likely in each cell as the areas say");
     format!(
-        "{file} is a map: cells of {} m ({} x {}), a sensor with a radius of {}, {} anywhere in the search area, {}, \
+        "{file} is a map: cells of {} m ({} x {}), a sensor with a radius of {}, {} {place}, {}, \
          policy {}, {hours} h; to change it: dragnet scenarios --write {}",
         terrain.cell_meters(),
         grid.rows(),

@@ -62,6 +62,7 @@ pub struct Scenario {
     sensor: Sensor,
     prior: Arc<Prior>,
     objects: Objects,
+    object_weights: Option<Vec<f64>>,
     robots: Vec<Robot>,
     mission: Mission,
     network: Network,
@@ -150,6 +151,11 @@ impl Scenario {
         let prior = Prior::new(&file.prior, source.folder(), file.map.file.as_deref(), &map, &objects)?;
         let mission = Mission::new(&file.mission)?;
         prior.check_undecided(terrain, mission.detection_threshold)?;
+        let object_weights = if objects::is_by_prior(&file.objects)? {
+            objects::weights(&objects, &prior.belief, terrain)?
+        } else {
+            None
+        };
         let recording = recording(&file.recording)?;
         for (key, period) in
             [("mission.heartbeat_seconds", mission.heartbeat), (BELIEF_PERIOD, recording.belief_period)]
@@ -162,6 +168,7 @@ impl Scenario {
             sensor: world::sensor(&file.sensor, terrain.grid())?,
             prior: Arc::new(prior),
             objects,
+            object_weights,
             mission,
             network: Network::new(&file.network, u16::try_from(robots.len()).unwrap_or(u16::MAX))?,
             robots,
@@ -235,7 +242,8 @@ impl Scenario {
     /// If it is not above 0 and below 1.
     pub fn with_density(&self, density: f64) -> Result<Self, ScenarioError> {
         self.changed(|file| {
-            file.objects = file::ObjectsTable { density: Some(density), ..Default::default() };
+            let placement = file.objects.placement.take();
+            file.objects = file::ObjectsTable { density: Some(density), placement, ..Default::default() };
         })
     }
 
@@ -344,6 +352,13 @@ impl Scenario {
     #[must_use]
     pub const fn objects(&self) -> &Objects {
         &self.objects
+    }
+
+    /// How likely each cell is to hold an object of a simulation, shape `[cells]`, up to a common factor; `None` if all
+    /// searched cells are alike.
+    #[must_use]
+    pub fn object_weights(&self) -> Option<&[f64]> {
+        self.object_weights.as_deref()
     }
 
     /// The team, by number from 1; at least one robot.

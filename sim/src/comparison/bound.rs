@@ -75,6 +75,9 @@ pub enum NoBound {
     /// A policy could know them.
     #[error("objects in given cells: a bound needs objects.density or objects.count")]
     KnownObjects,
+    /// The derivation takes them for alike.
+    #[error("objects placed by a prior that differs by cell: a bound needs objects.placement = \"uniform\"")]
+    UnlikeCells,
     /// The computation would take long.
     #[error("more than {} cells: allowed for a bound are no more", Board::MAX_POSITIONS)]
     TooLarge,
@@ -160,6 +163,9 @@ pub fn least_cells_to_full_recall(scenario: &Scenario) -> Result<f64, NoBound> {
 
 impl Law {
     fn of(scenario: &Scenario) -> Result<Self, NoBound> {
+        if scenario.object_weights().is_some() {
+            return Err(NoBound::UnlikeCells);
+        }
         match scenario.objects() {
             Objects::Density(density) => Ok(Self::Independent(*density)),
             Objects::Count(objects) => {

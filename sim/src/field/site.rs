@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use dragnet_lattice::costmap::{CostMap, CostMapError, LETHAL};
 use dragnet_lattice::plane::Pose;
-use dragnet_scenario::{Objects, Robot, Scenario};
+use dragnet_scenario::{Robot, Scenario};
 use dragnet_search::cell::{Cell, Position};
 use dragnet_search::measures::Truth;
 use dragnet_search::seed::{Purpose, stream};
@@ -90,7 +90,7 @@ impl Site {
         if terrain.cell_meters() <= 4.0 * MARGIN_METERS {
             return Err(SiteError::Cells(terrain.cell_meters()));
         }
-        let (truth, objects_meters) = things(terrain, scenario.objects(), seed);
+        let (truth, objects_meters) = things(scenario, seed);
         let starts = starts(scenario, seed);
         let ground = ground(terrain, &starts, seed)?;
         Ok(Self { truth, objects_meters, starts, ground })
@@ -115,9 +115,10 @@ impl Site {
     }
 }
 
-fn things(terrain: &Terrain, objects: &Objects, seed: u64) -> (Truth, Vec<Vector2<f64>>) {
+fn things(scenario: &Scenario, seed: u64) -> (Truth, Vec<Vector2<f64>>) {
+    let terrain = scenario.terrain();
     let mut random = stream(seed, Purpose::Truth, 0);
-    let truth = world::draw_truth(terrain, objects, &mut random);
+    let truth = world::draw_truth(scenario, &mut random);
     let reach = terrain.cell_meters() / 2.0 - MARGIN_METERS;
     let mut place = |&cell: &Cell| {
         let (east, north) = terrain.center_meters(cell);

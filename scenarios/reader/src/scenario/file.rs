@@ -132,7 +132,7 @@ pub struct PriorTable {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ObjectsTable {
-    /// Number of objects, in searched cells drawn at random, 0 to the number of searched cells.
+    /// Number of objects, in searched cells drawn as `placement` says, 0 to the number of searched cells.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0))]
     pub count: Option<i64>,
@@ -144,6 +144,11 @@ pub struct ObjectsTable {
     /// west.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cells: Option<Vec<[i64; 2]>>,
+    /// Where a simulation draws a `count` or a `density`: `prior`, in proportion to the prior's probability of each cell,
+    /// or `uniform`, in all searched cells alike. None with `cells`. Default: `prior`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("enum" = ["prior", "uniform"]))]
+    pub placement: Option<String>,
 }
 
 /// The robots.

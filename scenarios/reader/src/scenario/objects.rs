@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::terrain::Terrain;
 
@@ -13,7 +14,8 @@ use super::file::ObjectsTable;
 pub enum Objects {
     /// This number of objects, in searched cells drawn at random; at most the number of searched cells.
     Count(u32),
-    /// Each searched cell holds one with this probability, above 0 and below 1, independently.
+    /// Each searched cell holds one with this probability, above 0 and below 1, independently; the mean over cells where
+    /// they are placed by the prior ([`super::Scenario::object_weights`]).
     Density(f64),
     /// In exactly these searched cells, by index, each once.
     Cells(Vec<Cell>),
@@ -68,6 +70,48 @@ impl fmt::Display for Objects {
             Self::Density(density) => write!(formatter, "an object in {} % of the cells", density * 100.0),
             Self::Cells(cells) => write!(formatter, "{} in given cells", counted(cells.len())),
         }
+    }
+}
+
+/// Whether objects are placed by the prior.
+pub(super) fn is_by_prior(table: &ObjectsTable) -> Result<bool, Invalid> {
+    let key = "objects.placement";
+    match (table.placement.as_deref(), &table.cells) {
+        (None | Some("prior"), None) => Ok(true),
+        (Some("uniform"), None) | (None, Some(_)) => Ok(false),
+        (Some(found), Some(_)) => Err(Invalid::new(key, format!("{found:?}"), "none with objects.cells")),
+        (Some(found), None) => Err(Invalid::new(key, format!("{found:?}"), "\"prior\" or \"uniform\"")),
+    }
+}
+
+/// The prior's probability of each cell, shape `[cells]`, 0 outside the searched ones; `None` if it is the same in all of
+/// these, so that all places are alike.
+///
+/// # Errors
+/// If fewer cells than objects have a chance.
+pub(super) fn weights(
+    objects: &Objects,
+    prior: &Belief,
+    terrain: &Terrain,
+) -> Result<Option<Vec<f64>>, Invalid> {
+    let mut weights = vec![0.0; terrain.grid().cell_count()];
+    let mut searched = terrain.searched_cells();
+    let first = searched.next().map(|cell| prior.log_odds_nats(cell));
+    if searched.all(|cell| Some(prior.log_odds_nats(cell)) == first) {
+        return Ok(None);
+    }
+    for cell in terrain.searched_cells() {
+        weights[cell.index()] = prior.probability(cell);
+    }
+    let possible = weights.iter().filter(|&&weight| weight > 0.0).count();
+    match *objects {
+        Objects::Count(count) if count as usize > possible => {
+            let allowed = format!(
+                "at most {possible}, the cells in which the prior is above 0, or objects.placement = \"uniform\""
+            );
+            Err(Invalid::new("objects.count", count, allowed))
+        }
+        _ => Ok(Some(weights)),
     }
 }
 

@@ -519,6 +519,18 @@ fn objects_that_the_prior_does_not_expect_are_warned_of() {
     check_warnings(&hidden, &["2 of 5 searched cells .. [0, 4]", "1 of 1 given objects .. sight .. [0, 4]"]);
 }
 
+#[test]
+fn a_placement_that_cannot_be_names_key_and_allowed_values() {
+    let check = |objects: &str, expected: &str| {
+        let text = SMALL.replace("count = 1", objects);
+        let loaded = load_with(&format!("{text}[prior]\nfile = 'low.csv'"), "....\n....\n");
+        assert_mentions(&loaded.unwrap_err(), expected);
+    };
+    check("count = 1\nplacement = 'prio'", "objects.placement .. \"prio\" .. \"prior\" or \"uniform\"");
+    check("cells = [[0, 1]]\nplacement = 'prior'", "objects.placement .. none with objects.cells");
+    check("count = 3", "objects.count .. 3 .. at most 2 .. uniform");
+}
+
 /// A field of 30 x 20 cells at the equator, a fence through it, and areas beyond it.
 #[test]
 fn areas_that_close_nothing_are_warned_of() {
