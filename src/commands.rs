@@ -13,6 +13,7 @@ mod doctor;
 mod dry_run;
 mod export;
 mod eyes;
+mod forecast;
 mod inspect;
 mod keys;
 mod live;
@@ -43,6 +44,7 @@ use dragnet_runtime::RuntimeError;
 #[derive(clap::Subcommand)]
 pub(crate) enum Command {
     Run(run::Arguments),
+    Forecast(forecast::Arguments),
     Compare(compare::Arguments),
     Demonstrate(demonstrate::Arguments),
     Train(train::Arguments),
@@ -78,6 +80,7 @@ impl Command {
 pub(crate) fn execute(command: Command) -> Result<(), Failure> {
     match command {
         Command::Run(arguments) => run::execute(&arguments),
+        Command::Forecast(arguments) => forecast::execute(&arguments),
         Command::Compare(arguments) => compare::execute(&arguments),
         Command::Demonstrate(arguments) => demonstrate::execute(&arguments),
         Command::Train(arguments) => train::execute(&arguments),

@@ -4,9 +4,10 @@
 //!
 //! 1. [`seeds`], [`shard`], [`jobs`]: seeds, their division among processes, and parallel jobs;
 //! 2. [`comparison`]: comparisons of policies over scenarios and seeds;
-//! 3. [`paper`]: the paper's tables and figures, measured again, as one page;
-//! 4. [`demonstrations`]: recording of experts' decisions for training;
-//! 5. [`plot`]: curves as drawings.
+//! 3. [`forecast`]: what a search is expected to find, and when;
+//! 4. [`paper`]: the paper's tables and figures, measured again, as one page;
+//! 5. [`demonstrations`]: recording of experts' decisions for training;
+//! 6. [`plot`]: curves as drawings.
 //!
 //! This crate reads no command line and writes to no terminal. The caller passes the program's version and receives
 //! [`progress`].
@@ -14,6 +15,7 @@
 pub mod comparison;
 pub mod demonstrations;
 mod error;
+pub mod forecast;
 pub mod jobs;
 pub mod output;
 pub mod paper;

@@ -3,6 +3,7 @@
 //! [`run`] returns a [`Report`]. Each table and figure of the paper is a section with its own file; `study` runs the
 //! comparisons that several sections show, and `page` assembles them.
 
+mod beyond;
 mod curves;
 mod figure_5;
 mod figure_6;
@@ -31,7 +32,7 @@ use crate::seeds::Seeds;
 use crate::{ExperimentError, output};
 use page::Page;
 pub use part::{Choice, Part};
-use section::{CsvFile, Section};
+use section::{File, Section};
 pub use setup::warning;
 use study::{Comparison, Study};
 
@@ -52,7 +53,7 @@ pub struct Order {
 /// The page and its numbers.
 pub struct Report {
     page: String,
-    files: Vec<CsvFile>,
+    files: Vec<File>,
 }
 
 /// Runs the experiments. The report names the version of the program.
@@ -105,6 +106,7 @@ fn section(
         Part::Figure8 => figure_8::section(order.seeds, progress),
         Part::Figure9 => figure_9::section(find(comparisons, Study::PathExpert)),
         Part::Table3 => table_3::section(order.seeds, order.threads, progress),
+        Part::Beyond => beyond::section(order.seeds, order.threads, progress),
     }
 }
 

@@ -7,10 +7,17 @@ use plotters::drawing::{DrawingArea, DrawingAreaErrorKind, IntoDrawingArea};
 use plotters::element::{DashedPathElement, PathElement, Polygon, Rectangle, Text};
 use plotters::prelude::{Cartesian2d, ChartBuilder, DrawingBackend, SVGBackend};
 use plotters::series::{DashedLineSeries, LineSeries};
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, IntoFont, RGBColor, ShapeStyle, TextStyle, WHITE};
 
 /// Size of a drawing, pixels: plotters rounds to whole ones, so that small drawings get crooked lines.
 const SIZE: (u32, u32) = (1600, 1000);
+/// So many lines have their names beside them, more have a legend.
+const MOST_LABELS: usize = 5;
+/// Names stand beside their lines between these shares of the lines' last values, and no farther right than this
+/// share of the width.
+const LABEL_SHARES: (f64, f64) = (0.1, 0.8);
+const LAST_LABEL: f64 = 0.75;
 /// Columns of the legend, on the right.
 const LEGEND_WIDTH: u32 = 325;
 /// The horizontal range of the line samples in the legend: longer than any dash and its gap.
@@ -123,7 +130,9 @@ impl Figure<'_> {
         root.fill(&WHITE)?;
         root.draw(&Text::new(self.title.as_str(), (120, 28), text(TITLE_SIZE)))?;
         root.draw(&Text::new(self.subtitle.as_str(), (120, 84), text(TEXT_SIZE)))?;
-        let (left, right) = root.split_horizontally(SIZE.0 - LEGEND_WIDTH);
+        let is_labeled = self.lines.len() <= MOST_LABELS;
+        let legend_width = if is_labeled { 0 } else { LEGEND_WIDTH };
+        let (left, right) = root.split_horizontally(SIZE.0 - legend_width);
         let mut chart = ChartBuilder::on(&left)
             .margin_top(140)
             .margin_right(20)
@@ -139,7 +148,11 @@ impl Figure<'_> {
         for line in &self.lines {
             line.draw_mean(&mut chart, self.length)?;
         }
-        self.draw_legend(&right)?;
+        if is_labeled {
+            self.draw_labels(&mut chart)?;
+        } else {
+            self.draw_legend(&right)?;
+        }
         root.present()
     }
 
@@ -158,6 +171,25 @@ impl Figure<'_> {
             .x_desc(self.horizontal)
             .y_desc(self.vertical)
             .draw()
+    }
+
+    /// The name of each line beside it, to the right of all lines, with a thin line to where it belongs: the fastest
+    /// line at the top.
+    fn draw_labels<B: DrawingBackend>(&self, chart: &mut Chart<'_, B>) -> Drawn<B> {
+        let mut lines: Vec<&Line<'_>> = self.lines.iter().collect();
+        lines.sort_by(|a, b| a.point_at(0.5).0.total_cmp(&b.point_at(0.5).0));
+        let step = (LABEL_SHARES.1 - LABEL_SHARES.0) / lines.len().max(2) as f64;
+        for (place, line) in lines.iter().enumerate() {
+            let share = LABEL_SHARES.1 - step * place as f64;
+            let (x, y) = line.point_at(share);
+            let slowest = lines.iter().map(|other| other.point_at(share).0).fold(x, f64::max);
+            let from = (slowest + 0.02 * self.length).min(LAST_LABEL * self.length);
+            let color = line.line_style.color();
+            chart.draw_series([PathElement::new([(x, y), (from, y)], color.stroke_width(1))])?;
+            let style = text(TEXT_SIZE).color(&color).pos(Pos::new(HPos::Left, VPos::Center));
+            chart.draw_series([Text::new(format!(" {}", line.label), (from, y), style)])?;
+        }
+        Ok(())
     }
 
     fn draw_legend<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Drawn<B> {
@@ -201,6 +233,13 @@ impl Line<'_> {
         Ok(())
     }
 
+    /// Where the mean first reaches this share of its last value.
+    fn point_at(&self, share: f64) -> (f64, f64) {
+        let height = share * self.mean.last().copied().unwrap_or_default();
+        let place = self.mean.iter().position(|&mean| mean >= height).unwrap_or(0);
+        (self.lengths.get(place).copied().unwrap_or_default(), height)
+    }
+
     /// Up to a length.
     fn points(&self, length: f64) -> impl Iterator<Item = (f64, f64)> + Clone {
         let points = self.lengths.iter().copied().zip(self.mean.iter().copied());
@@ -216,8 +255,8 @@ fn text(size: i32) -> TextStyle<'static> {
 mod tests {
     use super::*;
 
-    fn svg(standard_error: &[Option<f64>], dashes: usize) -> String {
-        let line = Line {
+    fn svg(standard_error: &[Option<f64>], dashes: usize, lines: usize) -> String {
+        let line = || Line {
             label: "greedy",
             line_style: LineStyle { color: 2, dashes },
             lengths: &[0.0, 1.0, 2.0],
@@ -231,14 +270,14 @@ mod tests {
             vertical: "F1",
             length: 2.0,
             height: 1.0,
-            lines: vec![line],
+            lines: (0..lines).map(|_| line()).collect(),
         };
         figure.draw().unwrap()
     }
 
     #[test]
     fn a_drawing_names_its_axes_and_its_lines() {
-        let svg = svg(&[Some(0.0), Some(0.1), Some(0.1)], 0);
+        let svg = svg(&[Some(0.0), Some(0.1), Some(0.1)], 0, 1);
         for word in ["a map &lt;&amp;&gt;", "3 seeds", "Path length (cells)", "F1", "greedy", "#009E73"] {
             assert!(svg.contains(word), "{word}\n{svg}");
         }
@@ -247,15 +286,17 @@ mod tests {
 
     #[test]
     fn one_seed_has_no_standard_error_to_draw() {
-        assert!(!svg(&[None; 3], 0).contains("<polygon"));
+        assert!(!svg(&[None; 3], 0, 1).contains("<polygon"));
     }
 
     #[test]
     fn dashes_are_drawn_in_the_curve_and_in_the_legend() {
-        let lines = |dashes| svg(&[None; 3], dashes).matches("stroke=\"#009E73\"").count();
-        assert_eq!(lines(0), 2);
+        let lines = |dashes, lines| svg(&[None; 3], dashes, lines).matches("stroke=\"#009E73\"").count();
+        // The curve and its sample; or the curve and the line to its name.
+        assert_eq!(lines(0, MOST_LABELS + 1), 2 * (MOST_LABELS + 1));
+        assert_eq!(lines(0, MOST_LABELS), 2 * MOST_LABELS);
         for dashes in 1..LineStyle::DASHES {
-            assert!(lines(dashes) > 10, "{dashes}");
+            assert!(lines(dashes, MOST_LABELS + 1) > 10 * (MOST_LABELS + 1), "{dashes}");
         }
     }
 }

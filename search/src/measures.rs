@@ -110,10 +110,10 @@ fn share(part: u32, whole: u32) -> f64 {
     if whole == 0 { 1.0 } else { f64::from(part) / f64::from(whole) }
 }
 
-/// A measure against path length: a step function that holds each value until the next.
+/// A measure against path length, or against time: a step function that holds each value until the next.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Curve {
-    /// `(path length in cells, value from there on)`, lengths ascending.
+    /// `(path length in cells, or seconds; value from there on)`, ascending.
     points: Vec<(f64, f64)>,
 }
 

@@ -9,6 +9,7 @@
 //! To add a policy, write its file and add it to [`PolicyName`] and [`build`]; `lib.rs` lists all steps.
 
 mod coverage;
+mod forecast;
 mod greedy;
 mod path_integral;
 mod path_integral_additive;

@@ -97,6 +97,8 @@ pub struct Outcome {
     pub f1: Curve,
     /// Recall of the merged belief, likewise.
     pub recall: Curve,
+    /// Recall of the merged belief over the mission time, seconds.
+    pub recall_over_time: Curve,
     /// Path length of the farthest robot when the merged belief first had found every object, cells.
     pub cells_to_full_recall: Option<f64>,
     /// Computing time of each decision.
@@ -120,6 +122,7 @@ impl Outcome {
             last_find: None,
             f1: Curve::default(),
             recall: Curve::default(),
+            recall_over_time: Curve::default(),
             cells_to_full_recall: None,
             decisions: Vec::new(),
             observations: 0,
@@ -144,6 +147,7 @@ impl Outcome {
         }
         self.f1.push(farthest_cells, score.f1());
         self.recall.push(farthest_cells, score.recall());
+        self.recall_over_time.push(now.as_seconds(), score.recall());
         if score.false_negatives == 0 && self.cells_to_full_recall.is_none() {
             self.cells_to_full_recall = Some(farthest_cells);
         }

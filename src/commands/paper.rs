@@ -16,10 +16,11 @@ const FIRST_SEED: u64 = 1000;
 
 /// Repeat the paper's experiments in simulation, and compare with its own figures.
 ///
-/// Writes a self-contained page, report.html, and its numbers as CSV files. The page states which claims of the paper
-/// hold, and where this setup differs. The default seeds were not used for tuning or training, which used seeds below
-/// 1000 and from 100000 on. With the default seeds, `figure-6` and `table-3` take about a minute of computing time
-/// each, and all others together a quarter of a minute; these times are divided among the threads.
+/// Writes a self-contained page, report.html, with its numbers as CSV files and its curves as SVG files. The page states
+/// which claims of the paper hold, and where this setup differs. `beyond` is what goes beyond the paper: tours, their
+/// clone, a bound, and a team. The default seeds were not used for tuning or training, which used seeds below 1000 and
+/// from 100000 on. With the default seeds, `beyond` takes about four minutes of computing time, `figure-6` and `table-3`
+/// about a minute each, and all others together a quarter of a minute; these times are divided among the threads.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:

@@ -130,6 +130,29 @@ fn table_2_stands_beside_the_papers_own() {
     assert_eq!(files["table-2-episodes.csv"].lines().count(), 1 + 4 * 9 * 2);
 }
 
+#[test]
+fn beyond_the_paper_there_are_tours_a_bound_and_a_team() {
+    let (page, files) = report("beyond");
+    assert!(elements(&page).contains(&"svg") && !page.contains("What holds"));
+    for said in
+        ["gnn-tour", "path(path_length_weight=1)", "no policy needs fewer than", "99 % ms", "A team of 8"]
+    {
+        assert!(page.contains(said), "{said}");
+    }
+    let maps = ["at", "four", "icc", "oa"].map(|map| format!("beyond-{map}.svg"));
+    let tables =
+        ["curves", "summary-few", "summary-many", "summary-team"].map(|it| format!("beyond-{it}.csv"));
+    let mut names = [maps, tables].concat();
+    names.sort_unstable();
+    assert_eq!(files.keys().cloned().collect::<Vec<_>>(), names);
+    // Four maps, five policies; two policies of a team.
+    assert_eq!(files["beyond-summary-many.csv"].lines().count(), 1 + 4 * 5);
+    assert_eq!(files["beyond-summary-team.csv"].lines().count(), 1 + 2);
+    for policy in ["path", "tour", "gnn"] {
+        assert!(files["beyond-at.svg"].contains(policy), "{policy}");
+    }
+}
+
 /// A table without the columns of times.
 fn without_times(csv: &str) -> Vec<Vec<&str>> {
     let titles: Vec<&str> = csv.lines().next().unwrap().split(',').collect();

@@ -6,28 +6,48 @@ use super::map::Map;
 use super::markup::{Markup, Table};
 use super::measure::{self, Gap};
 use super::part::Part;
-use super::section::CsvFile;
+use super::section::File;
 use super::study::{Comparison, Panel};
 use crate::ExperimentError;
 use crate::comparison::{Row, estimate, files};
+use crate::plot::Figure;
 
 /// Curves are drawn up to this multiple of the path length at which the expert's is settled; tables cover the rest.
 const DRAWN: f64 = 2.0;
 
-/// The curves of all four maps.
-pub(super) fn figure(comparison: &Comparison, caption: &str) -> Result<Markup, ExperimentError> {
-    let drawings = comparison.panels().map(|panel| drawing(comparison, panel));
-    let drawings = drawings.collect::<Result<Vec<_>, _>>()?;
-    Ok(Markup::new().figure("curves", caption, &drawings))
+/// The curves of all four maps, on the page and as files.
+pub(super) struct Curves {
+    pub(super) figure: Markup,
+    pub(super) files: Vec<File>,
 }
 
-fn drawing(comparison: &Comparison, panel: Panel<'_>) -> Result<Markup, ExperimentError> {
-    let mut figure = files::figure(panel.rows, comparison.seeds);
-    figure.title = format!("{} ({})", panel.map.title(), panel.map.short());
-    figure.horizontal = "Path length (cells)";
-    figure.length = figure.length.min(DRAWN * files::settled(&panel.expert().curve));
-    let description = format!("F1 against path length on the map {}", panel.map.title());
-    Ok(Markup::drawing(&description, &figure.draw().map_err(ExperimentError::run)?))
+/// The curves of all four maps, up to a multiple of the path length at which the expert's is settled.
+pub(super) fn figure(comparison: &Comparison, part: Part, caption: &str) -> Result<Curves, ExperimentError> {
+    let drawings = comparison.panels().map(|panel| {
+        let mut figure = files::figure(panel.rows, comparison.seeds);
+        figure.length = figure.length.min(DRAWN * files::settled(&panel.expert().curve));
+        (panel.map, figure)
+    });
+    drawn(part, caption, drawings)
+}
+
+/// Figures of maps, drawn.
+pub(super) fn drawn<'a>(
+    part: Part,
+    caption: &str,
+    figures: impl Iterator<Item = (Map, Figure<'a>)>,
+) -> Result<Curves, ExperimentError> {
+    let (mut drawings, mut files) = (Vec::new(), Vec::new());
+    for (map, mut figure) in figures {
+        figure.title = format!("{} ({})", map.title(), map.short());
+        figure.horizontal = "Path length (cells)";
+        let svg = figure.draw().map_err(ExperimentError::run)?;
+        let description = format!("F1 against path length on the map {}", map.title());
+        drawings.push(Markup::drawing(&description, &svg));
+        let name = format!("{}-{}.svg", part.as_str(), map.short().to_lowercase());
+        files.push(File { name, content: svg.into_bytes() });
+    }
+    Ok(Curves { figure: Markup::new().figure("curves", caption, &drawings), files })
 }
 
 /// Area under F1, full recall, the gap to the expert, and where the curves are farthest apart, by map.
@@ -119,23 +139,30 @@ pub(super) fn gap_closed(comparison: &Comparison) -> Table {
 }
 
 /// Summary and episodes.
-pub(super) fn tables(comparison: &Comparison, part: Part) -> Result<Vec<CsvFile>, ExperimentError> {
+pub(super) fn tables(comparison: &Comparison, part: Part) -> Result<Vec<File>, ExperimentError> {
     let rows = &comparison.rows;
     Ok(vec![file(part, "summary", files::summary(rows))?, file(part, "episodes", files::episodes(rows))?])
 }
 
-/// Summary, episodes and curves.
-pub(super) fn files(comparison: &Comparison, part: Part) -> Result<Vec<CsvFile>, ExperimentError> {
+/// Summary, episodes, curves and drawings.
+pub(super) fn files(
+    comparison: &Comparison,
+    part: Part,
+    drawings: Vec<File>,
+) -> Result<Vec<File>, ExperimentError> {
     let mut all = tables(comparison, part)?;
     all.push(file(part, "curves", files::curves(&comparison.rows))?);
+    all.extend(drawings);
     Ok(all)
 }
 
-fn file(part: Part, name: &str, table: Result<Vec<u8>, csv::Error>) -> Result<CsvFile, ExperimentError> {
-    Ok(CsvFile {
-        name: format!("{}-{name}.csv", part.as_str()),
-        content: table.map_err(ExperimentError::run)?,
-    })
+/// A table of a part, as a file.
+pub(super) fn file(
+    part: Part,
+    name: &str,
+    table: Result<Vec<u8>, csv::Error>,
+) -> Result<File, ExperimentError> {
+    Ok(File { name: format!("{}-{name}.csv", part.as_str()), content: table.map_err(ExperimentError::run)? })
 }
 
 /// `ICC +0.1 ± 0.2, OA ...`: a measure of every map.

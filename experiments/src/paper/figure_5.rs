@@ -22,13 +22,14 @@ const ABOUT_THE_SAME: f64 = 0.25;
 pub(super) fn section(comparison: &Comparison) -> Result<Section, ExperimentError> {
     let caption = "F1 against path length, mean and standard error (shaded), 20 % of the cells hold an object. The \
                    clone of each map is the one that was trained on it.";
+    let drawn = curves::figure(comparison, Part::Figure5, caption)?;
     let body = Markup::new()
         .paragraph(
             "The paper: clones of the greedy expert attain an F-score within 1.5 % of the expert at each timestep on all \
              four maps; coverage is the most budget-inefficient baseline; random search does well at the start and \
              saturates. It prints curves and no numbers.",
         )
-        .then(&curves::figure(comparison, caption)?)
+        .then(&drawn.figure)
         .paragraph(&largest(comparison))
         .table(&curves::table(comparison));
     Ok(Section {
@@ -36,7 +37,7 @@ pub(super) fn section(comparison: &Comparison) -> Result<Section, ExperimentErro
         title: "Imitating the greedy expert",
         body,
         claims: vec![tracking(comparison), inefficient_coverage(comparison), parting(comparison)],
-        files: curves::files(comparison, Part::Figure5)?,
+        files: curves::files(comparison, Part::Figure5, drawn.files)?,
     })
 }
 

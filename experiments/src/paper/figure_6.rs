@@ -13,12 +13,13 @@ use crate::comparison::Estimate;
 pub(super) fn section(comparison: &Comparison) -> Result<Section, ExperimentError> {
     let caption = "F1 against path length on maps of 60 x 60 cells, mean and standard error (shaded), 20 % of the cells \
                    hold an object. All clones were trained on maps of 30 x 30 cells.";
+    let drawn = curves::figure(comparison, Part::Figure6, caption)?;
     let body = Markup::new()
         .paragraph(
             "The paper: policies that were trained on the 30 x 30 variant of one map track their expert nearly perfectly \
              on the 60 x 60 variants of all. It prints curves and no numbers.",
         )
-        .then(&curves::figure(comparison, caption)?)
+        .then(&drawn.figure)
         .table(&curves::against_expert(comparison))
         .table(&curves::table(comparison));
     Ok(Section {
@@ -26,7 +27,7 @@ pub(super) fn section(comparison: &Comparison) -> Result<Section, ExperimentErro
         title: "Across maps and sizes",
         body,
         claims: vec![tracking(comparison)],
-        files: curves::files(comparison, Part::Figure6)?,
+        files: curves::files(comparison, Part::Figure6, drawn.files)?,
     })
 }
 

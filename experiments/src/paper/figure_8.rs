@@ -11,7 +11,7 @@ use super::markup::{Markup, Table};
 use super::measure;
 use super::part::Part;
 use super::picture::{self, Way};
-use super::section::{Claim, CsvFile, Section, Verdict, below_zero};
+use super::section::{Claim, File, Section, Verdict, below_zero};
 use super::trace::{self, Trace};
 use crate::ExperimentError;
 use crate::comparison::{Estimate, estimate, files};
@@ -73,7 +73,7 @@ pub(super) fn section(seeds: Seeds, progress: &dyn Progress) -> Result<Section, 
         title: "Beliefs and tracks of the two experts",
         body: pictures(&scenarios, shown)?.table(&table(&walks, seeds)),
         claims: vec![certainty(&walks), redundancy(&walks)],
-        files: vec![CsvFile {
+        files: vec![File {
             name: "figure-8.csv".to_owned(),
             content: csv(&walks).map_err(ExperimentError::run)?,
         }],

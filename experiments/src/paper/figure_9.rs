@@ -22,13 +22,14 @@ pub(super) fn section(comparison: &Comparison) -> Result<Section, ExperimentErro
     let caption = "F1 against path length, mean and standard error (shaded), 20 % of the cells hold an object. `gnn-path` \
                    was trained on the ice cream cone alone and meets the other maps for the first time; `gnn` was trained \
                    on generated maps, none of which is among these four.";
+    let drawn = curves::figure(comparison, Part::Figure9, caption)?;
     let body = Markup::new()
         .paragraph(
             "The paper: the path-integral clone, trained on the ice cream cone, shows marked improvement over the greedy \
              expert and almost matches its own expert on ICC and OA; it just tracks the greedy expert on the figure four \
              and is worse than it on AT. It prints curves and no numbers. `gnn` is not in the paper.",
         )
-        .then(&curves::figure(comparison, caption)?)
+        .then(&drawn.figure)
         .table(&curves::table(comparison));
     Ok(Section {
         part: Part::Figure9,
@@ -40,7 +41,7 @@ pub(super) fn section(comparison: &Comparison) -> Result<Section, ExperimentErro
             clone_lags(comparison),
             general(comparison),
         ],
-        files: curves::files(comparison, Part::Figure9)?,
+        files: curves::files(comparison, Part::Figure9, drawn.files)?,
     })
 }
 

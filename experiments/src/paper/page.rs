@@ -17,15 +17,19 @@ pub(super) struct Page<'a> {
 
 const TITLE: &str = "Efficient Active Search via Amortized Path-Integral Policies, repeated";
 
+const SUMMARY: &str = "What holds";
+
 const STYLE: &str = include_str!("page.css");
 
 impl Page<'_> {
     pub(super) fn draw(&self) -> String {
         let mut main = heading(self.program, self.seeds);
         main += &self.contents();
-        main += &section("summary", "What holds", &self.summary());
+        if self.has_claims() {
+            main += &section("summary", SUMMARY, &self.summary());
+        }
         for Section { part, title, body, .. } in self.sections {
-            main += &section(part.as_str(), &format!("{}: {title}", part.in_paper()), body);
+            main += &section(part.as_str(), &part.heading(title), body);
         }
         main += &section("differences", "Differences from the paper's set-up", &setup::differences());
         let reproduction = setup::reproduction(self.program, self.choice, self.seeds);
@@ -38,21 +42,29 @@ impl Page<'_> {
     }
 
     fn contents(&self) -> String {
-        let mut entries = vec![entry("summary", "What holds")];
+        let mut entries = Vec::new();
+        if self.has_claims() {
+            entries.push(entry("summary", SUMMARY));
+        }
         for Section { part, title, .. } in self.sections {
-            entries.push(entry(part.as_str(), &format!("{}: {title}", part.in_paper())));
+            entries.push(entry(part.as_str(), &part.heading(title)));
         }
         entries.push(entry("differences", "Differences from the paper's set-up"));
         entries.push(entry("reproduction", "How to make this report again"));
         format!("<nav aria-label=\"Contents\">\n<ol>\n{}</ol>\n</nav>\n", entries.concat())
     }
 
+    /// Whether a section repeats a claim of the paper.
+    fn has_claims(&self) -> bool {
+        self.sections.iter().any(|section| !section.claims.is_empty())
+    }
+
     fn summary(&self) -> Markup {
         let claims: Vec<&Claim> = self.sections.iter().flat_map(|section| &section.claims).collect();
         let holding = claims.iter().filter(|claim| claim.verdict.holds()).count();
         let mut table = Table::of_words(
-            "Claims of the paper, each with what was measured here. Whether it holds is computed from the means, within \
-             the error where two standard errors could turn that. Differences are taken seed by seed.",
+            "Claims of the paper, each with what was measured here. Whether it holds is computed from the means; chance \
+             could explain it where two standard errors could turn that. Differences are taken seed by seed.",
             &["the paper says", "measured here"],
         );
         for of_part in claims.chunk_by(|a, b| a.part == b.part) {
@@ -63,7 +75,7 @@ impl Page<'_> {
         }
         let barely = match claims.iter().filter(|claim| claim.verdict == Verdict::HoldsBarely).count() {
             0 => String::new(),
-            count => format!(", {count} of them within the error"),
+            count => format!(", {count} of them by so little that chance could explain it"),
         };
         let sum = format!(
             "{holding} of {} claims hold{barely}. Where a clone is better here, or an expert cheaper, than the paper has it, its \

@@ -2,7 +2,7 @@
 
 use super::study::Study;
 
-/// A table or figure of the paper.
+/// A table or figure of the paper, or what goes beyond it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
     /// Computing time of decisions.
@@ -21,11 +21,13 @@ pub enum Part {
     Figure9,
     /// The field test.
     Table3,
+    /// What is not in the paper: planning the whole rest of the search.
+    Beyond,
 }
 
 impl Part {
     /// In the order of the report.
-    const ALL: [Self; 8] = [
+    const ALL: [Self; 9] = [
         Self::Table1,
         Self::Figure5,
         Self::Figure6,
@@ -34,6 +36,7 @@ impl Part {
         Self::Figure8,
         Self::Figure9,
         Self::Table3,
+        Self::Beyond,
     ];
 
     /// As written on the command line, in links and in names of files.
@@ -47,7 +50,13 @@ impl Part {
             Self::Figure8 => "figure-8",
             Self::Figure9 => "figure-9",
             Self::Table3 => "table-3",
+            Self::Beyond => "beyond",
         }
+    }
+
+    /// Its heading, with a title.
+    pub(super) fn heading(self, title: &str) -> String {
+        format!("{}: {title}", self.in_paper())
     }
 
     /// Its name in the paper.
@@ -61,13 +70,14 @@ impl Part {
             Self::Figure8 => "Figure 8",
             Self::Figure9 => "Figure 9",
             Self::Table3 => "Table III",
+            Self::Beyond => "Beyond the paper",
         }
     }
 
     /// The comparison that it shows, if any.
     pub(super) const fn study(self) -> Option<Study> {
         match self {
-            Self::Table1 | Self::Figure8 | Self::Table3 => None,
+            Self::Table1 | Self::Figure8 | Self::Table3 | Self::Beyond => None,
             Self::Figure5 => Some(Study::Imitation),
             Self::Figure6 => Some(Study::Scale),
             Self::Figure7 | Self::Table2 => Some(Study::Density),

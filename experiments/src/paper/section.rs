@@ -12,11 +12,11 @@ pub(super) struct Section {
     pub(super) title: &'static str,
     pub(super) body: Markup,
     pub(super) claims: Vec<Claim>,
-    pub(super) files: Vec<CsvFile>,
+    pub(super) files: Vec<File>,
 }
 
-/// Numbers in a file beside the page.
-pub(super) struct CsvFile {
+/// Numbers or a drawing, in a file beside the page.
+pub(super) struct File {
     pub(super) name: String,
     pub(super) content: Vec<u8>,
 }
@@ -77,8 +77,8 @@ impl fmt::Display for Verdict {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(match self {
             Self::Holds => "\u{2713} holds",
-            Self::HoldsBarely => "\u{2713} holds, within the error",
-            Self::FailsBarely => "\u{2717} does not hold, within the error",
+            Self::HoldsBarely => "\u{2713} holds in the mean, but chance could explain it",
+            Self::FailsBarely => "\u{2717} does not hold in the mean, but chance could explain it",
             Self::Fails => "\u{2717} does not hold",
         })
     }

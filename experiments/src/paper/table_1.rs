@@ -15,7 +15,7 @@ use super::map::{Map, Size};
 use super::markup::{Markup, Table};
 use super::part::Part;
 use super::published::{CLONE_SECONDS, GREEDY_SECONDS, PATH_SECONDS, SPEEDUP_OVER_GREEDY, SPEEDUP_OVER_PATH};
-use super::section::{Claim, CsvFile, Section, Verdict, certain};
+use super::section::{Claim, File, Section, Verdict, certain};
 use crate::ExperimentError;
 use crate::comparison::files;
 use crate::progress::{Progress, Work};
@@ -96,7 +96,7 @@ pub(super) fn section(seeds: Seeds, progress: &dyn Progress) -> Result<Section, 
                  learn from any expert, a person's choices included.",
             ),
         claims: vec![faster_than_greedy(&timings), faster_than_path(&timings), costly_path(&timings)],
-        files: vec![CsvFile { name: "table-1.csv".to_owned(), content: csv(&timings).map_err(ExperimentError::run)? }],
+        files: vec![File { name: "table-1.csv".to_owned(), content: csv(&timings).map_err(ExperimentError::run)? }],
     })
 }
 

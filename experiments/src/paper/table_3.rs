@@ -18,7 +18,7 @@ use super::markup::{Markup, Table};
 use super::measure;
 use super::part::Part;
 use super::published::{FIELD_BUDGET_SECONDS, TABLE_3};
-use super::section::{Claim, CsvFile, Section, Verdict, certain};
+use super::section::{Claim, File, Section, Verdict, certain};
 use crate::ExperimentError;
 use crate::comparison::{Estimate, files};
 use crate::progress::Progress;
@@ -50,7 +50,7 @@ pub(super) fn section(
             .table(&speedups(&trials))
             .paragraph(&deciding(&trials)),
         claims: vec![sooner(&trials), path_clone(&trials)],
-        files: vec![CsvFile { name: "table-3.csv".to_owned(), content: csv(&trials).map_err(ExperimentError::run)? }],
+        files: vec![File { name: "table-3.csv".to_owned(), content: csv(&trials).map_err(ExperimentError::run)? }],
     })
 }
 
