@@ -11,8 +11,11 @@ use std::collections::BTreeMap;
 use crate::place::{AreaFrame, EarthFrame};
 use crate::view::{State, View};
 
-/// Log-odds are clamped to this absolute value for display, nats: a probability of 0.9997.
-pub const MOST_NATS: f64 = 8.0;
+/// Log-odds are clamped to these for display, nats: probabilities of 0.000 000 8 and 0.9975. One object somewhere in a
+/// large map is a small probability in each cell, and the page must still tell likely cells from others.
+pub const LEAST_NATS: f64 = -14.0;
+/// See [`LEAST_NATS`].
+pub const MOST_NATS: f64 = 6.0;
 /// If more than this share of the cells has changed, the whole map is sent.
 const SHARE: usize = 8;
 
@@ -159,7 +162,7 @@ pub struct Shown {
     steps: BTreeMap<RobotId, u64>,
 }
 
-/// The belief in a cell, in 255 steps of its log-odds from -[`MOST_NATS`] (1) to [`MOST_NATS`] (255); 0 where nothing is
+/// The belief in a cell, in 255 steps of its log-odds from [`LEAST_NATS`] (1) to [`MOST_NATS`] (255); 0 where nothing is
 /// searched.
 #[must_use]
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
@@ -167,8 +170,8 @@ pub fn level(view: &View, cell: Cell) -> u8 {
     if !view.terrain().is_searched(cell) {
         return 0;
     }
-    let log_odds = view.belief().log_odds_nats(cell).clamp(-MOST_NATS, MOST_NATS);
-    1 + ((log_odds + MOST_NATS) / (2.0 * MOST_NATS) * 254.0).round() as u8
+    let log_odds = view.belief().log_odds_nats(cell).clamp(LEAST_NATS, MOST_NATS);
+    1 + ((log_odds - LEAST_NATS) / (MOST_NATS - LEAST_NATS) * 254.0).round() as u8
 }
 
 /// How thoroughly a cell was searched: 0 if it was never observed, otherwise 1 plus its probability of detection in

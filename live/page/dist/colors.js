@@ -1,22 +1,26 @@
-const CIVIDIS = [
-    [0, 32, 77], [0, 51, 111], [57, 72, 107], [87, 92, 109], [112, 113, 115],
-    [138, 135, 121], [166, 157, 117], [196, 181, 108], [228, 207, 91], [255, 234, 70],
+const VIRIDIS = [
+    [68, 1, 84], [72, 40, 120], [62, 73, 137], [49, 104, 142], [38, 130, 142],
+    [31, 158, 137], [53, 183, 121], [110, 206, 88], [181, 222, 43], [253, 231, 37],
 ];
 export function shade(share) {
-    const at = Math.min(Math.max(share, 0), 1) * (CIVIDIS.length - 1);
-    const low = Math.min(Math.floor(at), CIVIDIS.length - 2);
-    return mix(CIVIDIS[low] ?? [0, 0, 0], CIVIDIS[low + 1] ?? [0, 0, 0], at - low);
+    const at = Math.min(Math.max(share, 0), 1) * (VIRIDIS.length - 1);
+    const low = Math.min(Math.floor(at), VIRIDIS.length - 2);
+    return mix(VIRIDIS[low] ?? [0, 0, 0], VIRIDIS[low + 1] ?? [0, 0, 0], at - low);
 }
 export function mix(from, to, share) {
     const between = (a, b) => Math.round(a + (b - a) * share);
     return [between(from[0], to[0]), between(from[1], to[1]), between(from[2], to[2])];
 }
-export const MOST_NATS = 8;
-export function logOdds(level) {
-    return ((level - 1) / 254) * 2 * MOST_NATS - MOST_NATS;
+const LEAST_NATS = -14;
+const MOST_NATS = 6;
+export function probabilityColor(level) {
+    return shade((level - 1) / 254);
+}
+export function placeOnScale(probability) {
+    return (Math.log(probability / (1 - probability)) - LEAST_NATS) / (MOST_NATS - LEAST_NATS);
 }
 export function probability(level) {
-    return 1 / (1 + Math.exp(-logOdds(level)));
+    return 1 / (1 + Math.exp(-LEAST_NATS - ((level - 1) / 254) * (MOST_NATS - LEAST_NATS)));
 }
 export const NEVER = [240, 138, 56];
 export const BANDS = [

@@ -31,6 +31,8 @@ function bounded(level) {
     return percent(probability(level));
 }
 export function percent(share) {
+    if (share > 0 && share < 0.001)
+        return `${(100 * share).toFixed(share < 0.00001 ? 5 : 3)} %`;
     const isEven = share === 0 || share === 1;
     const digits = isEven ? 0 : share < 0.01 || share > 0.99 ? 2 : 1;
     return `${(100 * share).toFixed(digits)} %`;

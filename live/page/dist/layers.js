@@ -1,6 +1,7 @@
-import { BANDS, NEVER, css, plainColors, shade } from "./colors.js";
+import { BANDS, NEVER, css, placeOnScale, plainColors, shade } from "./colors.js";
 import { fit } from "./chart.js";
 import { element } from "./panel.js";
+const TICKS_PERCENT = [0.001, 0.01, 0.1, 1, 10, 50, 90, 99];
 const OVERLAYS = ["no_go", "prior", "areas", "tracks", "plans", "grid"];
 export class Layers {
     changed;
@@ -59,6 +60,13 @@ function drawScale(canvas) {
         context.fillStyle = css(shade(x / canvas.clientWidth));
         context.fillRect(x, 0, 1.5, canvas.clientHeight);
     }
+    element("ticks", HTMLElement).replaceChildren(...TICKS_PERCENT.map(tick));
+}
+function tick(percent) {
+    const mark = document.createElement("i");
+    mark.textContent = percent === TICKS_PERCENT[0] ? `${percent} %` : String(percent);
+    mark.style.left = `${100 * placeOnScale(percent / 100)}%`;
+    return mark;
 }
 function drawBands(list) {
     if (list.childElementCount > 0)

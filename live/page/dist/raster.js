@@ -1,4 +1,4 @@
-import { MOST_NATS, logOdds, mix, plainColors, searchedColor, shade } from "./colors.js";
+import { mix, plainColors, probabilityColor, searchedColor } from "./colors.js";
 const COVER = 0.65;
 export class Raster {
     canvas = document.createElement("canvas");
@@ -36,7 +36,7 @@ export class Raster {
     }
 }
 function lookup(choice) {
-    const color = (value) => choice.base === "searched" ? searchedColor(value) : shade((logOdds(value) / MOST_NATS + 1) / 2);
+    const color = choice.base === "searched" ? searchedColor : probabilityColor;
     return Array.from({ length: 256 }, (_, value) => color(value));
 }
 function pixel([red, green, blue]) {

@@ -2,17 +2,17 @@
 
 export type Rgb = readonly [number, number, number];
 
-/** Cividis (Nunez, Anderton, Renslow 2018) at ten even steps, from dark blue to yellow. */
-const CIVIDIS: readonly Rgb[] = [
-  [0, 32, 77], [0, 51, 111], [57, 72, 107], [87, 92, 109], [112, 113, 115],
-  [138, 135, 121], [166, 157, 117], [196, 181, 108], [228, 207, 91], [255, 234, 70],
+/** Viridis (van der Walt and Smith 2015) at ten even steps, from dark violet to yellow: no gray, which no-go ground has. */
+const VIRIDIS: readonly Rgb[] = [
+  [68, 1, 84], [72, 40, 120], [62, 73, 137], [49, 104, 142], [38, 130, 142],
+  [31, 158, 137], [53, 183, 121], [110, 206, 88], [181, 222, 43], [253, 231, 37],
 ];
 
 /** The color at a share of the scale, 0 to 1. */
 export function shade(share: number): Rgb {
-  const at = Math.min(Math.max(share, 0), 1) * (CIVIDIS.length - 1);
-  const low = Math.min(Math.floor(at), CIVIDIS.length - 2);
-  return mix(CIVIDIS[low] ?? [0, 0, 0], CIVIDIS[low + 1] ?? [0, 0, 0], at - low);
+  const at = Math.min(Math.max(share, 0), 1) * (VIRIDIS.length - 1);
+  const low = Math.min(Math.floor(at), VIRIDIS.length - 2);
+  return mix(VIRIDIS[low] ?? [0, 0, 0], VIRIDIS[low + 1] ?? [0, 0, 0], at - low);
 }
 
 /** A color between two; `share` is that of the second. */
@@ -21,17 +21,23 @@ export function mix(from: Rgb, to: Rgb, share: number): Rgb {
   return [between(from[0], to[0]), between(from[1], to[1]), between(from[2], to[2])];
 }
 
-/** Log-odds beyond this are shown as this, nats; equal to that of `live/src/frame.rs`. */
-export const MOST_NATS = 8;
+/** Log-odds beyond these are shown as these, nats; equal to those of `live/src/frame.rs`. */
+const LEAST_NATS = -14;
+const MOST_NATS = 6;
 
-/** The log-odds of a level from 1 to 255, nats. */
-export function logOdds(level: number): number {
-  return ((level - 1) / 254) * 2 * MOST_NATS - MOST_NATS;
+/** The color of a level from 1 to 255. */
+export function probabilityColor(level: number): Rgb {
+  return shade((level - 1) / 254);
+}
+
+/** The place of a probability on the scale, 0 to 1. */
+export function placeOnScale(probability: number): number {
+  return (Math.log(probability / (1 - probability)) - LEAST_NATS) / (MOST_NATS - LEAST_NATS);
 }
 
 /** The probability of a level from 1 to 255. */
 export function probability(level: number): number {
-  return 1 / (1 + Math.exp(-logOdds(level)));
+  return 1 / (1 + Math.exp(-LEAST_NATS - ((level - 1) / 254) * (MOST_NATS - LEAST_NATS)));
 }
 
 /** Cells that were never looked at: the only warm color of the searched layer. */

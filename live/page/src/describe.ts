@@ -38,6 +38,7 @@ function bounded(level: number): string {
 }
 
 export function percent(share: number): string {
+  if (share > 0 && share < 0.001) return `${(100 * share).toFixed(share < 0.00001 ? 5 : 3)} %`;
   const isEven = share === 0 || share === 1;
   const digits = isEven ? 0 : share < 0.01 || share > 0.99 ? 2 : 1;
   return `${(100 * share).toFixed(digits)} %`;

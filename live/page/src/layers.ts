@@ -1,9 +1,12 @@
 // The layers of the map that the viewer switches, and the legend.
 
-import { BANDS, NEVER, css, plainColors, shade } from "./colors.js";
+import { BANDS, NEVER, css, placeOnScale, plainColors, shade } from "./colors.js";
 import { fit } from "./chart.js";
 import type { Hello } from "./mission.js";
 import { element } from "./panel.js";
+
+/** Labels of the scale of probability. */
+const TICKS_PERCENT = [0.001, 0.01, 0.1, 1, 10, 50, 90, 99];
 
 const OVERLAYS = ["no_go", "prior", "areas", "tracks", "plans", "grid"] as const;
 
@@ -69,6 +72,14 @@ function drawScale(canvas: HTMLCanvasElement): void {
     context.fillStyle = css(shade(x / canvas.clientWidth));
     context.fillRect(x, 0, 1.5, canvas.clientHeight);
   }
+  element("ticks", HTMLElement).replaceChildren(...TICKS_PERCENT.map(tick));
+}
+
+function tick(percent: number): HTMLElement {
+  const mark = document.createElement("i");
+  mark.textContent = percent === TICKS_PERCENT[0] ? `${percent} %` : String(percent);
+  mark.style.left = `${100 * placeOnScale(percent / 100)}%`;
+  return mark;
 }
 
 /** The bands of the probability of detection. */

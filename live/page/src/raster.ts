@@ -1,6 +1,6 @@
 // The cells of the map as an image, one pixel a cell.
 
-import { MOST_NATS, type Rgb, logOdds, mix, plainColors, searchedColor, shade } from "./colors.js";
+import { type Rgb, mix, plainColors, probabilityColor, searchedColor } from "./colors.js";
 import type { Choice } from "./layers.js";
 import type { Mission } from "./mission.js";
 
@@ -44,8 +44,7 @@ export class Raster {
 
 /** The color of each value of a layer. */
 function lookup(choice: Choice): Rgb[] {
-  const color = (value: number) =>
-    choice.base === "searched" ? searchedColor(value) : shade((logOdds(value) / MOST_NATS + 1) / 2);
+  const color = choice.base === "searched" ? searchedColor : probabilityColor;
   return Array.from({ length: 256 }, (_, value) => color(value));
 }
 

@@ -274,6 +274,9 @@ async function crowd() {
     const colors = await page.locator("#robots .robot").evaluateAll((all) => all.map((it) => getComputedStyle(it).borderTopColor));
     assert.equal(colors.length, 50);
     assert.equal(new Set(colors).size, 50, "no two robots have one color");
+    // 20 objects in 90 000 cells.
+    await moveTo(page, 150, 150);
+    assert.match(await text(page, "cell"), /probability of an object 0\.02\d %, never looked at/);
     await shot(page, "crowd.png");
   });
 }
