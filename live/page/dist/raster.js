@@ -34,6 +34,19 @@ export class Raster {
         }
         this.canvas.getContext("2d")?.putImageData(image, 0, 0);
     }
+    draw(context, mission, view) {
+        const { rows, columns } = mission.hello;
+        const [x, y] = view.at([0, rows]);
+        const within = (cells, most) => Math.min(Math.max(cells, 0), most);
+        const [west, north] = [within(Math.floor(-x / view.size), columns), within(Math.floor(-y / view.size), rows)];
+        const wide = within(Math.ceil((view.width - x) / view.size), columns) - west;
+        const high = within(Math.ceil((view.height - y) / view.size), rows) - north;
+        if (wide <= 0 || high <= 0)
+            return;
+        context.imageSmoothingEnabled = view.size < 1;
+        const [left, top] = [x + west * view.size, y + north * view.size];
+        context.drawImage(this.canvas, west, north, wide, high, left, top, wide * view.size, high * view.size);
+    }
 }
 function lookup(choice) {
     const color = choice.base === "searched" ? searchedColor : probabilityColor;

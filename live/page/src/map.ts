@@ -177,13 +177,9 @@ export class MapView {
 
   draw(mission: Mission, choice: Choice): void {
     const view = viewOf(this.map, mission.hello);
-    const { rows, columns } = mission.hello;
     this.raster.paint(mission, choice);
     const under = this.cells.begin();
-    const [x, y] = view.at([0, rows]);
-    // Cells keep their edges, unless several share a pixel.
-    under.imageSmoothingEnabled = view.size < 1;
-    under.drawImage(this.raster.canvas, x, y, columns * view.size, rows * view.size);
+    this.raster.draw(under, mission, view);
     const below = new Pen(under, mission, view);
     if (choice.no_go) below.hatch();
     if (choice.grid) drawGrid(under, mission, view);

@@ -3,6 +3,7 @@
 import { type Rgb, mix, plainColors, probabilityColor, searchedColor } from "./colors.js";
 import type { Choice } from "./layers.js";
 import type { Mission } from "./mission.js";
+import type { View } from "./view.js";
 
 /** Share of the color of no-go ground where it covers another. */
 const COVER = 0.65;
@@ -39,6 +40,21 @@ export class Raster {
       pixels[(rows - 1 - Math.floor(cell / columns)) * columns + (cell % columns)] = color ?? 0;
     }
     this.canvas.getContext("2d")?.putImageData(image, 0, 0);
+  }
+
+  /** Draws the cells that are in view: the whole map at a close view would be an image of many thousand pixels. */
+  draw(context: CanvasRenderingContext2D, mission: Mission, view: View): void {
+    const { rows, columns } = mission.hello;
+    const [x, y] = view.at([0, rows]);
+    const within = (cells: number, most: number) => Math.min(Math.max(cells, 0), most);
+    const [west, north] = [within(Math.floor(-x / view.size), columns), within(Math.floor(-y / view.size), rows)];
+    const wide = within(Math.ceil((view.width - x) / view.size), columns) - west;
+    const high = within(Math.ceil((view.height - y) / view.size), rows) - north;
+    if (wide <= 0 || high <= 0) return;
+    // Cells keep their edges, unless several share a pixel.
+    context.imageSmoothingEnabled = view.size < 1;
+    const [left, top] = [x + west * view.size, y + north * view.size];
+    context.drawImage(this.canvas, west, north, wide, high, left, top, wide * view.size, high * view.size);
   }
 }
 
