@@ -138,7 +138,8 @@ fn folder() -> TempDir {
     std::fs::write(folder.path().join("hall.toml"), LONG).unwrap();
     std::fs::write(folder.path().join("short.toml"), LONG.replace("36000.0", "900.0")).unwrap();
     let map = root().join("scenarios/maps/missing_person.kml");
-    std::fs::write(folder.path().join("earth.toml"), format!("{EARTH}map.file = {map:?}\n")).unwrap();
+    std::fs::write(folder.path().join("earth.toml"), format!("{EARTH}map.file = '{}'\n", map.display()))
+        .unwrap();
     std::fs::write(folder.path().join("crowd.toml"), CROWD).unwrap();
     folder
 }
