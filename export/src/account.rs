@@ -11,11 +11,11 @@ use dragnet_proto::message::Detection;
 use dragnet_scenario::map_file::{Area, Earth, GeoPoint, Georeference, Purpose};
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
+use dragnet_search::detection::probability_of_detection;
 use dragnet_search::observation::{RobotId, Source};
 use dragnet_search::terrain::Terrain;
 
 use crate::ExportError;
-use crate::detection::probability_of_detection;
 
 /// Detection threshold and speed for recordings without them.
 const DEFAULT_DETECTION_THRESHOLD: f64 = 0.95;

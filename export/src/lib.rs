@@ -2,12 +2,10 @@
 //!
 //! - [`account`]: the state of a recorded mission at a time: finds, tracks, plans and the probability of detection of
 //!   each cell;
-//! - [`detection`]: the probability of detection;
 //! - [`geojson`], [`kml`], [`gpx`], [`plan`]: an account as the text of a file. The same account gives the same bytes.
 
 pub mod account;
 mod bands;
-pub mod detection;
 mod error;
 pub mod geojson;
 pub mod gpx;

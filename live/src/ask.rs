@@ -102,8 +102,14 @@ fn mark(view: &View, at: Position, name: MarkName) -> Result<(Command, String), 
         MarkName::Searched => (Mark::Searched, "searched"),
         MarkName::Clue => (Mark::Clue, "a clue"),
     };
-    let by = Mark::STRENGTH_NATS;
-    let answer = format!("Cell [{row}, {column}] is marked as {what}: its log-odds move by {by:.0} nats.");
+    let by = Mark::STRENGTH_NATS.exp();
+    let moved = match mark {
+        Mark::Searched => "lower",
+        Mark::Clue => "higher",
+    };
+    let answer = format!(
+        "Cell [{row}, {column}] is marked as {what}: the odds of an object there are {by:.0} times {moved}."
+    );
     Ok((Command::Mark(mark, cell), answer))
 }
 

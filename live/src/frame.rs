@@ -3,15 +3,19 @@
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use dragnet_search::cell::Cell;
-use dragnet_search::observation::RobotId;
+use dragnet_search::observation::{RobotId, Source};
 use dragnet_search::terrain::Terrain;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
+use crate::place::{AreaFrame, EarthFrame};
 use crate::view::{State, View};
 
-/// Log-odds are clamped to this absolute value for display, nats: a probability of 0.9997.
-pub const MOST_NATS: f64 = 8.0;
+/// Log-odds are clamped to these for display, nats: probabilities of 0.000 000 8 and 0.9975. One object somewhere in a
+/// large map is a small probability in each cell, and the page must still tell likely cells from others.
+pub const LEAST_NATS: f64 = -14.0;
+/// See [`LEAST_NATS`].
+pub const MOST_NATS: f64 = 6.0;
 /// If more than this share of the cells has changed, the whole map is sent.
 const SHARE: usize = 8;
 
@@ -34,8 +38,14 @@ pub struct Hello {
     pub detection_threshold: f64,
     /// Number of objects, if known.
     pub objects: Option<usize>,
+    /// Where the map lies on the earth, if known.
+    pub earth: Option<EarthFrame>,
+    /// The areas drawn on the map.
+    pub areas: Vec<AreaFrame>,
     /// End of a recording, seconds; absent for a running mission.
     pub end: Option<f64>,
+    /// Times of a recording at which objects were declared, seconds.
+    pub finds: Vec<f64>,
 }
 
 impl Hello {
@@ -54,7 +64,10 @@ impl Hello {
             ground: STANDARD.encode(ground),
             detection_threshold: about.detection_threshold,
             objects: about.objects.as_ref().map(Vec::len),
+            earth: about.earth.as_ref().map(|earth| EarthFrame::of(&earth.frame)),
+            areas: about.earth.as_ref().map(AreaFrame::all).unwrap_or_default(),
             end,
+            finds: Vec::new(),
         }
     }
 }
@@ -71,9 +84,12 @@ pub struct Frame {
     /// The belief, one [`level`] per cell; Base64.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub levels: Option<String>,
-    /// Cells whose level has changed: `[number, level]`.
+    /// How thoroughly each cell was searched, one [`searched_level`] per cell; Base64. Present with `levels`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub searched: Option<String>,
+    /// Cells of which a level has changed: `[number, level, searched level]`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub changes: Vec<(u32, u8)>,
+    pub changes: Vec<(u32, u8, u8)>,
     /// One byte per cell, 1 if it is searched and out of reach; Base64.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub out_of_reach: Option<String>,
@@ -81,6 +97,8 @@ pub struct Frame {
     pub robots: Vec<RobotFrame>,
     /// Declared objects.
     pub declared: Vec<DeclaredFrame>,
+    /// Probability of detection of the whole search, 0 to 1.
+    pub pod: f64,
     /// Expected remaining objects.
     pub expected: f64,
     /// Entropy of the map, nats.
@@ -130,19 +148,21 @@ pub struct DeclaredFrame {
     pub probability: f64,
     /// Time of its declaration, seconds.
     pub since: f64,
+    /// The robot whose observation made it reach the detection threshold.
+    pub robot: Option<u16>,
 }
 
 /// The state that a page shows.
 #[derive(Clone, Debug, Default)]
 pub struct Shown {
-    /// Shape `[cells]`; empty before the first frame.
-    levels: Vec<u8>,
+    /// [`level`] and [`searched_level`], shape `[cells]`; empty before the first frame.
+    levels: Vec<[u8; 2]>,
     /// Of the reach, and number of added cells; `None` before the first frame.
     reach: Option<(u32, usize)>,
     steps: BTreeMap<RobotId, u64>,
 }
 
-/// The belief in a cell, in 255 steps of its log-odds from -[`MOST_NATS`] (1) to [`MOST_NATS`] (255); 0 where nothing is
+/// The belief in a cell, in 255 steps of its log-odds from [`LEAST_NATS`] (1) to [`MOST_NATS`] (255); 0 where nothing is
 /// searched.
 #[must_use]
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
@@ -150,15 +170,23 @@ pub fn level(view: &View, cell: Cell) -> u8 {
     if !view.terrain().is_searched(cell) {
         return 0;
     }
-    let log_odds = view.belief().log_odds_nats(cell).clamp(-MOST_NATS, MOST_NATS);
-    1 + ((log_odds + MOST_NATS) / (2.0 * MOST_NATS) * 254.0).round() as u8
+    let log_odds = view.belief().log_odds_nats(cell).clamp(LEAST_NATS, MOST_NATS);
+    1 + ((log_odds - LEAST_NATS) / (MOST_NATS - LEAST_NATS) * 254.0).round() as u8
+}
+
+/// How thoroughly a cell was searched: 0 if it was never observed, otherwise 1 plus its probability of detection in
+/// percent.
+#[must_use]
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share from 0 to 1")]
+pub fn searched_level(view: &View, cell: Cell) -> u8 {
+    view.pod(cell).map_or(0, |pod| 1 + (100.0 * pod).round() as u8)
 }
 
 impl Frame {
     /// The changes between a shown state and a view.
     pub fn next(view: &View, shown: &mut Shown) -> Self {
         let is_whole = shown.levels.is_empty();
-        let (levels, changes) = belief(view, &mut shown.levels);
+        let Cells { levels, searched, changes } = cells(view, &mut shown.levels);
         let status = view.status();
         let added = status.map_or(0, |status| status.directive.added.len());
         let (observations, marks) = view.counts();
@@ -167,10 +195,12 @@ impl Frame {
             is_whole,
             time: view.now().as_seconds(),
             levels,
+            searched,
             changes,
             out_of_reach: out_of_reach(view, added, &mut shown.reach),
             robots: robots(view, &mut shown.steps),
             declared: declared(view),
+            pod: view.total_pod(),
             expected: status.map_or(0.0, |status| status.expected_remaining),
             entropy: view.entropy_nats(),
             progress: view.progress(),
@@ -184,19 +214,28 @@ impl Frame {
     }
 }
 
-fn belief(view: &View, shown: &mut Vec<u8>) -> (Option<String>, Vec<(u32, u8)>) {
+/// The levels of all cells, or those that have changed.
+#[derive(Default)]
+struct Cells {
+    levels: Option<String>,
+    searched: Option<String>,
+    changes: Vec<(u32, u8, u8)>,
+}
+
+fn cells(view: &View, shown: &mut Vec<[u8; 2]>) -> Cells {
     let terrain: &Terrain = view.terrain();
-    let levels: Vec<u8> = terrain.grid().cells().map(|cell| level(view, cell)).collect();
+    let levels = terrain.grid().cells().map(|cell| [level(view, cell), searched_level(view, cell)]).collect();
     let before = std::mem::replace(shown, levels);
     let pairs = (0..).zip(shown.iter().zip(&before));
-    let changes: Vec<(u32, u8)> = pairs
+    let changes: Vec<(u32, u8, u8)> = pairs
         .filter(|(_, (now, before))| now != before)
-        .map(|(number, (&level, _))| (number, level))
+        .map(|(number, (&[level, searched], _))| (number, level, searched))
         .collect();
     if before.is_empty() || changes.len() > shown.len() / SHARE {
-        (Some(STANDARD.encode(&*shown)), Vec::new())
+        let encode = |of: usize| Some(STANDARD.encode(shown.iter().map(|it| it[of]).collect::<Vec<u8>>()));
+        Cells { levels: encode(0), searched: encode(1), changes: Vec::new() }
     } else {
-        (None, changes)
+        Cells { changes, ..Cells::default() }
     }
 }
 
@@ -235,6 +274,10 @@ fn declared(view: &View) -> Vec<DeclaredFrame> {
         cell: object.cell.number(),
         probability: view.belief().probability(object.cell),
         since: object.time_ns as f64 / 1e9,
+        robot: view.finder(object.cell).and_then(|source| match source {
+            Source::Robot(robot) => Some(robot.number()),
+            Source::Operator => None,
+        }),
     });
     declared.collect()
 }

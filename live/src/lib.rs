@@ -2,6 +2,7 @@
 //!
 //! - [`view`], [`frame`]: the contents of the page, folded from the coordinator's records; the same for a running
 //!   mission and for a recorded one;
+//! - [`place`]: the map on the earth, and the areas drawn on it;
 //! - [`replay`]: the view of a recording at any time;
 //! - [`polygon`], [`ask`]: the operator's commands, from the page's messages to the mission's events;
 //! - [`page`]: the server of the page; [`guard`] is its access control, and `door`, the only module with a socket,
@@ -19,8 +20,10 @@ pub mod guard;
 #[path = "../../tests/mentions/mod.rs"]
 mod mentions;
 pub mod page;
+pub mod place;
 pub mod polygon;
 pub mod replay;
+mod searched;
 mod shared;
 mod stream;
 pub mod view;

@@ -1,7 +1,9 @@
 //! The view of a recording at any time.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use dragnet_coordinator::mission::Record;
 use dragnet_coordinator::playback::Playback;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
@@ -27,6 +29,7 @@ pub fn about(playback: &Playback) -> About {
             .unwrap_or(DEFAULT_DETECTION_THRESHOLD),
         team: RobotId::first(robots).collect(),
         objects: objects(playback),
+        earth: playback.earth.clone(),
     }
 }
 
@@ -75,6 +78,22 @@ impl Replay {
     #[must_use]
     pub const fn view(&self) -> &View {
         &self.view
+    }
+
+    /// The times at which objects were declared, seconds, ascending: those of the records that show them.
+    #[must_use]
+    pub fn find_seconds(&self) -> Vec<f64> {
+        let mut declared = BTreeSet::new();
+        let mut seconds = Vec::new();
+        for (time, record) in &self.playback.records {
+            let Record::Status(status) = record else { continue };
+            let now: BTreeSet<Cell> = status.declared.iter().map(|object| object.cell).collect();
+            if !now.is_subset(&declared) {
+                seconds.push(time.as_seconds());
+            }
+            declared = now;
+        }
+        seconds
     }
 
     /// The end of the recording.

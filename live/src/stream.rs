@@ -15,7 +15,7 @@ use dragnet_coordinator::playback::Playback;
 use dragnet_scenario::time::MissionTime;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
-use tokio::time::{Instant, sleep_until, timeout};
+use tokio::time::{Instant, sleep, sleep_until, timeout};
 
 use crate::frame::{Frame, Hello, Shown};
 use crate::replay::Replay;
@@ -23,6 +23,8 @@ use crate::shared::{Running, Shared, Show, refusal};
 
 /// Time between two frames.
 const PERIOD: Duration = Duration::from_millis(100);
+/// Time after which a viewer without news receives a [`Beat`]: a page without messages is out of date.
+const BEAT: Duration = Duration::from_secs(1);
 /// Time limit for sending a frame.
 const PATIENCE: Duration = Duration::from_secs(10);
 /// Time between two pings to a viewer.
@@ -35,6 +37,21 @@ const PROTOCOL: &str = "dragnet";
 const TOKEN: &str = "token.";
 /// The maximum size of a viewer's message, bytes.
 const MOST_BYTES: usize = 4096;
+
+/// Says that nothing has changed.
+#[derive(Debug, PartialEq, Serialize)]
+struct Beat {
+    /// `beat`.
+    kind: &'static str,
+    /// Time since the coordinator's last record, seconds; 0 in a recording.
+    quiet_seconds: f64,
+}
+
+impl Beat {
+    fn after(quiet: Duration) -> Self {
+        Self { kind: "beat", quiet_seconds: quiet.as_secs_f64() }
+    }
+}
 
 /// Why a stream ends: the viewer is gone.
 struct Gone;
@@ -121,9 +138,9 @@ async fn show_running(socket: &mut Viewer, running: &Running) -> Result<(), Gone
             was_over = true;
             send(socket, &json!({ "kind": "over" })).await?;
         }
-        let due = Instant::now() + PERIOD;
-        while Instant::now() < due {
-            listen(socket, due - Instant::now()).await?;
+        let framed = Instant::now();
+        while framed.elapsed() < PERIOD {
+            listen(socket, PERIOD.saturating_sub(framed.elapsed())).await?;
         }
         loop {
             tokio::select! {
@@ -132,6 +149,7 @@ async fn show_running(socket: &mut Viewer, running: &Running) -> Result<(), Gone
                     Err(_) => return Err(Gone),
                 },
                 received = receive(socket) => { received?; }
+                () = sleep(BEAT) => send(socket, &Beat::after(framed.elapsed())).await?,
             }
         }
     }
@@ -167,6 +185,10 @@ impl Place {
     fn grant(&mut self, wish: Wish) -> bool {
         self.seconds = self.now();
         self.since = Instant::now();
+        if self.seconds >= self.end {
+            // Otherwise it would run on from wherever the viewer goes next.
+            self.speed = 0.0;
+        }
         if let Some(speed) = wish.speed.filter(|speed| speed.is_finite()) {
             self.speed = speed.clamp(0.0, MOST_SPEED);
         }
@@ -181,15 +203,21 @@ impl Place {
 async fn show_recorded(socket: &mut Viewer, playback: &Arc<Playback>) -> Result<(), Gone> {
     let mut replay = Replay::new(Arc::clone(playback));
     let end = replay.end().as_seconds();
-    send(socket, &Hello::new(replay.view(), Some(end))).await?;
+    let hello = Hello { finds: replay.find_seconds(), ..Hello::new(replay.view(), Some(end)) };
+    send(socket, &hello).await?;
     let mut shown = Shown::default();
     let mut place = Place { seconds: 0.0, speed: 0.0, since: Instant::now(), end };
     loop {
         replay.seek(MissionTime::START + Duration::from_secs_f64(place.now()));
         let frame = Frame::next(replay.view(), &mut shown);
         send(socket, &frame).await?;
-        let is_still = place.speed == 0.0 || place.now() >= end;
-        let wish = if is_still { receive(socket).await? } else { listen(socket, PERIOD).await? };
+        let wish = loop {
+            let is_still = place.speed == 0.0 || place.now() >= end;
+            match listen(socket, if is_still { BEAT } else { PERIOD }).await? {
+                None if is_still => send(socket, &Beat::after(Duration::ZERO)).await?,
+                wish => break wish,
+            }
+        };
         if wish.is_some_and(|wish| place.grant(wish)) {
             shown = Shown::default();
         }
@@ -216,4 +244,21 @@ async fn receive(socket: &mut Viewer) -> Result<Option<Wish>, Gone> {
 async fn send(socket: &mut Viewer, message: &impl Serialize) -> Result<(), Gone> {
     let text = serde_json::to_string(message).map_err(|_| Gone)?;
     socket.send(Message::Text(text.into())).await
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_recording_that_has_played_to_its_end_does_not_run_on() {
+        let mut place = Place { seconds: 90.0, speed: 1000.0, since: Instant::now(), end: 90.0 };
+        assert!(place.grant(Wish { seek: Some(30.0), speed: None }));
+        let is = |number: f64, expected: f64| (number - expected).abs() < 1e-9;
+        assert!(is(place.speed, 0.0) && is(place.seconds, 30.0), "{} {}", place.speed, place.seconds);
+        place.grant(Wish { seek: None, speed: Some(5.0) });
+        assert!(is(place.speed, 5.0), "{}", place.speed);
+        assert!(place.grant(Wish { seek: Some(40.0), speed: None }));
+        assert!(is(place.speed, 5.0), "before its end it plays on from there: {}", place.speed);
+    }
 }

@@ -13,6 +13,7 @@ use dragnet_coordinator::mission::Record;
 use dragnet_coordinator::track::Track;
 use dragnet_proto::message::{Activity, Detection, Heartbeat, MissionStatus};
 use dragnet_scenario::Scenario;
+use dragnet_scenario::map_file::Earth;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::{Belief, entropy_nats};
 use dragnet_search::cell::Cell;
@@ -21,6 +22,7 @@ use dragnet_search::reach::Reach;
 use dragnet_search::terrain::Terrain;
 
 use crate::curve::Curve;
+use crate::searched::Searched;
 
 /// The span of mission time over which message rates are computed.
 const MESSAGE_SPAN: Duration = Duration::from_secs(10);
@@ -44,6 +46,8 @@ pub struct About {
     pub team: Vec<RobotId>,
     /// The objects, if known, as in simulation.
     pub objects: Option<Vec<Cell>>,
+    /// The map's position on the earth and the areas drawn on it, if known.
+    pub earth: Option<Earth>,
 }
 
 impl About {
@@ -58,6 +62,7 @@ impl About {
             detection_threshold: scenario.mission().detection_threshold,
             team: scenario.robots().iter().map(|robot| robot.id).collect(),
             objects,
+            earth: scenario.earth(),
         }
     }
 
@@ -79,6 +84,9 @@ pub struct View {
     now: MissionTime,
     robots: BTreeMap<RobotId, Walk>,
     entropy_nats: f64,
+    searched: Searched,
+    /// Whose observation made a cell reach the detection threshold, while it does.
+    finders: BTreeMap<Cell, Source>,
     curve: Curve,
     observations: u64,
     marks: u64,
@@ -131,6 +139,8 @@ impl View {
         let mut view = Self {
             entropy_nats: fold.belief().entropy_nats(&about.terrain),
             now: MissionTime::START,
+            searched: Searched::new(&fold, about.detection_threshold),
+            finders: BTreeMap::new(),
             robots: about.team.iter().map(|&robot| (robot, Walk::default())).collect(),
             curve: Curve::default(),
             observations: 0,
@@ -154,6 +164,8 @@ impl View {
         let before = self.entropy_of(&seen);
         let Change { moved, added } = self.fold.take(record);
         self.entropy_nats += self.entropy_of(&seen) - before + self.entropy_of(&added);
+        self.searched.add(&self.fold, added.iter().copied());
+        self.searched.update(&self.fold, &[seen, added].concat());
         if let Some((robot, cell)) = moved {
             self.walk(robot, cell);
         }
@@ -175,7 +187,19 @@ impl View {
         }
     }
 
+    /// Notes which observation made a cell reach the detection threshold.
+    fn credit(&mut self, observation: &Observation) {
+        for cell in observation.readings.iter().map(|reading| reading.cell) {
+            if self.fold.belief().is_found(cell, self.about.detection_threshold) {
+                self.finders.entry(cell).or_insert(observation.origin.source);
+            } else {
+                self.finders.remove(&cell);
+            }
+        }
+    }
+
     fn observe(&mut self, observation: &Observation) {
+        self.credit(observation);
         if let Source::Robot(robot) = observation.origin.source {
             self.received.push_back(self.now);
             self.observations += 1;
@@ -265,6 +289,25 @@ impl View {
     #[must_use]
     pub fn is_out_of_reach(&self, cell: Cell) -> bool {
         self.terrain().is_searched(cell) && self.reach.as_ref().is_some_and(|reach| !reach.covers(cell))
+    }
+
+    /// Whose observation made a cell reach the detection threshold, if it does.
+    #[must_use]
+    pub fn finder(&self, cell: Cell) -> Option<Source> {
+        self.finders.get(&cell).copied()
+    }
+
+    /// The probability of detection of a cell, 0 to 1; `None` if it was never observed.
+    #[must_use]
+    pub fn pod(&self, cell: Cell) -> Option<f32> {
+        let is_seen = self.belief().evidence().of(cell).precision > 0;
+        (is_seen && self.terrain().is_searched(cell)).then(|| self.searched.pod(cell))
+    }
+
+    /// The probability of detection of the whole search: the mean over its cells, weighted by their prior.
+    #[must_use]
+    pub fn total_pod(&self) -> f64 {
+        self.searched.total()
     }
 
     /// The mission's time.

@@ -22,6 +22,7 @@ use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
+use dragnet_search::detection::probability_of_detection;
 use dragnet_search::evidence::Digest;
 use dragnet_search::observation::RobotId;
 use dragnet_sim::episode;
@@ -139,6 +140,7 @@ fn a_recording_shows_at_every_time_the_same_as_the_running_mission() {
         detection_threshold: scenario.mission().detection_threshold,
         team: scenario.robots().iter().map(|robot| robot.id).collect(),
         objects: about(&playback).objects,
+        earth: scenario.earth(),
     };
     let mut live = View::new(Arc::new(live_about));
     let mut replay = Replay::new(Arc::new(playback));
@@ -177,6 +179,8 @@ fn changes_and_a_whole_frame_come_to_the_same_picture() {
     let decode =
         |text: &str| base64::Engine::decode(&base64::engine::general_purpose::STANDARD, text).unwrap();
     let mut levels = decode(first.levels.as_ref().unwrap());
+    let mut searched = decode(first.searched.as_ref().unwrap());
+    assert!(searched.iter().all(|&level| level == 0), "nothing is observed before the start");
     let (mut trail, mut deltas, mut wholes) = (0, 0, 0);
     for (number, (time, record)) in (1..).zip(&records) {
         view.take(*time, record);
@@ -192,18 +196,80 @@ fn changes_and_a_whole_frame_come_to_the_same_picture() {
             wholes += 1;
         }
         deltas += frame.changes.len();
-        for (cell, level) in frame.changes {
+        if let Some(whole) = &frame.searched {
+            searched = decode(whole);
+        }
+        for (cell, level, searched_level) in frame.changes {
             levels[cell as usize] = level;
+            searched[cell as usize] = searched_level;
         }
     }
     let last = Frame::next(&view, &mut Shown::default());
     assert_eq!(decode(&last.levels.unwrap()), levels);
+    assert_eq!(decode(&last.searched.unwrap()), searched);
     assert!(levels[added[1].index()] > 0, "a cell that was added is searched");
     let fold = view.fold();
     assert!(added.iter().all(|&cell| fold.belief().log_odds_nats(cell).is_finite()), "in the belief");
     assert!(added.iter().all(|&cell| fold.belief().prior_probability(cell) > 0.0), "and in the prior");
     assert_eq!(last.robots.iter().map(|robot| robot.trail.len()).sum::<usize>(), trail);
     assert!(deltas > 20 && wholes > 0 && trail > 10, "{deltas} {wholes} {trail}");
+}
+
+/// The page updates it cell by cell; a whole computation must give the same.
+#[test]
+fn the_searched_layer_is_the_probability_of_detection() {
+    let Played { records, playback, added, .. } = play();
+    let mut view = View::new(Arc::new(about(&playback)));
+    assert!(view.total_pod() <= 0.0 && view.terrain().grid().cells().all(|cell| view.pod(cell).is_none()));
+    for (time, record) in &records {
+        view.take(*time, record);
+    }
+    let (belief, terrain) = (view.belief(), view.terrain());
+    let (mut mass, mut detected, mut unseen) = (0.0, 0.0, 0);
+    for cell in terrain.searched_cells() {
+        let evidence = belief.evidence().of(cell);
+        let expected = probability_of_detection(belief.prior_log_odds_nats(cell), evidence, 0.95);
+        match view.pod(cell) {
+            Some(pod) => assert!((f64::from(pod) - expected).abs() < 1e-6, "{pod} {expected}"),
+            None => unseen += 1,
+        }
+        assert_eq!(view.pod(cell).is_some(), evidence.precision > 0);
+        mass += belief.prior_probability(cell);
+        detected += belief.prior_probability(cell) * expected;
+    }
+    assert!((view.total_pod() - detected / mass).abs() < 1e-5, "{} {}", view.total_pod(), detected / mass);
+    assert!(view.total_pod() > 0.3, "{}", view.total_pod());
+    assert!(view.pod(added[0]).is_some(), "an added cell that is marked was observed");
+    let outside = terrain.grid().cells().find(|&cell| !terrain.is_searched(cell)).unwrap();
+    assert!(view.pod(outside).is_none() && unseen < terrain.searched_cells().count());
+}
+
+#[test]
+fn finds_name_the_robot_that_made_them_and_a_recording_their_times() {
+    let Played { records, playback, .. } = play();
+    let mut replay = Replay::new(Arc::new(playback));
+    let mut view = replay.view().clone();
+    for (time, record) in &records {
+        view.take(*time, record);
+    }
+    let last = Frame::next(&view, &mut Shown::default());
+    assert!(!last.declared.is_empty());
+    for object in &last.declared {
+        assert!(object.robot.is_some_and(|robot| (1..=2).contains(&robot)), "{object:?}");
+    }
+    let seconds = replay.find_seconds();
+    assert!(seconds.len() >= last.declared.len() && seconds.is_sorted(), "{seconds:?}");
+    for &seconds in &seconds {
+        let time = MissionTime::START + Duration::from_secs_f64(seconds);
+        // Nothing is declared before the start.
+        let before: Vec<Cell> = time.0.checked_sub(1_000_000).map_or_else(Vec::new, |before_ns| {
+            replay.seek(MissionTime(before_ns));
+            replay.view().declared().iter().map(|object| object.cell).collect()
+        });
+        replay.seek(time);
+        let now = replay.view().declared();
+        assert!(now.iter().any(|object| !before.contains(&object.cell)), "at {seconds} s");
+    }
 }
 
 #[test]

@@ -7,7 +7,7 @@
 //! 3. [`utility`], [`utility_gain`], [`route`], [`reach`], [`intent`]: the value of an observation, a path and
 //!    a teammate's plan, and the cells out of reach;
 //! 4. [`situation`], [`policy`]: the decision;
-//! 5. [`measures`], [`seed`]: how a search is measured and reproduced.
+//! 5. [`measures`], [`detection`], [`seed`]: how a search is measured and reproduced.
 //!
 //! The sensor is radially symmetric: the variance of a reading depends on the distance of its cell alone. [`sensor`]
 //! defines this; [`utility_gain`], [`intent`] and [`reach`] use it, and so do the features of `dragnet-learn`.
@@ -19,6 +19,7 @@
 
 pub mod belief;
 pub mod cell;
+pub mod detection;
 pub mod evidence;
 pub mod generated;
 pub mod intent;

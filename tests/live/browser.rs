@@ -67,6 +67,21 @@ fn the_page_fits_a_phone() {
 }
 
 #[test]
+fn a_map_of_the_earth_is_read_and_measured() {
+    in_browser(|| play("earth", Served::start(&["run", "earth.toml", "--live", "--record", "earth.mcap"])));
+}
+
+#[test]
+fn a_frozen_link_is_shown() {
+    in_browser(|| play("stale", Served::run()));
+}
+
+#[test]
+fn fifty_robots_on_a_large_map_are_told_apart() {
+    in_browser(|| play("crowd", Served::start(&["run", "crowd.toml", "--live", "--record", "crowd.mcap"])));
+}
+
+#[test]
 fn two_robots_of_one_number_are_marked_and_described() {
     in_browser(|| {
         let (folder, endpoint) = (folder(), free_endpoints(1).unwrap().remove(0));
@@ -96,16 +111,24 @@ fn two_robots_of_one_number_are_marked_and_described() {
     });
 }
 
+/// A page of a search that was recorded before.
+fn recorded() -> Served {
+    let folder = folder();
+    let run = Command::new(env!("CARGO_BIN_EXE_dragnet"))
+        .args(["run", "short.toml", "--seed", "3", "--record", "hall.mcap"])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    Served::start_in(folder, &["replay", "hall.mcap", "--live"])
+}
+
 #[test]
 fn seeking_forward_and_back_shows_the_same() {
-    in_browser(|| {
-        let folder = folder();
-        let run = Command::new(env!("CARGO_BIN_EXE_dragnet"))
-            .args(["run", "short.toml", "--seed", "3", "--record", "hall.mcap"])
-            .current_dir(folder.path())
-            .output()
-            .unwrap();
-        assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
-        play("replay", Served::start_in(folder, &["replay", "hall.mcap", "--live"]));
-    });
+    in_browser(|| play("replay", recorded()));
+}
+
+#[test]
+fn a_find_raises_a_banner_and_a_sound() {
+    in_browser(|| play("sound", recorded()));
 }

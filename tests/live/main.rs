@@ -49,6 +49,25 @@ heartbeat_seconds = 2.0
 liveness_timeout_seconds = 60.0
 ";
 
+/// A search on a map of the earth, with areas; the file of the map follows.
+const EARTH: &str = "\
+name = 'earth'
+map.cell_meters = 30.0
+objects.count = 1
+robots.count = 2
+mission.budget_seconds = 36000.0
+mission.stop_when_expected_remaining = 0.0
+";
+
+/// Many robots that start in one place of a large map.
+const CROWD: &str = "\
+name = 'crowd'
+map = { shape = 'all_traversable', rows = 300, columns = 300 }
+objects.count = 20
+robots = { count = 50, policy = 'greedy', start = 'random' }
+mission.budget_seconds = 36000.0
+";
+
 /// The program, serving a page from its own folder. Both are removed when this is dropped.
 struct Served {
     _folder: TempDir,
@@ -118,6 +137,10 @@ fn folder() -> TempDir {
     std::fs::write(folder.path().join("hall.txt"), MAP).unwrap();
     std::fs::write(folder.path().join("hall.toml"), LONG).unwrap();
     std::fs::write(folder.path().join("short.toml"), LONG.replace("36000.0", "900.0")).unwrap();
+    let map = root().join("scenarios/maps/missing_person.kml");
+    std::fs::write(folder.path().join("earth.toml"), format!("{EARTH}map.file = '{}'\n", map.display()))
+        .unwrap();
+    std::fs::write(folder.path().join("crowd.toml"), CROWD).unwrap();
     folder
 }
 

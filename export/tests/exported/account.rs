@@ -1,9 +1,9 @@
 //! The state of a recorded mission.
 
-use dragnet_export::detection::probability_of_detection;
 use dragnet_export::{Account, ExportError};
 use dragnet_scenario::map_file::GeoPoint;
 use dragnet_scenario::time::MissionTime;
+use dragnet_search::detection::probability_of_detection;
 use dragnet_search::observation::RobotId;
 
 use crate::mission::{SECOND_NS, STEPS, at, playback, scenario};

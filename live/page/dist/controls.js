@@ -3,13 +3,16 @@ const BUTTONS = ["pause", "searched", "clue", "area", "corner", "close"];
 export class Controls {
     map;
     redraw;
+    began;
     mission;
     lock = "checking the token …";
+    isConnected = false;
     isDrawing = false;
     token = new URLSearchParams(location.hash.slice(1)).get("token");
-    constructor(map, redraw) {
+    constructor(map, redraw, began) {
         this.map = map;
         this.redraw = redraw;
+        this.began = began;
         const act = {
             pause: () => this.pause(),
             searched: () => this.mark("searched"),
@@ -44,6 +47,15 @@ export class Controls {
         }
         this.show();
     }
+    connect(isConnected) {
+        if (this.isConnected === isConnected)
+            return;
+        this.isConnected = isConnected;
+        this.show();
+    }
+    get reason() {
+        return this.lock ?? (this.isConnected ? undefined : "Not connected: what the page shows is out of date.");
+    }
     show() {
         const isPaused = this.mission?.frame?.is_paused === true;
         const hasCursor = this.map.cursor !== undefined;
@@ -57,8 +69,8 @@ export class Controls {
         };
         for (const id of BUTTONS) {
             const button = element(id, HTMLButtonElement);
-            button.disabled = this.lock !== undefined || !needs[id];
-            button.title = this.lock ?? (needs[id] ? "" : id === "close" ? "An area needs at least three corners" : "Choose a cell first");
+            button.disabled = this.reason !== undefined || !needs[id];
+            button.title = this.reason ?? (needs[id] ? "" : id === "close" ? "An area needs at least three corners" : "Choose a cell first");
         }
         const pause = element("pause", HTMLButtonElement);
         const text = isPaused ? "Resume all robots" : "Pause all robots";
@@ -74,8 +86,8 @@ export class Controls {
     }
     key(event) {
         const target = event.target;
-        const isTyping = target instanceof HTMLInputElement || target instanceof HTMLSelectElement;
-        if (this.lock !== undefined || isTyping || event.ctrlKey || event.altKey || event.metaKey)
+        const isTyping = target instanceof HTMLSelectElement;
+        if (this.reason !== undefined || isTyping || event.ctrlKey || event.altKey || event.metaKey)
             return;
         const act = {
             p: () => this.pause(),
@@ -103,6 +115,8 @@ export class Controls {
         void this.ask({ command: "mark", row, column, as });
     }
     draw(isDrawing) {
+        if (this.isDrawing !== isDrawing && isDrawing)
+            this.began();
         this.isDrawing = isDrawing;
         this.map.corners = [];
         this.answer(isDrawing ? "Tap the corners of the area, or move the cursor and press Enter at each; then search inside." : "");
@@ -112,7 +126,9 @@ export class Controls {
     corner(spot) {
         if (!this.isDrawing || spot === undefined)
             return;
-        this.map.corners.push(spot);
+        const { rows, columns } = this.mission?.hello ?? { rows: 0, columns: 0 };
+        const within = (value, most) => Math.min(Math.max(value, 0), most);
+        this.map.corners.push([within(spot[0], columns), within(spot[1], rows)]);
         const count = this.map.corners.length;
         this.answer(`${count} corner${count === 1 ? "" : "s"}.`);
         this.show();
@@ -133,7 +149,7 @@ export class Controls {
         return { Authorization: `Bearer ${this.token ?? ""}` };
     }
     async ask(command) {
-        if (this.lock !== undefined)
+        if (this.reason !== undefined)
             return;
         try {
             const answer = await fetch("command", { method: "POST", headers: this.headers(), body: JSON.stringify(command) });

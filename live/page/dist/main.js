@@ -1,59 +1,67 @@
 import { Controls } from "./controls.js";
-import { MapView, describe, drawScale } from "./map.js";
+import { Finds } from "./finds.js";
+import { Watch } from "./fresh.js";
+import { Layers } from "./layers.js";
+import { MapView } from "./map.js";
+import { Measure } from "./measure.js";
 import { Mission } from "./mission.js";
-import { element, reset, showPanel } from "./panel.js";
+import { element, showPanel } from "./panel.js";
 import { Player } from "./player.js";
+import { Readout } from "./readout.js";
+import { Sound } from "./sound.js";
+import { showStatus } from "./status.js";
 import { Stream } from "./stream.js";
 let mission;
-let isLost = false;
 let isDue = false;
-const map = new MapView(element("ground", HTMLElement), element("canvas", HTMLCanvasElement), {
-    moved: () => draw(),
-    tapped: (spot) => controls.tapped(spot),
+const readout = new Readout();
+const layers = new Layers(draw);
+const map = new MapView(element("ground", HTMLElement), { changed: draw, tapped, hovered });
+const measure = new Measure(() => map.cursorSpot(), () => {
+    if (measure.isOn && controls.isDrawing)
+        controls.draw(false);
+    draw();
 });
-const controls = new Controls(map, draw);
+const controls = new Controls(map, draw, () => measure.turn(false));
+const finds = new Finds(map, new Sound());
+const watch = new Watch({ changed: draw, dead: () => stream.reopen() });
 const stream = new Stream({ received, lost }, controls.token);
 const player = new Player(stream);
 function received(message) {
-    isLost = false;
+    watch.hear(message.kind === "beat" ? message.quiet_seconds : 0);
     if (message.kind === "hello")
         begin(message);
-    else if (message.kind === "over")
-        over();
-    else
-        mission?.take(message);
+    else if (message.kind === "over" && mission !== undefined)
+        mission.isOver = true;
+    else if (message.kind === "frame" && mission !== undefined) {
+        mission.take(message);
+        finds.take(mission, message);
+    }
     draw();
 }
 function begin(hello) {
     mission = new Mission(hello);
-    reset();
     document.body.dataset["shows"] = hello.end === null ? "live" : "replay";
+    layers.begin(hello);
+    finds.begin(hello);
+    map.begin(mission);
     if (hello.end === null)
         void controls.begin();
     else
-        player.begin(hello.end);
+        player.begin(hello.end, hello.finds);
 }
-function over() {
-    if (mission !== undefined)
-        mission.isOver = true;
+function lost() {
+    watch.close();
+    draw();
 }
-function lost(seconds) {
-    isLost = true;
-    const again = `trying again in ${seconds} s`;
-    trouble(`The connection to the coordinator is lost; ${again}. The page shows the last received state. The robots continue to search.`);
-    badge("off", "not connected");
+function tapped(spot) {
+    if (measure.isOn)
+        measure.add(spot);
+    else
+        controls.tapped(spot);
 }
-function trouble(text) {
-    const place = element("trouble", HTMLElement);
-    place.hidden = text === undefined;
-    if (place.textContent !== (text ?? ""))
-        place.textContent = text ?? "";
-}
-function badge(is, text) {
-    const place = element("state", HTMLElement);
-    place.dataset["is"] = is;
-    if (place.textContent !== text)
-        place.textContent = text;
+function hovered(spot, pixels) {
+    readout.hover(spot, pixels);
+    draw();
 }
 function draw() {
     if (isDue)
@@ -61,47 +69,30 @@ function draw() {
     isDue = true;
     requestAnimationFrame(() => {
         isDue = false;
+        const { freshness } = watch;
+        showStatus(mission, freshness);
+        controls.connect(freshness.kind === "fresh" || freshness.kind === "quiet");
         if (mission?.frame !== undefined)
             show(mission);
     });
 }
 function show(mission) {
-    map.show(mission);
-    showPanel(mission);
-    const cell = element("cell", HTMLElement);
-    if (map.cursor !== undefined) {
-        const text = describe(mission, map.cursor);
-        if (cell.textContent !== text)
-            cell.textContent = text;
-    }
+    map.measured = measure.points;
+    map.draw(mission, layers.choice);
+    showPanel(mission, (cell) => map.goTo(cell));
+    finds.show(mission);
+    readout.show(mission, map.cursor);
+    const measured = element("measured", HTMLElement);
+    measured.textContent = measure.text(mission);
     if (mission.hello.end === null)
         controls.update(mission);
     else
         player.update(mission);
-    if (!isLost)
-        showState(mission);
 }
-function showState(mission) {
-    trouble(doubles(mission));
-    if (mission.hello.end !== null)
-        badge("replay", "recording");
-    else if (mission.isOver)
-        badge("over", "mission over");
-    else if (mission.frame?.is_paused === true)
-        badge("paused", "paused");
-    else
-        badge("live", "live");
-}
-function doubles(mission) {
-    const numbers = (mission.frame?.robots ?? []).filter((robot) => robot.is_doubled).map((robot) => robot.robot);
-    if (numbers.length === 0)
-        return undefined;
-    const each = numbers.map((number) => `Two robots have the number ${number}.`).join(" ");
-    return `${each} The one that started later is stopped: give it its own number, or shut it down.`;
-}
-drawScale(element("scale", HTMLCanvasElement));
-addEventListener("resize", () => {
-    drawScale(element("scale", HTMLCanvasElement));
+function restyle() {
+    layers.show();
     draw();
-});
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
+}
+addEventListener("resize", restyle);
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", restyle);
+element("engineering", HTMLDetailsElement).addEventListener("toggle", draw);

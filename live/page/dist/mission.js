@@ -3,7 +3,10 @@ const MOST_POINTS = 2000;
 export class Mission {
     hello;
     isTraversable;
+    blocked;
     levels;
+    searched;
+    version = 0;
     isOutOfReach;
     frame;
     trails = new Map();
@@ -12,7 +15,9 @@ export class Mission {
     constructor(hello) {
         this.hello = hello;
         this.isTraversable = bytes(hello.ground);
+        this.blocked = [...this.isTraversable.keys()].filter((cell) => this.isTraversable[cell] !== 1);
         this.levels = new Uint8Array(hello.rows * hello.columns);
+        this.searched = new Uint8Array(hello.rows * hello.columns);
         this.isOutOfReach = new Uint8Array(hello.rows * hello.columns);
     }
     take(frame) {
@@ -25,17 +30,36 @@ export class Mission {
             if (this.curve.length > MOST_POINTS)
                 this.curve = this.curve.filter((_, index) => index % 2 === 0);
         }
-        if (frame.levels !== undefined)
-            this.levels = bytes(frame.levels);
-        if (frame.out_of_reach !== undefined)
-            this.isOutOfReach = bytes(frame.out_of_reach);
-        for (const [cell, level] of frame.changes ?? [])
-            this.levels[cell] = level;
+        this.takeCells(frame);
         for (const robot of frame.robots) {
             const trail = [...(this.trails.get(robot.robot) ?? []), ...robot.trail];
             this.trails.set(robot.robot, trail.slice(-TRAIL_CELLS));
         }
         this.frame = frame;
+    }
+    takeCells(frame) {
+        const changes = frame.changes ?? [];
+        if (frame.levels !== undefined)
+            this.levels = bytes(frame.levels);
+        if (frame.searched !== undefined)
+            this.searched = bytes(frame.searched);
+        if (frame.out_of_reach !== undefined)
+            this.isOutOfReach = bytes(frame.out_of_reach);
+        for (const [cell, level, searched] of changes) {
+            this.levels[cell] = level;
+            this.searched[cell] = searched;
+        }
+        if (frame.levels !== undefined || frame.out_of_reach !== undefined || changes.length > 0)
+            this.version += 1;
+    }
+    cellAt([east, north]) {
+        const { rows, columns } = this.hello;
+        const [row, column] = [Math.floor(north), Math.floor(east)];
+        return row >= 0 && row < rows && column >= 0 && column < columns ? row * columns + column : undefined;
+    }
+    middle(cell) {
+        const [row, column] = this.place(cell);
+        return [column + 0.5, row + 0.5];
     }
     place(cell) {
         return [Math.floor(cell / this.hello.columns), cell % this.hello.columns];

@@ -7,6 +7,7 @@ export class Player {
     isHeld = false;
     time = 0;
     end = 0;
+    finds = [];
     slider = element("slider", HTMLInputElement);
     button = element("play", HTMLButtonElement);
     speed = element("speed", HTMLSelectElement);
@@ -15,13 +16,18 @@ export class Player {
         this.button.addEventListener("click", () => this.play(!this.isPlaying));
         this.speed.addEventListener("change", () => this.play(this.isPlaying));
         this.slider.addEventListener("pointerdown", () => (this.isHeld = true));
-        this.slider.addEventListener("pointerup", () => (this.isHeld = false));
+        for (const event of ["pointerup", "pointercancel"])
+            addEventListener(event, () => (this.isHeld = false));
+        element("find-before", HTMLButtonElement).addEventListener("click", () => this.jump(-1));
+        element("find-after", HTMLButtonElement).addEventListener("click", () => this.jump(1));
         this.slider.addEventListener("input", () => this.seek(Number(this.slider.value)));
         document.addEventListener("keydown", (event) => this.key(event));
         element("player", HTMLFormElement).addEventListener("submit", (event) => event.preventDefault());
     }
-    begin(end) {
+    begin(end, finds) {
         this.end = end;
+        this.finds = finds;
+        marks(finds);
         this.slider.max = String(end);
         element("player", HTMLElement).hidden = false;
         this.stream.send({ seek: this.time, speed: this.isPlaying ? Number(this.speed.value) : 0 });
@@ -34,6 +40,8 @@ export class Player {
         element("place", HTMLOutputElement).value = `${clock(this.time)} / ${clock(this.end)}`;
         if (this.isPlaying && this.time >= this.end)
             this.show(false);
+        element("find-before", HTMLButtonElement).disabled = this.find(-1) === undefined;
+        element("find-after", HTMLButtonElement).disabled = this.find(1) === undefined;
     }
     play(isPlaying) {
         if (isPlaying && this.time >= this.end)
@@ -44,6 +52,14 @@ export class Player {
     show(isPlaying) {
         this.isPlaying = isPlaying;
         this.button.textContent = isPlaying ? "Stop" : "Play";
+    }
+    find(direction) {
+        return direction === 1 ? this.finds.find((time) => time > this.time) : this.finds.findLast((time) => time < this.time);
+    }
+    jump(direction) {
+        const time = this.find(direction);
+        if (time !== undefined)
+            this.seek(time);
     }
     seek(seconds) {
         this.time = Math.min(Math.max(seconds, 0), this.end);
@@ -58,9 +74,21 @@ export class Player {
             event.preventDefault();
             this.play(!this.isPlaying);
         }
+        if (event.key === "[")
+            this.jump(-1);
+        if (event.key === "]")
+            this.jump(1);
         if (event.key === ",")
             this.seek(this.time - JUMP);
         if (event.key === ".")
             this.seek(this.time + JUMP);
     }
+}
+function marks(finds) {
+    const options = finds.map((time) => {
+        const option = document.createElement("option");
+        option.value = String(time);
+        return option;
+    });
+    element("find-times", HTMLDataListElement).replaceChildren(...options);
 }

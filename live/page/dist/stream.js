@@ -14,6 +14,20 @@ export class Stream {
         if (this.socket?.readyState === WebSocket.OPEN)
             this.socket.send(JSON.stringify(message));
     }
+    reopen() {
+        const socket = this.socket;
+        if (socket === undefined)
+            return;
+        [socket.onmessage, socket.onclose] = [null, null];
+        socket.close();
+        this.broken();
+    }
+    broken() {
+        this.socket = undefined;
+        this.listener.lost();
+        setTimeout(() => this.open(), this.wait);
+        this.wait = Math.min(2 * this.wait, LAST_WAIT);
+    }
     open() {
         const address = new URL("stream", location.href.replace(/^http/, "ws").split("#")[0]);
         const socket = new WebSocket(address, this.token === null ? ["dragnet"] : ["dragnet", `token.${this.token}`]);
@@ -21,11 +35,7 @@ export class Stream {
             this.wait = FIRST_WAIT;
             this.listener.received(JSON.parse(String(event.data)));
         };
-        socket.onclose = () => {
-            this.listener.lost(this.wait / 1000);
-            setTimeout(() => this.open(), this.wait);
-            this.wait = Math.min(2 * this.wait, LAST_WAIT);
-        };
+        socket.onclose = () => this.broken();
         this.socket = socket;
     }
 }

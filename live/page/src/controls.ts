@@ -12,12 +12,15 @@ const BUTTONS = ["pause", "searched", "clue", "area", "corner", "close"] as cons
 export class Controls {
   private mission: Mission | undefined;
   private lock: Lock = "checking the token …";
-  private isDrawing = false;
+  private isConnected = false;
+  isDrawing = false;
   readonly token = new URLSearchParams(location.hash.slice(1)).get("token");
 
   constructor(
     private readonly map: MapView,
     private readonly redraw: () => void,
+    /** Taps become corners: no distance is measured meanwhile. */
+    private readonly began: () => void,
   ) {
     const act: Record<(typeof BUTTONS)[number], () => void> = {
       pause: () => this.pause(),
@@ -55,6 +58,18 @@ export class Controls {
     this.show();
   }
 
+  /** Commands need the coordinator, and a page that is up to date. */
+  connect(isConnected: boolean): void {
+    if (this.isConnected === isConnected) return;
+    this.isConnected = isConnected;
+    this.show();
+  }
+
+  /** Why no command can be given now. */
+  private get reason(): Lock {
+    return this.lock ?? (this.isConnected ? undefined : "Not connected: what the page shows is out of date.");
+  }
+
   private show(): void {
     const isPaused = this.mission?.frame?.is_paused === true;
     const hasCursor = this.map.cursor !== undefined;
@@ -68,8 +83,8 @@ export class Controls {
     };
     for (const id of BUTTONS) {
       const button = element(id, HTMLButtonElement);
-      button.disabled = this.lock !== undefined || !needs[id];
-      button.title = this.lock ?? (needs[id] ? "" : id === "close" ? "An area needs at least three corners" : "Choose a cell first");
+      button.disabled = this.reason !== undefined || !needs[id];
+      button.title = this.reason ?? (needs[id] ? "" : id === "close" ? "An area needs at least three corners" : "Choose a cell first");
     }
     const pause = element("pause", HTMLButtonElement);
     const text = isPaused ? "Resume all robots" : "Pause all robots";
@@ -86,8 +101,8 @@ export class Controls {
 
   private key(event: KeyboardEvent): void {
     const target = event.target;
-    const isTyping = target instanceof HTMLInputElement || target instanceof HTMLSelectElement;
-    if (this.lock !== undefined || isTyping || event.ctrlKey || event.altKey || event.metaKey) return;
+    const isTyping = target instanceof HTMLSelectElement;
+    if (this.reason !== undefined || isTyping || event.ctrlKey || event.altKey || event.metaKey) return;
     const act: Record<string, () => void> = {
       p: () => this.pause(),
       s: () => this.mark("searched"),
@@ -114,7 +129,8 @@ export class Controls {
     void this.ask({ command: "mark", row, column, as });
   }
 
-  private draw(isDrawing: boolean): void {
+  draw(isDrawing: boolean): void {
+    if (this.isDrawing !== isDrawing && isDrawing) this.began();
     this.isDrawing = isDrawing;
     this.map.corners = [];
     this.answer(isDrawing ? "Tap the corners of the area, or move the cursor and press Enter at each; then search inside." : "");
@@ -124,7 +140,9 @@ export class Controls {
 
   private corner(spot: [number, number] | undefined): void {
     if (!this.isDrawing || spot === undefined) return;
-    this.map.corners.push(spot);
+    const { rows, columns } = this.mission?.hello ?? { rows: 0, columns: 0 };
+    const within = (value: number, most: number) => Math.min(Math.max(value, 0), most);
+    this.map.corners.push([within(spot[0], columns), within(spot[1], rows)]);
     const count = this.map.corners.length;
     this.answer(`${count} corner${count === 1 ? "" : "s"}.`);
     this.show();
@@ -147,7 +165,7 @@ export class Controls {
   }
 
   private async ask(command: unknown): Promise<void> {
-    if (this.lock !== undefined) return;
+    if (this.reason !== undefined) return;
     try {
       const answer = await fetch("command", { method: "POST", headers: this.headers(), body: JSON.stringify(command) });
       const { message, error } = (await answer.json()) as { message?: string; error?: string };

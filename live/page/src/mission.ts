@@ -9,7 +9,32 @@ export interface Hello {
   ground: string;
   detection_threshold: number;
   objects: number | null;
+  earth: EarthFrame | null;
+  areas: Area[];
   end: number | null;
+  /** Times of a recording at which objects were declared, seconds. */
+  finds: number[];
+}
+
+/** `[latitude, longitude]` of the south-western corner, and their change per meter east and north on the map. */
+export interface EarthFrame {
+  corner: [number, number];
+  east: [number, number];
+  north: [number, number];
+}
+
+/** Cells or meters east and north of the south-western corner. */
+export type Spot = [number, number];
+
+/** An area or a place drawn on the map, in meters. */
+export interface Area {
+  name: string;
+  kind: "search" | "no_go" | "prior" | "last_known_position" | "start";
+  polygons?: Spot[][][];
+  lines?: Spot[][];
+  at?: Spot;
+  spread_meters?: number;
+  poa?: number;
 }
 
 export interface Frame {
@@ -17,10 +42,13 @@ export interface Frame {
   is_whole: boolean;
   time: number;
   levels?: string;
-  changes?: [number, number][];
+  searched?: string;
+  /** Cell, level, searched level. */
+  changes?: [number, number, number][];
   out_of_reach?: string;
   robots: RobotFrame[];
   declared: Declared[];
+  pod: number;
   expected: number;
   entropy: number;
   progress: number;
@@ -49,6 +77,7 @@ export interface Declared {
   cell: number;
   probability: number;
   since: number;
+  robot: number | null;
 }
 
 /** Seconds, entropy in nats, and recall or the number of objects declared. */
@@ -57,6 +86,14 @@ export type Point = [number, number, number];
 export interface Over {
   kind: "over";
 }
+
+/** Nothing has changed. */
+export interface Beat {
+  kind: "beat";
+  quiet_seconds: number;
+}
+
+export type Message = Hello | Frame | Over | Beat;
 
 /** Number of cells of a robot's trail. */
 const TRAIL_CELLS = 400;
@@ -67,8 +104,14 @@ const MOST_POINTS = 2000;
 export class Mission {
   readonly hello: Hello;
   readonly isTraversable: Uint8Array;
+  /** No-go cells. */
+  readonly blocked: number[];
   /** The belief, one level per cell: 0 not searched, otherwise 1 to 255 over the log-odds. */
   levels: Uint8Array;
+  /** How thoroughly each cell was searched: 0 never observed, otherwise 1 plus the probability of detection in percent. */
+  searched: Uint8Array;
+  /** Counts changes of the cells. */
+  version = 0;
   /** 1 in searched cells that are out of reach of all robots. */
   isOutOfReach: Uint8Array;
   frame: Frame | undefined;
@@ -79,7 +122,9 @@ export class Mission {
   constructor(hello: Hello) {
     this.hello = hello;
     this.isTraversable = bytes(hello.ground);
+    this.blocked = [...this.isTraversable.keys()].filter((cell) => this.isTraversable[cell] !== 1);
     this.levels = new Uint8Array(hello.rows * hello.columns);
+    this.searched = new Uint8Array(hello.rows * hello.columns);
     this.isOutOfReach = new Uint8Array(hello.rows * hello.columns);
   }
 
@@ -91,14 +136,37 @@ export class Mission {
       this.curve.push([frame.time, frame.entropy, frame.progress]);
       if (this.curve.length > MOST_POINTS) this.curve = this.curve.filter((_, index) => index % 2 === 0);
     }
-    if (frame.levels !== undefined) this.levels = bytes(frame.levels);
-    if (frame.out_of_reach !== undefined) this.isOutOfReach = bytes(frame.out_of_reach);
-    for (const [cell, level] of frame.changes ?? []) this.levels[cell] = level;
+    this.takeCells(frame);
     for (const robot of frame.robots) {
       const trail = [...(this.trails.get(robot.robot) ?? []), ...robot.trail];
       this.trails.set(robot.robot, trail.slice(-TRAIL_CELLS));
     }
     this.frame = frame;
+  }
+
+  private takeCells(frame: Frame): void {
+    const changes = frame.changes ?? [];
+    if (frame.levels !== undefined) this.levels = bytes(frame.levels);
+    if (frame.searched !== undefined) this.searched = bytes(frame.searched);
+    if (frame.out_of_reach !== undefined) this.isOutOfReach = bytes(frame.out_of_reach);
+    for (const [cell, level, searched] of changes) {
+      this.levels[cell] = level;
+      this.searched[cell] = searched;
+    }
+    if (frame.levels !== undefined || frame.out_of_reach !== undefined || changes.length > 0) this.version += 1;
+  }
+
+  /** The cell at a point, in cells east and north; undefined off the map. */
+  cellAt([east, north]: Spot): number | undefined {
+    const { rows, columns } = this.hello;
+    const [row, column] = [Math.floor(north), Math.floor(east)];
+    return row >= 0 && row < rows && column >= 0 && column < columns ? row * columns + column : undefined;
+  }
+
+  /** The middle of a cell, in cells east and north. */
+  middle(cell: number): Spot {
+    const [row, column] = this.place(cell);
+    return [column + 0.5, row + 0.5];
   }
 
   /** `[row, column]` of a cell's number, from the south-west. */

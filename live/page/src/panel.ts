@@ -1,7 +1,8 @@
-// Figures and lists beside the map, and announcements for screen readers.
+// Figures and lists beside the map.
 
 import { drawChart } from "./chart.js";
-import { percent } from "./map.js";
+import { robotColor } from "./colors.js";
+import { percent } from "./describe.js";
 import { type Mission, type RobotFrame, clock } from "./mission.js";
 
 export function element<T extends HTMLElement>(id: string, kind: new () => T): T {
@@ -16,82 +17,83 @@ function write(id: string, text: string): void {
 }
 
 const SIGNS: Record<RobotFrame["state"], string> = {
-  awaited: "… awaited",
+  awaited: "… not heard yet",
   lost: "✕ lost",
   searching: "▶ searching",
   paused: "❚❚ paused",
-  cleared: "✓ cleared",
+  cleared: "✓ finished",
   spent: "■ budget spent",
-  stuck: "▲ stuck",
-  waiting: "◷ waiting for teammates",
+  stuck: "▲ cannot move on",
+  waiting: "◷ waiting for others",
 };
 
-/** Declared cells at the last update; undefined before the first. */
-let known: Set<number> | undefined;
-
-export function reset(): void {
-  known = undefined;
-}
-
-export function showPanel(mission: Mission): void {
+export function showPanel(mission: Mission, goTo: (cell: number) => void): void {
   const frame = mission.frame;
   if (frame === undefined) return;
   const objects = mission.hello.objects;
-  const title = objects === null ? "Objects declared" : "Recall (the simulation knows the objects)";
   write("name", mission.hello.name);
   document.title = `${mission.hello.name} – Dragnet`;
   write("time", clock(frame.time));
-  write("progress-name", objects === null ? "Objects declared" : `Recall of ${objects} objects`);
-  write("progress-title", title);
+  write("progress-name", objects === null ? "Finds" : `Found of ${objects} (simulated) objects`);
+  write("progress-title", objects === null ? "Finds over time" : "Share of the objects found, over time");
   write("progress", objects === null ? String(frame.declared.length) : percent(frame.progress));
+  write("pod", `${(100 * frame.pod).toFixed(0)} %`);
+  write("expected", frame.expected.toFixed(1));
+  write("active", `${frame.robots.filter((robot) => robot.state === "searching").length} of ${frame.robots.length}`);
   write("entropy", `${frame.entropy.toFixed(1)} nats`);
-  write("expected", frame.expected.toFixed(2));
   write("messages", frame.messages.toFixed(1));
   write("observations", String(frame.observations));
   write("marks", String(frame.marks));
-  rows("robots", frame.robots.map((robot) => [robot.is_doubled ? "doubled" : robot.state, robotRow(mission, robot)]));
-  rows("objects", frame.declared.map((object) => [
-    "declared",
-    [mission.name(object.cell), percent(object.probability), clock(object.since)],
-  ]));
-  element("none", HTMLElement).hidden = frame.declared.length > 0;
-  announce(mission);
+  showRobots(mission, frame.robots, goTo);
   drawChart(element("progress-chart", HTMLCanvasElement), mission, 2, objects === null ? undefined : 1);
-  drawChart(element("entropy-chart", HTMLCanvasElement), mission, 1, undefined);
+  if (element("engineering", HTMLDetailsElement).open) {
+    drawChart(element("entropy-chart", HTMLCanvasElement), mission, 1, undefined);
+  }
+}
+
+/** Updates the table; only changed cells are touched, so that a screen reader keeps its position. */
+function showRobots(mission: Mission, robots: RobotFrame[], goTo: (cell: number) => void): void {
+  const body = element("robots", HTMLTableElement).tBodies[0];
+  if (body === undefined) return;
+  while (body.rows.length > robots.length) body.deleteRow(-1);
+  robots.forEach((robot, index) => {
+    const row = body.rows[index] ?? newRow(body);
+    const state = robot.is_doubled ? "doubled" : robot.state;
+    if (row.dataset["state"] !== state) row.dataset["state"] = state;
+    const button = row.cells[0]?.querySelector("button");
+    if (button) {
+      button.onclick = () => robot.cell !== null && goTo(robot.cell);
+      button.disabled = robot.cell === null;
+      const title = `Show robot ${robot.robot} on the map`;
+      if (button.title !== title) button.title = title;
+      if (button.textContent !== String(robot.robot)) {
+        button.textContent = String(robot.robot);
+        button.style.borderColor = robotColor(robot.robot);
+      }
+    }
+    robotRow(mission, robot).forEach((text, column) => {
+      const cell = row.cells[column + 1];
+      if (cell !== undefined && cell.textContent !== text) cell.textContent = text;
+    });
+  });
+}
+
+function newRow(body: HTMLTableSectionElement): HTMLTableRowElement {
+  const row = body.insertRow();
+  const button = document.createElement("button");
+  button.type = "button";
+  button.className = "sign robot";
+  row.insertCell().append(button);
+  for (let column = 1; column < 5; column += 1) row.insertCell();
+  return row;
 }
 
 function robotRow(mission: Mission, robot: RobotFrame): string[] {
   const goal = robot.plan.at(-1);
   return [
-    String(robot.robot),
     robot.is_doubled ? `⚠ duplicate, ${SIGNS[robot.state]}` : SIGNS[robot.state],
     robot.cell === null ? "–" : mission.name(robot.cell),
     goal === undefined ? "–" : mission.name(goal),
     `${robot.meters.toFixed(0)} m`,
   ];
-}
-
-/** Updates the rows of a table; only changed cells are touched, so that a screen reader keeps its position. */
-function rows(id: string, wanted: [string, string[]][]): void {
-  const body = element(id, HTMLTableElement).tBodies[0];
-  if (body === undefined) return;
-  while (body.rows.length > wanted.length) body.deleteRow(-1);
-  wanted.forEach(([state, texts], index) => {
-    const row = body.rows[index] ?? body.insertRow();
-    if (row.dataset["state"] !== state) row.dataset["state"] = state;
-    texts.forEach((text, column) => {
-      const cell = row.cells[column] ?? row.insertCell();
-      if (cell.textContent !== text) cell.textContent = text;
-    });
-  });
-}
-
-function announce(mission: Mission): void {
-  const declared = mission.frame?.declared ?? [];
-  const news = known === undefined ? [] : declared.filter((object) => !known?.has(object.cell));
-  known = new Set(declared.map((object) => object.cell));
-  if (news.length > 0) {
-    const cells = news.map((object) => `${mission.name(object.cell)}, ${percent(object.probability)}`);
-    write("finds", `Object declared at ${cells.join("; ")}`);
-  }
 }

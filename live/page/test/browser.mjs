@@ -2,91 +2,16 @@
 // program printed and a folder for screenshots; exit code 0 if all holds.
 
 import assert from "node:assert/strict";
-import { mkdtempSync, rmSync } from "node:fs";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
 
-import { chromium } from "playwright-core";
+import { spread } from "../dist/spread.js";
+import {
+  address, answered, bare, browse, cells, link, moveTo, name, picture, probability, seconds, settle, shot, states, text,
+  until,
+} from "./browse.mjs";
+import { replay, sound } from "./recording.mjs";
 
-const FLAGS = [
-  "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
-  "--disable-component-update", "--disable-sync",
-];
-const DESKTOP = { width: 1280, height: 900 };
-const PHONE = { width: 375, height: 720 };
-
-const [, , name, address, folder] = process.argv;
-const bare = address.split("#")[0];
-
-/** Opens the page in a browser with nothing in it, and closes both after. The browser logs no errors except
- * `expected` ones. */
-async function browse(url, { expected = [], ...options }, act) {
-  const profile = mkdtempSync(join(tmpdir(), "dragnet-page-"));
-  const context = await chromium.launchPersistentContext(profile, {
-    executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
-    headless: true, args: FLAGS, viewport: DESKTOP, ...options,
-  });
-  const page = context.pages()[0] ?? (await context.newPage());
-  const complaints = [];
-  page.on("console", (message) => {
-    if (["error", "warning"].includes(message.type())) complaints.push(message.text());
-  });
-  page.on("pageerror", (error) => complaints.push(String(error)));
-  page.on("request", (request) => {
-    if (!request.url().startsWith(bare)) complaints.push(`asked for ${request.url()}`);
-  });
-  try {
-    await page.goto(url);
-    await page.locator("#robots tbody tr").first().waitFor();
-    await act(page);
-    assert.deepEqual(complaints.filter((it) => !expected.some((pattern) => pattern.test(it))), []);
-  } finally {
-    await context.close();
-    rmSync(profile, { recursive: true, force: true });
-  }
-}
-
-const cells = (page) => page.locator("#robots tbody td:nth-child(3)").allTextContents();
-const states = (page) => page.locator("#robots tbody tr").evaluateAll((rows) => rows.map((row) => row.dataset.state));
-const seconds = (page) => page.locator("#time").textContent()
-  .then((text) => text.split(":").reduce((sum, part) => 60 * sum + Number(part), 0));
-const picture = (page) => page.locator("#canvas").evaluate((canvas) => canvas.toDataURL());
-const shot = (page, file) => page.screenshot({ path: join(folder, file), fullPage: true });
-const settle = (page) => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
-
-/** Waits for a condition, with a generous limit. */
-async function until(what, holds) {
-  for (let tries = 0; tries < 600; tries += 1) {
-    if (await holds()) return;
-    await new Promise((done) => setTimeout(done, 100));
-  }
-  assert.fail(`waited in vain: ${what}`);
-}
-
-async function answered(page, act, pattern) {
-  await page.locator("#answer").evaluate((place) => (place.textContent = ""));
-  await act();
-  await until(`an answer like ${pattern}`, async () => pattern.test(await page.locator("#answer").textContent()));
-}
-
-/** Probability, percent, of the cell under the cursor. */
-async function probability(page) {
-  const text = await page.locator("#cell").textContent();
-  return Number(/probability of an object (?:under |over )?([\d.]+) %/.exec(text)?.[1] ?? NaN);
-}
-
-/** Moves the cursor there by keys alone. */
-async function moveTo(page, row, column) {
-  await page.locator("#ground").focus();
-  for (let tries = 0; tries < 400; tries += 1) {
-    const here = /Cell \[(\d+), (\d+)\]/.exec(await page.locator("#cell").textContent());
-    if (here && Number(here[1]) === row && Number(here[2]) === column) return;
-    const [north, east] = here ? [row - Number(here[1]), column - Number(here[2])] : [1, 0];
-    await page.keyboard.press(north > 0 ? "ArrowUp" : north < 0 ? "ArrowDown" : east > 0 ? "ArrowRight" : "ArrowLeft");
-    await settle(page);
-  }
-  assert.fail(`the cursor does not come to [${row}, ${column}]`);
-}
+/** Screens that rescuers have: a phone, a tablet, a laptop. */
+const SCREENS = [[390, 844], [1024, 768], [1440, 900]];
 
 /** Robots move, stop when paused and go on; marks and areas count; all of it by keys alone. */
 async function live() {
@@ -103,8 +28,8 @@ async function live() {
     const since = await seconds(page);
     await until("time passes", async () => (await seconds(page)) > since + 30);
     assert.deepEqual(await cells(page), stopped, "a paused robot stays where it is");
-    assert.equal(await page.locator("#state").textContent(), "paused");
-    assert.equal(await page.locator("#pause").textContent(), "Resume all robots");
+    assert.equal(await text(page, "state"), "paused");
+    assert.equal(await text(page, "pause"), "Resume all robots");
     await shot(page, "paused.png");
 
     // A mark: the belief of that cell rises. No robot observes meanwhile.
@@ -112,14 +37,21 @@ async function live() {
     const before = await probability(page);
     await answered(page, () => page.keyboard.press("c"), /marked as a clue/);
     await until("a clue raises the belief", async () => (await probability(page)) > before);
-    assert.equal(await page.locator("#marks").textContent(), "1");
+    assert.equal(await text(page, "marks"), "1");
     const raised = await probability(page);
     await answered(page, () => page.keyboard.press("s"), /marked as searched/);
     await until("a searched mark lowers it", async () => (await probability(page)) < raised);
 
+    // Clues make a find, which has a banner; marks against it withdraw it, which the banner says.
+    for (let times = 0; times < 3; times += 1) await answered(page, () => page.keyboard.press("c"), /marked as a clue/);
+    await until("clues make a find", async () => /^Find at 585 m east, 495 m north \(cell \[16, 19\]\)/.test(await text(page, "find-text")));
+    for (let times = 0; times < 4; times += 1) await answered(page, () => page.keyboard.press("s"), /marked as searched/);
+    await until("it is withdrawn", async () => /^Withdrawn, no longer a find: 585 m east/.test(await text(page, "find-text")));
+    await page.locator("#find-dismiss").click();
+
     // An area over cells that are not searched, drawn by keys.
     await moveTo(page, 4, 23);
-    assert.match(await page.locator("#cell").textContent(), /not searched/);
+    assert.match(await text(page, "cell"), /outside the search area/);
     await page.keyboard.press("a");
     for (const [row, column] of [[2, 22], [2, 25], [6, 25], [6, 22]]) {
       await moveTo(page, row, column);
@@ -129,6 +61,7 @@ async function live() {
     await answered(page, () => page.keyboard.press("f"), /20 cells are searched from now on/);
     await moveTo(page, 4, 23);
     await until("cells of an area are searched", async () => (await probability(page)) > 0);
+    assert.match(await text(page, "cell"), /never looked at|probability of detection of \d+ %/);
     await page.keyboard.press("a");
     for (const [row, column] of [[10, 5], [10, 7], [12, 7]]) {
       await moveTo(page, row, column);
@@ -138,8 +71,9 @@ async function live() {
 
     await page.locator("#pause").click();
     await until("robots go on", async () => (await cells(page)).some((cell, index) => cell !== stopped[index]));
-    assert.equal(await page.locator("#state").textContent(), "live");
+    assert.equal(await text(page, "state"), "live");
     await reach(page);
+    await fits(page);
   });
 }
 
@@ -147,20 +81,45 @@ async function live() {
 async function reach(page) {
   await page.evaluate(() => document.activeElement?.blur());
   const reached = new Set();
-  for (let tries = 0; tries < 20; tries += 1) {
+  for (let tries = 0; tries < 40; tries += 1) {
     await page.keyboard.press("Tab");
     reached.add(await page.evaluate(() => document.activeElement?.id));
   }
-  for (const id of ["ground", "pause", "searched", "clue", "area"]) assert.ok(reached.has(id), `${id} by Tab`);
+  const controls = ["sound", "ground", "zoom-in", "zoom-out", "whole", "measure", "base-probability", "pause", "searched", "clue", "area"];
+  for (const id of controls) assert.ok(reached.has(id), `${id} by Tab`);
   const unnamed = await page.locator("button:visible, input:visible, select:visible").evaluateAll((all) =>
     all.filter((it) => !(it.textContent.trim() || it.labels?.length || it.ariaLabel)).map((it) => it.id));
   assert.deepEqual(unnamed, []);
 }
 
+/** The commands and a map worth its name are on each screen without scrolling. */
+async function fits(page) {
+  for (const [width, height] of SCREENS) {
+    await page.setViewportSize({ width, height });
+    await page.evaluate(() => scrollTo(0, 0));
+    await settle(page);
+    const boxes = await page.locator("#controls button:visible, #stage").evaluateAll((all) =>
+      all.map((it) => [it.id, it.getBoundingClientRect()].map((part) => part.toJSON?.() ?? part)));
+    for (const [id, box] of boxes) {
+      assert.ok(box.top >= 0 && box.left >= 0 && box.bottom <= height && box.right <= width, `${id} on ${width} x ${height}`);
+    }
+    assert.equal(boxes.length, 5, "the map and four commands");
+    const stage = boxes.find(([id]) => id === "stage")[1];
+    assert.ok(stage.height > 0.45 * height, `${stage.height} pixels of map on ${width} x ${height}`);
+    const wide = await page.evaluate(() => document.documentElement.scrollWidth);
+    assert.ok(wide <= width, `${wide} pixels on a screen of ${width}`);
+    for (const colorScheme of ["light", "dark"]) {
+      await page.emulateMedia({ colorScheme });
+      await settle(page);
+      await shot(page, `${width}_${colorScheme}.png`);
+    }
+  }
+}
+
 /** Without the token nothing can be changed, and the page says why. */
 async function readOnly() {
   await browse(bare, { expected: [/status of 401/] }, async (page) => {
-    await until("the page says why", async () => /Read-only/.test(await page.locator("#answer").textContent()));
+    await until("the page says why", async () => /Read-only/.test(await text(page, "answer")));
     for (const id of ["pause", "searched", "clue", "area"]) {
       assert.ok(await page.locator(`#${id}`).isDisabled(), id);
       assert.match(await page.locator(`#${id}`).getAttribute("title"), /token/);
@@ -173,46 +132,152 @@ async function readOnly() {
 
 /** Fits a phone in the dark: nothing is wider than the screen. */
 async function phone() {
-  await browse(address, { viewport: PHONE, colorScheme: "dark", hasTouch: true, isMobile: true }, async (page) => {
+  const viewport = { width: 375, height: 720 };
+  await browse(address, { viewport, colorScheme: "dark", hasTouch: true, isMobile: true }, async (page) => {
     await until("robots are drawn", async () => (await seconds(page)) > 0);
     const [wide, screen] = await page.evaluate(() => [document.documentElement.scrollWidth, innerWidth]);
     assert.ok(wide <= screen, `${wide} pixels on a screen of ${screen}`);
     await page.locator("#ground").tap();
-    await until("a tap chooses a cell", async () => /Cell \[/.test(await page.locator("#cell").textContent()));
-    const low = await page.locator("#controls button:visible").evaluateAll((all) => all.filter((it) => it.clientHeight < 40).map((it) => it.id));
+    await until("a tap chooses a cell", async () => /Cell \[/.test(await text(page, "cell")));
+    const low = await page.locator("#controls button:visible, .tools button").evaluateAll((all) => all.filter((it) => it.clientHeight < 38).map((it) => it.id));
     assert.deepEqual(low, [], "buttons that a finger misses");
     await shot(page, "phone.png");
   });
 }
 
-/** A recording plays, stops, and shows the same at a time from any other time. */
-async function replay() {
+/** A map of the earth: names, coordinates, distances, layers, zoom. */
+async function earth() {
+  await browse(address, { permissions: ["clipboard-read", "clipboard-write"] }, async (page) => {
+    await until("robots are drawn", async () => (await seconds(page)) > 20);
+    const names = await page.locator(".area-name").allTextContents();
+    for (const wanted of ["Search area", "Quarry pond", "Stream, 30 %", "Car park, 40 %"]) assert.ok(names.includes(wanted), `${wanted} in ${names}`);
+
+    // The south-western cell of 30 m, from the corner of the map file.
+    await moveTo(page, 0, 0);
+    const [, latitude, longitude] = /^([\d.-]+), ([\d.-]+) · 30U WV \d{5} \d{5}$/.exec(await text(page, "coordinates"));
+    assert.ok(Math.abs(latitude - (49.236 + 15 / 111_200)) < 2e-5 && Math.abs(longitude - (-2.24 + 15 / 72_900)) < 2e-5, `${latitude}, ${longitude}`);
+    await page.locator("#copy").click();
+    await until("it is copied", async () => (await text(page, "copy")) === "Copied");
+    assert.equal(await page.evaluate(() => navigator.clipboard.readText()), `${latitude}, ${longitude}`);
+
+    await page.locator("#ground").focus();
+    await page.keyboard.press("m");
+    await page.keyboard.press("Enter");
+    await moveTo(page, 4, 3);
+    await page.keyboard.press("Enter");
+    await until("five cells of 30 m", async () => /Measured: 150 m/.test(await text(page, "measured")));
+    await shot(page, "earth_measured.png");
+    await page.keyboard.press("Escape");
+    await until("measuring ends", async () => (await text(page, "measured")) === "");
+
+    await zooms(page);
+    await layers(page);
+  });
+}
+
+async function zooms(page) {
+  const scale = () => page.locator(".leaflet-control-scale-line").textContent();
+  const whole = await scale();
+  await page.locator("#zoom-in").click();
+  await page.locator("#zoom-in").click();
+  await page.locator("#zoom-in").click();
+  const near = await scale();
+  assert.notEqual(near, whole, "the scale bar follows the zoom");
+  const place = () => page.locator(".area-name").first().boundingBox();
+  const before = await place();
+  const box = await page.locator("#ground").boundingBox();
+  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  await until("the pointer reads a cell", async () => /Cell \[\d+, \d+\].*\n49\.\d{5}, -2\.\d{5}/.test(await text(page, "hover")));
+  await page.mouse.down();
+  await page.mouse.move(box.x + box.width / 2 + 80, box.y + box.height / 2 + 40, { steps: 5 });
+  await page.mouse.up();
+  const after = await place();
+  assert.ok(Math.abs(after.x - before.x - 80) < 12, `${before.x} ${after.x}`);
+  await page.locator("#whole").click();
+  assert.equal(await scale(), whole);
+}
+
+/** Share of the pixels of the cells with this color. */
+const colored = (page, color) => page.evaluate((wanted) => {
+  const canvas = document.querySelector("canvas#cells");
+  // From a copy: reading would make the browser complain about the canvas of the page.
+  const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext("2d", { willReadFrequently: true });
+  copy.drawImage(canvas, 0, 0);
+  const { data } = copy.getImageData(0, 0, canvas.width, canvas.height);
+  let count = 0;
+  for (let at = 0; at < data.length; at += 4) count += wanted.every((part, index) => Math.abs(data[at + index] - part) < 3) ? 1 : 0;
+  return (4 * count) / data.length;
+}, color);
+
+/** What was looked at and what not is told apart by color, and layers can be switched off. */
+async function layers(page) {
+  await page.keyboard.press("p");
+  await until("all robots are paused", async () => (await states(page)).every((state) => state === "paused"));
+  const never = [240, 138, 56];
+  assert.equal(await colored(page, never), 0);
+  await page.locator("#base-searched").check();
+  await settle(page);
+  const share = await colored(page, never);
+  assert.ok(share > 0.05 && share < 0.9, `${share} of the picture was never looked at`);
+  assert.ok(await page.locator("#legend-searched").isVisible() && !(await page.locator("#legend-probability").isVisible()));
+  await shot(page, "earth_searched.png");
+  await page.locator("#layers summary").click();
+  await shot(page, "earth_layers.png");
+  for (const id of ["no_go", "tracks", "grid"]) {
+    const before = await picture(page);
+    await page.locator(`#layer-${id}`).click();
+    await settle(page);
+    assert.notDeepEqual(await picture(page), before, id);
+  }
+  const pond = page.locator(".area-name", { hasText: "Quarry pond" });
+  assert.equal(await pond.count(), 0, "with the no-go layer its names go");
+  await page.locator("#layer-prior").uncheck();
+  await until("likely regions go", async () => !(await page.locator(".area-name").allTextContents()).some((it) => /Stream/.test(it)));
+}
+
+/** A frozen or broken link is shown, with what was known last; commands wait. */
+async function stale() {
+  const radio = await link();
+  try {
+    await browse(radio.address, { expected: [/WebSocket|ERR_/] }, async (page) => {
+      await until("it is live", async () => (await text(page, "state")) === "live" && (await seconds(page)) > 0);
+      assert.ok(await page.locator("#pause").isEnabled());
+      const frozen = Date.now();
+      radio.freeze();
+      await until("it is stale", async () => (await text(page, "state")) === "stale");
+      const took = (Date.now() - frozen) / 1000;
+      assert.ok(took > 2 && took < 8, `${took} s`);
+      assert.match(await text(page, "trouble"), /since \d+:\d\d:\d\d.*mission time \d+:\d\d, 3 robots, \d finds?/);
+      for (const id of ["pause", "area"]) assert.ok(await page.locator(`#${id}`).isDisabled(), id);
+      const at = await seconds(page);
+      await page.keyboard.press("p");
+      await shot(page, "stale.png");
+      await until("the stream is given up", async () => (await text(page, "state")) === "not connected");
+      radio.thaw();
+      await until("it is live again, not paused", async () => (await text(page, "state")) === "live" && (await seconds(page)) > at);
+      assert.ok(await page.locator("#pause").isEnabled());
+      assert.ok(await page.locator("#alert").isHidden());
+    });
+  } finally {
+    radio.close();
+  }
+}
+
+/** Many robots on a large map: each has a marker and a color of its own. */
+async function crowd() {
+  const places = spread(Array.from({ length: 50 }, () => [300, 200]), 20);
+  const gaps = places.flatMap((a, index) => places.slice(0, index).map((b) => Math.hypot(a[0] - b[0], a[1] - b[1])));
+  assert.ok(Math.min(...gaps) >= 20 && Math.max(...places.map(([x]) => Math.abs(x - 300))) < 150, "apart, and near");
+  assert.deepEqual(spread([[0, 0], [50, 0]], 20), [[0, 0], [50, 0]], "who is alone stays");
   await browse(address, {}, async (page) => {
-    assert.ok(await page.locator("#controls").isHidden());
-    const slider = page.locator("#slider");
-    const end = Number(await slider.getAttribute("max"));
-    const seek = async (share) => {
-      const to = Math.round(end * share);
-      await slider.fill(String(to));
-      await until(`it is ${to} s`, async () => (await seconds(page)) === to && (await slider.inputValue()) === String(to));
-      await settle(page);
-      return [await picture(page), await cells(page), await page.locator("#entropy").textContent(), await page.locator("#entropy-chart").evaluate((chart) => chart.toDataURL())];
-    };
-    const middle = await seek(0.5);
-    await shot(page, "replay.png");
-    const late = await seek(0.9);
-    assert.notDeepEqual(late, middle);
-    assert.deepEqual(await seek(0.5), middle, "back to the same picture");
-    const early = await seek(0.1);
-    assert.notDeepEqual(early, middle);
-    assert.deepEqual(await seek(0.5), middle, "on to the same picture");
-    await page.locator("#speed").selectOption("50");
-    await page.locator("#play").click();
-    await until("it plays", async () => (await seconds(page)) > 0.5 * end + 20);
-    await page.locator("#play").click();
-    await slider.focus();
-    await page.keyboard.press("Home");
-    await until("a key moves the slider", async () => (await seconds(page)) === 0);
+    await until("all robots report", async () => (await states(page)).every((state) => state !== "awaited"));
+    const colors = await page.locator("#robots .robot").evaluateAll((all) => all.map((it) => getComputedStyle(it).borderTopColor));
+    assert.equal(colors.length, 50);
+    assert.equal(new Set(colors).size, 50, "no two robots have one color");
+    // 20 objects in 90 000 cells.
+    await moveTo(page, 150, 150);
+    assert.match(await text(page, "cell"), /probability of an object 0\.02\d %, never looked at/);
+    await shot(page, "crowd.png");
   });
 }
 
@@ -229,5 +294,5 @@ async function doubled() {
   });
 }
 
-const CASES = { live, readOnly, phone, replay, doubled };
+const CASES = { live, readOnly, phone, replay, sound, earth, stale, crowd, doubled };
 await CASES[name]();

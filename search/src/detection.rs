@@ -1,7 +1,7 @@
 //! The probability of detection of a cell.
 //!
 //! Readings of an object of total precision `k = sum 1/v` move the log-odds of their cell from the prior `L0` to a
-//! normal distribution around `L0 + k / 2` of variance `k` (see `dragnet_search::evidence`: the log-likelihood ratio of
+//! normal distribution around `L0 + k / 2` of variance `k` (see [`crate::evidence`]: the log-likelihood ratio of
 //! Gaussian readings). The object is declared if that is at least `ln(tau / (1 - tau))`, so that
 //!
 //! ```text
@@ -11,7 +11,7 @@
 //! with the standard normal distribution `Phi`. It is cumulative, since `k` is; it measures the effort, not the
 //! readings; and it makes the assumption of the belief, Gaussian readings that are independent given the truth.
 
-use dragnet_search::evidence::{CellEvidence, UNITS};
+use crate::evidence::{CellEvidence, UNITS};
 
 /// Probability that an object would be declared by now, 0 to 1, in a cell with these prior log-odds (`-inf` where
 /// nothing is searched) and this precision of readings, with the detection threshold `tau`.
@@ -27,11 +27,11 @@ pub fn probability_of_detection(prior_log_odds_nats: f64, evidence: CellEvidence
 
 #[cfg(test)]
 mod tests {
-    use dragnet_search::belief::Belief;
-    use dragnet_search::evidence::Reading;
-    use dragnet_search::seed::{Purpose, stream};
-    use dragnet_search::sensor::{Noise, Sensor};
-    use dragnet_search::terrain::Terrain;
+    use crate::belief::Belief;
+    use crate::evidence::Reading;
+    use crate::seed::{Purpose, stream};
+    use crate::sensor::{Noise, Sensor};
+    use crate::terrain::Terrain;
 
     use super::*;
 

@@ -1,0 +1,57 @@
+import { describe } from "./describe.js";
+import { element } from "./panel.js";
+import { coordinates, mgrs } from "./place.js";
+export class Readout {
+    coordinates = "";
+    copy = element("copy", HTMLButtonElement);
+    hovered;
+    constructor() {
+        this.copy.addEventListener("click", () => void this.put());
+    }
+    hover(spot, pixels) {
+        this.hovered = spot === undefined ? undefined : { spot, pixels };
+    }
+    show(mission, cursor) {
+        this.showHovered(mission);
+        if (cursor === undefined)
+            return;
+        const spot = mission.middle(cursor);
+        const text = describe(mission, cursor);
+        const cell = element("cell", HTMLElement);
+        if (cell.textContent !== text)
+            cell.textContent = text;
+        this.coordinates = coordinates(mission.hello, spot);
+        const place = [this.coordinates, mgrs(mission.hello, spot)].filter(Boolean).join(" · ");
+        const output = element("coordinates", HTMLElement);
+        if (output.textContent !== place) {
+            output.textContent = place;
+            this.copy.textContent = "Copy";
+        }
+        this.copy.hidden = false;
+    }
+    showHovered(mission) {
+        const box = element("hover", HTMLElement);
+        const cell = this.hovered === undefined ? undefined : mission.cellAt(this.hovered.spot);
+        box.hidden = cell === undefined;
+        if (this.hovered === undefined || cell === undefined)
+            return;
+        const { spot, pixels } = this.hovered;
+        const text = `${describe(mission, cell)}\n${coordinates(mission.hello, spot)}`;
+        if (box.textContent !== text)
+            box.textContent = text;
+        const stage = element("ground", HTMLElement);
+        const left = pixels[0] + 16 + box.offsetWidth > stage.clientWidth ? pixels[0] - 12 - box.offsetWidth : pixels[0] + 16;
+        const top = pixels[1] + 16 + box.offsetHeight > stage.clientHeight ? pixels[1] - 12 - box.offsetHeight : pixels[1] + 16;
+        box.style.transform = `translate(${Math.max(left, 0)}px, ${Math.max(top, 0)}px)`;
+    }
+    async put() {
+        try {
+            await navigator.clipboard.writeText(this.coordinates);
+            this.copy.textContent = "Copied";
+        }
+        catch {
+            getSelection()?.selectAllChildren(element("coordinates", HTMLElement));
+            this.copy.textContent = "Selected: press Ctrl+C";
+        }
+    }
+}

@@ -1,0 +1,68 @@
+import { clock } from "./mission.js";
+import { element } from "./panel.js";
+export function showStatus(mission, freshness) {
+    const isStale = freshness.kind === "stale" || freshness.kind === "closed";
+    document.body.classList.toggle("stale", isStale && mission !== undefined);
+    age(freshness);
+    if (mission === undefined) {
+        if (isStale) {
+            badge("off", "not connected");
+            trouble("The coordinator does not answer; trying again.");
+        }
+        return;
+    }
+    trouble([link(mission, freshness), doubles(mission)].filter(Boolean).join(" "));
+    if (freshness.kind === "closed")
+        badge("off", "not connected");
+    else if (freshness.kind === "stale")
+        badge("off", "stale");
+    else if (mission.hello.end !== null)
+        badge("replay", "recording");
+    else if (mission.isOver)
+        badge("over", "mission over");
+    else if (freshness.kind === "quiet")
+        badge("off", "no reports");
+    else if (mission.frame?.is_paused === true)
+        badge("paused", "paused");
+    else
+        badge("live", "live");
+}
+function link(mission, freshness) {
+    if (freshness.kind === "fresh")
+        return "";
+    const since = freshness.since.toLocaleTimeString(undefined, { hour12: false });
+    if (freshness.kind === "quiet") {
+        return mission.isOver ? "" : `The link works, but no robot has reported since ${since}.`;
+    }
+    const goOn = mission.hello.end === null && !mission.isOver ? " The robots continue to search." : "";
+    const source = mission.hello.end === null ? "the coordinator" : "the program with the recording";
+    return `No news from ${source} since ${since}. The page shows what was known then: ${last(mission)}.${goOn}`;
+}
+function last(mission) {
+    const { time, robots, declared } = mission.frame ?? { time: 0, robots: [], declared: [] };
+    const count = (number, what) => `${number} ${what}${number === 1 ? "" : "s"}`;
+    return `mission time ${clock(time)}, ${count(robots.length, "robot")}, ${count(declared.length, "find")}`;
+}
+function doubles(mission) {
+    const numbers = (mission.frame?.robots ?? []).filter((robot) => robot.is_doubled).map((robot) => robot.robot);
+    if (numbers.length === 0)
+        return "";
+    const each = numbers.map((number) => `Two robots have the number ${number}.`).join(" ");
+    return `${each} The one that started later is stopped: give it its own number, or shut it down.`;
+}
+function trouble(text) {
+    element("alert", HTMLElement).hidden = text === "";
+    const place = element("trouble", HTMLElement);
+    if (place.textContent !== text)
+        place.textContent = text;
+}
+function age(freshness) {
+    const seconds = freshness.kind === "fresh" ? 0 : (Date.now() - freshness.since.getTime()) / 1000;
+    element("age", HTMLElement).textContent = freshness.kind === "fresh" ? "" : `${clock(seconds)} ago`;
+}
+function badge(is, text) {
+    const place = element("state", HTMLElement);
+    place.dataset["is"] = is;
+    if (place.textContent !== text)
+        place.textContent = text;
+}

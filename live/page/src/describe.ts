@@ -1,0 +1,45 @@
+// A cell in words.
+
+import { probability } from "./colors.js";
+import type { Mission } from "./mission.js";
+
+/** Describes a cell. */
+export function describe(mission: Mission, cell: number): string {
+  const robots = (mission.frame?.robots ?? []).filter((robot) => robot.cell === cell);
+  const here = robots.map((robot) => `robot ${robot.robot} is here${robot.is_doubled ? ", with a duplicate number" : ""}`);
+  const isFound = (mission.frame?.declared ?? []).some((object) => object.cell === cell);
+  const facts = [
+    chance(mission, cell),
+    isFound ? "found" : "",
+    searched(mission, cell),
+    mission.isOutOfReach[cell] === 1 ? "out of reach: no robot can observe it" : "",
+    mission.isTraversable[cell] === 1 ? "" : "no-go",
+    ...here,
+  ];
+  return `Cell ${mission.name(cell)}: ${facts.filter((fact) => fact !== "").join(", ")}`;
+}
+
+function chance(mission: Mission, cell: number): string {
+  const level = mission.levels[cell] ?? 0;
+  return level === 0 ? "outside the search area" : `probability of an object ${bounded(level)}`;
+}
+
+function searched(mission: Mission, cell: number): string {
+  if (mission.levels[cell] === 0) return "";
+  const level = mission.searched[cell] ?? 0;
+  return level === 0 ? "never looked at" : `searched with a probability of detection of ${level - 1} %`;
+}
+
+/** The ends of the scale include all values beyond them. */
+function bounded(level: number): string {
+  if (level === 1) return `under ${percent(probability(2))}`;
+  if (level === 255) return `over ${percent(probability(254))}`;
+  return percent(probability(level));
+}
+
+export function percent(share: number): string {
+  if (share > 0 && share < 0.001) return `${(100 * share).toFixed(share < 0.00001 ? 5 : 3)} %`;
+  const isEven = share === 0 || share === 1;
+  const digits = isEven ? 0 : share < 0.01 || share > 0.99 ? 2 : 1;
+  return `${(100 * share).toFixed(digits)} %`;
+}

@@ -1,0 +1,71 @@
+// The badge, and what a viewer must know about the link and about robots.
+
+import type { Freshness } from "./fresh.js";
+import { type Mission, clock } from "./mission.js";
+import { element } from "./panel.js";
+
+export function showStatus(mission: Mission | undefined, freshness: Freshness): void {
+  const isStale = freshness.kind === "stale" || freshness.kind === "closed";
+  document.body.classList.toggle("stale", isStale && mission !== undefined);
+  age(freshness);
+  if (mission === undefined) {
+    if (isStale) {
+      badge("off", "not connected");
+      trouble("The coordinator does not answer; trying again.");
+    }
+    return;
+  }
+  trouble([link(mission, freshness), doubles(mission)].filter(Boolean).join(" "));
+  if (freshness.kind === "closed") badge("off", "not connected");
+  else if (freshness.kind === "stale") badge("off", "stale");
+  else if (mission.hello.end !== null) badge("replay", "recording");
+  else if (mission.isOver) badge("over", "mission over");
+  else if (freshness.kind === "quiet") badge("off", "no reports");
+  else if (mission.frame?.is_paused === true) badge("paused", "paused");
+  else badge("live", "live");
+}
+
+function link(mission: Mission, freshness: Freshness): string {
+  if (freshness.kind === "fresh") return "";
+  const since = freshness.since.toLocaleTimeString(undefined, { hour12: false });
+  if (freshness.kind === "quiet") {
+    return mission.isOver ? "" : `The link works, but no robot has reported since ${since}.`;
+  }
+  const goOn = mission.hello.end === null && !mission.isOver ? " The robots continue to search." : "";
+  const source = mission.hello.end === null ? "the coordinator" : "the program with the recording";
+  return `No news from ${source} since ${since}. The page shows what was known then: ${last(mission)}.${goOn}`;
+}
+
+/** What the page knew last. */
+function last(mission: Mission): string {
+  const { time, robots, declared } = mission.frame ?? { time: 0, robots: [], declared: [] };
+  const count = (number: number, what: string) => `${number} ${what}${number === 1 ? "" : "s"}`;
+  return `mission time ${clock(time)}, ${count(robots.length, "robot")}, ${count(declared.length, "find")}`;
+}
+
+/** Advice about robots with the same number. */
+function doubles(mission: Mission): string {
+  const numbers = (mission.frame?.robots ?? []).filter((robot) => robot.is_doubled).map((robot) => robot.robot);
+  if (numbers.length === 0) return "";
+  const each = numbers.map((number) => `Two robots have the number ${number}.`).join(" ");
+  return `${each} The one that started later is stopped: give it its own number, or shut it down.`;
+}
+
+function trouble(text: string): void {
+  element("alert", HTMLElement).hidden = text === "";
+  const place = element("trouble", HTMLElement);
+  // An unchanged text is not announced again.
+  if (place.textContent !== text) place.textContent = text;
+}
+
+/** Apart from the message, which would be announced again each second. */
+function age(freshness: Freshness): void {
+  const seconds = freshness.kind === "fresh" ? 0 : (Date.now() - freshness.since.getTime()) / 1000;
+  element("age", HTMLElement).textContent = freshness.kind === "fresh" ? "" : `${clock(seconds)} ago`;
+}
+
+function badge(is: string, text: string): void {
+  const place = element("state", HTMLElement);
+  place.dataset["is"] = is;
+  if (place.textContent !== text) place.textContent = text;
+}
