@@ -489,6 +489,19 @@ impl Agent {
         self.config.mission.budget.is_spent(self.path_meters, now.since(MissionTime::START))
     }
 
+    /// Path length that the budget leaves, cells.
+    fn remaining_cells(&self, now: MissionTime) -> f64 {
+        let mission = &self.config.mission;
+        let elapsed = now.since(MissionTime::START);
+        let meters = mission.budget.meters().map(|budget| budget - self.path_meters);
+        let in_time = mission
+            .budget
+            .time()
+            .map(|budget| budget.saturating_sub(elapsed).as_secs_f64() * mission.speed_meters_per_second);
+        let remaining = [meters, in_time].into_iter().flatten().fold(f64::INFINITY, f64::min);
+        remaining.max(0.0) / self.config.terrain.cell_meters()
+    }
+
     /// Whether the expected number of remaining objects is low enough to end the search. A robot with an undecided
     /// reading is not done.
     fn is_cleared(&self) -> bool {
@@ -552,10 +565,10 @@ impl Agent {
     /// they plan to observe all of that too, it waits; if they plan nothing, nothing is left.
     fn choose(&mut self, now: MissionTime, robot: Cell) -> (Activity, Vec<Cell>) {
         let planned_precision = self.team.planned_precision(self.config.view(now), robot);
-        let mut decision = self.decide_with(&planned_precision, robot);
+        let mut decision = self.decide_with(now, &planned_precision, robot);
         if decision.is_rest() && decision.had_candidates() && self.team.is_anything_planned() {
             let planned = self.team.planned(self.config.view(now));
-            decision = self.decide_with(&planned, robot);
+            decision = self.decide_with(now, &planned, robot);
             decision.path.truncate(self.config.sensor.radius() as usize);
         }
         if !decision.is_rest() {
@@ -572,7 +585,12 @@ impl Agent {
         (activity, Vec::new())
     }
 
-    fn decide_with(&mut self, planned_precision: &PlannedPrecision, robot: Cell) -> Decision {
+    fn decide_with(
+        &mut self,
+        now: MissionTime,
+        planned_precision: &PlannedPrecision,
+        robot: Cell,
+    ) -> Decision {
         let situation = Situation {
             terrain: &self.config.terrain,
             connectivity: self.config.connectivity,
@@ -582,6 +600,7 @@ impl Agent {
             robot,
             place: self.config.place,
             detection_threshold: self.config.mission.detection_threshold,
+            remaining_cells: self.remaining_cells(now),
         };
         self.policy.choose(&situation, &mut self.random)
     }

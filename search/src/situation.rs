@@ -26,11 +26,13 @@ pub struct Situation<'a> {
     pub place: Place,
     /// Probability from which a cell's object counts as found, above 0 and below 1.
     pub detection_threshold: f64,
+    /// Path length that the robot may still drive by its budget, cells, at least 0; infinite without a budget.
+    pub remaining_cells: f64,
 }
 
 impl<'a> Situation<'a> {
-    /// The situation of a robot without teammates in a cell, with moves to four neighbors and the default detection
-    /// threshold.
+    /// The situation of a robot without teammates in a cell, with moves to four neighbors, the default detection
+    /// threshold and no budget.
     #[must_use]
     pub const fn alone(
         terrain: &'a Terrain,
@@ -48,6 +50,7 @@ impl<'a> Situation<'a> {
             robot,
             place: Place::ALONE,
             detection_threshold: DEFAULT_DETECTION_THRESHOLD,
+            remaining_cells: f64::INFINITY,
         }
     }
 }

@@ -12,6 +12,8 @@
 //! of the robot's history. A robot that restarts has no tour and plans anew. With sensors wider than the default there
 //! are fewer evaluations, in proportion to the cells that they see.
 //!
+//! Where the budget ends before the tour, the tour is planned for the budget: what it sees by then is what counts.
+//!
 //! The robot drives the whole path of a decision unless it decides again before, as by default it does
 //! ([`REPLAN_AFTER_CELLS`]). On a large map the tour covers the nearest cells only ([`ground`]). Where no tour is worth
 //! driving, because nothing is left that it can confirm, the policy `path` decides.
@@ -67,6 +69,8 @@ pub(super) struct Tour {
     table: Option<HiddenTable>,
     ground: Option<Ground>,
     plan: Plan,
+    /// Whether the budget has ended before a tour: it will not last for the rest either.
+    is_cut: bool,
     path: Path,
 }
 
@@ -97,6 +101,7 @@ impl Tour {
             table: None,
             ground: None,
             plan: Plan::default(),
+            is_cut: false,
             path: Path::new(path_length_weight, Utility::Information),
         }
     }
@@ -127,13 +132,12 @@ impl Tour {
                 Start { tour, by_teammates, evaluations, temperature: HOT }
             }
         };
-        let planner = planner.beside(planner.root.at, start.by_teammates);
-        let (tour, cost) = anneal::anneal(&planner, start.tour, start.evaluations, start.temperature, random);
-        let saved_cells = planner.cost(&[]) - cost;
+        let (tour, saved_cells) = anneal_within(&planner, start, &mut self.is_cut, situation, random);
         self.plan = Plan::new(&planner, &tour);
         // Messages hold no longer path than the map has cells; a tour may enter cells again.
         let cell_count = situation.terrain.grid().cell_count();
-        let path: Vec<Cell> = self.plan.cells.iter().copied().take(cell_count).collect();
+        let most_cells = most_cells(situation.remaining_cells).min(cell_count);
+        let path: Vec<Cell> = self.plan.cells.iter().copied().take(most_cells).collect();
         // The planner has counted what teammates plan to observe, from when they observe it.
         let is_informative = if situation.planned_precision.plans().is_empty() {
             is_path_informative(situation, &path)
@@ -190,6 +194,45 @@ impl Plan {
             })
             .collect()
     }
+}
+
+/// Improves a tour; returns it and what it saves of the cost of no tour, cells. A tour that the budget cuts is improved
+/// again for the time that there is, and so are all later ones: it is the better tour for that, and ends with the budget.
+fn anneal_within(
+    planner: &Planner<'_>,
+    start: Start,
+    is_cut: &mut bool,
+    situation: &Situation<'_>,
+    random: &mut Stream,
+) -> (Vec<Leg>, f64) {
+    let Start { mut tour, by_teammates, evaluations, temperature } = start;
+    let horizon = horizon(situation.remaining_cells);
+    if !*is_cut {
+        let planner = planner.beside(planner.root.at, by_teammates.clone());
+        let (annealed, cost) = anneal::anneal(&planner, tour, evaluations, temperature, random);
+        if planner.length(&annealed) <= horizon {
+            let saved_cells = planner.cost(&[]) - cost;
+            return (annealed, saved_cells);
+        }
+        (*is_cut, tour) = (true, annealed);
+    }
+    let planner = planner.beside(planner.root.at, by_teammates).ending_at(horizon);
+    let (mut tour, cost) = anneal::anneal(&planner, tour, evaluations, temperature, random);
+    tour.truncate(planner.within(&tour, horizon));
+    let saved_cells = planner.cost(&[]) - cost;
+    (tour, saved_cells)
+}
+
+/// Cells that a robot enters at most before a path length (cells) is driven.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+fn most_cells(remaining_cells: f64) -> usize {
+    remaining_cells.ceil().clamp(1.0, f64::from(u32::MAX)) as usize
+}
+
+/// Fifths of a cell that a path length (cells) lasts for.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+fn horizon(remaining_cells: f64) -> u32 {
+    (remaining_cells * f64::from(ground::PER_CELL)).clamp(0.0, f64::from(u32::MAX)) as u32
 }
 
 /// Evaluations that take about as long as these do with a sensor of the default radius: an evaluation takes as long as

@@ -170,6 +170,7 @@ fn a_coverage_team_shares_the_cells() {
                 robot,
                 place: Place { member, team: 3 },
                 detection_threshold: DEFAULT_DETECTION_THRESHOLD,
+                remaining_cells: f64::INFINITY,
             };
             robot = policy.decide(&situation, &mut stream(0, Purpose::Decision, 0)).chosen;
             visited.push(robot);

@@ -66,6 +66,7 @@ impl Instance {
             robot: area[random.random_range(0..area.len())],
             place: Place::ALONE,
             detection_threshold: DEFAULT_DETECTION_THRESHOLD,
+            remaining_cells: f64::INFINITY,
         }
     }
 

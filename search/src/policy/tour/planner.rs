@@ -26,6 +26,8 @@ const TAIL_SHARE: f64 = 0.8;
 const MAX_STEPS: u16 = 4000;
 const FEW_STEPS: u16 = 100;
 
+const NO_HORIZON: u32 = u32::MAX;
+
 /// How far an imagined search has come.
 #[derive(Clone)]
 pub(super) struct Progress {
@@ -75,6 +77,9 @@ impl Progress {
 ///
 /// What teammates plan to observe lowers `M_t` from when they observe it, and the sum goes on without the robot until
 /// the last of them has ended its plan: then `J` is what the search of the whole team costs.
+///
+/// Where the budget ends before the tour, it ends the sum: steps after the *horizon* see nothing and cost nothing, so
+/// that the tail weighs what the budget leaves unseen.
 pub(super) struct Planner<'a> {
     pub ground: &'a Ground,
     pub table: &'a HiddenTable,
@@ -85,6 +90,8 @@ pub(super) struct Planner<'a> {
     pub root: Progress,
     pub tail: f64,
     pub most_steps: u16,
+    /// When the budget ends, fifths of a cell.
+    horizon: u32,
     /// At least one object is left, or there is nothing to plan for.
     boost: f64,
 }
@@ -122,8 +129,41 @@ impl<'a> Planner<'a> {
             root,
             tail,
             most_steps,
+            horizon: NO_HORIZON,
             boost: (1.0 / left.max(1e-12)).max(1.0),
         }
+    }
+
+    /// The same planner with sums that end when the budget does, fifths of a cell.
+    pub(super) fn ending_at(mut self, horizon: u32) -> Self {
+        self.horizon = horizon;
+        self.by_teammates.retain(|it| it.time <= horizon);
+        self
+    }
+
+    /// Whether what follows a change of a tour depends on when it is reached.
+    const fn depends_on_time(&self) -> bool {
+        self.has_teammates() || self.horizon != NO_HORIZON
+    }
+
+    /// Length of a tour, fifths of a cell.
+    pub(super) fn length(&self, tour: &[Leg]) -> u32 {
+        self.ends(tour).last().unwrap_or(0)
+    }
+
+    /// The legs of a tour that begin before the budget ends.
+    pub(super) fn within(&self, tour: &[Leg], horizon: u32) -> usize {
+        let ends = self.ends(tour).take_while(|&end| end < horizon).count();
+        tour.len().min(ends + 1)
+    }
+
+    /// When each leg ends, fifths of a cell.
+    fn ends(&self, tour: &[Leg]) -> impl Iterator<Item = u32> {
+        tour.iter().scan((self.root.at, 0), |(at, time), leg| {
+            *time += u32::from(self.ground.length(*at, leg.to));
+            *at = leg.to;
+            Some(*time)
+        })
     }
 
     /// Whether teammates plan anything.
@@ -186,7 +226,7 @@ impl<'a> Planner<'a> {
     /// The cost of a tour that ends here, once teammates have ended theirs.
     fn total(&self, progress: &mut Progress) -> f64 {
         while let Some(next) = self.by_teammates.get(progress.by_teammates) {
-            let length = f64::from(next.time - progress.time) * LENGTH_UNIT;
+            let length = f64::from(next.time.saturating_sub(progress.time)) * LENGTH_UNIT;
             progress.time = next.time;
             self.observe_planned(progress);
             progress.cost += length * self.rate(progress.left);
@@ -237,6 +277,9 @@ impl<'a> Planner<'a> {
         progress.time += u32::from(step.length);
         if self.has_teammates() {
             self.observe_planned(progress);
+        }
+        if progress.time > self.horizon {
+            return 0.0;
         }
         self.observe(progress);
         let length = f64::from(step.length) * LENGTH_UNIT;
@@ -313,7 +356,7 @@ impl WalkedTour {
             while progress.at != leg.to {
                 let length = planner.advance(progress, leg);
                 self.left.push((progress.left, length));
-                if planner.has_teammates() {
+                if planner.depends_on_time() {
                     continue;
                 }
                 for (start, row) in planner.ground.observation(progress.at) {
@@ -338,8 +381,8 @@ impl WalkedTour {
         limit: f64,
     ) -> f64 {
         self.scratch.copy(&self.marks[first]);
-        // What follows depends on what teammates have observed by then.
-        let rest = if planner.has_teammates() { 0 } else { common.saturating_sub(1) };
+        // What follows depends on what teammates have observed by then, and on whether the budget lasts.
+        let rest = if planner.depends_on_time() { 0 } else { common.saturating_sub(1) };
         let middle = &trial[first..trial.len() - rest];
         if !middle.iter().all(|&leg| planner.walk(&mut self.scratch, leg, limit)) {
             return f64::INFINITY;

@@ -55,6 +55,7 @@ impl Case {
             robot: self.robot,
             place: self.place,
             detection_threshold: DEFAULT_DETECTION_THRESHOLD,
+            remaining_cells: f64::INFINITY,
         }
     }
 
@@ -177,6 +178,31 @@ fn a_change_costs_what_the_whole_tour_costs() {
 
 /// A robot that stays while its teammate drives a tour waits for what it would find itself on that tour, and is spared
 /// the moves.
+/// A search of 40 cells on the open map.
+#[test]
+fn a_tour_that_the_budget_cuts_is_planned_for_the_budget() {
+    let mut found = [0.0, 0.0];
+    for seed in 0..6 {
+        let case = Case::of_team(24, Place::ALONE);
+        let decide = |remaining_cells: f64| {
+            let mut tour = build(PolicyName::Tour, Parameters::default());
+            let situation = Situation { remaining_cells, ..case.situation() };
+            tour.decide(&situation, &mut stream(seed, Purpose::Decision, 1))
+        };
+        let (whole, cut) = (decide(f64::INFINITY), decide(40.0));
+        assert!(whole.path.len() > 60, "{}", whole.path.len());
+        assert!((30..=40).contains(&cut.path.len()), "{}", cut.path.len());
+        for (sum, decision) in found.iter_mut().zip([&whole, &cut]) {
+            let expected = decision.expected_found(&case.situation());
+            *sum += expected[40.min(expected.len() - 1)];
+        }
+        case.check_path(&cut);
+        assert_eq!(decide(1e9), whole, "a budget that lasts changes nothing");
+        case.check_path(&decide(0.0));
+    }
+    assert!(found[1] > 1.03 * found[0], "{found:?}");
+}
+
 #[test]
 fn what_teammates_observe_counts_from_when_they_observe_it() {
     let mut lumped = 0;
