@@ -41,7 +41,8 @@ pub struct Episode {
 impl Episode {
     /// The result of a completed episode.
     #[must_use]
-    pub fn new(world: World, outcome: Outcome) -> Self {
+    pub fn new(world: World, mut outcome: Outcome) -> Self {
+        outcome.end(|cell| world.is_found(cell));
         Self {
             truth: world.truth().clone(),
             reach: world.reach().clone(),

@@ -91,8 +91,11 @@ pub type StepObserver<'a> = &'a mut dyn FnMut(MissionTime, StepContext);
 pub struct Outcome {
     /// When the search ended.
     pub ended: MissionTime,
-    /// When a cell was last found, whether it holds an object or not.
+    /// When the last of the cells that are found at the end was found, whether it holds an object or not; known at the
+    /// end.
     pub last_find: Option<MissionTime>,
+    /// When cells became found, in order; one that is withdrawn may be found again.
+    finds: Vec<(MissionTime, Cell)>,
     /// F1 of the merged belief over the path length of the farthest robot, cells.
     pub f1: Curve,
     /// Recall of the merged belief, likewise.
@@ -120,6 +123,7 @@ impl Outcome {
         Self {
             ended: MissionTime::START,
             last_find: None,
+            finds: Vec::new(),
             f1: Curve::default(),
             recall: Curve::default(),
             recall_over_time: Curve::default(),
@@ -132,6 +136,11 @@ impl Outcome {
         }
     }
 
+    /// Keeps the last find that has not been withdrawn.
+    pub(crate) fn end(&mut self, is_found: impl Fn(Cell) -> bool) {
+        self.last_find = self.finds.iter().rev().find(|&&(_, cell)| is_found(cell)).map(|&(time, _)| time);
+    }
+
     /// The time from the last find to the end; from the start if nothing was found.
     #[must_use]
     pub fn tail(&self) -> Duration {
@@ -142,9 +151,7 @@ impl Outcome {
     /// farthest robot.
     pub fn measure(&mut self, now: MissionTime, farthest_cells: f64, score: Score, found: &[Cell]) {
         self.observations += 1;
-        if !found.is_empty() {
-            self.last_find = Some(now);
-        }
+        self.finds.extend(found.iter().map(|&cell| (now, cell)));
         self.f1.push(farthest_cells, score.f1());
         self.recall.push(farthest_cells, score.recall());
         self.recall_over_time.push(now.as_seconds(), score.recall());

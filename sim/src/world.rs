@@ -216,6 +216,12 @@ impl World {
         }
     }
 
+    /// Whether the merged belief has found a cell.
+    #[must_use]
+    pub fn is_found(&self, cell: Cell) -> bool {
+        self.merged.is_found(cell, self.detection_threshold)
+    }
+
     /// Adds the readings of an operator's mark to the merged belief.
     pub fn take_in(&mut self, readings: &[Reading]) {
         for reading in readings {
@@ -225,9 +231,9 @@ impl World {
 
     /// Whether a cell has become found.
     fn merge(&mut self, cell: Cell, evidence: CellEvidence) -> bool {
-        let before = self.merged.is_found(cell, self.detection_threshold);
+        let before = self.is_found(cell);
         self.merged.add_evidence(cell, evidence);
-        let after = self.merged.is_found(cell, self.detection_threshold);
+        let after = self.is_found(cell);
         if before != after && self.terrain.is_searched(cell) && self.reach.covers(cell) {
             self.score.change(after, self.truth.is_object(cell));
         }

@@ -7,7 +7,7 @@ mod pattern;
 mod spacing;
 
 use super::path_integral::Path;
-use super::worth::without_plans;
+use super::worth::{is_path_informative, without_plans};
 use super::{Decision, Parameters, Policy};
 use crate::cell::Cell;
 use crate::intent::PlannedPrecision;
@@ -21,7 +21,7 @@ pub use pattern::Pattern;
 /// What a robot does after it has completed its pattern.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AfterPattern {
-    /// It repeats the pattern.
+    /// It repeats the pattern, as long as there is anything to be seen along it.
     Repeat,
     /// It uses the policy `path`, for cells that the pattern left uncertain.
     Path,
@@ -96,7 +96,12 @@ impl Policy for Coverage {
             self.next = place + 1;
         }
         let nothing = PlannedPrecision::nothing(situation.terrain);
-        Decision::best(&routes, scores).unless_all_is_known(&without_plans(situation, &nothing), &routes)
+        let alone = without_plans(situation, &nothing);
+        // What the pattern cannot see it will not see by being repeated.
+        if ahead.is_none() && !is_path_informative(&alone, order) {
+            return Decision::rest(&routes, scores);
+        }
+        Decision::best(&routes, scores).unless_all_is_known(&alone, &routes)
     }
 }
 

@@ -70,7 +70,8 @@ impl Decision {
         }
     }
 
-    fn rest(routes: &ShortestPathTree, scores: Vec<f64>) -> Self {
+    /// The decision to rest.
+    pub(super) fn rest(routes: &ShortestPathTree, scores: Vec<f64>) -> Self {
         Self { chosen: routes.root(), path: Vec::new(), scores }
     }
 

@@ -41,7 +41,7 @@ pub(super) struct Report {
     mission_time_s: f64,
     /// Expected number of objects in reach beyond those found.
     expected_remaining: f64,
-    /// When a cell was last found; absent if none was.
+    /// When the last of the declared cells was found; absent if none is declared.
     last_find_s: Option<f64>,
     /// Duration from then, or else from the start, to the end.
     tail_s: f64,
@@ -143,8 +143,12 @@ impl Report {
         let recording = self.recording.as_ref().map_or_else(String::new, |recording| {
             format!("recording     {recording}: open it in Foxglove (https://foxglove.dev)\n")
         });
+        let tail = match self.last_find_s {
+            Some(_) => format!("{tail_s:.1} s of it after the last find"),
+            None => "nothing was found".to_owned(),
+        };
         format!(
-            "searched      {mission_time_s:.1} s, {tail_s:.1} s of it after the last find; {}\n\
+            "searched      {mission_time_s:.1} s, {tail}; {}\n\
              quality       recall {recall:.3}, precision {precision:.3}, F1 {f1:.3}; \
              mean of F1 over {budget_cells:.0} cells {auc_f1:.3}\n\
              decisions     {}\n\
@@ -230,8 +234,12 @@ fn objects(scenario: &Scenario, episode: &Episode, finds: &[Find]) -> String {
         });
         format!("{}{center}, probability {:.4}", place(grid, cell), belief.probability(cell))
     };
-    let finds = finds.iter().filter(|find| is_found(find.cell) && truth.is_object(find.cell));
-    let found = finds.map(|Find { cell, robot, time }| {
+    let (kept, withdrawn): (Vec<&Find>, Vec<&Find>) = finds.iter().partition(|find| is_found(find.cell));
+    let withdrawn = withdrawn
+        .into_iter()
+        .map(|find| format!("{}, found after {:.1} s", line(find.cell), find.time.as_seconds()));
+    let kept = kept.into_iter().filter(|find| truth.is_object(find.cell));
+    let found = kept.map(|Find { cell, robot, time }| {
         format!("{}, robot {robot} after {:.1} s", line(*cell), time.as_seconds())
     });
     let objects = truth.objects().iter().copied();
@@ -248,6 +256,7 @@ fn objects(scenario: &Scenario, episode: &Episode, finds: &[Find]) -> String {
         section("missed", missed),
         section("out of reach: no robot can see them from anywhere", out_of_reach),
         section("false positives", wrong),
+        section("found and not declared any more: later readings spoke against them", withdrawn),
     ]
     .concat()
 }

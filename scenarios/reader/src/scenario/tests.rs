@@ -509,14 +509,33 @@ fn objects_that_the_prior_does_not_expect_are_warned_of() {
     };
     check("count = 0", "", &[]);
     check("count = 2", "probability = 0.5", &[]);
-    check("count = 1", "probability = 0.5", &["prior .. 4.0 .. [objects] .. 1.0"]);
-    check("density = 0.9", "probability = 0.1", &["prior .. 0.8 .. [objects] .. 7.2"]);
+    check("count = 1", "probability = 0.5", &["prior .. 4.00 .. [objects] .. 1.00"]);
+    check("density = 0.9", "probability = 0.1", &["prior .. 0.80 .. [objects] .. 7.20"]);
     // From the file, 0.5 in [1, 3] and [0, 1].
     check("cells = [[1, 3]]", "file = 'low.csv'", &[]);
     let excluded = "1 of 2 given objects .. prior is 0 .. [0, 0]";
     check("cells = [[0, 0], [0, 1]]", "file = 'low.csv'", &[excluded]);
     let hidden = load_with(&SMALL.replace("count = 1", "cells = [[0, 4]]"), "...#~.").unwrap();
     check_warnings(&hidden, &["2 of 5 searched cells .. [0, 4]", "1 of 1 given objects .. sight .. [0, 4]"]);
+}
+
+#[test]
+fn a_search_that_ends_at_once_and_a_sensor_that_misleads_are_warned_of() {
+    let check = |text: &str, expected: &[&str]| {
+        let scenario = load_with(text, "....\n....\n").unwrap();
+        check_warnings(&scenario, expected);
+    };
+    let stop = |limit: &str| {
+        SMALL.replace("[mission]", &format!("[mission]\nstop_when_expected_remaining = {limit}"))
+    };
+    check(&stop("1.0"), &["stop_when_expected_remaining is 1 .. 1.000 .. ends before it begins"]);
+    check(&stop("0.9"), &[]);
+    let noisy = |variance: &str, noise: &str| {
+        SMALL.replace("radius = 1", &format!("radius = 2\nnoise_variance = {variance}\nnoise = '{noise}'"))
+    };
+    check(&noisy("0.1", "clipped"), &["clipped .. 0.4 at distance 2 .. below 0.3"]);
+    check(&noisy("0.1", "gaussian"), &[]);
+    check(&noisy("0.07", "clipped"), &[]);
 }
 
 #[test]

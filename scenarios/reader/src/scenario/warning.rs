@@ -6,6 +6,7 @@ use std::fmt;
 use dragnet_search::cell::{Cell, Offset, Position};
 use dragnet_search::observation::RobotId;
 use dragnet_search::route::ShortestPathTree;
+use dragnet_search::sensor::Noise;
 use dragnet_search::terrain::Terrain;
 
 use crate::map_file::areas::Purpose;
@@ -56,6 +57,20 @@ pub enum Warning {
         /// Objects by `[objects]`, as expected.
         by_objects: f64,
     },
+    /// The search ends before it begins: no more objects are expected than may remain.
+    StopsAtOnce {
+        /// `mission.stop_when_expected_remaining`.
+        limit: f64,
+        /// Objects that the prior expects in cells that robots can observe.
+        expected: f64,
+    },
+    /// Readings of empty cells look like those of objects at these distances, since the belief assumes Gaussian noise.
+    Clipped {
+        /// The nearest such distance, cells.
+        distance: u32,
+        /// The variance of readings there.
+        variance: f32,
+    },
     /// Objects in given cells that can never be found.
     NeverFound {
         /// The reason.
@@ -82,6 +97,10 @@ pub enum Warning {
         name: String,
     },
 }
+
+/// From this variance on clipped readings mislead the belief: of an empty cell the mean of `min(|N(0, v)|, 1)` is 0.4 at
+/// `v = 0.3` and rises, and 0.5 speaks for an object as much as against it.
+const CLIPPED_VARIANCE: f32 = 0.3;
 
 /// Why an object is never found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -115,7 +134,18 @@ impl fmt::Display for Warning {
             ),
             Self::Contradiction { by_prior, by_objects } => write!(
                 formatter,
-                "the prior expects {by_prior:.1} objects, and [objects] says {by_objects:.1}"
+                "the prior expects {by_prior:.2} objects, and [objects] says {by_objects:.2}"
+            ),
+            Self::StopsAtOnce { limit, expected } => write!(
+                formatter,
+                "mission.stop_when_expected_remaining is {limit}, and no more than {expected:.3} objects are expected: the search \
+                 ends before it begins"
+            ),
+            Self::Clipped { distance, variance } => write!(
+                formatter,
+                "sensor.noise is \"clipped\", and the belief takes readings for gaussian: with a variance of {variance} at distance \
+                 {distance} more empty cells are declared than mission.detection_threshold allows; below {CLIPPED_VARIANCE} at \
+                 all distances they are not"
             ),
             Self::NeverFound { reason, objects, given, first: Position { row, column } } => {
                 let reason = match reason {
@@ -171,6 +201,8 @@ impl Scenario {
         let mut warnings: Vec<Warning> =
             self.unseen(&is_seen).into_iter().chain(apart).chain(starts).collect();
         warnings.extend(self.contradiction());
+        warnings.extend(self.stops_at_once(&is_seen));
+        warnings.extend(self.clipped());
         warnings.extend(self.never_found(&is_seen));
         warnings.extend(drawn.iter().filter_map(about_area));
         warnings.extend(left_out);
@@ -188,6 +220,21 @@ impl Scenario {
         };
         let (more, less) = (by_prior.max(by_objects), by_prior.min(by_objects));
         (more > 2.0 * less && more - less > 1.0).then_some(Warning::Contradiction { by_prior, by_objects })
+    }
+
+    fn stops_at_once(&self, is_seen: &[bool]) -> Option<Warning> {
+        let limit = self.mission().stop_when_expected_remaining?;
+        let seen = self.terrain().searched_cells().filter(|cell| is_seen[cell.index()]);
+        let expected: f64 = seen.map(|cell| self.prior().probability(cell)).sum();
+        (expected <= limit).then_some(Warning::StopsAtOnce { limit, expected })
+    }
+
+    /// Clipped readings are no more exact than the belief takes them for; of large variances they mislead it.
+    fn clipped(&self) -> Option<Warning> {
+        let sensor = self.sensor();
+        let misleads = |&distance: &u32| sensor.variance(distance) >= CLIPPED_VARIANCE;
+        let distance = (0..=sensor.radius()).find(misleads).filter(|_| sensor.noise() == Noise::Clipped)?;
+        Some(Warning::Clipped { distance, variance: sensor.variance(distance) })
     }
 
     /// Objects in given cells, each with the first reason only.
