@@ -54,7 +54,7 @@ pub struct Options {
 }
 
 /// The results of a run.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Run {
     /// The episode.
     pub episode: Episode,
@@ -62,6 +62,8 @@ pub struct Run {
     pub observations_merged: u64,
     /// The recording.
     pub recording: Option<PathBuf>,
+    /// Why the recording is not complete.
+    pub unrecorded: Option<RuntimeError>,
 }
 
 /// Runs a scenario over Zenoh on this computer's loopback interface, or in the memory of this process.

@@ -145,6 +145,7 @@ fn run(
         observations_merged: Some(run.observations_merged),
         medium,
         recording: run.recording,
+        failure: run.unrecorded.map(Failure::from),
     })
 }
 

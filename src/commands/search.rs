@@ -34,6 +34,8 @@ pub(super) struct Ended {
     /// Medium of the messages.
     pub(super) medium: Medium,
     pub(super) recording: Option<PathBuf>,
+    /// What went wrong although the search was completed: it is told after the results.
+    pub(super) failure: Option<Failure>,
 }
 
 /// Runs a search and prints it on stdout.
@@ -44,12 +46,14 @@ pub(super) fn tell(
 ) -> Result<(), Failure> {
     if style == Style::Json {
         let ended = search(&mut |_, _| ())?;
-        return Ok(terminal::print_json(&Report::new(scenario, &ended))?);
+        terminal::print_json(&Report::new(scenario, &ended))?;
+        return ended.failure.map_or(Ok(()), Err);
     }
     let steps = narrator::steps(scenario.budget_cells());
     let mut narrator = Narrator::new(scenario, progress::below_lines(steps, "cells"));
     let ended = search(&mut |now, scene| narrator.see(now, &scene))?;
     let watched = narrator.finish()?;
     let report = Report::new(scenario, &ended);
-    Ok(terminal::print(&report.text(scenario, &ended.episode, &watched))?)
+    terminal::print(&report.text(scenario, &ended.episode, &watched))?;
+    ended.failure.map_or(Ok(()), Err)
 }

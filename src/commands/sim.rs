@@ -39,6 +39,13 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let style = if arguments.json { Style::Json } else { Style::Text };
     search::tell(&scenario, style, |spectator| {
         let (episode, seed) = serve::world(&scenario, config, spectator)?;
-        Ok(Ended { seed, episode, observations_merged: None, medium: Medium::Zenoh, recording: None })
+        Ok(Ended {
+            seed,
+            episode,
+            observations_merged: None,
+            medium: Medium::Zenoh,
+            recording: None,
+            failure: None,
+        })
     })
 }

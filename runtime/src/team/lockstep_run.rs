@@ -57,8 +57,8 @@ pub(super) fn run(
         runtime.block_on(joined(robot))?;
     }
     let node = runtime.block_on(joined(node))?;
-    node.finish(episode.outcome.ended, recording::summary(&episode))?;
-    Ok(Run { episode, observations_merged, recording: options.recording.clone() })
+    let unrecorded = node.finish(episode.outcome.ended, recording::summary(&episode)).err().map(Into::into);
+    Ok(Run { episode, observations_merged, recording: options.recording.clone(), unrecorded })
 }
 
 /// What all participants of a run share.

@@ -26,6 +26,6 @@ pub(super) fn run(
     let rules = Rules { end: End::Resting, coordinator: Membership::Present };
     let episode = episode::run_with(scenario, seed, rules, &mut participants, spectator)?;
     let observations_merged = node.observations();
-    node.finish(episode.outcome.ended, recording::summary(&episode))?;
-    Ok(Run { episode, observations_merged, recording: options.recording.clone() })
+    let unrecorded = node.finish(episode.outcome.ended, recording::summary(&episode)).err().map(Into::into);
+    Ok(Run { episode, observations_merged, recording: options.recording.clone(), unrecorded })
 }

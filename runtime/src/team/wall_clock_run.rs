@@ -94,8 +94,9 @@ pub(super) async fn run(
     match ended {
         Some(Ok(mut episode)) => {
             episode.outcome.decisions.extend(decisions);
-            node.finish(episode.outcome.ended, recording::summary(&episode))?;
-            Ok(Run { episode, observations_merged, recording })
+            let unrecorded =
+                node.finish(episode.outcome.ended, recording::summary(&episode)).err().map(Into::into);
+            Ok(Run { episode, observations_merged, recording, unrecorded })
         }
         Some(Err(error)) => {
             node.finish(clock.now(), BTreeMap::from([("failed".to_owned(), error.to_string())]))?;

@@ -91,15 +91,19 @@ impl Policy for Coverage {
         for cell in routes.candidates() {
             scores[cell.index()] = 0.0;
         }
-        if let Some(place) = place {
-            scores[order[place].index()] = 1.0;
-            self.next = place + 1;
-        }
         let nothing = PlannedPrecision::nothing(situation.terrain);
         let alone = without_plans(situation, &nothing);
         // What the pattern cannot see it will not see by being repeated.
-        if ahead.is_none() && !is_path_informative(&alone, order) {
-            return Decision::rest(&routes, scores);
+        if ahead.is_none() {
+            let again: Vec<Cell> =
+                order.iter().copied().filter(|&cell| routes.length(cell).is_finite()).collect();
+            if !is_path_informative(&alone, &again) {
+                return Decision::rest(&routes, scores);
+            }
+        }
+        if let Some(place) = place {
+            scores[order[place].index()] = 1.0;
+            self.next = place + 1;
         }
         Decision::best(&routes, scores).unless_all_is_known(&alone, &routes)
     }

@@ -54,6 +54,9 @@ pub(super) struct Report {
     /// Messages sent, counted once for each receiver; unknown without a simulator.
     messages_sent: Option<u64>,
     beliefs_equal: bool,
+    /// Whether objects, finds and quality are by all readings that the robots have; not by a simulator that was started
+    /// during the search.
+    has_all_readings: bool,
     belief_digest: String,
     recording: Option<String>,
 }
@@ -115,6 +118,7 @@ impl Report {
             messages_over: ended.medium,
             messages_sent: Some(outcome.network.sent).filter(|&sent| sent > 0),
             beliefs_equal: outcome.beliefs_equal,
+            has_all_readings: !outcome.beliefs_equal || ended.episode.belief.digest() == outcome.digest,
             belief_digest: outcome.digest.to_string(),
             recording: ended.recording.as_ref().map(|path| path.display().to_string()),
         }
@@ -143,6 +147,12 @@ impl Report {
         let recording = self.recording.as_ref().map_or_else(String::new, |recording| {
             format!("recording     {recording}: open it in Foxglove (https://foxglove.dev)\n")
         });
+        let partial = if self.has_all_readings {
+            ""
+        } else {
+            "NOT COMPLETE  this simulator was started during the search: what is found, missed and measured here is by \
+             its own readings; the coordinator has the finds of the team\n"
+        };
         let tail = match self.last_find_s {
             Some(_) => format!("{tail_s:.1} s of it after the last find"),
             None => "nothing was found".to_owned(),
@@ -155,7 +165,7 @@ impl Report {
              observations  {} sent{merged}\n\
              messages      {}\n\
              beliefs       {beliefs} in all robots, digest {}\n\
-             {recording}",
+             {partial}{recording}",
             self.distance(),
             self.decisions(),
             self.observations_sent,

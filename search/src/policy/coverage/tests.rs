@@ -3,10 +3,11 @@
 use super::*;
 use crate::belief::Belief;
 use crate::cell::Position;
+use crate::evidence::Reading;
 use crate::policy::{PolicyName, build};
 use crate::route::Connectivity;
 use crate::seed::{Purpose, stream};
-use crate::sensor::Sensor;
+use crate::sensor::{Noise, Sensor};
 use crate::terrain::Terrain;
 
 struct Case {
@@ -147,4 +148,34 @@ fn a_track_that_is_blocked_goes_on_beyond() {
         assert_eq!(case.terrain.grid().position(case.robot), Position { row, column });
     }
     assert!(order.iter().any(|&(row, column)| row == 2 && column == 8), "{order:?}");
+}
+
+#[test]
+fn a_pattern_that_has_seen_all_that_it_can_is_not_repeated() {
+    let mut case = Case::open(5, 9, (2, 0));
+    case.sensor = Sensor::new(1, 0.005, Noise::Gaussian).unwrap();
+    let parameters = Parameters { lane_spacing_cells: Some(9), ..Parameters::default() };
+    let mut policies = [PolicyName::Coverage, PolicyName::Path].map(|name| build(name, parameters));
+    let mut decide = |policy: usize, case: &Case| {
+        policies[policy].decide(&case.situation(), &mut stream(1, Purpose::Decision, 1))
+    };
+    let mut decisions = 0;
+    loop {
+        let decision = decide(0, &case);
+        if decision.is_rest() {
+            break;
+        }
+        decisions += 1;
+        assert!(decisions < 60, "the outer rows are never seen from the middle one");
+        for &from in &decision.path {
+            for seen in case.sensor.footprint() {
+                if let Some(cell) = case.terrain.grid().step(from, seen.offset) {
+                    case.belief.add(&Reading { cell, value: 0.0, variance: seen.variance });
+                }
+            }
+        }
+        case.robot = decision.chosen;
+    }
+    assert!(decisions >= 8, "{decisions}");
+    assert!(!decide(1, &case).is_rest(), "path goes on");
 }
