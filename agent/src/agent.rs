@@ -3,6 +3,7 @@
 use dragnet_learn::policy;
 use dragnet_proto::directive::{Directive, added_prior};
 use dragnet_proto::message::{Activity, Audience, Heartbeat, Intent, Message, MissionStatus};
+use dragnet_proto::radio::max_observations;
 use dragnet_proto::replica::Replica;
 use dragnet_proto::state_machine::{Effects, Event};
 use dragnet_proto::validation::Limits;
@@ -47,6 +48,8 @@ pub struct AgentConfig {
     pub limits: Limits,
     /// Detection threshold, stopping conditions, and communication periods.
     pub mission: Mission,
+    /// Rate of the team's radios, bytes per second, if it is limited.
+    pub bytes_per_second: Option<f64>,
     /// Seed of the robot's random choices.
     pub seed: u64,
 }
@@ -71,6 +74,7 @@ impl AgentConfig {
                 prior: Arc::clone(&prior),
                 limits: limits.clone(),
                 mission: scenario.mission().clone(),
+                bytes_per_second: scenario.network().bytes_per_second,
                 seed,
             })
             .collect()
@@ -190,7 +194,8 @@ impl Agent {
             random: stream(config.seed, Purpose::Decision, config.id().number()),
             belief: Belief::clone(&config.prior),
             reach: Reach::unknown(config.terrain.grid(), config.sensor.radius()),
-            replica: Replica::new(participant, config.mission.heartbeat / 2, config.limits.clone()),
+            replica: Replica::new(participant, config.mission.heartbeat / 2, config.limits.clone())
+                .with_max_observations(max_observations(config.bytes_per_second, &config.sensor)),
             team: Team::default(),
             activity: Activity::Searching,
             cell: None,
@@ -347,6 +352,10 @@ impl Agent {
         readings: Vec<Reading>,
         effects: &mut Effects<Message>,
     ) {
+        let round = |reading: Reading| {
+            if self.config.bytes_per_second.is_some() { reading.rounded() } else { reading }
+        };
+        let readings: Vec<Reading> = readings.into_iter().map(round).collect();
         // Its clock may have been set back.
         self.dated = self.dated.max(now);
         let observation = Arc::new(Observation {

@@ -11,6 +11,7 @@ use std::time::Duration;
 
 use dragnet_proto::directive::{Directive, added_prior};
 use dragnet_proto::message::{Audience, Detection, Heartbeat, Intent, Message, MissionStatus};
+use dragnet_proto::radio::max_observations;
 use dragnet_proto::replica::Replica;
 use dragnet_proto::state_machine::{Effects, Event};
 use dragnet_proto::validation::Limits;
@@ -48,6 +49,8 @@ pub struct CoordinatorConfig {
     pub lost_after: Duration,
     /// Time between two records of the belief, above 0.
     pub belief_period: Duration,
+    /// The maximum number of observations in one reply: the team's.
+    pub max_observations: usize,
 }
 
 impl CoordinatorConfig {
@@ -59,6 +62,7 @@ impl CoordinatorConfig {
         let robots: Vec<RobotId> = scenario.robots().iter().map(|robot| robot.id).collect();
         Self {
             sensor_radius: sensor.radius(),
+            max_observations: max_observations(scenario.network().bytes_per_second, &sensor),
             limits: Limits::new(Arc::clone(&terrain), sensor, robots.iter().copied(), mission),
             terrain,
             prior: scenario.prior().clone(),
@@ -142,7 +146,8 @@ impl Mission {
         Self {
             belief: config.prior.clone(),
             reach: Reach::unknown(config.terrain.grid(), config.sensor_radius),
-            replica: Replica::new(Participant::Coordinator, config.heartbeat / 2, config.limits.clone()),
+            replica: Replica::new(Participant::Coordinator, config.heartbeat / 2, config.limits.clone())
+                .with_max_observations(config.max_observations),
             declarations,
             liveness: Liveness::new(config.robots.iter().copied(), config.lost_after),
             tracks: Tracks::default(),

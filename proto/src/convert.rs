@@ -8,6 +8,7 @@ mod directive;
 mod error;
 mod field;
 mod messages;
+mod packed;
 mod steps;
 
 use std::sync::Arc;
@@ -22,15 +23,17 @@ use serde::de::DeserializeOwned;
 
 pub use error::ConvertError;
 pub use field::Field;
+pub use packed::PackedError;
 pub use steps::NotSimulated;
 
 use self::check::Check;
 use self::field::Place;
+use self::packed::{Map, Packed};
 use crate::dragnet_msgs as wire;
 use crate::message::{Message, MessageKind};
 use crate::step::{Sensed, Step, StepReply};
 
-/// The bytes of a message.
+/// The bytes of a message as a ROS 2 message in CDR.
 #[must_use]
 pub fn encode(message: &Message) -> Vec<u8> {
     match message {
@@ -92,20 +95,29 @@ pub struct Codec {
     grid: Grid,
     /// Robots of the team, numbered from 1.
     robots: u16,
+    /// Noise variance of the team's sensor, if messages are packed.
+    radio: Option<f64>,
 }
 
 impl Codec {
     /// A codec for messages about this grid, for any team.
     #[must_use]
     pub const fn new(grid: Grid) -> Self {
-        Self { grid, robots: u16::MAX }
+        Self { grid, robots: u16::MAX, radio: None }
     }
 
     /// A codec for messages of this scenario's team: the lengths of lists are limited accordingly.
     #[must_use]
     pub fn of(scenario: &Scenario) -> Self {
         let robots = u16::try_from(scenario.robots().len()).unwrap_or(u16::MAX);
-        Self { grid: scenario.terrain().grid(), robots }
+        Self { grid: scenario.terrain().grid(), robots, radio: None }
+    }
+
+    /// The codec of a simulated mission: messages are packed if its radios have a limited rate.
+    #[must_use]
+    pub fn simulated(scenario: &Scenario) -> Self {
+        let radio = scenario.network().bytes_per_second.map(|_| scenario.sensor().noise_variance());
+        Self { radio, ..Self::of(scenario) }
     }
 
     /// Whether a participant belongs to the team.
@@ -123,34 +135,49 @@ impl Codec {
         self.grid
     }
 
-    /// Decodes a message of a kind.
+    /// The bytes of a message: packed, or as [`encode`].
+    #[must_use]
+    pub fn encode(&self, message: &Message) -> Vec<u8> {
+        let Some(noise_variance) = self.radio else { return encode(message) };
+        let map = Map { grid: self.grid, noise_variance };
+        match message {
+            Message::Observation(observation) => packed::pack(&wire::Observation::from(&**observation), map),
+            Message::Intent(intent) => packed::pack(&wire::Intent::from(intent), map),
+            Message::Heartbeat(heartbeat) => packed::pack(&wire::Heartbeat::from(heartbeat), map),
+            Message::SyncRequest(request) => packed::pack(&wire::SyncRequest::from(request), map),
+            Message::SyncReply(reply) => packed::pack(&wire::SyncReply::from(reply), map),
+            Message::MissionStatus(status) => packed::pack(&wire::MissionStatus::from(status), map),
+        }
+    }
+
+    /// Decodes a message of a kind, packed or not.
     ///
     /// # Errors
     /// If the bytes are invalid: naming message and field, the value and the allowed values.
     pub fn decode(&self, kind: MessageKind, bytes: &[u8]) -> Result<Message, ConvertError> {
         match kind {
             MessageKind::Observation => {
-                let (wire, check) = self.read::<wire::Observation>(bytes)?;
+                let (wire, check) = self.read_any::<wire::Observation>(bytes)?;
                 Ok(Message::Observation(Arc::new(check.observation(&wire)?)))
             }
             MessageKind::Intent => {
-                let (wire, check) = self.read::<wire::Intent>(bytes)?;
+                let (wire, check) = self.read_any::<wire::Intent>(bytes)?;
                 Ok(Message::Intent(check.intent(&wire)?))
             }
             MessageKind::Heartbeat => {
-                let (wire, check) = self.read::<wire::Heartbeat>(bytes)?;
+                let (wire, check) = self.read_any::<wire::Heartbeat>(bytes)?;
                 Ok(Message::Heartbeat(check.heartbeat(&wire)?))
             }
             MessageKind::SyncRequest => {
-                let (wire, check) = self.read::<wire::SyncRequest>(bytes)?;
+                let (wire, check) = self.read_any::<wire::SyncRequest>(bytes)?;
                 Ok(Message::SyncRequest(check.sync_request(&wire)?))
             }
             MessageKind::SyncReply => {
-                let (wire, check) = self.read::<wire::SyncReply>(bytes)?;
+                let (wire, check) = self.read_any::<wire::SyncReply>(bytes)?;
                 Ok(Message::SyncReply(check.sync_reply(&wire)?))
             }
             MessageKind::MissionStatus => {
-                let (wire, check) = self.read::<wire::MissionStatus>(bytes)?;
+                let (wire, check) = self.read_any::<wire::MissionStatus>(bytes)?;
                 Ok(Message::MissionStatus(check.mission_status(&wire)?))
             }
         }
@@ -170,7 +197,7 @@ impl Codec {
     /// # Errors
     /// As [`Codec::decode`].
     pub fn decode_step_reply(&self, bytes: &[u8]) -> Result<StepReply, ConvertError> {
-        let (wire, check) = self.read::<wire::StepReply>(bytes)?;
+        let (wire, check) = self.read_version::<wire::StepReply>(wire::STEP_REPLY_VERSION, bytes)?;
         check.step_reply(wire)
     }
 
@@ -183,10 +210,34 @@ impl Codec {
         check.sensed(&wire)
     }
 
-    /// The version is checked first: a message of another version may have other fields.
+    fn read_any<T: RosMessage + DeserializeOwned + Packed>(
+        self,
+        bytes: &[u8],
+    ) -> Result<(T, Check), ConvertError> {
+        if bytes.first() != Some(&packed::MARK) {
+            return self.read(bytes);
+        }
+        let refused = |source| ConvertError::Packed { message: T::NAME, source };
+        Ok((packed::unpack(bytes, self.grid).map_err(refused)?, self.check::<T>(wire::VERSION)))
+    }
+
+    const fn check<T: RosMessage>(self, version: u8) -> Check {
+        let Self { grid, robots, .. } = self;
+        Check { grid, robots, version, message: T::NAME, place: Place::Message }
+    }
+
     fn read<T: RosMessage + DeserializeOwned>(self, bytes: &[u8]) -> Result<(T, Check), ConvertError> {
+        self.read_version(wire::VERSION, bytes)
+    }
+
+    /// The version is checked first: a message of another version may have other fields.
+    fn read_version<T: RosMessage + DeserializeOwned>(
+        self,
+        version: u8,
+        bytes: &[u8],
+    ) -> Result<(T, Check), ConvertError> {
         let refused = |source| ConvertError::Bytes { message: T::NAME, source };
-        let check = Check { grid: self.grid, robots: self.robots, message: T::NAME, place: Place::Message };
+        let check = self.check::<T>(version);
         if let Some(&version) = cdr::body(bytes).map_err(refused)?.first() {
             check.version(version)?;
         }

@@ -10,8 +10,10 @@ use serde::{Deserialize, Serialize};
 
 pub use definitions::{DEFINITIONS, NAMES};
 
-/// The version of all messages of this program.
+/// The version of all messages of this program but [`StepReply`].
 pub const VERSION: u8 = 4;
+/// The version of [`StepReply`]. Only processes of one simulation exchange it, and it is never stored.
+pub const STEP_REPLY_VERSION: u8 = 5;
 
 /// `dragnet_msgs/msg/Observation`, see `msg/Observation.msg`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -137,6 +139,9 @@ pub struct StepReply {
     pub kinds: Vec<u8>,
     pub to_kinds: Vec<u8>,
     pub to_robots: Vec<u16>,
+    pub sizes: Vec<u32>,
+    pub priorities: Vec<u8>,
+    pub about_robots: Vec<u16>,
     pub has_route: bool,
     pub route: Vec<u32>,
     pub wake_at_ns: u64,

@@ -3,6 +3,7 @@
 //! - [`message`], [`step`], [`dragnet_msgs`], [`convert`]: the content, as ROS 2 messages in CDR;
 //! - [`key`], [`sender`], [`clock`]: keys, sending processes, and mission time;
 //! - [`replica`], [`validation`]: each observation counts exactly once, and only if it is physically possible;
+//! - [`radio`]: which message a radio with a limited rate sends next;
 //! - [`command`], [`directive`]: the operator's commands, and how they reach every robot;
 //! - [`state_machine`]: the contract of robots and coordinator: events in, effects out.
 //!
@@ -18,6 +19,7 @@ pub mod key;
 #[path = "../../tests/mentions/mod.rs"]
 mod mentions;
 pub mod message;
+pub mod radio;
 pub mod replica;
 pub mod sender;
 pub mod state_machine;

@@ -31,6 +31,8 @@ pub const MAX_STARTS: usize = 1024;
 pub struct Replica {
     owner: Participant,
     limits: Limits,
+    /// The maximum number of observations in one reply.
+    max_observations: usize,
     log: ObservationLog,
     questions: Questions,
     rejected: BTreeMap<RejectionKind, u64>,
@@ -54,7 +56,14 @@ impl Replica {
     #[must_use]
     pub fn new(owner: Participant, patience: Duration, limits: Limits) -> Self {
         let (log, rejected) = (ObservationLog::default(), BTreeMap::new());
-        Self { owner, limits, log, questions: Questions::new(patience), rejected }
+        let max_observations = SyncReply::MAX_OBSERVATIONS;
+        Self { owner, limits, max_observations, log, questions: Questions::new(patience), rejected }
+    }
+
+    /// The same with replies of at most this number of observations, 1 to [`SyncReply::MAX_OBSERVATIONS`]: the whole team's.
+    #[must_use]
+    pub fn with_max_observations(self, most: usize) -> Self {
+        Self { max_observations: most.clamp(1, SyncReply::MAX_OBSERVATIONS), ..self }
     }
 
     /// All observations known.
@@ -133,7 +142,7 @@ impl Replica {
         }
         // A full reply may have left some out. After one without new observations the request is not repeated.
         if let Some(last) = received.new.last()
-            && reply.observations.len() == SyncReply::MAX_OBSERVATIONS
+            && reply.observations.len() >= self.max_observations
         {
             self.ask_now(now, from, last.origin, received);
         }
@@ -206,7 +215,7 @@ impl Replica {
 
     fn answer(&self, request: SyncRequest, received: &mut Received) {
         let held = self.log.since(request.of, request.first);
-        let observations = held[..held.len().min(SyncReply::MAX_OBSERVATIONS)].to_vec();
+        let observations = held[..held.len().min(self.max_observations)].to_vec();
         if !observations.is_empty() {
             received.replies.push((request.from, Message::SyncReply(SyncReply { observations })));
         } else if request.first < self.log.next(request.of) {

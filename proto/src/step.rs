@@ -7,7 +7,7 @@ use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::observation::RobotId;
 
-use crate::message::MessageKind;
+use crate::radio::Load;
 use crate::state_machine::{Effects, Event};
 
 /// An event of one participant, sent by the simulator.
@@ -51,8 +51,8 @@ pub struct StepReply {
 pub struct MessageRef {
     /// Its number among the participant's messages.
     pub number: u64,
-    /// Its kind.
-    pub kind: MessageKind,
+    /// Its kind, priority and size.
+    pub load: Load,
 }
 
 /// Readings of a simulated sensor, sent to its robot, which makes an observation of them and numbers it.

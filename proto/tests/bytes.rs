@@ -1,6 +1,7 @@
 //! Any message survives encoding and decoding, and no bytes do harm.
 #![expect(clippy::unwrap_used, reason = "a test fails by panic")]
 
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -11,13 +12,16 @@ use dragnet_proto::message::{
     Activity, Audience, Detection, Heartbeat, Intent, Message, MessageKind, MissionStatus, SyncReply,
     SyncRequest,
 };
+use dragnet_proto::radio::{Load, Priority};
 use dragnet_proto::state_machine::{Effects, Event};
 use dragnet_proto::step::{MessageRef, Sensed, Step, StepEvent, StepReply};
+use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::{Cell, Grid};
 use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::observation::{Observation, Origin, RobotId, Source, Version, Versions};
+use dragnet_search::sensor::Sensor;
 use proptest::collection::vec;
 use proptest::prelude::*;
 
@@ -193,8 +197,15 @@ fn steps() -> impl Strategy<Value = Step> {
 
 fn step_replies() -> impl Strategy<Value = StepReply> {
     let kind = (0..MessageKind::ALL.len()).prop_map(|index| MessageKind::ALL[index]);
+    let priority = (0..Priority::ALL.len()).prop_map(|index| Priority::ALL[index]);
+    let load = (kind, priority, any::<u16>(), any::<u32>()).prop_map(|(kind, priority, about, bytes)| Load {
+        kind,
+        priority,
+        about,
+        bytes,
+    });
     let message =
-        (audiences(), any::<u64>(), kind).prop_map(|(to, number, kind)| (to, MessageRef { number, kind }));
+        (audiences(), any::<u64>(), load).prop_map(|(to, number, load)| (to, MessageRef { number, load }));
     let next = (proptest::option::of(vec(cells(), 0..30)), 1..=u64::MAX, activities());
     let decision = proptest::option::of((1_u64..1 << 40).prop_map(Duration::from_nanos));
     (vec(message, 0..5), next, any::<u64>(), decision, digests(), ".*").prop_map(
@@ -213,6 +224,13 @@ fn sensed() -> impl Strategy<Value = Sensed> {
         from,
         readings,
     })
+}
+
+/// The codec of a team with radios.
+fn packing() -> Codec {
+    let text = "name = 'a'\nmap = { shape = 'all_traversable', rows = 7, columns = 9 }\nobjects.count = 1\nrobots.count = 3\n\
+                mission.budget_seconds = 60.0\nnetwork.bytes_per_second = 125.0\n";
+    Codec::simulated(&Scenario::from_text(Path::new("a.toml"), text.to_owned()).unwrap())
 }
 
 /// Valid bytes of any of Dragnet's messages.
@@ -250,6 +268,46 @@ proptest! {
     fn a_message_arrives_as_it_was_sent(message in messages()) {
         let bytes = convert::encode(&message);
         prop_assert_eq!(Codec::new(grid()).decode(message.kind(), &bytes).unwrap(), message);
+    }
+
+    #[test]
+    fn a_packed_message_arrives_as_it_was_sent(message in messages()) {
+        let bytes = packing().encode(&message);
+        prop_assert_ne!(bytes[0], 0);
+        prop_assert_eq!(Codec::new(grid()).decode(message.kind(), &bytes).unwrap(), message);
+    }
+
+    #[test]
+    fn packed_bytes_are_rejected_or_a_message(body in vec(any::<u8>(), 0..200)) {
+        let mut bytes = packing().encode(&Message::SyncReply(SyncReply { observations: Vec::new() }));
+        bytes.pop();
+        bytes.extend(body);
+        decode_as_everything(&bytes);
+    }
+
+    #[test]
+    fn a_truncated_packed_message_is_rejected(message in messages(), cut in any::<prop::sample::Index>()) {
+        let mut bytes = packing().encode(&message);
+        bytes.truncate(cut.index(bytes.len()));
+        prop_assert!(Codec::new(grid()).decode(message.kind(), &bytes).is_err());
+    }
+
+    /// Rounded readings of the sensor, all around a cell: a byte for each, and no cell or variance.
+    #[test]
+    fn readings_of_the_sensor_are_packed_in_a_byte_each(from in cells(), values in vec(-1.0_f32..=2.0, ROWS as usize * COLUMNS as usize)) {
+        let sensor = Sensor::default();
+        let seen = sensor.footprint().iter().filter_map(|it| Some((it, grid().step(from, it.offset)?)));
+        let readings: Vec<Reading> = seen
+            .zip(values)
+            .map(|((it, cell), value)| Reading { cell, value, variance: it.variance }.rounded())
+            .collect();
+        let count = readings.len();
+        let origin = Origin::first(RobotId::FIRST);
+        let message = Message::Observation(Arc::new(Observation { origin, sequence: 3, time_ns: 1 << 40, from, readings }));
+        let bytes = packing().encode(&message);
+        // Values near the robot may take two bytes.
+        prop_assert!(bytes.len() <= 24 + count + 9, "{} bytes, {count} readings", bytes.len());
+        prop_assert_eq!(Codec::new(grid()).decode(MessageKind::Observation, &bytes).unwrap(), message);
     }
 
     #[test]

@@ -302,7 +302,7 @@ impl Link {
         Ok(())
     }
 
-    /// Publishes a message with this sequence number.
+    /// Publishes a message with this sequence number; returns its size, bytes.
     ///
     /// # Errors
     /// If Zenoh refuses.
@@ -311,17 +311,20 @@ impl Link {
         number: u64,
         audience: Audience,
         message: &Message,
-    ) -> Result<(), RuntimeError> {
+    ) -> Result<usize, RuntimeError> {
         let Some(topic) = Topic::of(message.kind(), self.me, audience) else {
             let reason = format!("a {:?} has no place to go to {audience:?}", message.kind());
             return Err(RuntimeError::Participant { participant: self.me, reason });
         };
+        let payload = self.codec.encode(message);
+        let bytes = payload.len();
         self.session
-            .put(self.mission.key(topic).to_string(), convert::encode(message))
+            .put(self.mission.key(topic).to_string(), payload)
             .attachment(ZBytes::from(Envelope { number, identity: self.claim.identity }.encode()))
             .congestion_control(CongestionControl::Block)
             .express(true)
             .await
+            .map(|()| bytes)
             .map_err(RuntimeError::zenoh("publish"))
     }
 

@@ -9,11 +9,11 @@ use std::time::Duration;
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::key::{Mission, Topic};
 use dragnet_proto::message::Message;
+use dragnet_proto::radio::Load;
 use dragnet_proto::state_machine::{Effects, Event, StateMachine};
 use dragnet_proto::step::{MessageRef, Step, StepEvent, StepReply};
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
-use dragnet_search::cell::Grid;
 use dragnet_search::evidence::Digest;
 use zenoh::Session;
 use zenoh::handlers::FifoChannelHandler;
@@ -49,11 +49,10 @@ impl<'a> LockstepNode<'a> {
         session: Session,
         mission: Mission,
         me: Participant,
-        grid: Grid,
+        codec: Codec,
         team: Vec<Participant>,
         machine: &'a mut dyn StateMachine,
     ) -> Result<Self, RuntimeError> {
-        let codec = Codec::new(grid);
         let key = mission.key(Topic::SimStep(me)).to_string();
         let steps =
             session.declare_queryable(key).await.map_err(RuntimeError::zenoh("offer to be driven"))?;
@@ -159,8 +158,8 @@ impl<'a> LockstepNode<'a> {
         for (to, message) in &effects.published {
             let number = self.published;
             self.published += 1;
-            self.link.publish(number, *to, message).await?;
-            published.push((*to, MessageRef { number, kind: message.kind() }));
+            let bytes = self.link.publish(number, *to, message).await?;
+            published.push((*to, MessageRef { number, load: Load::new(message, bytes) }));
         }
         let Effects { route, wake_at, activity, decision, .. } = effects;
         let effects = Effects { published, route, wake_at, activity, decision, ..Effects::default() };

@@ -5,7 +5,7 @@ use std::time::Duration;
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::key::{Mission, Topic};
 use dragnet_proto::state_machine::{Effects, Event};
-use dragnet_proto::step::{Step, StepEvent, StepReply};
+use dragnet_proto::step::{MessageRef, Step, StepEvent, StepReply};
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Grid;
@@ -112,19 +112,20 @@ impl RemoteParticipants {
 }
 
 impl Participants for RemoteParticipants {
-    type MessageRef = u64;
+    type MessageRef = MessageRef;
     type Error = RuntimeError;
 
     fn step(
         &mut self,
         participant: Participant,
         now: MissionTime,
-        event: Event<u64>,
-    ) -> Result<Effects<u64>, RuntimeError> {
-        let Effects { published, route, wake_at, activity, decision, .. } =
-            self.ask(participant, now, StepEvent::Event(event))?.effects;
-        let published = published.into_iter().map(|(to, message)| (to, message.number)).collect();
-        Ok(Effects { published, route, wake_at, activity, decision, ..Effects::default() })
+        event: Event<MessageRef>,
+    ) -> Result<Effects<MessageRef>, RuntimeError> {
+        let event = match event.into_message() {
+            Ok((from, message)) => Event::Received { from, message: message.number },
+            Err(event) => event,
+        };
+        Ok(self.ask(participant, now, StepEvent::Event(event))?.effects)
     }
 
     fn digest(&mut self, participant: Participant, now: MissionTime) -> Result<Digest, RuntimeError> {

@@ -54,7 +54,7 @@ pub fn agent(file: &Path, precedence: Precedence, make: detector::Make<'_>) -> R
     let body = config.body(file, &scenario)?;
     let detector = body.as_ref().map(|body| body.make_detector(file, make)).transpose()?.flatten();
     let robot = agent_config.robot.id;
-    let (participant, grid) = (Participant::Robot(robot), scenario.terrain().grid());
+    let participant = Participant::Robot(robot);
     let mut agent = Agent::new(agent_config);
     block_on(async {
         let stop = stopped(if config.attached { Bond::Input } else { Bond::None }, participant, &mission)?;
@@ -68,7 +68,15 @@ pub fn agent(file: &Path, precedence: Precedence, make: detector::Make<'_>) -> R
             let (session, mission) = (session.clone(), mission.clone());
             if config.time == TimeSource::Simulator {
                 let team = team::everybody(&scenario);
-                let node = LockstepNode::new(session, mission, participant, grid, team, &mut agent).await?;
+                let node = LockstepNode::new(
+                    session,
+                    mission,
+                    participant,
+                    Codec::simulated(&scenario),
+                    team,
+                    &mut agent,
+                )
+                .await?;
                 return tokio::select! {
                     outcome = node.serve() => outcome,
                     () = stop => Ok(()),

@@ -49,6 +49,24 @@ impl Reading {
         self.value.to_bits() == UNDECIDED.to_bits()
     }
 
+    /// The reading as radios carry it: its value rounded to a whole number of steps ([`value_step`]), which adds at most
+    /// 0.6 % to its variance. Rounded once, where it is taken, it is the same reading for all. An undecided one stays so,
+    /// and no other becomes one.
+    #[must_use]
+    pub fn rounded(self) -> Self {
+        if self.is_undecided() {
+            return self;
+        }
+        let step = value_step(self.variance);
+        // Not -0: equal readings have equal bits.
+        let mut value = (self.value / step).round() * step + 0.0;
+        if value.to_bits() == UNDECIDED.to_bits() {
+            value += step.copysign(self.value - UNDECIDED);
+        }
+        let value = if value.abs() > MAX_VALUE { (self.value / step).trunc() * step } else { value };
+        Self { value, ..self }
+    }
+
     /// Whether value and variance are finite and in range. One reading then adds less than 2^46 units, so that no
     /// sum saturates within the first 100,000 of even the most extreme readings of a cell.
     #[must_use]
@@ -71,6 +89,18 @@ impl Reading {
         let weighted_sum = (f64::from(self.value) * UNITS / f64::from(self.variance)).round() as i64;
         CellEvidence { precision, weighted_sum }
     }
+}
+
+/// The step to which radios round values of a variance: a power of two between 1/8 and 1/4 of the standard deviation, so
+/// that steps are exact.
+#[must_use]
+pub fn value_step(variance: f32) -> f32 {
+    const BIAS: u32 = 127;
+    // floor(log2 variance) + BIAS, for any bits.
+    let exponent = (variance.to_bits() >> 23) & 0xFF;
+    // Half of it is that of the standard deviation; BIAS + 1 is even.
+    let halved = u32::midpoint(exponent, BIAS);
+    f32::from_bits((halved - 2) << 23)
 }
 
 /// `1 / variance` in units.
@@ -202,6 +232,23 @@ mod tests {
         let expected = density(1.0) - density(0.0);
         let given = reading(value, variance).evidence().log_likelihood_ratio_nats();
         assert!((given - expected).abs() < 1e-4, "{given} {expected}");
+    }
+
+    #[test]
+    fn rounding_adds_little_to_the_variance_and_happens_once() {
+        for variance in [MIN_VARIANCE, 0.001, 0.005, 0.045, 0.125, 1.0, 3.0, MAX_VARIANCE] {
+            let share = value_step(variance) / variance.sqrt();
+            assert!((0.125..=0.25).contains(&share), "{share} of the standard deviation of {variance}");
+            for value in [-MAX_VALUE, -0.3, -1e-9, 0.0, 0.47, 0.5001, 0.97, 1.0, 17.3, MAX_VALUE] {
+                let given = reading(value, variance);
+                let rounded = given.rounded();
+                assert!(rounded.is_valid() && !rounded.is_undecided(), "{rounded:?}");
+                assert!((rounded.value - value).abs() <= 1.5 * value_step(variance), "{given:?} {rounded:?}");
+                assert_eq!(rounded.rounded().value.to_bits(), rounded.value.to_bits());
+            }
+        }
+        let undecided = Reading::undecided(reading(0.0, 1.0).cell);
+        assert!(undecided.rounded().is_undecided());
     }
 
     #[test]

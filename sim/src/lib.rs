@@ -19,4 +19,5 @@ pub mod simulation;
 pub mod single_robot_env;
 pub mod soak;
 pub mod team_env;
+pub mod traffic;
 pub mod world;

@@ -143,6 +143,7 @@ mod tests {
             duplication: 0.25,
             reorder: 0.1,
             reorder_delay: Duration::from_mins(1),
+            bytes_per_second: None,
             partitions: Vec::new(),
         };
         let (mut network, arrivals) = send(faults, 10_000);

@@ -2,9 +2,14 @@
 
 mod shared;
 
+use std::sync::Arc;
+
 use dragnet_agent::agent::Agent;
+use dragnet_proto::convert::Codec;
 use dragnet_proto::message::Message;
+use dragnet_proto::radio::Load;
 use dragnet_proto::state_machine::{Effects, Event, ParticipantError, StateMachine};
+use dragnet_proto::step::MessageRef;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::evidence::Digest;
@@ -17,7 +22,7 @@ pub use shared::SharedParticipants;
 /// knowing its content.
 pub trait Participants {
     /// A published message, or a reference to it.
-    type MessageRef: Clone;
+    type MessageRef: Clone + Published;
     /// Why a participant failed.
     type Error;
 
@@ -55,6 +60,30 @@ pub trait Participants {
     /// # Errors
     /// If it fails.
     fn digest(&mut self, participant: Participant, now: MissionTime) -> Result<Digest, Self::Error>;
+}
+
+/// A published message as the network sees it.
+pub trait Published {
+    /// Its kind, priority and size in a mission's encoding.
+    fn load(&self, codec: &Codec) -> Load;
+}
+
+impl Published for Message {
+    fn load(&self, codec: &Codec) -> Load {
+        Load::new(self, codec.encode(self).len())
+    }
+}
+
+impl<P: Published> Published for Arc<P> {
+    fn load(&self, codec: &Codec) -> Load {
+        (**self).load(codec)
+    }
+}
+
+impl Published for MessageRef {
+    fn load(&self, _: &Codec) -> Load {
+        self.load
+    }
 }
 
 impl<C: Participants> Participants for &mut C {

@@ -6,7 +6,9 @@ mod delivery;
 use std::time::Duration;
 
 use dragnet_proto::command::Command;
-use dragnet_proto::message::Activity;
+use dragnet_proto::convert::Codec;
+use dragnet_proto::message::{Activity, Audience};
+use dragnet_proto::radio::Radio;
 use dragnet_proto::state_machine::{Effects, Event};
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
@@ -22,6 +24,7 @@ use crate::faults::Faults;
 use crate::network::{Network, Tally};
 use crate::participants::Participants;
 use crate::queue::Queue;
+use crate::traffic::Traffic;
 use crate::world::World;
 
 /// The rules of an episode.
@@ -110,6 +113,8 @@ pub struct Outcome {
     pub observations: u64,
     /// Numbers of messages by their outcome in the network.
     pub network: Tally,
+    /// Messages sent until the search ended.
+    pub traffic: Traffic,
     /// Whether the evidence of all robots was bit-for-bit equal after the end.
     pub beliefs_equal: bool,
     /// Digest of the evidence of all readings.
@@ -131,6 +136,7 @@ impl Outcome {
             decisions: Vec::new(),
             observations: 0,
             network: Tally::default(),
+            traffic: Traffic::default(),
             beliefs_equal: false,
             digest: world.merged().digest(),
         }
@@ -162,6 +168,12 @@ impl Outcome {
 }
 
 enum SimEvent<P> {
+    /// A participant's radio has sent a message.
+    Sent {
+        from: Participant,
+        audience: Audience,
+        message: P,
+    },
     Arrival {
         robot: RobotId,
         route_number: u64,
@@ -196,6 +208,10 @@ pub(crate) struct Simulation<C: Participants, S> {
     heartbeat: Duration,
     world: World,
     network: Network,
+    codec: Codec,
+    /// By [`Simulation::place`]; empty if messages take no time.
+    radios: Vec<Radio<C::MessageRef>>,
+    traffic: Traffic,
     queue: Queue<SimEvent<C::MessageRef>>,
     members: Vec<Member>,
     spectator: S,
@@ -226,6 +242,9 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
             wake_at: MissionTime(u64::MAX),
             waking: 0,
         });
+        let members: Vec<Member> = members.collect();
+        let radios = scenario.network().bytes_per_second.into_iter();
+        let radios = radios.flat_map(|rate| members.iter().map(move |_| Radio::new(rate))).collect();
         let world = World::new(scenario, seed);
         let mission = scenario.mission();
         Self {
@@ -236,8 +255,11 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
             speed: mission.speed_meters_per_second,
             heartbeat: mission.heartbeat,
             network: Network::new(scenario.network().clone(), seed),
+            codec: Codec::simulated(scenario),
+            radios,
+            traffic: Traffic::default(),
             queue: Queue::new(),
-            members: members.collect(),
+            members,
             spectator,
             outcome: Outcome::new(&world),
             world,
@@ -272,6 +294,7 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
         loop {
             let mut now = self.search()?;
             self.outcome.ended = now;
+            self.outcome.traffic = self.traffic_so_far();
             self.network.heal();
             if self.settle(&mut now)? {
                 break;
@@ -365,6 +388,7 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
                     self.observe(now, robot)?;
                 }
             }
+            SimEvent::Sent { from, audience, message } => self.sent(now, from, audience, &message),
             SimEvent::Delivery { from, to, message } => self.deliver(now, from, to, message)?,
             SimEvent::Waking { participant, number } => {
                 let place = self.place(participant);
@@ -398,6 +422,9 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
         member.is_up = false;
         member.wake_at = MissionTime(u64::MAX);
         member.waking += 1;
+        if let Some(radio) = self.radios.get_mut(place) {
+            radio.clear();
+        }
         if let Participant::Robot(robot) = participant {
             self.world.set_route(robot, Vec::new());
         }
@@ -472,7 +499,7 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
         }
         self.outcome.decisions.extend(effects.decision);
         for (audience, message) in effects.published {
-            self.send(now, participant, audience, &message);
+            self.publish(now, participant, audience, message);
         }
         if let (Participant::Robot(robot), Some(route)) = (participant, effects.route) {
             (self.spectator)(

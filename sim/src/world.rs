@@ -31,6 +31,8 @@ pub struct World {
     reach: Reach,
     detection_threshold: f64,
     score: Score,
+    /// Whether readings are rounded as radios carry them.
+    is_rounding: bool,
 }
 
 /// A robot's body.
@@ -84,6 +86,7 @@ impl World {
             reach,
             detection_threshold,
             score,
+            is_rounding: scenario.network().bytes_per_second.is_some(),
         }
     }
 
@@ -209,6 +212,7 @@ impl World {
             let is_object = self.truth.is_object(cell);
             let value = sensor.draw(is_object, footprint_cell, &mut self.body_mut(robot).noise);
             let reading = Reading { cell, value, variance: footprint_cell.variance };
+            let reading = if self.is_rounding { reading.rounded() } else { reading };
             if self.merge(cell, reading.evidence_of(footprint_cell.precision)) {
                 found.push(cell);
             }

@@ -2,6 +2,7 @@
 
 mod narrator;
 mod report;
+mod traffic;
 
 use std::path::PathBuf;
 

@@ -35,6 +35,8 @@ fn one_json_object_holds_all_measures() {
         "observations_merged",
         "messages_over",
         "messages_sent",
+        "traffic",
+        "messages_unsent",
         "beliefs_equal",
         "belief_digest",
         "recording",

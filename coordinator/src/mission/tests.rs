@@ -35,6 +35,7 @@ fn mission() -> Mission {
         heartbeat: SECOND,
         lost_after: 5 * SECOND,
         belief_period: 3 * SECOND,
+        max_observations: SyncReply::MAX_OBSERVATIONS,
     })
 }
 

@@ -8,7 +8,7 @@ use std::time::Duration;
 use dragnet_coordinator::mission::{CoordinatorConfig, Mission, Outcome, Record};
 use dragnet_coordinator::record::{Header, Recorder};
 use dragnet_proto::directive::Directive;
-use dragnet_proto::message::{Activity, Heartbeat, Intent, Message};
+use dragnet_proto::message::{Activity, Heartbeat, Intent, Message, SyncReply};
 use dragnet_proto::state_machine::Event;
 use dragnet_proto::validation::Limits;
 use dragnet_scenario::Scenario;
@@ -87,6 +87,7 @@ impl Episode {
             heartbeat: Duration::from_secs(1),
             lost_after: Duration::from_secs(4),
             belief_period: Duration::from_secs(5),
+            max_observations: SyncReply::MAX_OBSERVATIONS,
         });
         let mut episode = Self { records: Vec::new(), mission };
         for half in 0..2 * SECONDS {

@@ -8,7 +8,7 @@ use dragnet_search::sensor::Sensor;
 
 use super::error::ConvertError;
 use super::field::{Field, Place};
-use crate::dragnet_msgs::{self as wire, VERSION};
+use crate::dragnet_msgs as wire;
 use crate::message::Activity;
 use crate::replica::MAX_STARTS;
 
@@ -18,7 +18,7 @@ pub(super) const MAX_READINGS: usize = {
     2 * radius * (radius + 1) + 1
 };
 /// The most incarnations in a version vector, for a large team.
-const MAX_ORIGINS: usize = 1 << 16;
+pub(super) const MAX_ORIGINS: usize = 1 << 16;
 
 /// Converts the fields of one part of a message to domain types of one map.
 #[derive(Clone, Copy, Debug)]
@@ -26,6 +26,8 @@ pub(super) struct Check {
     pub(super) grid: Grid,
     /// Robots of the team.
     pub(super) robots: u16,
+    /// This program's version of the message.
+    pub(super) version: u8,
     pub(super) message: &'static str,
     pub(super) place: Place,
 }
@@ -44,7 +46,12 @@ impl Check {
     }
 
     pub(super) fn version(self, found: u8) -> Result<(), ConvertError> {
-        if found == VERSION { Ok(()) } else { Err(ConvertError::Version { at: self.at("version"), found }) }
+        let expected = self.version;
+        if found == expected {
+            Ok(())
+        } else {
+            Err(ConvertError::Version { at: self.at("version"), found, expected })
+        }
     }
 
     pub(super) fn cell(self, at: Field, found: u32) -> Result<Cell, ConvertError> {

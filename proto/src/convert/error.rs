@@ -5,7 +5,7 @@ use dragnet_scenario::participant::Participant;
 use dragnet_search::evidence::{MAX_VALUE, MAX_VARIANCE, MIN_VARIANCE};
 
 use super::field::Field;
-use crate::dragnet_msgs::VERSION;
+use super::packed::PackedError;
 use crate::message::MessageKind;
 
 /// A rejected message: the field, its value and the allowed values.
@@ -19,13 +19,23 @@ pub enum ConvertError {
         /// The decoding error.
         source: DecodeError,
     },
+    /// Not the packed bytes of such a message.
+    #[error("{message}: {source}")]
+    Packed {
+        /// Its ROS name.
+        message: &'static str,
+        /// The decoding error.
+        source: PackedError,
+    },
     /// Another version of Dragnet's messages.
-    #[error("{at}: {found}; this program uses version {VERSION}")]
+    #[error("{at}: {found}; this program uses version {expected}")]
     Version {
         /// The field.
         at: Field,
         /// The version.
         found: u8,
+        /// This program's.
+        expected: u8,
     },
     /// A cell that is not on the mission's map.
     #[error("{at}: cell {found} is not on the map; allowed are 0 to {last}")]

@@ -11,6 +11,7 @@ use super::check::{
 use super::error::ConvertError;
 use crate::dragnet_msgs as wire;
 use crate::message::{Audience, MessageKind};
+use crate::radio::{Load, Priority};
 use crate::state_machine::{Effects, Event};
 use crate::step::{MessageRef, Sensed, Step, StepEvent, StepReply};
 
@@ -65,11 +66,14 @@ impl From<&StepReply> for wire::StepReply {
         let Effects { published, route, wake_at, activity, decision, .. } = &reply.effects;
         let (to_kinds, to_robots) = published.iter().map(|&(to, _)| audience_numbers(to)).unzip();
         Self {
-            version: wire::VERSION,
+            version: wire::STEP_REPLY_VERSION,
             messages: published.iter().map(|(_, message)| message.number).collect(),
-            kinds: published.iter().map(|(_, message)| kind_number(message.kind)).collect(),
+            kinds: published.iter().map(|(_, message)| kind_number(message.load.kind)).collect(),
             to_kinds,
             to_robots,
+            sizes: published.iter().map(|(_, message)| message.load.bytes).collect(),
+            priorities: published.iter().map(|(_, it)| priority_number(it.load.priority)).collect(),
+            about_robots: published.iter().map(|(_, message)| message.load.about).collect(),
             has_route: route.is_some(),
             route: numbers(route.as_deref().unwrap_or_default()),
             wake_at_ns: if *wake_at == NEVER { 0 } else { wake_at.0 },
@@ -151,10 +155,18 @@ impl Check {
         self.same_length("kinds", wire.kinds.len(), "messages", expected)?;
         self.same_length("to_kinds", wire.to_kinds.len(), "messages", expected)?;
         self.same_length("to_robots", wire.to_robots.len(), "messages", expected)?;
+        self.same_length("sizes", wire.sizes.len(), "messages", expected)?;
+        self.same_length("priorities", wire.priorities.len(), "messages", expected)?;
+        self.same_length("about_robots", wire.about_robots.len(), "messages", expected)?;
         let message = |index: usize| {
-            let kind = self.kind(index, wire.kinds[index])?;
             let to = self.audience(index, wire.to_kinds[index], wire.to_robots[index])?;
-            Ok((to, MessageRef { number: wire.messages[index], kind }))
+            let load = Load {
+                kind: self.kind(index, wire.kinds[index])?,
+                priority: self.priority(index, wire.priorities[index])?,
+                about: wire.about_robots[index],
+                bytes: wire.sizes[index],
+            };
+            Ok((to, MessageRef { number: wire.messages[index], load }))
         };
         (0..expected).map(message).collect()
     }
@@ -165,6 +177,15 @@ impl Check {
             at: self.at_entry("kinds", index),
             found,
             allowed: "0 observation, 1 intent, 2 heartbeat, 3 sync request, 4 sync reply, 5 mission status",
+        })
+    }
+
+    fn priority(self, index: usize, found: u8) -> Result<Priority, ConvertError> {
+        let priority = Priority::ALL.into_iter().find(|&priority| priority_number(priority) == found);
+        priority.ok_or(ConvertError::Alternative {
+            at: self.at_entry("priorities", index),
+            found,
+            allowed: "0 find, 1 plan, 2 no find, 3 other",
         })
     }
 
@@ -203,6 +224,15 @@ const fn kind_number(kind: MessageKind) -> u8 {
         MessageKind::SyncRequest => 3,
         MessageKind::SyncReply => 4,
         MessageKind::MissionStatus => 5,
+    }
+}
+
+const fn priority_number(priority: Priority) -> u8 {
+    match priority {
+        Priority::Find => 0,
+        Priority::Intent => 1,
+        Priority::Observation => 2,
+        Priority::Other => 3,
     }
 }
 

@@ -270,7 +270,11 @@ fn a_step_of_an_unknown_kind_is_rejected() {
     let error = codec.decode_step(&cdr::encode(&step)).unwrap_err().to_string();
     assert!(error.contains("kind: 7; allowed are 0 start, 1 sensed"), "{error}");
 
-    let reply = wire::StepReply { version: wire::VERSION, messages: vec![5], ..wire::StepReply::default() };
+    let reply = wire::StepReply {
+        version: wire::STEP_REPLY_VERSION,
+        messages: vec![5],
+        ..wire::StepReply::default()
+    };
     let error = codec.decode_step_reply(&cdr::encode(&reply)).unwrap_err().to_string();
     assert!(error.contains("kinds: 0 entries; allowed are 1"), "{error}");
 }
@@ -279,7 +283,7 @@ fn a_step_of_an_unknown_kind_is_rejected() {
 fn a_decision_of_more_seconds_than_any_clock_counts_is_rejected() {
     for seconds in [-1.0, 1.1e9, 1e300, f64::INFINITY, f64::NAN] {
         let reply = wire::StepReply {
-            version: wire::VERSION,
+            version: wire::STEP_REPLY_VERSION,
             decision_seconds: seconds,
             ..wire::StepReply::default()
         };

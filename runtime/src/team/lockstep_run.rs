@@ -2,10 +2,10 @@
 
 use dragnet_agent::agent::{Agent, AgentConfig};
 use dragnet_coordinator::node::CoordinatorNode;
+use dragnet_proto::convert::Codec;
 use dragnet_proto::key::Mission;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
-use dragnet_search::cell::Grid;
 use dragnet_sim::episode;
 use dragnet_sim::simulation::{End, Membership, Rules, StepObserver};
 use tokio::runtime::Runtime;
@@ -27,7 +27,7 @@ pub(super) fn run(
 ) -> Result<Run, RuntimeError> {
     let node = recording::node(scenario, seed, options, recording::Existing::Rejected)?;
     let stage =
-        Stage { mission: mission(scenario)?, grid: scenario.terrain().grid(), team: everybody(scenario) };
+        Stage { mission: mission(scenario)?, codec: Codec::simulated(scenario), team: everybody(scenario) };
     let mesh = Mesh::new(scenario)?;
     let world = runtime.block_on(mesh.open_world())?;
     let session = runtime.block_on(mesh.open_participant(Participant::Coordinator))?;
@@ -46,7 +46,7 @@ pub(super) fn run(
         }
     }
     let mut participants =
-        RemoteParticipants::new(world, stage.mission, stage.grid, Box::new(move || children.check()));
+        RemoteParticipants::new(world, stage.mission, stage.codec.grid(), Box::new(move || children.check()));
     let rules = Rules { end: End::Resting, coordinator: Membership::Present };
     let episode = episode::run_with(scenario, seed, rules, &mut participants, spectator)?;
     let observations_merged = participants.observations(Participant::Coordinator)?;
@@ -65,7 +65,7 @@ pub(super) fn run(
 #[derive(Clone)]
 struct Stage {
     mission: Mission,
-    grid: Grid,
+    codec: Codec,
     team: Vec<Participant>,
 }
 
@@ -77,7 +77,7 @@ impl Stage {
         agent_config: AgentConfig,
     ) -> Result<(), RuntimeError> {
         let mut agent = Agent::new(agent_config);
-        LockstepNode::new(session, self.mission, participant, self.grid, self.team, &mut agent)
+        LockstepNode::new(session, self.mission, participant, self.codec, self.team, &mut agent)
             .await?
             .serve()
             .await
@@ -89,7 +89,7 @@ impl Stage {
         mut node: CoordinatorNode,
     ) -> Result<CoordinatorNode, RuntimeError> {
         let participant = Participant::Coordinator;
-        LockstepNode::new(session, self.mission, participant, self.grid, self.team, &mut node)
+        LockstepNode::new(session, self.mission, participant, self.codec, self.team, &mut node)
             .await?
             .serve()
             .await?;

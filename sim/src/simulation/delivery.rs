@@ -2,20 +2,63 @@
 //! together where the order cannot matter.
 
 use dragnet_proto::message::Audience;
+use dragnet_proto::radio::{Radio, Sending};
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 
 use super::{Member, SimEvent, Simulation, StepContext};
-use crate::participants::Participants;
+use crate::participants::{Participants, Published};
+use crate::traffic::Traffic;
 
 impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
-    pub(super) fn send(
+    /// Sends a message at once, or queues it at its sender's radio.
+    pub(super) fn publish(
+        &mut self,
+        now: MissionTime,
+        from: Participant,
+        audience: Audience,
+        message: C::MessageRef,
+    ) {
+        let (load, place) = (message.load(&self.codec), self.place(from));
+        if let Some(radio) = self.radios.get_mut(place) {
+            radio.offer(audience, load, message);
+            self.transmit(now, from);
+        } else {
+            self.traffic.count(load);
+            self.send(now, from, audience, &message);
+        }
+    }
+
+    /// Begins to send a participant's next message, if its radio is free.
+    fn transmit(&mut self, now: MissionTime, from: Participant) {
+        let place = self.place(from);
+        if let Some(sending) = self.radios[place].next(now) {
+            let Sending { audience, load, message, until } = sending;
+            self.traffic.count(load);
+            self.queue.plan(until, SimEvent::Sent { from, audience, message });
+        }
+    }
+
+    /// A message is complete: it is on its way to its receivers, unless its sender has crashed meanwhile.
+    pub(super) fn sent(
         &mut self,
         now: MissionTime,
         from: Participant,
         audience: Audience,
         message: &C::MessageRef,
     ) {
+        if self.members[self.place(from)].is_up {
+            self.send(now, from, audience, message);
+        }
+        self.transmit(now, from);
+    }
+
+    pub(super) fn traffic_so_far(&self) -> Traffic {
+        let unsent = self.radios.iter().map(Radio::unsent).sum();
+        Traffic { unsent, ..self.traffic.clone() }
+    }
+
+    fn send(&mut self, now: MissionTime, from: Participant, audience: Audience, message: &C::MessageRef) {
         let mut due = now;
         let mut together = Vec::new();
         for index in 0..self.members.len() {

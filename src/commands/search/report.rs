@@ -1,5 +1,7 @@
 //! The report of a search: one JSON object, or text with a map.
 
+use std::collections::BTreeMap;
+
 use dragnet_runtime::team::Medium;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::map_file::GeoPoint;
@@ -10,6 +12,7 @@ use serde::Serialize;
 
 use super::Ended;
 use super::narrator::{Find, Watched, place};
+use super::traffic::{self, Sent};
 use crate::commands::scenario;
 use crate::terminal::map::Picture;
 use crate::terminal::{self, counted};
@@ -53,6 +56,10 @@ pub(super) struct Report {
     messages_over: Medium,
     /// Messages sent, counted once for each receiver; unknown without a simulator.
     messages_sent: Option<u64>,
+    /// Messages sent until the search ended, by kind, counted once; unknown without a simulator.
+    traffic: Option<BTreeMap<&'static str, Sent>>,
+    /// Messages that were replaced or dropped while they waited for a radio; unknown without a simulator.
+    messages_unsent: Option<u64>,
     beliefs_equal: bool,
     /// Whether objects, finds and quality are by all readings that the robots have; not by a simulator that was started
     /// during the search.
@@ -88,11 +95,13 @@ impl Report {
     pub(super) fn new(scenario: &Scenario, ended: &Ended) -> Self {
         let Episode { truth, reach, score, path_cells, outcome, .. } = &ended.episode;
         let latencies = Latencies::new(outcome.decisions.clone());
+        let (seconds, robots) = (outcome.ended.as_seconds(), scenario.robots().len());
+        let is_simulated = outcome.network.sent > 0;
         Self {
             scenario: scenario.name().to_owned(),
             seed: ended.seed,
             policy: scenario::policies(scenario),
-            robots: scenario.robots().len(),
+            robots,
             objects: truth.objects().len(),
             objects_out_of_reach: truth.objects().iter().filter(|&&cell| !reach.covers(cell)).count(),
             found: score.true_positives,
@@ -103,7 +112,7 @@ impl Report {
             f1: score.f1(),
             auc_f1: outcome.f1.mean_until(scenario.budget_cells()),
             path_cells: path_cells.clone(),
-            mission_time_s: outcome.ended.as_seconds(),
+            mission_time_s: seconds,
             expected_remaining: ended.episode.expected_remaining,
             last_find_s: outcome.last_find.map(dragnet_scenario::time::MissionTime::as_seconds),
             tail_s: outcome.tail().as_secs_f64(),
@@ -116,7 +125,9 @@ impl Report {
             observations_sent: outcome.observations,
             observations_merged: ended.observations_merged,
             messages_over: ended.medium,
-            messages_sent: Some(outcome.network.sent).filter(|&sent| sent > 0),
+            messages_sent: is_simulated.then_some(outcome.network.sent),
+            traffic: is_simulated.then(|| traffic::by_kind(&outcome.traffic, seconds, robots)),
+            messages_unsent: is_simulated.then_some(outcome.traffic.unsent),
             beliefs_equal: outcome.beliefs_equal,
             has_all_readings: !outcome.beliefs_equal || ended.episode.belief.digest() == outcome.digest,
             belief_digest: outcome.digest.to_string(),

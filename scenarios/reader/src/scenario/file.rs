@@ -337,6 +337,11 @@ pub struct NetworkTable {
     /// The additional delay of `reorder`, seconds; above 0 if `reorder` is.
     #[schemars(range(min = 0.0))]
     pub reorder_seconds: f64,
+    /// Rate at which each participant's radio sends, one message at a time, bytes per second, 10 to 1e9. Without it
+    /// messages take no time. It counts the bytes of messages, not what a radio adds to them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 10.0, max = 1e9))]
+    pub bytes_per_second: Option<f64>,
     /// Times at which groups are disconnected from each other.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub partitions: Vec<PartitionTable>,

@@ -9,6 +9,11 @@ use super::file::{MemberField, NetworkTable, PartitionTable};
 use crate::participant::Participant;
 use crate::time::MissionTime;
 
+/// The slowest radio, bytes per second: a robot's heartbeat takes seconds, and no plan reaches anyone in time below it.
+pub(super) const MIN_BYTES_PER_SECOND: f64 = 10.0;
+/// The fastest radio, bytes per second.
+pub(super) const MAX_BYTES_PER_SECOND: f64 = 1e9;
+
 /// Faults of the simulated network. The default has none.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Network {
@@ -24,6 +29,9 @@ pub struct Network {
     pub reorder: f64,
     /// The additional delay; above 0 if `reorder` is.
     pub reorder_delay: Duration,
+    /// Rate at which each participant sends, bytes per second, 10 to 1e9;
+    /// `None`: messages take no time.
+    pub bytes_per_second: Option<f64>,
     /// Times at which groups are disconnected from each other.
     pub partitions: Vec<Partition>,
 }
@@ -62,12 +70,17 @@ impl Network {
             duplication: check::chance("network.duplication", table.duplication)?,
             reorder,
             reorder_delay,
+            bytes_per_second: table.bytes_per_second.map(rate).transpose()?,
             partitions: (0..)
                 .zip(&table.partitions)
                 .map(|(index, partition)| Partition::new(index, partition, robots))
                 .collect::<Result<_, _>>()?,
         })
     }
+}
+
+fn rate(found: f64) -> Result<f64, Invalid> {
+    check::within("network.bytes_per_second", found, MIN_BYTES_PER_SECOND, MAX_BYTES_PER_SECOND)
 }
 
 impl Partition {
@@ -134,6 +147,18 @@ fn shown(field: &MemberField) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_rate_that_no_radio_has_is_reported() {
+        for rate in [0.0, -1.0, 9.99, 1e-300, 1.1e9, f64::INFINITY, f64::NAN] {
+            let table = NetworkTable { bytes_per_second: Some(rate), ..NetworkTable::default() };
+            let error = Network::new(&table, 4).unwrap_err().to_string();
+            assert!(error.starts_with("network.bytes_per_second is "), "{error}");
+            assert!(error.ends_with("allowed is from 10 to 1000000000"), "{error}");
+        }
+        let table = NetworkTable { bytes_per_second: Some(125.0), ..NetworkTable::default() };
+        assert_eq!(Network::new(&table, 4).unwrap().bytes_per_second, Some(125.0));
+    }
 
     #[test]
     fn those_not_named_are_one_more_group_while_it_lasts() {
