@@ -14,7 +14,7 @@ impl Decision {
     /// `p_c` is the probability of an object in cell `c`. `F_c` is the probability that readings of the total precision `k`
     /// from the path bring the log-odds of an object's cell from `L` to the detection threshold `theta`, `Phi((L + k/2 -
     /// theta) / sqrt k)`. It counts neither what teammates observe meanwhile nor that the robot may decide again with
-    /// what it sees, nor empty cells that are called found.
+    /// new readings, nor empty cells that are called found.
     #[must_use]
     pub fn expected_found(&self, situation: &Situation<'_>) -> Vec<f64> {
         let Situation { terrain, sensor, belief, .. } = situation;

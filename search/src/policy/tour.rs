@@ -12,7 +12,7 @@
 //! of the robot's history. A robot that restarts has no tour and plans anew. With sensors wider than the default there
 //! are fewer evaluations, in proportion to the cells that they see.
 //!
-//! Where the budget ends before the tour, the tour is planned for the budget: what it sees by then is what counts.
+//! Where the budget ends before the tour, the tour is planned for the budget: what is observed by then counts.
 //!
 //! The robot drives the whole path of a decision unless it decides again before, as by default it does
 //! ([`REPLAN_AFTER_CELLS`]). On a large map the tour covers the nearest cells only ([`ground`]). Where no tour is worth
