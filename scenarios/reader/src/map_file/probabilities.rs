@@ -35,7 +35,11 @@ fn read_numbers(file: &Path, text: &str, grid: Grid) -> Result<Vec<f64>, MapFile
     let mut rows = Vec::new();
     for (index, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
         let row = read_row(file, index + 1, line)?;
-        check_size(file, grid.rows() as usize, row.len(), grid)?;
+        if row.len() != grid.columns() as usize {
+            let allowed = format!("the map's {} columns", grid.columns());
+            let (place, found) = (format!("line {}", index + 1), format!("{} columns", row.len()));
+            return Err(MapFileError::value(file, place, found, allowed));
+        }
         rows.push(row);
     }
     check_size(file, rows.len(), grid.columns() as usize, grid)?;
@@ -89,7 +93,8 @@ mod tests {
         };
         check("0,0,0\n0,1,0\n", "a.csv .. line 2 .. column 2 .. \"1\" .. 0 to below 1");
         check("0,0,0\n0,nan,0\n", "\"nan\"");
-        check("0,0\n", "2 rows and 2 columns .. 2 rows and 3 columns");
+        check("0,0\n", "line 1 .. 2 columns .. the map's 3 columns");
+        check("0,0,0\n\n0\n", "line 3 .. 1 columns .. the map's 3 columns");
         check("0,0,0\n", "1 rows and 3 columns");
     }
 

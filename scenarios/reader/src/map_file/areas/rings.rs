@@ -36,7 +36,8 @@ fn closed(file: &Path, place: &str, ring: &[Position]) -> Result<LineString<f64>
     if ring.len() >= 4 && ring.first() == ring.last() {
         return Ok(LineString(ring));
     }
-    let found = format!("{} positions", ring.len());
+    let open = if ring.first() == ring.last() { "" } else { ", and it is not closed" };
+    let found = format!("{} positions{open}", ring.len());
     Err(MapFileError::value(file, place, found, "at least 4, the last one equal to the first"))
 }
 

@@ -127,6 +127,10 @@ fn a_bad_polygon_is_reported_with_its_corner() {
     check(&polygon("[]"), "geometry 1 .. polygon 1 .. without a ring .. an outer ring");
     check(&polygon("[[]]"), "polygon 1 .. ring 1 .. 0 .. at least 4");
     check(&polygon("[[[0,0],[1,0]]]"), "polygon 1 .. ring 1 .. 2 .. at least 4");
+    check(
+        &polygon("[[[0,0],[1,0],[1,1],[0,1]]]"),
+        "polygon 1 .. ring 1 .. 4 positions .. not closed .. at least 4",
+    );
     check(&polygon("[[[0,0],[1,0],[1,1],[0,1]]]"), "ring 1 .. 4 .. the last one .. the first");
     check(
         &polygon("[[[0,0],[190,0],[1,1],[0,0]]]"),
