@@ -149,7 +149,7 @@ impl Scenario {
         let terrain = &map.terrain;
         let objects = Objects::new(&file.objects, terrain)?;
         let prior = Prior::new(&file.prior, source.folder(), file.map.file.as_deref(), &map, &objects)?;
-        let mission = Mission::new(&file.mission)?;
+        let mut mission = Mission::new(&file.mission)?;
         prior.check_undecided(terrain, mission.detection_threshold)?;
         let object_weights = if objects::is_by_prior(&file.objects)? {
             objects::weights(&objects, &prior.belief, terrain)?
@@ -163,6 +163,8 @@ impl Scenario {
             mission::check_period(key, period, terrain.cell_meters(), &mission)?;
         }
         let robots = robots::robots(&file.robots, source.folder(), &map)?;
+        let network = Network::new(&file.network, u16::try_from(robots.len()).unwrap_or(u16::MAX))?;
+        mission.stagger = mission.stagger.max(network.plan_time());
         Ok(Self {
             connectivity: world::connectivity(file.map.connectivity)?,
             sensor: world::sensor(&file.sensor, terrain.grid())?,
@@ -170,7 +172,7 @@ impl Scenario {
             objects,
             object_weights,
             mission,
-            network: Network::new(&file.network, u16::try_from(robots.len()).unwrap_or(u16::MAX))?,
+            network,
             robots,
             recording,
             zenoh_config: zenoh_config(file.zenoh.config.as_deref(), source.folder())?,

@@ -306,7 +306,7 @@ pub struct MissionTable {
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub liveness_timeout_seconds: f64,
     /// Delay between the first decisions of robots with consecutive numbers, seconds, at least 0, so that each knows
-    /// the plans of those before it.
+    /// the plans of those before it. With `network.bytes_per_second` it is at least 300 bytes over that.
     #[schemars(range(min = 0.0))]
     pub start_stagger_seconds: f64,
     /// Allowed difference between two robots' mission times, seconds, at least 0: observations that are dated later are

@@ -32,7 +32,9 @@ pub struct Mission {
     pub heartbeat: Duration,
     /// Silence after which a robot counts as lost, above the heartbeat period.
     pub lost_after: Duration,
-    /// Robot `k` makes its first decision `k - 1` times this duration after the mission's start.
+    /// Robot `k` makes its first decision `k - 1` times this duration after the mission's start. Over radios it is at least
+    /// the time that a long plan takes: robots that decide at the same moment all answer each other's last plans, and
+    /// again, and their tours do not settle.
     pub stagger: Duration,
     /// Allowed clock skew: observations that are dated later are not accepted yet.
     pub clock_tolerance: Duration,

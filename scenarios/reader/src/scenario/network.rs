@@ -14,6 +14,9 @@ pub(super) const MIN_BYTES_PER_SECOND: f64 = 10.0;
 /// The fastest radio, bytes per second.
 pub(super) const MAX_BYTES_PER_SECOND: f64 = 1e9;
 
+/// Size of a packed plan of 300 cells, bytes.
+const LONG_PLAN_BYTES: f64 = 300.0;
+
 /// Faults of the simulated network. The default has none.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Network {
@@ -54,6 +57,11 @@ impl Network {
         self.partitions.iter().any(|partition| {
             (partition.from..partition.to).contains(&now) && partition.group(a) != partition.group(b)
         })
+    }
+
+    /// The time that a long plan takes over a radio; 0 without radios.
+    pub(super) fn plan_time(&self) -> Duration {
+        self.bytes_per_second.map_or(Duration::ZERO, |rate| Duration::from_secs_f64(LONG_PLAN_BYTES / rate))
     }
 
     pub(super) fn new(table: &NetworkTable, robots: u16) -> Result<Self, Invalid> {

@@ -520,6 +520,22 @@ fn objects_that_the_prior_does_not_expect_are_warned_of() {
 }
 
 #[test]
+fn over_radios_robots_decide_one_after_the_other() {
+    let stagger = |mission: &str, network: &str| {
+        let text = SMALL.replace("[mission]", &format!("[mission]\n{mission}"));
+        load_with(&format!("{text}[network]\n{network}"), "....\n").unwrap().mission().stagger.as_secs_f64()
+    };
+    for (mission, network, expected) in [
+        ("", "", 0.1),
+        ("", "bytes_per_second = 125.0", 2.4),
+        ("start_stagger_seconds = 5.0", "bytes_per_second = 125.0", 5.0),
+        ("", "bytes_per_second = 1e9", 0.1),
+    ] {
+        assert!(close(stagger(mission, network), expected), "{mission} {network}");
+    }
+}
+
+#[test]
 fn a_search_that_ends_at_once_and_a_sensor_that_misleads_are_warned_of() {
     let check = |text: &str, expected: &[&str]| {
         let scenario = load_with(text, "....\n....\n").unwrap();
