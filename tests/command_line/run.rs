@@ -38,6 +38,7 @@ fn one_json_object_holds_all_measures() {
         "traffic",
         "messages_unsent",
         "beliefs_equal",
+        "has_all_readings",
         "belief_digest",
         "recording",
     ];
@@ -52,6 +53,7 @@ fn one_json_object_holds_all_measures() {
     assert_eq!(report["observations_sent"], report["observations_merged"]);
     assert_eq!(report["messages_over"], "zenoh");
     assert_eq!(report["beliefs_equal"], true);
+    assert_eq!(report["has_all_readings"], true);
     assert_eq!(report["recording"], "small-3.mcap");
     let digest = report["belief_digest"].as_str().unwrap();
     assert!(digest.len() == 32 && digest.bytes().all(|byte| byte.is_ascii_hexdigit()), "{digest}");
