@@ -97,6 +97,8 @@ pub struct Outcome {
     /// When the last of the cells that are found at the end was found, whether it holds an object or not; known at the
     /// end.
     pub last_find: Option<MissionTime>,
+    /// Of all readings.
+    latest: MissionTime,
     /// When cells became found, in order; one that is withdrawn may be found again.
     finds: Vec<(MissionTime, Cell)>,
     /// F1 of the merged belief over the path length of the farthest robot, cells.
@@ -128,6 +130,7 @@ impl Outcome {
         Self {
             ended: MissionTime::START,
             last_find: None,
+            latest: MissionTime::START,
             finds: Vec::new(),
             f1: Curve::default(),
             recall: Curve::default(),
@@ -160,7 +163,9 @@ impl Outcome {
         self.finds.extend(found.iter().map(|&cell| (now, cell)));
         self.f1.push(farthest_cells, score.f1());
         self.recall.push(farthest_cells, score.recall());
-        self.recall_over_time.push(now.as_seconds(), score.recall());
+        // By the wall clock a reading may be dated before the last one of another robot.
+        self.latest = self.latest.max(now);
+        self.recall_over_time.push(self.latest.as_seconds(), score.recall());
         if score.false_negatives == 0 && self.cells_to_full_recall.is_none() {
             self.cells_to_full_recall = Some(farthest_cells);
         }
