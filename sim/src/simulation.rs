@@ -530,3 +530,25 @@ impl Member {
         !self.is_up || self.participant == Participant::Coordinator || self.activity.is_rest()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    #[test]
+    fn readings_that_are_dated_out_of_order_are_measured() {
+        let text = "name = 'a'\nmap = { shape = 'all_traversable', rows = 2, columns = 2, cell_meters = 1.0 }\n\
+                    sensor.radius = 1\nobjects.count = 1\nmission.budget_seconds = 60.0\n";
+        let scenario = Scenario::from_text(Path::new("a.toml"), text.to_owned()).unwrap();
+        let world = World::new(&scenario, 1);
+        let mut outcome = Outcome::new(&world);
+        let found = Score { true_positives: 1, ..Score::default() };
+        for (seconds, score) in [(5, world.score()), (3, found), (8, found)] {
+            outcome.measure(MissionTime::START + Duration::from_secs(seconds), 1.0, score, &[]);
+        }
+        let recall = [4.0, 5.0, 9.0].map(|seconds| outcome.recall_over_time.at(seconds) > 0.5);
+        assert_eq!((recall, outcome.observations), ([false, true, true], 3));
+    }
+}
