@@ -500,15 +500,8 @@ impl Agent {
 
     /// Path length that the budget leaves, cells.
     fn remaining_cells(&self, now: MissionTime) -> f64 {
-        let mission = &self.config.mission;
         let elapsed = now.since(MissionTime::START);
-        let meters = mission.budget.meters().map(|budget| budget - self.path_meters);
-        let in_time = mission
-            .budget
-            .time()
-            .map(|budget| budget.saturating_sub(elapsed).as_secs_f64() * mission.speed_meters_per_second);
-        let remaining = [meters, in_time].into_iter().flatten().fold(f64::INFINITY, f64::min);
-        remaining.max(0.0) / self.config.terrain.cell_meters()
+        self.config.mission.remaining_meters(self.path_meters, elapsed) / self.config.terrain.cell_meters()
     }
 
     /// Whether the expected number of remaining objects is low enough to end the search. A robot with an undecided

@@ -3,6 +3,8 @@
 //! A forecast is the mean of simulated missions: their objects are drawn from the prior, and the robots decide again with
 //! what they see, so that it is not bound to one plan. It is as good as the prior and the sensor's model are.
 
+use std::time::Duration;
+
 use dragnet_scenario::Scenario;
 use dragnet_search::measures::Curve;
 use dragnet_search::utility::UtilityTable;
@@ -147,9 +149,7 @@ fn on_map(scenario: &Scenario) -> f64 {
 /// The time that the budget lasts, seconds: that of the path length where there is no budget of time.
 fn budget_seconds(scenario: &Scenario) -> f64 {
     let mission = scenario.mission();
-    let of_length = mission.budget.meters().map(|meters| meters / mission.speed_meters_per_second);
-    let of_time = mission.budget.time().map(|time| time.as_secs_f64());
-    [of_length, of_time].into_iter().flatten().fold(f64::INFINITY, f64::min)
+    mission.remaining_meters(0.0, Duration::ZERO) / mission.speed_meters_per_second
 }
 
 #[cfg(test)]

@@ -12,17 +12,15 @@
 //! readings; and it makes the assumption of the belief, Gaussian readings that are independent given the truth.
 
 use crate::evidence::{CellEvidence, UNITS};
+use crate::utility::{found, log_odds_nats};
 
 /// Probability that an object would be declared by now, 0 to 1, in a cell with these prior log-odds (`-inf` where
 /// nothing is searched) and this precision of readings, with the detection threshold `tau`.
 #[must_use]
 pub fn probability_of_detection(prior_log_odds_nats: f64, evidence: CellEvidence, tau: f64) -> f64 {
     let precision = evidence.precision as f64 / UNITS;
-    if precision <= 0.0 || prior_log_odds_nats == f64::NEG_INFINITY {
-        return 0.0;
-    }
-    let margin_nats = prior_log_odds_nats + precision / 2.0 - (tau / (1.0 - tau)).ln();
-    0.5 * libm::erfc(-margin_nats / precision.sqrt() / std::f64::consts::SQRT_2)
+    // Without a reading nothing has been detected, even where the prior alone would do.
+    if precision <= 0.0 { 0.0 } else { found(prior_log_odds_nats, precision, log_odds_nats(tau)) }
 }
 
 #[cfg(test)]

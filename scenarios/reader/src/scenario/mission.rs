@@ -70,6 +70,16 @@ impl Budget {
 }
 
 impl Mission {
+    /// Path length that the budget leaves to a robot with this path length at this time from the mission's start, meters,
+    /// at least 0: in time, as far as it drives by then. Infinite without a budget.
+    #[must_use]
+    pub fn remaining_meters(&self, path_meters: f64, elapsed: Duration) -> f64 {
+        let of_length = self.budget.meters.map(|budget| budget - path_meters);
+        let left = |budget: Duration| budget.saturating_sub(elapsed).as_secs_f64();
+        let of_time = self.budget.time.map(|budget| left(budget) * self.speed_meters_per_second);
+        [of_length, of_time].into_iter().flatten().fold(f64::INFINITY, f64::min).max(0.0)
+    }
+
     /// The duration of the longest move of a robot, a diagonal one, on cells of an edge in meters; at most an hour.
     #[must_use]
     pub fn step_time(&self, cell_meters: f64) -> Duration {
