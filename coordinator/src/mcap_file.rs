@@ -1,7 +1,7 @@
 //! MCAP files, with errors that name the file: [`write`] writes them, and buffers while the disk is full; [`read`]
 //! reads their intact parts.
 
-mod chunk;
+pub(crate) mod chunk;
 mod ending;
 mod error;
 pub(crate) mod foreign;

@@ -1,6 +1,7 @@
 //! Reads a recording as a list of records, in order.
 
 use std::collections::BTreeMap;
+use std::io::Cursor;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
@@ -17,11 +18,12 @@ use dragnet_search::terrain::{Ground, Terrain};
 use mcap::records::{MessageHeader, Record as McapRecord};
 
 use crate::mcap_file::read::McapReader;
-use crate::mcap_file::{Ending, RecordingError};
+use crate::mcap_file::{Ending, RecordingError, chunk};
 use crate::mission::Record;
 use crate::record::topic::{RobotTopic, Topic};
 use crate::record::{
-    AREAS_ATTACHMENT, EARTH_METADATA, MISSION_TIME, RUN_METADATA, SCENARIO_ATTACHMENT, SUMMARY_METADATA,
+    AREAS_ATTACHMENT, BEGINNING_ATTACHMENT, EARTH_METADATA, MISSION_TIME, RUN_METADATA, SCENARIO_ATTACHMENT,
+    SUMMARY_METADATA,
 };
 
 /// For a recording whose areas are lost.
@@ -60,13 +62,14 @@ impl Playback {
         let mut reader = McapReader::open(path)?;
         let mut tape = Tape::default();
         while let Some(record) = reader.next() {
-            tape.take(record?).map_err(|reason| {
-                let reason = match reader.ending() {
-                    damaged @ Ending::Damaged { .. } => format!("{reason}; the recording is {damaged}"),
-                    _ => reason,
-                };
-                RecordingError::Unreadable { path: path.to_owned(), reason }
-            })?;
+            let Err(reason) = tape.take(record?) else { continue };
+            // What follows says how the recording ends.
+            (&mut reader).for_each(drop);
+            let reason = match reader.ending() {
+                damaged @ Ending::Damaged { .. } => format!("{reason}; the recording is {damaged}"),
+                _ => reason,
+            };
+            return Err(RecordingError::Unreadable { path: path.to_owned(), reason });
         }
         let ending = reader.ending();
         let unreadable = |reason: &str| {
@@ -145,6 +148,9 @@ impl Tape {
             McapRecord::Channel(channel) => {
                 self.topics.insert(channel.id, channel.topic);
             }
+            McapRecord::Attachment { header, data, .. } if header.name == BEGINNING_ATTACHMENT => {
+                self.begin(&data);
+            }
             McapRecord::Attachment { header, .. } if header.name == SCENARIO_ATTACHMENT => {
                 self.start_unix_ns = header.log_time;
             }
@@ -162,6 +168,24 @@ impl Tape {
             _ => {}
         }
         Ok(())
+    }
+
+    /// Takes map and first belief from their copy. They follow as messages too, so that errors here lose nothing.
+    fn begin(&mut self, copy: &[u8]) {
+        let name = Path::new(BEGINNING_ATTACHMENT);
+        let Ok(copy) = chunk::unpack_all(copy) else { return };
+        let length = copy.len() as u64;
+        let Ok(records) = McapReader::new(name, Cursor::new(copy), length) else { return };
+        let mut begun = Self::default();
+        for record in records {
+            let Ok(Ok(())) = record.map(|record| begun.take(record)) else { return };
+        }
+        let Self { start_unix_ns, origin, terrain: terrain @ Some(_), prior: prior @ Some(_), .. } = begun
+        else {
+            return;
+        };
+        (self.start_unix_ns, self.origin) = (start_unix_ns, origin);
+        (self.terrain, self.prior) = (terrain, prior);
     }
 
     fn message(&mut self, topic: &str, header: MessageHeader, data: &[u8]) -> Result<(), String> {

@@ -14,11 +14,13 @@
 //!
 //! Positions are in the frame `map` of the map's file, as on a robot's own network.
 //!
-//! The scenario is attached as `scenario.toml`. For a georeferenced mission, the metadata `earth` hold its position,
+//! The map and the first belief are there twice: what a recording begins with is attached as `beginning.mcap.zst` too, so
+//! that damage in one place never loses it. The scenario is attached as `scenario.toml`. For a georeferenced mission, the metadata `earth` hold its position,
 //! and `areas.geojson` its areas. The metadata `run` hold facts about the run from its start, the metadata `summary`
 //! its results. The log time of a message is the mission time at which the coordinator received it, its publish time
 //! that of its sender. The same records make the same bytes.
 
+mod channels;
 pub(crate) mod topic;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -28,7 +30,6 @@ use std::time::Duration;
 
 use dragnet_proto::dragnet_msgs as wire;
 use dragnet_proto::message::{Detection, MissionStatus};
-use dragnet_ros2::cdr;
 use dragnet_ros2::schema::RosMessage;
 use dragnet_ros2::viewer::Viewer;
 use dragnet_scenario::map_file::{Earth, MapOrigin};
@@ -37,14 +38,18 @@ use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::RobotId;
 use dragnet_search::terrain::Terrain;
-use mcap::records::{AttachmentHeader, MessageHeader};
+use mcap::records::AttachmentHeader;
 use mcap::write::Metadata;
 
+use self::channels::{Channels, Encoded, UnixTimes};
 use self::topic::{RobotTopic, Topic};
-use crate::mcap_file::RecordingError;
-use crate::mcap_file::write::LiveMcapWriter;
+use crate::mcap_file::write::{LiveMcapWriter, McapWriter};
+use crate::mcap_file::{RecordingError, chunk};
 use crate::mission::Record;
 
+/// Name of the attachment that holds the map and the first belief, as a recording of its own. It is compressed as a
+/// whole: a reader that searches a damaged file for records must not find those of another file.
+pub(crate) const BEGINNING_ATTACHMENT: &str = "beginning.mcap.zst";
 /// Name of the attachment that holds the scenario.
 pub const SCENARIO_ATTACHMENT: &str = "scenario.toml";
 /// Name of the metadata with facts about the run.
@@ -88,17 +93,10 @@ pub struct Recorder {
     path: PathBuf,
     header: Header,
     file: LiveMcapWriter,
-    channels: BTreeMap<Topic, Channel>,
+    channels: Channels,
     /// Cells and times, nanoseconds, of the objects declared at the last status.
     declared: BTreeSet<(Cell, u64)>,
     next_flush: MissionTime,
-}
-
-#[derive(Clone, Copy)]
-struct Channel {
-    id: u16,
-    /// Messages so far.
-    messages: u32,
 }
 
 /// When the coordinator received a message, and when its sender published it.
@@ -141,7 +139,7 @@ impl Recorder {
             path,
             header,
             file,
-            channels: BTreeMap::new(),
+            channels: Channels::default(),
             declared: BTreeSet::new(),
             next_flush: MissionTime::START + FLUSH_PERIOD,
         };
@@ -151,6 +149,7 @@ impl Recorder {
 
     fn put_header(&mut self) -> Result<(), RecordingError> {
         let start = MissionTime::START;
+        self.attach(BEGINNING_ATTACHMENT, "application/zstd", &self.beginning()?)?;
         let metadata = Metadata { name: RUN_METADATA.into(), metadata: self.header.run.clone() };
         self.file.metadata(&metadata)?;
         self.attach(SCENARIO_ATTACHMENT, "application/toml", self.header.scenario.clone().as_bytes())?;
@@ -160,10 +159,8 @@ impl Recorder {
             self.file.metadata(&metadata)?;
             self.attach(AREAS_ATTACHMENT, "application/geo+json", areas.as_bytes())?;
         }
-        let map = self.viewer().terrain(start);
-        self.put(Topic::Map, Times { logged: start, published: start }, &map)?;
-        let prior = self.header.prior.clone();
-        self.put_belief(start, &prior)?;
+        let times = Times { logged: start, published: start };
+        self.opening().iter().try_for_each(|message| self.put_encoded(times, message))?;
         self.file.flush()
     }
 
@@ -260,12 +257,40 @@ impl Recorder {
         self.file.attach(&header, data)
     }
 
+    /// The map and the belief before any reading.
+    fn opening(&self) -> [Encoded; 3] {
+        let [percent, probability] = self.belief(MissionTime::START, &self.header.prior);
+        let map = self.viewer().terrain(MissionTime::START);
+        [Encoded::new(Topic::Map, &map), percent, probability]
+    }
+
+    /// The opening as a file.
+    fn beginning(&self) -> Result<Vec<u8>, RecordingError> {
+        let mut bytes = Vec::new();
+        let mut file = McapWriter::plain(&self.path, &mut bytes, PROFILE, LIBRARY)?;
+        let mut channels = Channels::default();
+        let start = self.unix_ns(MissionTime::START);
+        let times = UnixTimes { logged: start, published: start };
+        self.opening().iter().try_for_each(|message| channels.put(&mut file, times, message))?;
+        file.finish()?;
+        chunk::pack(&bytes).map_err(|source| RecordingError::Write {
+            path: self.path.clone(),
+            what: BEGINNING_ATTACHMENT.into(),
+            source: source.into(),
+        })
+    }
+
+    fn belief(&self, now: MissionTime, belief: &Belief) -> [Encoded; 2] {
+        let viewer = self.viewer();
+        [
+            Encoded::new(Topic::Belief, &viewer.belief(belief, now)),
+            Encoded::new(Topic::BeliefProbability, &viewer.probability(belief, now)),
+        ]
+    }
+
     fn put_belief(&mut self, now: MissionTime, belief: &Belief) -> Result<(), RecordingError> {
         let times = Times { logged: now, published: now };
-        let percent = self.viewer().belief(belief, now);
-        self.put(Topic::Belief, times, &percent)?;
-        let probability = self.viewer().probability(belief, now);
-        self.put(Topic::BeliefProbability, times, &probability)
+        self.belief(now, belief).iter().try_for_each(|message| self.put_encoded(times, message))
     }
 
     fn put_pose(&mut self, times: Times, robot: RobotId, cell: Cell) -> Result<(), RecordingError> {
@@ -287,26 +312,13 @@ impl Recorder {
     }
 
     fn put<T: RosMessage>(&mut self, topic: Topic, times: Times, message: &T) -> Result<(), RecordingError> {
-        let channel = self.channel::<T>(topic)?;
-        let header = MessageHeader {
-            channel_id: channel.id,
-            sequence: channel.messages,
-            log_time: self.unix_ns(times.logged),
-            publish_time: self.unix_ns(times.published),
-        };
-        self.file.message(&header, &cdr::encode(message))
+        self.put_encoded(times, &Encoded::new(topic, message))
     }
 
-    /// The channel of a topic, with the number of its next message.
-    fn channel<T: RosMessage>(&mut self, topic: Topic) -> Result<Channel, RecordingError> {
-        let known = if let Some(&known) = self.channels.get(&topic) {
-            known
-        } else {
-            let schema = (T::NAME, &*T::schema());
-            Channel { id: self.file.add_topic(&topic.to_string(), schema, &topic.metadata())?, messages: 0 }
-        };
-        self.channels.insert(topic, Channel { messages: known.messages.wrapping_add(1), ..known });
-        Ok(known)
+    fn put_encoded(&mut self, times: Times, message: &Encoded) -> Result<(), RecordingError> {
+        let times =
+            UnixTimes { logged: self.unix_ns(times.logged), published: self.unix_ns(times.published) };
+        self.channels.put(&mut self.file, times, message)
     }
 
     /// MCAP counts from 1970 on.

@@ -7,8 +7,10 @@ Both know our own messages only from the schemas in the file.
 
 import json
 import sys
+from io import BytesIO
 from pathlib import Path
 
+import zstandard
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from rosbags.highlevel import AnyReader
@@ -90,13 +92,22 @@ class CameraDetections:
             self.paths.setdefault(topic, []).append(places)
 
 
+def read_attachment(found):
+    """Text, or the topics of a recording within the recording."""
+    if not found.name.endswith(".mcap.zst"):
+        return found.data.decode()
+    recording = zstandard.ZstdDecompressor().decompressobj().decompress(found.data)
+    messages = make_reader(BytesIO(recording)).iter_messages()
+    return [channel.topic for _, channel, _ in messages]
+
+
 def with_mcap(path):
     sights = CameraDetections()
     with open(path, "rb") as file:
         reader = make_reader(file, decoder_factories=[DecoderFactory()])
         for _, channel, message, decoded in reader.iter_decoded_messages():
             sights.take(channel.topic, message.log_time, decoded)
-        attachments = {found.name: found.data.decode() for found in reader.iter_attachments()}
+        attachments = {found.name: read_attachment(found) for found in reader.iter_attachments()}
         metadata = {found.name: found.metadata for found in reader.iter_metadata()}
         profile = reader.get_header().profile
     return {**vars(sights), "attachments": attachments, "metadata": metadata, "profile": profile}

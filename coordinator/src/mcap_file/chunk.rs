@@ -40,6 +40,16 @@ pub(super) fn unpack(header: &ChunkHeader, data: &[u8]) -> Result<Vec<u8>, Chunk
     Ok(unpacked)
 }
 
+/// Compresses with zstd.
+pub(crate) fn pack(bytes: &[u8]) -> io::Result<Vec<u8>> {
+    zstd::encode_all(bytes, zstd::DEFAULT_COMPRESSION_LEVEL)
+}
+
+/// Decompresses what [`pack`] made, up to the size of the longest record.
+pub(crate) fn unpack_all(packed: &[u8]) -> io::Result<Vec<u8>> {
+    read(zstd::Decoder::with_buffer(packed)?, MAX_RECORD_BYTES)
+}
+
 /// Decompresses at most one byte more than claimed.
 fn decompress(compression: &str, data: &[u8], claimed: u64) -> Result<io::Result<Vec<u8>>, ChunkError> {
     Ok(match compression {

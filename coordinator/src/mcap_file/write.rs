@@ -83,7 +83,16 @@ fn refusal(path: &Path, source: io::Error) -> RecordingError {
 
 impl<W: Write> McapWriter<W> {
     fn new(path: &Path, file: W, profile: &str, library: &str) -> Result<Self, RecordingError> {
-        let writer = options(profile, library).create(NoSeek::new(BufWriter::new(file)));
+        Self::with_options(path, file, options(profile, library))
+    }
+
+    /// Without compression, for what is compressed as a whole.
+    pub(crate) fn plain(path: &Path, file: W, profile: &str, library: &str) -> Result<Self, RecordingError> {
+        Self::with_options(path, file, options(profile, library).compression(None))
+    }
+
+    fn with_options(path: &Path, file: W, options: WriteOptions) -> Result<Self, RecordingError> {
+        let writer = options.create(NoSeek::new(BufWriter::new(file)));
         let writer = writer.map_err(|source| RecordingError::Write {
             path: path.to_owned(),
             what: "the header".into(),

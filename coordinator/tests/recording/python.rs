@@ -153,6 +153,8 @@ fn ros_readers_see_the_scenario_and_how_to_replay_each_topic() {
     let [(_, mcap), (_, rosbags)] = read(&path);
     assert_eq!(mcap["profile"], "ros2");
     assert_eq!(mcap["attachments"]["scenario.toml"], header().scenario);
+    let beginning = ["/map", "/belief", "/belief/probability"];
+    assert_eq!(mcap["attachments"]["beginning.mcap.zst"], json!(beginning));
     assert_eq!(mcap["metadata"], json!({"run": header().run, "summary": {"found": "1"}}));
     assert_eq!(rosbags["durabilities"]["/map"], json!(["TRANSIENT_LOCAL"]));
     assert_eq!(rosbags["durabilities"]["/robots/1/pose"], json!(["VOLATILE"]));
