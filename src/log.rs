@@ -2,8 +2,9 @@
 
 use std::io::{self, Write};
 
-use dragnet_runtime::source_places;
+use dragnet_runtime::{source_places, stop};
 use tracing_subscriber::EnvFilter;
+use tracing_subscriber::filter::{FilterExt, dynamic_filter_fn};
 use tracing_subscriber::layer::{Layer, SubscriberExt};
 use tracing_subscriber::util::SubscriberInitExt;
 
@@ -14,6 +15,8 @@ use crate::commands::Command;
 pub(crate) fn keep(command: &Command) {
     let usual = if command.serves() { "warn,dragnet_runtime=info,zenoh=error" } else { "warn,zenoh=error" };
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(usual));
+    let filter =
+        filter.and(dynamic_filter_fn(|line, _| !(stop::is_ending() && line.target().starts_with("zenoh"))));
     let lines = tracing_subscriber::fmt::layer()
         .with_target(false)
         .with_ansi(console::colors_enabled_stderr())

@@ -40,7 +40,8 @@ pub fn in_words(message: &str) -> String {
         words.push_str(&found[name.len()..]);
         rest = left;
     }
-    words + rest
+    // An integer that fits no type of TOML.
+    (words + rest).replace(" as i128", "").replace(" as u128", "")
 }
 
 #[cfg(test)]
@@ -60,6 +61,10 @@ mod tests {
         assert_eq!(
             in_words("unknown field `a`, expected one of `b`, `c`"),
             "unknown field `a`, expected one of `b`, `c`"
+        );
+        assert_eq!(
+            in_words("invalid type: integer `99999999999999999999` as i128, expected i64"),
+            "invalid type: integer `99999999999999999999`, expected a whole number"
         );
         assert_eq!(in_words("expected "), "expected ");
     }

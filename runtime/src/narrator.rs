@@ -7,7 +7,7 @@ use dragnet_proto::message::{Activity, Heartbeat, Message, MissionStatus};
 use dragnet_proto::state_machine::{Effects, StateMachine};
 use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::{Cell, Grid, Position};
-use dragnet_search::observation::{Observation, RobotId};
+use dragnet_search::observation::{Observation, RobotId, Source};
 
 /// Logs the actions of one participant.
 pub(crate) struct Narrator {
@@ -92,14 +92,25 @@ impl Narrator {
         Some(format!("decided: {cells} to {}{}", self.place(waypoint), took.unwrap_or_default()))
     }
 
-    /// A robot has new observations.
+    /// A robot has new observations: its own, or those of others, who find too.
     fn finds(&mut self, machine: &dyn StateMachine, observations: &[Arc<Observation>]) -> Vec<String> {
-        let readings = observations.iter().flat_map(|observation| &observation.readings);
-        let cells: BTreeSet<Cell> = readings.map(|reading| reading.cell).collect();
-        let change = |cell: Cell| match (machine.is_found(cell), self.found.contains(&cell)) {
+        // With the source of the last reading of each cell.
+        let cells: BTreeMap<Cell, Source> = observations
+            .iter()
+            .flat_map(|observation| {
+                observation.readings.iter().map(|reading| (reading.cell, observation.origin.source))
+            })
+            .collect();
+        let change = |(cell, source)| match (machine.is_found(cell), self.found.contains(&cell)) {
             (true, false) => {
                 self.found.insert(cell);
-                Some(format!("found: an object at {}", self.place(cell)))
+                let object = format!("an object at {}", self.place(cell));
+                let is_own = matches!(source, Source::Robot(robot) if self.me == Participant::Robot(robot));
+                Some(if is_own {
+                    format!("found: {object}")
+                } else {
+                    format!("learned from {source}: {object}")
+                })
             }
             (false, true) => {
                 self.found.remove(&cell);

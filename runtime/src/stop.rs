@@ -2,6 +2,7 @@
 
 use std::future::Future;
 use std::io;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -12,6 +13,16 @@ use crate::RuntimeError;
 
 /// Time between checks whether standard output is still read.
 const CHECK_PERIOD: Duration = Duration::from_millis(500);
+
+/// Whether the process was asked to end.
+static IS_ENDING: AtomicBool = AtomicBool::new(false);
+
+/// Whether the process was asked to end. From then on Zenoh's errors mean nothing: it reports each message that still
+/// arrives for a subscriber that is gone.
+#[must_use]
+pub fn is_ending() -> bool {
+    IS_ENDING.load(Ordering::Relaxed)
+}
 
 /// A stream whose closing ends a process, besides signals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,6 +57,7 @@ pub fn asked(bond: Bond) -> Result<impl Future<Output = ()> + Send, RuntimeError
             () = received(hangup.as_mut()) => {}
             () = severed(bond) => {}
         }
+        IS_ENDING.store(true, Ordering::Relaxed);
     })
 }
 

@@ -48,7 +48,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     robots: Option<u32>,
     /// Seed of object positions, start cells, sensor noise and random decisions: a whole number from 0
-    #[arg(long, value_name = "S", default_value_t = 0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", default_value_t = 0, value_parser = scenario::parse_seed, allow_negative_numbers = true)]
     seed: u64,
     /// Medium of the messages. The search and its recording do not depend on it [default: zenoh for up to 8 robots and
     /// with --processes, --real-time-factor or --live; otherwise memory]

@@ -180,6 +180,11 @@ pub(super) fn policies(scenario: &Scenario) -> String {
     names.into_iter().map(PolicyName::as_str).collect::<Vec<_>>().join("+")
 }
 
+/// Reads a seed from the command line.
+pub(super) fn parse_seed(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| format!("allowed is a whole number from 0 to {}", u64::MAX))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

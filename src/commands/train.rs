@@ -7,7 +7,7 @@ mod session;
 
 use std::path::PathBuf;
 
-use super::Failure;
+use super::{Failure, scenario};
 
 /// Train a network to imitate an expert policy.
 ///
@@ -28,7 +28,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// Seed of the initial weights and of the order of decisions: a whole number from 0
-    #[arg(long, value_name = "S", default_value_t = 0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", default_value_t = 0, value_parser = scenario::parse_seed, allow_negative_numbers = true)]
     seed: u64,
     /// Maximum number of epochs (passes over the demonstrations), 1 to 60000
     #[arg(long, value_name = "N", default_value_t = 14, value_parser = clap::value_parser!(u32).range(1..=60_000), allow_negative_numbers = true)]

@@ -41,11 +41,12 @@ pub(super) async fn run(
     let mesh = Mesh::new(scenario)?;
     let world = mesh.open_world().await?;
     let (stop, stopped) = watch::channel(());
+    let (stop_node, node_stopped) = watch::channel(());
     let (asked, clock) = (stop::asked(Bond::Output)?, Clock::new(real_time_factor));
     let session = mesh.open_participant(Participant::Coordinator).await?;
     let link = Link::join(session, mission.clone(), Participant::Coordinator, codec).await?;
     let node: JoinHandle<Result<(CoordinatorNode, Log), RuntimeError>> =
-        participate(link, node, real_time_factor, commands, stopped.clone());
+        participate(link, node, real_time_factor, commands, node_stopped);
     let mut children = Children::default();
     let mut robots = Vec::new();
     let search = async {
@@ -80,6 +81,9 @@ pub(super) async fn run(
         ended = search => Some(ended),
         () = asked => None,
     };
+    // It ends first: robots that leave after the search are not lost.
+    drop(stop_node);
+    let (node, _) = joined(node).await?;
     drop(stop);
     let mut decisions = Vec::new();
     for robot in robots {
@@ -88,7 +92,6 @@ pub(super) async fn run(
             Err(error) => ended = Some(Err(error)),
         }
     }
-    let (node, _) = joined(node).await?;
     let observations_merged = node.observations();
     let recording = options.recording.clone();
     match ended {

@@ -99,6 +99,8 @@ impl Source {
     ) -> ScenarioError {
         let line = error.span().map(|span| line_at(&self.text, span.start));
         let message = &in_words(error.message().trim_end());
+        let twice = error.span().and_then(|span| self.text.get(span)).filter(|_| message == "duplicate key");
+        let message = &twice.map_or_else(|| message.clone(), |key| format!("{key} is given twice"));
         let (line, message) = match (line, key.map(ToString::to_string).filter(|key| key != ".")) {
             (line, Some(key)) => (line, format!("{key}: {message}")),
             // For a key with too many parts the parser reports neither the key nor its place.

@@ -12,7 +12,7 @@ use dragnet_search::situation::DEFAULT_DETECTION_THRESHOLD;
 use dragnet_search::utility::Utility;
 use schemars::JsonSchema;
 use serde::de::value::MapAccessDeserializer;
-use serde::de::{self, MapAccess, Visitor};
+use serde::de::{self, DeserializeOwned, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
 /// A Dragnet scenario: the map, the objects, the sensor, the robots, the mission and the network.
@@ -274,7 +274,13 @@ pub enum StartField {
     /// This traversable cell, `[row, column]`: rows from 0 in the south, columns from 0 in the west.
     Cell([i64; 2]),
     /// The traversable cell nearest to this point, on a georeferenced map.
+    #[serde(deserialize_with = "from_table")]
     Point(GeoPointTable),
+}
+
+/// Reads a table only: serde would take a list of its values too, such as `[1.0, 1.0]`, which is meant as a cell.
+fn from_table<'de, T: DeserializeOwned, D: Deserializer<'de>>(deserializer: D) -> Result<T, D::Error> {
+    toml::Table::deserialize(deserializer)?.try_into().map_err(de::Error::custom)
 }
 
 /// Budget, detection threshold and communication. At least one budget is required.

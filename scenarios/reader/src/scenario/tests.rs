@@ -337,6 +337,8 @@ fn an_invalid_scenario_names_line_key_and_allowed_values() {
         ["line 11: robots.policy", "`path_length_weight`"],
     );
     check("", "[robots]\nstart = [1]", ["line 11: robots.start: ", "a cell as [row, column]"]);
+    check("", "[robots]\nstart = [1.0, 1]", ["line 11: robots.start: ", "a cell as [row, column]"]);
+    check("", "[robots]\ncount = 1\ncount = 2", ["line 12: ", "count is given twice"]);
     check(
         "",
         "[[network.partitions]]\nfrom_seconds = 1",
