@@ -45,6 +45,12 @@ impl Clock {
         Self { listens: LISTEN, ..self }
     }
 
+    /// Mission seconds per second.
+    #[must_use]
+    pub const fn real_time_factor(&self) -> f64 {
+        self.real_time_factor
+    }
+
     /// Whether it still listens to others. A robot that knows the mission's time listens for a moment too, to detect
     /// another process with its number.
     #[must_use]

@@ -127,6 +127,8 @@ pub(crate) enum Kind {
     Sensor,
     /// The clock was set.
     Clock,
+    /// The mission's time runs faster than here.
+    Pace,
     /// A time was rejected.
     Disbelief,
     /// There are two processes of a participant.
@@ -154,6 +156,7 @@ impl fmt::Display for Kind {
             Self::Journal => formatter.write_str("journal failures"),
             Self::Sensor => formatter.write_str("faults of the sensor"),
             Self::Clock => formatter.write_str("clock adjustments"),
+            Self::Pace => formatter.write_str("unlike real-time factors"),
             Self::Disbelief => formatter.write_str("rejected times"),
             Self::Two | Self::Double => formatter.write_str("duplicate processes"),
             Self::One => formatter.write_str("ends of duplicate processes"),

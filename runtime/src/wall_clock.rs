@@ -1,5 +1,7 @@
 //! A participant driven by the wall clock: an agent on a vehicle, or a coordinator in the field.
 
+mod pace;
+
 use std::collections::BTreeSet;
 use std::future::Future;
 use std::num::NonZeroUsize;
@@ -13,6 +15,7 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::observation::RobotId;
 use tokio::sync::mpsc;
 
+use self::pace::Pace;
 use crate::RuntimeError;
 use crate::clock::Clock;
 use crate::contender::Contender;
@@ -91,6 +94,7 @@ pub async fn run(
         gone: BTreeSet::new(),
         teller: Teller::default(),
         doubles: Doubles::default(),
+        pace: Pace::default(),
         doubled: BTreeSet::new(),
         contender: Contender::new(link.claim()),
         progress: Progress::new(expected),
@@ -119,7 +123,8 @@ pub async fn run(
                 if let Incoming::Message { from, message, .. } = &received
                     && let Some(time) = clock::dated(*from, message)
                 {
-                    driver.log_time(*from, clock.receive(time));
+                    let adjustment = clock.receive(time);
+                    driver.log_time(&clock, *from, adjustment);
                 }
                 driver.receive(link, clock.now(), received).await?;
             }
@@ -173,6 +178,7 @@ struct Driver<'a> {
     gone: BTreeSet<Participant>,
     teller: Teller,
     doubles: Doubles,
+    pace: Pace,
     /// Robots with several processes, as the state machine knows them.
     doubled: BTreeSet<RobotId>,
     /// Whether it stops and publishes nothing, because another process of its number goes on.
@@ -203,7 +209,15 @@ impl Driver<'_> {
     }
 
     /// Logs an adjustment of the clock, or a rejected time.
-    fn log_time(&mut self, from: Participant, adjustment: Adjustment) {
+    fn log_time(&mut self, clock: &Clock, from: Participant, adjustment: Adjustment) {
+        let here = clock.real_time_factor();
+        if let Some(times) = self.pace.adjust(clock.local(), adjustment.by, here) {
+            let text = format_args!(
+                "the mission's time runs {times:.2} times as fast as here, where `real_time_factor` is {here}: set \
+                 the same in the settings of all processes"
+            );
+            self.teller.warn(Kind::Pace, Sender::Known(from), text);
+        }
         let [by, left] = [adjustment.by, adjustment.left].map(|it| it.as_secs_f64());
         let sender = Sender::Known(from);
         if adjustment.by >= LEAST {
