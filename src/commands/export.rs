@@ -82,6 +82,12 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
         Failure::Input(format!("--to {to}: unknown extension; allowed are .geojson, .kml, .gpx and .plan"))
     })?;
     let playback = Playback::read(&arguments.recording).map_err(Failure::input)?;
+    if let Some(at) = arguments.at.filter(|&at| at > playback.end()) {
+        let (at, end) = (at.as_seconds(), playback.end().as_seconds());
+        return Err(Failure::Input(format!(
+            "--at {at}: the recording ends at {end:.1} s; allowed is 0 to that"
+        )));
+    }
     let account = Account::new(&playback, arguments.origin, arguments.at)
         .map_err(|error| Failure::Input(format!("{}: {error}", arguments.recording.display())))?;
     if playback.ending != Ending::Complete {

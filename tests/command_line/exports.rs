@@ -141,4 +141,8 @@ fn a_recording_that_cannot_be_exported_is_rejected() {
         &["export", "drawn.mcap", "--to", "a.kml", "--at", "-1"],
         &["--at", "0 to 1000000000 seconds"],
     );
+    place.refuse(
+        &["export", "drawn.mcap", "--to", "a.kml", "--at", "999999"],
+        &["--at 999999", "the recording ends at", "allowed is 0 to that"],
+    );
 }
