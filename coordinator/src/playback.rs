@@ -148,7 +148,9 @@ impl Tape {
             McapRecord::Channel(channel) => {
                 self.topics.insert(channel.id, channel.topic);
             }
-            McapRecord::Attachment { header, data, .. } if header.name == BEGINNING_ATTACHMENT => {
+            McapRecord::Attachment { header, data, .. }
+                if header.name == BEGINNING_ATTACHMENT && self.terrain.is_none() =>
+            {
                 self.begin(&data);
             }
             McapRecord::Attachment { header, .. } if header.name == SCENARIO_ATTACHMENT => {

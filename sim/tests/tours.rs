@@ -75,3 +75,18 @@ fn the_same_seed_gives_the_same_search() {
     assert_eq!(run(3), run(3));
     assert_ne!(run(3).0, run(4).0);
 }
+
+/// A robot that stands at the only stop of the lanes has no lane to drive.
+#[test]
+fn a_team_in_a_room_that_one_cell_overlooks_searches_it() {
+    for seed in 0..30 {
+        let text = format!(
+            "name = \"room\"\n[map]\nshape = \"all_traversable\"\nrows = 2\ncolumns = 5\n\
+             [sensor]\nradius = 3\nnoise_variance = 0.2\n[objects]\ncount = 1\n\
+             [robots]\ncount = 2\npolicy = {TOUR}\n[mission]\nbudget_meters = 20000.0\n"
+        );
+        let room = Scenario::from_text(Path::new("room.toml"), text).unwrap();
+        let episode = search(&room, seed, End::Resting, Faults::default());
+        assert!(episode.expected_remaining < 0.1, "{seed}: {} remain", episode.expected_remaining);
+    }
+}

@@ -33,6 +33,8 @@ pub(crate) struct McapReader<R> {
     source: R,
     /// Position of the source.
     position: u64,
+    file_bytes: u64,
+    /// Where the recording ends at the latest: at the file's end, or where another recording begins.
     pub(super) length: u64,
     /// Position up to which the file has been read.
     pub(super) offset: u64,
@@ -99,6 +101,7 @@ impl<R: Read + Seek> McapReader<R> {
             path: path.to_owned(),
             source,
             position: 0,
+            file_bytes: length,
             length,
             offset: 0,
             header: Header { profile: String::new(), library: String::new() },
@@ -124,7 +127,7 @@ impl<R: Read + Seek> McapReader<R> {
 
     /// Bytes of the file.
     pub(crate) const fn length(&self) -> u64 {
-        self.length
+        self.file_bytes
     }
 
     /// Bytes that could be read.
@@ -243,6 +246,10 @@ impl<R: Read + Seek> McapReader<R> {
             let is_filled = prefix.opcode != op::MESSAGE && layout::fills(prefix.opcode, body);
             (is_filled, self.content(prefix.opcode, body))
         };
+        // Only a chunk's own bytes are checked by a sum.
+        if !matches!(content, Ok(Content::Chunk(_))) && self.ends_before(Some(end))? {
+            return Ok(());
+        }
         match content {
             Ok(content) if is_filled || self.is_followed(end)? => {
                 self.offset = end;
@@ -259,7 +266,11 @@ impl<R: Read + Seek> McapReader<R> {
 
     /// If a record claims more than the rest of the file, the file was truncated or the length is damaged.
     fn resume_after_length(&mut self, claimed: u64) -> Result<(), RecordingError> {
-        if let Some(next) = self.find_record(self.offset + 1)? {
+        let next = self.find_record(self.offset + 1)?;
+        if self.ends_before(next)? {
+            return Ok(());
+        }
+        if let Some(next) = next {
             return self.lose(next, &format!("a record claims {claimed} bytes, more than the file has"));
         }
         self.ending = Some(Ending::CutOff);
@@ -269,7 +280,29 @@ impl<R: Read + Seek> McapReader<R> {
     /// Continues at the next record that is found; if there is none, the rest is lost.
     fn resume(&mut self, reason: &str) -> Result<(), RecordingError> {
         let next = self.find_record(self.offset + 1)?;
+        if self.ends_before(next)? {
+            return Ok(());
+        }
         self.lose(next.unwrap_or(self.length), reason)
+    }
+
+    /// Whether another recording begins before the next record: two files were joined, and the first was cut off. Its
+    /// records mean nothing in this one.
+    fn ends_before(&mut self, next: Option<u64>) -> Result<bool, RecordingError> {
+        let Some(other) = self.find_start(self.offset, next.unwrap_or(self.length))? else {
+            return Ok(false);
+        };
+        self.length = other;
+        self.ending = Some(Ending::CutOff);
+        let from = other + 1;
+        self.lose(
+            other,
+            &format!(
+                "another recording begins at byte {other} and is not read; `tail -c +{from} FILE > OTHER` makes a file \
+                 of it"
+            ),
+        )?;
+        Ok(true)
     }
 
     /// Skips everything up to a position.

@@ -7,6 +7,7 @@
 
 use std::io::{Read, Seek};
 
+use mcap::MAGIC;
 use mcap::records::op;
 
 use super::RecordingError;
@@ -32,6 +33,24 @@ impl<R: Read + Seek> McapReader<R> {
                 }
             }
             start += window.len() as u64 - (PREFIX_BYTES as u64 - 1);
+        }
+        Ok(None)
+    }
+
+    /// The position of the first start of a recording within a range, if any.
+    pub(super) fn find_start(&mut self, from: u64, to: u64) -> Result<Option<u64>, RecordingError> {
+        const START_BYTES: u64 = MAGIC.len() as u64 + 1;
+        let mut start = from;
+        while to.saturating_sub(start) >= START_BYTES {
+            let window = self.read_at(start, WINDOW_BYTES.min(to - start))?;
+            // The same bytes end a recording; only a header begins one.
+            let is_start = |bytes: &[u8]| {
+                bytes.strip_prefix(MAGIC).is_some_and(|rest| rest.first() == Some(&op::HEADER))
+            };
+            if let Some(place) = window.windows(START_BYTES as usize).position(is_start) {
+                return Ok(Some(start + place as u64));
+            }
+            start += window.len() as u64 - (START_BYTES - 1);
         }
         Ok(None)
     }

@@ -347,6 +347,26 @@ fn data_after_a_recording_are_reported_and_ignored() {
     assert!(places == 2 && lost_bytes > end, "{places} places, {lost_bytes} bytes");
 }
 
+/// Two missions in one file never become one.
+#[test]
+fn a_recording_behind_a_cut_one_is_not_read() {
+    let folder = tempdir().unwrap();
+    let whole = Whole::record(&folder.path().join("whole.mcap"));
+    let (joined, mended) = (folder.path().join("joined.mcap"), folder.path().join("mended.mcap"));
+    let (end, ..) = whole.chunks[3];
+    let middle = whole.bytes.len() / 2;
+    for cut in [end - 1, end, end + 1, middle, whole.bytes.len() - 20] {
+        fs::write(&joined, [&whole.bytes[..cut], &whole.bytes].concat()).unwrap();
+        let recovered = recover(&joined, &mended).unwrap();
+        assert_eq!(recovered.messages, whole.until(cut).0 as u64, "cut at {cut}: {recovered}");
+        let said = format!("another recording begins at byte {cut} and is not read .. tail -c +{}", cut + 1);
+        assert_mentions(&recovered.to_string(), &said);
+        check_mended(&mended, &whole, whole.until(cut).0);
+        assert_mentions(&Playback::read(&joined).unwrap().ending.to_string(), &said);
+        fs::remove_file(&mended).unwrap();
+    }
+}
+
 /// A chunk record with this header and these packed bytes.
 fn chunk(compression: &str, unpacked_bytes: u64, sum: u32, packed: &[u8]) -> Vec<u8> {
     let mut body = [0; 16].to_vec();

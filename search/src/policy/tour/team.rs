@@ -152,6 +152,10 @@ impl<'a> Lanes<'a> {
         let first = ends.first()?.saturating_sub(1);
         let ends = ends.iter().map(|end| end.saturating_sub(1 + first)).collect();
         let cells = cells.get(first..)?.to_vec();
+        // A robot that stands at the only stop has no lane to drive.
+        if cells.is_empty() {
+            return None;
+        }
         Some(Self { ground: planner.ground, start: planner.root.at, cells, ends })
     }
 
@@ -180,7 +184,7 @@ impl<'a> Lanes<'a> {
 
     /// Pieces of which the longest is as short as possible, each driven from its nearer end.
     fn pieces(&self, team: usize) -> Option<Vec<Vec<Leg>>> {
-        let (mut low, mut high) = (0, self.length(0, self.cells.len().max(1)).saturating_mul(2));
+        let (mut low, mut high) = (0, self.length(0, self.cells.len()).saturating_mul(2));
         self.cut(high, team)?;
         while low + 1 < high {
             let middle = low.midpoint(high);
