@@ -63,8 +63,12 @@ impl Playback {
         let mut tape = Tape::default();
         while let Some(record) = reader.next() {
             let Err(reason) = tape.take(record?) else { continue };
-            // What follows says how the recording ends.
-            (&mut reader).for_each(drop);
+            // What follows says how the recording ends, and may hold the beginning again.
+            let beginning = tape.beginning_in(&mut reader);
+            if let Some(beginning) = beginning {
+                (reader, tape) = (McapReader::open(path)?, beginning);
+                continue;
+            }
             let reason = match reader.ending() {
                 damaged @ Ending::Damaged { .. } => format!("{reason}; the recording is {damaged}"),
                 _ => reason,
@@ -188,6 +192,22 @@ impl Tape {
         };
         (self.start_unix_ns, self.origin) = (start_unix_ns, origin);
         (self.terrain, self.prior) = (terrain, prior);
+    }
+
+    /// A tape that begins with the copy in the rest of a recording, if this one has lost the beginning.
+    fn beginning_in(
+        &self,
+        rest: impl Iterator<Item = Result<McapRecord<'static>, RecordingError>>,
+    ) -> Option<Self> {
+        let mut found = Self::default();
+        for record in rest {
+            if let Ok(McapRecord::Attachment { header, data, .. }) = record
+                && header.name == BEGINNING_ATTACHMENT
+            {
+                found.begin(&data);
+            }
+        }
+        (self.terrain.is_none() && found.terrain.is_some()).then_some(found)
     }
 
     fn message(&mut self, topic: &str, header: MessageHeader, data: &[u8]) -> Result<(), String> {

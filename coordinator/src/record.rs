@@ -14,8 +14,8 @@
 //!
 //! Positions are in the frame `map` of the map's file, as on a robot's own network.
 //!
-//! The map and the first belief are there twice: what a recording begins with is attached as `beginning.mcap.zst` too, so
-//! that damage in one place never loses it. The scenario is attached as `scenario.toml`. For a georeferenced mission, the metadata `earth` hold its position,
+//! The map and the first belief are never lost by damage in one place: what a recording begins with is attached as
+//! `beginning.mcap.zst` too, before the first chunk and, in a recording that is finished, at the end. The scenario is attached as `scenario.toml`. For a georeferenced mission, the metadata `earth` hold its position,
 //! and `areas.geojson` its areas. The metadata `run` hold facts about the run from its start, the metadata `summary`
 //! its results. The log time of a message is the mission time at which the coordinator received it, its publish time
 //! that of its sender. The same records make the same bytes.
@@ -149,7 +149,7 @@ impl Recorder {
 
     fn put_header(&mut self) -> Result<(), RecordingError> {
         let start = MissionTime::START;
-        self.attach(BEGINNING_ATTACHMENT, "application/zstd", &self.beginning()?)?;
+        self.attach_beginning()?;
         let metadata = Metadata { name: RUN_METADATA.into(), metadata: self.header.run.clone() };
         self.file.metadata(&metadata)?;
         self.attach(SCENARIO_ATTACHMENT, "application/toml", self.header.scenario.clone().as_bytes())?;
@@ -239,6 +239,7 @@ impl Recorder {
     /// As [`Recorder::record`].
     pub fn finish(mut self, summary: BTreeMap<String, String>) -> Result<(), RecordingError> {
         self.file.metadata(&Metadata { name: SUMMARY_METADATA.into(), metadata: summary })?;
+        self.attach_beginning()?;
         self.file.finish()
     }
 
@@ -262,6 +263,10 @@ impl Recorder {
         let [percent, probability] = self.belief(MissionTime::START, &self.header.prior);
         let map = self.viewer().terrain(MissionTime::START);
         [Encoded::new(Topic::Map, &map), percent, probability]
+    }
+
+    fn attach_beginning(&mut self) -> Result<(), RecordingError> {
+        self.attach(BEGINNING_ATTACHMENT, "application/zstd", &self.beginning()?)
     }
 
     /// The opening as a file.
