@@ -170,6 +170,7 @@ impl Report {
         };
         format!(
             "searched      {mission_time_s:.1} s, {tail}; {}\n\
+             left          {}\n\
              quality       recall {recall:.3}, precision {precision:.3}, F1 {f1:.3}; \
              mean of F1 over {budget_cells:.0} cells {auc_f1:.3}\n\
              decisions     {}\n\
@@ -178,11 +179,24 @@ impl Report {
              beliefs       {beliefs} in all robots, digest {}\n\
              {partial}{recording}",
             self.distance(),
+            self.left(scenario),
             self.decisions(),
             self.observations_sent,
             self.messages(),
             self.belief_digest,
         )
+    }
+
+    /// What may not have been found. A policy may end a search that is not complete, as one whose pattern is driven.
+    fn left(&self, scenario: &Scenario) -> String {
+        let expected = self.expected_remaining;
+        let limit = scenario.mission().stop_when_expected_remaining;
+        let limit = match limit {
+            Some(limit) if expected > limit => format!("; the search is NOT complete, which is at {limit}"),
+            Some(limit) => format!("; the search is complete at {limit}"),
+            None => String::new(),
+        };
+        format!("{expected:.2} more objects expected in reach{limit}")
     }
 
     fn messages(&self) -> String {
