@@ -110,7 +110,7 @@ pub fn inspect(path: &Path) -> Result<Inspection, RecordingError> {
     }
     Ok(Inspection {
         path: path.to_owned(),
-        file_bytes: reader.length(),
+        file_bytes: reader.file_bytes(),
         readable_bytes: reader.readable(),
         ending: reader.ending(),
         library: reader.header().library.clone(),

@@ -57,7 +57,7 @@ fn copy<R: Read + Seek>(
 ) -> Result<Recovered, RecordingError> {
     let mut recovered = Recovered {
         ending: Ending::CutOff,
-        file_bytes: reader.length(),
+        file_bytes: reader.file_bytes(),
         readable_bytes: 0,
         messages: 0,
         messages_without_topic: 0,

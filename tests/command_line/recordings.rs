@@ -95,7 +95,8 @@ fn a_damaged_chunk_costs_itself_alone() {
     place.json(&["run", "small.toml", "--record", "whole.mcap", "--json"]);
     let mut bytes = fs::read(place.path("whole.mcap")).unwrap();
     // Each chunk is compressed, and begins with these bytes.
-    let chunk = (bytes.len() / 2..).find(|&byte| bytes[byte..].starts_with(&[0x28, 0xb5, 0x2f, 0xfd]));
+    let chunk =
+        (bytes.len() / 2..bytes.len()).find(|&byte| bytes[byte..].starts_with(&[0x28, 0xb5, 0x2f, 0xfd]));
     bytes[chunk.unwrap() + 20] ^= 1;
     fs::write(place.path("bad.mcap"), &bytes).unwrap();
     let whole = place.succeed(&["recover", "whole.mcap", "copy.mcap"]);

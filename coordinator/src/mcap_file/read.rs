@@ -126,7 +126,7 @@ impl<R: Read + Seek> McapReader<R> {
     }
 
     /// Bytes of the file.
-    pub(crate) const fn length(&self) -> u64 {
+    pub(crate) const fn file_bytes(&self) -> u64 {
         self.file_bytes
     }
 

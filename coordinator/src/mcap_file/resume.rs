@@ -39,18 +39,18 @@ impl<R: Read + Seek> McapReader<R> {
 
     /// The position of the first start of a recording within a range, if any.
     pub(super) fn find_start(&mut self, from: u64, to: u64) -> Result<Option<u64>, RecordingError> {
-        const START_BYTES: u64 = MAGIC.len() as u64 + 1;
+        const START_BYTES: usize = MAGIC.len() + 1;
         let mut start = from;
-        while to.saturating_sub(start) >= START_BYTES {
+        while to.saturating_sub(start) >= START_BYTES as u64 {
             let window = self.read_at(start, WINDOW_BYTES.min(to - start))?;
             // The same bytes end a recording; only a header begins one.
             let is_start = |bytes: &[u8]| {
                 bytes.strip_prefix(MAGIC).is_some_and(|rest| rest.first() == Some(&op::HEADER))
             };
-            if let Some(place) = window.windows(START_BYTES as usize).position(is_start) {
+            if let Some(place) = window.windows(START_BYTES).position(is_start) {
                 return Ok(Some(start + place as u64));
             }
-            start += window.len() as u64 - (START_BYTES - 1);
+            start += (window.len() - (START_BYTES - 1)) as u64;
         }
         Ok(None)
     }

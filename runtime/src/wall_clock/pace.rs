@@ -44,7 +44,7 @@ impl Pace {
         }
         let Window { adjustments, sum, largest, .. } = *window;
         self.window = None;
-        let share = (sum - largest).div_duration_f64(elapsed.mul_f64(real_time_factor));
+        let share = sum.saturating_sub(largest).div_duration_f64(elapsed.mul_f64(real_time_factor));
         let is_faster = adjustments >= LEAST_ADJUSTMENTS && share >= LEAST_SHARE;
         let was_faster = std::mem::replace(&mut self.was_faster, is_faster);
         (is_faster && was_faster).then_some(1.0 + share)
