@@ -147,6 +147,7 @@ impl Witnessed {
         let own = [
             " decided: ",
             " found: ",
+            " learned from ",
             " doubts: ",
             " resting: ",
             " waiting: ",

@@ -44,8 +44,12 @@ fn logs_contain_decisions_finds_declarations_and_reasons_to_rest() {
         let decided = reported("decided");
         assert!(decided.len() > 2 && decided[0].contains(" to ["), "{log}");
         assert_eq!(reported("resting").last(), Some(&"the search is complete"), "{log}");
-        let found: Vec<&str> =
-            reported("found").iter().map(|line| line.trim_start_matches("an object at ")).collect();
+        let learned = format!("learned from robot {}", 3 - number);
+        let found: Vec<&str> = [reported("found"), reported(&learned)]
+            .concat()
+            .into_iter()
+            .map(|line| line.trim_start_matches("an object at "))
+            .collect();
         for cell in &found {
             assert!(declared.iter().any(|declared| declared.starts_with(cell)), "{cell}: {declared:?}");
         }
