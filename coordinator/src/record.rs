@@ -15,10 +15,11 @@
 //! Positions are in the frame `map` of the map's file, as on a robot's own network.
 //!
 //! The map and the first belief are never lost by damage in one place: what a recording begins with is attached as
-//! `beginning.mcap.zst` too, before the first chunk and, in a recording that is finished, at the end. The scenario is attached as `scenario.toml`. For a georeferenced mission, the metadata `earth` hold its position,
-//! and `areas.geojson` its areas. The metadata `run` hold facts about the run from its start, the metadata `summary`
-//! its results. The log time of a message is the mission time at which the coordinator received it, its publish time
-//! that of its sender. The same records make the same bytes.
+//! `beginning.mcap.zst` too, before the first chunk and, in a recording that is finished, at the end. The scenario is
+//! attached as `scenario.toml`. For a georeferenced mission, the metadata `earth` hold its position, and
+//! `areas.geojson` its areas. The metadata `run` hold facts about the run from its start, the metadata `summary` its
+//! results. The log time of a message is the mission time at which the coordinator received it, its publish time that
+//! of its sender. The same records make the same bytes.
 
 mod channels;
 pub(crate) mod topic;
@@ -149,7 +150,8 @@ impl Recorder {
 
     fn put_header(&mut self) -> Result<(), RecordingError> {
         let start = MissionTime::START;
-        self.attach_beginning()?;
+        let opening = self.opening();
+        self.attach_beginning(&opening)?;
         let metadata = Metadata { name: RUN_METADATA.into(), metadata: self.header.run.clone() };
         self.file.metadata(&metadata)?;
         self.attach(SCENARIO_ATTACHMENT, "application/toml", self.header.scenario.clone().as_bytes())?;
@@ -160,7 +162,7 @@ impl Recorder {
             self.attach(AREAS_ATTACHMENT, "application/geo+json", areas.as_bytes())?;
         }
         let times = Times { logged: start, published: start };
-        self.opening().iter().try_for_each(|message| self.put_encoded(times, message))?;
+        opening.iter().try_for_each(|message| self.put_encoded(times, message))?;
         self.file.flush()
     }
 
@@ -239,7 +241,7 @@ impl Recorder {
     /// As [`Recorder::record`].
     pub fn finish(mut self, summary: BTreeMap<String, String>) -> Result<(), RecordingError> {
         self.file.metadata(&Metadata { name: SUMMARY_METADATA.into(), metadata: summary })?;
-        self.attach_beginning()?;
+        self.attach_beginning(&self.opening())?;
         self.file.finish()
     }
 
@@ -265,18 +267,18 @@ impl Recorder {
         [Encoded::new(Topic::Map, &map), percent, probability]
     }
 
-    fn attach_beginning(&mut self) -> Result<(), RecordingError> {
-        self.attach(BEGINNING_ATTACHMENT, "application/zstd", &self.beginning()?)
+    fn attach_beginning(&mut self, opening: &[Encoded]) -> Result<(), RecordingError> {
+        self.attach(BEGINNING_ATTACHMENT, "application/zstd", &self.beginning(opening)?)
     }
 
     /// The opening as a file.
-    fn beginning(&self) -> Result<Vec<u8>, RecordingError> {
+    fn beginning(&self, opening: &[Encoded]) -> Result<Vec<u8>, RecordingError> {
         let mut bytes = Vec::new();
         let mut file = McapWriter::plain(&self.path, &mut bytes, PROFILE, LIBRARY)?;
         let mut channels = Channels::default();
         let start = self.unix_ns(MissionTime::START);
         let times = UnixTimes { logged: start, published: start };
-        self.opening().iter().try_for_each(|message| channels.put(&mut file, times, message))?;
+        opening.iter().try_for_each(|message| channels.put(&mut file, times, message))?;
         file.finish()?;
         chunk::pack(&bytes).map_err(|source| RecordingError::Write {
             path: self.path.clone(),

@@ -16,6 +16,7 @@ use mcap::{MAGIC, parse_record};
 
 use super::chunk::{self, ChunkError, MAX_RECORD_BYTES};
 use super::layout::{self, PREFIX_BYTES, Prefix};
+use super::resume::start_in;
 use super::{Ending, RecordingError};
 
 /// Factor of the file's size that may be read for invalid records before the rest is given up: the work stays linear in
@@ -236,19 +237,22 @@ impl<R: Read + Seek> McapReader<R> {
         let Some(end) = prefix.end(self.offset).filter(|end| *end <= self.length) else {
             return self.resume_after_length(prefix.body_bytes);
         };
-        let (is_filled, content) = if prefix.body_bytes > MAX_RECORD_BYTES {
+        let (is_filled, content, other) = if prefix.body_bytes > MAX_RECORD_BYTES {
             let bytes = prefix.body_bytes;
-            (false, Err(format!("a record of {bytes} bytes; allowed are at most {MAX_RECORD_BYTES}")))
+            let reason = format!("a record of {bytes} bytes; allowed are at most {MAX_RECORD_BYTES}");
+            (false, Err(reason), self.find_start(self.offset, end)?)
         } else {
             let frame = self.read_at(self.offset, end - self.offset)?;
             let body = &frame[PREFIX_BYTES..];
             // A message may have any length.
             let is_filled = prefix.opcode != op::MESSAGE && layout::fills(prefix.opcode, body);
-            (is_filled, self.content(prefix.opcode, body))
+            let content = self.content(prefix.opcode, body);
+            // The sum of a chunk is right: it is whole, whatever its bytes look like.
+            let other = if matches!(content, Ok(Content::Chunk(_))) { None } else { start_in(&frame) };
+            (is_filled, content, other.map(|place| self.offset + place as u64))
         };
-        // Only a chunk's own bytes are checked by a sum.
-        if !matches!(content, Ok(Content::Chunk(_))) && self.ends_before(Some(end))? {
-            return Ok(());
+        if let Some(other) = other {
+            return self.end_before(other);
         }
         match content {
             Ok(content) if is_filled || self.is_followed(end)? => {
@@ -266,32 +270,32 @@ impl<R: Read + Seek> McapReader<R> {
 
     /// If a record claims more than the rest of the file, the file was truncated or the length is damaged.
     fn resume_after_length(&mut self, claimed: u64) -> Result<(), RecordingError> {
-        let next = self.find_record(self.offset + 1)?;
-        if self.ends_before(next)? {
-            return Ok(());
+        if !self.skip(&format!("a record claims {claimed} bytes, more than the file has"))? {
+            self.ending = Some(Ending::CutOff);
         }
-        if let Some(next) = next {
-            return self.lose(next, &format!("a record claims {claimed} bytes, more than the file has"));
-        }
-        self.ending = Some(Ending::CutOff);
         Ok(())
     }
 
     /// Continues at the next record that is found; if there is none, the rest is lost.
     fn resume(&mut self, reason: &str) -> Result<(), RecordingError> {
-        let next = self.find_record(self.offset + 1)?;
-        if self.ends_before(next)? {
-            return Ok(());
-        }
-        self.lose(next.unwrap_or(self.length), reason)
+        if self.skip(reason)? { Ok(()) } else { self.lose(self.length, reason) }
     }
 
-    /// Whether another recording begins before the next record: two files were joined, and the first was cut off. Its
-    /// records mean nothing in this one.
-    fn ends_before(&mut self, next: Option<u64>) -> Result<bool, RecordingError> {
-        let Some(other) = self.find_start(self.offset, next.unwrap_or(self.length))? else {
-            return Ok(false);
-        };
+    /// Loses what is before the next record, or before another recording that begins earlier; returns whether there is
+    /// either.
+    fn skip(&mut self, reason: &str) -> Result<bool, RecordingError> {
+        let next = self.find_record(self.offset + 1)?;
+        match (self.find_start(self.offset, next.unwrap_or(self.length))?, next) {
+            (Some(other), _) => self.end_before(other)?,
+            (None, Some(next)) => self.lose(next, reason)?,
+            (None, None) => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// Ends where another recording begins: two files were joined, and the first was cut off. The records of the second
+    /// mean nothing in this one.
+    fn end_before(&mut self, other: u64) -> Result<(), RecordingError> {
         self.length = other;
         self.ending = Some(Ending::CutOff);
         let from = other + 1;
@@ -301,8 +305,7 @@ impl<R: Read + Seek> McapReader<R> {
                 "another recording begins at byte {other} and is not read; `tail -c +{from} FILE > OTHER` makes a file \
                  of it"
             ),
-        )?;
-        Ok(true)
+        )
     }
 
     /// Skips everything up to a position.

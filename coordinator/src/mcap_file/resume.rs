@@ -17,6 +17,9 @@ use super::read::McapReader;
 
 /// Bytes that are searched at once.
 const WINDOW_BYTES: u64 = 1 << 16;
+/// Bytes that begin a recording: the magic, and the kind of the first record.
+const START_BYTES: usize = MAGIC.len() + 1;
+
 impl<R: Read + Seek> McapReader<R> {
     /// The position of the first record from here on, if any.
     pub(super) fn find_record(&mut self, from: u64) -> Result<Option<u64>, RecordingError> {
@@ -39,15 +42,10 @@ impl<R: Read + Seek> McapReader<R> {
 
     /// The position of the first start of a recording within a range, if any.
     pub(super) fn find_start(&mut self, from: u64, to: u64) -> Result<Option<u64>, RecordingError> {
-        const START_BYTES: usize = MAGIC.len() + 1;
         let mut start = from;
         while to.saturating_sub(start) >= START_BYTES as u64 {
             let window = self.read_at(start, WINDOW_BYTES.min(to - start))?;
-            // The same bytes end a recording; only a header begins one.
-            let is_start = |bytes: &[u8]| {
-                bytes.strip_prefix(MAGIC).is_some_and(|rest| rest.first() == Some(&op::HEADER))
-            };
-            if let Some(place) = window.windows(START_BYTES).position(is_start) {
+            if let Some(place) = start_in(&window) {
                 return Ok(Some(start + place as u64));
             }
             start += (window.len() - (START_BYTES - 1)) as u64;
@@ -89,6 +87,12 @@ impl<R: Read + Seek> McapReader<R> {
             || body.first_chunk().is_some_and(|id| self.channels.contains(&u16::from_le_bytes(*id)));
         Ok((has_subscriber && layout::fills(prefix.opcode, body)).then_some(end))
     }
+}
+
+/// The first place where bytes begin a recording. The magic ends one too; only a header begins one.
+pub(super) fn start_in(bytes: &[u8]) -> Option<usize> {
+    let is_start = |bytes: &[u8]| bytes.strip_prefix(MAGIC) == Some(&[op::HEADER]);
+    bytes.windows(START_BYTES).position(is_start)
 }
 
 /// Whether a record of a known kind, other than the first of a file, fits there.
