@@ -564,10 +564,8 @@ impl Agent {
     /// A robot first leaves to its teammates what they plan to observe and what is nearer to them. If nothing else is
     /// informative it helps them: it goes to cells that they do not plan to observe, even if those are nearer to them,
     /// but no farther than its sensor radius before it decides again, since their next plans may leave it something. So
-    /// several helpers may go to the same cells. If they published whole plans they would spread, but those plans would
-    /// keep cells from robots that are nearer: 50 robots of `team` then take 110 cells to find everything instead of
-    /// 89 (seeds 2000 to 2019). If teammates plan to observe all that is left, it waits; if they plan nothing, nothing
-    /// is left.
+    /// several helpers may go to the same cells: `docs/results.md` compares this with what else they could do. If
+    /// teammates plan to observe all that is left, it waits; if they plan nothing, nothing is left.
     fn choose(&mut self, now: MissionTime, robot: Cell) -> (Activity, Vec<Cell>) {
         let planned_precision = self.team.planned_precision(self.config.view(now), robot);
         let mut decision = self.decide_with(now, &planned_precision, robot);

@@ -40,8 +40,8 @@ pub fn in_words(message: &str) -> String {
         words.push_str(&found[name.len()..]);
         rest = left;
     }
-    // An integer that fits no type of TOML.
-    (words + rest).replace(" as i128", "").replace(" as u128", "")
+    // An integer that fits no type of TOML; its value is quoted.
+    (words + rest).replace("` as i128", "`").replace("` as u128", "`")
 }
 
 #[cfg(test)]

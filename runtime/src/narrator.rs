@@ -68,7 +68,7 @@ impl Narrator {
 
     fn lines(&mut self, machine: &dyn StateMachine, effects: &Effects<Message>) -> Vec<String> {
         let mut lines = match self.me {
-            Participant::Robot(_) => self.finds(machine, &effects.kept),
+            Participant::Robot(robot) => self.finds(robot, machine, &effects.kept),
             // It stores observations to record them, and declares finds.
             Participant::Coordinator => Vec::new(),
         };
@@ -93,7 +93,12 @@ impl Narrator {
     }
 
     /// A robot has new observations: its own, or those of others, who find too.
-    fn finds(&mut self, machine: &dyn StateMachine, observations: &[Arc<Observation>]) -> Vec<String> {
+    fn finds(
+        &mut self,
+        robot: RobotId,
+        machine: &dyn StateMachine,
+        observations: &[Arc<Observation>],
+    ) -> Vec<String> {
         // With the source of the last reading of each cell.
         let cells: BTreeMap<Cell, Source> = observations
             .iter()
@@ -105,8 +110,7 @@ impl Narrator {
             (true, false) => {
                 self.found.insert(cell);
                 let object = format!("an object at {}", self.place(cell));
-                let is_own = matches!(source, Source::Robot(robot) if self.me == Participant::Robot(robot));
-                Some(if is_own {
+                Some(if source == Source::Robot(robot) {
                     format!("found: {object}")
                 } else {
                     format!("learned from {source}: {object}")
