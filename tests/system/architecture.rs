@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use cargo_metadata::{CargoOpt, DependencyKind, Metadata, MetadataCommand, Package, PackageId};
 
 /// Each crate, and the workspace's crates that it may import.
-const ARROWS: [(&str, &[&str]); 21] = [
+const ARROWS: [(&str, &[&str]); 22] = [
     ("dragnet-search", &[]),
     ("dragnet-files", &[]),
     ("dragnet-learn", &["dragnet-search", "dragnet-files"]),
@@ -47,9 +47,17 @@ const ARROWS: [(&str, &[&str]); 21] = [
             "dragnet-sim",
         ],
     ),
+    ("dragnet-planning", &["dragnet-files", "dragnet-scenario"]),
     (
         "dragnet-live",
-        &["dragnet-search", "dragnet-files", "dragnet-scenario", "dragnet-proto", "dragnet-coordinator"],
+        &[
+            "dragnet-search",
+            "dragnet-files",
+            "dragnet-scenario",
+            "dragnet-planning",
+            "dragnet-proto",
+            "dragnet-coordinator",
+        ],
     ),
     (
         "dragnet-runtime",
@@ -97,6 +105,7 @@ const ARROWS: [(&str, &[&str]); 21] = [
             "dragnet-detector",
             "dragnet-export",
             "dragnet-experiments",
+            "dragnet-planning",
             "dragnet-live",
             "dragnet-runtime",
         ],

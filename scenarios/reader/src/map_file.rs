@@ -98,6 +98,14 @@ impl MapFile {
         Self { terrain, georeference: None, origin: MapOrigin::default(), areas: Areas::default() }
     }
 
+    /// The map of areas, in cells of edge `cell_meters`, meters; messages name the file.
+    ///
+    /// # Errors
+    /// If no search area is among them, search areas overlap, or there would be no cell, or too many.
+    pub fn of_areas(file: &Path, areas: Areas, cell_meters: f64) -> Result<Self, MapFileError> {
+        outline::map(file, areas, cell_meters)
+    }
+
     /// Reads a map file into cells of edge `cell_meters`, meters. The file's extension determines the format.
     ///
     /// # Errors
@@ -120,7 +128,7 @@ impl MapFile {
             Some(Format::MovingAi) => {
                 movingai::read(file, &read_text(file)?, cell_meters).map(Self::unplaced)
             }
-            Some(Format::Areas) => outline::map(file, Areas::load(file)?, cell_meters),
+            Some(Format::Areas) => Self::of_areas(file, Areas::load(file)?, cell_meters),
             Some(Format::Kmz) | None => Err(MapFileError::Extension {
                 file: file.to_owned(),
                 allowed: ".txt drawing, .yaml ROS map, .map MovingAI, .geojson or .kml areas (save a .kmz as KML)",

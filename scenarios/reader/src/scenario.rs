@@ -131,17 +131,32 @@ impl Scenario {
     /// # Errors
     /// As [`Scenario::load`].
     pub fn from_text(path: &Path, text: String) -> Result<Self, ScenarioError> {
-        check_length(path, text.len())?;
-        let source = Source { path: path.to_owned(), text };
-        let file: ScenarioFile = toml::Deserializer::parse(&source.text)
-            .map_err(|error| source.toml_error(&error, None))
-            .and_then(|toml| {
-                serde_path_to_error::deserialize(toml)
-                    .map_err(|error| source.toml_error(error.inner(), Some(error.path())))
-            })?;
-        shape::check(&source.text, &file).map_err(|wrong| source.error(Invalid::from(wrong).into()))?;
+        let (source, file) = parse(path, text)?;
         let map = world::map(&file.map, source.folder()).map_err(|fault| source.error(fault))?;
         Self::new(source.clone(), file, Arc::new(map)).map_err(|fault| source.error(fault))
+    }
+
+    /// A scenario from its text and the areas of the map file that it names, which need not exist yet.
+    ///
+    /// # Errors
+    /// As [`Scenario::from_text`], and if the text does not name a file of areas.
+    pub fn from_text_and_areas(path: &Path, text: String, areas: Areas) -> Result<Self, ScenarioError> {
+        let (source, file) = parse(path, text)?;
+        let map = world::map_of_areas(&file.map, areas).map_err(|fault| source.error(fault))?;
+        Self::new(source.clone(), file, Arc::new(map)).map_err(|fault| source.error(fault))
+    }
+
+    /// The text of a scenario for areas, as [`Scenario::text_of_map`]; it names them as `file`.
+    #[must_use]
+    pub fn text_of_areas(areas: &Areas, name: &str, file: &str) -> String {
+        of_map::text_of_areas(areas, name, file)
+    }
+
+    /// The edge of the cells that is assumed for areas alone, meters, and the cells of the map's longer side; `None` if
+    /// the areas make no map.
+    #[must_use]
+    pub fn cells_of_areas(areas: &Areas) -> Option<(f64, u32)> {
+        of_map::cells_of_areas(areas)
     }
 
     fn new(source: Source, file: ScenarioFile, map: Arc<MapFile>) -> Result<Self, Fault> {
@@ -409,6 +424,20 @@ impl Source {
     fn folder(&self) -> &Path {
         self.path.parent().unwrap_or(Path::new(""))
     }
+}
+
+/// A scenario file from its text.
+fn parse(path: &Path, text: String) -> Result<(Source, ScenarioFile), ScenarioError> {
+    check_length(path, text.len())?;
+    let source = Source { path: path.to_owned(), text };
+    let file: ScenarioFile = toml::Deserializer::parse(&source.text)
+        .map_err(|error| source.toml_error(&error, None))
+        .and_then(|toml| {
+            serde_path_to_error::deserialize(toml)
+                .map_err(|error| source.toml_error(error.inner(), Some(error.path())))
+        })?;
+    shape::check(&source.text, &file).map_err(|wrong| source.error(Invalid::from(wrong).into()))?;
+    Ok((source, file))
 }
 
 fn check_length(path: &Path, bytes: usize) -> Result<(), ScenarioError> {

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use dragnet_search::sensor::Sensor;
 
-use crate::map_file::{Format, MapFile};
+use crate::map_file::{Areas, Format, MapFile};
 
 /// Edges of cells to choose from, meters, longest first.
 const CELL_METERS: [f64; 13] =
@@ -24,9 +24,17 @@ pub(super) fn is_map(path: &Path) -> bool {
 
 /// The text of a scenario for a map; `file` is the map's path as the scenario is to name it.
 pub(super) fn text(map: &Path, file: &str) -> String {
-    let (cell_meters, side) = cells(map);
+    text_with(&name(map.file_stem().unwrap_or_default()), file, cells(map))
+}
+
+/// The text of a scenario of this name for areas, which it names as `file`.
+pub(super) fn text_of_areas(areas: &Areas, name: &str, file: &str) -> String {
+    let cells = cells_of_areas(areas).unwrap_or((USUAL_CELL_METERS, Sensor::DEFAULT_RADIUS));
+    text_with(name, file, cells)
+}
+
+fn text_with(name: &str, file: &str, (cell_meters, side): (f64, u32)) -> String {
     let radius = Sensor::DEFAULT_RADIUS.min(side);
-    let name = name(map.file_stem().unwrap_or_default());
     let file = toml::Value::String(file.to_owned());
     format!(
         "# Made for a map alone: all but map.file is assumed. `dragnet schema` describes all keys.\n\
@@ -50,22 +58,36 @@ pub(super) fn text(map: &Path, file: &str) -> String {
 
 /// The edge of the cells, meters, and how many the map's longer side then has.
 fn cells(map: &Path) -> (f64, u32) {
-    let side = |cell_meters: f64| {
-        let grid = MapFile::load(map, cell_meters).ok()?.terrain.grid();
-        Some((cell_meters, grid.rows().max(grid.columns())))
-    };
+    let side = |cell_meters| Some((cell_meters, side(&MapFile::load(map, cell_meters).ok()?)));
     let unreadable = (USUAL_CELL_METERS, Sensor::DEFAULT_RADIUS);
     // Each cell is a character of the file.
     if matches!(Format::of(map), Some(Format::Drawing | Format::MovingAi)) {
         return side(USUAL_CELL_METERS).unwrap_or(unreadable);
     }
+    shortest(side).unwrap_or(unreadable)
+}
+
+/// The same for areas; `None` if they make no map.
+pub(super) fn cells_of_areas(areas: &Areas) -> Option<(f64, u32)> {
+    let map = |cell_meters| MapFile::of_areas(Path::new(""), areas.clone(), cell_meters).ok();
+    shortest(|cell_meters| Some((cell_meters, side(&map(cell_meters)?))))
+}
+
+/// The cells of a map's longer side.
+fn side(map: &MapFile) -> u32 {
+    let grid = map.terrain.grid();
+    grid.rows().max(grid.columns())
+}
+
+/// The shortest edge that gives no more than [`LONGEST_SIDE`] cells.
+fn shortest(side: impl Fn(f64) -> Option<(f64, u32)>) -> Option<(f64, u32)> {
     // Of areas that are smaller than the longest edges no cell is inside.
     let mut from_longest = CELL_METERS.into_iter().map(side).skip_while(Option::is_none).map_while(|it| it);
-    let Some(mut chosen) = from_longest.next() else { return unreadable };
+    let mut chosen = from_longest.next()?;
     for shorter in from_longest.take_while(|&(_, side)| side <= LONGEST_SIDE) {
         chosen = shorter;
     }
-    chosen
+    Some(chosen)
 }
 
 fn name(stem: &OsStr) -> String {
@@ -106,6 +128,33 @@ mod tests {
         let scenario = Scenario::load(&map).unwrap();
         assert_eq!(scenario.name(), "The_moor__west_");
         assert!((scenario.terrain().cell_meters() - USUAL_CELL_METERS).abs() < f64::EPSILON);
+    }
+
+    #[test]
+    fn areas_in_memory_are_the_scenario_of_their_file() {
+        for map in ["missing_person.kml", "jersey.geojson"] {
+            let (path, loaded) = (shipped(map), Scenario::load(&shipped(map)).unwrap());
+            let areas = Areas::from_bytes(&path, fs::read(&path).unwrap()).unwrap();
+            let text = Scenario::text_of_areas(&areas, loaded.name(), map);
+            let of_areas = Scenario::from_text_and_areas(&path, text, areas.clone()).unwrap();
+            assert_eq!((of_areas.file(), of_areas.map()), (loaded.file(), loaded.map()));
+            let refused = |map: &str| {
+                let text = format!(
+                    "name = 'a'\nmap = {{ {map} }}\nobjects.count = 1\nmission.budget_meters = 1.0\n"
+                );
+                Scenario::from_text_and_areas(&path, text, areas.clone()).unwrap_err().to_string()
+            };
+            assert!(refused("shape = 'all_traversable', rows = 1, columns = 1").contains("a file of areas"));
+            assert!(refused("file = 'a.kml', rows = 1").contains("map.rows"));
+        }
+        assert_eq!(Scenario::cells_of_areas(&Areas::default()), None);
+        let refused = |file: &str, bytes: &[u8]| {
+            Areas::from_bytes(Path::new(file), bytes.to_vec()).unwrap_err().to_string()
+        };
+        assert!(refused("a.png", b"").contains("a.png: unknown extension"));
+        assert!(refused("a.kml", &[0xff, 0xfe, 0xff]).contains("a.kml"));
+        let long = vec![b' '; usize::try_from(Areas::MAX_BYTES).unwrap() + 1];
+        assert!(refused("a.kml", &long).contains("at most 16777216"));
     }
 
     #[test]

@@ -13,15 +13,33 @@ use dragnet_search::terrain::Terrain;
 use super::check::{self, Invalid};
 use super::error::Fault;
 use super::file::{GeoPointTable, MapTable, SensorTable};
-use crate::map_file::{GeoPoint, Georeference, MapFile};
+use crate::map_file::{Areas, GeoPoint, Georeference, MapFile};
 
 /// One row of as many cells as a grid can have.
 const MAX_SIDE: u32 = 1 << 24;
 /// The shortest edge of a cell, meters.
 const MIN_CELL_METERS: f64 = 0.001;
 
+/// The map of areas that are in memory; the table names their file.
+pub(super) fn map_of_areas(table: &MapTable, areas: Areas) -> Result<MapFile, Fault> {
+    let cell_meters = edge(table)?;
+    let (None, None, Some(file)) = (&table.shape, &table.origin, &table.file) else {
+        let allowed = "a file of areas, without shape and origin";
+        return Err(Invalid::new("map", "another one", allowed).into());
+    };
+    check_no_size(table)?;
+    let map = MapFile::of_areas(Path::new(file), areas, cell_meters)
+        .map_err(|source| Fault::MapFile { key: "map.file", source })?;
+    check_something_is_open(&map.terrain)?;
+    Ok(map)
+}
+
+fn edge(table: &MapTable) -> Result<f64, Invalid> {
+    check::within("map.cell_meters", table.cell_meters, MIN_CELL_METERS, 1e6)
+}
+
 pub(super) fn map(table: &MapTable, folder: &Path) -> Result<MapFile, Fault> {
-    let cell_meters = check::within("map.cell_meters", table.cell_meters, MIN_CELL_METERS, 1e6)?;
+    let cell_meters = edge(table)?;
     let map = match (&table.shape, &table.file) {
         (Some(shape), None) => MapFile::unplaced(shape_terrain(shape, table, cell_meters)?),
         (None, Some(file)) => map_file(table, &folder.join(file), cell_meters)?,
@@ -96,12 +114,18 @@ fn grid(table: &MapTable) -> Result<Grid, Invalid> {
 }
 
 fn map_file(table: &MapTable, file: &Path, cell_meters: f64) -> Result<MapFile, Fault> {
+    check_no_size(table)?;
+    MapFile::load(file, cell_meters).map_err(|source| Fault::MapFile { key: "map.file", source })
+}
+
+/// A file has its own size.
+fn check_no_size(table: &MapTable) -> Result<(), Invalid> {
     for (key, value) in [("map.rows", table.rows), ("map.columns", table.columns), ("map.seed", table.seed)] {
         if let Some(value) = value {
-            return Err(Invalid::new(key, value, "no such key beside map.file").into());
+            return Err(Invalid::new(key, value, "no such key beside map.file"));
         }
     }
-    MapFile::load(file, cell_meters).map_err(|source| Fault::MapFile { key: "map.file", source })
+    Ok(())
 }
 
 fn check_something_is_open(terrain: &Terrain) -> Result<(), Invalid> {
