@@ -20,6 +20,7 @@ mod live;
 mod merge;
 mod output;
 mod paper;
+mod plan;
 mod recover;
 mod relay;
 mod replay;
@@ -44,6 +45,7 @@ use dragnet_runtime::RuntimeError;
 #[derive(clap::Subcommand)]
 pub(crate) enum Command {
     Run(run::Arguments),
+    Plan(plan::Arguments),
     Forecast(forecast::Arguments),
     Compare(compare::Arguments),
     Demonstrate(demonstrate::Arguments),
@@ -80,6 +82,7 @@ impl Command {
 pub(crate) fn execute(command: Command) -> Result<(), Failure> {
     match command {
         Command::Run(arguments) => run::execute(&arguments),
+        Command::Plan(arguments) => plan::execute(&arguments),
         Command::Forecast(arguments) => forecast::execute(&arguments),
         Command::Compare(arguments) => compare::execute(&arguments),
         Command::Demonstrate(arguments) => demonstrate::execute(&arguments),
@@ -160,6 +163,7 @@ impl From<ExperimentError> for Failure {
         match error {
             ExperimentError::Input(message) => Self::Input(message),
             ExperimentError::Run(message) => Self::Run(message),
+            ExperimentError::Cancelled => Self::run(error),
         }
     }
 }

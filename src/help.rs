@@ -6,7 +6,10 @@ use clap::Command;
 
 /// What each group is for, and its subcommands.
 const GROUPS: [(&str, &[&str]); 5] = [
-    ("Search", &["run", "scenarios", "forecast", "compare", "paper", "merge", "check", "schema", "soak"]),
+    (
+        "Search",
+        &["run", "plan", "scenarios", "forecast", "compare", "paper", "merge", "check", "schema", "soak"],
+    ),
     ("Learn", &["demonstrate", "train"]),
     ("Field", &["agent", "coordinator", "doctor", "calibrate", "detect", "sim", "relay"]),
     ("Recordings", &["inspect", "replay", "export", "recover"]),

@@ -11,6 +11,9 @@ pub enum ExperimentError {
     /// The request is valid and its execution failed.
     #[error("{0}")]
     Run(String),
+    /// The work was no longer wanted.
+    #[error("cancelled")]
+    Cancelled,
 }
 
 impl ExperimentError {

@@ -26,10 +26,10 @@ pub struct Effort {
 }
 
 /// Runs all jobs on this many threads (by default one for each core); `progress` counts them in `units`. No job begins
-/// after one has failed.
+/// after one has failed, or after the work is no longer wanted.
 ///
 /// # Errors
-/// If a job fails, or the system provides no threads.
+/// If a job fails, the work is cancelled, or the system provides no threads.
 pub fn run<J: Sync, T: Send>(
     jobs: &[J],
     threads: Option<u16>,
@@ -45,6 +45,9 @@ pub fn run<J: Sync, T: Send>(
     // One by one, since some take a thousand times as long as others.
     let mut results = pool.install(|| {
         let results = order.par_iter().with_max_len(1).map(|&index| {
+            if work.is_cancelled() {
+                return Err(ExperimentError::Cancelled);
+            }
             let result = job(&jobs[index])?;
             work.advance(1);
             Ok((index, result))
@@ -127,6 +130,35 @@ mod tests {
             order.sort_unstable();
             assert!(order.into_iter().eq(0..count));
         }
+    }
+
+    /// Is cancelled after some steps.
+    struct Until(u64, Arc<AtomicU64>);
+
+    impl Progress for Until {
+        fn begin(&self, _steps: u64, _unit: &str) -> Box<dyn Work> {
+            Box::new(Self(self.0, Arc::clone(&self.1)))
+        }
+    }
+
+    impl Work for Until {
+        fn advance(&self, steps: u64) {
+            self.1.fetch_add(steps, Ordering::Relaxed);
+        }
+
+        fn is_cancelled(&self) -> bool {
+            self.1.load(Ordering::Relaxed) >= self.0
+        }
+    }
+
+    #[test]
+    fn no_job_begins_after_the_work_is_cancelled() {
+        let progress = Until(3, Arc::default());
+        let begun = AtomicU64::new(0);
+        let jobs: Vec<u64> = (0..50).collect();
+        let ended = run(&jobs, Some(1), "jobs", &progress, |_| Ok(begun.fetch_add(1, Ordering::Relaxed)));
+        assert!(matches!(ended, Err(ExperimentError::Cancelled)));
+        assert_eq!(begun.into_inner(), 3);
     }
 
     #[test]

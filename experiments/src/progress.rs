@@ -11,4 +11,10 @@ pub trait Progress: Sync {
 pub trait Work: Sync {
     /// Reports further completed steps.
     fn advance(&self, steps: u64);
+
+    /// Whether the work is no longer wanted: then no further step begins, and it ends as
+    /// [`Cancelled`](crate::ExperimentError::Cancelled).
+    fn is_cancelled(&self) -> bool {
+        false
+    }
 }

@@ -230,7 +230,7 @@ mod tests {
             let parts: Vec<_> = shards.iter().map(|shard| (Path::new("a"), shard.parse().unwrap())).collect();
             check_complete(&parts).map_err(|failure| match failure {
                 ExperimentError::Input(message) => message,
-                ExperimentError::Run(other) => panic!("{other:?}"),
+                other => panic!("{other:?}"),
             })
         };
         assert_eq!(check(&["2/3", "1/3", "3/3"]), Ok(()));

@@ -8,8 +8,24 @@ pub(crate) struct Asset {
     pub(crate) body: &'static str,
 }
 
+macro_rules! page {
+    ($file:literal) => {
+        Asset {
+            path: "/",
+            media_type: "text/html; charset=utf-8",
+            body: include_str!(concat!("../page/", $file)),
+        }
+    };
+}
+
+/// The page of a mission.
+pub(crate) const MISSION: Asset = page!("index.html");
+/// The page on which a mission is planned.
+pub(crate) const PLANNING: Asset = page!("plan.html");
+
 macro_rules! assets {
     ($($path:literal, $media_type:literal, $file:literal;)*) => {
+        /// The files that pages ask for.
         pub(crate) const ASSETS: &[Asset] = &[
             $(Asset {
                 path: $path,
@@ -21,8 +37,8 @@ macro_rules! assets {
 }
 
 assets! {
-    "/", "text/html; charset=utf-8", "index.html";
     "/style.css", "text/css; charset=utf-8", "style.css";
+    "/plan.css", "text/css; charset=utf-8", "plan.css";
     "/icon.svg", "image/svg+xml", "icon.svg";
     "/leaflet.js", "text/javascript; charset=utf-8", "dist/leaflet.js";
     "/leaflet.css", "text/css; charset=utf-8", "dist/leaflet.css";
@@ -52,6 +68,16 @@ assets! {
     "/spread.js", "text/javascript; charset=utf-8", "dist/spread.js";
     "/status.js", "text/javascript; charset=utf-8", "dist/status.js";
     "/stream.js", "text/javascript; charset=utf-8", "dist/stream.js";
+    "/plan/api.js", "text/javascript; charset=utf-8", "dist/plan/api.js";
+    "/plan/drawing.js", "text/javascript; charset=utf-8", "dist/plan/drawing.js";
+    "/plan/fields.js", "text/javascript; charset=utf-8", "dist/plan/fields.js";
+    "/plan/forecast.js", "text/javascript; charset=utf-8", "dist/plan/forecast.js";
+    "/plan/list.js", "text/javascript; charset=utf-8", "dist/plan/list.js";
+    "/plan/main.js", "text/javascript; charset=utf-8", "dist/plan/main.js";
+    "/plan/map.js", "text/javascript; charset=utf-8", "dist/plan/map.js";
+    "/plan/pen.js", "text/javascript; charset=utf-8", "dist/plan/pen.js";
+    "/plan/save.js", "text/javascript; charset=utf-8", "dist/plan/save.js";
+    "/plan/store.js", "text/javascript; charset=utf-8", "dist/plan/store.js";
     "/view.js", "text/javascript; charset=utf-8", "dist/view.js";
 }
 
@@ -62,7 +88,7 @@ mod tests {
     /// So that the page works without any other server.
     #[test]
     fn the_page_asks_for_nothing_but_its_own_files() {
-        for asset in ASSETS {
+        for asset in ASSETS.iter().chain([&MISSION, &PLANNING]) {
             // Of Leaflet: comments, and a link that the page does not show.
             let allowed = [
                 "http://www.w3.org/2000/svg",
@@ -75,11 +101,13 @@ mod tests {
                 assert!(allowed.iter().any(|it| link.starts_with(it)), "{}: {link:.60}", asset.path);
             }
         }
-        let page = ASSETS[0].body;
-        for part in page.split("src=\"").skip(1).chain(page.split("href=\"").skip(1)) {
-            let name = part.split('"').next().unwrap();
-            let path = format!("/{}", name.trim_start_matches(['.', '/']));
-            assert!(name.starts_with('#') || ASSETS.iter().any(|asset| asset.path == path), "{name}");
+        for page in [MISSION, PLANNING] {
+            let page = page.body;
+            for part in page.split("src=\"").skip(1).chain(page.split("href=\"").skip(1)) {
+                let name = part.split('"').next().unwrap();
+                let path = format!("/{}", name.trim_start_matches(['.', '/']));
+                assert!(name.starts_with('#') || ASSETS.iter().any(|asset| asset.path == path), "{name}");
+            }
         }
     }
 

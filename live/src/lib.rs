@@ -5,6 +5,7 @@
 //! - [`place`]: the map on the earth, and the areas drawn on it;
 //! - [`replay`]: the view of a recording at any time;
 //! - [`polygon`], [`ask`]: the operator's commands, from the page's messages to the mission's events;
+//! - [`planning`]: the page on which a mission is planned, and its requests;
 //! - [`page`]: the server of the page; [`guard`] is its access control, and `door`, the only module with a socket,
 //!   limits its connections.
 //!
@@ -21,6 +22,7 @@ pub mod guard;
 mod mentions;
 pub mod page;
 pub mod place;
+pub mod planning;
 pub mod polygon;
 pub mod replay;
 mod searched;

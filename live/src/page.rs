@@ -25,7 +25,7 @@ use tokio::sync::{Semaphore, mpsc, watch};
 use tokio::time::timeout;
 
 use crate::ask::Ask;
-use crate::assets::ASSETS;
+use crate::assets::{ASSETS, Asset, MISSION};
 use crate::door;
 use crate::guard::{Token, TokenError, is_own_page};
 use crate::shared::{Commanded, Running, Shared, Show, refusal};
@@ -92,7 +92,6 @@ pub enum PageError {
 pub struct Page {
     runtime: Runtime,
     address: String,
-    shared: Arc<Shared>,
 }
 
 /// Marks the mission as over when the coordinator drops it.
@@ -119,8 +118,9 @@ impl Page {
         let (commands, commanded) = mpsc::channel(MOST_WAITING);
         let view = Mutex::new(View::new(Arc::new(about)));
         let running = Running { view, news: watch::Sender::default(), commands };
-        let page = Self::serve(settings, Show::Running(Box::new(running)))?;
-        let teller = Teller(Arc::clone(&page.shared));
+        let shared = share(settings, Show::Running(Box::new(running)))?;
+        let page = Self::serve(settings, Some(&shared.token), router(Arc::clone(&shared)))?;
+        let teller = Teller(shared);
         let listener: Listener = Box::new(move |now, record| {
             if let Show::Running(running) = &teller.0.show {
                 running.view().take(now, record);
@@ -135,31 +135,34 @@ impl Page {
     /// # Errors
     /// If the address cannot be used.
     pub fn of_recording(settings: &Settings, playback: Playback) -> Result<Self, PageError> {
-        Self::serve(settings, Show::Recorded(Arc::new(playback)))
+        let shared = share(settings, Show::Recorded(Arc::new(playback)))?;
+        Self::serve(settings, None, router(shared))
     }
 
-    fn serve(settings: &Settings, show: Show) -> Result<Self, PageError> {
+    /// Serves what a router answers. The address contains the token, if there is something to change on the page and
+    /// the token is not from a file.
+    pub(crate) fn serve(
+        settings: &Settings,
+        token: Option<&Token>,
+        router: Router,
+    ) -> Result<Self, PageError> {
         let failed = |source| PageError::Listen { listen: settings.listen, source };
-        let token = token(settings)?;
         let listener = TcpListener::bind(settings.listen).map_err(failed)?;
         listener.set_nonblocking(true).map_err(failed)?;
         let address = listener.local_addr().map_err(failed)?;
-        let rights = match show {
-            Show::Running(_) if settings.token_file.is_none() => format!("/#token={}", token.text()),
-            Show::Running(_) | Show::Recorded(_) => "/".to_owned(),
+        let rights = match token {
+            Some(token) if settings.token_file.is_none() => format!("/#token={}", token.text()),
+            _ => "/".to_owned(),
         };
-        let [viewers, operators] = [MOST_VIEWERS, MOST_OPERATORS].map(|most| Arc::new(Semaphore::new(most)));
-        let shared = Arc::new(Shared { show, viewers, operators, token });
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(2)
             .enable_all()
             .build()
             .map_err(failed)?;
-        let router = router(Arc::clone(&shared));
         let listener =
             runtime.block_on(async { tokio::net::TcpListener::from_std(listener) }).map_err(failed)?;
         runtime.spawn(door::serve(listener, router));
-        Ok(Self { runtime, address: format!("http://{address}{rights}"), shared })
+        Ok(Self { runtime, address: format!("http://{address}{rights}") })
     }
 
     /// The page's address, with a new random token; a configured token is not included.
@@ -178,26 +181,36 @@ impl Page {
 /// The maximum size of a token's file, bytes.
 const MAX_TOKEN_BYTES: u64 = 1 << 12;
 
-fn token(settings: &Settings) -> Result<Token, PageError> {
+pub(crate) fn token(settings: &Settings) -> Result<Token, PageError> {
     let Some(file) = &settings.token_file else { return Ok(Token::random()?) };
     let failed = |reason: String| PageError::TokenFile { file: file.clone(), reason };
     let text = read_text_at_most(file, MAX_TOKEN_BYTES).map_err(|error| failed(error.to_string()))?;
     Token::chosen(&text).map_err(|error| failed(error.to_string()))
 }
 
+fn share(settings: &Settings, show: Show) -> Result<Arc<Shared>, PageError> {
+    let token = token(settings)?;
+    let [viewers, operators] = [MOST_VIEWERS, MOST_OPERATORS].map(|most| Arc::new(Semaphore::new(most)));
+    Ok(Arc::new(Shared { show, viewers, operators, token }))
+}
+
 fn router(shared: Arc<Shared>) -> Router {
-    let mut router = Router::new();
-    for asset in ASSETS {
-        let reply = move || async move { ([(header::CONTENT_TYPE, asset.media_type)], asset.body) };
-        router = router.route(asset.path, get(reply));
-    }
-    router
+    let router = Router::new()
         .route("/stream", get(stream::open))
         .route("/auth", get(auth))
         .route("/command", post(command))
         .layer(DefaultBodyLimit::max(MOST_BYTES))
-        .layer(middleware::from_fn(guard))
-        .with_state(shared)
+        .with_state(shared);
+    guarded(&MISSION, router)
+}
+
+/// The router with a page and its files; only pages of this server are answered.
+pub(crate) fn guarded(page: &'static Asset, mut router: Router) -> Router {
+    for asset in ASSETS.iter().chain([page]) {
+        let reply = move || async move { ([(header::CONTENT_TYPE, asset.media_type)], asset.body) };
+        router = router.route(asset.path, get(reply));
+    }
+    router.layer(middleware::from_fn(guard))
 }
 
 /// Rejects requests that are not from a page of this server, and sets the page's security headers.

@@ -106,12 +106,10 @@ impl MissionPlan {
     ///
     /// # Errors
     /// If it is not in the format of a plan; the message names the key.
-    pub fn from_json(text: &str) -> Result<Self, PlanError> {
-        serde_path_to_error::deserialize(&mut serde_json::Deserializer::from_str(text)).map_err(|error| {
-            let message = error.inner().to_string();
-            // Nobody reads the text that a page sends.
-            let message = message.split(" at line ").next().unwrap_or_default();
-            PlanError::Format { key: error.path().to_string(), message: in_words(message) }
+    pub fn from_json(json: serde_json::Value) -> Result<Self, PlanError> {
+        serde_path_to_error::deserialize(json).map_err(|error| PlanError::Format {
+            key: error.path().to_string(),
+            message: in_words(&error.inner().to_string()),
         })
     }
 

@@ -43,20 +43,23 @@ pub(super) struct Announced {
     _door: Option<NamedTempFile>,
 }
 
+/// What the address of a mission's page is printed with.
+pub(super) const LIVE_PAGE: &str = "live page";
+
 /// Prints the page's address, and opens it in a browser if stdout is a terminal.
-pub(super) fn announce(page: Page) -> Announced {
+pub(super) fn announce(page: Page, what: &str) -> Announced {
     // If stderr is closed the address is not printed.
-    let _ = writeln!(io::stderr(), "live page: {}", page.address());
+    let _ = writeln!(io::stderr(), "{what}: {}", page.address());
     let door = if io::stderr().is_terminal() { open(page.address()) } else { None };
     Announced { page, _door: door }
 }
 
 impl Announced {
-    /// Serves the page until Ctrl-C.
+    /// Serves the page until Ctrl-C, or until nobody reads what this program prints.
     pub(super) fn stay(self) {
         let _ = writeln!(io::stderr(), "the page stays at {} until Ctrl-C", self.page.address());
         self.page.serve_until(|| async {
-            match stop::asked(Bond::None) {
+            match stop::asked(Bond::Output) {
                 Ok(asked) => asked.await,
                 Err(error) => complain("error", &error.to_string()),
             }

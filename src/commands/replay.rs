@@ -49,7 +49,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
         complain("warning", &format!("{}: {what}", arguments.file.display()));
     }
     if let Some(listen) = arguments.live {
-        live::announce(Page::of_recording(&live::settings(listen), playback)?).stay();
+        let page = Page::of_recording(&live::settings(listen), playback)?;
+        live::announce(page, live::LIVE_PAGE).stay();
         return Ok(());
     }
     let mut teller = Teller::new(Arc::new(replay::about(&playback)));

@@ -112,7 +112,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let objects = World::new(&scenario, arguments.seed).truth().objects().to_vec();
     let about = About::of(&scenario, Some(objects));
     let (page, listener, commands) = Page::of_mission(&live::settings(listen), about)?;
-    let page = live::announce(page);
+    let page = live::announce(page, live::LIVE_PAGE);
     let onlooker = Some(RunObserver { listener, commands });
     search::tell(&scenario, style, |spectator| {
         run(&scenario, arguments, medium, recording, onlooker, spectator)

@@ -72,6 +72,16 @@ fn a_map_of_the_earth_is_read_and_measured() {
 }
 
 #[test]
+fn a_leader_plans_a_mission_forecasts_saves_and_simulates_it() {
+    in_browser(|| play("plan", Served::start(&["plan"])));
+}
+
+#[test]
+fn the_planning_page_fits_a_phone() {
+    in_browser(|| play("planPhone", Served::start(&["plan", "missing_person"])));
+}
+
+#[test]
 fn a_frozen_link_is_shown() {
     in_browser(|| play("stale", Served::run()));
 }

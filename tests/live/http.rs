@@ -6,7 +6,7 @@ use std::net::TcpStream;
 use super::{Served, folder};
 
 /// The answer to a request with these header lines: its status, its head and its body.
-fn ask(served: &Served, line: &str, headers: &[&str], body: &str) -> (u16, String, String) {
+pub(super) fn ask(served: &Served, line: &str, headers: &[&str], body: &str) -> (u16, String, String) {
     let mut socket = TcpStream::connect(served.host()).unwrap();
     let host = format!("Host: {}", served.host());
     let given = headers.iter().any(|header| header.starts_with("Host:"));

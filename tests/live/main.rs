@@ -6,6 +6,7 @@
 
 mod browser;
 mod http;
+mod plan;
 
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
@@ -70,7 +71,7 @@ mission.budget_seconds = 36000.0
 
 /// The program, serving a page from its own folder. Both are removed when this is dropped.
 struct Served {
-    _folder: TempDir,
+    folder: TempDir,
     program: Child,
     /// Kept open, so that the program can write to it.
     said: BufReader<ChildStderr>,
@@ -99,16 +100,20 @@ impl Served {
             .unwrap();
         let mut said = BufReader::new(program.stderr.take().unwrap());
         let mut lines = String::new();
-        while !lines.contains("live page: ") {
+        while !lines.contains(" page: ") {
             assert!(said.read_line(&mut lines).unwrap() > 0, "{lines}");
         }
-        let address = lines.rsplit("live page: ").next().unwrap().trim().to_owned();
-        Self { _folder: folder, program, said, address }
+        let address = lines.rsplit(" page: ").next().unwrap().trim().to_owned();
+        Self { folder, program, said, address }
     }
 
     /// `127.0.0.1:12345`
     fn host(&self) -> &str {
         self.address.trim_start_matches("http://").split('/').next().unwrap()
+    }
+
+    fn folder(&self) -> &Path {
+        self.folder.path()
     }
 
     fn token(&self) -> &str {

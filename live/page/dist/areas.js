@@ -1,9 +1,9 @@
 const OUTLINES = "outlines";
 const NAMES = "names";
-const LAYERS = {
+export const LAYERS = {
     search: "areas", no_go: "no_go", prior: "prior", last_known_position: "prior", start: "areas",
 };
-const STYLES = {
+export const STYLES = {
     areas: { color: "#ffffff", weight: 2, fill: false },
     no_go: { color: "#ff5a4f", weight: 2.5, fill: false },
     prior: { color: "#f0a6ff", weight: 2, fill: false, dashArray: "7 5" },
@@ -55,7 +55,7 @@ export class AreaLayers {
         name(L.latLngBounds([place]), area).addTo(group);
     }
 }
-function name(bounds, area) {
+export function name(bounds, area) {
     const poa = area.poa === undefined ? "" : `, ${(100 * area.poa).toFixed(0)} %`;
     const content = document.createElement("span");
     content.textContent = area.name + poa;

@@ -3,39 +3,42 @@ const LEFT = 42;
 const BOTTOM = 18;
 const TOP = 6;
 const RIGHT = 8;
-export function drawChart(canvas, mission, value, most) {
+export function drawAxes(canvas, { left = 0, right, top, levels, level, ends }) {
     const context = fit(canvas);
     const style = getComputedStyle(document.documentElement);
     const color = (name) => style.getPropertyValue(name).trim();
     const [width, height] = [canvas.clientWidth, canvas.clientHeight];
-    const until = Math.max(mission.hello.end ?? mission.frame?.time ?? 1, 1);
-    const top = most ?? Math.max(1, ...mission.curve.map((point) => point[value])) * 1.05;
-    const x = (seconds) => LEFT + (seconds / until) * (width - LEFT - RIGHT);
-    const y = (number) => height - BOTTOM - (number / top) * (height - BOTTOM - TOP);
+    const x = (value) => LEFT + ((value - left) / (right - left)) * (width - LEFT - RIGHT);
+    const y = (value) => height - BOTTOM - (value / top) * (height - BOTTOM - TOP);
     context.clearRect(0, 0, width, height);
     context.font = "11px system-ui, sans-serif";
     context.fillStyle = color("--quiet");
     context.strokeStyle = color("--line");
     context.textAlign = "right";
     context.textBaseline = "middle";
-    for (const share of [0, 0.5, 1]) {
-        const number = share * (most ?? top / 1.05);
+    for (const value of levels) {
         context.beginPath();
-        context.moveTo(LEFT, y(number));
-        context.lineTo(width - RIGHT, y(number));
+        context.moveTo(LEFT, y(value));
+        context.lineTo(width - RIGHT, y(value));
         context.stroke();
-        context.fillText(label(number, top), LEFT - 6, y(number));
+        context.fillText(level(value), LEFT - 6, y(value));
     }
     context.textBaseline = "alphabetic";
     context.textAlign = "left";
-    context.fillText("0:00", LEFT, height - 4);
+    context.fillText(ends[0], LEFT, height - 4);
     context.textAlign = "right";
-    context.fillText(clock(until), width - RIGHT, height - 4);
-    drawCurve(context, mission, value, { x, y, color: color("--accent") });
+    context.fillText(ends[1], width - RIGHT, height - 4);
+    return { context, x, y, color };
 }
-function drawCurve(context, mission, value, axes) {
-    const { x, y, color } = axes;
-    context.strokeStyle = color;
+export function drawChart(canvas, mission, value, most) {
+    const until = Math.max(mission.hello.end ?? mission.frame?.time ?? 1, 1);
+    const top = most ?? Math.max(1, ...mission.curve.map((point) => point[value])) * 1.05;
+    const levels = [0, 0.5, 1].map((share) => share * (most ?? top / 1.05));
+    const level = (number) => label(number, top);
+    drawCurve(drawAxes(canvas, { right: until, top, levels, level, ends: ["0:00", clock(until)] }), mission, value);
+}
+function drawCurve({ context, x, y, color }, mission, value) {
+    context.strokeStyle = color("--accent");
     context.lineWidth = 2;
     context.beginPath();
     let last;

@@ -15,9 +15,12 @@ export function coordinates(hello, spot) {
 }
 export function mgrs(hello, spot) {
     const point = degrees(hello, spot);
-    if (point === undefined)
+    return point === undefined ? undefined : mgrsOf(point);
+}
+export function mgrsOf([latitude, longitude]) {
+    if (Math.abs(latitude) > 80)
         return undefined;
-    const found = /^(\d+[A-Z])([A-Z]{2})(\d{5})(\d{5})$/.exec(forward([point[1], point[0]]));
+    const found = /^(\d+[A-Z])([A-Z]{2})(\d{5})(\d{5})$/.exec(forward([longitude, latitude]));
     return found?.slice(1).join(" ");
 }
 export function north(hello) {

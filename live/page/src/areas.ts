@@ -9,11 +9,11 @@ const NAMES = "names";
 
 type Layer = "areas" | "no_go" | "prior";
 
-const LAYERS: Record<Area["kind"], Layer> = {
+export const LAYERS: Record<Area["kind"], Layer> = {
   search: "areas", no_go: "no_go", prior: "prior", last_known_position: "prior", start: "areas",
 };
 
-const STYLES: Record<Layer, L.PathOptions> = {
+export const STYLES: Record<Layer, L.PathOptions> = {
   areas: { color: "#ffffff", weight: 2, fill: false },
   no_go: { color: "#ff5a4f", weight: 2.5, fill: false },
   prior: { color: "#f0a6ff", weight: 2, fill: false, dashArray: "7 5" },
@@ -62,7 +62,7 @@ export class AreaLayers {
 }
 
 /** The name of an area in its middle, of a place beside it; that of a search area at its edge, since others lie in it. */
-function name(bounds: L.LatLngBounds, area: Area): L.Tooltip {
+export function name(bounds: L.LatLngBounds, area: Pick<Area, "name" | "kind" | "at" | "poa">): L.Tooltip {
   const poa = area.poa === undefined ? "" : `, ${(100 * area.poa).toFixed(0)} %`;
   // As a node, so that a name is never read as HTML.
   const content = document.createElement("span");

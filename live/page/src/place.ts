@@ -22,8 +22,13 @@ export function coordinates(hello: Hello, spot: Spot): string {
 /** `30U WV 55433 53954`: zone, square, and meters east and north in it; undefined if the map is not on the earth. */
 export function mgrs(hello: Hello, spot: Spot): string | undefined {
   const point = degrees(hello, spot);
-  if (point === undefined) return undefined;
-  const found = /^(\d+[A-Z])([A-Z]{2})(\d{5})(\d{5})$/.exec(forward([point[1], point[0]]));
+  return point === undefined ? undefined : mgrsOf(point);
+}
+
+/** The same of `[latitude, longitude]`; undefined near the poles. */
+export function mgrsOf([latitude, longitude]: [number, number]): string | undefined {
+  if (Math.abs(latitude) > 80) return undefined;
+  const found = /^(\d+[A-Z])([A-Z]{2})(\d{5})(\d{5})$/.exec(forward([longitude, latitude]));
   return found?.slice(1).join(" ");
 }
 

@@ -18,8 +18,8 @@ export const [, , name, address, folder] = process.argv;
 export const bare = address.split("#")[0];
 
 /** Opens the page in a browser with nothing in it, and closes both after. The browser logs no errors except
- * `expected` ones, and asks only the server of the page. */
-export async function browse(url, { expected = [], ...options }, act) {
+ * `expected` ones, and asks only the server of the page; it is there when the element `ready` is. */
+export async function browse(url, { expected = [], ready = "#robots tbody tr", ...options }, act) {
   const profile = mkdtempSync(join(tmpdir(), "dragnet-page-"));
   const context = await chromium.launchPersistentContext(profile, {
     executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
@@ -36,7 +36,7 @@ export async function browse(url, { expected = [], ...options }, act) {
   });
   try {
     await page.goto(url);
-    await page.locator("#robots tbody tr").first().waitFor();
+    await page.locator(ready).first().waitFor();
     await act(page, context);
     assert.deepEqual(complaints.filter((it) => !expected.some((pattern) => pattern.test(it))), []);
   } finally {

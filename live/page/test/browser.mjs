@@ -8,6 +8,7 @@ import {
   address, answered, bare, browse, cells, link, moveTo, name, picture, probability, seconds, settle, shot, states, text,
   until,
 } from "./browse.mjs";
+import { plan, planPhone } from "./planning.mjs";
 import { replay, sound } from "./recording.mjs";
 
 /** Screens that rescuers have: a phone, a tablet, a laptop. */
@@ -294,5 +295,5 @@ async function doubled() {
   });
 }
 
-const CASES = { live, readOnly, phone, replay, sound, earth, stale, crowd, doubled };
+const CASES = { live, readOnly, phone, replay, sound, earth, stale, crowd, doubled, plan, planPhone };
 await CASES[name]();

@@ -152,6 +152,12 @@ impl Scenario {
         of_map::text_of_areas(areas, name, file)
     }
 
+    /// The name of a scenario for a map: that of its file, with `_` for what names cannot contain.
+    #[must_use]
+    pub fn name_of_map(map: &Path) -> String {
+        of_map::name(map)
+    }
+
     /// The edge of the cells that is assumed for areas alone, meters, and the cells of the map's longer side; `None` if
     /// the areas make no map.
     #[must_use]

@@ -82,7 +82,8 @@ impl Areas {
     pub const MAX_BYTES: u64 = 1 << 24;
 
     /// Whether a file contains areas, by its extension.
-    pub(crate) fn is_file(file: &Path) -> bool {
+    #[must_use]
+    pub fn is_file(file: &Path) -> bool {
         Format::of(file) == Some(Format::Areas)
     }
 

@@ -1,6 +1,5 @@
 //! A scenario for a map alone: what the map does not say is assumed.
 
-use std::ffi::OsStr;
 use std::path::Path;
 
 use dragnet_search::sensor::Sensor;
@@ -24,7 +23,7 @@ pub(super) fn is_map(path: &Path) -> bool {
 
 /// The text of a scenario for a map; `file` is the map's path as the scenario is to name it.
 pub(super) fn text(map: &Path, file: &str) -> String {
-    text_with(&name(map.file_stem().unwrap_or_default()), file, cells(map))
+    text_with(&name(map), file, cells(map))
 }
 
 /// The text of a scenario of this name for areas, which it names as `file`.
@@ -90,9 +89,12 @@ fn shortest(side: impl Fn(f64) -> Option<(f64, u32)>) -> Option<(f64, u32)> {
     Some(chosen)
 }
 
-fn name(stem: &OsStr) -> String {
+/// The name of a scenario for a map.
+pub(super) fn name(map: &Path) -> String {
     let is_allowed = |letter: char| letter.is_ascii_alphanumeric() || matches!(letter, '_' | '-');
-    let name: String = stem
+    let name: String = map
+        .file_stem()
+        .unwrap_or_default()
         .to_string_lossy()
         .chars()
         .take(LONGEST_NAME)

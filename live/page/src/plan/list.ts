@@ -1,0 +1,183 @@
+// The list of areas and places, and the form of the one that is selected.
+
+import { robotColor } from "../colors.js";
+import { element } from "../panel.js";
+import type { Feature, Kind, Plan, State } from "./api.js";
+import { KINDS, OF_AREAS, OF_PLACES, closed, isPlace, kindOf, lines, parsePosition, parsePositions, written } from "./drawing.js";
+import { sentence } from "./store.js";
+
+export interface ListEvents {
+  select(feature: number | undefined): void;
+  show(feature: number): void;
+  change(act: (plan: Plan) => void): void;
+  said(message: string, isWrong: boolean): void;
+}
+
+export class List {
+  private readonly list = element("features", HTMLUListElement);
+
+  constructor(private readonly events: ListEvents) {}
+
+  draw(state: State, selected: number | undefined, mayChange: boolean): void {
+    const focused = document.activeElement instanceof HTMLElement && this.list.contains(document.activeElement) ? document.activeElement.id : "";
+    const { features } = state.plan;
+    let starts = 0;
+    const rows = features.map((feature, index) => {
+      if (kindOf(feature) === "start") starts += 1;
+      const row = this.row(state, feature, index, starts);
+      if (index === selected) row.append(this.form(feature, index, mayChange));
+      return row;
+    });
+    this.list.replaceChildren(...rows);
+    if (focused !== "") document.getElementById(focused)?.focus();
+    element("no-features", HTMLElement).hidden = features.length > 0;
+  }
+
+  private row(state: State, feature: Feature, index: number, start: number): HTMLLIElement {
+    const row = document.createElement("li");
+    const kind = kindOf(feature);
+    const button = make("button", feature.properties?.name ?? "(no name)");
+    button.type = "button";
+    button.id = `feature-${index}`;
+    button.className = `feature ${kind}`;
+    button.addEventListener("click", () => {
+      this.events.select(index);
+      this.events.show(index);
+    });
+    if (kind === "start") {
+      const isUsed = start <= state.plan.scenario.robots.count;
+      const sign = make("b", isUsed ? String(start) : "");
+      sign.className = "sign robot";
+      if (isUsed) sign.style.borderColor = robotColor(start);
+      button.prepend(sign);
+    }
+    row.append(button, make("span", this.effect(state, feature, start), "effect"));
+    const problem = state.review.problems.find(({ at }) => typeof at === "object" && "feature" in at && at.feature === index);
+    if (problem !== undefined) row.append(make("p", sentence(problem.message), "problem"));
+    return row;
+  }
+
+  /** What comes of a feature, in a few words. */
+  private effect(state: State, feature: Feature, start: number): string {
+    const kind = kindOf(feature);
+    const { count } = state.plan.scenario.robots;
+    if (kind === "start") return start > count ? "no robot starts here" : `start of robot ${start}`;
+    const isOf = (effect: { name: string | null; kind: Kind }) =>
+      effect.name === feature.properties?.name && (effect.kind === kind || (effect.kind === "prior" && kind === "last_known_position"));
+    const cells = state.review.effects.find(isOf)?.cells;
+    const poa = feature.properties?.poa;
+    const parts = [
+      KINDS[kind].toLowerCase(),
+      ...(poa === undefined ? [] : [`${Number((100 * poa).toFixed(1))} %`]),
+      ...(cells === undefined ? [] : [kind === "no_go" ? `closes ${cells} cells` : `${cells} cells`]),
+    ];
+    return parts.join(", ");
+  }
+
+  private form(feature: Feature, index: number, mayChange: boolean): HTMLElement {
+    const form = document.createElement("fieldset");
+    form.disabled = !mayChange;
+    const kind = kindOf(feature);
+    const set = (act: (feature: Feature) => void) => this.events.change((plan) => {
+      const it = plan.features[index];
+      if (it !== undefined) act(it);
+    });
+    const property = (values: Record<string, unknown>) => set((it) => (it.properties = { ...it.properties, ...values }));
+    form.append(input(`name-${index}`, "Name", feature.properties?.name ?? "", (value) => property({ name: value })));
+    form.append(choice(`kind-${index}`, "What it is", isPlace(kind) ? OF_PLACES : OF_AREAS, kind, (value) => set((it) => turn(it, value))));
+    if (kind === "prior" || kind === "last_known_position") {
+      const { poa } = feature.properties ?? {};
+      const shown = poa === undefined ? "" : String(Number((100 * poa).toFixed(4)));
+      const field = input(`poa-${index}`, "Probability that the person or object is here, %", shown, (value) =>
+        property({ poa: value.trim() === "" ? undefined : share(value) }));
+      form.append(field);
+    }
+    if (kind === "last_known_position") {
+      const spread = feature.properties?.spread_meters;
+      form.append(input(`spread-${index}`, "Within how many meters (39 % of the probability)", spread === undefined ? "" : String(spread), (value) =>
+        property({ spread_meters: Number(value.replace(",", ".")) })));
+    }
+    this.coordinates(form, feature, index, set);
+    const remove = make("button", "Delete");
+    remove.type = "button";
+    remove.id = `delete-${index}`;
+    remove.addEventListener("click", () => {
+      this.events.select(undefined);
+      this.events.change((plan) => plan.features.splice(index, 1));
+    });
+    form.append(remove);
+    return form;
+  }
+
+  /** Coordinates of a place, or the corners of a shape of one line. */
+  private coordinates(form: HTMLElement, feature: Feature, index: number, set: (act: (feature: Feature) => void) => void): void {
+    const { geometry } = feature;
+    const refuse = (why: string) => this.events.said(why, true);
+    if (geometry?.type === "Point") {
+      form.append(input(`at-${index}`, "Latitude, longitude", written(geometry.coordinates), (value) => {
+        const at = parsePosition(value);
+        if (typeof at === "string") refuse(at);
+        else set((it) => (it.geometry = { type: "Point", coordinates: at }));
+      }));
+      return;
+    }
+    const all = lines(geometry);
+    const [only] = all;
+    if (only === undefined || all.length !== 1) return;
+    const corners = only.isRing ? only.corners.slice(0, -1) : only.corners;
+    const label = make("label", "Corners: latitude, longitude, one in each line");
+    const area = document.createElement("textarea");
+    [area.id, area.rows, area.value] = [`corners-${index}`, Math.min(corners.length + 1, 8), corners.map(written).join("\n")];
+    area.addEventListener("change", () => {
+      const positions = parsePositions(area.value);
+      if (typeof positions === "string") refuse(positions);
+      else set((it) => {
+        const line = lines(it.geometry)[0];
+        line?.corners.splice(0, line.corners.length, ...(line.isRing ? closed(positions) : positions));
+      });
+    });
+    label.append(area);
+    form.append(label);
+  }
+}
+
+/** Makes a feature one of another kind; what only the one before had is left out. */
+function turn(feature: Feature, kind: Kind): void {
+  const { name, poa, spread_meters } = feature.properties ?? {};
+  const isLikely = kind === "prior" || kind === "last_known_position";
+  feature.properties = {
+    ...(name === undefined ? {} : { name }), kind,
+    ...(isLikely && poa !== undefined ? { poa } : {}),
+    ...(kind === "last_known_position" ? { spread_meters: spread_meters ?? 200 } : {}),
+  };
+}
+
+/** Percent as a share; what is no number is left for the server to refuse. */
+function share(percent: string): unknown {
+  const number = Number(percent.replace("%", "").replace(",", ".").trim());
+  return Number.isFinite(number) ? Number((number / 100).toFixed(9)) : percent;
+}
+
+function make<K extends keyof HTMLElementTagNameMap>(tag: K, text: string, className = ""): HTMLElementTagNameMap[K] {
+  const made = document.createElement(tag);
+  made.textContent = text;
+  if (className !== "") made.className = className;
+  return made;
+}
+
+function input(id: string, label: string, value: string, changed: (value: string) => void): HTMLElement {
+  const [around, field] = [make("label", label), document.createElement("input")];
+  [field.id, field.value] = [id, value];
+  field.addEventListener("change", () => changed(field.value));
+  around.append(field);
+  return around;
+}
+
+function choice(id: string, label: string, kinds: readonly Kind[], value: Kind, changed: (value: Kind) => void): HTMLElement {
+  const [around, select] = [make("label", label), document.createElement("select")];
+  select.id = id;
+  for (const kind of kinds) select.add(new Option(KINDS[kind], kind, false, kind === value));
+  select.addEventListener("change", () => changed(select.value as Kind));
+  around.append(select);
+  return around;
+}

@@ -1,0 +1,228 @@
+// The map of the plan: areas and places, and corners that can be moved.
+
+import { LAYERS, STYLES, name } from "../areas.js";
+import { robotColor } from "../colors.js";
+import { element } from "../panel.js";
+import type { Feature, Position, State } from "./api.js";
+import { kindOf, lines, moveCorner, removeCorner } from "./drawing.js";
+
+/** Shapes with more corners are not changed by hand. */
+const MOST_HANDLES = 200;
+/** Where an empty map begins. */
+const WORLD: [L.LatLngTuple, number] = [[30, 0], 2];
+/** Closest view, and the closest one that the map goes to by itself. */
+const CLOSEST = 21;
+const NEAR = 16;
+/** Steps of the lines of latitude and longitude, degrees, */
+const STEPS = [30, 10, 5, 2, 1, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005];
+/** and the least distance between two, pixels. */
+const LEAST_PIXELS = 110;
+
+export interface MapEvents {
+  /** The map was tapped. */
+  tapped(at: Position): void;
+  /** The pointer is over a position; undefined when it leaves. */
+  hovered(at: Position | undefined): void;
+  selected(feature: number | undefined): void;
+  /** A feature was changed by hand. */
+  changed(feature: number, by: (feature: Feature) => void): void;
+}
+
+export class PlanMap {
+  /** Whether taps are for drawing: then they select nothing. */
+  isDrawing = false;
+  private readonly map: L.Map;
+  private readonly shapes = L.layerGroup();
+  private readonly handles = L.layerGroup();
+  private readonly graticule = L.layerGroup();
+  private readonly sketch = L.layerGroup();
+  private isMoved = false;
+
+  constructor(ground: HTMLElement, private readonly events: MapEvents) {
+    this.map = L.map(ground, {
+      zoomControl: false, attributionControl: false, doubleClickZoom: false, zoomSnap: 0.5, zoomDelta: 0.5, maxZoom: CLOSEST,
+      minZoom: 1, worldCopyJump: true, fadeAnimation: false, zoomAnimation: false,
+    });
+    this.map.setView(...WORLD);
+    for (const [pane, zIndex] of [["grid", 405], ["outlines", 420], ["names", 640]] as const) {
+      this.map.createPane(pane).style.zIndex = String(zIndex);
+    }
+    const names = this.map.getPane("names");
+    if (names !== undefined) names.style.pointerEvents = "none";
+    L.control.scale({ imperial: false, position: "bottomleft", maxWidth: 130 }).addTo(this.map);
+    for (const group of [this.graticule, this.shapes, this.sketch, this.handles]) group.addTo(this.map);
+    this.map.on("click", ({ latlng }) => {
+      events.tapped(position(latlng));
+      if (!this.isDrawing) events.selected(undefined);
+    });
+    this.map.on("mousemove", ({ latlng }) => events.hovered(position(latlng)));
+    this.map.on("mouseout", () => events.hovered(undefined));
+    this.map.on("dragstart zoomstart", () => (this.isMoved = true));
+    this.map.on("moveend resize", () => this.drawGraticule());
+    new ResizeObserver(() => this.map.invalidateSize({ pan: false })).observe(ground);
+    const press = (id: string, act: () => void) => element(id, HTMLButtonElement).addEventListener("click", act);
+    press("zoom-in", () => this.map.zoomIn());
+    press("zoom-out", () => this.map.zoomOut());
+  }
+
+  /** Shows all that is drawn; `isFirst` leaves a view that the viewer has chosen. */
+  whole(features: Feature[], isFirst = false): void {
+    if (isFirst && this.isMoved) return;
+    const corners = features.flatMap(cornersOf);
+    if (corners.length === 0) return;
+    this.map.fitBounds(L.latLngBounds(corners.map(latLng)), { padding: [40, 40], maxZoom: NEAR, animate: false });
+  }
+
+  show(feature: Feature): void {
+    this.whole([feature]);
+  }
+
+  goTo(at: Position): void {
+    this.isMoved = true;
+    this.map.setView(latLng(at), Math.max(this.map.getZoom(), NEAR - 1), { animate: false });
+  }
+
+  draw(state: State, selected: number | undefined): void {
+    this.shapes.clearLayers();
+    this.handles.clearLayers();
+    const { features, scenario } = state.plan;
+    let starts = 0;
+    features.forEach((feature, index) => {
+      const isWrong = state.review.problems.some(({ at }) => typeof at === "object" && "feature" in at && at.feature === index);
+      if (kindOf(feature) === "start") starts += 1;
+      this.add(feature, index, { isSelected: index === selected, isWrong, robot: starts <= scenario.robots.count ? starts : undefined });
+    });
+    const feature = selected === undefined ? undefined : features[selected];
+    if (feature !== undefined && selected !== undefined && !this.isDrawing) this.addHandles(feature, selected);
+  }
+
+  private add(feature: Feature, index: number, as: { isSelected: boolean; isWrong: boolean; robot: number | undefined }): void {
+    const kind = kindOf(feature);
+    const style: L.PathOptions = {
+      ...STYLES[LAYERS[kind]], pane: "outlines", fill: true, fillOpacity: as.isSelected ? 0.3 : 0.12, weight: as.isSelected ? 4 : 2.5,
+      ...(as.isWrong ? { color: "#ffb000", dashArray: "2 6" } : {}),
+    };
+    const select = (event: L.LeafletMouseEvent) => {
+      if (this.isDrawing) return;
+      L.DomEvent.stopPropagation(event);
+      this.events.selected(index);
+    };
+    const label = { name: feature.properties?.name ?? "", kind, ...known({ poa: feature.properties?.poa }) };
+    for (const { corners, isRing } of lines(feature.geometry)) {
+      if (!corners.every(isPosition) || corners.length === 0) continue;
+      const points = corners.map(latLng);
+      const line = isRing ? L.polygon(points, style) : L.polyline(points, { ...style, fill: false });
+      name(line.addTo(this.shapes).on("click", select).getBounds(), label).addTo(this.shapes);
+    }
+    if (feature.geometry?.type !== "Point" || !isPosition(feature.geometry.coordinates)) return;
+    const at = latLng(feature.geometry.coordinates);
+    const radius = feature.properties?.spread_meters;
+    if (kind === "last_known_position" && radius !== undefined && radius > 0) L.circle(at, { ...style, radius }).addTo(this.shapes).on("click", select);
+    this.marker(at, as.robot === undefined || kind !== "start" ? "" : String(as.robot), kind === "start" ? as.robot : undefined)
+      .on("click", select)
+      .on("dragend", (event) => this.movePlace(index, (event.target as L.Marker).getLatLng()))
+      .addTo(this.shapes);
+    name(L.latLngBounds([at]), { ...label, at: [0, 0] }).addTo(this.shapes);
+  }
+
+  private movePlace(index: number, to: L.LatLng): void {
+    this.events.changed(index, (feature) => {
+      feature.geometry = { type: "Point", coordinates: position(to) };
+    });
+  }
+
+  /** A place that can be moved; a robot's start has its number and color. */
+  private marker(at: L.LatLngTuple, text: string, robot: number | undefined): L.Marker {
+    const sign = document.createElement("span");
+    sign.textContent = text;
+    if (robot !== undefined) sign.style.borderColor = robotColor(robot);
+    const icon = L.divIcon({ html: sign, className: "plan-place", iconSize: [26, 26] });
+    return L.marker(at, { icon, draggable: true, keyboard: false, autoPan: true });
+  }
+
+  /** Handles at the corners of the selected shape, and between them. */
+  private addHandles(feature: Feature, index: number): void {
+    const all = lines(feature.geometry);
+    if (all.reduce((sum, line) => sum + line.corners.length, 0) > MOST_HANDLES) return;
+    all.forEach(({ corners, isRing }, which) => {
+      const change = (act: (line: { corners: Position[]; isRing: boolean }) => void) =>
+        this.events.changed(index, (it) => {
+          const line = lines(it.geometry)[which];
+          if (line !== undefined) act(line);
+        });
+      const count = isRing ? corners.length - 1 : corners.length;
+      for (let at = 0; at < count; at += 1) {
+        const [here, next] = [corners[at], corners[at + 1]];
+        if (here === undefined || !isPosition(here)) continue;
+        this.handle(here, "plan-corner", 18)
+          .on("dragend", (event) => change((line) => moveCorner(line, at, position((event.target as L.Marker).getLatLng()))))
+          .on("dblclick", () => change((line) => removeCorner(line, at)));
+        if (next === undefined || !isPosition(next)) continue;
+        const middle = [(Number(here[0]) + Number(next[0])) / 2, (Number(here[1]) + Number(next[1])) / 2];
+        this.handle(middle, "plan-middle", 12).on("dragend", (event) =>
+          change((line) => line.corners.splice(at + 1, 0, position((event.target as L.Marker).getLatLng()))),
+        );
+      }
+    });
+  }
+
+  private handle(at: Position, className: string, pixels: number): L.Marker {
+    const icon = L.divIcon({ className, iconSize: [pixels, pixels] });
+    return L.marker(latLng(at), { icon, draggable: true, keyboard: false }).addTo(this.handles);
+  }
+
+  /** What is being drawn. */
+  sketchOf(corners: Position[]): void {
+    this.sketch.clearLayers();
+    const points = corners.map(latLng);
+    if (points.length > 1) L.polyline(points, { color: "#ffffff", weight: 3, dashArray: "6 5", interactive: false, pane: "outlines" }).addTo(this.sketch);
+    for (const point of points) L.circleMarker(point, { radius: 5, color: "#111111", fillColor: "#ffffff", fillOpacity: 1, weight: 2, interactive: false, pane: "outlines" }).addTo(this.sketch);
+  }
+
+  /** Lines of latitude and longitude: the only ground of a map without the internet. */
+  private drawGraticule(): void {
+    this.graticule.clearLayers();
+    const bounds = this.map.getBounds();
+    const width = this.map.getSize().x / Math.max(bounds.getEast() - bounds.getWest(), 1e-9);
+    const step = STEPS.findLast((it) => it * width >= LEAST_PIXELS) ?? 30;
+    const style = { color: "#ffffff", weight: 1, opacity: 0.22, interactive: false, pane: "grid" };
+    const digits = Math.max(0, -Math.floor(Math.log10(step)));
+    const label = (text: string, at: L.LatLngTuple) =>
+      L.tooltip({ permanent: true, direction: "right", offset: [-4, 0], className: "plan-degree", pane: "grid", interactive: false }).setLatLng(at).setContent(text).addTo(this.graticule);
+    const [west, east] = [Math.max(bounds.getWest(), -540), Math.min(bounds.getEast(), 540)];
+    const [south, north] = [Math.max(bounds.getSouth(), -85), Math.min(bounds.getNorth(), 85)];
+    const edge = this.map.containerPointToLatLng([60, this.map.getSize().y - 34]);
+    for (let number = Math.ceil(west / step); number * step <= east; number += 1) {
+      L.polyline([[south, number * step], [north, number * step]], style).addTo(this.graticule);
+      label(`${(number * step).toFixed(digits)}°`, [edge.lat, number * step]);
+    }
+    for (let number = Math.ceil(south / step); number * step <= north; number += 1) {
+      L.polyline([[number * step, west], [number * step, east]], style).addTo(this.graticule);
+      label(`${(number * step).toFixed(digits)}°`, [number * step, edge.lng]);
+    }
+  }
+}
+
+function known(label: { poa: number | undefined }): { poa?: number } {
+  return label.poa === undefined ? {} : { poa: label.poa };
+}
+
+function cornersOf(feature: Feature): Position[] {
+  const { geometry } = feature;
+  const corners = geometry?.type === "Point" ? [geometry.coordinates] : lines(geometry).flatMap((line) => line.corners);
+  return corners.filter(isPosition);
+}
+
+function isPosition(position: Position): boolean {
+  return position.length >= 2 && position.every(Number.isFinite) && Math.abs(position[1] ?? 90) <= 85;
+}
+
+function latLng([longitude = 0, latitude = 0]: Position): L.LatLngTuple {
+  return [latitude, longitude];
+}
+
+/** To a centimeter: further digits would only make the file longer. */
+function position(at: L.LatLng): Position {
+  const { lng, lat } = at.wrap();
+  return [Number(lng.toFixed(7)), Number(lat.toFixed(7))];
+}

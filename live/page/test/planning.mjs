@@ -1,0 +1,195 @@
+// The planning page, as a search leader uses it.
+
+import assert from "node:assert/strict";
+import { fileURLToPath } from "node:url";
+
+import { parsePosition } from "../dist/plan/drawing.js";
+import { address, browse, settle, shot, text, until } from "./browse.mjs";
+
+const KML = fileURLToPath(new URL("../../../scenarios/maps/missing_person.kml", import.meta.url));
+const DESKTOP = { width: 1440, height: 900 };
+const PHONE = { width: 390, height: 844 };
+const READY = "#state[data-is]";
+
+const names = (page) => page.locator("#features .feature").allTextContents();
+const answered = (page, what) => until(`the page says ${what}`, async () => what.test(await text(page, "answer")));
+const ready = (page) => until("the plan is ready", async () => (await text(page, "state")) === "ready");
+/** Sets a field, as a person does who leaves it afterwards. */
+const put = async (page, id, value) => {
+  await page.locator(`#${id}`).fill(value);
+  await page.locator(`#${id}`).blur();
+};
+
+/** Coordinates as people write them. */
+function positions() {
+  const check = (written, [longitude, latitude]) => {
+    const found = parsePosition(written);
+    assert.ok(Math.abs(found[0] - longitude) < 1e-9 && Math.abs(found[1] - latitude) < 1e-9, `${written}: ${found}`);
+  };
+  check("49.236, -2.24", [-2.24, 49.236]);
+  check("49.236 -2.24", [-2.24, 49.236]);
+  check("49.236N 2.24W", [-2.24, 49.236]);
+  check("49°14'24\"N, 2°14'24\"W", [-2.24, 49.24]);
+  check("33 30 S; 151 15 E", [151.25, -33.5]);
+  for (const wrong of ["", "49.236", "north", "49.2, 200", "89, 2", "49.2E, 2N", "49 75, 2", "-49 S, 2", "1e999, 2", "NaN, 2"]) {
+    assert.equal(typeof parsePosition(wrong), "string", wrong);
+  }
+}
+
+/** Import, draw, place, set, forecast, cancel, save, overwrite and simulate. */
+export async function plan() {
+  positions();
+  // The page of the simulation is another server's.
+  await browse(address, { expected: [/status of (409|422)/, /^asked for http:\/\/127\.0\.0\.1:/], ready: READY, viewport: DESKTOP }, async (page, context) => {
+    assert.equal(await text(page, "state"), "not ready yet");
+    assert.match(await text(page, "review"), /no search area yet/i);
+    await shot(page, "plan_empty.png");
+
+    await imports(page);
+    await draws(page);
+    await settings(page);
+    await twoWindows(page, context);
+    await forecasts(page);
+    await saves(page);
+    await page.locator("#simulate").click();
+    await page.locator("#robots tbody tr").first().waitFor();
+    assert.equal(await text(page, "name"), "moor");
+    await until("the simulation runs", async () => (await page.locator("#robots tbody tr[data-state=searching]").count()) > 0);
+    await shot(page, "plan_simulation.png");
+  });
+}
+
+/** Files of areas are read; others say what is wrong. */
+async function imports(page) {
+  const send = (name, content) => page.locator("#file").setInputFiles({ name, mimeType: "text/plain", buffer: Buffer.from(content) });
+  await send("picture.png", "no areas");
+  await answered(page, /picture\.png: unknown extension; allowed are/);
+  await send("broken.kml", "<kml><Placemark>");
+  await answered(page, /broken\.kml/);
+  assert.deepEqual(await names(page), []);
+  await page.locator("#file").setInputFiles(KML);
+  await answered(page, /missing_person\.kml: \d areas and places read/);
+  assert.ok((await names(page)).includes("Quarry pond"));
+  await ready(page);
+  assert.match(await text(page, "review"), /cells, \d+ searched: 1\.\d\d km²/);
+  await settle(page);
+  await shot(page, "plan_imported.png");
+}
+
+/** A no-go area drawn by taps, a start placed by typed coordinates, and both changed. */
+async function draws(page) {
+  const box = await page.locator("#ground").boundingBox();
+  const tap = (east, south) => page.mouse.click(box.x + box.width * east, box.y + box.height * south);
+  const before = (await names(page)).length;
+  await page.locator("#draw-no_go").click();
+  for (const [east, south] of [[0.55, 0.55], [0.6, 0.55], [0.6, 0.65]]) await tap(east, south);
+  await shot(page, "plan_drawing.png");
+  await page.locator("#finish").click();
+  await until("it is in the list", async () => (await names(page)).length === before + 1);
+  assert.match(await page.locator("#features li").last().textContent(), /No-go area 1.*closes [1-9]\d* cells/);
+
+  await page.locator(`#name-${before}`).fill("Cliff");
+  await page.locator(`#name-${before}`).blur();
+  await until("it has its name", async () => (await names(page)).includes("Cliff"));
+
+  // A likely region has no probability before somebody gives it one.
+  await page.locator("#draw-prior").click();
+  for (const [east, south] of [[0.4, 0.6], [0.45, 0.6], [0.45, 0.7]]) await tap(east, south);
+  await page.locator("#finish").click();
+  await until("its probability is missing", async () => /poa is missing/.test(await page.locator("#features li").last().textContent()));
+  assert.equal(await text(page, "state"), "not ready yet");
+  await shot(page, "plan_problem.png");
+  await put(page, `poa-${before + 1}`, "10");
+  await ready(page);
+
+  await page.locator("#draw-start").click();
+  await page.locator("#typed").fill("49.24, -200");
+  await page.locator("#typed-button").click();
+  await answered(page, /longitude of -200 is not possible/);
+  await page.locator("#typed").fill("49.2385, -2.2380");
+  await page.locator("#typed-button").click();
+  await until("it is there", async () => /no robot starts here|start of robot 2/.test(await page.locator("#features li").last().textContent()));
+  await page.locator("#features .feature").last().click();
+  await page.locator(`#delete-${before + 2}`).click();
+  await until("it is gone", async () => (await names(page)).length === before + 2);
+  await page.locator("#undo").click();
+  await until("it is back", async () => (await names(page)).length === before + 3);
+  await page.locator("#whole").click();
+}
+
+/** Settings, with what is wrong beside them. */
+async function settings(page) {
+  await put(page, "field-name", "the moor");
+  await until("the name is refused", async () => /letters, digits/.test(await text(page, "field-name-problem")));
+  await put(page, "field-name", "moor");
+  await put(page, "field-robots", "0");
+  await until("no robots are refused", async () => /0 is not possible; allowed is a whole number from 1 to 1000/.test(await text(page, "field-robots-problem")));
+  await put(page, "field-robots", "2");
+  await put(page, "field-cell", "60");
+  await until("a cell is suggested", async () => /Suggested for this area: 20 m/.test(await text(page, "cell-note")));
+  await put(page, "field-hours", "0.5");
+  await ready(page);
+  assert.ok(!(await page.locator("#suggested").isChecked()));
+}
+
+/** What another window changes is shown here, and nothing is overwritten. */
+async function twoWindows(page, context) {
+  const other = await context.newPage();
+  await other.goto(address);
+  await until("it shows the same", async () => (await text(other, "name")) === "moor");
+  await put(other, "field-speed", "3");
+  await until("the first window follows", async () => (await page.locator("#field-speed").inputValue()) === "3");
+  await other.close();
+}
+
+/** A forecast is cancelled, made, and out of date when the plan changes. */
+async function forecasts(page) {
+  await page.locator("#forecast-missions").selectOption("200");
+  await page.locator("#forecast").click();
+  await page.locator("#cancel").click();
+  await until("it is cancelled", async () => (await text(page, "forecast-state")) === "No forecast yet.");
+  await page.locator("#forecast-robots").fill("3");
+  await page.locator("#forecast-missions").selectOption("10");
+  await page.locator("#forecast").click();
+  await until("it is made", async () => (await page.locator("#forecast-table tbody tr").count()) === 3 && page.locator("#forecast-results").isVisible());
+  const rows = await page.locator("#forecast-table tbody tr").allTextContents();
+  assert.match(rows[0], /^1(never|\d+:\d\d)/);
+  assert.match(rows[2], /\d+ ± \d+ %$/);
+  assert.ok(await page.locator("#forecast-old").isHidden());
+  await page.locator("#forecast-results").scrollIntoViewIfNeeded();
+  await shot(page, "plan_forecast.png");
+  await put(page, "field-speed", "2");
+  await until("it is out of date", () => page.locator("#forecast-old").isVisible());
+}
+
+/** Saved under a name, and over files of others only after a question. */
+async function saves(page) {
+  await put(page, "field-name", "hall");
+  await ready(page);
+  await page.locator("#save").click();
+  await answered(page, /hall\.toml in .* exists already/);
+  assert.match(await text(page, "overwrite"), /Overwrite hall\.toml/);
+  await put(page, "field-name", "moor");
+  await until("the question is gone", () => page.locator("#overwrite").isHidden());
+  assert.ok(await page.locator("#simulate").isDisabled(), "nothing is saved");
+  await page.locator("#save").click();
+  await answered(page, /Saved: moor\.geojson and moor\.toml/);
+  await until("it can be simulated", () => page.locator("#simulate").isEnabled());
+  await page.locator("#save").scrollIntoViewIfNeeded();
+  await shot(page, "plan_saved.png");
+}
+
+/** All of it fits a phone, and can be used without a mouse. */
+export async function planPhone() {
+  await browse(address, { ready: READY, viewport: PHONE, hasTouch: true, isMobile: true }, async (page) => {
+    await ready(page);
+    const width = await page.evaluate(() => document.documentElement.scrollWidth);
+    assert.ok(width <= 390, `${width} pixels wide`);
+    await shot(page, "plan_phone.png");
+    await page.locator("#features .feature", { hasText: "Car park" }).tap();
+    await page.locator("#poa-4").waitFor();
+    await page.locator("#features").scrollIntoViewIfNeeded();
+    await shot(page, "plan_phone_list.png");
+    assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= 390);
+  });
+}
