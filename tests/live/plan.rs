@@ -93,6 +93,7 @@ fn invalid_requests_and_files_are_refused_and_change_nothing() {
     refused(import(&served, revision, "far.geojson", far.as_bytes()), 422, "longitude");
     let bomb = format!("<!DOCTYPE kml [<!ENTITY a \"{}\">]><kml>&a;</kml>", "b".repeat(1000));
     refused(import(&served, revision, "bomb.kml", bomb.as_bytes()), 422, "bomb.kml");
+    refused(import(&served, revision, "a.kmz", b"PK no archive"), 422, "a.kmz: not a KMZ archive");
     let not_base64 = json!({ "revision": revision, "name": "a.kml", "content": "%", "replaces": false });
     refused(post(&served, "import", &not_base64), 422, "base64");
     let long = vec![b' '; (16 << 20) + 1];

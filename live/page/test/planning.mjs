@@ -1,12 +1,13 @@
 // The planning page, as a search leader uses it.
 
 import assert from "node:assert/strict";
-import { fileURLToPath } from "node:url";
+import { readFileSync } from "node:fs";
+import { deflateRawSync } from "node:zlib";
 
 import { parsePosition } from "../dist/plan/drawing.js";
 import { address, browse, settle, shot, text, until } from "./browse.mjs";
 
-const KML = fileURLToPath(new URL("../../../scenarios/maps/missing_person.kml", import.meta.url));
+const KML = readFileSync(new URL("../../../scenarios/maps/missing_person.kml", import.meta.url));
 const DESKTOP = { width: 1440, height: 900 };
 const PHONE = { width: 390, height: 844 };
 const READY = "#state[data-is]";
@@ -19,6 +20,32 @@ const put = async (page, id, value) => {
   await page.locator(`#${id}`).fill(value);
   await page.locator(`#${id}`).blur();
 };
+
+/** A zip archive of one file (APPNOTE 6.3): its local header and content, the directory, and the end of the directory. */
+function archive(name, content) {
+  const packed = deflateRawSync(content);
+  const numbers = (...parts) => Buffer.concat(parts.map(([bytes, value]) => {
+    const part = Buffer.alloc(bytes);
+    part.writeUIntLE(value, 0, bytes);
+    return part;
+  }));
+  const about = numbers([2, 20], [2, 0], [2, 8], [4, 0], [4, checksum(content)], [4, packed.length], [4, content.length], [2, name.length], [2, 0]);
+  const local = Buffer.concat([numbers([4, 0x04034b50]), about, Buffer.from(name), packed]);
+  const directory = Buffer.concat([numbers([4, 0x02014b50], [2, 20]), about, numbers([2, 0], [2, 0], [2, 0], [4, 0], [4, 0]), Buffer.from(name)]);
+  const end = numbers([4, 0x06054b50], [2, 0], [2, 0], [2, 1], [2, 1], [4, directory.length], [4, local.length], [2, 0]);
+  return Buffer.concat([local, directory, end]);
+}
+
+/** CRC-32 of IEEE 802.3. */
+function checksum(bytes) {
+  const step = (crc) => (crc & 1 ? (crc >>> 1) ^ 0xedb88320 : crc >>> 1);
+  let crc = ~0;
+  for (const byte of bytes) {
+    crc ^= byte;
+    for (let bit = 0; bit < 8; bit += 1) crc = step(crc);
+  }
+  return ~crc >>> 0;
+}
 
 /** Coordinates as people write them. */
 function positions() {
@@ -67,8 +94,10 @@ async function imports(page) {
   await send("broken.kml", "<kml><Placemark>");
   await answered(page, /broken\.kml/);
   assert.deepEqual(await names(page), []);
-  await page.locator("#file").setInputFiles(KML);
-  await answered(page, /missing_person\.kml: \d areas and places read/);
+  await send("truncated.kmz", archive("doc.kml", KML).subarray(0, 300));
+  await answered(page, /truncated\.kmz: not a KMZ archive/);
+  await send("missing_person.kmz", archive("doc.kml", KML));
+  await answered(page, /missing_person\.kmz: \d areas and places read/);
   assert.ok((await names(page)).includes("Quarry pond"));
   await ready(page);
   assert.match(await text(page, "review"), /cells, \d+ searched: 1\.\d\d km²/);

@@ -5,7 +5,7 @@
 //! | `.txt` | drawing, see [`Terrain::from_ascii`] | this file |
 //! | `.yaml` | ROS 2 map with its image | `ros` |
 //! | `.map` | `MovingAI` benchmark | `movingai` |
-//! | `.geojson`, `.json`, `.kml` | areas drawn on the earth | [`areas`], `outline` |
+//! | `.geojson`, `.json`, `.kml`, `.kmz` | areas drawn on the earth | [`areas`], `outline` |
 //!
 //! Reading a file returns a map, or a [`MapFileError`] that states the allowed values.
 
@@ -129,9 +129,9 @@ impl MapFile {
                 movingai::read(file, &read_text(file)?, cell_meters).map(Self::unplaced)
             }
             Some(Format::Areas) => Self::of_areas(file, Areas::load(file)?, cell_meters),
-            Some(Format::Kmz) | None => Err(MapFileError::Extension {
+            None => Err(MapFileError::Extension {
                 file: file.to_owned(),
-                allowed: ".txt drawing, .yaml ROS map, .map MovingAI, .geojson or .kml areas (save a .kmz as KML)",
+                allowed: ".txt drawing, .yaml ROS map, .map MovingAI, .geojson, .kml or .kmz areas",
             }),
         }
     }
@@ -146,10 +146,8 @@ pub(crate) enum Format {
     Ros,
     /// `MovingAI`, a character for each cell, `.map`.
     MovingAi,
-    /// Areas on the earth, `.geojson` and `.kml`.
+    /// Areas on the earth, `.geojson`, `.kml` and `.kmz`.
     Areas,
-    /// Compressed KML, which is not read.
-    Kmz,
 }
 
 impl Format {
@@ -159,8 +157,7 @@ impl Format {
             "txt" => Some(Self::Drawing),
             "yaml" | "yml" => Some(Self::Ros),
             "map" => Some(Self::MovingAi),
-            "geojson" | "json" | "kml" => Some(Self::Areas),
-            "kmz" => Some(Self::Kmz),
+            "geojson" | "json" | "kml" | "kmz" => Some(Self::Areas),
             _ => None,
         }
     }

@@ -1,4 +1,4 @@
-//! Areas and places drawn on the earth: search areas, no-go areas, and likely positions. Read from `GeoJSON` and KML,
+//! Areas and places drawn on the earth: search areas, no-go areas, and likely positions. Read from `GeoJSON`, KML and KMZ,
 //! WGS84 degrees; `docs/maps.md` explains the convention.
 //!
 //! A file of either format becomes features, and each of these an [`Area`], or is ignored. Areas are checked once,
@@ -10,6 +10,7 @@ mod feature;
 mod geojson;
 mod kind;
 mod kml;
+mod kmz;
 mod prior;
 mod rings;
 mod unique;
@@ -95,33 +96,32 @@ impl Areas {
         Self { areas, left_out }
     }
 
-    /// Reads a file: KML if its extension is `.kml`, otherwise `GeoJSON`.
+    /// Reads a file.
     pub(crate) fn load(file: &Path) -> Result<Self, MapFileError> {
-        Self::from_text(file, &super::read_text_at_most(file, Self::MAX_BYTES)?)
+        Self::from_bytes(file, super::read_bytes_at_most(file, Self::MAX_BYTES)?)
     }
 
-    /// Areas of the content of a file that is not on this computer's disk, such as one sent by a browser. Its name's
-    /// extension determines the format, and messages name it.
+    /// Areas of the content of a file, which need not be on this computer's disk. Its name's extension determines the
+    /// format, and messages name it.
     ///
     /// # Errors
     /// If the extension is not that of areas, the content is longer than [`Areas::MAX_BYTES`] or is not text, or as
     /// [`Areas::from_geojson`] and [`Areas::from_kml`].
-    pub fn from_bytes(file: &Path, bytes: Vec<u8>) -> Result<Self, MapFileError> {
+    pub fn from_bytes(file: &Path, mut bytes: Vec<u8>) -> Result<Self, MapFileError> {
         if !Self::is_file(file) {
-            let allowed = ".geojson, .json or .kml areas (save a .kmz as KML)";
+            let allowed = ".geojson, .json, .kml or .kmz areas";
             return Err(MapFileError::Extension { file: file.to_owned(), allowed });
         }
         if bytes.len() as u64 > Self::MAX_BYTES {
             let (found, allowed) = (format!("{} bytes", bytes.len()), format!("at most {}", Self::MAX_BYTES));
             return Err(MapFileError::value(file, "the size", found, allowed));
         }
+        let is = |name: &str| file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(name));
+        if is("kmz") {
+            bytes = kmz::kml(file, &bytes)?;
+        }
         let text = dragnet_files::text_of(bytes).map_err(|source| MapFileError::syntax(file, source))?;
-        Self::from_text(file, &text)
-    }
-
-    fn from_text(file: &Path, text: &str) -> Result<Self, MapFileError> {
-        let is_kml = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("kml"));
-        if is_kml { Self::from_kml(file, text) } else { Self::from_geojson(file, text) }
+        if is("kml") || is("kmz") { Self::from_kml(file, &text) } else { Self::from_geojson(file, &text) }
     }
 
     /// Areas of a `GeoJSON` text (RFC 7946); messages name the file.

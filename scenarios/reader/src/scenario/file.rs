@@ -69,7 +69,7 @@ pub struct MapTable {
     #[schemars(range(min = 0, max = 4_294_967_295_u32))]
     pub seed: Option<i64>,
     /// A map file, relative to the scenario: `.txt` drawing, `.yaml` ROS map, `.map` of `MovingAI`,
-    /// `.geojson` or `.kml` areas. Excludes `shape`.
+    /// `.geojson`, `.kml` or `.kmz` areas. Excludes `shape`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
     /// Position of the map's south-western corner on the earth, for a map whose file has none.
@@ -123,7 +123,7 @@ pub struct PriorTable {
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
     pub probability: Option<f64>,
     /// Probabilities of all cells, relative to the scenario, the northern edge first: numbers in `.csv` or `.txt`, or a
-    /// `.pgm` or `.png` image. Or regions on the earth with their probabilities, `.geojson` or `.kml`.
+    /// `.pgm` or `.png` image. Or regions on the earth with their probabilities, `.geojson`, `.kml` or `.kmz`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
 }
