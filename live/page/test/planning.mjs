@@ -70,6 +70,7 @@ export async function plan() {
   await browse(address, { expected: [/status of (409|422)/, /^asked for http:\/\/127\.0\.0\.1:/], ready: READY, viewport: DESKTOP }, async (page, context) => {
     assert.equal(await text(page, "state"), "not ready yet");
     assert.match(await text(page, "review"), /no search area yet/i);
+    assert.ok((await page.locator(".plan-degree").allTextContents()).includes("30°"), "an empty map has degrees");
     await shot(page, "plan_empty.png");
 
     await imports(page);

@@ -60,6 +60,7 @@ export class PlanMap {
     this.map.on("dragstart zoomstart", () => (this.isMoved = true));
     this.map.on("moveend resize", () => this.drawGraticule());
     new ResizeObserver(() => this.map.invalidateSize({ pan: false })).observe(ground);
+    this.drawGraticule();
     const press = (id: string, act: () => void) => element(id, HTMLButtonElement).addEventListener("click", act);
     press("zoom-in", () => this.map.zoomIn());
     press("zoom-out", () => this.map.zoomOut());
