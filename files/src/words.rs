@@ -41,7 +41,10 @@ pub fn in_words(message: &str) -> String {
         rest = left;
     }
     // An integer that fits no type of TOML; its value is quoted.
-    (words + rest).replace("` as i128", "`").replace("` as u128", "`")
+    let words = (words + rest).replace("` as i128", "`").replace("` as u128", "`");
+    words
+        .replace("invalid type: sequence,", "invalid type: a list,")
+        .replace("invalid type: map,", "invalid type: a table,")
 }
 
 #[cfg(test)]

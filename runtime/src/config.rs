@@ -3,11 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use dragnet_agent::agent::AgentConfig;
-use dragnet_files::{in_words, read_text_at_most};
+use dragnet_files::read_text_at_most;
 use dragnet_lattice::costmap::CostMap;
 use dragnet_proto::key::Mission;
 use dragnet_ros2::output::OutputKind;
-use dragnet_scenario::{Scenario, shape};
+use dragnet_scenario::Scenario;
+use dragnet_scenario::toml_text::{self, TextError};
 use dragnet_search::terrain::Terrain;
 use dragnet_vehicle::pilot::Pilot;
 use dragnet_vehicle::settings::{MotionTable, Settings as VehicleSettings};
@@ -141,15 +142,15 @@ const fn one() -> f64 {
 /// Reads settings from a TOML file.
 ///
 /// # Errors
-/// If it cannot be read or is invalid: with the key and the place.
+/// If it cannot be read or is invalid: with the line and the key.
 pub fn load<T: DeserializeOwned + Serialize>(file: &Path) -> Result<T, RuntimeError> {
     let failed = |reason: String| RuntimeError::Settings { file: file.to_owned(), reason };
     let text = read_text_at_most(file, MAX_SETTINGS_BYTES).map_err(|error| failed(error.to_string()))?;
-    let toml = toml::Deserializer::parse(&text).map_err(|error| failed(error.to_string()))?;
-    let read = serde_path_to_error::deserialize(toml)
-        .map_err(|error| failed(format!("{}: {}", error.path(), in_words(&error.inner().to_string()))))?;
-    shape::check(&text, &read).map_err(|wrong| failed(wrong.to_string()))?;
-    Ok(read)
+    toml_text::read(&text).map_err(|TextError { line, message }| RuntimeError::SettingsText {
+        place: line
+            .map_or_else(|| file.display().to_string(), |line| format!("{}, line {line}", file.display())),
+        message,
+    })
 }
 
 /// Settings that have been checked.

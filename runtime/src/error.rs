@@ -19,6 +19,14 @@ pub enum RuntimeError {
         /// The problem.
         reason: String,
     },
+    /// The text of settings is not TOML, has an unknown key, or a value of the wrong type.
+    #[error("{place}: {message}")]
+    SettingsText {
+        /// The file, and the line where it is known.
+        place: String,
+        /// The key, the error, and the allowed values.
+        message: String,
+    },
     /// A session could not be opened, for example because a port is in use.
     #[error("cannot open a Zenoh session that listens on [{listen}]: {reason}", reason = without(reason))]
     Open {
@@ -98,6 +106,7 @@ impl RuntimeError {
         matches!(
             self,
             Self::Settings { .. }
+                | Self::SettingsText { .. }
                 | Self::Open { .. }
                 | Self::Unsupported(_)
                 | Self::Journal(

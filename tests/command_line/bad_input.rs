@@ -129,6 +129,25 @@ fn irregular_files_are_rejected() {
     }
 }
 
+#[test]
+fn errors_of_settings_name_the_line_and_the_key_in_words() {
+    let place = Place::new();
+    for (command, text, said) in [
+        ("agent", "robot = 1\nrobot = 2\n", ["line 2", "robot is given twice"]),
+        ("agent", "robot = 1\n[common]\nmision = 'a'\n", ["line 3", "common.mision: unknown field `mision`"]),
+        (
+            "coordinator",
+            "recording = [1]\n",
+            ["line 1", "recording: invalid type: a list, expected a string"],
+        ),
+        ("coordinator", "\nrecording = \n", ["line 2", "string values must be quoted"]),
+    ] {
+        place.write("settings.toml", text);
+        place.refuse(&[command, "--config", "settings.toml"], &said);
+        place.refuse(&["check", "settings.toml"], &said[..1]);
+    }
+}
+
 /// A byte-order mark is not part of any text.
 #[test]
 fn a_byte_order_mark_is_not_part_of_a_text() {

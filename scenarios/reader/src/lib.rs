@@ -3,8 +3,8 @@
 //! - [`Scenario`] and its parts: a checked search that can be run; [`file`](mod@file): the scenario file as it is
 //!   written;
 //! - [`map_file`]: reads drawn, surveyed or recorded maps, and their position on the earth;
-//! - [`shape`]: detects lists in a file that are longer than the reader expects;
 //! - [`shipped`]: the scenarios that come with the program;
+//! - [`toml_text`]: reads TOML texts, with errors in words;
 //! - [`participant`], [`time`]: participants, and the mission's time.
 
 pub mod map_file;
@@ -13,9 +13,9 @@ pub mod map_file;
 mod mentions;
 pub mod participant;
 mod scenario;
-pub mod shape;
 pub mod shipped;
 pub mod time;
+pub mod toml_text;
 
 pub use scenario::{
     Budget, Drawn, Invalid, Mission, Network, Objects, Partition, Policy, PolicyTextError, Reason, Recording,

@@ -7,7 +7,6 @@ mod check;
 mod drawn;
 mod error;
 pub mod file;
-mod locate;
 mod mission;
 mod network;
 mod objects;
@@ -34,7 +33,7 @@ use dragnet_search::terrain::Terrain;
 
 use crate::map_file::areas::Claims;
 use crate::map_file::{Areas, Earth, Georeference, MapFile, MapOrigin};
-use crate::{shape, shipped};
+use crate::{shipped, toml_text};
 
 pub use check::Invalid;
 pub use drawn::Drawn;
@@ -436,13 +435,7 @@ impl Source {
 fn parse(path: &Path, text: String) -> Result<(Source, ScenarioFile), ScenarioError> {
     check_length(path, text.len())?;
     let source = Source { path: path.to_owned(), text };
-    let file: ScenarioFile = toml::Deserializer::parse(&source.text)
-        .map_err(|error| source.toml_error(&error, None))
-        .and_then(|toml| {
-            serde_path_to_error::deserialize(toml)
-                .map_err(|error| source.toml_error(error.inner(), Some(error.path())))
-        })?;
-    shape::check(&source.text, &file).map_err(|wrong| source.error(Invalid::from(wrong).into()))?;
+    let file = toml_text::read(&source.text).map_err(|error| source.text_error(error))?;
     Ok((source, file))
 }
 

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use dragnet_search::cell::{Cell, Grid, Position};
 
-use crate::shape::WrongShape;
+use crate::toml_text::shortened;
 
 /// An invalid value of a scenario.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -23,26 +23,6 @@ impl Invalid {
     pub(super) fn new(key: impl Display, found: impl Display, allowed: impl Display) -> Self {
         Self { key: key.to_string(), found: shortened(&found.to_string()), allowed: allowed.to_string() }
     }
-}
-
-impl From<WrongShape> for Invalid {
-    fn from(WrongShape { key, found, allowed }: WrongShape) -> Self {
-        Self::new(key, found, allowed)
-    }
-}
-
-/// The most characters of a message about one value.
-const MOST_CHARACTERS: usize = 400;
-
-/// The beginning and the end of a text that is too long to display.
-pub(super) fn shortened(text: &str) -> String {
-    let characters: Vec<char> = text.chars().collect();
-    if characters.len() <= MOST_CHARACTERS {
-        return text.to_owned();
-    }
-    let (beginning, rest) = characters.split_at(MOST_CHARACTERS / 2);
-    let end = &rest[rest.len() - MOST_CHARACTERS / 2..];
-    format!("{} ... {}", beginning.iter().collect::<String>(), end.iter().collect::<String>())
 }
 
 /// The longest time in a scenario, seconds: thirty years.

@@ -3,13 +3,13 @@
 use std::io;
 use std::path::PathBuf;
 
-use dragnet_files::{FileError, in_words};
+use dragnet_files::FileError;
 
-use super::check::{Invalid, shortened};
-use super::locate::{line_at, line_of_key, line_of_longest_key};
+use super::check::Invalid;
 use super::{Source, of_map};
 use crate::map_file::MapFileError;
 use crate::shipped::ShippedScenario;
+use crate::toml_text::{TextError, line_of_key};
 
 /// Why a scenario cannot be run. Each message names the file, the place, the value and the allowed values.
 #[derive(Debug, thiserror::Error)]
@@ -92,24 +92,8 @@ impl From<Invalid> for Fault {
 }
 
 impl Source {
-    pub(super) fn toml_error(
-        &self,
-        error: &toml::de::Error,
-        key: Option<&serde_path_to_error::Path>,
-    ) -> ScenarioError {
-        let line = error.span().map(|span| line_at(&self.text, span.start));
-        let message = &in_words(error.message().trim_end());
-        let twice = error.span().and_then(|span| self.text.get(span)).filter(|_| message == "duplicate key");
-        let message = &twice.map_or_else(|| message.clone(), |key| format!("{key} is given twice"));
-        let (line, message) = match (line, key.map(ToString::to_string).filter(|key| key != ".")) {
-            (line, Some(key)) => (line, format!("{key}: {message}")),
-            // For a key with too many parts the parser reports neither the key nor its place.
-            (None, None) => {
-                (Some(line_of_longest_key(&self.text)), format!("a key of too many parts: {message}"))
-            }
-            (line, None) => (line, message.clone()),
-        };
-        ScenarioError::Syntax { place: self.place(line), message: shortened(&message) }
+    pub(super) fn text_error(&self, TextError { line, message }: TextError) -> ScenarioError {
+        ScenarioError::Syntax { place: self.place(line), message }
     }
 
     pub(super) fn error(&self, fault: Fault) -> ScenarioError {

@@ -7,20 +7,20 @@ use toml::{Table, Value};
 /// A list in a text that is longer than, or different from, the values read from it.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{key} is {found}; allowed is {allowed}")]
-pub struct WrongShape {
+pub(super) struct WrongShape {
     /// Path of the key, such as `objects.cells[1]`.
-    pub key: String,
+    pub(super) key: String,
     /// The value.
-    pub found: String,
+    pub(super) found: String,
     /// The allowed values.
-    pub allowed: String,
+    pub(super) allowed: String,
 }
 
 /// Compares a text with the values read from it, serialized under the same names.
 ///
 /// # Errors
 /// The first list that was read as a table, or is longer than the values read from it.
-pub fn check(text: &str, read: &impl Serialize) -> Result<(), WrongShape> {
+pub(super) fn check(text: &str, read: &impl Serialize) -> Result<(), WrongShape> {
     let (Ok(written), Ok(read)) = (text.parse::<Table>(), Table::try_from(read)) else { return Ok(()) };
     tables("", &written, &read)
 }

@@ -6,7 +6,7 @@ use toml::de::{DeTable, DeValue};
 
 /// The line, from 1, of the value at a key path such as `network.partitions[0].groups`; if the file does not contain
 /// it, that of the innermost table around it that it does contain.
-pub(super) fn line_of_key(text: &str, key: &str) -> Option<usize> {
+pub(crate) fn line_of_key(text: &str, key: &str) -> Option<usize> {
     let table = DeTable::parse(text).ok()?;
     let mut value = DeValue::Table(table.into_inner());
     let mut found: Option<Range<usize>> = None;
