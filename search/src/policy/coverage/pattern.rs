@@ -6,6 +6,7 @@ use super::spacing::tracks;
 use crate::cell::{Cell, Grid, Position};
 use crate::route::ShortestPathTree;
 use crate::situation::Situation;
+use crate::terrain::Terrain;
 
 /// A search pattern of the IAMSAR Manual.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,8 +45,8 @@ impl Pattern {
     ) -> Vec<Cell> {
         let grid = situation.terrain.grid();
         match self {
-            Self::ParallelTrack => parallel(grid, routes, spacing, false),
-            Self::CreepingLine => parallel(grid, routes, spacing, true),
+            Self::ParallelTrack => parallel(situation.terrain, routes, spacing, false),
+            Self::CreepingLine => parallel(situation.terrain, routes, spacing, true),
             Self::ExpandingSquare => expanding_square(grid, routes, datum(situation, routes), spacing),
             Self::Sector => sector(grid, routes, datum(situation, routes)),
         }
@@ -66,8 +67,10 @@ fn datum(situation: &Situation<'_>, routes: &ShortestPathTree) -> Cell {
 /// A coordinate of a cell.
 type Axis = fn(Position) -> u32;
 
-/// Tracks back and forth, from the south or west.
-fn parallel(grid: Grid, routes: &ShortestPathTree, spacing: u32, is_creeping: bool) -> Vec<Cell> {
+/// Tracks back and forth, from the south or west. Each searched cell in reach is at most half a spacing from a cell of a
+/// track, across the tracks.
+fn parallel(terrain: &Terrain, routes: &ShortestPathTree, spacing: u32, is_creeping: bool) -> Vec<Cell> {
+    let grid = terrain.grid();
     let positions = || routes.reached().iter().map(|&cell| grid.position(cell));
     let range = |values: &dyn Fn(Position) -> u32| {
         let least = positions().map(values).min().unwrap_or(0);
@@ -83,18 +86,40 @@ fn parallel(grid: Grid, routes: &ShortestPathTree, spacing: u32, is_creeping: bo
         (|position| position.column, |position| position.row)
     };
     let (first, extent) = if are_rows { rows } else { columns };
-    let mut by_track: Vec<Vec<Cell>> = vec![Vec::new(); extent as usize];
+    let line = |cell: Cell| track(grid.position(cell)) - first;
+    let along = |cell: Cell| along(grid.position(cell));
+    let places: Vec<u32> = tracks(extent, spacing).collect();
+    let nearest =
+        |line: u32| (0..places.len()).min_by_key(|&number| places[number].abs_diff(line)).unwrap_or(0);
+    let of_line: Vec<usize> = (0..extent).map(nearest).collect();
+    // The cells that each track serves.
+    let mut bands: Vec<Vec<Cell>> = vec![Vec::new(); places.len()];
     for &cell in routes.reached() {
-        by_track[(track(grid.position(cell)) - first) as usize].push(cell);
+        bands[of_line[line(cell) as usize]].push(cell);
     }
     let mut order = Vec::new();
-    for (number, place) in tracks(extent, spacing).enumerate() {
-        let mut cells = std::mem::take(&mut by_track[place as usize]);
-        cells.sort_unstable_by_key(|&cell| along(grid.position(cell)));
-        if !number.is_multiple_of(2) {
-            cells.reverse();
+    let mut is_back = false;
+    for (mut band, place) in bands.into_iter().zip(places) {
+        band.sort_unstable_by_key(|&cell| (along(cell), line(cell).abs_diff(place), cell));
+        // Where the track is blocked it leads through the nearest cells beside it. Those that it leaves too far away get
+        // a track of their own.
+        while !band.is_empty() {
+            let mut entered: Vec<Cell> = Vec::new();
+            band.retain(|&cell| match entered.last() {
+                Some(&last) if along(last) == along(cell) => {
+                    terrain.is_searched(cell) && line(cell).abs_diff(line(last)) > spacing / 2
+                }
+                _ => {
+                    entered.push(cell);
+                    false
+                }
+            });
+            if is_back {
+                entered.reverse();
+            }
+            is_back = !is_back;
+            order.extend(entered);
         }
-        order.extend(cells);
     }
     order
 }

@@ -135,6 +135,34 @@ fn after_the_pattern_path_finishes_what_is_left() {
 }
 
 #[test]
+fn where_a_track_is_blocked_no_cell_is_left_out() {
+    // Rows 0 and 2 are joined at one end only; a block that is wider than half a spacing; a room beside a wall.
+    for drawing in [
+        ".........\n.########\n.........\n",
+        ".........\n..#####..\n..#####..\n..#####..\n..#####..\n..#####..\n.........\n.........\n.........\n",
+        "....#....\n....#....\n.........\n",
+    ] {
+        let case = Case::new(drawing, (0, 0));
+        let rows = case.terrain.grid().rows();
+        for pattern in [Pattern::ParallelTrack, Pattern::CreepingLine] {
+            for spacing in [1, 4, 9] {
+                let cells = case.cells(pattern, spacing);
+                let is_along_rows = pattern == Pattern::ParallelTrack || rows > case.terrain.grid().columns();
+                for &cell in case.routes().reached() {
+                    let at = case.terrain.grid().position(cell);
+                    let is_served = |&(row, column): &(u32, u32)| {
+                        let by_rows = column == at.column && row.abs_diff(at.row) <= spacing / 2;
+                        let by_columns = row == at.row && column.abs_diff(at.column) <= spacing / 2;
+                        if is_along_rows { by_rows } else { by_columns }
+                    };
+                    assert!(cells.iter().any(is_served), "{pattern:?}, {spacing}, {at:?}: {cells:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
 fn a_track_that_is_blocked_goes_on_beyond() {
     let mut case = Case::new("....#....\n....#....\n.........\n", (0, 0));
     let parameters = Parameters { lane_spacing_cells: Some(2), ..Parameters::default() };
