@@ -4,6 +4,9 @@ use std::collections::BTreeSet;
 use std::hash::{BuildHasher, RandomState};
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
+use std::sync::atomic::AtomicUsize;
+use std::sync::atomic::Ordering::Relaxed;
 use std::time::Duration;
 
 use dragnet_files::{check_plain, open_plain};
@@ -318,15 +321,20 @@ pub(crate) fn json(endpoints: &[String]) -> String {
 /// many of before the last one listens.
 const PORTS: std::ops::Range<u16> = 20_000..32_000;
 
-/// Finds `count` free endpoints on this computer's loopback interface. The search starts at a random port, so that two
-/// searches in parallel hardly collide.
+/// The next port to try, from the beginning of the range. It begins at random, so that two processes hardly find the
+/// same ports, and only increases, so that one process does not find the same port twice before it is used.
+static NEXT_PORT: LazyLock<AtomicUsize> = LazyLock::new(|| {
+    let random = RandomState::new().hash_one(std::process::id());
+    AtomicUsize::new(usize::try_from(random % PORTS.len() as u64).unwrap_or(0))
+});
+
+/// Finds `count` free endpoints on this computer's loopback interface.
 ///
 /// # Errors
 /// If there are not enough free ports.
 pub fn free_endpoints(count: usize) -> Result<Vec<String>, RuntimeError> {
-    let ports = PORTS.len() as u64;
-    let start = RandomState::new().hash_one(std::process::id()) % ports;
-    let candidates = (0..ports).map(|step| PORTS.start + u16::try_from((start + step) % ports).unwrap_or(0));
+    let port = |next: usize| PORTS.start + u16::try_from(next % PORTS.len()).unwrap_or(0);
+    let candidates = (0..PORTS.len()).map(|_| port(NEXT_PORT.fetch_add(1, Relaxed)));
     // All are held until the last is found, so that no two are equal.
     let sockets: Vec<(u16, TcpListener)> = candidates
         .filter_map(|port| Some((port, TcpListener::bind(("127.0.0.1", port)).ok()?)))
