@@ -267,7 +267,7 @@ fn show(
 /// Runs the simulated world of a scenario for robots in other processes, until all of them rest.
 ///
 /// # Errors
-/// If the settings are invalid, or a robot does not join.
+/// If the settings are invalid, a robot does not join, or the process is asked to stop before.
 pub fn world(
     scenario: &Scenario,
     file: &Path,
@@ -277,20 +277,23 @@ pub fn world(
     let mission = config.check(file)?;
     config.zenoh = config.zenoh.named_in(file);
     let episode = block_on(async {
-        let session = open_when_there(&config.zenoh).await?;
+        let stop = stop::asked(Bond::None)?;
+        tokio::pin!(stop);
+        let stopped = || Err(RuntimeError::Stopped { recording: None });
+        let session = tokio::select! {
+            session = open_when_there(&config.zenoh) => session?,
+            () = &mut stop => return stopped(),
+        };
         let searching = async {
-            let session = session.clone();
-            let server = WorldServer::open(
-                session,
-                mission,
-                scenario,
-                config.seed,
-                config.real_time_factor,
-                true,
-                spectator,
-            )
-            .await?;
-            server.run().await
+            let (session, factor) = (session.clone(), config.real_time_factor);
+            let server = WorldServer::open(session, mission, scenario, config.seed, factor, true, spectator);
+            server.await?.run().await
+        };
+        let searching = async {
+            tokio::select! {
+                ended = searching => ended,
+                () = stop => stopped(),
+            }
         };
         leaving(&session, searching).await
     })?;

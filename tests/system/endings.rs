@@ -90,6 +90,19 @@ fn handles(process: &Process, signal: &str) -> bool {
 }
 
 #[test]
+fn a_simulator_that_is_asked_to_stop_ends_by_itself() {
+    let field = Field::new(&endless(1), 1, 12);
+    // At first it waits for its robot.
+    for is_running in [false, true] {
+        let world = field.world();
+        let robot = is_running.then(|| field.robot(1));
+        comes_true("handlers", || handles(&world, "TERM"));
+        assert_eq!(world.signal("TERM").code(), Some(1));
+        drop(robot);
+    }
+}
+
+#[test]
 fn a_run_that_is_stopped_has_finished_its_recording() {
     let field = Field::new(&endless(2), 2, 9);
     let start = |name: &str, arguments: &[&str]| {
