@@ -518,7 +518,13 @@ fn objects_that_the_prior_does_not_expect_are_warned_of() {
     let excluded = "1 of 2 given objects .. prior is 0 .. [0, 0]";
     check("cells = [[0, 0], [0, 1]]", "file = 'low.csv'", &[excluded]);
     let hidden = load_with(&SMALL.replace("count = 1", "cells = [[0, 4]]"), "...#~.").unwrap();
-    check_warnings(&hidden, &["2 of 5 searched cells .. [0, 4]", "1 of 1 given objects .. sight .. [0, 4]"]);
+    check_warnings(
+        &hidden,
+        &[
+            "2 of 5 searched cells .. 40.0 % of the probability .. [0, 4]",
+            "1 of 1 given objects .. sight .. [0, 4]",
+        ],
+    );
 }
 
 #[test]

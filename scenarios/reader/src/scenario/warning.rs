@@ -22,6 +22,8 @@ pub enum Warning {
         cells: usize,
         /// Number of searched cells.
         searched: usize,
+        /// Probability that an object is in one of them, given that it is in a searched cell: 0 to 1.
+        probability: f64,
         /// The first one.
         first: Position,
     },
@@ -114,9 +116,11 @@ pub enum Reason {
 impl fmt::Display for Warning {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Unseen { cells, searched, first: Position { row, column } } => write!(
+            Self::Unseen { cells, searched, probability, first: Position { row, column } } => write!(
                 formatter,
-                "{cells} of {searched} searched cells are out of every robot's sight, the first one [{row}, {column}]"
+                "{cells} of {searched} searched cells, with {:.1} % of the probability, are out of every robot's sight, the first \
+                 one [{row}, {column}]",
+                100.0 * probability
             ),
             Self::Apart { robot, other } => {
                 write!(formatter, "robots {robot} and {other} start in areas that no path connects")
@@ -253,7 +257,13 @@ impl Scenario {
         let terrain = self.terrain();
         let unseen: Vec<Cell> = terrain.searched_cells().filter(|cell| !is_seen[cell.index()]).collect();
         let first = terrain.grid().position(*unseen.first()?);
-        Some(Warning::Unseen { cells: unseen.len(), searched: terrain.searched_cells().count(), first })
+        let sum = |cells: &mut dyn Iterator<Item = Cell>| -> f64 {
+            cells.map(|cell| self.prior().probability(cell)).sum()
+        };
+        let (there, everywhere) = (sum(&mut unseen.iter().copied()), sum(&mut terrain.searched_cells()));
+        let probability = if everywhere > 0.0 { there / everywhere } else { 0.0 };
+        let searched = terrain.searched_cells().count();
+        Some(Warning::Unseen { cells: unseen.len(), searched, probability, first })
     }
 }
 
