@@ -162,7 +162,7 @@ impl Activity {
     pub const fn reason(self) -> &'static str {
         match self {
             Self::Searching => "it has not decided yet",
-            Self::Cleared => "the search is complete",
+            Self::Cleared => "nothing is left for it to search",
             Self::Spent => "its budget is spent",
             Self::Stuck => "no cell can be reached",
             Self::Paused => "the search is paused",

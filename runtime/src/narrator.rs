@@ -186,7 +186,9 @@ mod tests {
         assert_eq!(end(first, Activity::Spent), None, "once");
         assert_eq!(end(first, Activity::Searching), None);
         assert!(
-            end(first, Activity::Cleared).unwrap().ends_with("the search is complete; objects declared: 0")
+            end(first, Activity::Cleared)
+                .unwrap()
+                .ends_with("nothing is left for it to search; objects declared: 0")
         );
     }
 
@@ -223,7 +225,7 @@ mod tests {
         // It rests once the object is found, and again once the cell is known to be empty.
         let expected = [
             ("found: an object at [0, 3]", 1),
-            ("resting: the search is complete", 2),
+            ("resting: nothing is left for it to search", 2),
             ("doubts: an object at [0, 3], found before", 1),
             ("withdrawn: an object at [0, 3]", 1),
         ];
