@@ -138,7 +138,7 @@ fn errors_of_settings_name_the_line_and_the_key_in_words() {
         (
             "coordinator",
             "recording = [1]\n",
-            ["line 1", "recording: invalid type: a list, expected a string"],
+            ["line 1", "recording: invalid type: a list, expected a path"],
         ),
         ("coordinator", "\nrecording = \n", ["line 2", "string values must be quoted"]),
     ] {
