@@ -61,10 +61,12 @@ impl Coverage {
 
     /// The robot's part of the pattern.
     fn order(&self, situation: &Situation<'_>, routes: &ShortestPathTree) -> Vec<Cell> {
-        let Parameters { pattern, lane_spacing_cells, .. } = self.parameters;
+        let Parameters { pattern, lane_spacing_cells, after_pattern, .. } = self.parameters;
         let spacing = lane_spacing_cells.unwrap_or_else(|| spacing::confirming(situation, routes));
-        let order = pattern.cells(situation, routes, spacing);
-        share(&order, situation.place).to_vec()
+        let [tracks, left] = pattern.cells(situation, routes, spacing);
+        // The policy `path` finds by itself what tracks leave out.
+        let left = if after_pattern == AfterPattern::Path { &[] } else { share(&left, situation.place) };
+        [share(&tracks, situation.place), left].concat()
     }
 }
 

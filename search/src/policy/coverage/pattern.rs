@@ -36,19 +36,22 @@ impl Pattern {
         }
     }
 
-    /// The cells in reach that the pattern enters, in order, with tracks at this spacing (cells).
+    /// The cells in reach that the pattern enters, in order, with tracks at this spacing (cells); then those that serve
+    /// what tracks leave out because they are blocked.
     pub(super) fn cells(
         self,
         situation: &Situation<'_>,
         routes: &ShortestPathTree,
         spacing: u32,
-    ) -> Vec<Cell> {
-        let grid = situation.terrain.grid();
+    ) -> [Vec<Cell>; 2] {
+        let (terrain, grid) = (situation.terrain, situation.terrain.grid());
         match self {
-            Self::ParallelTrack => parallel(situation.terrain, routes, spacing, false),
-            Self::CreepingLine => parallel(situation.terrain, routes, spacing, true),
-            Self::ExpandingSquare => expanding_square(grid, routes, datum(situation, routes), spacing),
-            Self::Sector => sector(grid, routes, datum(situation, routes)),
+            Self::ParallelTrack => parallel(terrain, routes, spacing, false),
+            Self::CreepingLine => parallel(terrain, routes, spacing, true),
+            Self::ExpandingSquare => {
+                [expanding_square(grid, routes, datum(situation, routes), spacing), Vec::new()]
+            }
+            Self::Sector => [sector(grid, routes, datum(situation, routes)), Vec::new()],
         }
     }
 }
@@ -67,9 +70,9 @@ fn datum(situation: &Situation<'_>, routes: &ShortestPathTree) -> Cell {
 /// A coordinate of a cell.
 type Axis = fn(Position) -> u32;
 
-/// Tracks back and forth, from the south or west. Each searched cell in reach is at most half a spacing from a cell of a
-/// track, across the tracks.
-fn parallel(terrain: &Terrain, routes: &ShortestPathTree, spacing: u32, is_creeping: bool) -> Vec<Cell> {
+/// Tracks back and forth, from the south or west, and legs for what they leave out: each searched cell in reach is at
+/// most half a spacing, across the tracks, from a cell of the two.
+fn parallel(terrain: &Terrain, routes: &ShortestPathTree, spacing: u32, is_creeping: bool) -> [Vec<Cell>; 2] {
     let grid = terrain.grid();
     let positions = || routes.reached().iter().map(|&cell| grid.position(cell));
     let range = |values: &dyn Fn(Position) -> u32| {
@@ -97,31 +100,44 @@ fn parallel(terrain: &Terrain, routes: &ShortestPathTree, spacing: u32, is_creep
     for &cell in routes.reached() {
         bands[of_line[line(cell) as usize]].push(cell);
     }
-    let mut order = Vec::new();
-    let mut is_back = false;
+    let (mut tracks, mut left) = (Legs::default(), Legs::default());
     for (mut band, place) in bands.into_iter().zip(places) {
         band.sort_unstable_by_key(|&cell| (along(cell), line(cell).abs_diff(place), cell));
-        // Where the track is blocked it leads through the nearest cells beside it. Those that it leaves too far away get
-        // a track of their own.
+        let entered: Vec<Cell> = band.iter().copied().filter(|&cell| line(cell) == place).collect();
+        let is_served = |cell: Cell| entered.binary_search_by_key(&along(cell), |&it| along(it)).is_ok();
+        band.retain(|&cell| !is_served(cell) && terrain.is_searched(cell));
+        tracks.push(entered);
+        // Through the cells nearest to the track; those that this leaves too far away get another leg.
         while !band.is_empty() {
-            let mut entered: Vec<Cell> = Vec::new();
-            band.retain(|&cell| match entered.last() {
-                Some(&last) if along(last) == along(cell) => {
-                    terrain.is_searched(cell) && line(cell).abs_diff(line(last)) > spacing / 2
-                }
+            let mut leg: Vec<Cell> = Vec::new();
+            band.retain(|&cell| match leg.last() {
+                Some(&last) if along(last) == along(cell) => line(cell).abs_diff(line(last)) > spacing / 2,
                 _ => {
-                    entered.push(cell);
+                    leg.push(cell);
                     false
                 }
             });
-            if is_back {
-                entered.reverse();
-            }
-            is_back = !is_back;
-            order.extend(entered);
+            left.push(leg);
         }
     }
-    order
+    [tracks.cells, left.cells]
+}
+
+/// Legs back and forth.
+#[derive(Default)]
+struct Legs {
+    cells: Vec<Cell>,
+    count: usize,
+}
+
+impl Legs {
+    fn push(&mut self, mut leg: Vec<Cell>) {
+        if !self.count.is_multiple_of(2) {
+            leg.reverse();
+        }
+        self.count += 1;
+        self.cells.extend(leg);
+    }
 }
 
 /// Legs of 1, 1, 2, 2, 3, 3 and more spacings, turning right by 90 degrees, the first northward.

@@ -46,7 +46,7 @@ impl Case {
 
     /// `(row, column)` of the cells of a pattern.
     fn cells(&self, pattern: Pattern, spacing: u32) -> Vec<(u32, u32)> {
-        let cells = pattern.cells(&self.situation(), &self.routes(), spacing);
+        let cells = pattern.cells(&self.situation(), &self.routes(), spacing).concat();
         let place = |cell: &Cell| self.terrain.grid().position(*cell);
         cells.iter().map(place).map(|at| (at.row, at.column)).collect()
     }
