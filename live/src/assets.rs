@@ -47,6 +47,7 @@ assets! {
     "/mgrs.LICENSE.txt", "text/plain; charset=utf-8", "dist/mgrs.LICENSE.txt";
     "/main.js", "text/javascript; charset=utf-8", "dist/main.js";
     "/areas.js", "text/javascript; charset=utf-8", "dist/areas.js";
+    "/basemap.js", "text/javascript; charset=utf-8", "dist/basemap.js";
     "/chart.js", "text/javascript; charset=utf-8", "dist/chart.js";
     "/colors.js", "text/javascript; charset=utf-8", "dist/colors.js";
     "/controls.js", "text/javascript; charset=utf-8", "dist/controls.js";

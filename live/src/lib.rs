@@ -13,6 +13,7 @@
 
 pub mod ask;
 mod assets;
+mod basemap;
 mod curve;
 mod door;
 pub mod frame;

@@ -26,6 +26,7 @@ use tokio::time::timeout;
 
 use crate::ask::Ask;
 use crate::assets::{ASSETS, Asset, MISSION};
+use crate::basemap::{self, BaseMap};
 use crate::door;
 use crate::guard::{Token, TokenError, is_own_page};
 use crate::shared::{Commanded, Running, Shared, Show, refusal};
@@ -56,11 +57,14 @@ pub struct Settings {
     /// A file with the token for commands, at least 16 characters, relative to the working directory; without it a new
     /// token is drawn and printed.
     pub token_file: Option<PathBuf>,
+    /// A map to show under the search: raster tiles in a PMTiles file, relative to the working directory. Pages load
+    /// nothing from the internet.
+    pub basemap: Option<PathBuf>,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { listen: SocketAddr::from(([127, 0, 0, 1], 0)), token_file: None }
+        Self { listen: SocketAddr::from(([127, 0, 0, 1], 0)), token_file: None, basemap: None }
     }
 }
 
@@ -78,6 +82,14 @@ pub enum PageError {
     /// The token's file is invalid.
     #[error("{}: {reason}", file.display())]
     TokenFile {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
+    /// The base map cannot be used.
+    #[error("base map {}: {reason}", file.display())]
+    BaseMap {
         /// The file.
         file: PathBuf,
         /// What is wrong.
@@ -110,7 +122,7 @@ impl Page {
     /// of the operator's commands.
     ///
     /// # Errors
-    /// If the address cannot be used, or there is no token.
+    /// If the address or the base map cannot be used, or there is no token.
     pub fn of_mission(
         settings: &Settings,
         about: About,
@@ -119,7 +131,7 @@ impl Page {
         let view = Mutex::new(View::new(Arc::new(about)));
         let running = Running { view, news: watch::Sender::default(), commands };
         let shared = share(settings, Show::Running(Box::new(running)))?;
-        let page = Self::serve(settings, Some(&shared.token), router(Arc::clone(&shared)))?;
+        let page = Self::serve(settings, Some(&shared.token), &MISSION, router(Arc::clone(&shared)))?;
         let teller = Teller(shared);
         let listener: Listener = Box::new(move |now, record| {
             if let Show::Running(running) = &teller.0.show {
@@ -133,17 +145,18 @@ impl Page {
     /// Serves a recording.
     ///
     /// # Errors
-    /// If the address cannot be used.
+    /// If the address or the base map cannot be used.
     pub fn of_recording(settings: &Settings, playback: Playback) -> Result<Self, PageError> {
         let shared = share(settings, Show::Recorded(Arc::new(playback)))?;
-        Self::serve(settings, None, router(shared))
+        Self::serve(settings, None, &MISSION, router(shared))
     }
 
-    /// Serves what a router answers. The address contains the token, if there is something to change on the page and
+    /// Serves a page, its files, its base map and what a router answers. The address contains the token, if there is something to change on the page and
     /// the token is not from a file.
     pub(crate) fn serve(
         settings: &Settings,
         token: Option<&Token>,
+        page: &'static Asset,
         router: Router,
     ) -> Result<Self, PageError> {
         let failed = |source| PageError::Listen { listen: settings.listen, source };
@@ -161,6 +174,15 @@ impl Page {
             .map_err(failed)?;
         let listener =
             runtime.block_on(async { tokio::net::TcpListener::from_std(listener) }).map_err(failed)?;
+        let map = match &settings.basemap {
+            Some(file) => Some(
+                runtime
+                    .block_on(BaseMap::open(file))
+                    .map_err(|reason| PageError::BaseMap { file: file.clone(), reason })?,
+            ),
+            None => None,
+        };
+        let router = guarded(page, router.merge(basemap::routes(map)));
         runtime.spawn(door::serve(listener, router));
         Ok(Self { runtime, address: format!("http://{address}{rights}") })
     }
@@ -195,17 +217,16 @@ fn share(settings: &Settings, show: Show) -> Result<Arc<Shared>, PageError> {
 }
 
 fn router(shared: Arc<Shared>) -> Router {
-    let router = Router::new()
+    Router::new()
         .route("/stream", get(stream::open))
         .route("/auth", get(auth))
         .route("/command", post(command))
         .layer(DefaultBodyLimit::max(MOST_BYTES))
-        .with_state(shared);
-    guarded(&MISSION, router)
+        .with_state(shared)
 }
 
 /// The router with a page and its files; only pages of this server are answered.
-pub(crate) fn guarded(page: &'static Asset, mut router: Router) -> Router {
+fn guarded(page: &'static Asset, mut router: Router) -> Router {
     for asset in ASSETS.iter().chain([page]) {
         let reply = move || async move { ([(header::CONTENT_TYPE, asset.media_type)], asset.body) };
         router = router.route(asset.path, get(reply));
@@ -229,7 +250,7 @@ async fn guard(request: Request, next: Next) -> Response {
     headers.insert(header::CONTENT_SECURITY_POLICY, HeaderValue::from_static(POLICY));
     headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
     headers.insert(header::REFERRER_POLICY, HeaderValue::from_static("no-referrer"));
-    headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+    headers.entry(header::CACHE_CONTROL).or_insert(HeaderValue::from_static("no-store"));
     response
 }
 

@@ -26,7 +26,7 @@ use serde_json::{Value, json};
 
 use crate::assets::PLANNING;
 use crate::guard::Token;
-use crate::page::{Page, PageError, Settings, guarded, token};
+use crate::page::{Page, PageError, Settings, token};
 use crate::shared::refusal;
 
 use draft::{Draft, Stale};
@@ -73,7 +73,7 @@ struct Desk {
 /// Serves the page of a plan, which is saved into a folder.
 ///
 /// # Errors
-/// If the address cannot be used, or there is no token.
+/// If the address or the base map cannot be used, or there is no token.
 pub fn serve(
     settings: &Settings,
     plan: MissionPlan,
@@ -95,7 +95,7 @@ pub fn serve(
         .route("/plan/import", post(import).layer(DefaultBodyLimit::max(MOST_IMPORT_BYTES)))
         .route("/auth", get(auth))
         .with_state(Arc::clone(&desk));
-    Page::serve(settings, Some(&desk.token), guarded(&PLANNING, router))
+    Page::serve(settings, Some(&desk.token), &PLANNING, router)
 }
 
 impl Desk {

@@ -182,7 +182,9 @@ mod tests {
         assert_eq!(end(first, Activity::Searching), None);
         assert_eq!(end(second, Activity::Cleared), None);
         let line = end(first, Activity::Spent).unwrap();
-        assert!(line.starts_with("done: all robots that are here (2) rest, its budget is spent; nothing is left"));
+        assert!(
+            line.starts_with("done: all robots that are here (2) rest, its budget is spent; nothing is left")
+        );
         assert_eq!(end(first, Activity::Spent), None, "once");
         assert_eq!(end(first, Activity::Searching), None);
         assert!(

@@ -2,6 +2,7 @@
 
 use std::io::{self, IsTerminal, Write};
 use std::net::{IpAddr, SocketAddr};
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 use dragnet_live::page::{Page, PageError, Settings};
@@ -32,8 +33,8 @@ pub(super) fn parse_address(text: &str) -> Result<SocketAddr, String> {
 }
 
 /// Settings of a page at an address.
-pub(super) fn settings(listen: SocketAddr) -> Settings {
-    Settings { listen, token_file: None }
+pub(super) fn settings(listen: SocketAddr, basemap: Option<&Path>) -> Settings {
+    Settings { listen, token_file: None, basemap: basemap.map(Path::to_owned) }
 }
 
 /// A page whose address has been printed.

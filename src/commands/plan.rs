@@ -1,5 +1,6 @@
 //! `dragnet plan`: a page on which a mission is planned.
 
+use std::ffi::OsStr;
 use std::io::{self, BufRead, BufReader};
 use std::net::{IpAddr, SocketAddr};
 use std::path::{Path, PathBuf};
@@ -37,10 +38,13 @@ pub(crate) struct Arguments {
     /// Address of the page: IP:PORT, IP or PORT [default: 127.0.0.1 and any free port]
     #[arg(long, value_name = "ADDRESS", default_value = live::ANYWHERE, hide_default_value = true, value_parser = live::parse_address)]
     listen: SocketAddr,
+    /// Map to draw on: a PMTiles file with raster tiles. Without it there are lines of latitude and longitude
+    #[arg(long, value_name = "FILE")]
+    basemap: Option<PathBuf>,
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
-    let Arguments { file, into, listen } = arguments;
+    let Arguments { file, into, listen, basemap } = arguments;
     let plan = match file {
         Some(file) => read(file)?,
         None => MissionPlan::of_areas("", &Areas::default()).map_err(Failure::input)?,
@@ -51,8 +55,10 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
         .filter(|folder| folder.is_dir())
         .ok_or_else(|| Failure::Input(format!("--into {}: no such folder", into.display())))?;
     let simulations = Arc::new(Simulations::default());
-    let planner = Local { simulations: Arc::clone(&simulations), address: listen.ip() };
-    let page = planning::serve(&live::settings(*listen), plan, folder, Box::new(planner))?;
+    let basemap = basemap.as_ref().map(std::path::absolute).transpose().map_err(Failure::input)?;
+    let settings = live::settings(*listen, basemap.as_deref());
+    let planner = Local { simulations: Arc::clone(&simulations), address: listen.ip(), basemap };
+    let page = planning::serve(&settings, plan, folder, Box::new(planner))?;
     live::announce(page, "planning page").stay();
     simulations.end();
     Ok(())
@@ -75,6 +81,8 @@ struct Local {
     simulations: Arc<Simulations>,
     /// Where the pages of simulations are served.
     address: IpAddr,
+    /// The map under them.
+    basemap: Option<PathBuf>,
 }
 
 /// The most simulations of one page, which all run until it ends.
@@ -109,7 +117,8 @@ impl Planner for Local {
             let what = format!("{MOST_SIMULATIONS} simulations are open already");
             return Err(format!("{what}; they end with this page's program"));
         }
-        let (child, address) = start(scenario, self.address).map_err(|error| error.to_string())?;
+        let (child, address) =
+            start(scenario, self.address, self.basemap.as_deref()).map_err(|error| error.to_string())?;
         simulations.push(child);
         Ok(address)
     }
@@ -134,12 +143,13 @@ impl Simulations {
 }
 
 /// Starts this program with a scenario; returns the process, and the address of its page.
-fn start(scenario: &Path, address: IpAddr) -> io::Result<(Child, String)> {
+fn start(scenario: &Path, address: IpAddr, basemap: Option<&Path>) -> io::Result<(Child, String)> {
     let page = format!("--live={}", SocketAddr::new(address, 0));
     let mut child = Command::new(std::env::current_exe()?)
         .arg("run")
         .arg(scenario)
         .arg(page)
+        .args(basemap.into_iter().flat_map(|file| [OsStr::new("--basemap"), file.as_os_str()]))
         // Recordings are written here.
         .current_dir(scenario.parent().unwrap_or(Path::new(".")))
         .stdin(Stdio::null())

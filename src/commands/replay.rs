@@ -39,6 +39,9 @@ pub(crate) struct Arguments {
     /// 127.0.0.1 and any free port]
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, require_equals = true, default_missing_value = live::ANYWHERE, value_parser = live::parse_address)]
     live: Option<SocketAddr>,
+    /// Map to show on the page under the search: a PMTiles file with raster tiles
+    #[arg(long, value_name = "FILE", requires = "live")]
+    basemap: Option<PathBuf>,
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
@@ -49,7 +52,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
         complain("warning", &format!("{}: {what}", arguments.file.display()));
     }
     if let Some(listen) = arguments.live {
-        let page = Page::of_recording(&live::settings(listen), playback)?;
+        let page = Page::of_recording(&live::settings(listen, arguments.basemap.as_deref()), playback)?;
         live::announce(page, live::LIVE_PAGE).stay();
         return Ok(());
     }

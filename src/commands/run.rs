@@ -69,6 +69,9 @@ pub(crate) struct Arguments {
     /// 127.0.0.1 and any free port]
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, require_equals = true, default_missing_value = live::ANYWHERE, value_parser = live::parse_address)]
     live: Option<SocketAddr>,
+    /// Map to show on the page under the search: a PMTiles file with raster tiles
+    #[arg(long, value_name = "FILE", requires = "live")]
+    basemap: Option<PathBuf>,
     /// Write the recording (MCAP) to this file, which must not exist [default: `recording.file` of the scenario, or
     /// else NAME-SEED.mcap in the working directory, with a number added if that exists]
     #[arg(long, value_name = "FILE")]
@@ -111,7 +114,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     // The search is simulated, so the objects are known.
     let objects = World::new(&scenario, arguments.seed).truth().objects().to_vec();
     let about = About::of(&scenario, Some(objects));
-    let (page, listener, commands) = Page::of_mission(&live::settings(listen), about)?;
+    let (page, listener, commands) =
+        Page::of_mission(&live::settings(listen, arguments.basemap.as_deref()), about)?;
     let page = live::announce(page, live::LIVE_PAGE);
     let onlooker = Some(RunObserver { listener, commands });
     search::tell(&scenario, style, |spectator| {

@@ -135,11 +135,7 @@ fn errors_of_settings_name_the_line_and_the_key_in_words() {
     for (command, text, said) in [
         ("agent", "robot = 1\nrobot = 2\n", ["line 2", "robot is given twice"]),
         ("agent", "robot = 1\n[common]\nmision = 'a'\n", ["line 3", "common.mision: unknown field `mision`"]),
-        (
-            "coordinator",
-            "recording = [1]\n",
-            ["line 1", "recording: invalid type: a list, expected a path"],
-        ),
+        ("coordinator", "recording = [1]\n", ["line 1", "recording: invalid type: a list, expected a path"]),
         ("coordinator", "\nrecording = \n", ["line 2", "string values must be quoted"]),
     ] {
         place.write("settings.toml", text);

@@ -9,7 +9,9 @@ use dragnet_runtime::session::{Endpoints, free_endpoints, open};
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_search::observation::RobotId;
+use tempfile::TempDir;
 
+use super::interpreter::interpreter;
 use super::{Served, folder, root};
 
 /// A requirement of a browser test that this computer lacks; `test.sh` installs it.
@@ -74,6 +76,34 @@ fn a_map_of_the_earth_is_read_and_measured() {
 #[test]
 fn a_leader_plans_a_mission_forecasts_saves_and_simulates_it() {
     in_browser(|| play("plan", Served::start(&["plan"])));
+}
+
+/// A folder with a base map, which the package `pmtiles` has written.
+fn with_basemap() -> TempDir {
+    let folder = folder();
+    let mut write = Command::new(interpreter(root()));
+    write
+        .arg(root().join("tests/python/basemap.py"))
+        .arg(folder.path().join("ground.pmtiles"))
+        .args(["49.2386", "-2.2352"]);
+    let written = write.output().unwrap();
+    assert!(written.status.success(), "{}", String::from_utf8_lossy(&written.stderr));
+    folder
+}
+
+#[test]
+fn a_base_map_lies_under_a_mission_where_it_belongs() {
+    in_browser(|| {
+        let search = ["run", "earth.toml", "--live", "--basemap", "ground.pmtiles", "--record", "earth.mcap"];
+        play("basemap", Served::start_in(with_basemap(), &search));
+    });
+}
+
+#[test]
+fn an_empty_plan_begins_on_the_base_map() {
+    in_browser(|| {
+        play("planOnBasemap", Served::start_in(with_basemap(), &["plan", "--basemap", "ground.pmtiles"]));
+    });
 }
 
 #[test]

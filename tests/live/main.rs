@@ -6,6 +6,8 @@
 
 mod browser;
 mod http;
+#[path = "../python/interpreter.rs"]
+mod interpreter;
 mod plan;
 
 use std::io::{BufRead, BufReader, Read};

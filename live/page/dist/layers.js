@@ -2,11 +2,11 @@ import { BANDS, NEVER, css, placeOnScale, plainColors, shade } from "./colors.js
 import { fit } from "./chart.js";
 import { element } from "./panel.js";
 const TICKS_PERCENT = [0.001, 0.01, 0.1, 1, 10, 50, 90, 99];
-const OVERLAYS = ["no_go", "prior", "areas", "tracks", "plans", "grid"];
+const OVERLAYS = ["basemap", "no_go", "prior", "areas", "tracks", "plans", "grid"];
 export class Layers {
     changed;
     choice = {
-        base: "probability", no_go: true, prior: true, areas: true, tracks: true, plans: true, grid: false,
+        base: "probability", basemap: true, no_go: true, prior: true, areas: true, tracks: true, plans: true, grid: false,
     };
     constructor(changed) {
         this.changed = changed;

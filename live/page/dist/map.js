@@ -1,4 +1,5 @@
 import { AreaLayers } from "./areas.js";
+import { BaseMap } from "./basemap.js";
 import { drawGrid } from "./grid.js";
 import { element } from "./panel.js";
 import { Pen } from "./pen.js";
@@ -19,6 +20,7 @@ export class MapView {
     corners = [];
     measured = [];
     map;
+    basemap;
     cells;
     marks;
     areas;
@@ -35,6 +37,7 @@ export class MapView {
         });
         this.map.setView([0, 0], 0);
         L.control.scale({ imperial: false, position: "bottomleft", maxWidth: 130 }).addTo(this.map);
+        this.basemap = new BaseMap(this.map, () => events.changed());
         this.cells = new Sheet(this.map, "cells", 410);
         this.areas = new AreaLayers(this.map);
         this.marks = new Sheet(this.map, "canvas", 450);
@@ -143,7 +146,10 @@ export class MapView {
     }
     draw(mission, choice) {
         const view = viewOf(this.map, mission.hello);
-        this.raster.paint(mission, choice);
+        const isOnMap = choice.basemap && this.basemap.isFor(mission);
+        element("layer-basemap-choice", HTMLElement).hidden = !this.basemap.isFor(mission);
+        this.basemap.draw(mission, view, isOnMap);
+        this.raster.paint(mission, choice, isOnMap);
         const under = this.cells.begin();
         this.raster.draw(under, mission, view);
         const below = new Pen(under, mission, view);

@@ -6,6 +6,14 @@ export function degrees(hello, [east, north]) {
     const along = (axis) => corner[axis] + hello.cell_meters * (east * perEast[axis] + north * perNorth[axis]);
     return [along(0), along(1)];
 }
+export function spotAt(hello, [latitude, longitude]) {
+    if (hello.earth === null)
+        return undefined;
+    const { corner, east, north } = hello.earth;
+    const [down, along] = [latitude - corner[0], longitude - corner[1]];
+    const area = (east[0] * north[1] - east[1] * north[0]) * hello.cell_meters;
+    return [(down * north[1] - along * north[0]) / area, (east[0] * along - east[1] * down) / area];
+}
 export function coordinates(hello, spot) {
     const point = degrees(hello, spot);
     if (point !== undefined)

@@ -1,12 +1,14 @@
 import { mix, plainColors, probabilityColor, searchedColor } from "./colors.js";
 const COVER = 0.65;
+const OVER_MAP = 0.6;
 export class Raster {
     canvas = document.createElement("canvas");
     key = "";
+    isOnMap = false;
     mission;
-    paint(mission, choice) {
+    paint(mission, choice, isOnMap) {
         const plain = plainColors();
-        const key = `${mission.version} ${choice.base} ${choice.no_go} ${plain.unsearched.join()}`;
+        const key = `${mission.version} ${choice.base} ${choice.no_go} ${isOnMap} ${plain.unsearched.join()}`;
         if (this.mission === mission && this.key === key)
             return;
         [this.mission, this.key] = [mission, key];
@@ -15,12 +17,15 @@ export class Raster {
             this.canvas.width = columns;
             this.canvas.height = rows;
         }
+        this.isOnMap = isOnMap;
         const image = new ImageData(columns, rows);
         const pixels = new Uint32Array(image.data.buffer);
         const colors = lookup(choice);
         const covered = choice.no_go ? colors.map((color) => mix(color, plain.blocked, COVER)) : colors;
         const [open, closed] = [colors.map(pixel), covered.map(pixel)];
-        const [unsearched, blocked, outOfReach] = [plain.unsearched, choice.no_go ? plain.blocked : plain.unsearched, plain.outOfReach].map(pixel);
+        const unsearched = isOnMap ? 0 : pixel(plain.unsearched);
+        const blocked = choice.no_go ? pixel(plain.blocked) : unsearched;
+        const outOfReach = pixel(plain.outOfReach);
         const values = choice.base === "searched" ? mission.searched : mission.levels;
         for (let cell = 0; cell < rows * columns; cell += 1) {
             const isOpen = mission.isTraversable[cell] === 1;
@@ -45,7 +50,9 @@ export class Raster {
             return;
         context.imageSmoothingEnabled = view.size < 1;
         const [left, top] = [x + west * view.size, y + north * view.size];
+        context.globalAlpha = this.isOnMap ? OVER_MAP : 1;
         context.drawImage(this.canvas, west, north, wide, high, left, top, wide * view.size, high * view.size);
+        context.globalAlpha = 1;
     }
 }
 function lookup(choice) {

@@ -8,14 +8,14 @@ import { element } from "./panel.js";
 /** Labels of the scale of probability. */
 const TICKS_PERCENT = [0.001, 0.01, 0.1, 1, 10, 50, 90, 99];
 
-const OVERLAYS = ["no_go", "prior", "areas", "tracks", "plans", "grid"] as const;
+const OVERLAYS = ["basemap", "no_go", "prior", "areas", "tracks", "plans", "grid"] as const;
 
 /** What the map shows. */
 export type Choice = { base: "probability" | "searched" } & Record<(typeof OVERLAYS)[number], boolean>;
 
 export class Layers {
   readonly choice: Choice = {
-    base: "probability", no_go: true, prior: true, areas: true, tracks: true, plans: true, grid: false,
+    base: "probability", basemap: true, no_go: true, prior: true, areas: true, tracks: true, plans: true, grid: false,
   };
 
   constructor(private readonly changed: () => void) {

@@ -1,6 +1,7 @@
 // The map: its view, a cell cursor for pointer and keys, and what is drawn on it.
 
 import { AreaLayers } from "./areas.js";
+import { BaseMap } from "./basemap.js";
 import { drawGrid } from "./grid.js";
 import type { Choice } from "./layers.js";
 import type { Mission, Spot } from "./mission.js";
@@ -40,6 +41,7 @@ export class MapView {
   /** Points between which a distance is measured. */
   measured: Spot[] = [];
   private readonly map: L.Map;
+  private readonly basemap: BaseMap;
   private readonly cells: Sheet;
   private readonly marks: Sheet;
   private readonly areas: AreaLayers;
@@ -60,6 +62,7 @@ export class MapView {
     });
     this.map.setView([0, 0], 0);
     L.control.scale({ imperial: false, position: "bottomleft", maxWidth: 130 }).addTo(this.map);
+    this.basemap = new BaseMap(this.map, () => events.changed());
     this.cells = new Sheet(this.map, "cells", 410);
     this.areas = new AreaLayers(this.map);
     this.marks = new Sheet(this.map, "canvas", 450);
@@ -177,7 +180,10 @@ export class MapView {
 
   draw(mission: Mission, choice: Choice): void {
     const view = viewOf(this.map, mission.hello);
-    this.raster.paint(mission, choice);
+    const isOnMap = choice.basemap && this.basemap.isFor(mission);
+    element("layer-basemap-choice", HTMLElement).hidden = !this.basemap.isFor(mission);
+    this.basemap.draw(mission, view, isOnMap);
+    this.raster.paint(mission, choice, isOnMap);
     const under = this.cells.begin();
     this.raster.draw(under, mission, view);
     const below = new Pen(under, mission, view);

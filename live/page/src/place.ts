@@ -11,6 +11,15 @@ export function degrees(hello: Hello, [east, north]: Spot): [number, number] | u
   return [along(0), along(1)];
 }
 
+/** The point in cells east and north of `[latitude, longitude]`; undefined if the map is not on the earth. */
+export function spotAt(hello: Hello, [latitude, longitude]: [number, number]): Spot | undefined {
+  if (hello.earth === null) return undefined;
+  const { corner, east, north } = hello.earth;
+  const [down, along] = [latitude - corner[0], longitude - corner[1]];
+  const area = (east[0] * north[1] - east[1] * north[0]) * hello.cell_meters;
+  return [(down * north[1] - along * north[0]) / area, (east[0] * along - east[1] * down) / area];
+}
+
 /** `49.23650, -2.23959`, to a meter; of a map that is not on the earth `12.5 m east, 30.5 m north` of its corner. */
 export function coordinates(hello: Hello, spot: Spot): string {
   const point = degrees(hello, spot);

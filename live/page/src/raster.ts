@@ -7,16 +7,19 @@ import type { View } from "./view.js";
 
 /** Share of the color of no-go ground where it covers another. */
 const COVER = 0.65;
+/** Opacity of the cells over a base map. */
+const OVER_MAP = 0.6;
 
 export class Raster {
   readonly canvas = document.createElement("canvas");
   private key = "";
+  private isOnMap = false;
   private mission: Mission | undefined;
 
-  /** Paints the cells, unless nothing has changed. */
-  paint(mission: Mission, choice: Choice): void {
+  /** Paints the cells, unless nothing has changed. On a base map the ground outside the search area is not covered. */
+  paint(mission: Mission, choice: Choice, isOnMap: boolean): void {
     const plain = plainColors();
-    const key = `${mission.version} ${choice.base} ${choice.no_go} ${plain.unsearched.join()}`;
+    const key = `${mission.version} ${choice.base} ${choice.no_go} ${isOnMap} ${plain.unsearched.join()}`;
     if (this.mission === mission && this.key === key) return;
     [this.mission, this.key] = [mission, key];
     const { rows, columns } = mission.hello;
@@ -24,17 +27,20 @@ export class Raster {
       this.canvas.width = columns;
       this.canvas.height = rows;
     }
+    this.isOnMap = isOnMap;
     const image = new ImageData(columns, rows);
     const pixels = new Uint32Array(image.data.buffer);
     const colors = lookup(choice);
     const covered = choice.no_go ? colors.map((color) => mix(color, plain.blocked, COVER)) : colors;
     const [open, closed] = [colors.map(pixel), covered.map(pixel)];
-    const [unsearched, blocked, outOfReach] = [plain.unsearched, choice.no_go ? plain.blocked : plain.unsearched, plain.outOfReach].map(pixel);
+    const unsearched = isOnMap ? 0 : pixel(plain.unsearched);
+    const blocked = choice.no_go ? pixel(plain.blocked) : unsearched;
+    const outOfReach = pixel(plain.outOfReach);
     const values = choice.base === "searched" ? mission.searched : mission.levels;
     for (let cell = 0; cell < rows * columns; cell += 1) {
       const isOpen = mission.isTraversable[cell] === 1;
       const value = values[cell] ?? 0;
-      let color = isOpen ? unsearched : blocked;
+      let color: number | undefined = isOpen ? unsearched : blocked;
       if (mission.levels[cell] !== 0) color = isOpen ? open[value] : closed[value];
       if (mission.isOutOfReach[cell] === 1) color = outOfReach;
       pixels[(rows - 1 - Math.floor(cell / columns)) * columns + (cell % columns)] = color ?? 0;
@@ -54,7 +60,9 @@ export class Raster {
     // Cells keep their edges, unless several share a pixel.
     context.imageSmoothingEnabled = view.size < 1;
     const [left, top] = [x + west * view.size, y + north * view.size];
+    context.globalAlpha = this.isOnMap ? OVER_MAP : 1;
     context.drawImage(this.canvas, west, north, wide, high, left, top, wide * view.size, high * view.size);
+    context.globalAlpha = 1;
   }
 }
 

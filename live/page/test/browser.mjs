@@ -4,6 +4,7 @@
 import assert from "node:assert/strict";
 
 import { spread } from "../dist/spread.js";
+import { basemap, planOnBasemap } from "./basemap.mjs";
 import {
   address, answered, bare, browse, cells, link, moveTo, name, picture, probability, seconds, settle, shot, states, text,
   until,
@@ -295,5 +296,5 @@ async function doubled() {
   });
 }
 
-const CASES = { live, readOnly, phone, replay, sound, earth, stale, crowd, doubled, plan, planPhone };
+const CASES = { live, readOnly, phone, replay, sound, earth, stale, crowd, doubled, plan, planPhone, basemap, planOnBasemap };
 await CASES[name]();

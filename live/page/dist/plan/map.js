@@ -1,4 +1,5 @@
 import { LAYERS, STYLES, name } from "../areas.js";
+import { TILE_URL, basemap } from "../basemap.js";
 import { robotColor } from "../colors.js";
 import { element } from "../panel.js";
 import { kindOf, lines, moveCorner, removeCorner } from "./drawing.js";
@@ -6,6 +7,7 @@ const MOST_HANDLES = 200;
 const WORLD = [[30, 0], 2];
 const CLOSEST = 21;
 const NEAR = 16;
+const TINY = 2;
 const STEPS = [30, 10, 5, 2, 1, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005];
 const LEAST_PIXELS = 110;
 export class PlanMap {
@@ -44,9 +46,22 @@ export class PlanMap {
         this.map.on("moveend resize", () => this.drawGraticule());
         new ResizeObserver(() => this.map.invalidateSize({ pan: false })).observe(ground);
         this.drawGraticule();
+        void this.lay();
         const press = (id, act) => element(id, HTMLButtonElement).addEventListener("click", act);
         press("zoom-in", () => this.map.zoomIn());
         press("zoom-out", () => this.map.zoomOut());
+    }
+    async lay() {
+        const about = await basemap();
+        if (about === undefined)
+            return;
+        const { min_zoom: minNativeZoom, max_zoom: maxNativeZoom, bounds: [west, south, east, north] } = about;
+        const bounds = L.latLngBounds([south, west], [north, east]);
+        const minZoom = Math.max(minNativeZoom - TINY, 0);
+        L.tileLayer(TILE_URL, { minZoom, minNativeZoom, maxNativeZoom, maxZoom: CLOSEST, bounds }).addTo(this.map);
+        if (this.isMoved || this.shapes.getLayers().length > 0)
+            return;
+        this.map.setView(bounds.getCenter(), Math.max(this.map.getBoundsZoom(bounds), minNativeZoom), { animate: false });
     }
     whole(features, isFirst = false) {
         if (isFirst && this.isMoved)

@@ -1,6 +1,7 @@
 // The map of the plan: areas and places, and corners that can be moved.
 
 import { LAYERS, STYLES, name } from "../areas.js";
+import { TILE_URL, basemap } from "../basemap.js";
 import { robotColor } from "../colors.js";
 import { element } from "../panel.js";
 import type { Feature, Position, State } from "./api.js";
@@ -13,6 +14,8 @@ const WORLD: [L.LatLngTuple, number] = [[30, 0], 2];
 /** Closest view, and the closest one that the map goes to by itself. */
 const CLOSEST = 21;
 const NEAR = 16;
+/** Levels of zoom above the widest one of a base map at which its tiles are still shown, smaller. */
+const TINY = 2;
 /** Steps of the lines of latitude and longitude, degrees, */
 const STEPS = [30, 10, 5, 2, 1, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005];
 /** and the least distance between two, pixels. */
@@ -61,9 +64,22 @@ export class PlanMap {
     this.map.on("moveend resize", () => this.drawGraticule());
     new ResizeObserver(() => this.map.invalidateSize({ pan: false })).observe(ground);
     this.drawGraticule();
+    void this.lay();
     const press = (id: string, act: () => void) => element(id, HTMLButtonElement).addEventListener("click", act);
     press("zoom-in", () => this.map.zoomIn());
     press("zoom-out", () => this.map.zoomOut());
+  }
+
+  /** Lays the server's base map under the plan, and goes there if nothing is drawn. */
+  private async lay(): Promise<void> {
+    const about = await basemap();
+    if (about === undefined) return;
+    const { min_zoom: minNativeZoom, max_zoom: maxNativeZoom, bounds: [west, south, east, north] } = about;
+    const bounds = L.latLngBounds([south, west], [north, east]);
+    const minZoom = Math.max(minNativeZoom - TINY, 0);
+    L.tileLayer(TILE_URL, { minZoom, minNativeZoom, maxNativeZoom, maxZoom: CLOSEST, bounds }).addTo(this.map);
+    if (this.isMoved || this.shapes.getLayers().length > 0) return;
+    this.map.setView(bounds.getCenter(), Math.max(this.map.getBoundsZoom(bounds), minNativeZoom), { animate: false });
   }
 
   /** Shows all that is drawn; `isFirst` leaves a view that the viewer has chosen. */
