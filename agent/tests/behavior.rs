@@ -311,6 +311,33 @@ fn a_restarted_robot_restores_its_observations_and_reuses_no_name() {
     assert_eq!(way, Some((again.scenario.terrain().cell_meters(), 3)));
 }
 
+/// Its tour is not in its journal: it is a function of the observations that are.
+#[test]
+fn a_restarted_robot_plans_its_tour_anew_and_always_alike() {
+    let of_tours = || Field::new(1, &format!("{ENDLESS}\n[robots.policy]\nname = \"tour\""));
+    let mut field = of_tours();
+    let mut kept = Vec::new();
+    let mut route = Vec::new();
+    for seconds in (0..40).step_by(5) {
+        let at = if route.is_empty() { field.cell(0, 0) } else { route.remove(0) };
+        let effects = field.sense(seconds, at);
+        kept.extend(effects.kept);
+        route = effects.route.unwrap_or(route);
+    }
+    assert_eq!(kept.len(), 8, "it has driven on");
+    let restart = || {
+        let mut again = of_tours();
+        kept.iter().for_each(|observation| again.robot.recall(observation));
+        let at = kept[7].from;
+        again.sense(60, at).route.unwrap()
+    };
+    let planned = restart();
+    assert_eq!(planned, restart());
+    // Back over what it has seen already would be a tour of a robot that has forgotten.
+    let seen: Vec<Cell> = kept.iter().map(|observation| observation.from).collect();
+    assert!(planned.len() > 1 && !seen.contains(planned.last().unwrap()), "{planned:?} after {seen:?}");
+}
+
 #[test]
 fn a_robot_that_is_halted_stays_and_decides_anew_when_it_may_go_on() {
     let mut field = Field::new(1, ENDLESS);
