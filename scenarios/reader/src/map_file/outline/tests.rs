@@ -140,9 +140,15 @@ fn a_bad_polygon_is_reported_with_its_corner() {
     check(&polygon("[[[0,0],[1],[1,1],[0,0]]]"), "position 2 .. [1.0]");
     check(&polygon("[[[0,0],[1e999,0],[1,1],[0,0]]]"), "number out of range");
     check(&polygon("[[[0,0],[NaN,0],[1,1],[0,0]]]"), "expected");
-    check(&polygon("[[[0,0],[1,1],[1,0],[0,1],[0,0]]]"), "polygon 1 .. self-intersection .. allowed");
-    check(&polygon("[[[0,0],[1,0],[1,0],[0,0]]]"), "at least 3 distinct points");
-    check(&polygon("[[[0,0],[1,0],[1,1],[0,1],[0,0]],[[2,2],[3,2],[3,3],[2,2]]]"), "not contained within");
+    check(
+        &polygon("[[[0,0],[1,1],[1,0],[0,1],[0,0]]]"),
+        "polygon 1 .. ring 1 crosses .. [0.500000, 0.500000] .. allowed",
+    );
+    check(&polygon("[[[0,0],[1,0],[1,0],[0,0]]]"), "ring 1 has fewer than 3 corners");
+    check(&polygon("[[[0,0],[1,0],[1,1],[0,1],[0,0]],[[2,2],[3,2],[3,3],[2,2]]]"), "ring 2, is not inside");
+    let hole = "[[0.1,0.1],[0.5,0.1],[0.5,0.5],[0.1,0.1]]";
+    check(&polygon(&format!("[[[0,0],[1,0],[1,1],[0,1],[0,0]],{hole},{hole}]")), "rings 2 and 3, overlap");
+    check(&polygon("[[[0,0],[2,0],[2,2],[1,0],[0,2],[0,0]]]"), "touches itself at [1.000000, 0.000000]");
     let twice = "[[[0,0],[1,0],[1,1],[0,0]]]";
     let multi = format!(r#"{{"type":"MultiPolygon","coordinates":[{twice},{twice}]}}"#);
     check(&multi, "polygon 2 .. \"geometry 1\" .. polygon 1 .. allowed");
