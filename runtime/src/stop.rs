@@ -2,10 +2,12 @@
 
 use std::future::Future;
 use std::io;
+use std::process::Child;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::process::{Pid, kill_process};
 use tokio::io::AsyncReadExt;
 use tokio::signal::unix::{Signal, SignalKind, signal};
 
@@ -14,8 +16,28 @@ use crate::RuntimeError;
 /// Time between checks whether standard output is still read.
 const CHECK_PERIOD: Duration = Duration::from_millis(500);
 
+/// Time between checks whether a child process has ended.
+const END_CHECK_PERIOD: Duration = Duration::from_millis(50);
+
 /// Whether the process was asked to end.
 static IS_ENDING: AtomicBool = AtomicBool::new(false);
+
+/// Asks child processes to end as a service manager does, so that they finish their files, and waits until they have
+/// ended. What has not ended after `patience` is killed.
+pub fn end(children: &mut [Child], patience: Duration) {
+    for child in children.iter() {
+        // It may have ended already.
+        let _ = kill_process(Pid::from_child(child), rustix::process::Signal::TERM);
+    }
+    let deadline = Instant::now() + patience;
+    for child in children {
+        while Instant::now() < deadline && matches!(child.try_wait(), Ok(None)) {
+            std::thread::sleep(END_CHECK_PERIOD);
+        }
+        let _ = child.kill();
+        let _ = child.wait();
+    }
+}
 
 /// Whether the process was asked to end. From then on Zenoh's errors mean nothing: it reports each message that still
 /// arrives for a subscriber that is gone.

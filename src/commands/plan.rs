@@ -6,12 +6,14 @@ use std::net::{IpAddr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use dragnet_experiments::forecast::forecast;
 use dragnet_experiments::progress::{Progress, Work};
 use dragnet_files::read_at_most;
 use dragnet_live::planning::{self, Planner, Watched};
 use dragnet_planning::MissionPlan;
+use dragnet_runtime::stop;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::map_file::{Areas, MapFileError};
 
@@ -124,6 +126,9 @@ impl Planner for Local {
     }
 }
 
+/// Time in which simulations finish their recordings.
+const PATIENCE: Duration = Duration::from_secs(10);
+
 /// Simulations as processes of their own, which end with the page.
 #[derive(Default)]
 struct Simulations(Mutex<Vec<Child>>);
@@ -134,11 +139,7 @@ impl Simulations {
     }
 
     fn end(&self) {
-        for child in self.running().iter_mut() {
-            // It may have ended already.
-            let _ = child.kill();
-            let _ = child.wait();
-        }
+        stop::end(&mut self.running(), PATIENCE);
     }
 }
 

@@ -219,6 +219,24 @@ fn a_forecast_is_that_of_the_command_and_becomes_out_of_date() {
 }
 
 #[test]
+fn simulations_that_end_with_the_page_have_finished_their_recordings() {
+    let mut served = Served::start(&["plan", "missing_person"]);
+    let revision = state(&served)["revision"].clone();
+    assert_eq!(post(&served, "save", &json!({ "revision": revision, "overwrite": false })).0, 200);
+    assert_eq!(post(&served, "simulate", &json!({})).0, 200);
+    let recording = served.folder().join("missing_person-0.mcap");
+    while !fs::metadata(&recording).is_ok_and(|file| file.len() > 5_000) {
+        std::thread::sleep(std::time::Duration::from_millis(50));
+    }
+    let sent = Command::new("kill").args(["-s", "TERM", &served.program.id().to_string()]).status().unwrap();
+    assert!(sent.success() && served.program.wait().unwrap().success());
+    let inspected =
+        Command::new(env!("CARGO_BIN_EXE_dragnet")).arg("inspect").arg(recording).output().unwrap();
+    let told = String::from_utf8_lossy(&inspected.stdout);
+    assert!(told.contains("complete"), "{told}");
+}
+
+#[test]
 fn what_cannot_be_planned_is_refused_before_a_page_is_served() {
     for (arguments, words) in [
         (&["plan", "warehouse"][..], "not drawn on the earth"),
